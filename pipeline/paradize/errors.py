@@ -1,0 +1,41 @@
+"""The exception tree. Every error a person can meet says: file, place, value, limit, mend.
+
+    ParadizeError
+    ├── SourceError    an input file is missing, broken or outside what Paradize accepts
+    ├── SceneError     the scene TOML asks for something that does not exist or is out of range
+    ├── FormatError    a baked file is not what its format says
+    └── BakeError      a stage could not do its work on valid input
+"""
+
+from __future__ import annotations
+
+
+class ParadizeError(Exception):
+    """One message for a person: `file: place: what is wrong (value, limit); mend`."""
+
+    def __init__(
+        self, what: str, *, file: object = None, place: str | None = None, mend: str | None = None
+    ) -> None:
+        self.what = what
+        self.file = None if file is None else str(file)
+        self.place = place
+        self.mend = mend
+        head = ": ".join(part for part in (self.file, place) if part)
+        message = f"{head}: {what}" if head else what
+        super().__init__(f"{message}; {mend}" if mend else message)
+
+
+class SourceError(ParadizeError):
+    """A source file is missing, broken or outside what Paradize accepts."""
+
+
+class SceneError(ParadizeError):
+    """A scene TOML names something that does not exist or is out of range."""
+
+
+class FormatError(ParadizeError):
+    """A baked file is not what its format says."""
+
+
+class BakeError(ParadizeError):
+    """A stage could not do its work on valid input."""
