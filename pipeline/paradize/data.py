@@ -1,0 +1,98 @@
+"""What flows between stages: arrays with units, frozen, with no reading or writing of files.
+
+Axes: right-handed, Y up, metres. UVs: origin at the top-left texel corner, v grows downwards. Every array is
+C-contiguous; a stage returns new arrays and never writes into those it was given.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    F32: TypeAlias = npt.NDArray[np.float32]
+    U32: TypeAlias = npt.NDArray[np.uint32]
+
+
+@dataclass(frozen=True)
+class Group:
+    """A run of triangles that share a name and a material: triangles [first, first + count)."""
+
+    name: str
+    material: str
+    first: int
+    count: int
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Indexed triangles; a vertex is unique in (position, normal, uv, uv1).
+
+    positions: (n, 3) float32, metres, Y up. triangles: (m, 3) uint32, counter-clockwise from outside.
+    normals: (n, 3) float32, unit. tangents: (n, 4) float32, xyz unit, w = +-1, B = w * cross(N, T).
+    uvs, uvs1: (n, 2) float32, top-left origin. colors: (n, 4) float32, linear, 0..1.
+    groups cover all triangles in order, without gap or overlap; one per run of a material.
+    """
+
+    positions: F32
+    triangles: U32
+    normals: F32 | None = None
+    tangents: F32 | None = None
+    uvs: F32 | None = None
+    uvs1: F32 | None = None
+    colors: F32 | None = None
+    groups: tuple[Group, ...] = ()
+
+
+@dataclass(frozen=True)
+class Image:
+    """A decoded picture.
+
+    pixels: (h, w, c) float32, row 0 at the top; integers of the file mapped to 0..1, floats as they are.
+    color_space: "srgb" (pixels stay encoded as in the file; stages linearise them), "linear" or "data".
+    source_bits: 8, 16 or 32: bits per channel of the file.
+    """
+
+    pixels: F32
+    color_space: str
+    source_bits: int
+
+
+@dataclass(frozen=True)
+class Heightfield:
+    """Heights on a regular grid whose pixels are vertices; pixel (0, 0) is the corner at -X, -Z.
+
+    heights_m: (h, w) float32, metres, row 0 at -Z. size_x_m and size_z_m span first to last pixel.
+    """
+
+    heights_m: F32
+    size_x_m: float
+    size_z_m: float
+
+
+@dataclass(frozen=True)
+class Texture:
+    """An encoded texture: `format` as in KTX2's VkFormat without prefix and suffix, for example "BC5_SNORM".
+
+    levels: the bytes of each mip, level 0 (the finest) first; with six faces each level holds
+    +X -X +Y -Y +Z -Z one after the other. width and height are those of level 0, in texels.
+    """
+
+    format: str
+    width: int
+    height: int
+    levels: tuple[bytes, ...]
+    faces: int = 1
+
+
+@dataclass(frozen=True)
+class Lod:
+    """One level of detail with its two-sided surface distance from level 0, as fractions of the bounding
+    box's diagonal: the largest found, and the larger of the two directions' RMS."""
+
+    mesh: Mesh
+    error_max: float
+    error_rms: float
