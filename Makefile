@@ -1,0 +1,104 @@
+# Paradize. `make` prints this manual.
+SHELL := /bin/bash
+PYTHON ?= python3
+export PYTHON
+
+venv := build/venv
+bin := $(venv)/bin
+stamps := build/stamps
+paradize := $(bin)/paradize
+player := build/bin/paradize-player
+scene := raw_assets/island.toml
+island := build/assets/island
+jobs ?= $(shell nproc)
+export PATH := $(CURDIR)/$(bin):$(PATH)
+
+python_files := $(shell find pipeline raw_assets/make tests player -name '*.py' 2>/dev/null)
+cpp_files := $(shell find player pipeline tests -name '*.cpp' -o -name '*.hpp' 2>/dev/null)
+kernel_files := $(shell find pipeline/paradize/kernels -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt 2>/dev/null)
+player_files := $(shell find player -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt 2>/dev/null)
+
+.PHONY: help setup setup-test assets run check test bench deep fix clean
+.DEFAULT_GOAL := help
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
+
+setup: $(stamps)/kernels $(player) ## install what is missing: Debian packages, Python environment, kernels, player
+
+assets: setup ## bake the island into build/assets/island; bakes only what changed
+	@$(paradize) bake $(scene) -o $(island) -j $(jobs)
+
+run: assets ## bake, then fly over the island: in a window, or into build/flight where there is no display
+	@if [ -n "$${DISPLAY:-}$${WAYLAND_DISPLAY:-}" ]; then $(player) $(island); \
+	else $(bin)/python player/record.py $(player) $(island) build/flight; fi
+
+check: setup-test ## lint, types, formatting, and the island's assets; changes nothing
+	@$(bin)/ruff check -q pipeline raw_assets tests player
+	@$(bin)/ruff format -q --check pipeline raw_assets tests player
+	@$(bin)/mypy
+	@clang-format --dry-run -Werror $(cpp_files)
+	@$(paradize) bake $(scene) -o $(island) -j $(jobs) --json >/dev/null
+	@$(paradize) check $(island)
+
+test: check ## every check and every test that fits in a quarter of an hour
+	@$(bin)/cmake --build --preset release
+	@$(bin)/ctest --test-dir build/player --output-on-failure -Q -O build/ctest.log || { cat build/ctest.log; exit 1; }
+	@$(bin)/python -m pytest -m "not deep"
+
+bench: setup-test ## speed and error as ratios beside peers, measured in one run
+	@$(bin)/python tests/bench/bench.py
+
+deep: check ## everything: sanitizers, whole flight, whole corpus; hours
+	@$(bin)/cmake --preset sanitize && $(bin)/cmake --build --preset sanitize
+	@$(bin)/ctest --test-dir build/sanitize --output-on-failure
+	@$(bin)/python -m pytest
+
+fix: setup-test ## put formatting and simple lint right
+	@$(bin)/ruff check -q --fix pipeline raw_assets tests player
+	@$(bin)/ruff format -q pipeline raw_assets tests player
+	@clang-format -i $(cpp_files)
+
+clean: ## delete everything that was built
+	@rm -rf build
+
+# --- how setup does it ---------------------------------------------------------------------------
+
+setup-test: setup $(stamps)/debian-test $(stamps)/python-test $(stamps)/node
+
+$(stamps)/debian-%: setup/debian.txt setup/debian.sh
+	@mkdir -p $(stamps)
+	@setup/debian.sh $*
+	@touch $@
+
+$(stamps)/python-run: setup/python-run.txt setup/python-source.txt $(stamps)/debian-run
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Paradize needs Python 3.11 or newer; name one with make PYTHON=...")'
+	@[ -x $(bin)/python ] || $(PYTHON) -m venv $(venv)
+	@echo "installing the Python packages of setup/python-run.txt"
+	@$(bin)/pip install -q --disable-pip-version-check --require-hashes --only-binary :all: -r setup/python-run.txt
+	@echo "building openmesh and meshoptimizer (about a minute)"
+	@CMAKE_POLICY_VERSION_MINIMUM=3.5 $(bin)/pip install -q --disable-pip-version-check \
+	    --no-build-isolation --no-deps --require-hashes -r setup/python-source.txt
+	@touch $@
+
+$(stamps)/python-test: setup/python-test.txt $(stamps)/python-run
+	@echo "installing the Python packages of setup/python-test.txt"
+	@$(bin)/pip install -q --disable-pip-version-check --require-hashes --only-binary :all: -r setup/python-test.txt
+	@touch $@
+
+$(stamps)/kernels: $(kernel_files) pyproject.toml CMakeLists.txt $(stamps)/python-run
+	@echo "building the kernels"
+	@$(bin)/pip install -q --disable-pip-version-check --no-build-isolation --no-deps -e .
+	@touch $@
+
+$(player): $(player_files) CMakeLists.txt CMakePresets.json $(stamps)/python-run
+	@echo "building the player"
+	@$(bin)/cmake --preset release >build/player-configure.log || { cat build/player-configure.log; exit 1; }
+	@$(bin)/cmake --build --preset release --target paradize-player >build/player-build.log || { cat build/player-build.log; exit 1; }
+	@touch $@
+
+$(stamps)/node: tests/e2e/package.json tests/e2e/package-lock.json $(stamps)/debian-test
+	@mkdir -p build/node
+	@cp tests/e2e/package.json tests/e2e/package-lock.json build/node/
+	@cd build/node && npm ci --silent --no-fund --no-audit --ignore-scripts
+	@touch $@

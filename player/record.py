@@ -1,0 +1,68 @@
+"""Renders the poster and ten seconds of the flight where there is no display.
+
+usage: record.py PLAYER SCENE_DIR OUT_DIR
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import av
+from tqdm import tqdm
+
+SECONDS = 10
+FRAMES_PER_SECOND = 30
+POSTER_SIZE = "1280x720"
+FLIGHT_SIZE = "640x360"
+
+
+def render(player: str, scene: Path, *arguments: object) -> None:
+    """Runs the player without a display; its own message is all that a person needs when it fails."""
+    command = [player, str(scene), "--headless", "--mute", *map(str, arguments)]
+    if subprocess.run(command, stdout=sys.stderr).returncode != 0:
+        sys.exit(1)
+
+
+def encode(frames: list[Path], video: Path) -> None:
+    """Joins PNG frames into an H.264 MP4 that browsers play."""
+    with av.open(str(video), "w") as container:
+        stream = container.add_stream("libx264", rate=FRAMES_PER_SECOND)
+        stream.pix_fmt = "yuv420p"
+        stream.options = {"crf": "18", "preset": "veryfast"}
+        for path in tqdm(frames, desc="video", unit="frame", disable=not sys.stderr.isatty()):
+            with av.open(str(path)) as picture:
+                frame = next(picture.decode(video=0))
+            stream.width, stream.height = frame.width, frame.height
+            container.mux(stream.encode(frame.reformat(format="yuv420p")))
+        container.mux(stream.encode())
+
+
+def main() -> None:
+    player, scene, out = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
+    poster_s = json.loads((scene / "scene.json").read_text())["poster_s"]
+    shutil.rmtree(out, ignore_errors=True)
+    (out / "frames").mkdir(parents=True)
+    print("no display: rendering the poster and ten seconds of the flight", file=sys.stderr)
+    poster = out / "poster.png"
+    render(player, scene, "--time", poster_s, "--size", POSTER_SIZE, "--screenshot", poster)
+    start_s = max(0.0, poster_s - SECONDS / 2)
+    count = SECONDS * FRAMES_PER_SECOND
+    name = out / "frames" / "flight.png"
+    render(
+        player, scene, "--wait-resident", "--time", start_s, "--frames", count, "--size", FLIGHT_SIZE,
+        "--screenshot", name,
+    )  # fmt: skip
+    frames = sorted(name.parent.glob("*.png"))
+    if len(frames) != count:
+        sys.exit(f"{name.parent}: {len(frames)} frames rendered, {count} asked for")
+    video = out / "flight.mp4"
+    encode(frames, video)
+    print(f"poster  {poster}\nflight  {video}\nframes  {name.parent}/")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,89 @@
+"""What tests share: where things are, and the island, baked once."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+# Tests render as CI does: no display, no sound card, no newer OpenGL than the player asks for.
+RENDER_ENVIRONMENT = {
+    "MESA_GL_VERSION_OVERRIDE": "3.3",
+    "MESA_GLSL_VERSION_OVERRIDE": "330",
+    "ALSOFT_DRIVERS": "null",
+}
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    """The project's folder."""
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def corpus() -> Path:
+    """Files that nobody here wrote: $PARADIZE_CORPUS, by default ../shared/corpus."""
+    path = Path(os.environ.get("PARADIZE_CORPUS", ROOT.parent / "shared" / "corpus"))
+    if not path.is_dir():
+        pytest.skip(f"no corpus at {path}: set PARADIZE_CORPUS to run this test")
+    return path
+
+
+@pytest.fixture(scope="session")
+def paradize() -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Runs the `paradize` command: paradize("mesh", "a.obj", "-o", "a.glb")."""
+
+    def run(*arguments: object, timeout: float = 300, **kwargs: Any) -> subprocess.CompletedProcess[str]:
+        command = [str(ROOT / "build/venv/bin/paradize"), *map(str, arguments)]
+        return subprocess.run(command, capture_output=True, text=True, timeout=timeout, **kwargs)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def player() -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Runs `paradize-player`, without a display: player(DIR, "--time", 3, "--screenshot", "a.png")."""
+
+    def run(
+        *arguments: object, timeout: float = 300, env: dict[str, str] | None = None
+    ) -> subprocess.CompletedProcess[str]:
+        command = [str(ROOT / "build/bin/paradize-player"), "--headless", *map(str, arguments)]
+        environment = {**os.environ, **RENDER_ENVIRONMENT, **(env or {})}
+        return subprocess.run(command, capture_output=True, text=True, timeout=timeout, env=environment)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def island(paradize: Callable[..., subprocess.CompletedProcess[str]]) -> Path:
+    """The island, baked into build/assets/island (a no-op where it is up to date)."""
+    folder = ROOT / "build/assets/island"
+    result = paradize("bake", ROOT / "raw_assets/island.toml", "-o", folder, "--json")
+    assert result.returncode == 0, result.stderr
+    assert json.loads(result.stdout)["failed"] == 0
+    return folder
+
+
+@pytest.fixture(scope="session")
+def node() -> Callable[[str, list[object]], Any]:
+    """Runs a script of tests/e2e under node with the npm peers of package.json; returns its JSON."""
+    modules = ROOT / "build/node/node_modules"
+    if shutil.which("node") is None or not modules.is_dir():
+        pytest.skip("no node or no build/node/node_modules: `make setup-test` brings them")
+
+    def run(script: str, arguments: list[object]) -> Any:
+        command = ["node", str(ROOT / "tests/e2e" / script), *map(str, arguments)]
+        environment = {**os.environ, "PARADIZE_NODE_MODULES": str(modules)}
+        result = subprocess.run(command, capture_output=True, text=True, timeout=120, env=environment)
+        assert result.returncode == 0, result.stderr
+        return json.loads(result.stdout)
+
+    return run
