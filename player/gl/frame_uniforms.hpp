@@ -1,0 +1,45 @@
+#pragma once
+// The uniform block that every shader shares: std140, one copy per view and frame. shaders/lib/frame.glsl
+// declares the same names in the same order; Program checks the offsets when it links.
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec4.hpp>
+
+#include <cstddef>
+
+namespace paradize::gl {
+
+struct FrameUniforms {
+    glm::mat4 view_projection;         // clip from world
+    glm::mat4 view;                    // eye from world
+    glm::mat4 inverse_view_projection; // world from clip
+    glm::mat4 shadow_from_world;       // [0,1]^3 of the shadow map from world
+    glm::vec4 eye;                     // xyz metres: the eye of THIS view; w 1
+    glm::vec4 clip_plane;              // kept where dot(clip_plane, vec4(p, 1)) >= 0; (0,0,0,1) keeps all
+    glm::vec4 viewport;                // width px, height px, 1/width, 1/height
+    glm::vec4 lens;                    // near m, far m, pixels per metre at 1 m, 1 when mirrored
+    glm::vec4 sun_direction;           // xyz unit, from ground to sun; w angular radius, rad
+    glm::vec4 sun_radiance;            // rgb colour x intensity, linear; w 1 when a shadow map is there
+    glm::vec4 ambient;                 // rgb colour x intensity, linear; w unused
+    glm::vec4 fog;                     // rgb linear; w density, 1/m
+    glm::vec4 water;                   // rgb absorption, 1/m; w level, m (-1e9: no water)
+    glm::vec4 clock; // x second of the flight, y second since the start (float: not for scrolling),
+                     // z exposure, w frame number modulo 4096
+};
+
+static_assert(sizeof(FrameUniforms) == 416);
+static_assert(offsetof(FrameUniforms, view) == 64);
+static_assert(offsetof(FrameUniforms, inverse_view_projection) == 128);
+static_assert(offsetof(FrameUniforms, shadow_from_world) == 192);
+static_assert(offsetof(FrameUniforms, eye) == 256);
+static_assert(offsetof(FrameUniforms, clip_plane) == 272);
+static_assert(offsetof(FrameUniforms, viewport) == 288);
+static_assert(offsetof(FrameUniforms, lens) == 304);
+static_assert(offsetof(FrameUniforms, sun_direction) == 320);
+static_assert(offsetof(FrameUniforms, sun_radiance) == 336);
+static_assert(offsetof(FrameUniforms, ambient) == 352);
+static_assert(offsetof(FrameUniforms, fog) == 368);
+static_assert(offsetof(FrameUniforms, water) == 384);
+static_assert(offsetof(FrameUniforms, clock) == 400);
+
+} // namespace paradize::gl

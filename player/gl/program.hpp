@@ -1,0 +1,49 @@
+#pragma once
+// A linked program from shader files, and its uniforms.
+
+#include "gl/handle.hpp"
+
+#include <glm/fwd.hpp>
+
+#include <initializer_list>
+#include <string>
+#include <string_view>
+
+namespace paradize::gl {
+
+class ShaderLibrary;
+
+/// Binding point of the uniform block FrameUniforms.
+inline constexpr unsigned frame_uniforms_binding = 0;
+
+class Program {
+  public:
+    Program() noexcept = default;
+    /// Loads, compiles, links; binds the block FrameUniforms (and checks its offsets against FrameUniforms)
+    /// when the program has it. Throws Error with file, line and the driver's message.
+    Program(const ShaderLibrary &library, std::string_view vertex_file, std::string_view fragment_file,
+            std::initializer_list<std::string_view> defines = {});
+
+    void use() const;
+    /// -1 when the program has no such active uniform; set() ignores -1. Look up once, when built.
+    int location(const char *name) const;
+    /// Ties a sampler uniform to a texture unit, once, when built (the program need not be in use).
+    void set_unit(const char *name, int unit) const;
+
+    // These write to the program in use.
+    static void set(int location, int value);
+    static void set(int location, float value);
+    static void set(int location, const glm::vec2 &value);
+    static void set(int location, const glm::vec3 &value);
+    static void set(int location, const glm::vec4 &value);
+    static void set(int location, const glm::mat3 &value);
+    static void set(int location, const glm::mat4 &value);
+
+    unsigned name() const noexcept { return program_.name(); }
+    explicit operator bool() const noexcept { return static_cast<bool>(program_); }
+
+  private:
+    ProgramName program_;
+};
+
+} // namespace paradize::gl

@@ -1,0 +1,34 @@
+#pragma once
+// Where shader files are and how one becomes a source that GL takes.
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace paradize::gl {
+
+enum class Dialect { glsl330, es300 };
+
+/// The shaders/ folder. A file holds a body without #version; `#include "lib/x.glsl"` (from the folder's
+/// root, each file once) is resolved here; names in messages stay those of the files.
+class ShaderLibrary {
+  public:
+    explicit ShaderLibrary(std::filesystem::path root, Dialect dialect = Dialect::glsl330);
+
+    /// $PARADIZE_SHADERS, else beside the executable: ../../shaders, ../../../shaders (build folders) or
+    /// ../share/paradize/shaders (installed). Throws Error naming the places when there is none.
+    static std::filesystem::path find();
+
+    /// Preamble (#version, precisions of ES 300, one `#define` per entry, "NAME" or "NAME VALUE") and the
+    /// body.
+    std::string source(std::string_view file, std::span<const std::string_view> defines = {}) const;
+    /// Turns the source-string number of a GL message ("2:17") into a file name; "?" when unknown.
+    const std::filesystem::path &root() const { return root_; }
+
+  private:
+    std::filesystem::path root_;
+    Dialect dialect_;
+};
+
+} // namespace paradize::gl

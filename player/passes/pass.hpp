@@ -1,0 +1,59 @@
+#pragma once
+// One drawing step of the player, and the list of them.
+
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace paradize {
+
+namespace gl {
+class ShaderLibrary;
+}
+class Frame;
+class Scene;
+struct View;
+
+/// What a pass may keep; it all outlives the passes.
+struct PassSetup {
+    const Scene &scene;
+    const gl::ShaderLibrary &shaders;
+    float anisotropy = 1.0F; // for samplers of surfaces seen at a grazing angle
+};
+
+/// Constructors load shaders and make GL objects, and may throw; the functions below never throw and never
+/// allocate (resize may). Each leaves GL in the default state: depth test LESS and depth writes on, back
+/// faces culled, no blending, no alpha to coverage, all colours written, polygon offset off. Program, vertex
+/// array, texture and sampler bindings may be left as they are.
+class Pass {
+  public:
+    virtual ~Pass() = default;
+    Pass() = default;
+    Pass(const Pass &) = delete;
+    Pass &operator=(const Pass &) = delete;
+
+    /// The picture has this size: called before the first frame and after every change. Targets are made
+    /// here.
+    virtual void resize(int /*width_px*/, int /*height_px*/) {}
+    /// One fixed step of the simulation, from `time_s` to time_s + step_s (frame.hpp). Always counted from 0,
+    /// so that a moment of the show looks the same however it was reached.
+    virtual void step(double /*time_s*/) {}
+    /// Before the picture: textures that others read (shadow map, reflection, refraction), put into
+    /// frame.shared.
+    virtual void prepare(Frame & /*frame*/) {}
+    /// Draws what this pass has to show in one view. Called for every view; a pass ignores the kinds where it
+    /// has nothing (view.kind).
+    virtual void draw(const Frame & /*frame*/, const View & /*view*/) {}
+    /// After the picture is resolved: from frame.shared.picture into frame.output.
+    virtual void finish(Frame & /*frame*/) {}
+};
+
+/// Every name that --disable takes, in drawing order.
+std::span<const std::string_view> pass_names();
+
+/// The passes that the scene asks for, without the disabled ones, in drawing order. Throws Error.
+std::vector<std::unique_ptr<Pass>> make_passes(const PassSetup &setup, std::span<const std::string> disabled);
+
+} // namespace paradize

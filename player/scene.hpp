@@ -1,0 +1,77 @@
+#pragma once
+// The scene as the passes see it: what scene.json says, joined with the textures and meshes that the streamer
+// fills.
+
+#include "assets/scene_file.hpp"
+#include "streamer.hpp"
+#include "view.hpp"
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace paradize {
+
+struct Instance {
+    glm::mat4 model{1.0F};  // world from mesh
+    glm::vec3 center{0.0F}; // bounding sphere in the world
+    float radius_m = 0.0F;
+    float scale = 1.0F;
+};
+
+struct Object {
+    const assets::Object *file = nullptr;
+    const StreamedMesh *mesh = nullptr;
+    // nullptr: the object has no such map
+    const StreamedTexture *color = nullptr;
+    const StreamedTexture *normal = nullptr;
+    const StreamedTexture *height = nullptr;
+    const StreamedTexture *gloss = nullptr;
+    std::vector<assets::Material> materials; // one per name in mesh->materials(), same order
+    std::vector<Instance> instances;
+};
+
+/// One instance to draw in one view, at a level whose data is resident.
+struct DrawItem {
+    const Object *object = nullptr;
+    const Instance *instance = nullptr;
+    int lod = 0;
+};
+
+class Scene {
+  public:
+    /// Makes handles for every artifact of the scene; uploads nothing yet. Throws Error.
+    Scene(assets::SceneFile file, Streamer &streamer);
+    Scene(const Scene &) = delete;
+    Scene &operator=(const Scene &) = delete;
+
+    const assets::SceneFile &file() const { return file_; }
+    std::span<const Object> objects() const { return objects_; }
+
+    /// By artifact name; nullptr for an empty name. The scene file's references are checked when it is read,
+    /// so that a name of the scene file is always there.
+    const StreamedTexture *texture(std::string_view artifact) const;
+    const StreamedMesh *mesh(std::string_view artifact) const;
+
+    std::size_t instance_count() const { return instance_count_; }
+    /// Culls by sphere and picks levels; appends to `items`, whose capacity must hold instance_count()
+    /// already. Levels are picked for `eye` (the light's view takes the picture's, so that shadows fit their
+    /// casters).
+    void collect(const View &view, const glm::vec3 &eye, float pixels_at_1m,
+                 std::vector<DrawItem> &items) const;
+
+  private:
+    assets::SceneFile file_;
+    const Streamer &streamer_;
+    std::vector<Object> objects_;
+    std::size_t instance_count_ = 0;
+};
+
+/// The coarsest level whose error, seen from `distance_m`, covers no more than `error_px` pixels.
+/// errors_m: level 0 first, growing. Returns 0 when none is coarse enough.
+int choose_lod(std::span<const float> errors_m, float distance_m, float pixels_at_1m, float error_px);
+
+} // namespace paradize

@@ -1,0 +1,94 @@
+#pragma once
+// Brings baked files to the GPU: maps them, uploads within a byte budget per frame, coarse first.
+
+#include "assets/scene_file.hpp"
+#include "gl/handle.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace paradize {
+
+/// A texture that becomes finer while the player runs. Before its first level arrives bind() gives a neutral
+/// texel (mid grey; for SNORM maps zero, that is a flat normal and no shake).
+class StreamedTexture {
+  public:
+    /// Binds to a unit. `sampler` 0 takes the texture's own parameters: repeat, trilinear (cube maps: clamp).
+    void bind(unsigned unit, unsigned sampler = 0) const;
+    unsigned target() const { return target_; } // GL_TEXTURE_2D or GL_TEXTURE_CUBE_MAP
+    int width_px() const { return width_px_; }
+    int height_px() const { return height_px_; }
+    int levels() const { return levels_; }
+    bool resident() const { return finest_ < levels_; } // something is there
+    bool complete() const { return finest_ == 0; }      // all is there
+
+  private:
+    friend class Streamer;
+    gl::Texture texture_;
+    gl::Texture fallback_;
+    unsigned target_ = 0;
+    int width_px_ = 0, height_px_ = 0, levels_ = 0;
+    int finest_ = 0; // the finest level that is resident; levels_: none
+};
+
+/// A run of triangles of one material.
+struct MeshPrimitive {
+    int material = 0; // index into StreamedMesh::materials()
+    int index_count = 0;
+    std::size_t index_offset = 0; // bytes into the level's index buffer
+};
+
+struct MeshLevel {
+    gl::VertexArray vertex_array;
+    gl::Buffer vertices, indices;
+    unsigned index_type = 0; // GL_UNSIGNED_SHORT or GL_UNSIGNED_INT
+    std::vector<MeshPrimitive> primitives;
+    bool has_uv1 = false;
+    bool resident = false;
+};
+
+class StreamedMesh {
+  public:
+    std::span<const MeshLevel> levels() const { return levels_; } // level 0, the finest, first
+    std::span<const std::string> materials() const { return materials_; }
+    /// The resident level nearest to `wanted`, coarser ones first; -1 when none is there.
+    int best_level(int wanted) const;
+    /// Draws all primitives of a material, or of all (-1). Leaves the vertex array bound.
+    void draw(int level, int material = -1) const;
+
+  private:
+    friend class Streamer;
+    std::vector<MeshLevel> levels_;
+    std::vector<std::string> materials_;
+};
+
+class Streamer {
+  public:
+    /// Maps and validates every mesh, texture and cube map of the scene. Throws Error naming file and place.
+    Streamer(const assets::SceneFile &file, const std::filesystem::path &folder);
+    ~Streamer();
+    Streamer(const Streamer &) = delete;
+    Streamer &operator=(const Streamer &) = delete;
+
+    const StreamedTexture *texture(std::string_view artifact) const;
+    const StreamedMesh *mesh(std::string_view artifact) const;
+
+    /// Uploads at most `budget_bytes` (at least one step, so that it always gets on). True when all is
+    /// resident.
+    bool upload(std::size_t budget_bytes);
+    bool complete() const;
+    std::uint64_t resident_bytes() const;
+    std::uint64_t total_bytes() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace paradize

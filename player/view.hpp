@@ -1,0 +1,35 @@
+#pragma once
+// One look at the scene: the picture's, the mirror's under the water, the refraction's, the light's.
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include <array>
+
+namespace paradize {
+
+enum class ViewKind { light, mirror, refraction, main };
+inline constexpr int view_kinds = 4;
+
+struct View {
+    ViewKind kind = ViewKind::main;
+    glm::mat4 view{1.0F};
+    glm::mat4 projection{1.0F};
+    glm::mat4 view_projection{1.0F};
+    glm::vec3 eye{0.0F};                          // of this view: the mirrored one in the mirror
+    glm::vec4 clip_plane{0.0F, 0.0F, 0.0F, 1.0F}; // world; kept where dot(plane, (p, 1)) >= 0
+    bool clipped = false;                         // gl_ClipDistance[0] is on
+    bool mirrored = false;                        // winding is reversed
+    int width_px = 0;
+    int height_px = 0;
+    float near_m = 0.0F;
+    float far_m = 0.0F;
+    float pixels_at_1m = 1.0F; // pixels that one metre covers at a distance of one metre; 0 for the light
+    std::array<glm::vec4, 6> planes{}; // frustum, inward, unit normals
+
+    /// Is any of the sphere inside the frustum and on the kept side of the clip plane?
+    bool sees(const glm::vec3 &center, float radius_m) const;
+};
+
+} // namespace paradize
