@@ -1,0 +1,57 @@
+"""Five moments of the flight look as they looked when a person last approved them.
+
+To approve a wanted change, look at build/golden/*.png and copy them over tests/golden/.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.pictures import difference, load, save
+
+MOMENTS_S = (10, 62, 118, 165, 214)
+SIZE = "640x360"
+
+# Who needs the slack: other CPUs. llvmpipe takes its reciprocals from the CPU (rcpps, rsqrtps differ between
+# makers), and older instruction sets move about 0.1 % of the pixels by one to three steps of 255.
+MAX_OUTLIERS = 0.001
+MAX_FLIP = 0.01
+MAX_TILE_FLIP = 0.1
+
+
+@pytest.mark.parametrize("time_s", MOMENTS_S)
+def test_moment_of_the_flight_looks_as_approved(
+    time_s: int, island: Path, root: Path, player: Callable[..., subprocess.CompletedProcess[str]]
+) -> None:
+    rendered = root / "build/golden" / f"island_{time_s:03d}.png"
+    rendered.parent.mkdir(parents=True, exist_ok=True)
+    result = player(island, "--time", time_s, "--size", SIZE, "--screenshot", rendered)
+    assert result.returncode == 0, result.stderr
+    golden = root / "tests/golden" / rendered.name
+    assert golden.is_file(), f"no golden picture {golden}: look at {rendered} and copy it there"
+    error = difference(golden, rendered)
+    message = f"{rendered} differs from {golden}: {error}"
+    assert error["outliers"] <= MAX_OUTLIERS, message
+    assert error["flip"] <= MAX_FLIP, message
+    assert error["tile"] <= MAX_TILE_FLIP, message
+
+
+def test_the_rule_sees_a_small_hole_and_a_faint_drift(root: Path, tmp_path: Path) -> None:
+    golden = root / "tests/golden" / f"island_{MOMENTS_S[0]:03d}.png"
+    same = tmp_path / "same.png"
+    shutil.copy(golden, same)
+    assert difference(golden, same) == {"outliers": 0.0, "flip": 0.0, "tile": 0.0}
+    hole = load(golden)
+    hole[64:96, 64:96] = 0
+    save(tmp_path / "hole.png", hole)
+    found = difference(golden, tmp_path / "hole.png")
+    assert found["tile"] > MAX_TILE_FLIP
+    assert found["outliers"] > MAX_OUTLIERS
+    save(tmp_path / "drift.png", np.clip(load(golden) + 3 / 255, 0, 1))
+    assert difference(golden, tmp_path / "drift.png")["flip"] > MAX_FLIP
