@@ -26,7 +26,7 @@ def save(path: Path, pixels: NDArray[np.float32]) -> None:
 
 
 def flip_map(reference: NDArray[np.float32], test: NDArray[np.float32]) -> NDArray[np.float32]:
-    """FLIP per pixel, (h, w) (Andersson et al., FLIP: A Difference Evaluator for Alternating Images, 2020)."""
+    """FLIP per pixel, (h, w) (Andersson et al., FLIP: A Difference Evaluator, 2020)."""
     error, _, _ = flip_evaluator.evaluate(reference, test, "LDR", applyMagma=False)
     return np.asarray(error, dtype=np.float32)[..., 0]
 

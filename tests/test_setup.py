@@ -1,0 +1,69 @@
+"""Setup asks a machine for what it lacks, and for nothing else."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+TOOLS = ("bash", "dirname", "id", "grep", "python3", "env", "ldconfig")
+
+
+def run_debian(tmp_path: Path, listed: str, extra: dict[str, str]) -> subprocess.CompletedProcess[str]:
+    """Runs debian.sh over a list of its own, on a PATH that holds TOOLS and the scripts in `extra` only."""
+    shutil.copy(ROOT / "setup/debian.sh", tmp_path / "debian.sh")
+    (tmp_path / "debian.txt").write_text(listed)
+    path = tmp_path / "bin"
+    path.mkdir()
+    for tool in TOOLS:
+        where = shutil.which(tool, path=os.environ["PATH"] + ":/sbin:/usr/sbin")
+        if where:
+            (path / tool).symlink_to(where)
+    for name, body in extra.items():
+        (path / name).write_text(f"#!/bin/bash\n{body}\n")
+        (path / name).chmod(0o755)
+    return subprocess.run(
+        [str(path / "bash"), str(tmp_path / "debian.sh"), "run"],
+        env={"PATH": str(path)}, capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+
+
+MISSING = "run command:no-such-command some-package\ntest command:nor-this other-package\n"
+
+
+def test_nothing_missing_asks_apt_for_nothing(tmp_path: Path) -> None:
+    result = run_debian(tmp_path, "run command:bash bash\n", {"apt-get": "echo asked >&2; exit 9"})
+    assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
+
+
+def test_only_the_asked_list_is_installed(tmp_path: Path) -> None:
+    asking = f'echo "$@" >>{tmp_path}/asked'
+    result = run_debian(tmp_path, MISSING, {"apt-get": asking, "sudo": '"$@"'})
+    assert result.returncode == 0, result.stderr
+    asked = (tmp_path / "asked").read_text()
+    assert "some-package" in asked
+    assert "other-package" not in asked
+
+
+def test_without_apt_the_exact_list_is_printed(tmp_path: Path) -> None:
+    result = run_debian(tmp_path, MISSING, {})
+    assert result.returncode == 1
+    assert "some-package" in result.stderr
+    assert "other-package" not in result.stderr
+
+
+def test_a_wrong_probe_is_refused(tmp_path: Path) -> None:
+    result = run_debian(tmp_path, "run smell:roses florist\n", {})
+    assert result.returncode == 2
+    assert "smell:roses" in result.stderr
+
+
+def test_a_second_setup_runs_no_recipe() -> None:
+    """`make -q` is true when nothing is to be done; only where setup has been done by make itself."""
+    if not (ROOT / "build/stamps/kernels").exists():
+        pytest.skip("build/ was not set up by make")
+    assert subprocess.run(["make", "-q", "setup"], cwd=ROOT, capture_output=True).returncode == 0
