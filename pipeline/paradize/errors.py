@@ -1,13 +1,16 @@
 """The exception tree. Every error a person can meet says: file, place, value, limit, mend.
 
-    ParadizeError
-    ├── SourceError    an input file is missing, broken or outside what Paradize accepts
-    ├── SceneError     the scene TOML asks for something that does not exist or is out of range
-    ├── FormatError    a baked file is not what its format says
-    └── BakeError      a stage could not do its work on valid input
+ParadizeError
+├── SourceError    an input file is missing, broken or outside what Paradize accepts
+├── SceneError     the scene TOML asks for something that does not exist or is out of range
+├── FormatError    a baked file is not what its format says
+├── BakeError      a stage could not do its work on valid input
+└── GroupedError   all of a run's errors, told together
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterable
 
 
 class ParadizeError(Exception):
@@ -39,3 +42,18 @@ class FormatError(ParadizeError):
 
 class BakeError(ParadizeError):
     """A stage could not do its work on valid input."""
+
+
+class GroupedError(ParadizeError):
+    """Everything that was found wrong in one run: told together, not one a day."""
+
+    def __init__(self, errors: Iterable[ParadizeError]) -> None:
+        self.errors: tuple[ParadizeError, ...] = tuple(
+            part
+            for error in errors
+            for part in (error.errors if isinstance(error, GroupedError) else (error,))
+        )
+        super().__init__("\n".join(str(error) for error in self.errors))
+
+    def __reduce__(self) -> tuple[type[GroupedError], tuple[tuple[ParadizeError, ...]]]:
+        return GroupedError, (self.errors,)

@@ -1,0 +1,302 @@
+# ruff: noqa: RUF009 (the calls in the dataclasses make their fields)
+"""The scene: one TOML file -> frozen settings, each field with its default, unit and allowed range.
+
+Axes: right-handed, Y up, metres. Angles are degrees in the file (`_deg`). Colours are linear RGB. Azimuth
+turns clockwise seen from above, from north (-Z, row 0 of the heightmap) to east (+X): 0 = -Z, 90 = +X. Sources
+are files beside the TOML or in folders below it. Knows no numpy: a bake with nothing to do stays fast.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+from paradize.errors import SceneError
+from paradize.schema import (
+    Faults,
+    Limit,
+    choice,
+    flag,
+    identifier,
+    limits,
+    named_tables,
+    number,
+    read_table,
+    source,
+    sources,
+    table,
+    tables,
+    texts,
+    vector,
+    whole,
+)
+
+FAR = 1e6  # metres: no coordinate of a scene lies farther out
+SCENE_LIMIT_BYTES = 4 << 20
+
+METRICS = {
+    "surface_max": Limit("of the diagonal", True, 1.0, "largest two-sided surface distance of a LOD"),
+    "surface_rms": Limit("of the diagonal", True, 1.0, "RMS of the two-sided surface distance of a LOD"),
+    "terrain_max_m": Limit("m", True, FAR, "largest vertical distance of the terrain from its heightmap"),
+    "terrain_rms_m": Limit("m", True, FAR, "RMS of the vertical distance of the terrain from its heightmap"),
+    "normal_p99_deg": Limit("degrees", True, 180.0, "99 of 100 normals of a map are nearer to the reference"),
+    "color_psnr_db": Limit("dB", False, 200.0, "PSNR of a colour texture against its source"),
+    "height_psnr_db": Limit("dB", False, 200.0, "PSNR of a height texture against its reference"),
+    "gloss_psnr_db": Limit("dB", False, 200.0, "PSNR of a gloss texture against its reference"),
+    "dudv_p99_deg": Limit("degrees", True, 180.0, "99 of 100 du/dv texels are nearer to the reference"),
+    "path_miss_m": Limit("m", True, FAR, "farthest that the camera passes from a waypoint"),
+    "path_ripple_max": Limit("of the speed", True, 10.0, "largest deviation from the asked speed"),
+    "path_ripple_p99": Limit("of the speed", True, 10.0, "99 of 100 moments deviate less"),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Head:
+    name: str = identifier()
+    exposure: float = number(1.0, low=1e-6, high=1e6)
+    viewport: tuple[int, int] = vector((1280, 720), size=2, low=16, high=16384, unit="pixels", integers=True)
+    lod_error_px: float = number(1.0, low=0.01, high=100.0, unit="pixels")
+    poster_s: float = number(0.0, low=0.0, high=86_400.0, unit="s")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sun:
+    azimuth_deg: float = number(200.0, low=-360.0, high=360.0, unit="degrees")
+    elevation_deg: float = number(35.0, low=-90.0, high=90.0, unit="degrees")
+    color: tuple[float, float, float] = vector((1.0, 0.9, 0.75), size=3, low=0.0, high=100.0)
+    intensity: float = number(3.0, low=0.0, high=1e6)
+    angular_diameter_deg: float = number(0.53, low=0.0, high=30.0, unit="degrees")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ambient:
+    color: tuple[float, float, float] = vector((0.55, 0.7, 1.0), size=3, low=0.0, high=100.0)
+    intensity: float = number(0.5, low=0.0, high=1e6)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fog:
+    color: tuple[float, float, float] = vector((0.75, 0.85, 0.95), size=3, low=0.0, high=1e4)
+    density_per_m: float = number(0.0, low=0.0, high=100.0, unit="1/m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sky:
+    faces: tuple[Path, ...] = sources(size=6)  # +X -X +Y -Y +Z -Z
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shadow:
+    size: int = whole(2048, low=16, high=16384, unit="texels")
+    extent_m: float = number(100.0, low=1e-3, high=FAR, unit="m")  # side of the square that the light sees
+    center: tuple[float, float, float] = vector((0.0, 0.0, 0.0), size=3, low=-FAR, high=FAR, unit="m")
+    blur_distance_m: float = number(50.0, low=0.0, high=FAR, unit="m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """A view rendered into a texture; its resolution as a share of the window's."""
+
+    scale: float = number(0.5, low=1 / 16, high=2.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Terrain:
+    heightmap: Path = source()
+    size_m: tuple[float, float] = vector(size=2, low=1e-6, high=FAR, unit="m")  # x, z: first to last pixel
+    height_m: float = number(low=-FAR, high=FAR, unit="m")  # white lies this far above black
+    base_m: float = number(0.0, low=-FAR, high=FAR, unit="m")  # y of black
+    max_error_m: float = number(0.03, low=0.0, high=FAR, unit="m")  # 0: every pixel becomes a vertex
+    sand_color: Path = source()
+    sand_repeat: float = number(1.0, low=1e-3, high=1e5)  # nb: how often the sand lies along X
+    sand_height: Path | None = source(None)
+    sand_strength: float = number(0.0, low=0.0, high=100.0, unit="% of the width")  # 0: no sand normal map
+    effect_color: Path | None = source(None)
+    effect_height: Path | None = source(None)  # else the effect map's normals come from its colour
+    effect_strength: float = number(1.0, low=0.0, high=100.0, unit="% of the width")
+    mix_low_m: float = number(0.0, low=-FAR, high=FAR, unit="m")  # below: effect only
+    mix_high_m: float = number(2.0, low=-FAR, high=FAR, unit="m")  # above: sand only
+    specular: float = number(0.05, low=0.0, high=10.0)
+    smoothness: float = number(0.2, low=0.0, high=1.0)
+    wet_high_m: float = number(0.5, low=0.0, high=FAR, unit="m")  # sand is wet up to here above the water
+    wet_darkness: float = number(0.4, low=0.0, high=1.0)
+    wet_smoothness: float = number(0.6, low=0.0, high=1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Water:
+    waves: Path = source()  # a tileable height map
+    wave_strength: float = number(1.0, low=1e-6, high=100.0, unit="% of the width")
+    level_m: float = number(0.0, low=-FAR, high=FAR, unit="m")
+    size_m: float = number(1000.0, low=1e-3, high=FAR, unit="m")  # side of the square of water
+    tile: float = number(40.0, low=1e-3, high=1e5)  # how often the waves lie along it
+    k: float = number(0.02, low=0.0, high=10.0)  # refraction strength
+    scroll: tuple[float, float] = vector((0.01, 0.006), size=2, low=-10.0, high=10.0, unit="tiles/s")
+    strength: float = number(0.02, low=0.0, high=10.0)  # how far the du/dv map shakes the reflection
+    deep_color: tuple[float, float, float] = vector((0.003, 0.045, 0.107), size=3, low=0.0, high=100.0)
+    shallow_color: tuple[float, float, float] = vector((0.05, 0.533, 0.527), size=3, low=0.0, high=100.0)
+    absorption_per_m: tuple[float, float, float] = vector(
+        (0.4, 0.08, 0.06), size=3, low=0.0, high=1e4, unit="1/m"
+    )
+    specular: float = number(1.0, low=0.0, high=10.0)
+    smoothness: float = number(0.95, low=0.0, high=1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObjectMaterial:
+    parallax_scale: float = number(0.0, low=0.0, high=1.0, unit="of the texture's width")
+    parallax_bias: float = number(0.0, low=-1.0, high=1.0)
+    specular: float = number(0.0, low=0.0, high=10.0)
+    smoothness: float = number(0.3, low=0.0, high=1.0)
+    two_sided: bool = flag(False)
+    alpha_cutoff: float = number(0.0, low=0.0, high=1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Instance:
+    position: tuple[float, float, float] = vector((0.0, 0.0, 0.0), size=3, low=-FAR, high=FAR, unit="m")
+    yaw_deg: float = number(0.0, low=-3600.0, high=3600.0, unit="degrees")
+    scale: float = number(1.0, low=1e-6, high=1e6)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneObject:
+    name: str = identifier()
+    mesh: Path = source()
+    color: Path | None = source(None)  # else the map_Kd that all of the MTL's materials share
+    alpha: Path | None = source(None)  # else the colour map's own alpha
+    lods: int = whole(4, low=1, high=8)
+    max_error: float | None = number(None, low=0.0, high=1.0, unit="of the diagonal")
+    atlas: bool = flag(False)  # make a UV layout where the OBJ has none
+    wrap: str = choice("clamp", among=("clamp", "repeat"))
+    strength: float = number(
+        1.0, low=0.0, high=100.0, unit="% of the width"
+    )  # bumps from the colour; 0: none
+    gloss_groups: tuple[str, ...] = texts(())  # only these groups or materials shine; empty: all that do
+    materials: dict[str, ObjectMaterial] = named_tables(ObjectMaterial, key="material")
+    instances: tuple[Instance, ...] = tables(Instance, least=1, key="instance")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Particles:
+    name: str = identifier()
+    center: tuple[float, float, float] = vector(size=3, low=-FAR, high=FAR, unit="m")
+    radius_m: float = number(3.0, low=0.0, high=FAR, unit="m")
+    count: int = whole(200, low=1, high=1_000_000)
+    size_m: tuple[float, float] = vector((0.01, 0.03), size=2, low=1e-6, high=1e3, unit="m", rising=True)
+    life_per_s: tuple[float, float] = vector((0.2, 0.6), size=2, low=1e-4, high=1e3, unit="1/s", rising=True)
+    threshold: float = number(0.02, low=0.0, high=1.0)  # reborn elsewhere when its life is below
+    color: tuple[float, float, float] = vector((1.0, 0.95, 0.8), size=3, low=0.0, high=1e4)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sound:
+    file: Path = source()
+    volume: float = number(1.0, low=0.0, high=1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class EyePoint:
+    position: tuple[float, float, float] = vector(size=3, low=-FAR, high=FAR, unit="m")
+    speed: float = number(1.0, low=0.05, high=20.0, unit="of the mean speed")
+    roll_deg: float = number(0.0, low=-180.0, high=180.0, unit="degrees")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TargetPoint:
+    position: tuple[float, float, float] = vector(size=3, low=-FAR, high=FAR, unit="m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flight:
+    duration_s: float = number(240.0, low=0.1, high=86_400.0, unit="s")
+    fov_deg: float = number(50.0, low=1.0, high=170.0, unit="degrees")  # vertical
+    near_m: float = number(0.1, low=1e-4, high=FAR, unit="m")
+    far_m: float = number(2000.0, low=1e-3, high=10 * FAR, unit="m")
+    eye: tuple[EyePoint, ...] = tables(EyePoint, least=3, most=1000)
+    target: tuple[TargetPoint, ...] = tables(TargetPoint, least=3, most=1000)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    head: Head = table(Head, key="scene")
+    sun: Sun = table(Sun, Sun)
+    ambient: Ambient = table(Ambient, Ambient)
+    fog: Fog = table(Fog, Fog)
+    sky: Sky | None = table(Sky, None)
+    shadow: Shadow | None = table(Shadow, None)
+    reflection: View | None = table(View, None)
+    refraction: View | None = table(View, None)
+    terrain: Terrain | None = table(Terrain, None)
+    water: Water | None = table(Water, None)
+    objects: tuple[SceneObject, ...] = tables(SceneObject, key="object")
+    particles: tuple[Particles, ...] = tables(Particles)
+    sound: Sound | None = table(Sound, None)
+    flight: Flight = table(Flight)
+    budget: dict[str, float] = limits(METRICS)
+
+
+def _cross_checks(scene: Scene, faults: Faults) -> None:
+    """What no single field can see."""
+    names = [item.name for item in scene.objects]
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            faults.add(f"object[{i}].name", f"{name!r} is already object[{names.index(name)}]", "rename one")
+        if name in {"terrain", "sand", "effect", "water", "sky", "sound"}:
+            faults.add(f"object[{i}].name", f"{name!r} names the scene's own artifacts", "rename it")
+    sparkles = [item.name for item in scene.particles]
+    for i, name in enumerate(sparkles):
+        if name in sparkles[:i]:
+            first = sparkles.index(name)
+            faults.add(f"particles[{i}].name", f"{name!r} is already particles[{first}]", "rename one")
+    flight = scene.flight
+    if len(flight.eye) != len(flight.target):
+        counts = f"{len(flight.target)} target waypoints for {len(flight.eye)} eye waypoints"
+        faults.add("flight.target", counts, "write one target for each eye waypoint")
+    for i, point in enumerate(flight.eye):
+        after = (i + 1) % len(flight.eye)
+        if point.position == flight.eye[after].position:
+            faults.add(
+                f"flight.eye[{after}].position",
+                f"is the same place as flight.eye[{i}]",
+                "the camera cannot fly a path of no length; move one or take one out",
+            )
+    if flight.near_m >= flight.far_m:
+        faults.add("flight.near_m", f"is {flight.near_m:g}", f"must be below far_m = {flight.far_m:g}")
+    if scene.head.poster_s > flight.duration_s:
+        mend = f"the flight lasts {flight.duration_s:g} s"
+        faults.add("scene.poster_s", f"is {scene.head.poster_s:g}", mend)
+    if scene.terrain and scene.terrain.mix_low_m > scene.terrain.mix_high_m:
+        mend = f"must not be above mix_high_m = {scene.terrain.mix_high_m:g}"
+        faults.add("terrain.mix_low_m", f"is {scene.terrain.mix_low_m:g}", mend)
+
+
+def load_scene(path: Path) -> Scene:
+    """Reads and checks a scene TOML, sources beside it included.
+
+    Raises SceneError, or GroupedError when more than one thing is wrong: every fault is told.
+    """
+    try:
+        if path.stat().st_size > SCENE_LIMIT_BYTES:
+            raise SceneError(f"is larger than {SCENE_LIMIT_BYTES} bytes; no scene is", file=path)
+        text = path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        raise SceneError("there is no such file", file=path) from None
+    except OSError as error:
+        raise SceneError(error.strerror or str(error), file=path) from None
+    except UnicodeDecodeError as error:
+        raise SceneError(f"byte {error.start} is not UTF-8", file=path, mend="save it as UTF-8") from None
+    try:
+        tree = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"is not TOML: {error}", file=path) from None
+    except RecursionError:
+        raise SceneError("is nested too deeply", file=path) from None
+    faults = Faults(path)
+    scene = read_table(Scene, tree, "", faults)
+    if scene is not None:
+        _cross_checks(scene, faults)
+    faults.raise_if_any()
+    assert scene is not None
+    return scene

@@ -1,0 +1,312 @@
+"""How a table of a TOML file becomes a frozen dataclass: one rule per field, all faults told at once.
+
+A field is declared with its default, unit and allowed range beside it (`number(0.5, low=0, high=1)`); a field
+without a default is required. `read_table` checks types, ranges, unknown keys and files, and collects every
+fault as a SceneError that names the key path, the value, the limit and the mend.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Callable
+from dataclasses import MISSING, dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+from paradize.errors import ParadizeError, SceneError, GroupedError
+
+T = TypeVar("T")
+
+
+class Faults:
+    """Collects the faults of one file; `file` is named in each, sources are looked for beside it."""
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+        self.folder = file.parent.resolve()
+        self.errors: list[ParadizeError] = []
+
+    def add(self, place: str, what: str, mend: str | None = None) -> None:
+        self.errors.append(SceneError(what, file=self.file, place=place, mend=mend))
+
+    def raise_if_any(self) -> None:
+        """Raises SceneError for one fault, GroupedError for more."""
+        if len(self.errors) == 1:
+            raise self.errors[0]
+        if self.errors:
+            raise GroupedError(self.errors)
+
+
+Rule = Callable[[object, str, Faults], Any]  # value, key path, faults -> the checked value (None on a fault)
+
+
+def _field(rule: Rule, default: Any, unit: str = "", key: str | None = None) -> Any:
+    metadata = {"rule": rule, "unit": unit, "key": key}
+    if isinstance(default, type) or callable(default):
+        return field(default_factory=default, metadata=metadata)
+    return field(default=default, metadata=metadata)
+
+
+def _show(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _real(value: object) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        return float(value)
+    except OverflowError:
+        return float("inf")
+
+
+def _limits(low: float, high: float, unit: str) -> str:
+    return f"allowed: {low:g} to {high:g}{' ' + unit if unit else ''}"
+
+
+def number(default: Any = MISSING, *, low: float, high: float, unit: str = "") -> Any:
+    """A finite number in [low, high]."""
+
+    def rule(value: object, place: str, faults: Faults) -> float | None:
+        real = _real(value)
+        if real is None:
+            faults.add(place, f"is {_show(value)}, not a number", _limits(low, high, unit))
+            return None
+        if not low <= real <= high:  # also refuses NaN
+            faults.add(place, f"is {_show(value)}, out of range", _limits(low, high, unit))
+            return None
+        return real
+
+    return _field(rule, default, unit)
+
+
+def whole(default: Any = MISSING, *, low: int, high: int, unit: str = "") -> Any:
+    """A whole number in [low, high]."""
+
+    def rule(value: object, place: str, faults: Faults) -> int | None:
+        if isinstance(value, bool) or not isinstance(value, int):
+            faults.add(place, f"is {_show(value)}, not a whole number", _limits(low, high, unit))
+            return None
+        if not low <= value <= high:
+            faults.add(place, f"is {value}, out of range", _limits(low, high, unit))
+            return None
+        return value
+
+    return _field(rule, default, unit)
+
+
+def vector(
+    default: Any = MISSING,
+    *,
+    size: int,
+    low: float,
+    high: float,
+    unit: str = "",
+    rising: bool = False,
+    integers: bool = False,
+) -> Any:
+    """`size` finite numbers in [low, high]; with `rising` none is smaller than the one before it."""
+
+    def rule(value: object, place: str, faults: Faults) -> tuple[float, ...] | None:
+        limits = f"{size} {'whole ' if integers else ''}numbers, {_limits(low, high, unit)}"
+        if not isinstance(value, list) or len(value) != size:
+            faults.add(place, f"is {_show(value)}, not {size} numbers", limits)
+            return None
+        reals = []
+        for i, item in enumerate(value):
+            real = _real(item)
+            if real is None or not low <= real <= high or (integers and not isinstance(item, int)):
+                faults.add(f"{place}[{i}]", f"is {_show(item)}", limits)
+                return None
+            reals.append(int(real) if integers else real)
+        if rising and any(b < a for a, b in itertools.pairwise(reals)):
+            faults.add(place, f"is {_show(value)}", "write the smaller number first")
+            return None
+        return tuple(reals)
+
+    return _field(rule, default, unit)
+
+
+def flag(default: Any = MISSING) -> Any:
+    """true or false."""
+
+    def rule(value: object, place: str, faults: Faults) -> bool | None:
+        if not isinstance(value, bool):
+            faults.add(place, f"is {_show(value)}", "write true or false")
+            return None
+        return value
+
+    return _field(rule, default)
+
+
+def choice(default: Any = MISSING, *, among: tuple[str, ...]) -> Any:
+    """One of a few words."""
+
+    def rule(value: object, place: str, faults: Faults) -> str | None:
+        if value not in among:
+            faults.add(place, f"is {_show(value)}", f"allowed: {', '.join(among)}")
+            return None
+        return str(value)
+
+    return _field(rule, default)
+
+
+_NAME = "abcdefghijklmnopqrstuvwxyz0123456789_"
+
+
+def identifier(default: Any = MISSING) -> Any:
+    """A name that also names files: 1 to 40 of a-z, 0-9 and _, a letter first."""
+
+    def rule(value: object, place: str, faults: Faults) -> str | None:
+        good = isinstance(value, str) and 1 <= len(value) <= 40 and all(c in _NAME for c in value)
+        if not good or not str(value)[0].isalpha():
+            faults.add(place, f"is {_show(value)}", "write 1 to 40 of a-z, 0-9 and _, a letter first")
+            return None
+        return str(value)
+
+    return _field(rule, default)
+
+
+def texts(default: Any = MISSING) -> Any:
+    """A list of strings."""
+
+    def rule(value: object, place: str, faults: Faults) -> tuple[str, ...] | None:
+        if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+            faults.add(place, f"is {_show(value)}, not a list of strings")
+            return None
+        return tuple(value)
+
+    return _field(rule, default)
+
+
+def _source(value: object, place: str, faults: Faults) -> Path | None:
+    if not isinstance(value, str) or not value or "\0" in value:
+        faults.add(place, f"is {_show(value)}, not a file", "write a path relative to the scene's folder")
+        return None
+    try:
+        path = (faults.folder / value).resolve()
+        inside = path.is_relative_to(faults.folder)
+        there = inside and path.is_file()
+    except (OSError, RuntimeError) as error:
+        faults.add(place, f"{_show(value)}: {error}")
+        return None
+    if not inside:
+        faults.add(place, f"{_show(value)} lies outside the scene's folder", f"move it into {faults.folder}")
+        return None
+    if not there:
+        faults.add(place, f"there is no file {_show(value)}", f"looked for in {faults.folder}")
+        return None
+    return path
+
+
+def source(default: Any = MISSING) -> Any:
+    """A file, relative to the scene's folder and inside it."""
+    return _field(_source, default)
+
+
+def sources(default: Any = MISSING, *, size: int) -> Any:
+    """`size` files, each relative to the scene's folder and inside it."""
+
+    def rule(value: object, place: str, faults: Faults) -> tuple[Path, ...] | None:
+        if not isinstance(value, list) or len(value) != size:
+            faults.add(place, f"is {_show(value)}", f"write {size} files")
+            return None
+        paths = [_source(item, f"{place}[{i}]", faults) for i, item in enumerate(value)]
+        return None if None in paths else tuple(path for path in paths if path is not None)
+
+    return _field(rule, default)
+
+
+def table(of: type[T], default: Any = MISSING, *, key: str | None = None) -> Any:
+    """A table that is itself a dataclass of rules; `key` is its name in the file where it differs."""
+    return _field(lambda value, place, faults: read_table(of, value, place, faults), default, key=key)
+
+
+def tables(of: type[T], *, least: int = 0, most: int = 10_000, key: str | None = None) -> Any:
+    """An array of tables, `least` to `most` of them."""
+
+    def rule(value: object, place: str, faults: Faults) -> tuple[T, ...] | None:
+        if not isinstance(value, list):
+            faults.add(place, f"is {_show(value)}, not an array of tables", f"write [[{place}]]")
+            return None
+        if not least <= len(value) <= most:
+            faults.add(place, f"has {len(value)} entries", f"allowed: {least} to {most}")
+        items = [read_table(of, item, f"{place}[{i}]", faults) for i, item in enumerate(value)]
+        return tuple(item for item in items if item is not None)
+
+    return _field(rule, MISSING if least else tuple, key=key)
+
+
+def named_tables(of: type[T], *, key: str | None = None) -> Any:
+    """A table of tables by name, for example a material each."""
+
+    def rule(value: object, place: str, faults: Faults) -> dict[str, T]:
+        if not isinstance(value, dict):
+            faults.add(place, f"is {_show(value)}, not a table of tables")
+            return {}
+        read = {name: read_table(of, item, f"{place}.{name}", faults) for name, item in value.items()}
+        return {name: item for name, item in read.items() if item is not None}
+
+    return _field(rule, dict, key=key)
+
+
+@dataclass(frozen=True)
+class Limit:
+    """What a budget limits: its unit, whether less is better, and the range that makes sense."""
+
+    unit: str
+    less_is_better: bool
+    high: float
+    meaning: str
+
+
+def limits(known: dict[str, Limit]) -> Any:
+    """A table of metric = limit, both known metrics and sensible limits."""
+
+    def rule(value: object, place: str, faults: Faults) -> dict[str, float]:
+        if not isinstance(value, dict):
+            faults.add(place, f"is {_show(value)}, not a table of metric = limit")
+            return {}
+        read: dict[str, float] = {}
+        for key, item in value.items():
+            if key not in known:
+                faults.add(f"{place}.{key}", "is no metric", _nearest(key, known))
+                continue
+            real = _real(item)
+            if real is None or not 0 <= real <= known[key].high:
+                bounds = _limits(0, known[key].high, known[key].unit)
+                faults.add(f"{place}.{key}", f"is {_show(item)}", bounds)
+                continue
+            read[key] = real
+        return read
+
+    return _field(rule, dict)
+
+
+def _nearest(key: str, known: Any) -> str:
+    import difflib
+
+    near = difflib.get_close_matches(key, list(known), n=1)
+    return f"did you mean {near[0]}?" if near else f"known: {', '.join(sorted(known))}"
+
+
+def read_table(of: type[T], value: object, place: str, faults: Faults) -> T | None:
+    """Reads one table into the dataclass `of`; None where a fault was added."""
+    if not isinstance(value, dict):
+        faults.add(place or "(top)", f"is {_show(value)}, not a table")
+        return None
+    before = len(faults.errors)
+    known = {item.metadata["key"] or item.name: item for item in dataclasses.fields(of)}  # type: ignore[arg-type]
+    read: dict[str, Any] = {}
+    dotted = f"{place}." if place else ""
+    for key in value:
+        if key not in known:
+            faults.add(f"{dotted}{key}", "is not a key of this table", _nearest(key, known))
+    for key, item in known.items():
+        if key in value:
+            read[item.name] = item.metadata["rule"](value[key], f"{dotted}{key}", faults)
+        elif item.default is MISSING and item.default_factory is MISSING:
+            faults.add(f"{dotted}{key}", "is missing", "it has no default")
+    return of(**read) if len(faults.errors) == before else None
