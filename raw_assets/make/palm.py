@@ -1,0 +1,262 @@
+"""Models the palm: a ringed trunk bent over the lagoon, a crown of fronds, a cluster of coconuts.
+
+Usage: python palm.py RAW_ASSETS
+Local axes: the foot stands at the origin, Y is up, the trunk bends towards +Z. Metres.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import palm_paint as paint_atlas
+from numpy.typing import NDArray
+from objfile import Model, grid_triangles, smooth_normals, write_mtl
+from paint import rand
+from picture import write_image
+
+Floats = NDArray[np.float64]
+
+TRUNK_LENGTH = 8.6
+TRUNK_SIDES = 9
+TRUNK_RINGS = 37  # odd: one ring of vertices is shared by the two lengths of bark
+FRONDS = 16
+SEGMENTS = 12  # along a frond
+SPREAD = 1.55  # a frond is this much wider than painted
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """One frond: `azimuth` round the crown, `rise` of its foot above the horizon and `droop` on the way to its tip (radians)."""
+
+    pattern: int
+    azimuth: float
+    rise: float
+    droop: float
+    length: float
+    twist: float
+    fold: float  # how far the two halves hang, radians below the midrib's plane
+
+
+def norm(v: Floats) -> Floats:
+    return v / np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+
+
+def trunk_axis(s: float) -> tuple[Floats, Floats]:
+    """Point and direction of the trunk's axis at s in 0..1, by stepping along it: leaning out, then rising again."""
+    point, steps = np.zeros(3), 200
+    direction = np.zeros(3)
+    for k in range(steps + 1):
+        t = k / steps
+        lean = math.radians(16.0 + 37.0 * math.sin(math.pi * min(1.0, t * 1.05) ** 0.72) - 8.0 * t)
+        sway = math.radians(7.0 * math.sin(2.6 * math.pi * t))
+        direction = norm(np.array([math.sin(sway), math.cos(lean), math.sin(lean)]))
+        if t >= s - 1e-9:
+            break
+        point = point + direction * (TRUNK_LENGTH / steps)
+    return point, direction
+
+
+def add_trunk(model: Model) -> None:
+    """A tapering, ringed tube in two lengths, closed by a pointed top under the crown."""
+    rings, centers = [], []
+    for i in range(TRUNK_RINGS):
+        s = i / (TRUNK_RINGS - 1)
+        center, along = trunk_axis(s)
+        if i == 0:
+            center = center - along * 0.5  # below the sand, so that a slope never shows its foot
+        side = norm(np.cross(np.array([0.0, 0.0, 1.0]), along))
+        front = np.cross(along, side)
+        radius = 0.155 - 0.060 * s + 0.15 * (1.0 - min(1.0, s / 0.11)) ** 2
+        radius += 0.055 * max(0.0, 1.0 - abs(s - 0.975) / 0.05)
+        radius *= 1.045 if i % 2 else 0.965
+        if i == TRUNK_RINGS - 1:
+            radius = 0.03
+        turn = np.arange(TRUNK_SIDES + 1) % TRUNK_SIDES * (2.0 * math.pi / TRUNK_SIDES)
+        lump = np.array(
+            [1.0 + 0.07 * (rand(i * 16 + int(k) % TRUNK_SIDES, 5) - 0.5) for k in range(TRUNK_SIDES + 1)]
+        )
+        c, w = np.cos(turn) * lump, np.sin(turn) * lump
+        rings.append(center + radius * (c[:, None] * side + w[:, None] * front))
+        centers.append(center)
+    middle = TRUNK_RINGS // 2
+    points = np.array(rings)
+    triangles = grid_triangles(TRUNK_RINGS, TRUNK_SIDES + 1)
+    flat = points.reshape(-1, 3)
+    triangles = triangles[:, ::-1]
+    normals = smooth_normals(flat, triangles)
+    for part, (first, last) in enumerate(((0, middle), (middle, TRUNK_RINGS - 1))):
+        rows = range(first, last + 1)
+        pixels = np.array(
+            [
+                [
+                    paint_atlas.BARK_X[part] + paint_atlas.BARK_WIDTH * k / TRUNK_SIDES,
+                    paint_atlas.BARK_Y + paint_atlas.BARK_HEIGHT * (1.0 - (i - first) / (last - first)),
+                ]
+                for i in rows
+                for k in range(TRUNK_SIDES + 1)
+            ]
+        )
+        start, stop = first * (TRUNK_SIDES + 1), (last + 1) * (TRUNK_SIDES + 1)
+        local = grid_triangles(last - first + 1, TRUNK_SIDES + 1)[:, ::-1]
+        model.add("trunk", "trunk", flat[start:stop], pixels, local, normals[start:stop])
+
+
+def leaves() -> list[Leaf]:
+    """The crown: young fronds upright in its heart, grown ones arching, old ones hanging; golden-angle spiral."""
+    crown = []
+    count = FRONDS
+    golden = math.pi * (3.0 - math.sqrt(5.0))
+    for k in range(count):
+        age = k / (count - 1)
+        r = [rand(k * 8 + i, 71) - 0.5 for i in range(6)]
+        pattern = 0 if age < 0.45 else 1 if age < 0.87 else 2
+        crown.append(
+            Leaf(
+                pattern=pattern,
+                azimuth=k * golden + 0.35 * r[0],
+                rise=math.radians(76.0 - 92.0 * age + 14.0 * r[1]),
+                droop=math.radians(72.0 + 42.0 * math.sin(math.pi * age) - 26.0 * age + 22.0 * r[2]),
+                length=(2.7 + 1.25 * math.sin(math.pi * min(1.0, 0.18 + age * 0.75))) * (1.0 + 0.16 * r[3]),
+                twist=0.9 * r[4],
+                fold=math.radians(18.0 + 34.0 * age + 16.0 * r[5]),
+            )
+        )
+    return crown
+
+
+def add_leaf(model: Model, leaf: Leaf, foot: Floats) -> None:
+    """One frond: a strip five vertices wide that arches, twists, and hangs on both sides of its midrib."""
+    out = np.array([math.cos(leaf.azimuth), 0.0, math.sin(leaf.azimuth)])
+    up = np.array([0.0, 1.0, 0.0])
+    side = np.array([-math.sin(leaf.azimuth), 0.0, math.cos(leaf.azimuth)])
+    metres = SPREAD * leaf.length / paint_atlas.FROND_HEIGHT  # per atlas pixel, across
+    spine = foot.copy()
+    rows, pixels = [], []
+    sub = 6
+    for i in range(SEGMENTS + 1):
+        s = i / SEGMENTS
+        pitch = leaf.rise - leaf.droop * s**1.35
+        along = out * math.cos(pitch) + up * math.sin(pitch)
+        over = up * math.cos(pitch) - out * math.sin(pitch)
+        roll = leaf.twist * s
+        right = side * math.cos(roll) + over * math.sin(roll)
+        over = over * math.cos(roll) - side * math.sin(roll)
+        half = paint_atlas.frond_half_width(s)
+        inner, outer = 0.42 * half * metres, 0.58 * half * metres
+        lift = math.radians(24.0) * (1.0 - 0.5 * s) - 0.35 * leaf.fold
+        hang = leaf.fold * (0.55 + 0.6 * s)
+        row = []
+        for sign in (-1.0, 1.0):
+            first = spine + right * (sign * inner * math.cos(lift)) + over * (inner * math.sin(lift))
+            second = first + right * (sign * outer * math.cos(hang)) - over * (outer * math.sin(hang))
+            row.append((first, second))
+        rows += [row[0][1], row[0][0], spine, row[1][0], row[1][1]]
+        x = paint_atlas.FROND_X[leaf.pattern] + paint_atlas.FROND_WIDTH / 2.0
+        y = paint_atlas.FROND_Y + paint_atlas.FROND_HEIGHT * (1.0 - s)
+        pixels += [(x + half * a, y) for a in (-1.0, -0.42, 0.0, 0.42, 1.0)]
+        for k in range(sub):
+            t = (i + (k + 0.5) / sub) / SEGMENTS
+            p = leaf.rise - leaf.droop * t**1.35
+            spine = spine + (out * math.cos(p) + up * math.sin(p)) * (leaf.length / SEGMENTS / sub)
+    model.add("leaves", "leaves", np.array(rows), np.array(pixels), grid_triangles(SEGMENTS + 1, 5))
+
+
+def icosphere() -> tuple[Floats, NDArray[np.int64]]:
+    """An icosahedron with a vertex at each pole, divided once: 42 vertices, 80 triangles; ten vertices lie on its equator."""
+    points = [np.array([0.0, 1.0, 0.0])]
+    height, radius = 1.0 / math.sqrt(5.0), 2.0 / math.sqrt(5.0)
+    for sign, shift in ((1.0, 0.0), (-1.0, 0.5)):
+        for k in range(5):
+            turn = (k + shift) * 2.0 * math.pi / 5.0
+            points.append(np.array([radius * math.cos(turn), sign * height, radius * math.sin(turn)]))
+    points.append(np.array([0.0, -1.0, 0.0]))
+    faces = []
+    for k in range(5):
+        n = (k + 1) % 5
+        faces += [(0, 1 + n, 1 + k), (1 + k, 1 + n, 6 + k), (1 + n, 6 + n, 6 + k), (11, 6 + k, 6 + n)]
+    middle: dict[tuple[int, int], int] = {}
+
+    def between(a: int, b: int) -> int:
+        key = (min(a, b), max(a, b))
+        if key not in middle:
+            middle[key] = len(points)
+            points.append(norm(points[a] + points[b]))
+        return middle[key]
+
+    small = []
+    for a, b, c in faces:
+        ab, bc, ca = between(a, b), between(b, c), between(c, a)
+        small += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    return np.array(points), np.array(small, dtype=np.int64)
+
+
+def add_nuts(model: Model, crown: Floats) -> None:
+    """Coconuts under the crown, each in two halves that meet at the equator, each half on a disc of the atlas."""
+    sphere, faces = icosphere()
+    up_half = sphere[faces][:, :, 1].mean(axis=1) > 0.0
+    for k in range(6):
+        r = [rand(k * 8 + i, 91) - 0.5 for i in range(5)]
+        turn = k * 2.0 * math.pi / 6.0 + 0.5 * r[0]
+        axis = norm(np.array([math.cos(turn) * 0.55, 0.9, math.sin(turn) * 0.55]))
+        side = norm(np.cross(axis, np.array([math.sin(turn), 0.0, -math.cos(turn)])))
+        front = np.cross(side, axis)
+        reach, size = 0.22 + 0.05 * r[1], 0.125 + 0.03 * r[2]
+        center = crown + np.array([math.cos(turn) * reach, -0.24 + 0.14 * r[3], math.sin(turn) * reach])
+        placed = center + size * (sphere[:, :1] * side + 1.22 * sphere[:, 1:2] * axis + sphere[:, 2:] * front)
+        normals = sphere[:, :1] * side + sphere[:, 1:2] / 1.22 * axis + sphere[:, 2:] * front
+        normals = normals / np.sqrt((normals**2).sum(axis=1))[:, None]
+        kind = (0, 1, 0, 2, 1, 0)[k]
+        for half, upper in ((0, True), (1, False)):
+            polar = np.arccos(np.clip(np.abs(sphere[:, 1]), 0.0, 1.0)) / (math.pi / 2.0)
+            flat = np.sqrt(sphere[:, 0] ** 2 + sphere[:, 2] ** 2)
+            scale = paint_atlas.NUT_RADIUS * polar / np.maximum(flat, 1e-9)
+            mirror = 1.0 if upper else -1.0
+            pixels = np.stack(
+                [
+                    paint_atlas.NUT_X[2 * kind + half] + mirror * scale * sphere[:, 0],
+                    paint_atlas.NUT_Y + scale * sphere[:, 2],
+                ],
+                axis=1,
+            )
+            chosen = faces[up_half == upper]
+            used, local = np.unique(chosen, return_inverse=True)
+            model.add("nuts", "nuts", placed[used], pixels[used], local.reshape(-1, 3), normals[used])
+
+
+def build() -> Model:
+    """The palm as a model."""
+    model = Model(paint_atlas.SIZE, paint_atlas.SIZE)
+    add_trunk(model)
+    top, along = trunk_axis(1.0)
+    for k, leaf in enumerate(leaves()):
+        age = k / (FRONDS - 1)
+        foot = top - along * (0.02 + 0.24 * age)
+        out = np.array([math.cos(leaf.azimuth), 0.0, math.sin(leaf.azimuth)])
+        add_leaf(model, leaf, foot + out * (0.03 + 0.05 * age))
+    add_nuts(model, top)
+    return model
+
+
+def make(out: Path) -> None:
+    """Writes palm.obj, palm.mtl, palm.ppm (colour) and palm_alpha.pgm (opacity) under out/palm."""
+    (out / "palm").mkdir(parents=True, exist_ok=True)
+    note = "A coconut palm, made by raw_assets/make/palm.py; metres, Y up"
+    build().write(out / "palm/palm.obj", "palm.mtl", note)
+    plain = ["Ka 0 0 0", "Kd 1 1 1", "Ks 0.04 0.04 0.04", "Ns 20", "d 1", "illum 2", "map_Kd palm.ppm"]
+    glossy = ["Ka 0 0 0", "Kd 1 1 1", "Ks 0.30 0.30 0.30", "Ns 60", "d 1", "illum 2", "map_Kd palm.ppm"]
+    write_mtl(
+        out / "palm/palm.mtl",
+        note,
+        {"trunk": plain, "leaves": [*glossy, "map_d palm_alpha.pgm"], "nuts": plain},
+    )
+    color, alpha = paint_atlas.atlas()
+    write_image(out / "palm/palm.ppm", color, "uint8")
+    write_image(out / "palm/palm_alpha.pgm", alpha, "uint8")
+
+
+if __name__ == "__main__":
+    make(Path(sys.argv[1]))
