@@ -2,8 +2,8 @@
 """The scene: one TOML file -> frozen settings, each field with its default, unit and allowed range.
 
 Axes: right-handed, Y up, metres. Angles are degrees in the file (`_deg`). Colours are linear RGB. Azimuth
-turns clockwise seen from above, from north (-Z, row 0 of the heightmap) to east (+X): 0 = -Z, 90 = +X. Sources
-are files beside the TOML or in folders below it. Knows no numpy: a bake with nothing to do stays fast.
+turns clockwise seen from above, from north (-Z, row 0 of the heightmap) to east (+X): 0 = -Z, 90 = +X. Its
+files lie beside the TOML or in folders below it. Knows no numpy: a bake with nothing to do stays fast.
 """
 
 from __future__ import annotations
