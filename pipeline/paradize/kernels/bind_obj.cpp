@@ -1,0 +1,75 @@
+// Python face of the OBJ kernels: bytes in, numpy arrays out.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+
+#include <string_view>
+#include <utility>
+
+#include "obj_parse.hpp"
+
+namespace nb = nanobind;
+using namespace paradize;
+
+namespace {
+
+template <typename T>
+nb::object take(std::vector<T> &&values, std::size_t width) {
+    auto *owned = new std::vector<T>(std::move(values));
+    nb::capsule owner(owned, [](void *p) noexcept { delete static_cast<std::vector<T> *>(p); });
+    if (width == 1)
+        return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), {owned->size()}, owner));
+    return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), {owned->size() / width, width}, owner));
+}
+
+nb::bytes as_bytes(const std::string &text) {
+    return nb::bytes(text.data(), text.size());
+}
+
+nb::dict parse_obj(nb::bytes text, std::uint64_t elements, std::uint64_t ear_tests) {
+    obj::Limits limits;
+    limits.elements = elements;
+    limits.ear_tests = ear_tests;
+    obj::Parsed parsed;
+    {
+        const std::string_view view(text.c_str(), text.size());
+        nb::gil_scoped_release unlocked;
+        parsed = obj::parse(view, limits);
+    }
+    nb::dict out;
+    nb::list faults, notes, names, libraries, runs;
+    for (const auto &fault : parsed.faults)
+        faults.append(nb::make_tuple(as_bytes(fault.what), fault.line));
+    for (const auto &note : parsed.notes)
+        notes.append(nb::make_tuple(as_bytes(note.what), note.count, note.line));
+    for (const auto &name : parsed.names)
+        names.append(as_bytes(name));
+    for (const auto library : parsed.libraries)
+        libraries.append(library);
+    for (const auto &run : parsed.runs)
+        runs.append(nb::make_tuple(run.first_triangle, run.object, run.group, run.material, run.smoothing));
+    out["faults"] = faults;
+    out["fault_count"] = parsed.fault_count;
+    out["notes"] = notes;
+    out["names"] = names;
+    out["libraries"] = libraries;
+    out["runs"] = runs;
+    out["faces"] = parsed.faces;
+    out["positions_in_file"] = parsed.positions_in_file;
+    out["uvs_in_file"] = parsed.uvs_in_file;
+    out["normals_in_file"] = parsed.normals_in_file;
+    out["positions"] = take(std::move(parsed.positions), 3);
+    out["normals"] = take(std::move(parsed.normals), 3);
+    out["uvs"] = take(std::move(parsed.uvs), 2);
+    out["colors"] = take(std::move(parsed.colors), 4);
+    out["triangles"] = take(std::move(parsed.triangles), 3);
+    out["triangle_lines"] = take(std::move(parsed.triangle_lines), 1);
+    return out;
+}
+
+} // namespace
+
+NB_MODULE(_obj, m) {
+    m.doc() = "Reads Wavefront OBJ text.";
+    m.def("parse", &parse_obj, nb::arg("text"), nb::arg("elements"), nb::arg("ear_tests"));
+}

@@ -1,0 +1,156 @@
+"""Wavefront MTL -> materials: names, colours and the maps they point to.
+
+Format: Wavefront, "Advanced Visualizer Manual, Appendix B2. Material (.mtl)", 1992. A map's path is looked for
+beside the MTL file and must stay inside the root folder; anything else becomes a warning, never a file opened.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath, PureWindowsPath
+
+MAX_BYTES = 16 << 20
+# Arguments that each option of a map statement takes at most.
+_OPTIONS = {
+    "-blendu": 1,
+    "-blendv": 1,
+    "-bm": 1,
+    "-boost": 1,
+    "-cc": 1,
+    "-clamp": 1,
+    "-imfchan": 1,
+    "-colorspace": 1,
+}
+_OPTIONS |= {"-mm": 2, "-o": 3, "-s": 3, "-t": 3, "-texres": 1, "-type": 1}
+_MAPS = {"map_kd": "map_kd", "map_d": "map_d", "map_ks": "map_ks", "map_ns": "map_ns", "norm": "map_normal"}
+_MAPS |= {"map_bump": "map_bump", "bump": "map_bump", "map_kn": "map_normal"}
+
+
+@dataclass(frozen=True)
+class Material:
+    """kd, ks: RGB 0..1 as written; ns: Phong exponent; opacity 0..1; map_*: existing files inside the root."""
+
+    name: str
+    kd: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    ks: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    ns: float = 0.0
+    opacity: float = 1.0
+    map_kd: Path | None = None
+    map_d: Path | None = None
+    map_ks: Path | None = None
+    map_ns: Path | None = None
+    map_bump: Path | None = None
+    map_normal: Path | None = None
+
+
+def inside(root: Path, folder: Path, name: str) -> Path | None:
+    """The path `name`, seen from `folder`, with links followed; None when it is absolute or leaves `root`."""
+    if not name or "\0" in name or PureWindowsPath(name).drive or PureWindowsPath(name).root:
+        return None
+    name = name.replace("\\", "/")
+    if PurePosixPath(name).is_absolute():
+        return None
+    try:
+        found = (folder / name).resolve()
+        return found if found.is_relative_to(root.resolve()) else None
+    except (OSError, RuntimeError, ValueError):
+        return None
+
+
+def is_file(path: Path) -> bool:
+    """Whether a regular file is there; no error for a name that no file can have."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def read_mtl(path: Path, root: Path) -> tuple[dict[str, Material], list[str]]:
+    """Materials by name in the file's order, and warnings. Unreadable files and lines are warnings: a mesh
+    is whole without its materials."""
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            return {}, [f"{path}: larger than {MAX_BYTES >> 20} MiB, not read"]
+        raw = path.read_bytes()
+    except OSError as error:
+        return {}, [f"{path}: {error.strerror or error}"]
+    fields: dict[str, dict[str, object]] = {}
+    warnings: list[str] = []
+    current: dict[str, object] | None = None
+    try:
+        text = raw.removeprefix(b"\xef\xbb\xbf").decode("utf-8")
+    except UnicodeDecodeError:
+        text = raw.decode("latin-1")
+    joined = text.replace("\r\n", "\n").replace("\r", "\n").replace("\\\n", " ")
+    for number, line in enumerate(joined.split("\n"), 1):
+        word, _, rest = line.strip().partition(" ") if "\t" not in line else _split_tab(line)
+        word, rest = word.lower(), rest.strip()
+        where = f"{path}: line {number}"
+        if word == "newmtl":
+            if rest in fields:
+                warnings.append(f"{where}: material {rest!r} is defined again; the last one counts")
+            current = fields[rest] = {}
+        elif current is None or not word or word.startswith("#"):
+            continue
+        elif word in ("kd", "ks"):
+            color = _floats(rest, 3)
+            if color is None:
+                warnings.append(f"{where}: {word} {rest[:40]!r} is not a colour; ignored")
+            else:
+                current[word] = color
+        elif word in ("ns", "d", "tr"):
+            value = _floats(rest.removeprefix("-halo").strip(), 1)
+            if value is None:
+                warnings.append(f"{where}: {word} {rest[:40]!r} is not a number; ignored")
+            elif word == "ns":
+                current["ns"] = value[0]
+            else:
+                current["opacity"] = min(max(value[0] if word == "d" else 1.0 - value[0], 0.0), 1.0)
+        elif word in _MAPS:
+            found = _map_path(rest, path.parent, root)
+            if isinstance(found, Path):
+                current[_MAPS[word]] = found
+            else:
+                warnings.append(f"{where}: {word}: {found}")
+    return {name: Material(name, **values) for name, values in fields.items()}, warnings  # type: ignore[arg-type]
+
+
+def _split_tab(line: str) -> tuple[str, str, str]:
+    parts = line.split(None, 1)
+    return (parts[0] if parts else "", " ", parts[1] if len(parts) > 1 else "")
+
+
+def _floats(text: str, count: int) -> tuple[float, ...] | None:
+    """`count` finite numbers; one number stands for all three of a colour."""
+    try:
+        values = [float(word) for word in text.split()[:count]]
+    except ValueError:
+        return None
+    if count == 3 and len(values) == 1:
+        values *= 3
+    if len(values) != count or not all(math.isfinite(value) for value in values):
+        return None
+    return tuple(values)
+
+
+def _map_path(text: str, folder: Path, root: Path) -> Path | str:
+    """The file of a map statement, options skipped; a string says why there is none."""
+    words = text.split()
+    while words and words[0].lower() in _OPTIONS:
+        most = _OPTIONS[words.pop(0).lower()]
+        numeric = most > 1
+        for taken in range(most):
+            if len(words) < 2 or (numeric and taken and _floats(words[0], 1) is None):
+                break
+            words.pop(0)
+    # Names may hold runs of blanks: take the rest of the text as it stands where no option came first.
+    name = text.strip() if len(words) == len(text.split()) else " ".join(words)
+    if not name:
+        return "no file named"
+    found = inside(root, folder, name)
+    if found is None:
+        return f"{name[:120]!r} lies outside {root}; ignored"
+    if not is_file(found):
+        return f"{name[:120]!r} does not exist; ignored"
+    return found

@@ -1,0 +1,203 @@
+"""Wavefront OBJ -> Mesh, by our own native parser.
+
+Every face of the file is in the result or in the warnings. Polygons are cut in their own plane. Texture
+coordinates are turned once to the top-left origin (v' = 1 - v). Positions are the float32 nearest to the text.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from paradize.data import Group, Mesh
+from paradize.errors import SourceError
+from paradize.kernels.obj import ParsedObj, parse_obj
+from paradize.readers.mtl import Material, inside, is_file, read_mtl
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+MAX_BYTES = 4 << 30
+UNKNOWN_SMOOTHING = 0xFFFFFFFF
+DEFAULT_NAME = "default"
+
+_NOTES = {
+    "lines": "{count} line elements ('l') skipped",
+    "points": "{count} point elements ('p') skipped",
+    "free_form": "{count} statements of free-form curves and surfaces skipped",
+    "short_faces": "{count} faces with fewer than three corners skipped",
+    "weights": "{count} vertices with a weight other than 1; weights ignored",
+    "long_v": "{count} vertices with an odd count of numbers; x y z used",
+    "long_vt": "{count} texture coordinates with more than three numbers; the first two used",
+    "long_vn": "{count} normals with more than three numbers; the first three used",
+    "smoothing": "{count} smoothing groups that are not whole numbers; read as off",
+    "crossing_polygons": "{count} polygons whose outline crosses itself; cut as well as can be",
+    "unchecked_polygons": "{count} concave polygons beyond the work limit; cut without a check for overlap",
+    "keywords": "{count} more statements with unknown keywords ignored",
+}
+
+
+@dataclass(frozen=True)
+class ObjResult:
+    """mesh: as in the file (normals may hold zero rows: missing). smoothing: (m,) uint32 group per triangle,
+    0 off, UNKNOWN_SMOOTHING where the file does not say. lines: (m,) uint32, the face's line in the file."""
+
+    mesh: Mesh
+    materials: dict[str, Material]
+    warnings: list[str]
+    counts: dict[str, int]
+    smoothing: npt.NDArray[np.uint32]
+    lines: npt.NDArray[np.uint32]
+    libraries: list[Path] = field(default_factory=list)
+
+
+def read_obj(path: Path, root: Path | None = None) -> ObjResult:
+    """Reads an OBJ file and the MTL files that it names, which must lie inside `root` (default: its folder).
+
+    Raises SourceError: missing or unreadable file, bad number, NaN, infinity, index out of range (with the
+    line), no faces, more than MAX_BYTES.
+    """
+    text = _read_bytes(path)
+    parsed = parse_obj(text)
+    if parsed.faults:
+        raise _fault(path, parsed)
+    warnings = _warnings(path, parsed)
+    if len(parsed.triangles) == 0:
+        seen = "; ".join(warning.partition(": ")[2] for warning in warnings)
+        raise SourceError(
+            "no faces" + (f" ({seen})" if seen else ""), file=path, mend="export the model with its faces"
+        )
+    root = path.parent if root is None else root
+    materials: dict[str, Material] = {}
+    libraries = []
+    for library in parsed.libraries:
+        for found in _libraries(path, root, library, warnings):
+            if found not in libraries:
+                libraries.append(found)
+                more, said = read_mtl(found, root)
+                materials |= more
+                warnings += said
+    groups, smoothing = _groups(parsed)
+    used = dict.fromkeys(group.material for group in groups)
+    missing = [name for name in used if name not in materials and name != DEFAULT_NAME]
+    if missing:
+        shown = ", ".join(repr(name) for name in missing[:8]) + (", ..." if len(missing) > 8 else "")
+        warnings.append(f"{path}: {len(missing)} materials are used but defined by no material file: {shown}")
+    mesh = Mesh(
+        positions=parsed.positions,
+        triangles=parsed.triangles,
+        normals=parsed.normals if len(parsed.normals) else None,
+        uvs=parsed.uvs if len(parsed.uvs) else None,
+        colors=parsed.colors if len(parsed.colors) else None,
+        groups=groups,
+    )
+    counts = {
+        "faces": parsed.faces,
+        "triangles": len(parsed.triangles),
+        "vertices": len(parsed.positions),
+        "positions_in_file": parsed.positions_in_file,
+    }
+    counts |= {note.code: note.count for note in parsed.notes}
+    return ObjResult(mesh, materials, warnings, counts, smoothing, parsed.triangle_lines, libraries)
+
+
+def _read_bytes(path: Path) -> bytes:
+    try:
+        if path.exists() and not path.is_file():
+            raise SourceError("not a regular file", file=path)
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            raise SourceError(
+                f"{size} bytes, limit {MAX_BYTES}", file=path, mend="split the model into several files"
+            )
+        text = path.read_bytes()
+    except (OSError, ValueError) as error:
+        raise SourceError(getattr(error, "strerror", None) or str(error), file=path) from error
+    if text[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise SourceError("the text is UTF-16", file=path, mend="save it as UTF-8")
+    return text
+
+
+def _fault(path: Path, parsed: ParsedObj) -> SourceError:
+    faults = sorted(parsed.faults, key=lambda fault: fault[1])
+    what, line = faults[0]
+    if parsed.fault_count > 1:
+        more = ", ".join(str(other) for _, other in faults[1:])
+        rest = "" if parsed.fault_count <= len(faults) else ", ..."
+        what += f" (and {parsed.fault_count - 1} more, lines {more}{rest})"
+    return SourceError(what, file=path, place=f"line {line}", mend="mend the file or export it again")
+
+
+def _warnings(path: Path, parsed: ParsedObj) -> list[str]:
+    said = []
+    for note in parsed.notes:
+        if note.code.startswith("keyword:"):
+            word = note.code.removeprefix("keyword:")
+            text = f"{note.count} statements with the unknown keyword {word!r} ignored"
+        elif note.code == "faces_without_uv":
+            if not len(parsed.uvs):
+                continue
+            text = f"{note.count} of {parsed.faces} faces without texture coordinates; they get (0, 0)"
+        elif note.code == "faces_without_normal":
+            if not len(parsed.normals):
+                continue
+            text = f"{note.count} of {parsed.faces} faces without normals; computed"
+        else:
+            text = _NOTES[note.code].format(count=note.count)
+        said.append(f"{path}: line {note.line}: {text}")
+    return said
+
+
+def _libraries(path: Path, root: Path, statement: str, warnings: list[str]) -> list[Path]:
+    """The files of one mtllib statement: the whole line as one name, or several names that may hold blanks."""
+
+    def look(name: str) -> Path | None:
+        found = inside(root, path.parent, name)
+        return found if found is not None and is_file(found) else None
+
+    for spelling in (statement, statement.replace("\\ ", " ")):
+        whole = look(spelling)
+        if whole is not None:
+            return [whole]
+    words = statement.replace("\\ ", " ").split(" ")[:64]
+    found = []
+    at = 0
+    while at < len(words):
+        for stop in range(len(words), at, -1):
+            here = look(" ".join(words[at:stop]))
+            if here is not None:
+                found.append(here)
+                at = stop
+                break
+        else:
+            name = words[at]
+            at += 1
+            if not name:
+                continue
+            reason = (
+                "lies outside the root folder" if inside(root, path.parent, name) is None else "is missing"
+            )
+            warnings.append(f"{path}: material file {name[:120]!r} {reason}; ignored")
+    return found
+
+
+def _groups(parsed: ParsedObj) -> tuple[tuple[Group, ...], npt.NDArray[np.uint32]]:
+    """Runs of triangles with one name and one material, and the smoothing group of each triangle."""
+    total = len(parsed.triangles)
+    smoothing = np.full(total, UNKNOWN_SMOOTHING, np.uint32)
+    groups: list[Group] = []
+    for at, run in enumerate(parsed.runs):
+        stop = parsed.runs[at + 1].first_triangle if at + 1 < len(parsed.runs) else total
+        if run.smoothing is not None:
+            smoothing[run.first_triangle : stop] = run.smoothing
+        name = run.group or run.object_name or DEFAULT_NAME
+        material = run.material or DEFAULT_NAME
+        if groups and (groups[-1].name, groups[-1].material) == (name, material):
+            last = groups[-1]
+            groups[-1] = Group(name, material, last.first, stop - last.first)
+        else:
+            groups.append(Group(name, material, run.first_triangle, stop - run.first_triangle))
+    return tuple(groups), smoothing
