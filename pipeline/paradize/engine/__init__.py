@@ -1,0 +1,1 @@
+"""Where bakes run and what they remember: store, workers, publishing, code digests."""

@@ -1,0 +1,52 @@
+"""Files appear whole or not at all: written aside, flushed, renamed."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from pathlib import Path
+
+from paradize.errors import BakeError
+
+ASIDE = ".part-"  # marks a file that is being written; a sweep may remove what a kill left behind
+
+
+def write_whole(path: Path, data: bytes, *, durable: bool = True) -> None:
+    """Writes `data` to `path` so that a reader, also after a kill or a power cut, finds the old file or the
+    new one. Makes missing folders. `durable=False` leaves out the flush, for what can be derived again.
+
+    Raises BakeError (file, reason) when the file system refuses; nothing half-written stays.
+    """
+    aside = path.with_name(f".{path.name[:100]}{ASIDE}{secrets.token_hex(4)}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            with aside.open("xb") as stream:
+                stream.write(data)
+                if durable:
+                    stream.flush()
+                    os.fsync(stream.fileno())
+            aside.replace(path)
+        except BaseException:
+            aside.unlink(missing_ok=True)
+            raise
+        if durable:
+            _flush_folder(path.parent)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise BakeError(f"cannot be written: {reason}", file=path, mend="free the place or use -o") from None
+
+
+def _flush_folder(folder: Path) -> None:
+    """Makes a rename itself durable (POSIX asks for it)."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def sweep_aside(folder: Path) -> None:
+    """Removes what killed writers left in `folder`."""
+    for path in folder.glob(f".*{ASIDE}*"):
+        path.unlink(missing_ok=True)

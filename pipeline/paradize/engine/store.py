@@ -1,0 +1,123 @@
+"""The content-addressed store: what was baked once is not baked again, and damage is noticed.
+
+blobs/<2>/<sha256>      artifact bytes, named by their hash, verified when read
+products/<2>/<key>      JSON: what a task with this key produced; keys hash sources, settings and code
+bakes/<id>.json         JSON: what a bake read and wrote, with the stamps of every file (see `Stamp`)
+locks/<id>              one bake at a time on one output folder
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from paradize.engine.publish import write_whole
+from paradize.errors import BakeError
+
+Stamp = list[int]  # size, mtime_ns, ctime_ns, inode: a file whose stamp is the same is taken for unchanged
+
+
+def stamp(path: Path) -> Stamp | None:
+    """The stamp of a file, None where there is none."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return [status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino]
+
+
+def hash_file(path: Path) -> str:
+    """SHA-256 of a file's bytes, in hexadecimal. Raises BakeError when it cannot be read."""
+    digest = hashlib.sha256()
+    try:
+        with path.open("rb") as stream:
+            while chunk := stream.read(1 << 20):
+                digest.update(chunk)
+    except OSError as error:
+        raise BakeError(f"cannot be read: {error.strerror or error}", file=path) from None
+    return digest.hexdigest()
+
+
+def key_of(*parts: object) -> str:
+    """SHA-256 over a canonical JSON of the parts."""
+    text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def default_root() -> Path:
+    """$PARADIZE_STORE, else build/store under the present folder."""
+    named = os.environ.get("PARADIZE_STORE")
+    return Path(named) if named else Path("build/store")
+
+
+class Store:
+    """A folder of baked results; every entry is written whole, so that a kill leaves nothing to mend."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+
+    def _blob(self, sha256: str) -> Path:
+        return self.root / "blobs" / sha256[:2] / sha256
+
+    def put(self, data: bytes) -> str:
+        """Keeps bytes; returns their SHA-256."""
+        sha256 = hashlib.sha256(data).hexdigest()
+        path = self._blob(sha256)
+        if self.get(sha256) is None:
+            write_whole(path, data, durable=False)
+        return sha256
+
+    def get(self, sha256: str) -> bytes | None:
+        """The bytes with this hash; None where the store has none or holds damaged ones, which it drops."""
+        path = self._blob(sha256)
+        try:
+            data = path.read_bytes()
+        except OSError:
+            return None
+        if hashlib.sha256(data).hexdigest() != sha256:
+            path.unlink(missing_ok=True)
+            return None
+        return data
+
+    def put_product(self, key: str, product: Any) -> None:
+        """Remembers what the task with this key produced (JSON)."""
+        write_whole(self.root / "products" / key[:2] / key, json.dumps(product).encode(), durable=False)
+
+    def get_product(self, key: str) -> Any | None:
+        return self._read_json(self.root / "products" / key[:2] / key)
+
+    def put_bake(self, name: str, record: Any) -> None:
+        write_whole(self.root / "bakes" / f"{name}.json", json.dumps(record).encode(), durable=False)
+
+    def get_bake(self, name: str) -> Any | None:
+        return self._read_json(self.root / "bakes" / f"{name}.json")
+
+    @staticmethod
+    def _read_json(path: Path) -> Any | None:
+        try:
+            return json.loads(path.read_bytes())
+        except (OSError, ValueError):
+            return None
+
+    @contextmanager
+    def locked(self, name: str) -> Iterator[None]:
+        """Holds the lock called `name`; a second bake waits here. The kernel frees it when a process dies."""
+        path = self.root / "locks" / name
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            stream = path.open("ab")
+        except OSError as error:
+            raise BakeError(
+                f"the store cannot be written: {error.strerror or error}",
+                file=path.parent,
+                mend="set PARADIZE_STORE to a folder that can",
+            ) from None
+        with stream:
+            fcntl.flock(stream, fcntl.LOCK_EX)
+            yield
