@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.kernels import _obj
+import paradize.kernels._obj as _obj
 
 ABSENT = 0xFFFFFFFF
 

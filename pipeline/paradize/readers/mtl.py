@@ -1,7 +1,8 @@
 """Wavefront MTL -> materials: names, colours and the maps they point to.
 
-Format: Wavefront, "Advanced Visualizer Manual, Appendix B2. Material (.mtl)", 1992. A map's path is looked for
-beside the MTL file and must stay inside the root folder; anything else becomes a warning, never a file opened.
+Format: Wavefront, "Advanced Visualizer Manual, Appendix B2. Material (.mtl)", 1992. A map's path is looked
+for beside the MTL file and must stay inside the root folder; anything else becomes a warning, never a file
+opened.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any
 
 MAX_BYTES = 16 << 20
 # Arguments that each option of a map statement takes at most.
@@ -29,7 +31,8 @@ _MAPS |= {"map_bump": "map_bump", "bump": "map_bump", "map_kn": "map_normal"}
 
 @dataclass(frozen=True)
 class Material:
-    """kd, ks: RGB 0..1 as written; ns: Phong exponent; opacity 0..1; map_*: existing files inside the root."""
+    """kd, ks: RGB 0..1 as written; ns: Phong exponent; opacity 0..1; map_*: existing files inside the
+    root."""
 
     name: str
     kd: tuple[float, float, float] = (1.0, 1.0, 1.0)
@@ -75,9 +78,9 @@ def read_mtl(path: Path, root: Path) -> tuple[dict[str, Material], list[str]]:
         raw = path.read_bytes()
     except OSError as error:
         return {}, [f"{path}: {error.strerror or error}"]
-    fields: dict[str, dict[str, object]] = {}
+    fields: dict[str, dict[str, Any]] = {}
     warnings: list[str] = []
-    current: dict[str, object] | None = None
+    current: dict[str, Any] | None = None
     try:
         text = raw.removeprefix(b"\xef\xbb\xbf").decode("utf-8")
     except UnicodeDecodeError:
@@ -113,7 +116,7 @@ def read_mtl(path: Path, root: Path) -> tuple[dict[str, Material], list[str]]:
                 current[_MAPS[word]] = found
             else:
                 warnings.append(f"{where}: {word}: {found}")
-    return {name: Material(name, **values) for name, values in fields.items()}, warnings  # type: ignore[arg-type]
+    return {name: Material(name, **values) for name, values in fields.items()}, warnings
 
 
 def _split_tab(line: str) -> tuple[str, str, str]:
