@@ -1,0 +1,193 @@
+"""Pictures of every format that OpenImageIO reads -> Image, or one clear SourceError.
+
+OpenImageIO reports failure by return values, sometimes with pixels beside the error, sometimes (Targa) with
+pixels and no error at all; it multiplies colour by alpha unless told not to. So this reader asks for straight
+alpha, takes an error for an error whatever came with it, and measures Targa files itself.
+
+A picture keeps one to four channels: grey; grey and alpha; red, green, blue; and those with alpha. Alpha
+comes out straight (not multiplied into colour). Integers map to 0..1 by correctly rounded division, so the
+same file gives the same bits on every machine. Of files that hold several pictures the first is read.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import OpenImageIO as oiio
+
+from paradize.data import Image
+from paradize.errors import SourceError
+from paradize.readers.targa import check_targa
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy.typing as npt
+
+MAX_SIDE = 32768  # texels
+MAX_TEXELS = 1 << 28  # 16384 x 16384: the largest map that the bake promises
+_MEMORY_MB = 8192  # a decoded picture above this never leaves OpenImageIO
+
+# Formats whose files keep straight alpha, as OpenImageIO hands it over when asked for it.
+_STRAIGHT = {
+    "png",
+    "targa",
+    "dds",
+    "gif",
+    "bmp",
+    "ico",
+    "webp",
+    "pnm",
+    "psd",
+    "jpeg2000",
+    "jpegxl",
+    "heif",
+    "sgi",
+}
+_FLOAT_FORMATS = {"half": 16, "float": 32, "double": 32}
+_TYPES: dict[str, tuple[Any, Any, float]] = {  # what to ask for, what comes, what maps to 1
+    "uint8": (oiio.UINT8, np.uint8, 255.0),
+    "uint16": (oiio.UINT16, np.uint16, 65535.0),
+    "uint": (oiio.UINT32, np.uint32, 4294967295.0),
+    "int8": (oiio.INT8, np.int8, 127.0),
+    "int16": (oiio.INT16, np.int16, 32767.0),
+    "int": (oiio.INT32, np.int32, 2147483647.0),
+    "half": (oiio.FLOAT, np.float32, 1.0),
+    "float": (oiio.FLOAT, np.float32, 1.0),
+    "double": (oiio.DOUBLE, np.float64, 1.0),
+}
+
+
+def read_image(
+    path: Path, *, color_space: str | None = None, max_side: int = MAX_SIDE, max_texels: int = MAX_TEXELS
+) -> Image:
+    """The picture in `path`: pixels (h, w, 1..4) float32, finite, row 0 at the top, straight alpha.
+
+    color_space: "srgb", "linear" or "data" overrides what the file says; by itself a float file and one that
+    declares itself linear is "linear", every other is "srgb". max_side and max_texels refuse larger pictures
+    before they are decoded. Raises SourceError for a file that is missing, empty, no picture, damaged,
+    truncated, too large, of a shape that is no picture, or that holds NaN or infinity.
+    """
+    if not path.exists():
+        raise SourceError("no such file", file=path)
+    if not path.is_file():
+        raise SourceError("not a file", file=path)
+    try:
+        size = path.stat().st_size
+        with path.open("rb") as stream:
+            stream.read(1)
+    except OSError as error:
+        raise SourceError(f"cannot be read: {error.strerror}", file=path) from error
+    if size == 0:
+        raise SourceError("the file is empty", file=path)
+
+    oiio.attribute("limits:imagesize_MB", _MEMORY_MB)
+    oiio.attribute("limits:channels", 64)
+    hints = oiio.ImageSpec()
+    hints.attribute("oiio:UnassociatedAlpha", 1)
+    source = oiio.ImageInput.open(str(path), hints)
+    if source is None:
+        raise SourceError(f"no picture that can be read: {_message(oiio)}", file=path)
+    try:
+        return _read_open(source, path, color_space, max_side, max_texels)
+    except MemoryError as error:
+        raise SourceError("does not fit into memory", file=path, mend="make it smaller") from error
+    finally:
+        source.close()
+
+
+def _message(source: Any) -> str:
+    """OpenImageIO's pending error in one line; "" where there is none."""
+    try:
+        text = str(source.geterror())
+    except UnicodeDecodeError:
+        return "damaged (its error message cannot be decoded)"
+    return "; ".join(line.strip() for line in text.splitlines() if line.strip())
+
+
+def _read_open(source: Any, path: Path, color_space: str | None, max_side: int, max_texels: int) -> Image:
+    spec = source.spec()
+    width, height = spec.width, spec.height
+    kind, name = source.format_name(), str(spec.format)
+    if spec.deep or spec.depth > 1:
+        raise SourceError("deep and volume pictures are not maps", file=path)
+    if width < 1 or height < 1 or spec.nchannels < 1:
+        raise SourceError(f"{width} x {height} texels of {spec.nchannels} channels are no picture", file=path)
+    if width > max_side or height > max_side or width * height > max_texels:
+        what = f"{width} x {height} texels; at most {max_side} per side and {max_texels} in all are read"
+        raise SourceError(what, file=path, mend="make it smaller")
+    if name == "double" and height == 1:
+        raise SourceError(
+            "one row of 64-bit floats is not decoded reliably", file=path, mend="save it as 32-bit float"
+        )
+    if kind == "targa":
+        check_targa(path)
+    channels = _channels(spec, path)
+    pixels = _decode(source, spec, name, path)
+    pixels = np.ascontiguousarray(pixels[:, :, channels])
+    finite = np.isfinite(pixels)
+    if not finite.all():
+        y, x, channel = (int(i) for i in np.argwhere(~finite)[0])
+        what = f"{pixels[y, x, channel]} in channel {channel}, {int((~finite).sum())} such values in all"
+        raise SourceError(what, file=path, place=f"texel ({x}, {y})", mend="maps need finite numbers")
+    if pixels.shape[2] in (2, 4) and _is_premultiplied(spec, kind):
+        pixels = _straighten(pixels)
+    if pixels.shape[2] == 2 and spec.alpha_channel != 1:  # red and green alone
+        pixels = np.concatenate([pixels, np.zeros_like(pixels[:, :, :1])], axis=2)
+    if color_space is None:
+        declared = spec.get_string_attribute("oiio:ColorSpace").lower()
+        linear = name in _FLOAT_FORMATS or declared.startswith("lin")
+        color_space = "linear" if linear else "srgb"
+    bits = _FLOAT_FORMATS.get(name) or {"uint8": 8, "int8": 8, "uint16": 16, "int16": 16}.get(name, 32)
+    return Image(pixels, color_space, bits)
+
+
+def _channels(spec: Any, path: Path) -> list[int]:
+    """Indices of the channels to keep: all of up to four, else red, green, blue and alpha by their names."""
+    if spec.nchannels <= 4:
+        return list(range(spec.nchannels))
+    names = [name.lower() for name in spec.channelnames]
+    for wanted in (("r", "g", "b", "a"), ("r", "g", "b"), ("y",)):
+        if all(name in names for name in wanted):
+            return [names.index(name) for name in wanted]
+    what = f"{spec.nchannels} channels ({', '.join(spec.channelnames)}) and no R, G, B among them"
+    raise SourceError(what, file=path, mend="one to four channels are read")
+
+
+def _decode(source: Any, spec: Any, name: str, path: Path) -> npt.NDArray[np.float32]:
+    """All channels as float32 (h, w, c): integers by correctly rounded division, floats as they are."""
+    if name not in _TYPES:
+        raise SourceError(f"texels of type {name} are not read", file=path)
+    wanted, dtype, top = _TYPES[name]
+    raw = source.read_image(0, 0, 0, spec.nchannels, wanted)
+    error = _message(source) or _message(oiio)
+    if raw is None or error:
+        raise SourceError(f"damaged or cut: {error or 'the decoder gave no pixels'}", file=path)
+    values: npt.NDArray[Any] = np.asarray(raw, dtype=dtype)
+    if values.size != spec.height * spec.width * spec.nchannels:
+        raise SourceError(f"{values.size} values came for {spec.width} x {spec.height} texels", file=path)
+    values = values.reshape(spec.height, spec.width, spec.nchannels)
+    if top == 1.0:
+        with np.errstate(over="ignore"):  # a double beyond float32 becomes infinity, which is then refused
+            return values.astype(np.float32)
+    if top <= 65535.0:
+        return values.astype(np.float32) / np.float32(top)
+    return (values.astype(np.float64) / top).astype(np.float32)
+
+
+def _is_premultiplied(spec: Any, kind: str) -> bool:
+    """Whether colour still carries alpha as a factor."""
+    if spec.alpha_channel < 0 or spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 1:
+        return False
+    return kind not in _STRAIGHT
+
+
+def _straighten(pixels: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """Colour divided by alpha; where alpha is zero, colour as it is."""
+    alpha = pixels[:, :, -1:]
+    safe = np.where(alpha > 0, alpha, np.float32(1))
+    with np.errstate(over="ignore"):
+        color = pixels[:, :, :-1] / safe
+    color = np.where(np.isfinite(color), color, pixels[:, :, :-1])
+    return np.concatenate([color, alpha], axis=2)

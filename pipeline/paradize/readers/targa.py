@@ -1,0 +1,44 @@
+"""The measure of a Targa file: OpenImageIO gives a cut one pixels and no error.
+
+Source: Truevision Inc., "TGA File Format Specification, Version 2.0", 1991.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING
+
+from paradize.errors import SourceError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def check_targa(path: Path) -> None:
+    """Raises SourceError when the file ends before its last texel, or a run passes the end of the picture."""
+    data = path.read_bytes()
+    if len(data) < 18:
+        raise SourceError(f"{len(data)} bytes are no Targa file; its header has 18", file=path)
+    id_length, _, kind = data[0], data[1], data[2]
+    palette_size, palette_bits = struct.unpack_from("<HB", data, 5)
+    width, height, bits = struct.unpack_from("<HHB", data, 12)
+    texel_bytes = (bits + 7) // 8
+    start = 18 + id_length + (palette_size * ((palette_bits + 7) // 8) if data[1] else 0)
+    texels = width * height
+    plain_end = start + texels * texel_bytes
+    end = _run_length_end(data, start, texels, texel_bytes) if kind & 8 else plain_end
+    if end > len(data):
+        raise SourceError(f"cut: {len(data)} bytes, and its {width} x {height} texels need more", file=path)
+
+
+def _run_length_end(data: bytes, at: int, texels: int, texel_bytes: int) -> int:
+    """Where run-length coded texels end; beyond the data where they are cut."""
+    size = len(data)
+    while texels > 0:
+        if at >= size:
+            return size + 1
+        head = data[at]
+        count = (head & 127) + 1
+        at += 1 + (texel_bytes if head & 128 else count * texel_bytes)
+        texels -= count
+    return at
