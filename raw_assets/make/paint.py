@@ -7,8 +7,9 @@ repeats where asked, at any points. Colours are sRGB-encoded, 0..1.
 from __future__ import annotations
 
 import numpy as np
-from noise import hash_u32
 from numpy.typing import NDArray
+
+from noise import hash_u32
 from picture import hex_color
 
 Floats = NDArray[np.float64]

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import palm_paint as paint_atlas
 from numpy.typing import NDArray
+
+import palm_paint as paint_atlas
 from objfile import Model, grid_triangles, smooth_normals, write_mtl
 from paint import rand
 from picture import write_image

@@ -10,8 +10,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from noise import smoothstep as step
 from numpy.typing import NDArray
+
+from noise import smoothstep as step
 from paint import dilate, fbm, halve, hash01, mix, noise, ramp, rand
 from picture import hex_color as rgb
 
