@@ -1,0 +1,108 @@
+#include "passes/objects_pass.hpp"
+
+#include "gl/texture.hpp"
+
+#include <epoxy/gl.h>
+#include <glm/vec2.hpp>
+#include <glm/vec4.hpp>
+
+namespace paradize {
+
+namespace {
+
+enum Unit : unsigned { unit_color, unit_normal, unit_height, unit_gloss };
+
+/// Leaves are what is seen from both sides; so much of the light behind comes through.
+constexpr float leaf_translucency = 0.55F;
+
+void sides(bool both) {
+    if (both) {
+        glDisable(GL_CULL_FACE);
+    } else {
+        glEnable(GL_CULL_FACE);
+    }
+}
+
+} // namespace
+
+ObjectsPass::ObjectsPass(const PassSetup &setup)
+    : depth_(setup.shaders, "depth.vert", "depth.frag"),
+      program_(setup.shaders, "object.vert", "object.frag"), surroundings_(setup, program_),
+      sampler_(gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, setup.anisotropy)),
+      depth_model_at_(depth_.location("u_model")), depth_cutoff_at_(depth_.location("u_alpha_cutoff")),
+      model_at_(program_.location("u_model")), scale_at_(program_.location("u_scale")),
+      maps_at_(program_.location("u_maps")), parallax_at_(program_.location("u_parallax")),
+      shine_at_(program_.location("u_shine")), cutoff_at_(program_.location("u_alpha_cutoff")),
+      translucency_at_(program_.location("u_translucency")),
+      multisampled_at_(program_.location("u_multisampled")) {
+    depth_.set_unit("u_color", unit_color);
+    program_.set_unit("u_color", unit_color);
+    program_.set_unit("u_normal", unit_normal);
+    program_.set_unit("u_height", unit_height);
+    program_.set_unit("u_gloss", unit_gloss);
+}
+
+void ObjectsPass::draw_depth(const Frame &frame) {
+    depth_.use();
+    depth_bias(true);
+    for (const DrawItem &item : frame.visible(ViewKind::light)) {
+        const Object &object = *item.object;
+        if (object.color != nullptr) {
+            object.color->bind(unit_color, sampler_.name());
+        }
+        gl::Program::set(depth_model_at_, item.instance->model);
+        for (std::size_t m = 0; m < object.materials.size(); ++m) {
+            const assets::Material &material = object.materials[m];
+            sides(material.two_sided);
+            gl::Program::set(depth_cutoff_at_, object.color != nullptr ? material.alpha_cutoff : 0.0F);
+            object.mesh->draw(item.lod, static_cast<int>(m));
+        }
+    }
+    sides(false);
+    depth_bias(false);
+}
+
+void ObjectsPass::draw(const Frame &frame, const View &view) {
+    if (view.kind == ViewKind::light) {
+        draw_depth(frame);
+        return;
+    }
+    program_.use();
+    surroundings_.apply(frame, view);
+    const bool multisampled = view.kind == ViewKind::main;
+    gl::Program::set(multisampled_at_, multisampled ? 1.0F : 0.0F);
+    if (multisampled) {
+        glEnable(GL_SAMPLE_ALPHA_TO_COVERAGE);
+    }
+    for (const DrawItem &item : frame.visible(view.kind)) {
+        const Object &object = *item.object;
+        const auto bind = [&](const StreamedTexture *texture, unsigned unit) {
+            if (texture != nullptr) {
+                texture->bind(unit, sampler_.name());
+            }
+            return texture != nullptr ? 1.0F : 0.0F;
+        };
+        const float color = bind(object.color, unit_color);
+        const float normal = bind(object.normal, unit_normal);
+        const float height = bind(object.height, unit_height);
+        const float gloss = bind(object.gloss, unit_gloss);
+        gl::Program::set(maps_at_, glm::vec4(color, normal, height, gloss));
+        gl::Program::set(model_at_, item.instance->model);
+        gl::Program::set(scale_at_, item.instance->scale);
+        for (std::size_t m = 0; m < object.materials.size(); ++m) {
+            const assets::Material &material = object.materials[m];
+            sides(material.two_sided);
+            gl::Program::set(parallax_at_, glm::vec2(material.parallax_scale, material.parallax_bias));
+            gl::Program::set(shine_at_, glm::vec2(material.specular, material.smoothness));
+            gl::Program::set(cutoff_at_, material.alpha_cutoff);
+            gl::Program::set(translucency_at_, material.two_sided ? leaf_translucency : 0.0F);
+            object.mesh->draw(item.lod, static_cast<int>(m));
+        }
+    }
+    sides(false);
+    if (multisampled) {
+        glDisable(GL_SAMPLE_ALPHA_TO_COVERAGE);
+    }
+}
+
+} // namespace paradize

@@ -1,0 +1,133 @@
+#include "passes/particles_pass.hpp"
+
+#include "gl/buffer.hpp"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+namespace paradize {
+
+namespace {
+
+constexpr int floats_each = 6;
+constexpr float dawn = 0.12F; // share of its life in which a new particle becomes visible
+
+} // namespace
+
+std::uint32_t Pcg::next() {
+    const std::uint64_t old = state_;
+    state_ = old * 6364136223846793005ULL + increment_;
+    const auto shifted = static_cast<std::uint32_t>(((old >> 18U) ^ old) >> 27U);
+    const auto turn = static_cast<std::uint32_t>(old >> 59U);
+    return (shifted >> turn) | (shifted << ((32U - turn) & 31U));
+}
+
+float Pcg::between(float low, float high) {
+    const float unit = static_cast<float>(next() >> 8U) * (1.0F / 16777216.0F);
+    return low + (high - low) * unit;
+}
+
+ParticleSwarm::ParticleSwarm(const assets::ParticleField &field, std::uint64_t seed)
+    : field_(field), random_(seed), particles_(static_cast<std::size_t>(std::max(field.count, 0))) {
+    for (Particle &particle : particles_) {
+        // The first are born at all ages, so that the show does not begin with a flash.
+        birth(particle, random_.between(field_.threshold, 1.0F));
+    }
+}
+
+void ParticleSwarm::birth(Particle &particle, float life) {
+    // Evenly in a ball: a point of the cube around it, tried again while outside.
+    glm::vec3 p;
+    do {
+        p = {random_.between(-1.0F, 1.0F), random_.between(-1.0F, 1.0F), random_.between(-1.0F, 1.0F)};
+    } while (p.x * p.x + p.y * p.y + p.z * p.z > 1.0F);
+    particle.position = field_.center + p * field_.radius_m;
+    particle.size_m = random_.between(field_.size_m.x, field_.size_m.y);
+    particle.turn_rad = random_.between(0.0F, 2.0F * std::numbers::pi_v<float>);
+    particle.life_per_s = random_.between(field_.life_per_s.x, field_.life_per_s.y);
+    particle.drift_m_per_s = random_.between(0.02F, 0.12F);
+    particle.life = life;
+    ++particle.births;
+}
+
+void ParticleSwarm::step(double seconds) {
+    const auto dt = static_cast<float>(seconds);
+    for (Particle &particle : particles_) {
+        particle.life -= particle.life_per_s * dt;
+        particle.position.y += particle.drift_m_per_s * dt;
+        if (particle.life < field_.threshold) {
+            birth(particle, 1.0F);
+        }
+        particle.opacity = particle.life * std::clamp((1.0F - particle.life) / dawn, 0.0F, 1.0F);
+    }
+}
+
+ParticlesPass::ParticlesPass(const PassSetup &setup)
+    : program_(setup.shaders, "particle.vert", "particle.frag"), surroundings_(setup, program_),
+      quads_(gl::VertexArray::create()), color_at_(program_.location("u_color")) {
+    std::size_t count = 0;
+    std::uint64_t seed = 1;
+    for (const assets::ParticleField &field : setup.scene.file().particles) {
+        swarms_.emplace_back(field, seed++);
+        colors_.push_back(field.color);
+        count += swarms_.back().particles().size();
+    }
+    data_.resize(count * floats_each);
+    glBindVertexArray(quads_.name());
+    instances_ = gl::make_buffer(GL_ARRAY_BUFFER, std::max<std::size_t>(data_.size(), 1) * sizeof(float),
+                                 gl::Usage::streamed);
+    glBindVertexArray(0);
+}
+
+void ParticlesPass::step(double /*time_s*/) {
+    for (ParticleSwarm &swarm : swarms_) {
+        swarm.step(step_s);
+    }
+}
+
+void ParticlesPass::prepare(Frame & /*frame*/) {
+    std::size_t at = 0;
+    for (const ParticleSwarm &swarm : swarms_) {
+        for (const Particle &p : swarm.particles()) {
+            for (float value : {p.position.x, p.position.y, p.position.z, p.size_m, p.turn_rad, p.opacity}) {
+                data_[at++] = value;
+            }
+        }
+    }
+    gl::write_buffer(GL_ARRAY_BUFFER, instances_, 0, std::as_bytes(std::span(data_)));
+}
+
+void ParticlesPass::draw(const Frame &frame, const View &view) {
+    if (view.kind != ViewKind::main && view.kind != ViewKind::mirror) {
+        return;
+    }
+    program_.use();
+    surroundings_.apply(frame, view);
+    glBindVertexArray(quads_.name());
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE); // light is added
+    glDepthMask(GL_FALSE);
+    glDisable(GL_CULL_FACE);
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < swarms_.size(); ++i) {
+        const std::size_t count = swarms_[i].particles().size();
+        const std::size_t offset = first * floats_each * sizeof(float);
+        constexpr int stride = floats_each * static_cast<int>(sizeof(float));
+        gl::attribute_floats(gl::attribute_free, 4, instances_, stride, offset, 1);
+        gl::attribute_floats(gl::attribute_free + 1, 2, instances_, stride, offset + 4 * sizeof(float), 1);
+        gl::Program::set(color_at_, colors_[i]);
+        glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(count));
+        first += count;
+    }
+    glEnable(GL_CULL_FACE);
+    glDepthMask(GL_TRUE);
+    glBlendFunc(GL_ONE, GL_ZERO);
+    glDisable(GL_BLEND);
+    glBindVertexArray(0);
+}
+
+} // namespace paradize

@@ -1,0 +1,80 @@
+#pragma once
+// Sparkles in the air. A particle's life is its transparency; it falls at a rate of its own, and one that
+// fades below the threshold is born again elsewhere, with another size and orientation.
+
+#include "assets/scene_file.hpp"
+#include "gl/handle.hpp"
+#include "gl/program.hpp"
+#include "passes/pass.hpp"
+#include "passes/surroundings.hpp"
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <vector>
+
+namespace paradize {
+
+/// Random numbers of our own, the same on every machine: PCG32 (M. O'Neill, "PCG: A Family of Simple Fast
+/// Space-Efficient Statistically Good Algorithms for Random Number Generation", 2014).
+class Pcg {
+  public:
+    explicit Pcg(std::uint64_t stream) : increment_((stream << 1U) | 1U) {
+        next();
+        state_ += 0x853c49e6748fea9bULL;
+        next();
+    }
+    std::uint32_t next();
+    /// Uniform in [low, high).
+    float between(float low, float high);
+
+  private:
+    std::uint64_t state_ = 0;
+    std::uint64_t increment_;
+};
+
+struct Particle {
+    glm::vec3 position{0.0F}; // metres, world
+    float size_m = 0.0F;
+    float turn_rad = 0.0F;
+    float life = 1.0F;          // 1 at birth
+    float life_per_s = 0.1F;    // its own loss
+    float drift_m_per_s = 0.0F; // upwards
+    float opacity = 0.0F;       // life, after a short dawn
+    std::uint32_t births = 0;
+};
+
+/// One field of sparkles. Steps are of fixed length, so that the frame rate changes nothing.
+class ParticleSwarm {
+  public:
+    ParticleSwarm(const assets::ParticleField &field, std::uint64_t seed);
+    void step(double seconds);
+    const std::vector<Particle> &particles() const { return particles_; }
+
+  private:
+    void birth(Particle &particle, float life);
+
+    assets::ParticleField field_;
+    Pcg random_;
+    std::vector<Particle> particles_;
+};
+
+class ParticlesPass : public Pass {
+  public:
+    explicit ParticlesPass(const PassSetup &setup);
+    void step(double time_s) override;
+    void prepare(Frame &frame) override;
+    void draw(const Frame &frame, const View &view) override;
+
+  private:
+    gl::Program program_;
+    Surroundings surroundings_;
+    gl::VertexArray quads_;
+    gl::Buffer instances_;
+    std::vector<ParticleSwarm> swarms_;
+    std::vector<glm::vec3> colors_;
+    std::vector<float> data_; // six floats a particle
+    int color_at_ = -1;
+};
+
+} // namespace paradize

@@ -1,0 +1,56 @@
+#include "passes/shadow_pass.hpp"
+
+#include "frame.hpp"
+#include "gl/framebuffer.hpp"
+#include "gl/texture.hpp"
+
+#include <glm/gtc/type_ptr.hpp>
+
+#include <bit>
+
+namespace paradize {
+
+namespace {
+
+/// FNV-1a over 64-bit words (G. Fowler, L. Noll, K.-P. Vo, 1991).
+void mix(std::uint64_t &hash, std::uint64_t word) {
+    hash = (hash ^ word) * 1099511628211ULL;
+}
+
+std::uint64_t fingerprint(const Frame &frame, const View &light) {
+    std::uint64_t hash = 14695981039346656037ULL;
+    const float *matrix = glm::value_ptr(light.view_projection);
+    for (int i = 0; i < 16; ++i) {
+        mix(hash, std::bit_cast<std::uint32_t>(matrix[i]));
+    }
+    for (const DrawItem &item : frame.visible(ViewKind::light)) {
+        mix(hash, std::bit_cast<std::uintptr_t>(item.instance));
+        mix(hash, static_cast<std::uint64_t>(item.lod));
+        mix(hash, item.object->color != nullptr && item.object->color->complete() ? 1U : 0U);
+    }
+    if (frame.scene.file().terrain) {
+        const StreamedMesh *mesh = frame.scene.mesh(frame.scene.file().terrain->mesh);
+        mix(hash, static_cast<std::uint64_t>(mesh != nullptr ? mesh->best_level(0) + 1 : 0));
+    }
+    return hash | 1U;
+}
+
+} // namespace
+
+ShadowPass::ShadowPass(const PassSetup &setup)
+    : map_(gl::make_depth_comparison_target(setup.scene.file().shadow->size_px)),
+      framebuffer_(gl::make_framebuffer({}, map_)), size_px_(setup.scene.file().shadow->size_px) {}
+
+void ShadowPass::prepare(Frame &frame) {
+    View light = frame.view(ViewKind::light);
+    light.width_px = size_px_;
+    light.height_px = size_px_;
+    const std::uint64_t now = fingerprint(frame, light);
+    if (now != drawn_) {
+        frame.draw_view(light, framebuffer_.name(), true);
+        drawn_ = now;
+    }
+    frame.shared.shadow_map = &map_;
+}
+
+} // namespace paradize

@@ -1,0 +1,21 @@
+#pragma once
+// The sky: a cube map behind everything, lost in haze towards the horizon.
+
+#include "gl/program.hpp"
+#include "passes/pass.hpp"
+#include "passes/surroundings.hpp"
+
+namespace paradize {
+
+class SkyPass : public Pass {
+  public:
+    explicit SkyPass(const PassSetup &setup);
+    void draw(const Frame &frame, const View &view) override;
+
+  private:
+    gl::Program program_;
+    Surroundings surroundings_;
+    int limit_at_ = -1;
+};
+
+} // namespace paradize

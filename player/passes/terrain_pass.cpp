@@ -1,0 +1,82 @@
+#include "passes/terrain_pass.hpp"
+
+#include "gl/texture.hpp"
+
+#include <epoxy/gl.h>
+#include <glm/mat4x4.hpp>
+
+#include <algorithm>
+
+namespace paradize {
+
+namespace {
+enum Unit : unsigned { unit_sand_color, unit_sand_normal, unit_effect_color, unit_effect_normal };
+}
+
+TerrainPass::TerrainPass(const PassSetup &setup)
+    : depth_(setup.shaders, "depth.vert", "depth.frag"),
+      program_(setup.shaders, "terrain.vert", "terrain.frag"), surroundings_(setup, program_),
+      sampler_(gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, setup.anisotropy)),
+      once_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::mipmapped, setup.anisotropy)),
+      depth_model_at_(depth_.location("u_model")), depth_cutoff_at_(depth_.location("u_alpha_cutoff")),
+      has_sand_normal_at_(program_.location("u_has_sand_normal")),
+      has_effect_at_(program_.location("u_has_effect")),
+      sand_reference_at_(program_.location("u_sand_reference_m")), mix_at_(program_.location("u_mix")),
+      clip_at_(program_.location("u_clip_plane")) {
+    program_.set_unit("u_sand_color", unit_sand_color);
+    program_.set_unit("u_sand_normal", unit_sand_normal);
+    program_.set_unit("u_effect_color", unit_effect_color);
+    program_.set_unit("u_effect_normal", unit_effect_normal);
+}
+
+void TerrainPass::draw(const Frame &frame, const View &view) {
+    const assets::SceneFile &file = frame.scene.file();
+    const assets::Terrain &terrain = *file.terrain;
+    const StreamedMesh *mesh = frame.scene.mesh(terrain.mesh);
+    const int level = mesh != nullptr ? mesh->best_level(0) : -1;
+    if (level < 0) {
+        return;
+    }
+    if (view.kind == ViewKind::light) {
+        depth_.use();
+        gl::Program::set(depth_model_at_, glm::mat4(1.0F));
+        gl::Program::set(depth_cutoff_at_, 0.0F);
+        depth_bias(true);
+        mesh->draw(level);
+        depth_bias(false);
+        return;
+    }
+    program_.use();
+    surroundings_.apply(frame, view);
+    const auto bind = [&](const std::string &name, unsigned unit, const gl::Sampler &sampler) {
+        const StreamedTexture *texture = frame.scene.texture(name);
+        if (texture != nullptr) {
+            texture->bind(unit, sampler.name());
+        }
+        return texture != nullptr;
+    };
+    bind(terrain.sand_color, unit_sand_color, sampler_);
+    const bool has_sand_normal = bind(terrain.sand_normal, unit_sand_normal, sampler_);
+    const bool has_effect = bind(terrain.effect_color, unit_effect_color, once_) &&
+                            bind(terrain.effect_normal, unit_effect_normal, once_);
+    gl::Program::set(has_sand_normal_at_, has_sand_normal ? 1.0F : 0.0F);
+    gl::Program::set(has_effect_at_, has_effect ? 1.0F : 0.0F);
+    const float repeat_m = terrain.size_m.x / std::max(terrain.sand_repeat, 1e-3F);
+    gl::Program::set(sand_reference_at_, 4.0F * repeat_m);
+    gl::Program::set(mix_at_,
+                     glm::vec4(terrain.mix_low_m, terrain.mix_high_m, terrain.specular, terrain.smoothness));
+
+    // Under water the refraction's picture shows the floor: the main view need not draw it twice.
+    const bool hidden = view.kind == ViewKind::main && frame.shared.refraction != nullptr && file.water &&
+                        view.eye.y > file.water->level_m;
+    if (hidden) {
+        glEnable(GL_CLIP_DISTANCE0);
+        gl::Program::set(clip_at_, glm::vec4(0.0F, 1.0F, 0.0F, 0.3F - file.water->level_m));
+    }
+    mesh->draw(level);
+    if (hidden) {
+        glDisable(GL_CLIP_DISTANCE0);
+    }
+}
+
+} // namespace paradize

@@ -1,0 +1,26 @@
+#pragma once
+// The ground: sand pattern and effect map mixed by height, lit, wet along the water, dissolved under it.
+
+#include "gl/handle.hpp"
+#include "gl/program.hpp"
+#include "passes/pass.hpp"
+#include "passes/surroundings.hpp"
+
+namespace paradize {
+
+class TerrainPass : public Pass {
+  public:
+    explicit TerrainPass(const PassSetup &setup);
+    void draw(const Frame &frame, const View &view) override;
+
+  private:
+    gl::Program depth_;
+    gl::Program program_;
+    Surroundings surroundings_;
+    gl::Sampler sampler_; // repeats
+    gl::Sampler once_;    // clamps: the effect map covers the terrain once
+    int depth_model_at_ = -1, depth_cutoff_at_ = -1;
+    int has_sand_normal_at_ = -1, has_effect_at_ = -1, sand_reference_at_ = -1, mix_at_ = -1, clip_at_ = -1;
+};
+
+} // namespace paradize

@@ -1,0 +1,108 @@
+#include "passes/water_pass.hpp"
+
+#include "gl/buffer.hpp"
+#include "gl/texture.hpp"
+
+#include <epoxy/gl.h>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace paradize {
+
+namespace {
+
+enum Unit : unsigned { unit_reflection, unit_refraction };
+
+constexpr int grid_steps = 24;       // quads an edge
+constexpr double swash_period_s = 7; // of the waves that run up the beach
+
+/// Lines of the grid in metres around the eye, close near it and far apart at `reach_m`.
+float grid_line(int index, float reach_m) {
+    const float t = 2.0F * static_cast<float>(index) / static_cast<float>(grid_steps) - 1.0F;
+    return reach_m * t * t * t;
+}
+
+} // namespace
+
+WaterPass::WaterPass(const PassSetup &setup)
+    : program_(setup.shaders, "water.vert", "water.frag"), surroundings_(setup, program_),
+      clamped_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::linear)), grid_(gl::VertexArray::create()),
+      half_at_(program_.location("u_half_m")), textures_at_(program_.location("u_textures")),
+      shake_at_(program_.location("u_shake")), deep_at_(program_.location("u_deep_color")),
+      shallow_at_(program_.location("u_shallow_color")), shine_at_(program_.location("u_shine")),
+      wave_length_at_(program_.location("u_wave_length_m")), fade_at_(program_.location("u_fade_m")),
+      swash_at_(program_.location("u_swash")) {
+    program_.set_unit("u_reflection", unit_reflection);
+    program_.set_unit("u_refraction", unit_refraction);
+
+    const float reach_m = 0.69F * setup.scene.file().flight.far_m; // its corners touch the far plane
+    std::vector<glm::vec3> points;
+    std::vector<std::uint16_t> triangles;
+    for (int z = 0; z <= grid_steps; ++z) {
+        for (int x = 0; x <= grid_steps; ++x) {
+            points.emplace_back(grid_line(x, reach_m), 0.0F, grid_line(z, reach_m));
+            if (x == grid_steps || z == grid_steps) {
+                continue;
+            }
+            const int corner = z * (grid_steps + 1) + x;
+            for (int offset : {0, grid_steps + 1, 1, 1, grid_steps + 1, grid_steps + 2}) {
+                triangles.push_back(static_cast<std::uint16_t>(corner + offset));
+            }
+        }
+    }
+    index_count_ = static_cast<int>(triangles.size());
+    glBindVertexArray(grid_.name());
+    vertices_ = gl::make_buffer(GL_ARRAY_BUFFER, points.size() * sizeof(points[0]), gl::Usage::fixed);
+    gl::write_buffer(GL_ARRAY_BUFFER, vertices_, 0, std::as_bytes(std::span(points)));
+    gl::attribute_floats(gl::attribute_position, 3, vertices_, sizeof(glm::vec3), 0);
+    indices_ =
+        gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, triangles.size() * sizeof(triangles[0]), gl::Usage::fixed);
+    gl::write_buffer(GL_ELEMENT_ARRAY_BUFFER, indices_, 0, std::as_bytes(std::span(triangles)));
+    glBindVertexArray(0);
+}
+
+void WaterPass::draw(const Frame &frame, const View &view) {
+    if (view.kind != ViewKind::main) {
+        return;
+    }
+    const assets::SceneFile &file = frame.scene.file();
+    const assets::Water &water = *file.water;
+    program_.use();
+    surroundings_.apply(frame, view);
+    const gl::Texture *reflection = frame.shared.reflection;
+    const gl::Texture *refraction = frame.shared.refraction;
+    gl::bind_texture(unit_reflection, GL_TEXTURE_2D, reflection != nullptr ? reflection->name() : 0,
+                     clamped_.name());
+    gl::bind_texture(unit_refraction, GL_TEXTURE_2D, refraction != nullptr ? refraction->name() : 0,
+                     clamped_.name());
+    gl::Program::set(textures_at_,
+                     glm::vec2(reflection != nullptr ? 1.0F : 0.0F, refraction != nullptr ? 1.0F : 0.0F));
+    const float half_m = 0.5F * water.size_m;
+    gl::Program::set(half_at_, half_m);
+    // The sea's edge lies in haze, be it the far plane's or its own.
+    const float far_m = 0.69F * view.far_m;
+    gl::Program::set(fade_at_, far_m);
+    gl::Program::set(shake_at_, water.k);
+    gl::Program::set(deep_at_, water.deep_color);
+    gl::Program::set(shallow_at_, water.shallow_color);
+    gl::Program::set(shine_at_, glm::vec2(water.specular, water.smoothness));
+    gl::Program::set(wave_length_at_, waves_at(water, 0.0).lengths_m);
+    const double phase = frame.clock.elapsed_s / swash_period_s;
+    gl::Program::set(swash_at_, static_cast<float>(phase - std::floor(phase)));
+
+    glEnable(GL_BLEND);
+    glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    glDisable(GL_CULL_FACE);
+    glBindVertexArray(grid_.name());
+    glDrawElements(GL_TRIANGLES, index_count_, GL_UNSIGNED_SHORT, nullptr);
+    glBindVertexArray(0);
+    glEnable(GL_CULL_FACE);
+    glBlendFunc(GL_ONE, GL_ZERO);
+    glDisable(GL_BLEND);
+}
+
+} // namespace paradize

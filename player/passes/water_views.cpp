@@ -1,0 +1,53 @@
+#include "passes/water_views.hpp"
+
+#include "gl/framebuffer.hpp"
+#include "gl/texture.hpp"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace paradize {
+
+void WaterView::resize(int width_px, int height_px) {
+    width_px_ = std::max(1, static_cast<int>(std::lround(static_cast<float>(width_px) * scale_)));
+    height_px_ = std::max(1, static_cast<int>(std::lround(static_cast<float>(height_px) * scale_)));
+    color_ = gl::make_target(GL_RGBA16F, width_px_, height_px_);
+    depth_ = gl::make_target(GL_DEPTH_COMPONENT24, width_px_, height_px_);
+    framebuffer_ = gl::make_framebuffer(color_, depth_);
+}
+
+void WaterView::draw_into(Frame &frame) {
+    View view = frame.view(kind_);
+    view.width_px = width_px_;
+    view.height_px = height_px_;
+    frame.draw_view(view, framebuffer_.name());
+}
+
+ReflectionPass::ReflectionPass(const PassSetup &setup)
+    : WaterView(ViewKind::mirror, *setup.scene.file().reflection_scale) {}
+
+void ReflectionPass::prepare(Frame &frame) {
+    const assets::SceneFile &file = frame.scene.file();
+    if (file.water && frame.view(ViewKind::main).eye.y <= file.water->level_m) {
+        return; // an eye under water sees no mirror from above
+    }
+    draw_into(frame);
+    frame.shared.reflection = &color_;
+}
+
+RefractionPass::RefractionPass(const PassSetup &setup)
+    : WaterView(ViewKind::refraction, *setup.scene.file().refraction_scale) {}
+
+void RefractionPass::prepare(Frame &frame) {
+    const assets::SceneFile &file = frame.scene.file();
+    if (file.water && frame.view(ViewKind::main).eye.y <= file.water->level_m) {
+        return;
+    }
+    draw_into(frame);
+    frame.shared.refraction = &color_;
+    frame.shared.refraction_depth = &depth_;
+}
+
+} // namespace paradize

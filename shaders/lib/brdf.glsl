@@ -1,0 +1,48 @@
+#include "lib/fresnel.glsl"
+#include "lib/guard.glsl"
+
+const float PI = 3.14159265358979;
+
+// Roughness alpha of a smoothness in [0,1]: (1 - s)^2, floored so that the lobe stays representable.
+float alpha_of_smoothness(float smoothness) {
+    float rough = 1.0 - clamp(smoothness, 0.0, 1.0);
+    return max(rough * rough, 0.002);
+}
+
+// GGX: B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007.
+// Written as in the fp-safe form: 1 - n_h^2 is computed by the caller's cross product where it matters.
+float ggx_distribution(float n_h, float alpha) {
+    float a2 = alpha * alpha;
+    float d = n_h * n_h * (a2 - 1.0) + 1.0;
+    return a2 / (PI * max(d * d, 1e-8));
+}
+
+// Visibility G / (4 n_l n_v), height-correlated Smith approximated as in E. Hammon, "PBR Diffuse
+// Lighting for GGX+Smith Microsurfaces", GDC 2017.
+float ggx_visibility(float n_l, float n_v, float alpha) {
+    float smith = mix(2.0 * n_l * n_v, n_l + n_v, alpha);
+    return 0.5 / max(smith, 1e-4);
+}
+
+// Specular reflectance of direction l seen from v, already multiplied by n.l; f0 is the intensity at
+// normal incidence (the gloss map's R times the material's), never above `limit`.
+float specular_ggx(vec3 n, vec3 v, vec3 l, float f0, float alpha, float limit) {
+    float n_l = dot(n, l);
+    if (n_l <= 0.0) {
+        return 0.0;
+    }
+    vec3 h = safe_normalize(v + l, n);
+    float n_v = max(dot(n, v), 1e-3);
+    float n_h = clamp(dot(n, h), 0.0, 1.0);
+    float f = fresnel_schlick(f0, dot(v, h)) * smoothstep(0.0, 0.02, f0);
+    return min(ggx_distribution(n_h, alpha) * ggx_visibility(n_l, n_v, alpha) * f * n_l, limit);
+}
+
+// Widens alpha by the normal's variance inside the pixel, so that highlights do not shimmer:
+// Y. Tokuyoshi, A. Kaplanyan, "Improved Geometric Specular Antialiasing", I3D 2019.
+float filtered_alpha(vec3 n, float alpha) {
+    vec3 dx = dFdx(n);
+    vec3 dy = dFdy(n);
+    float kernel = min(0.25 * (dot(dx, dx) + dot(dy, dy)), 0.18);
+    return sqrt(clamp(alpha * alpha + kernel, 0.0, 1.0));
+}

@@ -1,0 +1,29 @@
+#include "lib/frame.glsl"
+#include "lib/guard.glsl"
+
+// Share of haze between the eye and a point: Beer-Lambert over the distance.
+float haze_amount(float distance_m) { return 1.0 - exp(-min(max(distance_m, 0.0) * fog.w, 60.0)); }
+
+// Haze is brighter towards the sun, as in I. Quilez, "Better Fog", 2010.
+vec3 haze_color(vec3 direction) {
+    float towards_sun = max(dot(direction, sun_direction.xyz), 0.0);
+    float glow = towards_sun * towards_sun;
+    glow *= glow;
+    return fog.rgb * (1.0 + 0.35 * glow * glow);
+}
+
+// Radiance of endless water around an eye below the surface, and the share of light scattered per metre.
+uniform vec3 u_water_glow;
+uniform float u_water_scatter;
+
+// What lies between the eye and a point: air with haze or, for an eye below the surface, water.
+vec3 apply_haze(vec3 color, vec3 position) {
+    vec3 ray = position - eye.xyz;
+    float distance_m = length(ray);
+    if (eye.y < water.w) {
+        vec3 kept = exp(-min((water.rgb + u_water_scatter) * distance_m, vec3(60.0)));
+        return mix(u_water_glow, color, kept);
+    }
+    vec3 direction = distance_m > 1e-6 ? ray / distance_m : vec3(0.0, 0.0, 1.0);
+    return mix(color, haze_color(direction), haze_amount(distance_m));
+}

@@ -1,0 +1,19 @@
+// What every shader knows of the view and of the light: player/gl/frame_uniforms.hpp says what each field
+// means. Each view (picture, mirror, refraction, light) has its own copy with its own eye, so that highlights
+// and parallax in the mirror are the mirror's.
+layout(std140) uniform FrameUniforms {
+    mat4 view_projection;
+    mat4 view;
+    mat4 inverse_view_projection;
+    mat4 shadow_from_world;
+    vec4 eye;
+    vec4 clip_plane;
+    vec4 viewport;
+    vec4 lens;
+    vec4 sun_direction;
+    vec4 sun_radiance;
+    vec4 ambient;
+    vec4 fog;
+    vec4 water;
+    vec4 clock;
+};

@@ -1,0 +1,74 @@
+// Sun and sky upon a surface.
+#include "lib/brdf.glsl"
+#include "lib/frame.glsl"
+#include "lib/shadow.glsl"
+#include "lib/underwater.glsl"
+
+uniform samplerCube u_sky;   // linear radiance
+uniform float u_sky_blur;    // mip of the cube that stands for its irradiance over pi; below 0: no sky
+uniform float u_sky_levels;  // mips of the cube
+
+// Radiance arriving from all sides at a surface that faces n, over pi. Coarse mips of the cube are a good
+// stand-in for its convolution: R. Ramamoorthi, P. Hanrahan, "An Efficient Representation for Irradiance
+// Environment Maps", SIGGRAPH 2001: irradiance is smooth enough for nine numbers.
+vec3 sky_ambient(vec3 n) {
+    if (u_sky_blur < 0.0) {
+        return ambient.rgb * (0.75 + 0.25 * n.y);
+    }
+    return ambient.rgb * textureLod(u_sky, n, u_sky_blur).rgb;
+}
+
+// Mirror-like light of the sky on a rough surface.
+vec3 sky_specular(vec3 n, vec3 v, float f0, float alpha) {
+    if (u_sky_blur < 0.0 || f0 <= 0.0) {
+        return vec3(0.0);
+    }
+    vec3 r = reflect(-v, n);
+    float lod = u_sky_blur * sqrt(sqrt(alpha));
+    float f = fresnel_schlick(f0, max(dot(n, v), 0.0)) * (1.0 - 0.7 * alpha);
+    return textureLod(u_sky, r, lod).rgb * ambient.rgb * f;
+}
+
+struct Surface {
+    vec3 position;   // metres, world
+    vec3 normal;     // unit, as shaded
+    vec3 geometric;  // unit, of the triangle's side that is seen
+    vec3 albedo;     // linear
+    float f0;        // specular reflectance at normal incidence
+    float alpha;     // GGX roughness
+    float translucency; // share of the light from behind that comes through
+};
+
+// Linear radiance towards the eye, before haze. Under water the sun is dimmed and gathered by the waves.
+vec3 shade(Surface s) {
+    vec3 to_eye = eye.xyz - s.position;
+    float distance_m = length(to_eye);
+    vec3 v = distance_m > 1e-6 ? to_eye / distance_m : s.normal;
+    float depth = water.w - s.position.y;
+    bool submerged = depth > 0.0;
+    vec3 l = submerged ? u_sun_refracted : sun_direction.xyz;
+
+    float facing = dot(s.geometric, l);
+    vec3 sun = vec3(0.0);
+    float front = max(dot(s.normal, l), 0.0) * smoothstep(-0.05, 0.1, facing);
+    float through = s.translucency * max(-dot(s.normal, l), 0.0);
+    if (front + through > 0.0) {
+        sun = sun_radiance.rgb * sun_visibility(s.position, s.geometric * (facing < 0.0 ? -1.0 : 1.0), distance_m);
+        if (submerged) {
+            sun *= sun_through_water(depth) * caustics(s.position, depth);
+        }
+    }
+    // Light that came through a leaf is yellower than the light that it reflects.
+    vec3 transmitted = s.albedo * vec3(1.35, 1.15, 0.35);
+    vec3 sky = sky_ambient(s.normal);
+    vec3 behind = s.translucency > 0.0 ? sky_ambient(-s.normal) * s.translucency * 0.5 : vec3(0.0);
+    if (submerged) {
+        sky *= exp(-min(water.rgb * depth * 1.2, vec3(60.0)));
+    }
+    vec3 color = (s.albedo * front + transmitted * through) * (1.0 / PI) * sun + s.albedo * sky + transmitted * behind;
+    if (s.f0 > 0.0 && !submerged) {
+        color += sun * specular_ggx(s.normal, v, l, s.f0, s.alpha, 16.0);
+        color += sky_specular(s.normal, v, s.f0, s.alpha);
+    }
+    return color;
+}

@@ -1,0 +1,23 @@
+#include "lib/place.glsl"
+
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 tangent;
+layout(location = 3) in vec2 uv0;
+
+uniform mat4 u_model;  // world from mesh: rotation, one scale, translation
+uniform float u_scale; // that scale
+
+out vec3 v_position;
+out vec3 v_normal;
+out vec4 v_tangent;
+out vec2 v_uv;
+
+void main() {
+    mat3 turn = mat3(u_model) / max(u_scale, 1e-6);
+    v_position = (u_model * vec4(position, 1.0)).xyz;
+    v_normal = turn * normal;
+    v_tangent = vec4(turn * tangent.xyz, tangent.w);
+    v_uv = uv0;
+    place(v_position);
+}

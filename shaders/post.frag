@@ -1,0 +1,19 @@
+#include "lib/color.glsl"
+#include "lib/frame.glsl"
+#include "lib/hash.glsl"
+#include "lib/tonemap.glsl"
+
+uniform sampler2D u_picture; // linear HDR
+
+in vec2 v_uv;
+
+layout(location = 0) out vec4 fragment;
+
+void main() {
+    vec3 color = texelFetch(u_picture, ivec2(gl_FragCoord.xy), 0).rgb * clock.z;
+    vec3 encoded = srgb_encode(tone_map(color));
+    // A still, triangular dither of one step hides the bands of eight bits: L. Roberts, "Picture Coding
+    // Using Pseudo-Random Noise", 1962.
+    float dither = gradient_noise(gl_FragCoord.xy) + gradient_noise(gl_FragCoord.xy + vec2(47.0, 17.0)) - 1.0;
+    fragment = vec4(encoded + dither * (0.5 / 255.0), 1.0);
+}

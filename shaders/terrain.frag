@@ -1,0 +1,108 @@
+#include "lib/clip_frag.glsl"
+#include "lib/color.glsl"
+#include "lib/fog.glsl"
+#include "lib/hash.glsl"
+#include "lib/light.glsl"
+#include "lib/normal.glsl"
+
+uniform sampler2D u_sand_color;
+uniform sampler2D u_sand_normal;
+uniform sampler2D u_effect_color;
+uniform sampler2D u_effect_normal;
+uniform float u_has_sand_normal;
+uniform float u_has_effect;
+uniform float u_sand_reference_m; // distance up to which the sand repeats as it was baked
+uniform vec4 u_mix;               // low m, high m, specular, smoothness
+uniform float u_refracting;       // 1 in the refraction view: alpha is the packed depth
+
+in vec3 v_position;
+in vec3 v_normal;
+in vec4 v_tangent;
+in vec2 v_uv_sand;
+in vec2 v_uv_effect;
+
+layout(location = 0) out vec4 fragment;
+
+// The sand at two scales, a factor of four apart, that suit the distance: each pixel sees about as many
+// grains near and far, so that the pattern neither shimmers nor melts into one colour. uv: its derivatives
+// come from outside, for the scale itself jumps.
+struct SandScale {
+    float near;
+    float far;
+    float blend;
+};
+
+SandScale sand_scale(float distance_m) {
+    float octave = 0.5 * log2(max(distance_m / u_sand_reference_m, 1.0));
+    float whole = floor(octave);
+    SandScale s;
+    s.near = exp2(-2.0 * whole);
+    s.far = 0.25 * s.near;
+    s.blend = smoothstep(0.25, 0.95, octave - whole);
+    return s;
+}
+
+vec4 sand_sample(sampler2D map, SandScale s, vec2 dx, vec2 dy) {
+    vec4 near = textureGrad(map, v_uv_sand * s.near, dx * s.near, dy * s.near);
+    if (s.blend <= 0.0) {
+        return near;
+    }
+    vec4 far = textureGrad(map, v_uv_sand * s.far, dx * s.far, dy * s.far);
+    return mix(near, far, s.blend);
+}
+
+void main() {
+    apply_clip();
+    float height = v_position.y;
+    float distance_m = distance(eye.xyz, v_position);
+    vec2 dx = dFdx(v_uv_sand);
+    vec2 dy = dFdy(v_uv_sand);
+    SandScale scale = sand_scale(distance_m);
+
+    // How much sand: none up to mix_low, all from mix_high.
+    float sand_share = u_has_effect > 0.5 ? safe_smoothstep(u_mix.x, u_mix.y, height) : 1.0;
+    vec3 albedo = vec3(0.0);
+    if (sand_share > 0.0) {
+        albedo += sand_share * sand_sample(u_sand_color, scale, dx, dy).rgb;
+    }
+    vec3 relief = vec3(0.0, 0.0, 1.0);
+    if (u_has_effect > 0.5) {
+        albedo += (1.0 - sand_share) * texture(u_effect_color, v_uv_effect).rgb;
+        relief = decode_normal(texture(u_effect_normal, v_uv_effect).rg, 1.0);
+    }
+    if (u_has_sand_normal > 0.5) {
+        vec3 grains = decode_normal(sand_sample(u_sand_normal, scale, dx, dy).rg, 0.35 + 0.65 * sand_share);
+        relief = blend_normals(relief, grains);
+    }
+    // Broad, faint changes of tone that the repeating pattern cannot have.
+    float tone = value_noise(v_position.xz * 0.11) + 0.5 * value_noise(v_position.xz * 0.37 + 19.0);
+    albedo *= 0.93 + 0.09 * tone;
+
+    // Where the sea reaches, sand is darker and glossier: J. Lekner, M. Dorf, "Why some things are darker
+    // when wet", Applied Optics 27(7), 1988.
+    float reach = 0.12 * max(u_mix.y - u_mix.x, 0.0) + 0.15;
+    float above = height - water.w + 0.10 * (tone - 0.75);
+    float wet = 1.0 - smoothstep(0.35 * reach, reach, above);
+    wet *= step(-1e8, water.w);
+    albedo *= mix(vec3(1.0), vec3(0.60, 0.56, 0.52), wet * (height > water.w ? 1.0 : 0.55));
+
+    vec3 geometric = safe_normalize(v_normal, vec3(0.0, 1.0, 0.0));
+    Surface s;
+    s.position = v_position;
+    s.normal = tangent_to_world(relief, v_normal, v_tangent);
+    s.geometric = geometric;
+    s.albedo = albedo;
+    s.f0 = mix(0.04 * u_mix.z, 0.03, wet);
+    s.alpha = filtered_alpha(s.normal, alpha_of_smoothness(mix(u_mix.w, max(u_mix.w, 0.72), wet)));
+    s.translucency = 0.0;
+    vec3 color = shade(s);
+
+    if (u_refracting > 0.5) {
+        // Towards its own edge the floor is lost in the deep, so that the terrain's border is never seen.
+        vec2 border = min(v_uv_effect, 1.0 - v_uv_effect);
+        float kept = smoothstep(0.0, 0.08, min(border.x, border.y));
+        fragment = vec4(color, pack_depth(water.w - height) * kept);
+    } else {
+        fragment = vec4(apply_haze(color, v_position), 1.0);
+    }
+}

@@ -1,0 +1,131 @@
+#include "lib/color.glsl"
+#include "lib/fog.glsl"
+#include "lib/hash.glsl"
+#include "lib/light.glsl"
+
+uniform sampler2D u_reflection;
+uniform sampler2D u_refraction;
+uniform sampler2D u_wave_dudv; // signed xy
+uniform vec2 u_textures;       // 1 where reflection, refraction were drawn
+uniform float u_shake;         // k: fraction of the screen
+uniform vec3 u_deep_color;
+uniform vec3 u_shallow_color;
+uniform vec2 u_shine;          // specular, smoothness
+uniform vec3 u_wave_length_m;  // of the three layers
+uniform float u_fade_m;        // distance at which the sea is lost in haze
+uniform float u_swash;         // [0,1): phase of the waves that run up the beach
+
+in vec3 v_position;
+
+layout(location = 0) out vec4 fragment;
+
+const float WATER_F0 = 0.02;
+const float WATER_IOR = 1.33;
+
+// The radiance of the sky in a direction, as the mirror would show it.
+vec3 sky_in(vec3 direction) {
+    vec3 up = vec3(direction.x, max(direction.y, 0.0), direction.z);
+    if (u_sky_blur < 0.0) {
+        return fog.rgb;
+    }
+    vec3 color = min(textureLod(u_sky, up, 2.0).rgb, vec3(8.0));
+    return mix(color, haze_color(direction), haze_amount(60.0 / max(up.y, 0.004)));
+}
+
+vec2 inside(vec2 uv, vec2 texel) { return clamp(uv, texel, 1.0 - texel); }
+
+void main() {
+    vec3 to_eye = eye.xyz - v_position;
+    float distance_m = max(length(to_eye), 1e-3);
+    vec3 v = to_eye / distance_m;
+    vec2 xz = v_position.xz;
+
+    // Slopes: each layer fades where its waves become too small to be told apart.
+    vec3 near = 1.0 / (1.0 + pow(vec3(distance_m) / (90.0 * u_wave_length_m), vec3(2.0)));
+    vec2 fine = wave_tilt(0, xz) * near.x + wave_tilt(1, xz) * near.y;
+    vec2 tilt = (fine + 1.4 * wave_tilt(2, xz) * near.z) * u_wave_strength;
+    vec3 n = wave_normal(tilt);
+
+    // Seen from below: through the window overhead the sky, around it the water's own glow.
+    if (eye.y < water.w) {
+        vec3 down = -n;
+        vec3 through = refract(-v, down, WATER_IOR);
+        vec3 color = u_water_glow;
+        if (dot(through, through) > 0.0) {
+            float f = fresnel_schlick(WATER_F0, dot(through, n));
+            color = mix(sky_in(through), u_water_glow, f);
+        }
+        fragment = vec4(apply_haze(color, v_position), 1.0);
+        return;
+    }
+
+    float n_v = clamp(dot(n, v), 0.0, 1.0);
+    vec2 texel = viewport.zw;
+    vec2 screen = gl_FragCoord.xy * viewport.zw;
+
+    // The du/dv map, two layers running against one another, shakes both pictures. A slope turns a mirrored
+    // ray up or down by twice its angle, but sideways the less the flatter it comes.
+    vec2 shake = wave_to_world(0, texture(u_wave_dudv, wave_uv(0, xz)).rg) * near.x +
+                 wave_to_world(1, texture(u_wave_dudv, wave_uv(1, xz)).rg) * near.y;
+    vec2 right = vec2(view[0][0], view[2][0]);
+    vec2 ahead = -v.xz * inversesqrt(max(dot(v.xz, v.xz), 1e-4));
+    vec2 turned = vec2(dot(shake, right) * (0.25 + 0.75 * n_v), dot(shake, ahead)) * u_shake;
+
+    vec3 mirrored = reflect(-v, n);
+    vec3 reflection = sky_in(mirrored);
+    if (u_textures.x > 0.5) {
+        reflection = texture(u_reflection, inside(screen + turned, texel)).rgb;
+    }
+
+    // The floor: the shaken sample, unless it shows what stands out of the water.
+    vec4 floor_straight = vec4(0.0);
+    vec4 floor_seen = vec4(0.0);
+    if (u_textures.y > 0.5) {
+        floor_straight = texture(u_refraction, screen);
+        float depth_here = unpack_depth(floor_straight.a);
+        float room = clamp(depth_here * 0.8, 0.0, 1.0) / (1.0 + 0.03 * distance_m);
+        vec2 bent = vec2(turned.x, -turned.y) * room;
+        floor_seen = texture(u_refraction, inside(screen + bent, texel));
+        float usable = smoothstep(0.0, 0.08, unpack_depth(floor_seen.a));
+        floor_seen = mix(floor_straight, floor_seen, usable);
+    }
+    float depth = max(unpack_depth(floor_seen.a), 0.0);
+    float depth_straight = unpack_depth(floor_straight.a);
+
+    // Water over the floor takes light away colour by colour and gives back its own.
+    float slant = sqrt(1.0 - (1.0 - n_v * n_v) / (WATER_IOR * WATER_IOR));
+    float path = depth / max(slant, 0.3);
+    vec3 kept = exp(-min((water.rgb + u_water_scatter) * path, vec3(60.0)));
+    float visibility = sun_visibility(v_position, vec3(0.0, 1.0, 0.0), distance_m);
+    vec3 light = sun_radiance.rgb * max(sun_direction.y, 0.0) * (0.35 + 0.65 * visibility) * (1.0 / PI) +
+                 sky_ambient(vec3(0.0, 1.0, 0.0));
+    vec3 own = mix(u_shallow_color, u_deep_color, 1.0 - exp(-0.22 * depth)) * light;
+    // Crests towards the sun let light through.
+    own *= 1.0 + 0.6 * clamp(dot(tilt, sun_direction.xz), -0.5, 0.5);
+    vec3 body = floor_seen.rgb * kept + own * (1.0 - kept);
+
+    float fresnel = fresnel_schlick(WATER_F0, n_v);
+    vec3 color = mix(body, reflection, fresnel);
+
+    // The sun's glitter. Waves too small to see widen its lobe instead of shimmering.
+    vec2 lost = vec2(1.0) - near.xy;
+    float alpha = alpha_of_smoothness(u_shine.y);
+    alpha = sqrt(clamp(alpha * alpha + 0.012 * u_wave_strength * (lost.x + lost.y), 0.0, 1.0));
+    alpha = filtered_alpha(n, alpha);
+    color += sun_radiance.rgb * visibility *
+             specular_ggx(n, v, sun_direction.xyz, WATER_F0 * u_shine.x, alpha, 60.0);
+
+    // Foam where the sea runs out, in a broken line that breathes with the swash.
+    float ragged = value_noise(xz * 1.3 + 7.0 * fine) * 0.6 + value_noise(xz * 4.1 - 9.0 * fine) * 0.4;
+    float swash = 0.5 + 0.5 * sin(6.2831853 * (u_swash + value_noise(xz * 0.08)));
+    float line = 0.05 + 0.10 * swash;
+    float foam = smoothstep(line + 0.10, line, depth_straight) * smoothstep(0.42, 0.72, ragged + 0.15 * swash);
+    foam *= u_textures.y / (1.0 + 0.0004 * distance_m * distance_m);
+    color = mix(color, vec3(0.85) * light, 0.7 * foam);
+
+    // Soft edge upon the sand; without a floor to see the water is simply there.
+    float edge = u_textures.y > 0.5 ? smoothstep(-0.01, 0.10, depth_straight) : 1.0;
+    color = apply_haze(color, v_position);
+    color = mix(color, haze_color(-v), smoothstep(0.55 * u_fade_m, 0.95 * u_fade_m, distance_m));
+    fragment = vec4(color, clamp(max(edge, foam), 0.0, 1.0));
+}

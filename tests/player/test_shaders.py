@@ -1,0 +1,82 @@
+"""Every shader body compiles for the desktop and for the web, and includes only what exists."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+SHADERS = Path(__file__).resolve().parents[2] / "shaders"
+BODIES = sorted(path.name for pattern in ("*.vert", "*.frag") for path in SHADERS.glob(pattern))
+PREAMBLES = {
+    "330": "#version 330 core\n",
+    "300 es": "#version 300 es\n"
+    + "".join(
+        f"precision highp {what};\n"
+        for what in ("float", "int", "sampler2D", "samplerCube", "sampler2DShadow")
+    ),
+}
+INCLUDE = re.compile(r'^#include "(lib/[a-z0-9_]+\.glsl)"$')
+
+
+def expand(name: str, seen: set[str]) -> list[str]:
+    """Lines of a body with its includes in place, each once."""
+    lines: list[str] = []
+    for line in (SHADERS / name).read_text().splitlines():
+        match = INCLUDE.match(line)
+        if match is None:
+            assert not line.startswith("#include"), f"{name}: {line}"
+            lines.append(line)
+        elif match[1] not in seen:
+            seen.add(match[1])
+            lines += expand(match[1], seen)
+    return lines
+
+
+def compiles(source: str, stage: str, folder: Path) -> str:
+    """What glslangValidator has against a source; nothing when it is happy."""
+    path = folder / f"body.{stage}"
+    path.write_text(source)
+    result = subprocess.run(["glslangValidator", path], capture_output=True, text=True, timeout=30)
+    return result.stdout if result.returncode else ""
+
+
+@pytest.fixture(autouse=True)
+def _validator() -> None:
+    if shutil.which("glslangValidator") is None:
+        pytest.skip("no glslangValidator: `make setup-test` brings it")
+
+
+@pytest.mark.parametrize("version", PREAMBLES)
+@pytest.mark.parametrize("name", BODIES)
+def test_every_body_compiles_for_desktop_and_web(name: str, version: str, tmp_path: Path) -> None:
+    source = PREAMBLES[version] + "\n".join(expand(name, set())) + "\n"
+    assert compiles(source, name.rsplit(".")[-1], tmp_path) == ""
+
+
+def test_a_broken_body_is_noticed(tmp_path: Path) -> None:
+    source = PREAMBLES["330"] + "void main() { gl_Position = vec3(1.0); }\n"
+    assert compiles(source, "vert", tmp_path) != ""
+
+
+@pytest.mark.parametrize(
+    "name", [*BODIES, *(f"lib/{path.name}" for path in sorted(SHADERS.glob("lib/*.glsl")))]
+)
+def test_no_body_uses_what_one_of_the_two_lacks(name: str) -> None:
+    text = re.sub(r"//.*", "", (SHADERS / name).read_text())
+    for word in ("#version", "precision ", "textureGather", "layout(binding", "double ", "textureQueryLod"):
+        assert word not in text, f"{name} uses {word}"
+
+
+def test_every_library_is_used_and_named_in_the_readme() -> None:
+    used: set[str] = set()
+    for name in BODIES:
+        expand(name, used)
+    there = {f"lib/{path.name}" for path in SHADERS.glob("lib/*.glsl")}
+    assert used == there
+    readme = (SHADERS / "README.md").read_text()
+    for path in there:
+        assert f"`{Path(path).stem}`" in readme, f"shaders/README.md does not name {path}"
