@@ -1,8 +1,8 @@
 """scene.json: everything the player needs to know of a baked scene (see FORMAT.md).
 
 Encoding is canonical (same content, same bytes): one top-level key a line, floats as the shortest decimal
-that reads back the same. Decoding refuses what it does not know: another format or version, unknown keys, missing
-keys, wrong types, NaN, names of artifacts that the manifest does not hold.
+that reads back the same. Decoding refuses what it does not know: another format or version, unknown keys,
+missing keys, wrong types, NaN, names of artifacts that the manifest does not hold.
 """
 
 from __future__ import annotations

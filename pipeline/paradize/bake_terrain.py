@@ -1,0 +1,105 @@
+"""A heightmap -> a GLB of the terrain and a report with its measured error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from paradize.data import Lod
+from paradize.errors import BakeError
+from paradize.formats.glb import encode_glb
+from paradize.metrics.terrain import TerrainError, terrain_error
+from paradize.readers.heightmap import read_heightmap
+from paradize.stages.terrain import terrain_mesh
+
+TIERS = {"fast": "balanced", "balanced": "balanced", "exact": "exact"}
+TRIES = 6
+
+
+@dataclass(frozen=True)
+class TerrainProduct:
+    """glb: one node at one level. max_error_m, rms_error_m: vertical metres, measured at every pixel."""
+
+    glb: bytes
+    triangles: int
+    vertices: int
+    max_error_m: float
+    rms_error_m: float
+    tier: str
+    warnings: list[str]
+
+
+def bake_terrain(
+    path: Path,
+    *,
+    size_x_m: float,
+    size_z_m: float,
+    height_m: float,
+    base_m: float = 0.0,
+    max_error_m: float = 0.1,
+    sand_repeat: float = 1.0,
+    tier: str = "balanced",
+) -> TerrainProduct:
+    """Bakes the heightmap at `path`; no pixel is farther than max_error_m (metres, >= 0) from the mesh.
+
+    tier: "fast", "balanced" or "exact"; the product says which was used. Raises SourceError for a picture that is
+    no heightmap, BakeError when the bound cannot be held (finer than float32 positions at that slope).
+    """
+    field, warnings = read_heightmap(
+        path, size_x_m=size_x_m, size_z_m=size_z_m, height_m=height_m, base_m=base_m
+    )
+    used = TIERS[tier]
+    if used != tier:
+        warnings.append(f"terrain has no tier {tier!r}; {used!r} was used")
+    tolerance = max_error_m
+    for _ in range(TRIES):
+        mesh = terrain_mesh(field, tolerance_m=tolerance, sand_repeat=sand_repeat, tier=used)
+        error = terrain_error(mesh, field)
+        _require_whole(error, path)
+        if error.max_m <= max_error_m or used == "exact":
+            break
+        # Positions are float32: on a steep slope their rounding can cost a little of the bound.
+        tolerance = max(0.0, tolerance - 2.0 * (error.max_m - max_error_m))
+    if error.max_m > max_error_m and max_error_m > 0.0:
+        row, column = error.worst
+        raise BakeError(
+            f"the error is {error.max_m:.6g} m where {max_error_m:.6g} m are allowed; float32 positions reach no less",
+            file=path,
+            place=f"pixel ({column}, {row})",
+            mend="allow a larger error, or a smaller terrain",
+        )
+    diagonal = _diagonal(mesh.positions)
+    share = 1.0 / diagonal if diagonal > 0.0 else 0.0
+    lod = Lod(mesh, error_max=error.max_m * share, error_rms=error.rms_m * share)
+    return TerrainProduct(
+        glb=encode_glb([lod], "terrain"),
+        triangles=len(mesh.triangles),
+        vertices=len(mesh.positions),
+        max_error_m=_six(error.max_m),
+        rms_error_m=_six(error.rms_m),
+        tier=used,
+        warnings=warnings,
+    )
+
+
+def _require_whole(error: TerrainError, path: Path) -> None:
+    if error.holes or error.flipped:
+        raise BakeError(
+            f"the mesh misses {error.holes} pixels and has {error.flipped} triangles that do not face up; "
+            "neighbouring pixels fall on one float32 position",
+            file=path,
+            mend="give the terrain a larger size, or the heightmap fewer pixels",
+        )
+
+
+def _diagonal(positions: np.ndarray) -> float:  # type: ignore[type-arg]
+    size = positions.max(axis=0).astype(np.float64) - positions.min(axis=0).astype(np.float64)
+    return float(np.sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2]))
+
+
+def _six(value: float) -> float:
+    """Six significant digits, rounded up: what an artifact claims of its error is never less than measured."""
+    rounded = float(f"{value:.5e}")
+    return rounded if rounded >= value else float(f"{value * (1.0 + 1e-5):.5e}")

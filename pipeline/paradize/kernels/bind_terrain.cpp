@@ -1,0 +1,42 @@
+#include "terrain_delaunay.hpp"
+
+#include <cstdint>
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <utility>
+#include <vector>
+
+namespace nb = nanobind;
+
+namespace {
+
+using Heights = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+nb::ndarray<nb::numpy, std::uint32_t> to_numpy(std::vector<std::uint32_t> &&values) {
+    auto *kept = new std::vector<std::uint32_t>(std::move(values));
+    nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<std::vector<std::uint32_t> *>(p); });
+    return nb::ndarray<nb::numpy, std::uint32_t>(kept->data(), {kept->size()}, owner);
+}
+
+nb::tuple refine(const Heights &heights, double tolerance) {
+    const std::size_t rows = heights.shape(0), columns = heights.shape(1);
+    if (rows < 2 || columns < 2 || rows > 32768 || columns > 32768)
+        throw nb::value_error("heights must be 2 to 32768 on each side");
+    if (!(tolerance >= 0.0))
+        throw nb::value_error("tolerance must not be negative");
+    paradize::terrain::Triangulation result;
+    {
+        nb::gil_scoped_release release;
+        result =
+            paradize::terrain::refine({heights.data(), rows * columns}, static_cast<std::uint32_t>(columns),
+                                      static_cast<std::uint32_t>(rows), tolerance);
+    }
+    return nb::make_tuple(to_numpy(std::move(result.pixels)), to_numpy(std::move(result.triangles)));
+}
+
+} // namespace
+
+NB_MODULE(_terrain, m) {
+    m.doc() = "Terrain kernels; the checked face is paradize.kernels.terrain.";
+    m.def("refine", &refine, nb::arg("heights").noconvert(), nb::arg("tolerance"));
+}

@@ -1,0 +1,189 @@
+"""What a scene requires: which artifacts exist at all, because which pass reads them.
+
+No water pass, no du/dv map; no parallax in any material, no height map; nothing that shines, no gloss map.
+Each order names the pass that asked. What nothing reads is not here, so it is not baked. Knows no numpy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from paradize.flight import Flight, Vec, sight, sine_cosine
+from paradize.scene import Scene, SceneObject, Terrain, Water
+
+
+@dataclass(frozen=True)
+class Want:
+    """One artifact: its name, its kind (as in scene.json), which of its order's products it is, and why."""
+
+    artifact: str
+    kind: str
+    product: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Order:
+    """One task that makes some artifacts: a maker (see makers.py), its sources and its settings (JSON)."""
+
+    name: str
+    maker: str
+    sources: dict[str, Path]
+    settings: dict[str, Any]
+    wants: tuple[Want, ...]
+
+
+@dataclass
+class Requirements:
+    """Everything that a scene asks for, in a fixed order."""
+
+    orders: list[Order] = field(default_factory=list)
+
+    def add(
+        self, name: str, maker: str, sources: dict[str, Path], wants: Sequence[Want], **settings: Any
+    ) -> None:
+        if wants:
+            self.orders.append(Order(name, maker, sources, settings, tuple(wants)))
+
+    def wants(self) -> list[Want]:
+        return [want for order in self.orders for want in order.wants]
+
+
+def require(scene: Scene, colors: dict[str, Path]) -> Requirements:
+    """The scene's requirements. colors: the colour map of each object, by the object's name."""
+    found = Requirements()
+    if scene.sky:
+        faces = {f"face{i}": path for i, path in enumerate(scene.sky.faces)}
+        found.add("sky", "cubemap", faces, [Want("sky", "cubemap", "sky", "the sky and the water's mirror")])
+    if scene.terrain:
+        _terrain(found, scene.terrain)
+    if scene.water:
+        _water(found, scene.water)
+    for item in scene.objects:
+        _object(found, item, colors[item.name])
+    if scene.sound:
+        want = Want("sound", "sound", "sound", "the sound of the scene")
+        found.add("sound", "sound", {"file": scene.sound.file}, [want])
+    return found
+
+
+def _color(found: Requirements, name: str, sources: dict[str, Path], wrap: str, reason: str) -> None:
+    want = Want(f"{name}_color", "texture", "color", reason)
+    found.add(f"{name} colour", "color", sources, [want], wrap=wrap)
+
+
+def _terrain(found: Requirements, terrain: Terrain) -> None:
+    found.add(
+        "terrain",
+        "terrain",
+        {"heightmap": terrain.heightmap},
+        [Want("terrain_mesh", "mesh", "mesh", "the terrain, its shadow and its mirror image")],
+        size_x_m=terrain.size_m[0],
+        size_z_m=terrain.size_m[1],
+        height_m=terrain.height_m,
+        base_m=terrain.base_m,
+        max_error_m=terrain.max_error_m,
+        sand_repeat=terrain.sand_repeat,
+    )
+    _color(found, "sand", {"image": terrain.sand_color}, "repeat", "the terrain's sand pattern")
+    if terrain.sand_strength > 0.0:
+        found.add(
+            "sand maps",
+            "maps",
+            {"image": terrain.sand_height or terrain.sand_color},
+            [Want("sand_normal", "texture", "normal", "the sand's grain in the light")],
+            source="height" if terrain.sand_height else "color",
+            strength=terrain.sand_strength,
+            wrap="repeat",
+        )
+    if terrain.effect_color:
+        _color(found, "effect", {"image": terrain.effect_color}, "clamp", "the terrain's effect map")
+    relief = terrain.effect_height or terrain.effect_color
+    if relief and terrain.effect_strength > 0.0:
+        found.add(
+            "effect maps",
+            "maps",
+            {"image": relief},
+            [Want("effect_normal", "texture", "normal", "ripples, shells and starfish in the light")],
+            source="height" if terrain.effect_height else "color",
+            strength=terrain.effect_strength,
+            wrap="clamp",
+        )
+
+
+def _water(found: Requirements, water: Water) -> None:
+    found.add(
+        "water maps",
+        "maps",
+        {"image": water.waves},
+        [
+            Want("water_normal", "texture", "normal", "the light on the waves"),
+            Want("water_dudv", "texture", "dudv", "the waves that shake reflection and refraction"),
+        ],
+        source="height",
+        strength=water.wave_strength,
+        wrap="repeat",
+    )
+
+
+def _object(found: Requirements, item: SceneObject, color: Path) -> None:
+    name = item.name
+    found.add(
+        f"{name} mesh",
+        "mesh",
+        {"mesh": item.mesh},
+        [Want(f"{name}_mesh", "mesh", "mesh", f"the object {name}, its shadow and its mirror image")],
+        lods=item.lods,
+        max_error=item.max_error,
+        atlas=item.atlas,
+    )
+    alpha = {"alpha": item.alpha} if item.alpha else {}
+    _color(found, name, {"image": color, **alpha}, item.wrap, f"the object {name}")
+    maps = []
+    if item.strength > 0.0:
+        maps.append(Want(f"{name}_normal", "texture", "normal", f"bumps on {name}"))
+    deep = [key for key, material in item.materials.items() if material.parallax_scale != 0.0]
+    if deep:
+        maps.append(Want(f"{name}_height", "texture", "height", f"parallax of {name}'s {', '.join(deep)}"))
+    shiny = [key for key, material in item.materials.items() if material.specular > 0.0]
+    if shiny:
+        maps.append(Want(f"{name}_gloss", "texture", "gloss", f"highlights on {name}'s {', '.join(shiny)}"))
+    found.add(
+        f"{name} maps",
+        "maps",
+        {"image": color, "layout": item.mesh},
+        maps,
+        source="color",
+        strength=item.strength,
+        wrap=item.wrap,
+        gloss_groups=list(item.gloss_groups),
+    )
+
+
+def first_needed(scene: Scene, flight: Flight, bounds: dict[str, tuple[Vec, float]]) -> dict[str, float]:
+    """Second of the flight at which each object, by name, is first in view; the end for those never seen.
+
+    bounds: center (metres, in the object's space) and radius (metres) by the object's name.
+    """
+    spheres: list[tuple[Vec, float]] = []
+    owners: list[str] = []
+    for item in scene.objects:
+        (x, y, z), radius = bounds[item.name]
+        for instance in item.instances:
+            sine, cosine = sine_cosine(instance.yaw_deg)
+            px, py, pz = instance.position
+            s = instance.scale
+            spheres.append(
+                ((px + s * (x * cosine + z * sine), py + s * y, pz + s * (z * cosine - x * sine)), s * radius)
+            )
+            owners.append(item.name)
+    width, height = scene.head.viewport
+    needed = {item.name: flight.duration_s for item in scene.objects}
+    sightings = sight(flight, scene.flight.fov_deg, width / height, spheres)
+    for owner, sighting in zip(owners, sightings, strict=True):
+        if sighting.seen:
+            needed[owner] = min(needed[owner], sighting.first_seen_s)
+    return needed
