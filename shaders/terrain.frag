@@ -13,6 +13,7 @@ uniform float u_has_sand_normal;
 uniform float u_has_effect;
 uniform float u_sand_reference_m; // distance up to which the sand repeats as it was baked
 uniform vec4 u_mix;               // low m, high m, specular, smoothness
+uniform vec3 u_wet;               // up to this many metres above the water, darkness, smoothness
 uniform float u_refracting;       // 1 in the refraction view: alpha is the packed depth
 
 in vec3 v_position;
@@ -80,11 +81,11 @@ void main() {
 
     // Where the sea reaches, sand is darker and glossier: J. Lekner, M. Dorf, "Why some things are darker
     // when wet", Applied Optics 27(7), 1988.
-    float reach = 0.12 * max(u_mix.y - u_mix.x, 0.0) + 0.15;
-    float above = height - water.w + 0.10 * (tone - 0.75);
-    float wet = 1.0 - smoothstep(0.35 * reach, reach, above);
-    wet *= step(-1e8, water.w);
-    albedo *= mix(vec3(1.0), vec3(0.60, 0.56, 0.52), wet * (height > water.w ? 1.0 : 0.55));
+    float above = height - water.w + 0.25 * u_wet.x * (tone - 0.75);
+    float wet = 1.0 - safe_smoothstep(0.35 * u_wet.x, u_wet.x, above);
+    // Under water the eye sees no film of water upon the sand, only the grains: half as dark.
+    float dark = u_wet.y * wet * (1.0 - 0.5 * smoothstep(0.0, 0.4, -above));
+    albedo *= 1.0 - dark * vec3(0.92, 1.0, 1.08);
 
     vec3 geometric = safe_normalize(v_normal, vec3(0.0, 1.0, 0.0));
     Surface s;
@@ -93,7 +94,7 @@ void main() {
     s.geometric = geometric;
     s.albedo = albedo;
     s.f0 = mix(0.04 * u_mix.z, 0.03, wet);
-    s.alpha = filtered_alpha(s.normal, alpha_of_smoothness(mix(u_mix.w, max(u_mix.w, 0.72), wet)));
+    s.alpha = filtered_alpha(s.normal, alpha_of_smoothness(mix(u_mix.w, u_wet.z, wet)));
     s.translucency = 0.0;
     vec3 color = shade(s);
 

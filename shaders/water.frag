@@ -7,7 +7,7 @@ uniform sampler2D u_reflection;
 uniform sampler2D u_refraction;
 uniform sampler2D u_wave_dudv; // signed xy
 uniform vec2 u_textures;       // 1 where reflection, refraction were drawn
-uniform float u_shake;         // k: fraction of the screen
+uniform vec2 u_shake;          // of reflection and refraction, fractions of the screen
 uniform vec3 u_deep_color;
 uniform vec3 u_shallow_color;
 uniform vec2 u_shine;          // specular, smoothness
@@ -43,7 +43,7 @@ void main() {
     // Slopes: each layer fades where its waves become too small to be told apart.
     vec3 near = 1.0 / (1.0 + pow(vec3(distance_m) / (90.0 * u_wave_length_m), vec3(2.0)));
     vec2 fine = wave_tilt(0, xz) * near.x + wave_tilt(1, xz) * near.y;
-    vec2 tilt = (fine + 1.4 * wave_tilt(2, xz) * near.z) * u_wave_strength;
+    vec2 tilt = (fine + 1.4 * wave_tilt(2, xz) * near.z);
     vec3 n = wave_normal(tilt);
 
     // Seen from below: through the window overhead the sky, around it the water's own glow.
@@ -69,12 +69,12 @@ void main() {
                  wave_to_world(1, texture(u_wave_dudv, wave_uv(1, xz)).rg) * near.y;
     vec2 right = vec2(view[0][0], view[2][0]);
     vec2 ahead = -v.xz * inversesqrt(max(dot(v.xz, v.xz), 1e-4));
-    vec2 turned = vec2(dot(shake, right) * (0.25 + 0.75 * n_v), dot(shake, ahead)) * u_shake;
+    vec2 turned = vec2(dot(shake, right) * (0.25 + 0.75 * n_v), dot(shake, ahead));
 
     vec3 mirrored = reflect(-v, n);
     vec3 reflection = sky_in(mirrored);
     if (u_textures.x > 0.5) {
-        reflection = texture(u_reflection, inside(screen + turned, texel)).rgb;
+        reflection = texture(u_reflection, inside(screen + turned * u_shake.x, texel)).rgb;
     }
 
     // The floor: the shaken sample, unless it shows what stands out of the water.
@@ -84,7 +84,7 @@ void main() {
         floor_straight = texture(u_refraction, screen);
         float depth_here = unpack_depth(floor_straight.a);
         float room = clamp(depth_here * 0.8, 0.0, 1.0) / (1.0 + 0.03 * distance_m);
-        vec2 bent = vec2(turned.x, -turned.y) * room;
+        vec2 bent = vec2(turned.x, -turned.y) * (room * u_shake.y);
         floor_seen = texture(u_refraction, inside(screen + bent, texel));
         float usable = smoothstep(0.0, 0.08, unpack_depth(floor_seen.a));
         floor_seen = mix(floor_straight, floor_seen, usable);
@@ -110,7 +110,7 @@ void main() {
     // The sun's glitter. Waves too small to see widen its lobe instead of shimmering.
     vec2 lost = vec2(1.0) - near.xy;
     float alpha = alpha_of_smoothness(u_shine.y);
-    alpha = sqrt(clamp(alpha * alpha + 0.012 * u_wave_strength * (lost.x + lost.y), 0.0, 1.0));
+    alpha = sqrt(clamp(alpha * alpha + 0.012 * (lost.x + lost.y), 0.0, 1.0));
     alpha = filtered_alpha(n, alpha);
     color += sun_radiance.rgb * visibility *
              specular_ggx(n, v, sun_direction.xyz, WATER_F0 * u_shine.x, alpha, 60.0);

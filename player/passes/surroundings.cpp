@@ -34,7 +34,7 @@ Waves waves_at(const assets::Water &water, double elapsed_s) {
         const Layer &layer = layer_table[i];
         const double c = std::cos(layer.bearing);
         const double s = std::sin(layer.bearing);
-        const double tile = static_cast<double>(water.tile) * layer.scale;
+        const double tile = layer.scale * water.tile / std::max(static_cast<double>(water.size_m), 1e-3);
         waves.rows[i] = glm::vec4(c * tile, s * tile, -s * tile, c * tile);
         const double u = layer.scale * layer.speed * (c * water.scroll_per_s.x + s * water.scroll_per_s.y);
         const double v = layer.scale * layer.speed * (c * water.scroll_per_s.y - s * water.scroll_per_s.x);
@@ -67,14 +67,12 @@ Surroundings::Surroundings(const PassSetup &setup, const gl::Program &program)
     program.set_unit("u_wave_normal", unit_wave_normal);
     program.set_unit("u_wave_dudv", unit_wave_dudv);
     sky_blur_at_ = program.location("u_sky_blur");
-    sky_levels_at_ = program.location("u_sky_levels");
     shadow_texel_at_ = program.location("u_shadow_texel");
     shadow_texel_m_at_ = program.location("u_shadow_texel_m");
     shadow_radius_at_ = program.location("u_shadow_radius");
     shadow_blur_m_at_ = program.location("u_shadow_blur_m");
     wave_rows_at_ = program.location("u_wave_rows");
     wave_offsets_at_ = program.location("u_wave_offsets");
-    wave_strength_at_ = program.location("u_wave_strength");
     caustics_at_ = program.location("u_caustics");
     sun_refracted_at_ = program.location("u_sun_refracted");
     water_glow_at_ = program.location("u_water_glow");
@@ -124,7 +122,6 @@ void Surroundings::apply(const Frame &frame, const View &view) const {
         if (wave_offsets_at_ >= 0) {
             glUniform2fv(wave_offsets_at_, Waves::layers, glm::value_ptr(waves.offsets[0]));
         }
-        gl::Program::set(wave_strength_at_, water.strength);
         gl::Program::set(caustics_at_, 1.0F);
         gl::Program::set(water_glow_at_, water_glow(file));
         gl::Program::set(water_scatter_at_, water_scatter(water));

@@ -43,9 +43,9 @@ class Surroundings {
   private:
     gl::Texture no_shadow_; // 1 x 1, so that the sampler has a depth texture to compare with
     float sky_blur_ = -1.0F;
-    int sky_blur_at_ = -1, sky_levels_at_ = -1, shadow_texel_at_ = -1, shadow_texel_m_at_ = -1;
+    int sky_blur_at_ = -1, shadow_texel_at_ = -1, shadow_texel_m_at_ = -1;
     int shadow_radius_at_ = -1, shadow_blur_m_at_ = -1;
-    int wave_rows_at_ = -1, wave_offsets_at_ = -1, wave_strength_at_ = -1, caustics_at_ = -1;
+    int wave_rows_at_ = -1, wave_offsets_at_ = -1, caustics_at_ = -1;
     int sun_refracted_at_ = -1, water_glow_at_ = -1, water_scatter_at_ = -1;
     int clip_plane_at_ = -1, apparent_depth_at_ = -1, refracting_at_ = -1;
 };

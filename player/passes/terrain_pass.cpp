@@ -22,7 +22,7 @@ TerrainPass::TerrainPass(const PassSetup &setup)
       has_sand_normal_at_(program_.location("u_has_sand_normal")),
       has_effect_at_(program_.location("u_has_effect")),
       sand_reference_at_(program_.location("u_sand_reference_m")), mix_at_(program_.location("u_mix")),
-      clip_at_(program_.location("u_clip_plane")) {
+      wet_at_(program_.location("u_wet")), clip_at_(program_.location("u_clip_plane")) {
     program_.set_unit("u_sand_color", unit_sand_color);
     program_.set_unit("u_sand_normal", unit_sand_normal);
     program_.set_unit("u_effect_color", unit_effect_color);
@@ -65,6 +65,7 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
     gl::Program::set(sand_reference_at_, 4.0F * repeat_m);
     gl::Program::set(mix_at_,
                      glm::vec4(terrain.mix_low_m, terrain.mix_high_m, terrain.specular, terrain.smoothness));
+    gl::Program::set(wet_at_, glm::vec3(terrain.wet_high_m, terrain.wet_darkness, terrain.wet_smoothness));
 
     // Under water the refraction's picture shows the floor: the main view need not draw it twice.
     const bool hidden = view.kind == ViewKind::main && frame.shared.refraction != nullptr && file.water &&

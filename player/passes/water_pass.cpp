@@ -86,7 +86,7 @@ void WaterPass::draw(const Frame &frame, const View &view) {
     // The sea's edge lies in haze, be it the far plane's or its own.
     const float far_m = 0.69F * view.far_m;
     gl::Program::set(fade_at_, far_m);
-    gl::Program::set(shake_at_, water.k);
+    gl::Program::set(shake_at_, glm::vec2(water.strength, water.k));
     gl::Program::set(deep_at_, water.deep_color);
     gl::Program::set(shallow_at_, water.shallow_color);
     gl::Program::set(shine_at_, glm::vec2(water.specular, water.smoothness));

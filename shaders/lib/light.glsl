@@ -6,16 +6,17 @@
 
 uniform samplerCube u_sky;   // linear radiance
 uniform float u_sky_blur;    // mip of the cube that stands for its irradiance over pi; below 0: no sky
-uniform float u_sky_levels;  // mips of the cube
 
-// Radiance arriving from all sides at a surface that faces n, over pi. Coarse mips of the cube are a good
+// Light of the whole sky upon a surface that faces n, over pi. The scene says how much a surface facing up
+// gets; the sky's own light says how the other sides differ from it. Coarse mips of the cube are a good
 // stand-in for its convolution: R. Ramamoorthi, P. Hanrahan, "An Efficient Representation for Irradiance
 // Environment Maps", SIGGRAPH 2001: irradiance is smooth enough for nine numbers.
 vec3 sky_ambient(vec3 n) {
     if (u_sky_blur < 0.0) {
         return ambient.rgb * (0.75 + 0.25 * n.y);
     }
-    return ambient.rgb * textureLod(u_sky, n, u_sky_blur).rgb;
+    vec3 above = textureLod(u_sky, vec3(0.0, 1.0, 0.0), u_sky_blur).rgb;
+    return ambient.rgb * min(textureLod(u_sky, n, u_sky_blur).rgb / max(above, vec3(1e-4)), vec3(4.0));
 }
 
 // Mirror-like light of the sky on a rough surface.
@@ -26,7 +27,7 @@ vec3 sky_specular(vec3 n, vec3 v, float f0, float alpha) {
     vec3 r = reflect(-v, n);
     float lod = u_sky_blur * sqrt(sqrt(alpha));
     float f = fresnel_schlick(f0, max(dot(n, v), 0.0)) * (1.0 - 0.7 * alpha);
-    return textureLod(u_sky, r, lod).rgb * ambient.rgb * f;
+    return textureLod(u_sky, r, lod).rgb * f;
 }
 
 struct Surface {

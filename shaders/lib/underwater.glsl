@@ -20,7 +20,7 @@ float caustics(vec3 position, float depth) {
     vec2 east = wave_tilt(0, above + vec2(reach, 0.0)) + wave_tilt(1, above + vec2(reach, 0.0));
     vec2 south = wave_tilt(0, above + vec2(0.0, reach)) + wave_tilt(1, above + vec2(0.0, reach));
     float stretch = ((east.x - here.x) + (south.y - here.y)) / reach; // tilt is minus the slope
-    float focus = 0.25 * min(depth, 4.0) * u_wave_strength;
+    float focus = 0.25 * min(depth, 4.0);
     float gathered = 1.0 / max(1.0 + focus * stretch, 0.28);
     float fade = smoothstep(0.0, 0.35, depth) * exp(-0.12 * depth);
     return mix(1.0, clamp(gathered, 0.45, 3.0), u_caustics * fade);

@@ -4,7 +4,6 @@
 uniform sampler2D u_wave_normal; // signed xy, tangent space
 uniform vec4 u_wave_rows[3];     // rows of the 2 x 2 matrix from world xz in metres to UV, one layer each
 uniform vec2 u_wave_offsets[3];  // UV
-uniform float u_wave_strength;
 
 vec2 wave_uv(int layer, vec2 xz) {
     vec4 rows = u_wave_rows[layer];
