@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from paradize.data import Lod
 from paradize.errors import BakeError
@@ -44,8 +45,9 @@ def bake_terrain(
 ) -> TerrainProduct:
     """Bakes the heightmap at `path`; no pixel is farther than max_error_m (metres, >= 0) from the mesh.
 
-    tier: "fast", "balanced" or "exact"; the product says which was used. Raises SourceError for a picture that is
-    no heightmap, BakeError when the bound cannot be held (finer than float32 positions at that slope).
+    tier: "fast", "balanced" or "exact"; the product says which was used. Raises SourceError for a picture
+    that is no heightmap, BakeError when the bound cannot be held (finer than float32 positions at that
+    slope).
     """
     field, warnings = read_heightmap(
         path, size_x_m=size_x_m, size_z_m=size_z_m, height_m=height_m, base_m=base_m
@@ -65,7 +67,7 @@ def bake_terrain(
     if error.max_m > max_error_m and max_error_m > 0.0:
         row, column = error.worst
         raise BakeError(
-            f"the error is {error.max_m:.6g} m where {max_error_m:.6g} m are allowed; float32 positions reach no less",
+            f"the error is {error.max_m:.6g} m, allowed {max_error_m:.6g} m: float32 positions reach no less",
             file=path,
             place=f"pixel ({column}, {row})",
             mend="allow a larger error, or a smaller terrain",
@@ -94,12 +96,12 @@ def _require_whole(error: TerrainError, path: Path) -> None:
         )
 
 
-def _diagonal(positions: np.ndarray) -> float:  # type: ignore[type-arg]
+def _diagonal(positions: npt.NDArray[np.float32]) -> float:
     size = positions.max(axis=0).astype(np.float64) - positions.min(axis=0).astype(np.float64)
     return float(np.sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2]))
 
 
 def _six(value: float) -> float:
-    """Six significant digits, rounded up: what an artifact claims of its error is never less than measured."""
+    """Six significant digits, rounded up: the error that an artifact claims is never less than measured."""
     rounded = float(f"{value:.5e}")
     return rounded if rounded >= value else float(f"{value * (1.0 + 1e-5):.5e}")

@@ -34,8 +34,9 @@ def read_heightmap(
     """The heights in `path`, metres, and warnings.
 
     height_m: how far white lies above black, for integer pictures; floats are metres already. base_m: y of
-    black (of 0 in floats). Sizes: metres, > 0. Raises SourceError for what is no picture, less than 2 pixels on
-    a side, more than MAX_SIDE, coloured, NaN, infinite or farther than HEIGHT_LIMIT_M from 0, with the pixel.
+    black (of 0 in floats). Sizes: metres, > 0. Raises SourceError for what is no picture, less than 2 pixels
+    on a side, more than MAX_SIDE, coloured, NaN, infinite or farther than HEIGHT_LIMIT_M from 0, with the
+    pixel.
     """
     warnings: list[str] = []
     floating = path.is_file() and _is_float(path)

@@ -1,0 +1,110 @@
+"""How well a camera path keeps its word: waypoints, speed, smoothness, duration and loop.
+
+Sees only the `flight` object of scene.json, the waypoints and the asked speeds. The path is evaluated
+densely in float64 through the time table, as a player does; the asked speed is integrated anew, by the
+midpoint rule.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+F64 = npt.NDArray[np.float64]
+
+MOMENTS = 20_000  # moments of the flight at which the speed is measured
+STEPS = 512  # midpoints per segment of the integral that the mean speed is taken from
+
+
+def _path(segments: Sequence[Any], key: str) -> F64:
+    return np.array([segment[key] for segment in segments], np.float64)  # (n, 3, 4)
+
+
+def _at(path: F64, u: F64) -> tuple[F64, F64, F64]:
+    """Position, first and second derivative in U, each (k, 3), at parameters u (k,) in [0, n]."""
+    index = np.minimum(u.astype(np.int64), len(path) - 1)
+    x = (u - index)[:, None]
+    a, b, c, d = (path[index, :, k] for k in range(4))
+    return a + x * (b + x * (c + x * d)), b + x * (2.0 * c + x * 3.0 * d), 2.0 * c + 6.0 * x * d
+
+
+def _length(v: F64) -> F64:
+    return np.sqrt(v[:, 0] * v[:, 0] + v[:, 1] * v[:, 1] + v[:, 2] * v[:, 2])
+
+
+def _asked(u: F64, knots: F64, factors: F64) -> F64:
+    """Speed factors at parameters u: joined by smoothsteps between the waypoints, around the loop."""
+    after = np.searchsorted(knots, u, side="right")
+    x = np.clip((u - knots[after - 1]) / (knots[after] - knots[after - 1]), 0.0, 1.0)
+    return factors[after - 1] + (factors[after] - factors[after - 1]) * (3.0 - 2.0 * x) * x * x
+
+
+def _through_table(table: F64, t: F64) -> tuple[F64, F64]:
+    """(U, dU/dt) at moments t: the cubic Hermite table."""
+    k = np.clip(np.searchsorted(table[:, 0], t, side="right") - 1, 0, len(table) - 2)
+    t0, u0, d0 = table[k].T
+    t1, u1, d1 = table[k + 1].T
+    h = t1 - t0
+    x = (t - t0) / h
+    h00, h10 = (1 + 2 * x) * (1 - x) * (1 - x), x * (1 - x) * (1 - x)
+    h01, h11 = x * x * (3 - 2 * x), x * x * (x - 1)
+    u = h00 * u0 + h10 * h * d0 + h01 * u1 + h11 * h * d1
+    du = (6 * x * x - 6 * x) * (u0 - u1) / h + (1 - x) * (1 - 3 * x) * d0 + x * (3 * x - 2) * d1
+    return u, du
+
+
+def flight_error(
+    flight: dict[str, Any],
+    eye: Sequence[Sequence[float]],
+    target: Sequence[Sequence[float]],
+    speed: Sequence[float],
+) -> dict[str, float]:
+    """Measures the `flight` object of a scene.json.
+
+    eye, target: (n, 3) waypoints, metres. speed: (n,) asked factors. Returns path_miss_m, the farthest that
+    eye or target passes from a waypoint; path_ripple_max and path_ripple_p99, relative deviation from the
+    asked speed; path_jump_m, path_jump_m_per_u and path_jump_m_per_u2, the largest jumps in position, first
+    and second derivative between segments, around the loop too; path_time_s, the deviation from duration_s
+    of the time that the asked speeds would take.
+    """
+    segments = flight["segments"]
+    knots = np.array([*flight["waypoint_u"], len(segments)], np.float64)
+    factors = np.array([*speed, speed[0]], np.float64)
+    paths = {"eye": (_path(segments, "eye"), eye), "target": (_path(segments, "target"), target)}
+    miss = 0.0
+    jumps = [0.0, 0.0, 0.0]
+    for path, waypoints in paths.values():
+        reached, _, _ = _at(path, knots[:-1])
+        miss = max(miss, float(_length(reached - np.array(waypoints, np.float64)).max()))
+        starts = _at(path, np.arange(len(path), dtype=np.float64))
+        a, b, c, d = (path[:, :, k] for k in range(4))
+        ends = (a + b + c + d, b + 2 * c + 3 * d, 2 * c + 6 * d)
+        for k in range(3):
+            jumps[k] = max(jumps[k], float(_length(np.roll(ends[k], 1, axis=0) - starts[k]).max()))
+    curve = paths["eye"][0]
+    # The mean speed: all of the path's length, each piece weighed by its asked factor, in duration_s.
+    middle = (np.arange(len(segments) * STEPS, dtype=np.float64) + 0.5) / STEPS
+    pace = _length(_at(curve, middle)[1]) / _asked(middle, knots, factors)
+    mean = math.fsum(pace.tolist()) / STEPS / flight["duration_s"]
+    table = np.array(flight["time_table"], np.float64)
+    t = (np.arange(MOMENTS, dtype=np.float64) + 0.5) * (flight["duration_s"] / MOMENTS)
+    u, rate = _through_table(table, t)
+    true = _length(_at(curve, np.clip(u, 0.0, len(segments)))[1]) * rate
+    ripple = np.sort(
+        np.abs(true / (mean * _asked(np.clip(u, 0.0, len(segments) - 1e-9), knots, factors)) - 1.0)
+    )
+    ends_s = float(table[-1, 0] - table[0, 0])
+    found = {
+        "path_miss_m": miss,
+        "path_ripple_max": float(ripple[-1]),
+        "path_ripple_p99": float(ripple[math.ceil(0.99 * MOMENTS) - 1]),
+        "path_jump_m": jumps[0],
+        "path_jump_m_per_u": jumps[1],
+        "path_jump_m_per_u2": jumps[2],
+        "path_time_s": abs(ends_s - flight["duration_s"]),
+    }
+    return {name: float(f"{value:.6g}") for name, value in found.items()}

@@ -1,0 +1,67 @@
+"""An Ogg Vorbis file -> its bytes, once the whole of it has been decoded and found sound."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import soundfile
+
+from paradize.errors import SourceError
+
+MAX_BYTES = 64 << 20
+MAX_SECONDS = 3600.0
+_BLOCK = 1 << 16  # frames decoded at a time
+
+
+@dataclass(frozen=True)
+class Sound:
+    """data: the file. frames: samples per channel. channels: 1 or 2. rate_hz: 8,000 to 192,000."""
+
+    data: bytes
+    frames: int
+    channels: int
+    rate_hz: int
+
+
+def read_sound(path: Path) -> Sound:
+    """Reads and checks an Ogg Vorbis file.
+
+    Raises SourceError: missing, larger than MAX_BYTES, no Ogg Vorbis, more than two channels, longer than
+    MAX_SECONDS, silent from end to end, cut short, or samples that are not finite.
+    """
+    mend = "save it as Ogg Vorbis, mono or stereo"
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise SourceError(f"is larger than {MAX_BYTES} bytes", file=path)
+        data = path.read_bytes()
+    except OSError as error:
+        raise SourceError(error.strerror or str(error), file=path) from None
+    if data[:4] != b"OggS":
+        raise SourceError("is no Ogg file", file=path, mend=mend)
+    try:
+        with soundfile.SoundFile(path) as stream:
+            if stream.format != "OGG" or stream.subtype != "VORBIS":
+                raise SourceError(f"is {stream.format} {stream.subtype}", file=path, mend=mend)
+            if stream.channels not in (1, 2):
+                raise SourceError(f"has {stream.channels} channels", file=path, mend=mend)
+            if not 8000 <= stream.samplerate <= 192_000:
+                raise SourceError(f"has {stream.samplerate} samples a second", file=path, mend=mend)
+            seconds = stream.frames / stream.samplerate
+            if not 0.0 < seconds <= MAX_SECONDS:
+                raise SourceError(f"lasts {seconds:g} s; allowed: up to {MAX_SECONDS:g} s", file=path)
+            told, found, loudest = stream.frames, 0, 0.0
+            while len(block := stream.read(_BLOCK, dtype="float32")):
+                if not np.isfinite(block).all():
+                    raise SourceError("holds samples that are not finite", file=path)
+                found += len(block)
+                loudest = max(loudest, float(np.abs(block).max()))
+            channels, rate = stream.channels, stream.samplerate
+    except soundfile.LibsndfileError as error:
+        raise SourceError(f"cannot be decoded: {error.error_string}", file=path, mend=mend) from None
+    if found != told:
+        raise SourceError(f"is cut short: {found} of {told} samples", file=path, mend="save it again")
+    if loudest == 0.0:
+        raise SourceError("is silent from end to end", file=path)
+    return Sound(data, found, channels, rate)
