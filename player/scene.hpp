@@ -43,8 +43,9 @@ struct DrawItem {
 
 class Scene {
   public:
-    /// Makes handles for every artifact of the scene; uploads nothing yet. Throws Error.
-    Scene(assets::SceneFile file, Streamer &streamer);
+    /// Joins objects with their maps and materials. Throws Error when scene.json and the meshes disagree.
+    /// Both outlive the scene.
+    Scene(const assets::SceneFile &file, const Streamer &streamer);
     Scene(const Scene &) = delete;
     Scene &operator=(const Scene &) = delete;
 
@@ -64,7 +65,7 @@ class Scene {
                  std::vector<DrawItem> &items) const;
 
   private:
-    assets::SceneFile file_;
+    const assets::SceneFile &file_;
     const Streamer &streamer_;
     std::vector<Object> objects_;
     std::size_t instance_count_ = 0;

@@ -58,6 +58,9 @@ struct Terrain {
     float mix_high_m = 2.0F;  // at and above: sand only
     float specular = 0.0F;
     float smoothness = 0.0F;
+    float wet_high_m = 0.0F;     // sand is wet up to here above the water
+    float wet_darkness = 0.0F;   // of wet sand, 0 to 1
+    float wet_smoothness = 0.0F; // of wet sand
     glm::vec2 size_m{1.0F};
     glm::vec2 height_range_m{0.0F};
 };
@@ -66,10 +69,10 @@ struct Water {
     std::string normal, dudv;
     float level_m = 0.0F;
     float size_m = 1.0F;
-    float tile = 1.0F; // wave maps per metre
-    float k = 0.0F;    // shake of refraction and reflection, fraction of the screen
-    glm::vec2 scroll_per_s{0.0F};
-    float strength = 1.0F; // of the wave normals
+    float tile = 1.0F;            // how often the wave maps lie along size_m
+    float k = 0.0F;               // refraction strength
+    glm::vec2 scroll_per_s{0.0F}; // tiles per second
+    float strength = 1.0F;        // how far the du/dv map shakes the reflection
     glm::vec3 deep_color{0.0F};
     glm::vec3 shallow_color{0.0F};
     glm::vec3 absorption_per_m{0.0F};
@@ -82,7 +85,7 @@ struct Material {
     float parallax_scale = 0.0F;
     float parallax_bias = 0.0F;
     float specular = 0.0F;
-    float smoothness = 0.0F;
+    float smoothness = 0.3F;
     bool two_sided = false;
     float alpha_cutoff = 0.0F; // 0: opaque
 };

@@ -5,10 +5,17 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace paradize::gl {
 
 enum class Dialect { glsl330, es300 };
+
+/// What GL compiles; `files[n]` is the file whose source-string number in GL's messages is n.
+struct ShaderSource {
+    std::string text;
+    std::vector<std::string> files;
+};
 
 /// The shaders/ folder. A file holds a body without #version; `#include "lib/x.glsl"` (from the folder's
 /// root, each file once) is resolved here; names in messages stay those of the files.
@@ -22,8 +29,8 @@ class ShaderLibrary {
 
     /// Preamble (#version, precisions of ES 300, one `#define` per entry, "NAME" or "NAME VALUE") and the
     /// body.
-    std::string source(std::string_view file, std::span<const std::string_view> defines = {}) const;
-    /// Turns the source-string number of a GL message ("2:17") into a file name; "?" when unknown.
+    /// Throws Error when a file is missing, an include is malformed or leaves the folder.
+    ShaderSource source(std::string_view file, std::span<const std::string_view> defines = {}) const;
     const std::filesystem::path &root() const { return root_; }
 
   private:

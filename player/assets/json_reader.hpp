@@ -1,0 +1,72 @@
+#pragma once
+// Strict reading of JSON objects: every member is asked for by name, with its range, or refused.
+
+#include <cstddef>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace paradize::assets {
+
+/// One object of a document. Errors name the document's file and the place, as in `file: objects[2].radius_m:
+/// ...`.
+class JsonObject {
+  public:
+    JsonObject(const void *value, std::string place);
+
+    const std::string &place() const { return place_; }
+    /// Is the member there, and not null? (Counts as asked for.)
+    bool has(std::string_view key) const;
+    double number(std::string_view key, double low, double high) const;
+    double number_or(std::string_view key, double low, double high, double otherwise) const;
+    /// A whole number; refuses fractions.
+    long long integer(std::string_view key, long long low, long long high) const;
+    long long integer_or(std::string_view key, long long low, long long high, long long otherwise) const;
+    bool boolean_or(std::string_view key, bool otherwise) const;
+    std::string text(std::string_view key) const;
+    std::string text_or(std::string_view key, std::string otherwise) const; // also for null
+    /// An array of `count` numbers, each in the range.
+    std::vector<double> numbers(std::string_view key, std::size_t count, double low, double high) const;
+    std::vector<long long> integers(std::string_view key, std::size_t most, long long low,
+                                    long long high) const;
+    std::vector<std::string> texts(std::string_view key, std::size_t most) const;
+    /// An array of rows of `count` numbers.
+    std::vector<std::vector<double>> rows(std::string_view key, std::size_t most, std::size_t count,
+                                          double low, double high) const;
+    JsonObject object(std::string_view key) const;
+    std::optional<JsonObject> object_or_none(std::string_view key) const; // none: absent or null
+    std::vector<JsonObject> objects(std::string_view key, std::size_t most) const;
+    /// Names of all members, in the document's order of names (sorted); they count as asked for.
+    std::vector<std::string> names() const;
+    /// Members that may be there and are not read.
+    void ignore(std::initializer_list<std::string_view> keys) const;
+    /// Refuses members that nobody asked for.
+    void done() const;
+    [[noreturn]] void fail(std::string_view key, const std::string &what) const;
+
+  private:
+    const void *value_;
+    std::string place_;
+    mutable std::vector<std::string> asked_;
+};
+
+class JsonDocument {
+  public:
+    /// Throws Error when the text is no JSON object, longer than 64 MiB, not UTF-8, or has a key twice.
+    JsonDocument(std::string_view text, const std::string &file);
+    ~JsonDocument();
+    JsonDocument(const JsonDocument &) = delete;
+    JsonDocument &operator=(const JsonDocument &) = delete;
+    JsonObject root() const;
+
+  private:
+    struct Value;
+    std::unique_ptr<Value> value_;
+    std::string file_;
+};
+
+} // namespace paradize::assets

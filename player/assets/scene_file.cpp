@@ -1,0 +1,367 @@
+#include "assets/scene_file.hpp"
+
+#include "assets/json_reader.hpp"
+#include "error.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace paradize::assets {
+
+namespace {
+
+constexpr double far_m = 1e7;  // no length or coordinate of a scene is larger
+constexpr double bright = 1e7; // no radiance is larger
+constexpr std::size_t most_entries = 100000;
+constexpr double quarter_turns = 1e3;
+
+float real(const JsonObject &from, std::string_view key, double low, double high) {
+    return static_cast<float>(from.number(key, low, high));
+}
+
+float real_or(const JsonObject &from, std::string_view key, double low, double high, float otherwise) {
+    return static_cast<float>(from.number_or(key, low, high, static_cast<double>(otherwise)));
+}
+
+glm::vec2 pair(const JsonObject &from, std::string_view key, double low, double high) {
+    const std::vector<double> v = from.numbers(key, 2, low, high);
+    return {static_cast<float>(v[0]), static_cast<float>(v[1])};
+}
+
+glm::vec3 triple(const JsonObject &from, std::string_view key, double low, double high) {
+    const std::vector<double> v = from.numbers(key, 3, low, high);
+    return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+class SceneReader {
+  public:
+    SceneReader(const JsonObject &root, SceneFile &out) : root_(root), out_(out) {}
+
+    void read() {
+        if (root_.text("format") != "paradize-scene") {
+            root_.fail("format", "is \"" + root_.text("format") + "\", must be \"paradize-scene\"");
+        }
+        if (const long long version = root_.integer("version", 0, 1LL << 40); version != 1) {
+            root_.fail("version",
+                       "is " + std::to_string(version) +
+                           ", this player reads version 1; bake the scene with the Paradize that came "
+                           "with the player");
+        }
+        head();
+        artifacts();
+        light();
+        terrain();
+        water();
+        objects();
+        particles();
+        flight();
+        root_.done();
+    }
+
+  private:
+    void head() {
+        out_.name = root_.text("name");
+        out_.exposure = real_or(root_, "exposure", 1e-6, 1e6, 1.0F);
+        if (root_.has("viewport")) {
+            const std::vector<double> size = root_.numbers("viewport", 2, 16, 16384);
+            out_.width_px = static_cast<int>(size[0]);
+            out_.height_px = static_cast<int>(size[1]);
+        }
+        out_.lod_error_px = real_or(root_, "lod_error_px", 0.01, 100.0, 1.0F);
+        out_.poster_s = root_.number_or("poster_s", 0.0, 86400.0, 0.0);
+    }
+
+    void artifacts() {
+        const JsonObject all = root_.object("artifacts");
+        for (const std::string &name : all.names()) {
+            const JsonObject entry = all.object(name);
+            Artifact artifact;
+            artifact.name = name;
+            artifact.file = entry.text("file");
+            const std::filesystem::path path(artifact.file);
+            const bool leaves = std::find(path.begin(), path.end(), "..") != path.end();
+            if (artifact.file.empty() || path.is_absolute() || leaves ||
+                artifact.file.find('\0') != std::string::npos) {
+                entry.fail("file", "\"" + artifact.file + "\" must be a path inside the scene's folder");
+            }
+            const std::string kind = entry.text("kind");
+            if (kind == "mesh") {
+                artifact.kind = ArtifactKind::mesh;
+            } else if (kind == "texture") {
+                artifact.kind = ArtifactKind::texture;
+            } else if (kind == "cubemap") {
+                artifact.kind = ArtifactKind::cubemap;
+            } else if (kind == "sound") {
+                artifact.kind = ArtifactKind::sound;
+            } else {
+                entry.fail("kind", "\"" + kind + "\" is not mesh, texture, cubemap or sound");
+            }
+            artifact.bytes = static_cast<std::uint64_t>(entry.integer_or("bytes", 0, 1LL << 40, 0));
+            artifact.first_needed_s = entry.number_or("first_needed_s", 0.0, 86400.0, 0.0);
+            out_.artifacts.push_back(std::move(artifact)); // measured errors, hashes: for others to read
+        }
+        if (!root_.has("streaming")) {
+            return;
+        }
+        for (const std::string &name : root_.texts("streaming", most_entries)) {
+            const auto found = std::find_if(out_.artifacts.begin(), out_.artifacts.end(),
+                                            [&](const Artifact &artifact) { return artifact.name == name; });
+            if (found == out_.artifacts.end()) {
+                root_.fail("streaming", "names \"" + name + "\", which is no artifact");
+            }
+            out_.streaming.push_back(static_cast<std::uint32_t>(found - out_.artifacts.begin()));
+        }
+    }
+
+    /// The artifact that `key` names, of this kind; empty when the member is absent or null.
+    std::string maybe(const JsonObject &from, std::string_view key, ArtifactKind kind) const {
+        std::string name = from.text_or(key, "");
+        if (!name.empty()) {
+            const Artifact *artifact = out_.find_artifact(name);
+            if (artifact == nullptr || artifact->kind != kind) {
+                from.fail(key, "names \"" + name + "\", which is no artifact of the right kind");
+            }
+        }
+        return name;
+    }
+
+    std::string needed(const JsonObject &from, std::string_view key, ArtifactKind kind) const {
+        std::string name = maybe(from, key, kind);
+        if (name.empty()) {
+            from.fail(key, "is missing");
+        }
+        return name;
+    }
+
+    void light() {
+        const JsonObject sun = root_.object("sun");
+        out_.sun.direction = triple(sun, "direction", -1.001, 1.001);
+        const glm::vec3 d = out_.sun.direction;
+        if (std::abs(d.x * d.x + d.y * d.y + d.z * d.z - 1.0F) > 1e-3F) {
+            sun.fail("direction", "must have length 1");
+        }
+        out_.sun.color = triple(sun, "color", 0.0, bright);
+        out_.sun.intensity = real(sun, "intensity", 0.0, bright);
+        out_.sun.angular_diameter_rad = real_or(sun, "angular_diameter_rad", 0.0, 3.2, 0.0093F);
+        sun.done();
+        if (const auto ambient = root_.object_or_none("ambient")) {
+            out_.ambient.color = triple(*ambient, "color", 0.0, bright);
+            out_.ambient.intensity = real(*ambient, "intensity", 0.0, bright);
+            ambient->done();
+        }
+        if (const auto fog = root_.object_or_none("fog")) {
+            out_.fog.color = triple(*fog, "color", 0.0, bright);
+            out_.fog.density_per_m = real(*fog, "density_per_m", 0.0, 1e3);
+            fog->done();
+        }
+        if (const auto sky = root_.object_or_none("sky")) {
+            out_.sky = needed(*sky, "cubemap", ArtifactKind::cubemap);
+            sky->done();
+        }
+        if (const auto shadow = root_.object_or_none("shadow")) {
+            Shadow value;
+            value.size_px = static_cast<int>(shadow->integer("size", 1, 16384));
+            value.extent_m = real(*shadow, "extent_m", 1e-3, far_m);
+            value.center = triple(*shadow, "center", -far_m, far_m);
+            value.blur_distance_m = real_or(*shadow, "blur_distance_m", 0.0, far_m, 50.0F);
+            shadow->done();
+            out_.shadow = value;
+        }
+        if (const auto mirror = root_.object_or_none("reflection")) {
+            out_.reflection_scale = real(*mirror, "scale", 1e-2, 4.0);
+            mirror->done();
+        }
+        if (const auto refraction = root_.object_or_none("refraction")) {
+            out_.refraction_scale = real(*refraction, "scale", 1e-2, 4.0);
+            refraction->done();
+        }
+    }
+
+    void terrain() {
+        const auto from = root_.object_or_none("terrain");
+        if (!from) {
+            return;
+        }
+        Terrain value;
+        value.mesh = needed(*from, "mesh", ArtifactKind::mesh);
+        value.sand_color = needed(*from, "sand_color", ArtifactKind::texture);
+        value.sand_normal = maybe(*from, "sand_normal", ArtifactKind::texture);
+        value.effect_color = maybe(*from, "effect_color", ArtifactKind::texture);
+        value.effect_normal = maybe(*from, "effect_normal", ArtifactKind::texture);
+        value.sand_repeat = real(*from, "sand_repeat", 1e-3, 1e6);
+        value.mix_low_m = real(*from, "mix_low_m", -far_m, far_m);
+        value.mix_high_m = real(*from, "mix_high_m", -far_m, far_m);
+        value.specular = real_or(*from, "specular", 0.0, 1e3, value.specular);
+        value.smoothness = real_or(*from, "smoothness", 0.0, 1.0, value.smoothness);
+        value.wet_high_m = real_or(*from, "wet_high_m", 0.0, far_m, value.wet_high_m);
+        value.wet_darkness = real_or(*from, "wet_darkness", 0.0, 1.0, value.wet_darkness);
+        value.wet_smoothness = real_or(*from, "wet_smoothness", 0.0, 1.0, value.wet_smoothness);
+        value.size_m = pair(*from, "size_m", 1e-6, far_m);
+        value.height_range_m = pair(*from, "height_range_m", -far_m, far_m);
+        from->done();
+        out_.terrain = value;
+    }
+
+    void water() {
+        const auto from = root_.object_or_none("water");
+        if (!from) {
+            return;
+        }
+        Water value;
+        value.normal = needed(*from, "normal", ArtifactKind::texture);
+        value.dudv = needed(*from, "dudv", ArtifactKind::texture);
+        value.level_m = real(*from, "level_m", -far_m, far_m);
+        value.size_m = real(*from, "size_m", 1e-3, far_m);
+        value.tile = real(*from, "tile", 1e-4, 1e6);
+        value.k = real(*from, "k", 0.0, 1e3);
+        value.scroll_per_s = pair(*from, "scroll_per_s", -1e3, 1e3);
+        value.strength = real(*from, "strength", 0.0, 1e3);
+        value.deep_color = triple(*from, "deep_color", 0.0, bright);
+        value.shallow_color = triple(*from, "shallow_color", 0.0, bright);
+        value.absorption_per_m = triple(*from, "absorption_per_m", 0.0, 1e5);
+        value.specular = real(*from, "specular", 0.0, 1e3);
+        value.smoothness = real(*from, "smoothness", 0.0, 1.0);
+        from->done();
+        out_.water = value;
+    }
+
+    void objects() {
+        if (!root_.has("objects")) {
+            return;
+        }
+        for (const JsonObject &from : root_.objects("objects", most_entries)) {
+            Object value;
+            value.name = from.text("name");
+            value.mesh = needed(from, "mesh", ArtifactKind::mesh);
+            value.color = maybe(from, "color", ArtifactKind::texture);
+            value.normal = maybe(from, "normal", ArtifactKind::texture);
+            value.height = maybe(from, "height", ArtifactKind::texture);
+            value.gloss = maybe(from, "gloss", ArtifactKind::texture);
+            value.center = triple(from, "center", -far_m, far_m);
+            value.radius_m = real(from, "radius_m", 0.0, far_m);
+            for (const JsonObject &lod : from.objects("lods", 64)) {
+                value.lods.push_back({lod.text("node"), real(lod, "error_m", 0.0, far_m)});
+                lod.done();
+            }
+            if (const auto materials = from.object_or_none("materials")) {
+                for (const std::string &name : materials->names()) {
+                    value.materials.push_back(material(materials->object(name), name));
+                }
+            }
+            for (const JsonObject &at : from.objects("instances", most_entries)) {
+                Placement placement;
+                placement.position = triple(at, "position", -far_m, far_m);
+                placement.yaw_rad = real_or(at, "yaw_rad", -quarter_turns, quarter_turns, 0.0F);
+                placement.scale = real_or(at, "scale", 1e-6, 1e6, 1.0F);
+                at.done();
+                value.instances.push_back(placement);
+            }
+            from.done();
+            out_.objects.push_back(std::move(value));
+        }
+    }
+
+    static Material material(const JsonObject &from, const std::string &name) {
+        Material value;
+        value.name = name;
+        value.parallax_scale = real_or(from, "parallax_scale", 0.0, 10.0, value.parallax_scale);
+        value.parallax_bias = real_or(from, "parallax_bias", -10.0, 10.0, value.parallax_bias);
+        value.specular = real_or(from, "specular", 0.0, 1e3, value.specular);
+        value.smoothness = real_or(from, "smoothness", 0.0, 1.0, value.smoothness);
+        value.two_sided = from.boolean_or("two_sided", value.two_sided);
+        value.alpha_cutoff = real_or(from, "alpha_cutoff", 0.0, 1.0, value.alpha_cutoff);
+        from.done();
+        return value;
+    }
+
+    void particles() {
+        if (root_.has("particles")) {
+            for (const JsonObject &from : root_.objects("particles", 1000)) {
+                ParticleField value;
+                value.name = from.text("name");
+                value.center = triple(from, "center", -far_m, far_m);
+                value.radius_m = real(from, "radius_m", 0.0, far_m);
+                value.count = static_cast<int>(from.integer("count", 1, 1000000));
+                value.size_m = pair(from, "size_m", 0.0, 1e4);
+                value.life_per_s = pair(from, "life_per_s", 1e-6, 1e4);
+                value.threshold = real(from, "threshold", 0.0, 1.0);
+                value.color = triple(from, "color", 0.0, bright);
+                from.done();
+                out_.particles.push_back(std::move(value));
+            }
+        }
+        if (const auto sound = root_.object_or_none("sound")) {
+            out_.sound = Sound{needed(*sound, "artifact", ArtifactKind::sound),
+                               real_or(*sound, "volume", 0.0, 1.0, 1.0F)};
+            sound->done();
+        }
+    }
+
+    static glm::dvec4 cubic(const std::vector<double> &v) { return {v[0], v[1], v[2], v[3]}; }
+
+    void flight() {
+        const JsonObject from = root_.object("flight");
+        Flight &value = out_.flight;
+        value.duration_s = from.number("duration_s", 1e-3, 1e6);
+        value.fov_rad = real(from, "fov_rad", 1e-3, 3.1);
+        value.near_m = real(from, "near_m", 1e-5, far_m);
+        value.far_m = real(from, "far_m", 1e-4, 10.0 * far_m);
+        if (value.near_m >= value.far_m) {
+            from.fail("near_m", "must be smaller than far_m");
+        }
+        for (const JsonObject &part : from.objects("segments", most_entries)) {
+            FlightSegment segment;
+            const auto eye = part.rows("eye", 3, 4, -far_m, far_m);
+            const auto target = part.rows("target", 3, 4, -far_m, far_m);
+            if (eye.size() != 3 || target.size() != 3) {
+                part.fail("eye", "and target must have three rows: x, y, z");
+            }
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                segment.eye[axis] = cubic(eye[axis]);
+                segment.target[axis] = cubic(target[axis]);
+            }
+            segment.roll = cubic(part.numbers("roll", 4, -quarter_turns, quarter_turns));
+            part.done();
+            value.segments.push_back(segment);
+        }
+        if (value.segments.empty()) {
+            from.fail("segments", "are missing");
+        }
+        const auto last = static_cast<double>(value.segments.size());
+        for (const std::vector<double> &row : from.rows("time_table", 1000000, 3, -1e9, 1e9)) {
+            value.time_table.push_back({row[0], row[1], row[2]});
+        }
+        const std::vector<TimeKnot> &table = value.time_table;
+        for (std::size_t i = 1; i < table.size(); ++i) {
+            if (!(table[i].time_s > table[i - 1].time_s) || table[i].position < table[i - 1].position) {
+                from.fail("time_table", "row " + std::to_string(i) + " does not rise");
+            }
+        }
+        if (table.size() < 2 || table.front().time_s != 0.0 || table.front().position < 0.0 ||
+            std::abs(table.back().time_s - value.duration_s) > 1e-3 || table.back().position > last + 1e-6) {
+            from.fail("time_table", "must lead from second 0 to duration_s and stay within the segments");
+        }
+        from.done();
+    }
+
+    const JsonObject &root_;
+    SceneFile &out_;
+};
+
+} // namespace
+
+const Artifact *SceneFile::find_artifact(std::string_view artifact) const {
+    const auto found = std::find_if(artifacts.begin(), artifacts.end(),
+                                    [&](const Artifact &entry) { return entry.name == artifact; });
+    return found == artifacts.end() ? nullptr : &*found;
+}
+
+SceneFile parse_scene(std::string_view text, const std::filesystem::path &file) {
+    const JsonDocument document(text, file.string());
+    const JsonObject root = document.root();
+    SceneFile out;
+    SceneReader(root, out).read();
+    return out;
+}
+
+} // namespace paradize::assets

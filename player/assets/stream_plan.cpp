@@ -1,0 +1,86 @@
+#include "assets/stream_plan.hpp"
+
+#include <algorithm>
+
+namespace paradize::assets {
+
+std::span<const std::byte> mesh_attribute(const GlbLevel &level, std::uint32_t attribute) {
+    switch (attribute) {
+    case 0:
+        return level.positions;
+    case 1:
+        return level.normals;
+    case 2:
+        return level.tangents;
+    case 3:
+        return level.uvs;
+    case 4:
+        return level.uvs1;
+    case 5:
+        return level.colors;
+    default:
+        return {};
+    }
+}
+
+void plan_texture(const Ktx2 &texture, std::uint32_t artifact, std::vector<StreamPiece> &pieces) {
+    const BlockShape block = block_shape(texture.format);
+    for (std::size_t i = texture.levels.size(); i-- > 0;) {
+        const Ktx2Level &level = texture.levels[i];
+        const std::size_t across = (level.width_px + block.edge_px - 1) / block.edge_px;
+        const std::size_t down = (level.height_px + block.edge_px - 1) / block.edge_px;
+        const std::size_t row_bytes = across * block.bytes;
+        const std::size_t rows_per_piece = std::max<std::size_t>(1, piece_bytes / row_bytes);
+        for (std::uint32_t face = 0; face < texture.faces; ++face) {
+            const std::span<const std::byte> bytes =
+                level.bytes.subspan(face * down * row_bytes, down * row_bytes);
+            for (std::size_t row = 0; row < down; row += rows_per_piece) {
+                const std::size_t rows = std::min(rows_per_piece, down - row);
+                StreamPiece piece;
+                piece.artifact = artifact;
+                piece.level = static_cast<std::uint32_t>(i);
+                piece.part = face;
+                piece.offset = static_cast<std::uint32_t>(row) * block.edge_px;
+                piece.rows = std::min(static_cast<std::uint32_t>(rows) * block.edge_px,
+                                      level.height_px - piece.offset);
+                piece.last = face + 1 == texture.faces && row + rows == down;
+                piece.coarse = std::max(level.width_px, level.height_px) <= coarse_edge_px ||
+                               i + 1 == texture.levels.size();
+                piece.bytes = bytes.subspan(row * row_bytes, rows * row_bytes);
+                pieces.push_back(piece);
+            }
+        }
+    }
+}
+
+void plan_mesh(const Glb &mesh, std::uint32_t artifact, std::vector<StreamPiece> &pieces) {
+    for (std::size_t i = mesh.levels.size(); i-- > 0;) {
+        const GlbLevel &level = mesh.levels[i];
+        const auto parts = mesh_attributes + static_cast<std::uint32_t>(level.primitives.size());
+        for (std::uint32_t part = 0; part < parts; ++part) {
+            const std::span<const std::byte> bytes = part < mesh_attributes
+                                                         ? mesh_attribute(level, part)
+                                                         : level.primitives[part - mesh_attributes].indices;
+            for (std::size_t at = 0; at < bytes.size(); at += piece_bytes) {
+                StreamPiece piece;
+                piece.artifact = artifact;
+                piece.level = static_cast<std::uint32_t>(i);
+                piece.part = part;
+                piece.offset = static_cast<std::uint32_t>(at);
+                piece.coarse = i + 1 == mesh.levels.size();
+                piece.bytes = bytes.subspan(at, std::min(piece_bytes, bytes.size() - at));
+                // Every level has positions and at least one primitive with indices: the last piece is one of
+                // those.
+                piece.last = part + 1 == parts && at + piece.bytes.size() == bytes.size();
+                pieces.push_back(piece);
+            }
+        }
+    }
+}
+
+void order_pieces(std::vector<StreamPiece> &pieces) {
+    std::stable_partition(pieces.begin(), pieces.end(),
+                          [](const StreamPiece &piece) { return piece.coarse; });
+}
+
+} // namespace paradize::assets

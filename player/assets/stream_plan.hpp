@@ -1,0 +1,40 @@
+#pragma once
+// In which pieces and in which order baked files go to the GPU. Knows no GL.
+
+#include "assets/glb.hpp"
+#include "assets/ktx2.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace paradize::assets {
+
+/// A piece is at most this long, unless one row of blocks is longer.
+inline constexpr std::size_t piece_bytes = std::size_t{1} << 20U;
+/// Mips up to this edge count as coarse and go before everything fine.
+inline constexpr std::uint32_t coarse_edge_px = 64;
+
+/// Attributes of a mesh level in the order of gl::Attribute; indices follow, one part per primitive.
+inline constexpr std::uint32_t mesh_attributes = 6;
+std::span<const std::byte> mesh_attribute(const GlbLevel &level, std::uint32_t attribute);
+
+struct StreamPiece {
+    std::uint32_t artifact = 0; // index into SceneFile::artifacts
+    std::uint32_t level = 0;
+    std::uint32_t part = 0;   // texture: face; mesh: attribute, or mesh_attributes + primitive
+    std::uint32_t offset = 0; // texture: first row of texels; mesh: byte inside the part
+    std::uint32_t rows = 0;   // texture: rows of texels
+    bool last = false;        // the level is complete with this piece
+    bool coarse = false;
+    std::span<const std::byte> bytes;
+};
+
+/// Append an artifact's pieces, coarsest level first.
+void plan_texture(const Ktx2 &texture, std::uint32_t artifact, std::vector<StreamPiece> &pieces);
+void plan_mesh(const Glb &mesh, std::uint32_t artifact, std::vector<StreamPiece> &pieces);
+/// Coarse pieces first; otherwise the order stays.
+void order_pieces(std::vector<StreamPiece> &pieces);
+
+} // namespace paradize::assets

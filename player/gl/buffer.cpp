@@ -1,0 +1,30 @@
+#include "gl/buffer.hpp"
+
+#include <epoxy/gl.h>
+
+namespace paradize::gl {
+
+Buffer make_buffer(unsigned target, std::size_t bytes, Usage usage) {
+    Buffer buffer = Buffer::create();
+    glBindBuffer(target, buffer.name());
+    glBufferData(target, static_cast<GLsizeiptr>(bytes), nullptr,
+                 usage == Usage::fixed ? GL_STATIC_DRAW : GL_DYNAMIC_DRAW);
+    return buffer;
+}
+
+void write_buffer(unsigned target, const Buffer &buffer, std::size_t offset,
+                  std::span<const std::byte> data) {
+    glBindBuffer(target, buffer.name());
+    glBufferSubData(target, static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(data.size()), data.data());
+}
+
+void attribute_floats(unsigned location, int components, const Buffer &buffer, int stride_bytes,
+                      std::size_t offset_bytes, unsigned divisor) {
+    glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
+    glEnableVertexAttribArray(location);
+    glVertexAttribPointer(location, components, GL_FLOAT, GL_FALSE, stride_bytes,
+                          reinterpret_cast<const void *>(offset_bytes));
+    glVertexAttribDivisor(location, divisor);
+}
+
+} // namespace paradize::gl

@@ -1,0 +1,69 @@
+#include "gl/debug.hpp"
+
+#include "error.hpp"
+
+#include <epoxy/gl.h>
+
+namespace paradize::gl {
+
+namespace {
+
+void GLAPIENTRY on_message(GLenum /*source*/, GLenum type, GLuint /*id*/, GLenum severity, GLsizei /*length*/,
+                           const GLchar *message, const void *log) {
+    if (type == GL_DEBUG_TYPE_ERROR || severity == GL_DEBUG_SEVERITY_HIGH) {
+        // The pointer is the one that install() gave, which is not const.
+        static_cast<DebugLog *>(const_cast<void *>(log))->record(message);
+    }
+}
+
+std::string gl_string(GLenum name) {
+    const GLubyte *text = glGetString(name);
+    return text == nullptr ? std::string("unknown") : std::string(reinterpret_cast<const char *>(text));
+}
+
+} // namespace
+
+bool DebugLog::install() {
+    if (!epoxy_has_gl_extension("GL_KHR_debug")) {
+        return false;
+    }
+    glEnable(GL_DEBUG_OUTPUT);
+    glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+    glDebugMessageCallback(on_message, this);
+    return true;
+}
+
+void DebugLog::record(const char *message) {
+    if (errors_++ == 0) {
+        first_ = message;
+    }
+}
+
+void DebugLog::demand_clean() {
+    if (const GLenum code = glGetError(); code != GL_NO_ERROR && errors_ == 0) {
+        record(("error " + std::to_string(code)).c_str());
+    }
+    if (errors_ != 0) {
+        throw Error("the graphics driver complains (" + std::to_string(errors_) + " times): " + first_);
+    }
+}
+
+std::string renderer_name() {
+    return gl_string(GL_RENDERER);
+}
+
+std::string version_name() {
+    return gl_string(GL_VERSION);
+}
+
+bool software_renderer() {
+    const std::string name = renderer_name();
+    for (const char *word : {"llvmpipe", "softpipe", "SwiftShader", "Software"}) {
+        if (name.find(word) != std::string::npos) {
+            return true;
+        }
+    }
+    return false;
+}
+
+} // namespace paradize::gl

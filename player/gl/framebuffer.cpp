@@ -1,0 +1,64 @@
+#include "gl/framebuffer.hpp"
+
+#include "error.hpp"
+
+#include <epoxy/gl.h>
+
+#include <cstdio>
+
+namespace paradize::gl {
+
+namespace {
+
+void demand_complete() {
+    const GLenum status = glCheckFramebufferStatus(GL_FRAMEBUFFER);
+    if (status != GL_FRAMEBUFFER_COMPLETE) {
+        char code[16];
+        std::snprintf(code, sizeof code, "0x%04x", status);
+        throw Error(std::string("the graphics driver refuses a drawing target (status ") + code +
+                    "); update the driver or run with a smaller --size");
+    }
+}
+
+} // namespace
+
+Framebuffer make_framebuffer(const Texture &color, const Texture &depth) {
+    Framebuffer framebuffer = Framebuffer::create();
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
+    if (color) {
+        glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, color.name(), 0);
+    } else {
+        glDrawBuffer(GL_NONE);
+        glReadBuffer(GL_NONE);
+    }
+    if (depth) {
+        glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth.name(), 0);
+    }
+    demand_complete();
+    return framebuffer;
+}
+
+Framebuffer make_framebuffer(const Renderbuffer &color, const Renderbuffer &depth) {
+    Framebuffer framebuffer = Framebuffer::create();
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color.name());
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth.name());
+    demand_complete();
+    return framebuffer;
+}
+
+void bind_framebuffer(unsigned framebuffer, int width_px, int height_px) {
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    glViewport(0, 0, width_px, height_px);
+}
+
+void blit_color(unsigned from, int from_width_px, int from_height_px, unsigned to, int to_width_px,
+                int to_height_px) {
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, from);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, to);
+    const bool same = from_width_px == to_width_px && from_height_px == to_height_px;
+    glBlitFramebuffer(0, 0, from_width_px, from_height_px, 0, 0, to_width_px, to_height_px,
+                      GL_COLOR_BUFFER_BIT, same ? GL_NEAREST : GL_LINEAR);
+}
+
+} // namespace paradize::gl

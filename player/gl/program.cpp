@@ -1,0 +1,169 @@
+#include "gl/program.hpp"
+
+#include "error.hpp"
+#include "gl/frame_uniforms.hpp"
+#include "gl/shader_library.hpp"
+
+#include <epoxy/gl.h>
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <array>
+#include <cctype>
+#include <vector>
+
+namespace paradize::gl {
+
+namespace {
+
+/// Puts file names where the driver's log has source-string numbers: "2:17(3)" (Mesa), "2(17)" (NVIDIA).
+std::string with_file_names(const std::string &log, const std::vector<std::string> &files) {
+    std::string out;
+    bool line_start = true;
+    for (std::size_t i = 0; i < log.size(); ++i) {
+        const auto digit = [&](std::size_t at) {
+            return at < log.size() && std::isdigit(static_cast<unsigned char>(log[at])) != 0;
+        };
+        if (line_start && digit(i)) {
+            std::size_t end = i;
+            std::size_t number = 0;
+            while (digit(end) && end < i + 4) {
+                number = number * 10 + static_cast<std::size_t>(log[end++] - '0');
+            }
+            if (end < log.size() && (log[end] == ':' || log[end] == '(') && number < files.size()) {
+                out += files[number];
+                i = end;
+            }
+        }
+        out += log[i];
+        line_start = log[i] == '\n';
+    }
+    return out;
+}
+
+ShaderName compile(const ShaderLibrary &library, std::string_view file, GLenum type,
+                   std::span<const std::string_view> defines) {
+    const ShaderSource source = library.source(file, defines);
+    ShaderName shader(glCreateShader(type));
+    const char *text = source.text.c_str();
+    glShaderSource(shader.name(), 1, &text, nullptr);
+    glCompileShader(shader.name());
+    GLint good = GL_FALSE;
+    glGetShaderiv(shader.name(), GL_COMPILE_STATUS, &good);
+    if (good != GL_TRUE) {
+        std::array<char, 4096> log{};
+        glGetShaderInfoLog(shader.name(), log.size(), nullptr, log.data());
+        throw Error("shader " + (library.root() / file).string() + " does not compile:\n" +
+                    with_file_names(log.data(), source.files));
+    }
+    return shader;
+}
+
+struct Member {
+    const char *name;
+    GLint offset;
+};
+
+constexpr std::array<Member, 14> members{{
+    {"view_projection", offsetof(FrameUniforms, view_projection)},
+    {"view", offsetof(FrameUniforms, view)},
+    {"inverse_view_projection", offsetof(FrameUniforms, inverse_view_projection)},
+    {"shadow_from_world", offsetof(FrameUniforms, shadow_from_world)},
+    {"eye", offsetof(FrameUniforms, eye)},
+    {"clip_plane", offsetof(FrameUniforms, clip_plane)},
+    {"viewport", offsetof(FrameUniforms, viewport)},
+    {"lens", offsetof(FrameUniforms, lens)},
+    {"sun_direction", offsetof(FrameUniforms, sun_direction)},
+    {"sun_radiance", offsetof(FrameUniforms, sun_radiance)},
+    {"ambient", offsetof(FrameUniforms, ambient)},
+    {"fog", offsetof(FrameUniforms, fog)},
+    {"water", offsetof(FrameUniforms, water)},
+    {"clock", offsetof(FrameUniforms, clock)},
+}};
+
+/// The shader's block must be the struct, member for member.
+void bind_frame_uniforms(unsigned program, std::string_view file) {
+    const unsigned block = glGetUniformBlockIndex(program, "FrameUniforms");
+    if (block == GL_INVALID_INDEX) {
+        return;
+    }
+    for (const Member &member : members) {
+        unsigned index = GL_INVALID_INDEX;
+        glGetUniformIndices(program, 1, &member.name, &index);
+        GLint offset = -1;
+        if (index != GL_INVALID_INDEX) {
+            glGetActiveUniformsiv(program, 1, &index, GL_UNIFORM_OFFSET, &offset);
+        }
+        if (offset != member.offset) {
+            throw Error("shader " + std::string(file) + ": FrameUniforms." + member.name + " lies at byte " +
+                        std::to_string(offset) + ", the player writes it at " +
+                        std::to_string(member.offset) +
+                        "; make the block in lib/frame.glsl the same as gl/frame_uniforms.hpp");
+        }
+    }
+    glUniformBlockBinding(program, block, frame_uniforms_binding);
+}
+
+} // namespace
+
+Program::Program(const ShaderLibrary &library, std::string_view vertex_file, std::string_view fragment_file,
+                 std::initializer_list<std::string_view> defines)
+    : program_(ProgramName::create()) {
+    const std::span<const std::string_view> list(defines.begin(), defines.size());
+    const ShaderName vertex = compile(library, vertex_file, GL_VERTEX_SHADER, list);
+    const ShaderName fragment = compile(library, fragment_file, GL_FRAGMENT_SHADER, list);
+    const unsigned name = program_.name();
+    glAttachShader(name, vertex.name());
+    glAttachShader(name, fragment.name());
+    glLinkProgram(name);
+    glDetachShader(name, vertex.name());
+    glDetachShader(name, fragment.name());
+    GLint good = GL_FALSE;
+    glGetProgramiv(name, GL_LINK_STATUS, &good);
+    if (good != GL_TRUE) {
+        std::array<char, 4096> log{};
+        glGetProgramInfoLog(name, log.size(), nullptr, log.data());
+        throw Error("shaders " + std::string(vertex_file) + " and " + std::string(fragment_file) +
+                    " do not link:\n" + log.data());
+    }
+    bind_frame_uniforms(name, fragment_file);
+}
+
+void Program::use() const {
+    glUseProgram(program_.name());
+}
+
+int Program::location(const char *name) const {
+    return glGetUniformLocation(program_.name(), name);
+}
+
+void Program::set_unit(const char *name, int unit) const {
+    use();
+    glUniform1i(location(name), unit);
+}
+
+void Program::set(int location, int value) {
+    glUniform1i(location, value);
+}
+void Program::set(int location, float value) {
+    glUniform1f(location, value);
+}
+void Program::set(int location, const glm::vec2 &value) {
+    glUniform2fv(location, 1, glm::value_ptr(value));
+}
+void Program::set(int location, const glm::vec3 &value) {
+    glUniform3fv(location, 1, glm::value_ptr(value));
+}
+void Program::set(int location, const glm::vec4 &value) {
+    glUniform4fv(location, 1, glm::value_ptr(value));
+}
+void Program::set(int location, const glm::mat3 &value) {
+    glUniformMatrix3fv(location, 1, GL_FALSE, glm::value_ptr(value));
+}
+void Program::set(int location, const glm::mat4 &value) {
+    glUniformMatrix4fv(location, 1, GL_FALSE, glm::value_ptr(value));
+}
+
+} // namespace paradize::gl

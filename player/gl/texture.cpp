@@ -1,0 +1,107 @@
+#include "gl/texture.hpp"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+
+namespace paradize::gl {
+
+namespace {
+
+/// Format and type that TexImage2D accepts together with an internal format when there is no data.
+void transfer_format(unsigned internal_format, GLenum &format, GLenum &type) {
+    type = GL_FLOAT;
+    switch (internal_format) {
+    case GL_DEPTH_COMPONENT16:
+    case GL_DEPTH_COMPONENT24:
+    case GL_DEPTH_COMPONENT32F:
+        format = GL_DEPTH_COMPONENT;
+        break;
+    case GL_DEPTH24_STENCIL8:
+        format = GL_DEPTH_STENCIL;
+        type = GL_UNSIGNED_INT_24_8;
+        break;
+    case GL_R8:
+    case GL_R16F:
+    case GL_R32F:
+        format = GL_RED;
+        break;
+    case GL_RG8:
+    case GL_RG16F:
+    case GL_RG32F:
+        format = GL_RG;
+        break;
+    default:
+        format = GL_RGBA;
+        break;
+    }
+}
+
+Texture allocate(unsigned internal_format, int width_px, int height_px, GLint filter) {
+    Texture texture = Texture::create();
+    GLenum format = 0;
+    GLenum type = 0;
+    transfer_format(internal_format, format, type);
+    glBindTexture(GL_TEXTURE_2D, texture.name());
+    glTexImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(internal_format), width_px, height_px, 0, format, type,
+                 nullptr);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    return texture;
+}
+
+} // namespace
+
+Texture make_target(unsigned internal_format, int width_px, int height_px) {
+    const bool depth = internal_format == GL_DEPTH_COMPONENT16 || internal_format == GL_DEPTH_COMPONENT24 ||
+                       internal_format == GL_DEPTH_COMPONENT32F || internal_format == GL_DEPTH24_STENCIL8;
+    // Depth values of neighbours have no meaningful mean.
+    return allocate(internal_format, width_px, height_px, depth ? GL_NEAREST : GL_LINEAR);
+}
+
+Texture make_depth_comparison_target(int size_px) {
+    Texture texture = allocate(GL_DEPTH_COMPONENT24, size_px, size_px, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+    return texture;
+}
+
+Renderbuffer make_renderbuffer(unsigned internal_format, int width_px, int height_px, int samples) {
+    Renderbuffer buffer = Renderbuffer::create();
+    glBindRenderbuffer(GL_RENDERBUFFER, buffer.name());
+    glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, internal_format, width_px, height_px);
+    return buffer;
+}
+
+Sampler make_sampler(Wrap wrap, Filter filter, float anisotropy) {
+    Sampler sampler = Sampler::create();
+    const unsigned name = sampler.name();
+    const GLint edge = wrap == Wrap::repeat ? GL_REPEAT : GL_CLAMP_TO_EDGE;
+    glSamplerParameteri(name, GL_TEXTURE_WRAP_S, edge);
+    glSamplerParameteri(name, GL_TEXTURE_WRAP_T, edge);
+    glSamplerParameteri(name, GL_TEXTURE_WRAP_R, edge);
+    GLint smaller = GL_LINEAR_MIPMAP_LINEAR;
+    if (filter != Filter::mipmapped) {
+        smaller = filter == Filter::nearest ? GL_NEAREST : GL_LINEAR;
+    }
+    glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER, smaller);
+    glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, filter == Filter::nearest ? GL_NEAREST : GL_LINEAR);
+    if (anisotropy > 1.0F && (epoxy_has_gl_extension("GL_EXT_texture_filter_anisotropic") ||
+                              epoxy_has_gl_extension("GL_ARB_texture_filter_anisotropic"))) {
+        float limit = 1.0F;
+        glGetFloatv(GL_MAX_TEXTURE_MAX_ANISOTROPY_EXT, &limit);
+        glSamplerParameterf(name, GL_TEXTURE_MAX_ANISOTROPY_EXT, std::min(anisotropy, limit));
+    }
+    return sampler;
+}
+
+void bind_texture(unsigned unit, unsigned target, unsigned texture, unsigned sampler) {
+    glActiveTexture(GL_TEXTURE0 + unit);
+    glBindTexture(target, texture);
+    glBindSampler(unit, sampler);
+}
+
+} // namespace paradize::gl

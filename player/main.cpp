@@ -1,0 +1,28 @@
+// Arguments in, exit code out; the only catch.
+
+#include "error.hpp"
+#include "options.hpp"
+#include "passes/pass.hpp"
+#include "show.hpp"
+
+#include <cstdio>
+#include <exception>
+
+int main(int argc, char **argv) {
+    try {
+        const paradize::Options options =
+            paradize::parse_options({argv + 1, argv + (argc > 0 ? argc : 1)}, paradize::pass_names());
+        if (options.help) {
+            std::fputs(paradize::usage(paradize::pass_names()).c_str(), stdout);
+            return 0;
+        }
+        return paradize::run(options);
+    } catch (const paradize::UsageError &error) {
+        std::fprintf(stderr, "paradize-player: %s\n`paradize-player --help` lists the options\n",
+                     error.what());
+        return 2;
+    } catch (const std::exception &error) {
+        std::fprintf(stderr, "paradize-player: %s\n", error.what());
+        return 1;
+    }
+}

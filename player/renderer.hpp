@@ -1,0 +1,67 @@
+#pragma once
+// One frame after the other: simulation, streaming, views, passes, resolve.
+
+#include "flight.hpp"
+#include "frame.hpp"
+#include "passes/pass.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace paradize {
+
+struct RendererSettings {
+    int width_px = 0;
+    int height_px = 0;
+    int samples = 4;
+    std::vector<std::string> disabled; // names of passes
+};
+
+/// The place of a value that is no finite number.
+struct BadPixel {
+    int x = 0, y = 0; // from the top left
+    float value[4] = {};
+};
+
+class Renderer {
+  public:
+    /// Builds the passes. Throws Error.
+    Renderer(const Scene &scene, const gl::ShaderLibrary &shaders, const RendererSettings &settings);
+    ~Renderer();
+    Renderer(const Renderer &) = delete;
+    Renderer &operator=(const Renderer &) = delete;
+
+    void resize(int width_px, int height_px);
+    /// Draws the moment `elapsed_s` of the show, seen from `pose`. Steps the simulation up to it first.
+    void draw(double elapsed_s, const Pose &pose);
+
+    /// Framebuffer with the finished 8-bit picture.
+    unsigned output() const;
+    int width_px() const { return width_px_; }
+    int height_px() const { return height_px_; }
+    /// The finished picture: RGB, rows from the top. `pixels` is resized.
+    void read_picture(std::vector<std::uint8_t> &pixels) const;
+    /// First pixel of the linear picture with a NaN or an infinity.
+    std::optional<BadPixel> find_bad_pixel() const;
+
+  private:
+    void step_to(double elapsed_s);
+    void set_views(const Pose &pose);
+
+    const Scene &scene_;
+    int samples_;
+    int width_px_ = 0, height_px_ = 0;
+    std::vector<std::unique_ptr<Pass>> passes_;
+    bool has_post_ = false;
+    Frame frame_;
+    gl::Renderbuffer color_, depth_;
+    gl::Texture picture_, final_;
+    gl::Framebuffer drawn_, resolved_, output_;
+    std::uint64_t steps_ = 0;
+    double last_s_ = 0.0;
+};
+
+} // namespace paradize

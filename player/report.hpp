@@ -1,0 +1,28 @@
+#pragma once
+// What --json prints.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace paradize {
+
+struct Report {
+    int width_px = 0, height_px = 0;
+    std::vector<double> frame_ms; // drawing of each frame until the device has finished it
+    std::uint64_t resident_bytes = 0;
+    std::uint64_t total_bytes = 0;
+    std::string renderer, version;
+    std::vector<std::string> screenshots;
+};
+
+/// Middle value; 0 when there is none.
+double median(std::vector<double> values);
+
+/// Largest memory of this process so far, bytes.
+std::uint64_t peak_rss_bytes();
+
+/// One JSON object, one line.
+std::string to_json(const Report &report);
+
+} // namespace paradize

@@ -1,0 +1,88 @@
+#include "scene.hpp"
+
+#include "error.hpp"
+
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+
+namespace paradize {
+
+int choose_lod(std::span<const float> errors_m, float distance_m, float pixels_at_1m, float error_px) {
+    const float pixels_per_m = pixels_at_1m / std::max(distance_m, 1e-3F);
+    for (std::size_t lod = errors_m.size(); lod-- > 1;) {
+        if (errors_m[lod] * pixels_per_m <= error_px) {
+            return static_cast<int>(lod);
+        }
+    }
+    return 0;
+}
+
+Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(file), streamer_(streamer) {
+    objects_.reserve(file_.objects.size());
+    for (const assets::Object &entry : file_.objects) {
+        Object &object = objects_.emplace_back();
+        object.file = &entry;
+        object.mesh = mesh(entry.mesh);
+        object.color = texture(entry.color);
+        object.normal = texture(entry.normal);
+        object.height = texture(entry.height);
+        object.gloss = texture(entry.gloss);
+        if (object.mesh->levels().size() != entry.lods.size()) {
+            throw Error("scene.json: object " + entry.name + " has " + std::to_string(entry.lods.size()) +
+                        " lods, its mesh " + entry.mesh + " has " +
+                        std::to_string(object.mesh->levels().size()) + "; bake the scene again");
+        }
+        for (const std::string &name : object.mesh->materials()) {
+            const auto found =
+                std::find_if(entry.materials.begin(), entry.materials.end(),
+                             [&](const assets::Material &material) { return material.name == name; });
+            object.materials.push_back(found != entry.materials.end() ? *found : assets::Material());
+        }
+        for (const assets::Placement &placement : entry.instances) {
+            Instance &instance = object.instances.emplace_back();
+            instance.model = glm::translate(glm::mat4(1.0F), placement.position);
+            instance.model = glm::rotate(instance.model, placement.yaw_rad, glm::vec3(0.0F, 1.0F, 0.0F));
+            instance.model = glm::scale(instance.model, glm::vec3(placement.scale));
+            instance.center = glm::vec3(instance.model * glm::vec4(entry.center, 1.0F));
+            instance.radius_m = entry.radius_m * placement.scale;
+            instance.scale = placement.scale;
+        }
+        instance_count_ += object.instances.size();
+    }
+}
+
+const StreamedTexture *Scene::texture(std::string_view artifact) const {
+    return streamer_.texture(artifact);
+}
+
+const StreamedMesh *Scene::mesh(std::string_view artifact) const {
+    return streamer_.mesh(artifact);
+}
+
+void Scene::collect(const View &view, const glm::vec3 &eye, float pixels_at_1m,
+                    std::vector<DrawItem> &items) const {
+    constexpr std::size_t most_levels = 64;
+    for (const Object &object : objects_) {
+        std::array<float, most_levels> errors{};
+        const std::size_t levels = std::min(object.file->lods.size(), most_levels);
+        for (const Instance &instance : object.instances) {
+            if (items.size() == items.capacity() || !view.sees(instance.center, instance.radius_m)) {
+                continue;
+            }
+            for (std::size_t i = 0; i < levels; ++i) {
+                errors[i] = object.file->lods[i].error_m * instance.scale;
+            }
+            const float distance = glm::distance(eye, instance.center) - instance.radius_m;
+            const int wanted =
+                choose_lod({errors.data(), levels}, distance, pixels_at_1m, file_.lod_error_px);
+            if (const int lod = object.mesh->best_level(wanted); lod >= 0) {
+                items.push_back({&object, &instance, lod});
+            }
+        }
+    }
+}
+
+} // namespace paradize

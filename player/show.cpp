@@ -1,0 +1,249 @@
+#include "show.hpp"
+
+#include "assets/mapped_file.hpp"
+#include "assets/scene_file.hpp"
+#include "audio.hpp"
+#include "error.hpp"
+#include "free_camera.hpp"
+#include "gl/debug.hpp"
+#include "gl/framebuffer.hpp"
+#include "gl/headless.hpp"
+#include "gl/shader_library.hpp"
+#include "png.hpp"
+#include "renderer.hpp"
+#include "report.hpp"
+#include "scene.hpp"
+#include "streamer.hpp"
+#include "window.hpp"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <limits>
+#include <memory>
+
+namespace paradize {
+
+namespace {
+
+constexpr std::size_t upload_bytes_per_frame = std::size_t{4} << 20U;
+constexpr double frame_s = 1.0 / 30.0; // between the frames of --frames
+constexpr double longest_s = 0.25;     // a longer pause (a sleeping machine) does not move the show further
+constexpr float volume_step = 0.1F;
+
+assets::SceneFile load_scene(const std::filesystem::path &folder) {
+    const std::filesystem::path path = folder / "scene.json";
+    if (!std::filesystem::exists(path)) {
+        throw Error(path.string() +
+                    ": there is no such file; `paradize bake SCENE.toml` writes a scene folder");
+    }
+    const assets::MappedFile file(path);
+    const auto bytes = file.bytes();
+    return assets::parse_scene({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, path);
+}
+
+double now_ms() {
+    using namespace std::chrono;
+    return duration<double, std::milli>(steady_clock::now().time_since_epoch()).count();
+}
+
+/// Everything of one run that lives as long as the GL context.
+class Show {
+  public:
+    Show(const Options &options, const assets::SceneFile &file, const RendererSettings &settings)
+        : options_(options), file_(file), streamer_(file, options.folder), scene_(file, streamer_),
+          shaders_(gl::ShaderLibrary::find()), renderer_(scene_, shaders_, settings) {
+        if (options.wait_resident || !options.screenshot.empty()) {
+            streamer_.upload(std::numeric_limits<std::size_t>::max());
+        }
+    }
+
+    Renderer &renderer() { return renderer_; }
+    std::vector<double> &frame_ms() { return frame_ms_; }
+
+    void frame(double elapsed_s, const Pose &pose, gl::DebugLog &log) {
+        streamer_.upload(upload_bytes_per_frame);
+        renderer_.draw(elapsed_s, pose);
+        if (options_.debug) {
+            log.demand_clean();
+        }
+        if (options_.check_finite) {
+            if (const auto bad = renderer_.find_bad_pixel()) {
+                char text[160];
+                std::snprintf(text, sizeof text,
+                              "second %.4f, pixel (%d, %d): the picture is (%g, %g, %g, %g)", elapsed_s,
+                              bad->x, bad->y, static_cast<double>(bad->value[0]),
+                              static_cast<double>(bad->value[1]), static_cast<double>(bad->value[2]),
+                              static_cast<double>(bad->value[3]));
+                throw Error(text);
+            }
+        }
+    }
+
+    void save(const std::filesystem::path &path) {
+        renderer_.read_picture(pixels_);
+        write_png(path, pixels_, renderer_.width_px(), renderer_.height_px());
+        screenshots_.push_back(path.string());
+    }
+
+    Report report() const {
+        Report out;
+        out.width_px = renderer_.width_px();
+        out.height_px = renderer_.height_px();
+        out.frame_ms = frame_ms_;
+        out.resident_bytes = streamer_.resident_bytes();
+        out.total_bytes = streamer_.total_bytes();
+        out.renderer = gl::renderer_name();
+        out.version = gl::version_name();
+        out.screenshots = screenshots_;
+        return out;
+    }
+
+  private:
+    const Options &options_;
+    const assets::SceneFile &file_;
+    Streamer streamer_;
+    Scene scene_;
+    gl::ShaderLibrary shaders_;
+    Renderer renderer_;
+    std::vector<double> frame_ms_;
+    std::vector<std::uint8_t> pixels_;
+    std::vector<std::string> screenshots_;
+};
+
+/// poster.png -> poster_0007.png
+std::filesystem::path numbered(const std::filesystem::path &path, int number) {
+    char digits[16];
+    std::snprintf(digits, sizeof digits, "_%04d", number);
+    std::filesystem::path out = path;
+    out.replace_filename(path.stem().string() + digits + path.extension().string());
+    return out;
+}
+
+/// A fixed number of frames, 1/30 s apart.
+void play_frames(Show &show, const Options &options, const assets::SceneFile &file, gl::DebugLog &log,
+                 Window *window) {
+    const int frames = options.frames.value_or(1);
+    show.frame_ms().reserve(static_cast<std::size_t>(frames));
+    for (int i = 0; i < frames; ++i) {
+        const double elapsed_s = options.time_s + i * frame_s;
+        const double start = now_ms();
+        show.frame(elapsed_s, flight_pose(file.flight, elapsed_s), log);
+        glFinish();
+        show.frame_ms().push_back(now_ms() - start);
+        if (!options.screenshot.empty()) {
+            show.save(options.frames ? numbered(options.screenshot, i) : options.screenshot);
+        }
+        if (window != nullptr) {
+            int width = 0;
+            int height = 0;
+            window->size(width, height);
+            gl::blit_color(show.renderer().output(), show.renderer().width_px(), show.renderer().height_px(),
+                           0, width, height);
+            window->swap();
+            const Input input = window->poll();
+            if (input.close || input.any_key) {
+                return;
+            }
+        }
+    }
+}
+
+/// Until a key, Escape or the window's button ends it.
+void play_window(Show &show, const Options &options, const assets::SceneFile &file, gl::DebugLog &log,
+                 Window &window) {
+    Audio audio;
+    bool muted = true;
+    if (file.sound && !options.mute) {
+        muted = !audio.load(options.folder / file.find_artifact(file.sound->artifact)->file);
+        audio.set_volume(file.sound->volume);
+        audio.play();
+    }
+    show.frame_ms().reserve(1U << 20U);
+    FreeCamera camera(flight_pose(file.flight, options.time_s));
+    double elapsed_s = options.time_s;
+    double last_s = window.seconds();
+    bool paused = false;
+    while (true) {
+        const Input input = window.poll();
+        if (input.close || (options.interactive ? input.escape : input.any_key)) {
+            audio.stop();
+            return;
+        }
+        const double now_s = window.seconds();
+        const double delta_s = std::clamp(now_s - last_s, 0.0, longest_s);
+        last_s = now_s;
+        if (options.interactive) {
+            camera.move(input, delta_s);
+            if (input.pause) {
+                paused = !paused;
+            }
+            if (input.mute) {
+                muted = !muted;
+            }
+            if (input.pause || input.mute) {
+                paused || muted ? audio.pause() : audio.play();
+            }
+            if (input.volume_steps != 0) {
+                audio.set_volume(audio.volume() + volume_step * static_cast<float>(input.volume_steps));
+            }
+        }
+        elapsed_s += paused ? 0.0 : delta_s;
+        int width = 0;
+        int height = 0;
+        window.size(width, height);
+        if (!window.minimised()) {
+            show.renderer().resize(width, height);
+        }
+        const double start = now_ms();
+        show.frame(elapsed_s, options.interactive ? camera.pose() : flight_pose(file.flight, elapsed_s), log);
+        gl::blit_color(show.renderer().output(), show.renderer().width_px(), show.renderer().height_px(), 0,
+                       width, height);
+        window.swap();
+        if (show.frame_ms().size() < show.frame_ms().capacity()) {
+            show.frame_ms().push_back(now_ms() - start);
+        }
+    }
+}
+
+} // namespace
+
+int run(const Options &options) {
+    const assets::SceneFile file = load_scene(options.folder);
+    RendererSettings settings;
+    settings.width_px = options.width_px.value_or(file.width_px);
+    settings.height_px = options.height_px.value_or(file.height_px);
+    settings.disabled = options.disabled;
+    const bool counted = options.headless || options.frames || !options.screenshot.empty();
+
+    std::unique_ptr<gl::HeadlessContext> headless;
+    std::unique_ptr<Window> window;
+    if (options.headless) {
+        headless = std::make_unique<gl::HeadlessContext>(options.debug);
+    } else {
+        window = std::make_unique<Window>(Window::Settings{file.name, settings.width_px, settings.height_px,
+                                                           options.screenshot.empty(), options.interactive,
+                                                           options.debug});
+    }
+    gl::DebugLog log;
+    if (options.debug) {
+        log.install();
+    }
+    Show show(options, file, settings);
+    if (options.debug) {
+        log.demand_clean();
+    }
+    if (counted) {
+        play_frames(show, options, file, log, window.get());
+    } else {
+        play_window(show, options, file, log, *window);
+    }
+    if (options.json) {
+        std::printf("%s\n", to_json(show.report()).c_str());
+    }
+    return 0;
+}
+
+} // namespace paradize

@@ -1,0 +1,22 @@
+#pragma once
+// From what KTX2 says to what GL takes.
+
+#include "assets/ktx2.hpp"
+#include "assets/stream_plan.hpp"
+#include "gl/handle.hpp"
+
+#include <string>
+
+namespace paradize {
+
+/// Immutable (or, without ARB_texture_storage, all levels at once) storage; nothing can be sampled yet.
+/// Repeats and filters trilinearly; cube maps clamp. Throws Error when the driver does not sample the format.
+gl::Texture allocate_texture(const assets::Ktx2 &ktx, const std::string &file);
+
+/// One texel that stands in until data is there: mid grey, or zero for signed and two-channel maps.
+gl::Texture neutral_texture(const assets::Ktx2 &ktx);
+
+/// Uploads rows of one level and face. Leaves the texture bound to the active unit.
+void upload_rows(const gl::Texture &texture, const assets::Ktx2 &ktx, const assets::StreamPiece &piece);
+
+} // namespace paradize
