@@ -1,0 +1,246 @@
+// Python face of the map kernels. Shapes are checked in kernels/maps.py; here sizes are checked once more
+// against each other, so that no call can leave its arrays. Outputs are arrays that the caller made.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+
+#include <stdexcept>
+#include <string>
+
+#include "maps_codes.hpp"
+#include "maps_color.hpp"
+#include "maps_gutter.hpp"
+#include "maps_mips.hpp"
+#include "maps_normal.hpp"
+#include "mathx.hpp"
+
+namespace nb = nanobind;
+using namespace paradize;
+
+namespace {
+
+template <typename T>
+using In = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
+template <typename T>
+using Out = nb::ndarray<T, nb::c_contig, nb::device::cpu>;
+
+template <typename T>
+std::span<const T> in(const In<T> &array) {
+    return {array.data(), array.size()};
+}
+
+template <typename T>
+std::span<T> out(const Out<T> &array, std::size_t expected) {
+    if (array.size() != expected) {
+        throw std::invalid_argument("an output array has the wrong size");
+    }
+    return {array.data(), array.size()};
+}
+
+void need(bool condition, const char *what) {
+    if (!condition) {
+        throw std::invalid_argument(what);
+    }
+}
+
+void srgb_to_linear(const In<float> &pixels, std::size_t channels, int source_bits, const Out<float> &result,
+                    int threads) {
+    need(channels >= 1 && channels <= 4 && pixels.size() % channels == 0,
+         "channels do not divide the pixels");
+    const auto to = out(result, pixels.size());
+    nb::gil_scoped_release unlocked;
+    maps::srgb_to_linear(in(pixels), channels, source_bits, to, threads);
+}
+
+void linear_to_srgb8(const In<float> &pixels, std::size_t channels, const Out<std::uint8_t> &result,
+                     int threads) {
+    need(channels >= 1 && channels <= 4 && pixels.size() % channels == 0,
+         "channels do not divide the pixels");
+    const auto to = out(result, pixels.size());
+    nb::gil_scoped_release unlocked;
+    maps::linear_to_srgb8(in(pixels), channels, to, threads);
+}
+
+void luminance(const In<float> &pixels, std::size_t channels, const Out<float> &result, int threads) {
+    need(channels >= 1 && channels <= 4 && pixels.size() % channels == 0,
+         "channels do not divide the pixels");
+    const auto to = out(result, pixels.size() / channels);
+    nb::gil_scoped_release unlocked;
+    maps::luminance(in(pixels), channels, to, threads);
+}
+
+void apply_levels(const In<float> &values, double black, double white, double gamma, double contrast,
+                  double brightness, bool invert, const Out<float> &result, int threads) {
+    need(black != white && gamma > 0.0, "black equals white, or gamma is not positive");
+    const auto to = out(result, values.size());
+    nb::gil_scoped_release unlocked;
+    maps::apply_levels(in(values), {black, white, gamma, contrast, brightness, invert}, to, threads);
+}
+
+void normals_from_heights(const In<float> &heights, const In<std::int32_t> &islands, double scale_x,
+                          double scale_y, int filter, bool wrap_x, bool wrap_y, bool green_down,
+                          const Out<float> &result, int threads) {
+    need(heights.ndim() == 2, "heights are not two-dimensional");
+    need(islands.size() == 0 || islands.size() == heights.size(), "islands and heights differ in size");
+    need(filter >= 0 && filter <= 2, "no such filter");
+    const auto to = out(result, heights.size() * 3);
+    const maps::NormalSettings settings{scale_x, scale_y, static_cast<maps::Filter>(filter),
+                                        wrap_x,  wrap_y,  green_down};
+    nb::gil_scoped_release unlocked;
+    maps::normals_from_heights(in(heights), heights.shape(0), heights.shape(1), in(islands), settings, to,
+                               threads);
+}
+
+void halve(const In<float> &image, bool with_alpha, const Out<float> &result, int threads) {
+    need(image.ndim() == 3, "the image is not (rows, columns, channels)");
+    const std::size_t rows = image.shape(0);
+    const std::size_t columns = image.shape(1);
+    const std::size_t channels = image.shape(2);
+    need(!with_alpha || channels == 2 || channels == 4, "no alpha channel");
+    const auto to = out(result, maps::half_size(rows) * maps::half_size(columns) * channels);
+    nb::gil_scoped_release unlocked;
+    if (with_alpha) {
+        maps::halve_with_alpha(in(image), rows, columns, channels, to, threads);
+    } else {
+        maps::halve(in(image), rows, columns, channels, to, threads);
+    }
+}
+
+void normalise(const In<float> &vectors, const Out<float> &result, int threads) {
+    need(vectors.size() % 3 == 0, "vectors have three parts");
+    const auto to = out(result, vectors.size());
+    nb::gil_scoped_release unlocked;
+    maps::normalise(in(vectors), to, threads);
+}
+
+double coverage_factor(const In<float> &alpha, double fraction, double cutoff) {
+    nb::gil_scoped_release unlocked;
+    return maps::coverage_factor(in(alpha), fraction, cutoff);
+}
+
+void smoothness_to_variance(const In<float> &smoothness, const Out<float> &result, int threads) {
+    const auto to = out(result, smoothness.size());
+    nb::gil_scoped_release unlocked;
+    maps::smoothness_to_variance(in(smoothness), to, threads);
+}
+
+void widened_smoothness(const In<float> &variance, const In<float> &averages, const Out<float> &result,
+                        int threads) {
+    need(averages.size() == variance.size() * 3, "averages and variances differ in size");
+    const auto to = out(result, variance.size());
+    nb::gil_scoped_release unlocked;
+    maps::widened_smoothness(in(variance), in(averages), to, threads);
+}
+
+void check_indices(const In<std::uint32_t> &triangles, std::size_t points) {
+    need(triangles.size() % 3 == 0, "triangles have three corners");
+    for (const std::uint32_t index : in(triangles)) {
+        need(index < points, "a triangle's index is out of range");
+    }
+}
+
+void uv_islands(const In<float> &uvs, const In<std::uint32_t> &triangles, const Out<std::int32_t> &result) {
+    check_indices(triangles, uvs.size() / 2);
+    const auto to = out(result, triangles.size() / 3);
+    nb::gil_scoped_release unlocked;
+    const auto ids = maps::uv_islands(in(uvs), in(triangles));
+    std::copy(ids.begin(), ids.end(), to.begin());
+}
+
+void rasterise(const In<float> &uvs, const In<std::uint32_t> &triangles, const In<std::int32_t> &ids,
+               double work_limit, const Out<std::int32_t> &result) {
+    check_indices(triangles, uvs.size() / 2);
+    need(ids.size() == triangles.size() / 3, "ids and triangles differ in number");
+    need(result.ndim() == 2 && result.size() > 0, "the map is not two-dimensional");
+    const auto to = out(result, result.size());
+    nb::gil_scoped_release unlocked;
+    maps::rasterise(in(uvs), in(triangles), in(ids), result.shape(0), result.shape(1), work_limit, to);
+}
+
+void nearest_covered(const In<std::uint8_t> &covered, bool wrap_x, bool wrap_y,
+                     const Out<std::int32_t> &result, int threads) {
+    need(covered.ndim() == 2, "the mask is not two-dimensional");
+    need(covered.size() < (std::size_t{1} << 31), "the mask is too large");
+    const auto to = out(result, covered.size());
+    nb::gil_scoped_release unlocked;
+    maps::nearest_covered(in(covered), covered.shape(0), covered.shape(1), wrap_x, wrap_y, to, threads);
+}
+
+void snorm8(const In<float> &values, const Out<std::int8_t> &result, int threads) {
+    const auto to = out(result, values.size());
+    nb::gil_scoped_release unlocked;
+    maps::snorm8(in(values), to, threads);
+}
+
+void centred_xy(const In<float> &normals, const Out<float> &result) {
+    need(normals.size() % 3 == 0, "normals have three parts");
+    const auto to = out(result, normals.size() / 3 * 2);
+    nb::gil_scoped_release unlocked;
+    maps::centred_xy(in(normals), to);
+}
+
+void balanced_snorm8(const In<float> &values, const Out<std::int8_t> &result) {
+    need(values.size() % 2 == 0, "du/dv has two parts");
+    const auto to = out(result, values.size());
+    nb::gil_scoped_release unlocked;
+    maps::balanced_snorm8(in(values), to);
+}
+
+// One elementary function over an array; `second` is the other argument of pow and atan2.
+void elementary(const std::string &name, const In<double> &first, const In<double> &second,
+                const Out<double> &result) {
+    const auto a = in(first);
+    const auto b = in(second);
+    const auto to = out(result, a.size());
+    const bool two = name == "pow" || name == "atan2";
+    need(!two || b.size() == a.size(), "the two arguments differ in size");
+    const auto each = [&](auto &&function) {
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            to[i] = function(a[i], two ? b[i] : 0.0);
+        }
+    };
+    if (name == "exp") {
+        each([](double x, double) { return mathx::exp(x); });
+    } else if (name == "log") {
+        each([](double x, double) { return mathx::log(x); });
+    } else if (name == "pow") {
+        each([](double x, double y) { return mathx::pow(x, y); });
+    } else if (name == "sin") {
+        each([](double x, double) { return mathx::sin(x); });
+    } else if (name == "cos") {
+        each([](double x, double) { return mathx::cos(x); });
+    } else if (name == "acos") {
+        each([](double x, double) { return mathx::acos(x); });
+    } else if (name == "atan2") {
+        each([](double y, double x) { return mathx::atan2(y, x); });
+    } else if (name == "srgb_to_linear") {
+        each([](double x, double) { return mathx::srgb_to_linear(x); });
+    } else if (name == "linear_to_srgb") {
+        each([](double x, double) { return mathx::linear_to_srgb(x); });
+    } else {
+        throw std::invalid_argument("no such function: " + name);
+    }
+}
+
+} // namespace
+
+NB_MODULE(_maps, m) {
+    m.doc() = "Map kernels: colour, normals, mips, gutters, codes.";
+    m.def("srgb_to_linear", &srgb_to_linear);
+    m.def("linear_to_srgb8", &linear_to_srgb8);
+    m.def("luminance", &luminance);
+    m.def("apply_levels", &apply_levels);
+    m.def("normals_from_heights", &normals_from_heights);
+    m.def("halve", &halve);
+    m.def("normalise", &normalise);
+    m.def("coverage_factor", &coverage_factor);
+    m.def("smoothness_to_variance", &smoothness_to_variance);
+    m.def("widened_smoothness", &widened_smoothness);
+    m.def("uv_islands", &uv_islands);
+    m.def("rasterise", &rasterise);
+    m.def("nearest_covered", &nearest_covered);
+    m.def("snorm8", &snorm8);
+    m.def("centred_xy", &centred_xy);
+    m.def("balanced_snorm8", &balanced_snorm8);
+    m.def("elementary", &elementary);
+}

@@ -1,0 +1,223 @@
+"""Checked numpy face of the map kernels. Every function returns a new array and leaves its inputs alone.
+
+Images are (h, w, c) float32 or (h, w) float32 planes, row 0 at the top. Wrong shapes and types raise
+ValueError: they are faults of the program, not of a source file. Results do not depend on `threads`.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.kernels import _maps
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+F32 = npt.NDArray[np.float32]
+I32 = npt.NDArray[np.int32]
+
+FILTERS = ("central", "scharr", "fourth")
+THREADS = min(2, os.cpu_count() or 1)
+
+
+def _f32(array: npt.NDArray[Any], *, shape: Sequence[int | None], name: str) -> F32:
+    """`array` as contiguous float32; its shape must match, None stands for any size of at least 1."""
+    if array.dtype != np.float32:
+        raise ValueError(f"{name} is {array.dtype}, not float32")
+    if array.ndim != len(shape) or array.size == 0:
+        raise ValueError(f"{name} has shape {array.shape}")
+    if any(want is not None and want != have for want, have in zip(shape, array.shape, strict=True)):
+        raise ValueError(f"{name} has shape {array.shape}, not {tuple(shape)}")
+    return np.ascontiguousarray(array)
+
+
+def srgb_to_linear(pixels: F32, *, source_bits: int, threads: int = THREADS) -> F32:
+    """Encoded sRGB (h, w, c) -> linear light; alpha, the last of 2 or 4 channels, is copied.
+
+    source_bits 8 or 16 says that every value is an integer over 255 or 65535 (a table serves then); 32: any.
+    """
+    pixels = _f32(pixels, shape=(None, None, None), name="pixels")
+    out = np.empty_like(pixels)
+    _maps.srgb_to_linear(pixels, pixels.shape[2], source_bits, out, threads)
+    return out
+
+
+def linear_to_srgb8(pixels: F32, *, threads: int = THREADS) -> npt.NDArray[np.uint8]:
+    """Linear light (h, w, c) -> nearest 8-bit sRGB codes; alpha is rounded as it is; clamped to 0..1."""
+    pixels = _f32(pixels, shape=(None, None, None), name="pixels")
+    out = np.empty(pixels.shape, np.uint8)
+    _maps.linear_to_srgb8(pixels, pixels.shape[2], out, threads)
+    return out
+
+
+def luminance(pixels: F32, *, threads: int = THREADS) -> F32:
+    """Rec. 709 luminance (h, w) of linear (h, w, c); grey is copied, alpha ignored."""
+    pixels = _f32(pixels, shape=(None, None, None), name="pixels")
+    out = np.empty(pixels.shape[:2], np.float32)
+    _maps.luminance(pixels, pixels.shape[2], out, threads)
+    return out
+
+
+def apply_levels(
+    values: F32,
+    *,
+    black: float = 0.0,
+    white: float = 1.0,
+    gamma: float = 1.0,
+    contrast: float = 1.0,
+    brightness: float = 0.0,
+    invert: bool = False,
+    threads: int = THREADS,
+) -> F32:
+    """Levels of a plane (h, w): black..white -> 0..1, t^(1/gamma), contrast about 1/2, brightness, invert."""
+    values = _f32(values, shape=(None, None), name="values")
+    out = np.empty_like(values)
+    _maps.apply_levels(values, black, white, gamma, contrast, brightness, invert, out, threads)
+    return out
+
+
+def normals_from_heights(
+    heights: F32,
+    *,
+    scale: tuple[float, float],
+    filter_name: str,
+    wrap: tuple[bool, bool],
+    green_down: bool = False,
+    islands: I32 | None = None,
+    threads: int = THREADS,
+) -> F32:
+    """Unit normals (h, w, 3), green up, of heights (h, w).
+
+    scale: slope of one unit of height from texel to texel along (x, y). filter_name: one of FILTERS. wrap:
+    whether (x, y) repeat. islands: (h, w) int32, one id per UV island, -1 outside: no slope crosses their borders.
+    """
+    heights = _f32(heights, shape=(None, None), name="heights")
+    if islands is None:
+        islands = np.empty((0,), np.int32)
+    elif islands.shape != heights.shape or islands.dtype != np.int32:
+        raise ValueError(f"islands have shape {islands.shape} of {islands.dtype}; heights {heights.shape}")
+    out = np.empty((*heights.shape, 3), np.float32)
+    _maps.normals_from_heights(
+        heights,
+        np.ascontiguousarray(islands),
+        scale[0],
+        scale[1],
+        FILTERS.index(filter_name),
+        wrap[0],
+        wrap[1],
+        green_down,
+        out,
+        threads,
+    )
+    return out
+
+
+def half_size(size: int) -> int:
+    """The size of the next mip level."""
+    return max(1, size // 2)
+
+
+def halve(image: F32, *, with_alpha: bool = False, threads: int = THREADS) -> F32:
+    """Area means (half_size(h), half_size(w), c) of (h, w, c); with_alpha: colour weighted by the last channel."""
+    image = _f32(image, shape=(None, None, None), name="image")
+    out = np.empty((half_size(image.shape[0]), half_size(image.shape[1]), image.shape[2]), np.float32)
+    _maps.halve(image, with_alpha, out, threads)
+    return out
+
+
+def normalise(vectors: F32, *, threads: int = THREADS) -> F32:
+    """(h, w, 3) vectors with length 1; a zero vector becomes (0, 0, 1)."""
+    vectors = _f32(vectors, shape=(None, None, 3), name="vectors")
+    out = np.empty_like(vectors)
+    _maps.normalise(vectors, out, threads)
+    return out
+
+
+def coverage_factor(alpha: F32, *, fraction: float, cutoff: float) -> float:
+    """The factor, within 1/16..16, that keeps `fraction` of alpha (h, w) at or above `cutoff`."""
+    alpha = _f32(alpha, shape=(None, None), name="alpha")
+    return float(_maps.coverage_factor(alpha, fraction, cutoff))
+
+
+def smoothness_to_variance(smoothness: F32, *, threads: int = THREADS) -> F32:
+    """(h, w) smoothness s -> squared roughness (1 - s)^4, which averages linearly."""
+    smoothness = _f32(smoothness, shape=(None, None), name="smoothness")
+    out = np.empty_like(smoothness)
+    _maps.smoothness_to_variance(smoothness, out, threads)
+    return out
+
+
+def widened_smoothness(variance: F32, averages: F32, *, threads: int = THREADS) -> F32:
+    """(h, w) smoothness from squared roughness (h, w) and means (h, w, 3) of unit normals."""
+    variance = _f32(variance, shape=(None, None), name="variance")
+    averages = _f32(averages, shape=(*variance.shape, 3), name="averages")
+    out = np.empty_like(variance)
+    _maps.widened_smoothness(variance, averages, out, threads)
+    return out
+
+
+def uv_islands(uvs: F32, triangles: npt.NDArray[np.uint32]) -> I32:
+    """The island (m,) of each triangle (m, 3): triangles that share a UV point (n, 2) share an island."""
+    uvs = _f32(uvs, shape=(None, 2), name="uvs")
+    out = np.empty(len(triangles), np.int32)
+    _maps.uv_islands(uvs, np.ascontiguousarray(triangles, np.uint32), out)
+    return out
+
+
+def rasterise(
+    uvs: F32, triangles: npt.NDArray[np.uint32], ids: I32, *, height: int, width: int, work_limit: float = 2e9
+) -> I32:
+    """ids (m,) of triangles (m, 3) drawn by their top-left UVs (n, 2) into (height, width) int32; -1: none.
+
+    Conservative: every texel that a triangle touches has an id. Raises ValueError when the UVs tile so often
+    that more than work_limit texels would be visited.
+    """
+    uvs = _f32(uvs, shape=(None, 2), name="uvs")
+    out = np.empty((height, width), np.int32)
+    _maps.rasterise(
+        uvs,
+        np.ascontiguousarray(triangles, np.uint32),
+        np.ascontiguousarray(ids, np.int32),
+        work_limit,
+        out,
+    )
+    return out
+
+
+def nearest_covered(
+    covered: npt.NDArray[np.bool_], *, wrap: tuple[bool, bool], threads: int = THREADS
+) -> I32:
+    """For each texel of (h, w) the flat index of the nearest covered one; -1 everywhere when none is."""
+    if covered.ndim != 2 or covered.size == 0:
+        raise ValueError(f"covered has shape {covered.shape}")
+    out = np.empty(covered.shape, np.int32)
+    _maps.nearest_covered(np.ascontiguousarray(covered, np.uint8), wrap[0], wrap[1], out, threads)
+    return out
+
+
+def snorm8(values: F32, *, threads: int = THREADS) -> npt.NDArray[np.int8]:
+    """Nearest codes -127..127 of values within [-1, 1], any shape."""
+    values = np.ascontiguousarray(values, np.float32)
+    out = np.empty(values.shape, np.int8)
+    _maps.snorm8(values, out, threads)
+    return out
+
+
+def centred_xy(normals: F32) -> F32:
+    """x and y (h, w, 2) of normals (h, w, 3), less their mean over the map."""
+    normals = _f32(normals, shape=(None, None, 3), name="normals")
+    out = np.empty((*normals.shape[:2], 2), np.float32)
+    _maps.centred_xy(normals, out)
+    return out
+
+
+def balanced_snorm8(values: F32) -> npt.NDArray[np.int8]:
+    """Codes (h, w, 2) of values (h, w, 2), within one of the nearest, whose sum is exactly zero per channel."""
+    values = _f32(values, shape=(None, None, 2), name="values")
+    out = np.empty(values.shape, np.int8)
+    _maps.balanced_snorm8(values, out)
+    return out

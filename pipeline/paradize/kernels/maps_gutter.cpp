@@ -1,0 +1,258 @@
+#include "maps_gutter.hpp"
+
+#include "maps_parallel.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+namespace paradize::maps {
+namespace {
+
+constexpr std::int64_t far_away = std::int64_t{1} << 30;
+
+std::uint32_t root(std::vector<std::uint32_t> &parent, std::uint32_t i) {
+    while (parent[i] != i) {
+        parent[i] = parent[parent[i]];
+        i = parent[i];
+    }
+    return i;
+}
+
+// A triangle in texels, counter-clockwise in a plane whose y grows upwards.
+struct Triangle {
+    std::array<double, 3> x;
+    std::array<double, 3> y;
+
+    double area() const { return (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]); }
+
+    // Whether the texel square at (i, j) has a part inside; `slack` 0.5 tests the square, 0 its centre.
+    bool covers(double i, double j, double slack) const {
+        for (std::size_t a = 0; a < 3; ++a) {
+            const std::size_t b = (a + 1) % 3;
+            const double nx = y[a] - y[b]; // inward normal of the edge a -> b
+            const double ny = x[b] - x[a];
+            const double at = nx * (i + 0.5 - x[a]) + ny * (j + 0.5 - y[a]);
+            const double reach = slack * (std::abs(nx) + std::abs(ny));
+            if (slack > 0.0 ? at + reach <= 0.0 : at < 0.0) {
+                return false;
+            }
+        }
+        return true;
+    }
+};
+
+std::size_t wrapped(double i, std::size_t size) {
+    const auto n = static_cast<double>(size);
+    const double m = i - n * std::floor(i / n);
+    return std::min(static_cast<std::size_t>(m), size - 1);
+}
+
+// Along one line: the lower envelope of the parabolas g(k)^2 + (i - k)^2.
+class Envelope {
+  public:
+    explicit Envelope(std::size_t size) : apex_(size), from_(size) {}
+
+    // distance[k]: to the nearest covered texel within column k, far_away where there is none.
+    // nearest(i) -> the column whose covered texel is nearest to column i; -1 where there is none.
+    void build(std::span<const std::int64_t> distance) {
+        count_ = 0;
+        const auto size = static_cast<std::int64_t>(distance.size());
+        for (std::int64_t u = 0; u < size; ++u) {
+            const std::int64_t g = distance[static_cast<std::size_t>(u)];
+            if (g >= far_away) {
+                continue;
+            }
+            while (count_ > 0) {
+                const std::int64_t s = apex_[count_ - 1];
+                const std::int64_t at = from_[count_ - 1];
+                if (value(distance, s, at) <= value(distance, u, at)) {
+                    break;
+                }
+                --count_;
+            }
+            if (count_ == 0) {
+                apex_[0] = u;
+                from_[0] = 0;
+                count_ = 1;
+                continue;
+            }
+            const std::int64_t s = apex_[count_ - 1];
+            const std::int64_t gs = distance[static_cast<std::size_t>(s)];
+            const std::int64_t numerator = u * u - s * s + g * g - gs * gs;
+            const std::int64_t denominator = 2 * (u - s);
+            std::int64_t cut = numerator / denominator;
+            if (numerator % denominator < 0) {
+                --cut; // floor
+            }
+            if (cut + 1 < size) {
+                apex_[count_] = u;
+                from_[count_] = cut + 1;
+                ++count_;
+            }
+        }
+    }
+
+    std::int64_t nearest(std::int64_t i) const {
+        if (count_ == 0) {
+            return -1;
+        }
+        const auto end = from_.begin() + static_cast<std::ptrdiff_t>(count_);
+        const auto it = std::upper_bound(from_.begin(), end, i);
+        return apex_[static_cast<std::size_t>(it - from_.begin()) - 1];
+    }
+
+  private:
+    static std::int64_t value(std::span<const std::int64_t> distance, std::int64_t apex, std::int64_t at) {
+        const std::int64_t g = distance[static_cast<std::size_t>(apex)];
+        return g * g + (at - apex) * (at - apex);
+    }
+
+    std::vector<std::int64_t> apex_;
+    std::vector<std::int64_t> from_;
+    std::size_t count_ = 0;
+};
+
+} // namespace
+
+std::vector<std::int32_t> uv_islands(std::span<const float> uvs, std::span<const std::uint32_t> triangles) {
+    const std::size_t points = uvs.size() / 2;
+    std::vector<std::uint32_t> order(points);
+    std::iota(order.begin(), order.end(), 0U);
+    const auto less = [&](std::uint32_t a, std::uint32_t b) {
+        return std::pair(uvs[2 * a], uvs[2 * a + 1]) < std::pair(uvs[2 * b], uvs[2 * b + 1]);
+    };
+    std::sort(order.begin(), order.end(), less);
+    std::vector<std::uint32_t> parent(points);
+    std::iota(parent.begin(), parent.end(), 0U);
+    for (std::size_t i = 1; i < points; ++i) {
+        if (!less(order[i - 1], order[i])) {
+            parent[root(parent, order[i])] = root(parent, order[i - 1]);
+        }
+    }
+    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+        for (std::size_t k = 1; k < 3; ++k) {
+            parent[root(parent, triangles[t + k])] = root(parent, triangles[t]);
+        }
+    }
+    std::vector<std::int32_t> name(points, -1);
+    std::vector<std::int32_t> out(triangles.size() / 3);
+    std::int32_t next = 0;
+    for (std::size_t t = 0; t < out.size(); ++t) {
+        std::int32_t &id = name[root(parent, triangles[3 * t])];
+        if (id < 0) {
+            id = next++;
+        }
+        out[t] = id;
+    }
+    return out;
+}
+
+void rasterise(std::span<const float> uvs, std::span<const std::uint32_t> triangles,
+               std::span<const std::int32_t> ids, std::size_t rows, std::size_t columns, double work_limit,
+               std::span<std::int32_t> out) {
+    std::fill(out.begin(), out.end(), -1);
+    double work = 0.0;
+    for (const double slack : {0.0, 0.5}) {
+        for (std::size_t t = 0; t < ids.size(); ++t) {
+            Triangle triangle{};
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::size_t v = triangles[3 * t + k];
+                triangle.x[k] = static_cast<double>(uvs[2 * v]) * static_cast<double>(columns);
+                triangle.y[k] = static_cast<double>(uvs[2 * v + 1]) * static_cast<double>(rows);
+            }
+            const double area = triangle.area();
+            if (!(area != 0.0)) {
+                continue;
+            }
+            if (area < 0.0) {
+                std::swap(triangle.x[1], triangle.x[2]);
+                std::swap(triangle.y[1], triangle.y[2]);
+            }
+            const auto [x_low, x_high] = std::minmax({triangle.x[0], triangle.x[1], triangle.x[2]});
+            const auto [y_low, y_high] = std::minmax({triangle.y[0], triangle.y[1], triangle.y[2]});
+            const double left = std::floor(x_low);
+            const double right = std::ceil(x_high);
+            const double top = std::floor(y_low);
+            const double bottom = std::ceil(y_high);
+            work += (right - left) * (bottom - top);
+            if (!(work <= work_limit)) {
+                throw std::length_error("the UVs tile too often to be drawn into a map");
+            }
+            for (double j = top; j < bottom; j += 1.0) {
+                const std::size_t row = wrapped(j, rows);
+                for (double i = left; i < right; i += 1.0) {
+                    std::int32_t &texel = out[row * columns + wrapped(i, columns)];
+                    if (texel < 0 && triangle.covers(i, j, slack)) {
+                        texel = ids[t];
+                    }
+                }
+            }
+        }
+    }
+}
+
+void nearest_covered(std::span<const std::uint8_t> covered, std::size_t rows, std::size_t columns,
+                     bool wrap_x, bool wrap_y, std::span<std::int32_t> out, int threads) {
+    // Down every column: the row of the nearest covered texel (in the tile, or in its repetition).
+    std::vector<std::int32_t> row_of(rows * columns, -1);
+    const auto n = static_cast<std::int64_t>(rows);
+    for_rows(columns, threads, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::int64_t> best(rows);
+        for (std::size_t x = begin; x < end; ++x) {
+            std::fill(best.begin(), best.end(), far_away);
+            const std::int64_t sweeps = wrap_y ? 2 : 1;
+            for (const std::int64_t step : {1, -1}) {
+                std::int64_t distance = far_away;
+                std::int64_t last = -1;
+                for (std::int64_t k = 0; k < sweeps * n; ++k) {
+                    const std::int64_t y = step > 0 ? k % n : n - 1 - k % n;
+                    if (covered[static_cast<std::size_t>(y) * columns + x] != 0) {
+                        distance = 0;
+                        last = y;
+                    } else if (last >= 0) {
+                        ++distance;
+                    }
+                    if (last >= 0 && distance < best[static_cast<std::size_t>(y)]) {
+                        best[static_cast<std::size_t>(y)] = distance;
+                        row_of[static_cast<std::size_t>(y) * columns + x] = static_cast<std::int32_t>(last);
+                    }
+                }
+            }
+        }
+    });
+    // Along every row: which column's texel is nearest.
+    for_rows(rows, threads, [&](std::size_t begin, std::size_t end) {
+        const std::size_t length = wrap_x ? 3 * columns : columns;
+        const auto offset = static_cast<std::int64_t>(wrap_x ? columns : 0);
+        std::vector<std::int64_t> distance(length);
+        Envelope envelope(length);
+        for (std::size_t y = begin; y < end; ++y) {
+            for (std::size_t k = 0; k < length; ++k) {
+                const std::int32_t row = row_of[y * columns + k % columns];
+                std::int64_t d = std::abs(static_cast<std::int64_t>(row) - static_cast<std::int64_t>(y));
+                if (wrap_y) {
+                    d = std::min(d, n - d);
+                }
+                distance[k] = row < 0 ? far_away : d;
+            }
+            envelope.build(distance);
+            for (std::size_t x = 0; x < columns; ++x) {
+                const std::int64_t column = envelope.nearest(static_cast<std::int64_t>(x) + offset);
+                std::int32_t &to = out[y * columns + x];
+                if (column < 0) {
+                    to = -1;
+                    continue;
+                }
+                const std::size_t at = static_cast<std::size_t>(column) % columns;
+                to = static_cast<std::int32_t>(static_cast<std::size_t>(row_of[y * columns + at]) * columns +
+                                               at);
+            }
+        }
+    });
+}
+
+} // namespace paradize::maps
