@@ -1,2 +1,128 @@
+// Python face of the mesh kernels. kernels/mesh.py checks shapes, ranges and finiteness before it calls
+// these.
 #include <nanobind/nanobind.h>
-NB_MODULE(_mesh, m) { m.doc() = "mesh kernels"; }
+#include <nanobind/ndarray.h>
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "mesh_normals.hpp"
+#include "mesh_tangents.hpp"
+#include "mesh_topology.hpp"
+#include "unify.hpp"
+
+namespace nb = nanobind;
+using namespace paradize;
+
+namespace {
+
+template <typename T>
+using Rows = nb::ndarray<const T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+template <typename T>
+using Column = nb::ndarray<const T, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+template <typename Array>
+auto view(const Array &array) {
+    return std::span(array.data(), array.size());
+}
+
+template <typename T>
+nb::object take(std::vector<T> &&values, std::initializer_list<std::size_t> shape) {
+    auto *owned = new std::vector<T>(std::move(values));
+    nb::capsule owner(owned, [](void *p) noexcept { delete static_cast<std::vector<T> *>(p); });
+    return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), shape, owner));
+}
+
+template <typename T>
+nb::object take(std::vector<T> &&values) {
+    const std::size_t size = values.size();
+    return take(std::move(values), {size});
+}
+
+nb::object corner_tangents(Rows<float> positions, Rows<float> normals, Rows<float> uvs,
+                           Rows<std::uint32_t> triangles) {
+    std::vector<float> out(triangles.size() * 4);
+    {
+        nb::gil_scoped_release unlocked;
+        mesh::corner_tangents(view(positions), view(normals), view(uvs), view(triangles), out);
+    }
+    return take(std::move(out), {triangles.size(), 4});
+}
+
+nb::object corner_normals(Rows<float> positions, Column<std::uint32_t> places, Rows<std::uint32_t> triangles,
+                          Column<std::uint32_t> smoothing, double crease_deg) {
+    std::vector<float> out(triangles.size() * 3);
+    {
+        nb::gil_scoped_release unlocked;
+        mesh::corner_normals(view(positions), view(places), view(triangles), view(smoothing), crease_deg,
+                             out);
+    }
+    return take(std::move(out), {triangles.size(), 3});
+}
+
+nb::tuple rows_by_value(Rows<float> rows) {
+    Numbered numbered;
+    {
+        nb::gil_scoped_release unlocked;
+        numbered = paradize::number_rows(view(rows), rows.shape(1));
+    }
+    return nb::make_tuple(take(std::move(numbered.index)), take(std::move(numbered.first)));
+}
+
+nb::tuple corners_by_value(Column<std::uint32_t> base, Rows<float> rows) {
+    Numbered numbered;
+    {
+        nb::gil_scoped_release unlocked;
+        const auto keys = view(base);
+        const auto values = view(rows);
+        const std::size_t width = rows.shape(1);
+        numbered = number_equal(
+            keys.size(),
+            [&](std::size_t i) {
+                std::uint64_t h = mix(hash_seed, keys[i]);
+                for (std::size_t k = 0; k < width; ++k)
+                    h = mix(h, float_key(values[i * width + k]));
+                return h;
+            },
+            [&](std::size_t a, std::size_t b) {
+                if (keys[a] != keys[b])
+                    return false;
+                for (std::size_t k = 0; k < width; ++k)
+                    if (values[a * width + k] != values[b * width + k])
+                        return false;
+                return true;
+            });
+    }
+    return nb::make_tuple(take(std::move(numbered.index)), take(std::move(numbered.first)));
+}
+
+nb::dict topology(Rows<std::uint32_t> triangles, std::uint32_t vertices) {
+    mesh::Topology found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = mesh::topology(view(triangles), vertices);
+    }
+    const auto told = [](const mesh::Found &kind) { return nb::make_tuple(kind.count, kind.first_triangle); };
+    nb::dict out;
+    out["edges"] = found.edges;
+    out["border"] = told(found.border);
+    out["non_manifold"] = told(found.non_manifold);
+    out["turned"] = told(found.turned);
+    out["bow_tie"] = told(found.bow_tie);
+    out["components"] = found.components;
+    out["component"] = take(std::move(found.component));
+    out["border_vertex"] = take(std::move(found.border_vertex));
+    return out;
+}
+
+} // namespace
+
+NB_MODULE(_mesh, m) {
+    m.doc() = "Mesh kernels: tangent frames, normals, topology.";
+    m.def("corner_tangents", &corner_tangents);
+    m.def("corner_normals", &corner_normals);
+    m.def("number_rows", &rows_by_value);
+    m.def("number_corners", &corners_by_value);
+    m.def("topology", &topology);
+}

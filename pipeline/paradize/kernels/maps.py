@@ -93,7 +93,7 @@ def normals_from_heights(
     """Unit normals (h, w, 3), green up, of heights (h, w).
 
     scale: slope of one unit of height from texel to texel along (x, y). filter_name: one of FILTERS. wrap:
-    whether (x, y) repeat. islands: (h, w) int32, one id per UV island, -1 outside: no slope crosses their borders.
+    whether (x, y) repeat. islands: (h, w) int32, one id per UV island, -1 outside; no slope crosses borders.
     """
     heights = _f32(heights, shape=(None, None), name="heights")
     if islands is None:
@@ -122,7 +122,7 @@ def half_size(size: int) -> int:
 
 
 def halve(image: F32, *, with_alpha: bool = False, threads: int = THREADS) -> F32:
-    """Area means (half_size(h), half_size(w), c) of (h, w, c); with_alpha: colour weighted by the last channel."""
+    """Area means (half_size(h), half_size(w), c) of (h, w, c); with_alpha: weighted by the last channel."""
     image = _f32(image, shape=(None, None, None), name="image")
     out = np.empty((half_size(image.shape[0]), half_size(image.shape[1]), image.shape[2]), np.float32)
     _maps.halve(image, with_alpha, out, threads)
@@ -216,7 +216,7 @@ def centred_xy(normals: F32) -> F32:
 
 
 def balanced_snorm8(values: F32) -> npt.NDArray[np.int8]:
-    """Codes (h, w, 2) of values (h, w, 2), within one of the nearest, whose sum is exactly zero per channel."""
+    """Codes (h, w, 2) of values (h, w, 2), within one of the nearest; their sums are exactly zero."""
     values = _f32(values, shape=(None, None, 2), name="values")
     out = np.empty(values.shape, np.int8)
     _maps.balanced_snorm8(values, out)

@@ -6,10 +6,15 @@
 
 #include "obj_number.hpp"
 #include "obj_triangulate.hpp"
-#include "obj_unify.hpp"
+#include "unify.hpp"
 
 namespace paradize::obj {
 namespace {
+
+struct Corner {
+    std::uint32_t position, uv, normal; // `absent` where a corner has none
+    bool operator==(const Corner &) const = default;
+};
 
 struct Face {
     std::uint32_t first_corner, count, line;
@@ -19,6 +24,13 @@ struct FaceRun {
     std::uint32_t first_face;
     Run state;
 };
+
+std::string text_of(std::initializer_list<std::string_view> parts) {
+    std::string out;
+    for (const std::string_view part : parts)
+        out.append(part);
+    return out;
+}
 
 constexpr const char *index_words[3] = {"position", "texture coordinate", "normal"};
 
@@ -195,7 +207,7 @@ class Parser {
         if (std::ranges::find(free_form, word) != std::end(free_form)) {
             note("free_form");
         } else if (std::ranges::find(display, word) == std::end(display)) {
-            const std::string key = "keyword:" + std::string(word.substr(0, 40));
+            const std::string key = text_of({"keyword:", word.substr(0, 40)});
             note(keywords_ < limits_.told_keywords || note_of_.contains(key) ? key : "keywords");
             keywords_ = note_of_.size();
         }
@@ -211,7 +223,7 @@ class Parser {
         const char *reason = result == NumberFault::too_large    ? " is too large for a 32-bit float in '"
                              : result == NumberFault::not_finite ? " is not a finite number in '"
                                                                  : " is not a number in '";
-        fault("\"" + text + "\"" + reason + keyword + "'");
+        fault(text_of({"\"", text, "\"", reason, keyword, "'"}));
         return false;
     }
 
@@ -224,8 +236,8 @@ class Parser {
             if ((sound = number(values[count], keyword)))
                 ++count;
         if (sound && count < least)
-            fault("'" + std::string(keyword) + "' needs " + std::to_string(least) + " numbers, found " +
-                  std::to_string(count));
+            fault(text_of({"'", keyword, "' needs ", std::to_string(least), " numbers, found ",
+                           std::to_string(count)}));
         if (count > most)
             note(keyword == std::string_view("vt") ? "long_vt" : "long_vn");
         into.insert(into.end(), values, values + kept);
@@ -240,7 +252,7 @@ class Parser {
             if ((sound = number(values[count], "v")))
                 ++count;
         if (sound && count < 3)
-            fault("'v' needs 3 numbers, found " + std::to_string(count));
+            fault(text_of({"'v' needs 3 numbers, found ", std::to_string(count)}));
         positions_.insert(positions_.end(), values, values + 3);
         limit(positions_.size() / 3);
         if (count == 4 && values[3] != 1)
@@ -276,7 +288,7 @@ class Parser {
 
     void limit(std::uint64_t count) {
         if (count == limits_.elements) {
-            fault("more than " + std::to_string(limits_.elements) + " elements of one kind");
+            fault(text_of({"more than ", std::to_string(limits_.elements), " elements of one kind"}));
             p_ = end_;
         }
     }
@@ -287,22 +299,22 @@ class Parser {
         const char *from = p_ != end_ && *p_ == '+' ? p_ + 1 : p_;
         const auto [stop, error] = std::from_chars(from, end_, given);
         if (error != std::errc()) {
-            fault("\"" + std::string(token().substr(0, 40)) +
-                  "\" is not a face corner (v, v/vt, v//vn or v/vt/vn)");
+            fault(text_of(
+                {"\"", token().substr(0, 40), "\" is not a face corner (v, v/vt, v//vn or v/vt/vn)"}));
             return false;
         }
         p_ = stop;
         if (given < 0) {
             given += static_cast<std::int64_t>(have) + 1;
             if (given <= 0) {
-                fault(std::string(index_words[kind]) + " index " +
-                      std::to_string(given - static_cast<std::int64_t>(have) - 1) +
-                      " reaches before the first of " + std::to_string(have));
+                fault(text_of({index_words[kind], " index ",
+                               std::to_string(given - static_cast<std::int64_t>(have) - 1),
+                               " reaches before the first of ", std::to_string(have)}));
                 return false;
             }
         } else if (given == 0 || given > static_cast<std::int64_t>(absent) - 1) {
-            fault(std::string(index_words[kind]) + " index " + std::to_string(given) +
-                  " is out of range 1 to " + std::to_string(have));
+            fault(text_of({index_words[kind], " index ", std::to_string(given), " is out of range 1 to ",
+                           std::to_string(have)}));
             return false;
         } else if (given > static_cast<std::int64_t>(have) && given > furthest_[kind].first) {
             furthest_[kind] = {given, line_};
@@ -327,8 +339,8 @@ class Parser {
         }
         if (!at_token_end() && *p_ != '#') {
             p_ = start;
-            fault("\"" + std::string(token().substr(0, 40)) +
-                  "\" is not a face corner (v, v/vt, v//vn or v/vt/vn)");
+            fault(text_of(
+                {"\"", token().substr(0, 40), "\" is not a face corner (v, v/vt, v//vn or v/vt/vn)"}));
             return false;
         }
         return true;
@@ -366,8 +378,8 @@ class Parser {
         const std::uint64_t have[3] = {positions_.size() / 3, uvs_.size() / 2, normals_.size() / 3};
         for (int kind = 0; kind < 3; ++kind)
             if (furthest_[kind].first > static_cast<std::int64_t>(have[kind]))
-                fault_at(std::string(index_words[kind]) + " index " + std::to_string(furthest_[kind].first) +
-                             " is out of range 1 to " + std::to_string(have[kind]),
+                fault_at(text_of({index_words[kind], " index ", std::to_string(furthest_[kind].first),
+                                  " is out of range 1 to ", std::to_string(have[kind])}),
                          furthest_[kind].second);
     }
 
@@ -427,9 +439,9 @@ class Parser {
 
     // Exporters repeat equal values under new numbers; vertices are shared by value.
     void share_equal_rows() {
-        std::vector<std::uint32_t> same;
+        Numbered same;
         if (colors_.empty()) {
-            same = first_equal_row(positions_, 3);
+            same = number_rows(positions_, 3);
         } else {
             std::vector<float> rows;
             rows.reserve(positions_.size() / 3 * 7);
@@ -437,30 +449,33 @@ class Parser {
                 rows.insert(rows.end(), &positions_[i * 3], &positions_[i * 3] + 3);
                 rows.insert(rows.end(), &colors_[i * 4], &colors_[i * 4] + 4);
             }
-            same = first_equal_row(rows, 7);
+            same = number_rows(rows, 7);
         }
-        const auto same_uv = first_equal_row(uvs_, 2);
-        const auto same_normal = first_equal_row(normals_, 3);
+        const Numbered same_uv = number_rows(uvs_, 2);
+        const Numbered same_normal = number_rows(normals_, 3);
         for (Corner &c : corners_) {
-            c.position = same[c.position];
-            c.uv = c.uv == absent ? absent : same_uv[c.uv];
-            c.normal = c.normal == absent ? absent : same_normal[c.normal];
+            c.position = same.first[same.index[c.position]];
+            c.uv = c.uv == absent ? absent : same_uv.first[same_uv.index[c.uv]];
+            c.normal = c.normal == absent ? absent : same_normal.first[same_normal.index[c.normal]];
         }
     }
 
     void fill_vertices(const std::vector<std::uint32_t> &cuts) {
-        std::vector<Corner> used(cuts.size());
-        for (std::size_t i = 0; i < cuts.size(); ++i)
-            used[i] = corners_[cuts[i]];
-        Unified unified = unify(used);
+        Numbered unified = number_equal(
+            cuts.size(),
+            [&](std::size_t i) {
+                const Corner &c = corners_[cuts[i]];
+                return mix(mix(mix(hash_seed, c.position), c.uv), c.normal);
+            },
+            [&](std::size_t a, std::size_t b) { return corners_[cuts[a]] == corners_[cuts[b]]; });
         out_.triangles = std::move(unified.index);
-        const std::size_t n = unified.vertices.size();
+        const std::size_t n = unified.first.size();
         out_.positions.resize(n * 3);
         out_.uvs.resize(any_uv_ ? n * 2 : 0);
         out_.normals.resize(any_normal_ ? n * 3 : 0);
         out_.colors.resize(colors_.empty() ? 0 : n * 4);
         for (std::size_t i = 0; i < n; ++i) {
-            const Corner &c = unified.vertices[i];
+            const Corner &c = corners_[cuts[unified.first[i]]];
             std::copy_n(&positions_[c.position * std::size_t{3}], 3, &out_.positions[i * 3]);
             if (any_uv_ && c.uv != absent) {
                 out_.uvs[i * 2] = uvs_[c.uv * std::size_t{2}];

@@ -1,0 +1,33 @@
+// Edges, borders, components of an indexed triangle mesh.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace paradize::mesh {
+
+inline constexpr std::uint32_t nowhere = 0xffffffffu;
+
+// A kind of edge or vertex: how many, and a triangle where the first one is.
+struct Found {
+    std::uint64_t count = 0;
+    std::uint32_t first_triangle = nowhere;
+};
+
+struct Topology {
+    std::uint64_t edges = 0;
+    Found border;       // edges of one triangle
+    Found non_manifold; // edges of three or more
+    Found turned;       // edges that two triangles run along the same way: their windings disagree
+    Found bow_tie;      // vertices where fans of triangles touch without a shared edge
+    std::uint32_t components = 0;
+    std::vector<std::uint32_t> component;    // of each triangle, numbered in order of first use
+    std::vector<std::uint8_t> border_vertex; // (vertices,) 1 where a border edge ends
+};
+
+// triangles: (m, 3) indices below `vertices`, no index twice in a triangle. Triangles that share an edge,
+// whatever its direction and however many there are, belong to one component.
+Topology topology(std::span<const std::uint32_t> triangles, std::uint32_t vertices);
+
+} // namespace paradize::mesh

@@ -1,0 +1,57 @@
+"""Checked face of the reference kernels, which metrics measure with and no stage imports."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import numpy.typing as npt
+
+import paradize.kernels._reference as _reference
+
+
+def _rows(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
+    rows = np.ascontiguousarray(values, np.float32)
+    if rows.ndim != 2 or rows.shape[1] != 3 or not np.isfinite(rows).all():
+        raise ValueError(f"expected (n, 3) finite floats, got {rows.shape}")
+    return rows
+
+
+def _triangles(values: npt.ArrayLike, vertices: int) -> npt.NDArray[np.uint32]:
+    triangles = np.ascontiguousarray(values, np.uint32)
+    if triangles.ndim != 2 or triangles.shape[1] != 3 or not len(triangles):
+        raise ValueError(f"expected (m, 3) indices, got {triangles.shape}")
+    if int(triangles.max()) >= vertices:
+        raise ValueError(f"index {int(triangles.max())} of {vertices} vertices")
+    return triangles
+
+
+def one_sided_distance(
+    from_positions: npt.ArrayLike,
+    from_triangles: npt.ArrayLike,
+    to_positions: npt.ArrayLike,
+    to_triangles: npt.ArrayLike,
+    *,
+    samples: int,
+    threads: int | None = None,
+) -> tuple[float, float, float]:
+    """(max, rms, p99) distance from one surface's samples to the other surface, in the positions' unit.
+
+    samples: about how many in all, besides ten or more in every triangle, 0 to 10^8.
+    """
+    if not 0 <= samples <= 10**8:
+        raise ValueError(f"{samples} samples, expected 0 to 10^8")
+    a, b = _rows(from_positions), _rows(to_positions)
+    workers = min(os.cpu_count() or 1, 8) if threads is None else max(1, threads)
+    found = _reference.surface_distance(
+        a, _triangles(from_triangles, len(a)), b, _triangles(to_triangles, len(b)), samples, workers
+    )
+    return float(found[0]), float(found[1]), float(found[2])
+
+
+def angles_deg(a: npt.ArrayLike, b: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """(n,) angles in degrees, 0 to 180, between the rows of two (n, 3) arrays; 90 where a row is zero."""
+    first, second = _rows(a), _rows(b)
+    if first.shape != second.shape:
+        raise ValueError(f"{first.shape} and {second.shape} rows")
+    return _reference.angles_deg(first, second)  # type: ignore[no-any-return]

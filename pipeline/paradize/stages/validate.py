@@ -1,0 +1,228 @@
+"""Mesh -> sound mesh: finite, in range, no degenerate or doubled triangle, every vertex used; and a report.
+
+This is the door before every library: what passes here has no index out of range, no repeated index in a triangle and
+no value that is not finite. OpenMesh, which crashes or drops faces on less, counts again where the surface is a
+manifold; a difference between its count and ours is an error of ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import openmesh
+
+from paradize.data import Group, Mesh
+from paradize.errors import BakeError, SourceError
+from paradize.kernels.mesh import Topology, number_rows, topology
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+_OPTIONAL = {"normals": 3, "tangents": 4, "uvs": 2, "uvs1": 2, "colors": 4}
+# OpenMesh keeps some 300 bytes a triangle; beyond this our own count stands alone.
+_MOST_COUNTED_TWICE = 500_000
+
+
+@dataclass(frozen=True)
+class Report:
+    """What was found and done. Places are triangle numbers of the mesh that came in.
+
+    kept: (m,) bool, the triangles of the input that are in the output, in their order. euler: vertices - edges
+    + triangles by position. topology: of the result, with vertices joined by position.
+    """
+
+    kept: npt.NDArray[np.bool_]
+    degenerate: int
+    first_degenerate: int | None
+    doubled: int
+    first_doubled: int | None
+    unused_vertices: int
+    zero_area_uvs: int
+    first_zero_area_uv: int | None
+    euler: int
+    topology: Topology
+    counted_twice: bool
+
+    @property
+    def closed(self) -> bool:
+        """Whether the surface is a closed, consistently wound manifold."""
+        found = self.topology
+        return not (found.border.count or found.non_manifold.count or found.turned.count)
+
+
+def validate_mesh(mesh: Mesh, file: object = None) -> tuple[Mesh, Report]:
+    """Drops what no tool can use and tells the rest. Positions of the kept triangles are unchanged.
+
+    Dropped: triangles without area (two corners at one position, or all on a line), triangles that repeat the
+    vertices of an earlier one in the same direction, vertices that no triangle uses.
+    Raises SourceError where arrays do not fit, a value is not finite, or nothing is left.
+    """
+    _require_arrays(mesh, file)
+    flat = _flat(mesh)
+    doubled = _doubled(mesh, flat)
+    kept = ~(flat | doubled)
+    if not kept.any():
+        raise SourceError(
+            f"all {len(mesh.triangles)} triangles are degenerate",
+            file=file,
+            mend="export a model with a surface",
+        )
+    sound, unused = _keep(mesh, kept)
+    places, first = number_rows(sound.positions)
+    welded = places[sound.triangles]
+    found = topology(welded, len(first))
+    counted = _count_again(sound, welded, first, found, file)
+    no_area = _zero_area_uv(mesh) & kept if mesh.uvs is not None else np.zeros(len(kept), np.bool_)
+    return sound, Report(
+        kept=kept,
+        degenerate=int(flat.sum()),
+        first_degenerate=_first(flat),
+        doubled=int(doubled.sum()),
+        first_doubled=_first(doubled),
+        unused_vertices=unused,
+        zero_area_uvs=int(no_area.sum()),
+        first_zero_area_uv=_first(no_area),
+        euler=len(first) - found.edges + len(welded),
+        topology=found,
+        counted_twice=counted,
+    )
+
+
+def messages(report: Report, lines: npt.NDArray[np.uint32] | None = None) -> list[str]:
+    """The report in sentences. lines: (m,) line of the source file of each triangle that came in."""
+    kept = np.flatnonzero(report.kept)
+
+    def at(triangle: int | None, *, of_result: bool = False) -> str:
+        if triangle is None:
+            return ""
+        source = int(kept[triangle]) if of_result else triangle
+        return f"triangle {source}" if lines is None else f"line {int(lines[source])}"
+
+    found = report.topology
+    said = [
+        (report.degenerate, "degenerate triangles dropped", at(report.first_degenerate)),
+        (report.doubled, "triangles that repeat an earlier one dropped", at(report.first_doubled)),
+        (report.unused_vertices, "vertices without a triangle left out", ""),
+        (report.zero_area_uvs, "triangles without area in the texture", at(report.first_zero_area_uv)),
+        (
+            found.non_manifold.count,
+            "edges with more than two triangles",
+            at(found.non_manifold.triangle, of_result=True),
+        ),
+        (
+            found.turned.count,
+            "edges whose two triangles are wound against each other",
+            at(found.turned.triangle, of_result=True),
+        ),
+    ]
+    return [f"{count} {what}" + (f" (first: {place})" if place else "") for count, what, place in said if count]
+
+
+def _first(mask: npt.NDArray[np.bool_]) -> int | None:
+    return int(mask.argmax()) if mask.any() else None
+
+
+def _require_arrays(mesh: Mesh, file: object) -> None:
+    count = len(mesh.positions)
+    if mesh.positions.shape != (count, 3) or mesh.triangles.ndim != 2 or mesh.triangles.shape[1] != 3:
+        raise SourceError(f"positions {mesh.positions.shape}, triangles {mesh.triangles.shape}", file=file)
+    if len(mesh.triangles) == 0 or count == 0:
+        raise SourceError("no triangles", file=file)
+    if int(mesh.triangles.max()) >= count:
+        at = int((mesh.triangles >= count).any(axis=1).argmax())
+        raise SourceError(
+            f"index {int(mesh.triangles.max())} of {count} vertices", file=file, place=f"triangle {at}"
+        )
+    arrays = {"positions": (mesh.positions, 3)}
+    arrays |= {name: (getattr(mesh, name), width) for name, width in _OPTIONAL.items()}
+    for name, (values, width) in arrays.items():
+        if values is None:
+            continue
+        if values.shape != (count, width):
+            raise SourceError(f"{name} are {values.shape}, expected ({count}, {width})", file=file)
+        if not np.isfinite(values).all():
+            at = int((~np.isfinite(values)).any(axis=1).argmax())
+            raise SourceError(f"{name} are not finite", file=file, place=f"vertex {at}")
+    covered = 0
+    for group in mesh.groups:
+        if group.first != covered or group.count < 0:
+            raise SourceError(f"group {group.name!r} does not start at triangle {covered}", file=file)
+        covered += group.count
+    if mesh.groups and covered != len(mesh.triangles):
+        raise SourceError(f"groups cover {covered} of {len(mesh.triangles)} triangles", file=file)
+
+
+def _flat(mesh: Mesh) -> npt.NDArray[np.bool_]:
+    """Triangles whose area is exactly zero, worked out in float64 from edges scaled to their length."""
+    corners = mesh.positions[mesh.triangles].astype(np.float64)
+    a = corners[:, 1] - corners[:, 0]
+    b = corners[:, 2] - corners[:, 0]
+    size = np.maximum(np.abs(a).max(axis=1), np.abs(b).max(axis=1))
+    scale = np.where(size > 0, size, 1.0)[:, None]
+    a, b = a / scale, b / scale
+    cross = np.stack([a[:, k - 2] * b[:, k - 1] - a[:, k - 1] * b[:, k - 2] for k in range(3)], axis=1)
+    return (cross == 0).all(axis=1)
+
+
+def _doubled(mesh: Mesh, flat: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Triangles with the same vertices, in the same direction, as an earlier one that is kept."""
+    triangles = mesh.triangles.astype(np.int64)
+    turn = triangles.argmin(axis=1)
+    rows = np.arange(len(triangles))
+    key = np.stack([triangles[rows, (turn + k) % 3] for k in range(3)], axis=1)
+    # Vertices of a triangle without area never match: each gets a number of its own.
+    key[flat] = np.stack([-1 - rows[flat]] * 3, axis=1)
+    order = np.lexsort((rows, key[:, 2], key[:, 1], key[:, 0]))
+    ordered = key[order]
+    again = np.zeros(len(triangles), np.bool_)
+    again[order[1:]] = (ordered[1:] == ordered[:-1]).all(axis=1)
+    return again
+
+
+def _keep(mesh: Mesh, kept: npt.NDArray[np.bool_]) -> tuple[Mesh, int]:
+    """The mesh with only the kept triangles and the vertices that they use, in their old order."""
+    triangles = mesh.triangles[kept]
+    used = np.zeros(len(mesh.positions), np.bool_)
+    used[triangles] = True
+    number = (np.cumsum(used) - 1).astype(np.uint32)
+    arrays = {
+        name: None if (values := getattr(mesh, name)) is None else np.ascontiguousarray(values[used])
+        for name in ("positions", *_OPTIONAL)
+    }
+    before = np.concatenate([[0], np.cumsum(kept)])
+    groups: list[Group] = []
+    for group in mesh.groups or (Group("default", "default", 0, len(mesh.triangles)),):
+        first, stop = int(before[group.first]), int(before[group.first + group.count])
+        if stop > first:
+            groups.append(Group(group.name, group.material, first, stop - first))
+    sound = replace(mesh, **arrays, triangles=number[triangles], groups=tuple(groups))  # type: ignore[arg-type]
+    return sound, int((~used).sum())
+
+
+def _zero_area_uv(mesh: Mesh) -> npt.NDArray[np.bool_]:
+    assert mesh.uvs is not None
+    corners = mesh.uvs[mesh.triangles].astype(np.float64)
+    a = corners[:, 1] - corners[:, 0]
+    b = corners[:, 2] - corners[:, 0]
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] == 0)
+
+
+def _count_again(
+    mesh: Mesh, welded: npt.NDArray[np.uint32], first: npt.NDArray[np.uint32], found: Topology, file: object
+) -> bool:
+    """OpenMesh's count of edges and border edges, where it can hold the surface without splitting vertices.
+
+    In this process: its input has no repeated or foreign index and is finite, which is all that it crashes on.
+    """
+    odd = found.non_manifold.count or found.turned.count or found.bow_tie.count
+    if odd or len(welded) > _MOST_COUNTED_TWICE:
+        return False
+    other = openmesh.TriMesh(mesh.positions[first].astype(np.float64), welded.astype(np.int32))
+    border = int((other.halfedge_face_indices() < 0).sum())
+    theirs = (other.n_faces(), other.n_edges(), border)
+    ours = (len(welded), found.edges, found.border.count)
+    if theirs != ours:
+        raise BakeError(f"OpenMesh counts faces, edges, border {theirs}, we count {ours}", file=file)
+    return True
