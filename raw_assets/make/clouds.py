@@ -1,9 +1,10 @@
 """Cumulus low over the sea, for the sky: small volumes of vapour, lit through, seen from afar.
 
-Each cloud is its own box of density: heaps of round puffs on a flat base, eaten into by noise. The box is seen along one
-axis, so that light and sight are sums along its slices: sunlight by sweeping the box slice by slice away from the sun,
-sight by compositing front to back. Several scatterings are stood in for by octaves of weaker absorption, after M. Wrenninge,
-C. Kulla and V. Lundqvist, "Oz: The Great and Volumetric", 2013; the bright rim towards the sun is the phase function's.
+Each cloud is its own box of density: heaps of round puffs on a flat base, eaten into by noise. The box is
+seen along one axis, so that light and sight are sums along its slices: sunlight by sweeping the box slice by
+slice away from the sun, sight by compositing front to back. Several scatterings are stood in for by octaves
+of weaker absorption, after M. Wrenninge, C. Kulla and V. Lundqvist, "Oz: The Great and Volumetric", 2013; the
+bright rim towards the sun is the phase function's.
 """
 
 from __future__ import annotations
@@ -12,18 +13,22 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+
 from noise import Array, lattice_noise, smoothstep, uniform
 
 BOX = (72, 192, 48)  # voxels: up, across, away
 EXTINCTION = 26.0  # optical depth of a box width of full density
 SUNLIGHT = np.array([3.1, 2.62, 2.02])
-SHADE_LOW, SHADE_HIGH = np.array([0.36, 0.40, 0.49]), np.array([0.44, 0.54, 0.74])  # light from sea and from sky
+SHADE_LOW, SHADE_HIGH = (
+    np.array([0.36, 0.40, 0.49]),
+    np.array([0.44, 0.54, 0.74]),
+)  # light from sea and from sky
 HAZE = np.array([0.88, 0.83, 0.79])
 
 
 @dataclass(frozen=True)
 class Cloud:
-    """Where a cloud stands: bearing and half width in degrees, base and aspect, share of haze before it, its seed."""
+    """Where a cloud stands: bearing and half width in degrees, base, aspect, share of haze, its seed."""
 
     azimuth_deg: float
     half_width_deg: float
@@ -34,14 +39,16 @@ class Cloud:
 
 
 def sky_of_clouds() -> list[Cloud]:
-    """The clouds of this sky, farthest first: two uneven belts round the horizon, open towards the sun's bearing."""
+    """The clouds of this sky, farthest first: two uneven belts round the horizon."""
     belts = []
     for belt, (count, width, base, haze) in enumerate(((17, 9.0, 0.3, 0.50), (13, 15.0, 1.5, 0.16))):
         pick = uniform((count, 4), 301 + belt)
         for i, (a, b, c, d) in enumerate(pick):
             azimuth = (i + 0.75 * a) * 360.0 / count + 11.0 * belt
             size = width * (0.55 + 0.8 * b * b)
-            belts.append(Cloud(azimuth % 360.0, size, base + 1.1 * c, 0.30 + 0.14 * d, haze, 400 + 37 * belt + i))
+            belts.append(
+                Cloud(azimuth % 360.0, size, base + 1.1 * c, 0.30 + 0.14 * d, haze, 400 + 37 * belt + i)
+            )
     return belts
 
 
@@ -85,7 +92,7 @@ def _shifted(plane: Array, rows: float, columns: float) -> Array:
 
 
 def sun_depth(field: Array, sun: Array, height: float) -> Array:
-    """Optical depth between each voxel and the sun; sun : direction to it in the box's own axes (up, across, away)."""
+    """Optical depth from each voxel to the sun, whose direction is in the box's axes (up, across, away)."""
     voxel = np.array([height / BOX[0], 1.0 / BOX[1], 0.45 / BOX[2]])
     steps = sun / voxel  # voxels per box width travelled
     axis = int(np.argmax(np.abs(steps)))

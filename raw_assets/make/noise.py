@@ -1,7 +1,7 @@
 """Deterministic noise for the island's sources: integer hashes, lattices, spectra. No clock, no random state.
 
-Every function is a pure function of its arguments: the same call gives the same numbers on every machine (up to the
-last bits of sin, exp and the FFT, which stay far below one step of an 8 or 16 bit image).
+Every function is a pure function of its arguments: the same call gives the same numbers on every machine (up
+to the last bits of sin, exp and the FFT, which stay far below one step of an 8 or 16 bit image).
 """
 
 from __future__ import annotations
@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.floating]
 
 
-def hash_u32(x: NDArray[np.integer] | int, y: NDArray[np.integer] | int = 0, seed: int = 0) -> NDArray[np.uint32]:
+def hash_u32(
+    x: NDArray[np.integer] | int, y: NDArray[np.integer] | int = 0, seed: int = 0
+) -> NDArray[np.uint32]:
     """A well-mixed 32-bit hash of integer coordinates.
 
     x, y : integers of any shape that broadcast together; negative ones wrap modulo 2**32
@@ -49,7 +51,8 @@ def normal(shape: tuple[int, ...], seed: int) -> Array:
 def gradient_noise(x: Array, y: Array, seed: int) -> Array:
     """Gradient noise at any point, about [-1, 1], lattice spacing 1, twice differentiable.
 
-    x, y : arrays of one shape. Source: K. Perlin, "Improving Noise", 2002; here with hashed gradients on a circle.
+    x, y : arrays of one shape. Source: K. Perlin, "Improving Noise", 2002; here with hashed gradients on a
+    circle.
     """
     ix, iy = np.floor(x), np.floor(y)
     fx, fy = x - ix, y - iy
@@ -101,7 +104,13 @@ def lattice_noise(shape: tuple[int, ...], cells: tuple[int, ...], seed: int, *, 
 
 
 def lattice_fbm(
-    shape: tuple[int, ...], cells: tuple[int, ...], seed: int, octaves: int, gain: float = 0.5, *, wrap: bool = True
+    shape: tuple[int, ...],
+    cells: tuple[int, ...],
+    seed: int,
+    octaves: int,
+    gain: float = 0.5,
+    *,
+    wrap: bool = True,
 ) -> Array:
     """Fractal sum of lattice_noise, deviation about 1; lacunarity 2."""
     total, amplitude, power = np.zeros(shape), 1.0, 0.0
@@ -113,11 +122,13 @@ def lattice_fbm(
     return np.asarray(total / np.sqrt(power))
 
 
-def spectral_noise(size: int, weight: Callable[[Array, Array], Array], seed: int) -> NDArray[np.complexfloating]:
-    """Periodic complex noise with a spectrum of one's own: (size, size) complex64, deviation of the real part 1.
+def spectral_noise(
+    size: int, weight: Callable[[Array, Array], Array], seed: int
+) -> NDArray[np.complexfloating]:
+    """Periodic complex noise with a spectrum of one's own: (size, size) complex64, real part of deviation 1.
 
-    weight : amplitude for wave numbers (kx, ky) in cycles per tile, integers from -size/2 to size/2 - 1. Where the
-    weight lives on one half plane only, the argument of the result is the phase of its waves.
+    weight : amplitude for wave numbers (kx, ky) in cycles per tile, integers from -size/2 to size/2 - 1.
+    Where the weight lives on one half plane only, the argument of the result is the phase of its waves.
     """
     k = np.fft.fftfreq(size, 1.0 / size)
     kx, ky = k[None, :], k[:, None]

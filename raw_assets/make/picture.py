@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import OpenImageIO as oiio
+
 from noise import Array
 
 
@@ -52,5 +53,5 @@ def srgb_encode(linear: Array) -> Array:
 
 
 def hex_color(code: str) -> Array:
-    """"#RRGGBB" to three sRGB values 0..1."""
+    """ "#RRGGBB" to three sRGB values 0..1."""
     return np.array([int(code[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0

@@ -1,7 +1,7 @@
 """terrain/sand.png and terrain/sand_height.png: one tile of pale gold sand, and its grain as a height.
 
-Both come from one tile of periodic noise, so that light and relief agree. No single feature stands out, so that the
-repeat is not seen: coarse octaves are faint and the fine ones carry the picture.
+Both come from one tile of periodic noise, so that light and relief agree. No single feature stands out, so
+that the repeat is not seen: coarse octaves are faint and the fine ones carry the picture.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+
 from noise import Array, blur, lattice_fbm, normal, spectral_noise, uniform
 from picture import hex_color, write_image
 
@@ -19,7 +20,7 @@ SAND = hex_color("#E8D3A2")
 
 @cache
 def relief() -> Array:
-    """The tile's height, (1024, 1024), deviation about 1: grains, and the faint dimples that wind and feet leave."""
+    """The tile's height, (1024, 1024), deviation about 1: grains, and the faint dimples between them."""
     grain = normal((PIXELS, PIXELS), 11)
     fine = blur(grain, 0.6) * 2.0
     coarse = blur(normal((PIXELS, PIXELS), 13), 1.5) * 4.8

@@ -1,9 +1,9 @@
 """sky/{px,nx,py,ny,pz,nz}.exr: a late afternoon over a warm sea, six half float faces in linear light.
 
-The clear sky is single scattering in a curved atmosphere of air and haze, after T. Nishita, T. Sirai, K. Tadamura and
-E. Nakamae, "Display of the Earth Taking into Account Atmospheric Scattering", 1993, with a flat allowance for light that
-scatters more than once; clouds.py paints the cumulus. Faces follow the cube maps of OpenGL 3.3, section 3.8.10: order
-+X -X +Y -Y +Z -Z, row 0 at the top.
+The clear sky is single scattering in a curved atmosphere of air and haze, after T. Nishita, T. Sirai, K.
+Tadamura and E. Nakamae, "Display of the Earth Taking into Account Atmospheric Scattering", 1993, with a flat
+allowance for light that scatters more than once; clouds.py paints the cumulus. Faces follow the cube maps of
+OpenGL 3.3, section 3.8.10: order +X -X +Y -Y +Z -Z, row 0 at the top.
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-import clouds
 import numpy as np
+
+import clouds
 from noise import Array, smoothstep
 from picture import write_image
 
@@ -21,7 +22,9 @@ FACES = ("px", "nx", "py", "ny", "pz", "nz")
 SUN_AZIMUTH_DEG = 235.0  # from -Z (0) over +X (90)
 SUN_ELEVATION_DEG = 35.0
 SUN_RADIUS_DEG = 0.6  # a little larger than life, so that the disc spans a few texels
-SUN_DISC = np.array([60.0, 50.0, 36.0])  # radiance added by the disc: moderate, the player adds its own highlights
+SUN_DISC = np.array(
+    [60.0, 50.0, 36.0]
+)  # radiance added by the disc: moderate, the player adds its own highlights
 
 GROUND_M, TOP_M = 6_360_000.0, 6_420_000.0
 AIR_PER_M = np.array([5.8e-6, 13.5e-6, 33.1e-6])  # Rayleigh scattering at the ground, red green blue
@@ -91,7 +94,7 @@ def _phase_haze(cosine: Array, g: float) -> Array:
 
 
 def _clear_sky_of(height: Array, cosine: Array, steps: int = 28) -> Array:
-    """Radiance of the clear sky; height = sine of the elevation (above 0), cosine = towards the sun; (..., 3)."""
+    """Radiance of the clear sky; height = sine of the elevation (above 0), cosine to the sun; (..., 3)."""
     radius = np.full_like(height, GROUND_M + 20.0)
     reach = -radius * height + np.sqrt((radius * height) ** 2 - radius**2 + TOP_M**2)
     altitudes, lit = _sun_table()
@@ -103,7 +106,10 @@ def _clear_sky_of(height: Array, cosine: Array, steps: int = 28) -> Array:
         low, high = (i / steps) ** 2.2, ((i + 1) / steps) ** 2.2
         t, length = reach * 0.5 * (low + high), reach * (high - low)
         altitude = np.sqrt(radius**2 + t * t + 2.0 * radius * t * height) - GROUND_M
-        air_here, haze_here = np.exp(-altitude / AIR_SCALE_M) * length, np.exp(-altitude / HAZE_SCALE_M) * length
+        air_here, haze_here = (
+            np.exp(-altitude / AIR_SCALE_M) * length,
+            np.exp(-altitude / HAZE_SCALE_M) * length,
+        )
         seen = _transmission(air + 0.5 * air_here, haze + 0.5 * haze_here)
         air, haze = air + air_here, haze + haze_here
         sun = np.stack([np.interp(altitude, altitudes, lit[:, c]) for c in range(3)], -1)
@@ -117,7 +123,9 @@ def clear_sky(direction: Array) -> Array:
     """Radiance of the sky without clouds or disc: (..., 3). Below the horizon: the haze of the sea."""
     up = direction[..., 1]
     cosine = np.clip(direction @ sun_direction(), -1.0, 1.0)
-    flat = np.maximum(up, 0.0) + 0.012 * np.exp(-np.maximum(up, 0.0) / 0.012)  # no hard line where the air is thickest
+    flat = np.maximum(up, 0.0) + 0.012 * np.exp(
+        -np.maximum(up, 0.0) / 0.012
+    )  # no hard line where the air is thickest
     sky = _clear_sky_of(flat, cosine)
     # the haze that lies on the sea: pale, warm towards the sun
     toward = 0.5 + 0.5 * cosine[..., None]

@@ -1,7 +1,8 @@
 """terrain/height.png: a crescent island round a shallow lagoon that opens to the south (+Z).
 
-The land is a chain of discs along a bent spine, seen through a domain warp; its signed distance gives beach, berm and
-sea floor, and dunes shaped by one wind stand on what lies far enough inland. Metres, Y up; row 0 at -Z, column 0 at -X.
+The land is a chain of discs along a bent spine, seen through a domain warp; its signed distance gives beach,
+berm and sea floor, and dunes shaped by one wind stand on what lies far enough inland. Metres, Y up; row 0 at
+-Z, column 0 at -X.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+
 from noise import Array, fbm, gradient_noise, smoothstep
 from picture import write_image
 
@@ -20,7 +22,8 @@ SEA_FLOOR_M = -15.0
 DUNE_TOP_M = 6.0
 WIND = (0.88, -0.475)  # where the wind blows to, in X and Z: from the south-west, off the sea
 
-# x, z and half width of the land along its spine, from the tip of the western horn round the north to the eastern one
+# x, z and half width of the land along its spine, from the tip of the western horn round the north to the
+# eastern one
 SPINE = np.array(
     [
         (-24.0, 44.0, 3.0),
@@ -53,12 +56,14 @@ def spine_points(per_span: int = 14) -> Array:
     t = (np.arange(per_span) / per_span)[:, None]
     spans = []
     for a, b, c, d in zip(p, p[1:], p[2:], p[3:], strict=False):
-        spans.append(0.5 * (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - a - 3 * c + d) * t**3))
+        spans.append(
+            0.5 * (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - a - 3 * c + d) * t**3)
+        )
     return np.vstack([*spans, SPINE[-1:]])
 
 
 def shore_distance(x: Array, z: Array) -> tuple[Array, Array]:
-    """Distance from the shore in metres, negative on land: of the island, and of the island with its lagoon filled."""
+    """Metres from the shore, negative on land: of the island, and of the island with its lagoon filled."""
     warp_x = 8.0 * fbm(x / 42, z / 42, 1, 4) + 1.2 * gradient_noise(x / 11, z / 11, 5)
     warp_z = 8.0 * fbm(x / 42, z / 42, 2, 4) + 1.2 * gradient_noise(x / 11, z / 11, 6)
     px, pz = x + warp_x, z + warp_z
@@ -74,10 +79,10 @@ def shore_distance(x: Array, z: Array) -> tuple[Array, Array]:
 
 
 def dune_ridges(x: Array, z: Array, length_m: float, seed: int) -> Array:
-    """Transverse dunes, 0..1: long gentle windward flanks, sharp crests, short lee flanks, crests that bow and fork.
+    """Transverse dunes, 0..1: long windward flanks, sharp crests, short lee flanks, crests that bow and fork.
 
-    The wave's phase runs along the wind and is warped; shape after the transverse and barchanoid dunes of R. A. Bagnold,
-    "The Physics of Blown Sand and Desert Dunes", 1941.
+    The wave's phase runs along the wind and is warped; shape after the transverse and barchanoid dunes of R.
+    A. Bagnold, "The Physics of Blown Sand and Desert Dunes", 1941.
     """
     along, across = x * WIND[0] + z * WIND[1], -x * WIND[1] + z * WIND[0]
     bend = 0.62 * fbm(along / (2.2 * length_m), across / (2.2 * length_m), seed, 3)

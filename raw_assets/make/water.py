@@ -1,8 +1,10 @@
 """water/waves.png: one tile of sea surface, exactly periodic, 16 bit.
 
-A sum of waves with whole wave numbers, so that the tile meets itself; amplitudes after the spectrum of O. M. Phillips,
-"The equilibrium range in the spectrum of wind-generated waves", 1958, in the form of J. Tessendorf, "Simulating Ocean
-Water", 2001, with the longest waves held down (they would show the repeat) and a steeper tail.
+A sum of waves with whole wave numbers, so that the tile meets itself. The spectrum is given by the slopes
+that the eye sees: a broad hump about the wavelets of a breeze, the long waves held down (they would show the
+repeat), spread about the wind by a power of the cosine that widens towards the small waves, after M. S.
+Longuet-Higgins, D. E. Cartwright and N. D. Smith, "Observations of the directional spectrum of sea waves",
+1963.
 """
 
 from __future__ import annotations
@@ -10,29 +12,32 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+
 from noise import Array, smoothstep, spectral_noise
 from picture import write_image
 
 PIXELS = 512
 WIND = (0.88, 0.475)  # where the waves run to: right and up the picture
-LONGEST, SHORTEST = 5.0, 84.0  # waves per tile at which the spectrum is fully in, and out
-PEAK = 6.0  # waves per tile with the most energy
+MOST_SLOPE = 13.0  # waves per tile
+SHORTEST = 96.0  # waves per tile at which the spectrum has faded out
 
 
 def spectrum(kx: Array, ky: Array) -> Array:
-    """Amplitude of each wave: a power law with its peak at PEAK waves per tile, spread about the wind."""
+    """Amplitude of each wave from its numbers per tile: slope density over k**4, times the spread."""
     k = np.maximum(np.hypot(kx, ky), 1e-9)
+    slope = np.exp(-((np.log(k / MOST_SLOPE) / 0.55) ** 2)) + 0.05 * np.exp(-((np.log(k / 40.0) / 0.5) ** 2))
     facing = (kx * WIND[0] - ky * WIND[1]) / k
-    spread = 0.22 + 0.78 * np.maximum(facing, 0.0) ** 2 + 0.15 * np.maximum(-facing, 0.0) ** 2
-    power = np.exp(-((PEAK / k) ** 2)) / k**5
-    band = smoothstep(1.5, LONGEST, k) * smoothstep(SHORTEST, 0.4 * SHORTEST, k)
-    return np.asarray(np.sqrt(power) * spread * band)
+    narrow = np.clip(k / 30.0, 0.0, 1.0)
+    ahead = 0.5 + 0.5 * facing
+    spread = ahead**6 + (ahead**2 - ahead**6) * narrow
+    band = smoothstep(2.5, 5.0, k) * smoothstep(SHORTEST, 0.5 * SHORTEST, k)
+    return np.asarray(np.sqrt(slope) / k**2 * spread * band)
 
 
 def surface() -> Array:
     """The tile, (512, 512), 0..1, mean about a half: crests sharper than troughs, as gravity makes them."""
-    waves = spectral_noise(PIXELS, spectrum, 71).real.astype(np.float64)
-    peaked = waves + 0.10 * (waves * waves - 1.0)
+    waves = spectral_noise(PIXELS, spectrum, 118).real.astype(np.float64)
+    peaked = waves + 0.09 * (waves * waves - 1.0)
     low, high = peaked.min(), peaked.max()
     return np.asarray((peaked - low) / (high - low))
 

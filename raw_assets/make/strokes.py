@@ -1,0 +1,84 @@
+"""Small shapes that effect.py stamps on the ground: starfish, shells, corals, each with its relief.
+
+A stroke is called with offsets dx, dy in texels from its middle and gives three arrays of their shape: cover
+0..1, tone (a factor on the colour) and rise (the share of the shape's height).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from noise import Array
+
+Stroke = Callable[[Array, Array], tuple[Array, Array, Array]]
+
+
+def hollow(radius: float, depth: float = 0.30) -> Stroke:
+    """A soft dark hollow about a thing that sits in the sand: relief below the ground."""
+
+    def draw(dx: Array, dy: Array) -> tuple[Array, Array, Array]:
+        soft = np.exp(-(dx * dx + dy * dy) / (radius * radius))
+        return depth * soft, np.ones_like(dx), -soft
+
+    return draw
+
+
+def starfish(radius: float, turn: float, bend: float) -> Stroke:
+    """Five tapering arms, each a little bent, brightest along their ridges."""
+
+    def draw(dx: Array, dy: Array) -> tuple[Array, Array, Array]:
+        r = np.hypot(dx, dy) / radius
+        angle = np.arctan2(dy, dx) + turn + bend * r
+        arm = np.abs((angle / (2 * np.pi) * 5.0) % 1.0 - 0.5) * 2.0  # 1 on an arm's ridge, 0 between two
+        off = (1.0 - arm) * np.pi / 5.0 * r  # distance from the ridge
+        width = 0.27 * (1.0 - r) + 0.045
+        cover = np.clip((width - off) * radius + 0.5, 0.0, 1.0) * np.clip((1.0 - r) * radius + 0.5, 0.0, 1.0)
+        ridge = np.clip(1.0 - off / np.maximum(width, 1e-3), 0.0, 1.0)
+        return cover * 0.95, 0.82 + 0.34 * ridge * (1.0 - 0.4 * r), (0.35 + 0.65 * ridge) * (1.0 - 0.5 * r)
+
+    return draw
+
+
+def shell(radius: float, turn: float, ribs: int) -> Stroke:
+    """A scallop: a ribbed fan, hinge at one end, domed."""
+
+    def draw(dx: Array, dy: Array) -> tuple[Array, Array, Array]:
+        x = np.cos(turn) * dx - np.sin(turn) * dy
+        y = np.sin(turn) * dx + np.cos(turn) * dy + 0.7 * radius
+        r, angle = np.hypot(x, y) / (1.6 * radius), np.arctan2(x, y)
+        rim = np.clip((0.96 + 0.04 * np.cos(angle * ribs) - r) * radius * 1.6 + 0.5, 0.0, 1.0)
+        sides = np.clip((0.92 - np.abs(angle)) * radius * 1.6 * r + 0.5, 0.0, 1.0)
+        dome = np.clip(1.0 - (dx * dx + dy * dy) / (1.2 * radius) ** 2, 0.0, 1.0)
+        return (
+            rim * sides,
+            0.90 + 0.05 * np.cos(angle * ribs * 2) * r + 0.12 * dome,
+            0.2 + 0.8 * np.sqrt(dome),
+        )
+
+    return draw
+
+
+def fragment(radius: float) -> Stroke:
+    """A broken bit of shell: a soft dot."""
+
+    def draw(dx: Array, dy: Array) -> tuple[Array, Array, Array]:
+        return 0.9 * np.clip(radius - np.hypot(dx, dy) + 0.5, 0.0, 1.0), np.ones_like(dx), np.ones_like(dx)
+
+    return draw
+
+
+def coral(radius: float, phase: float) -> Stroke:
+    """A rounded head with lobes, bright above and dark between."""
+
+    def draw(dx: Array, dy: Array) -> tuple[Array, Array, Array]:
+        r, angle = np.hypot(dx, dy) / radius, np.arctan2(dy, dx)
+        rim = 0.80 + 0.10 * np.cos(3 * angle + phase) + 0.08 * np.cos(5 * angle - 2.3 * phase)
+        cover = np.clip((rim - r) * radius * 0.6 + 0.5, 0.0, 1.0)
+        dome = np.clip(1.0 - (r / rim) ** 2, 0.0, 1.0)
+        swirl = 1.1 * np.sin(0.55 * dx + 2.0 * phase) - 0.9 * np.cos(0.47 * dy - phase)
+        lobes = 0.5 + 0.5 * np.cos(0.9 * dx + 0.7 * dy + phase + swirl)
+        return cover * 0.92, 0.66 + 0.36 * dome + 0.13 * lobes, np.sqrt(dome) * (0.8 + 0.2 * lobes)
+
+    return draw
