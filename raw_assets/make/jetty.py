@@ -1,8 +1,9 @@
 """Models the jetty: planks on stringers and cross beams, on pairs of poles that go down below the sea floor.
 
 Usage: python jetty.py RAW_ASSETS
-Local axes: it starts at the origin on the beach, runs 25 m along +Z into the sea, and the deck's height is y = 0 but for the
-first metres, which lead down to the sand. It is 2 m wide along X. Meant to stand 1.2 m above the sea. Metres.
+Local axes: it starts at the origin on the beach, runs 25 m along +Z into the sea, 2 m wide along X, and the
+deck's height is y = 0 but for the first metres, which lead down to the sand. The poles are weathered for a
+sea 1.2 m below the deck. Metres.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +38,7 @@ POLE_SIDES = 10
 
 @dataclass(frozen=True)
 class Plank:
-    """One plank as laid: its pattern and how it is turned, its middle, sizes (metres) and small angles (radians)."""
+    """One plank as laid: its pattern and how it is turned, its middle, sizes (m), small angles (rad)."""
 
     pattern: int
     turned: bool  # end for end
@@ -64,7 +66,7 @@ def deck_slope(z: float) -> float:
 
 
 def planks() -> list[Plank]:
-    """The deck from the beach outwards: uneven gaps, ends and tilt; two planks gone, one broken, some warped."""
+    """The deck from the beach outwards: uneven gaps, ends, tilt; two planks gone, one broken, some warped."""
     laid: list[Plank] = []
     z, k = 0.10, 0
     gone, broken = (61, 104), 83
@@ -102,9 +104,8 @@ def planks() -> list[Plank]:
         k += 1
 
 
-# the outline of a plank's cross-section, from the bottom left over the top to the bottom right: share of the half width,
-# share of the thickness below the top, and pixel row within its pattern
-C = 0.008
+# the outline of a plank's cross-section, from the bottom left over the top to the bottom right: share of the
+# half width, share of the thickness below the top, pixel row within its pattern
 PROFILE = ((-1, 1.0, 0), (-1, 0.16, 20), (-0.9, 0.0, 24), (0.9, 0.0, 92), (1, 0.16, 96), (1, 1.0, 116))
 
 
@@ -155,7 +156,7 @@ def add_plank(model: Model, plank: Plank) -> None:
 def add_timber(
     model: Model, start: Floats, stop: Floats, side: Floats, size: tuple[float, float], pattern: int
 ) -> None:
-    """A squared timber from start to stop (middles of its ends); `side` is its first cross axis, size its two widths."""
+    """A squared timber between the middles of its ends; `side` is its first cross axis, `size` its widths."""
     along = stop - start
     length = math.sqrt(float((along**2).sum()))
     other = np.cross(along / length, side)
@@ -213,7 +214,7 @@ def add_pole(model: Model, number: int, x: float, z: float, top: float) -> None:
             a = 2.0 * math.pi * (j % POLE_SIDES) / POLE_SIDES + 2.0 * math.pi * turn0
             lump = 1.0 + 0.06 * (rand(j % POLE_SIDES, 60 + number) - 0.5)
             dx, dz = wide * lump * math.cos(a), wide * lump * math.sin(a)
-            dy = slant[0] * dx / radius * radius * 3.0 + slant[1] * dz * 3.0 if i < 2 else 0.0
+            dy = 3.0 * (slant[0] * dx + slant[1] * dz) if i < 2 else 0.0
             rows.append((mx + dx, h + dy, mz + dz))
             v = j / POLE_SIDES
             pixels.append((x0 + atlas.pole_pixel(h), y0 + atlas.POLE_BAND * (1.0 - v if r[7] > 0.5 else v)))
@@ -236,7 +237,7 @@ def add_pole(model: Model, number: int, x: float, z: float, top: float) -> None:
 
 
 def add_frames(model: Model) -> None:
-    """Poles in pairs, the cross beam between them, braces where the water is deep, and stringers from frame to frame."""
+    """Poles in pairs, the cross beam between them, braces where it is deep, stringers between frames."""
     under = -THICK_M - 0.004
     frames = [0.7 + FRAME_M * k for k in range(FRAMES)]
     number = 0
@@ -265,7 +266,7 @@ def add_frames(model: Model) -> None:
             )
             add_timber(model, low, high, np.array([0.0, 0.0, 1.0]), (0.05, 0.13), 2 * k + 4)
     ends = [0.06, *frames[1:-1], LENGTH_M - 0.03]
-    for k, (a, b) in enumerate(zip(ends, ends[1:], strict=False)):
+    for k, (a, b) in enumerate(pairwise(ends)):
         steps = 4 if b < RAMP_M + FRAME_M else 1
         for x in (-0.76, 0.76):
             shift = 0.045 if k % 2 else -0.045  # neighbours lie side by side where they meet
@@ -287,13 +288,18 @@ def build() -> Model:
     return model
 
 
-def make(out: Path) -> None:
-    """Writes jetty.obj, jetty.mtl and jetty.png (colour) under out/jetty."""
+def write_model(out: Path) -> None:
+    """Writes jetty.obj and jetty.mtl under out/jetty."""
     (out / "jetty").mkdir(parents=True, exist_ok=True)
     note = "A jetty of weathered wood, made by raw_assets/make/jetty.py; metres, Y up"
     build().write(out / "jetty/jetty.obj", "jetty.mtl", note)
     wood = ["Ka 0 0 0", "Kd 1 1 1", "Ks 0.05 0.05 0.05", "Ns 15", "d 1", "illum 2", "map_Kd jetty.png"]
     write_mtl(out / "jetty/jetty.mtl", note, {"planks": wood, "poles": wood})
+
+
+def make(out: Path) -> None:
+    """Writes jetty.obj, jetty.mtl and jetty.png (colour) under out/jetty."""
+    write_model(out)
     write_image(out / "jetty/jetty.png", atlas.atlas(), "uint8")
 
 

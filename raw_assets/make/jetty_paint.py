@@ -1,7 +1,6 @@
-"""Paints the jetty's atlas: nine planks (top and both sides), their end grain, four poles, and the poles' cut tops.
+"""Paints the jetty's atlas: nine planks (top and sides), their end grain, four poles, and the poles' tops.
 
-Weathered wood: the soft early wood of each year ring is worn away and dark, the hard late wood stands out and has silvered,
-so lightness doubles as height. Painted at twice the atlas's size and halved.
+Painted at twice the atlas's size and halved. Lightness doubles as height.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from noise import smoothstep as step
 from paint import dilate, fbm, halve, hash01, mix, noise, ramp, rand
 from picture import hex_color as rgb
+from wood import WOOD, around, cracks, knots_of
 
 Floats = NDArray[np.float64]
 
@@ -73,52 +73,6 @@ def pole_height(pixel: Floats) -> Floats:
     return np.where(pixel <= POLE_BEND, above, below)
 
 
-WOOD = ["#33291f", "#665848", "#9a8b77", "#beb19d", "#e0d7c6"]
-
-
-def knots_of(seed: int, count: int, length: float, breadth: float) -> list[tuple[float, float, float]]:
-    """Knots: place along and across (metres) and radius across the grain."""
-    return [
-        (
-            length * (0.08 + 0.84 * rand(3 * i, seed)),
-            breadth * (0.12 + 0.76 * rand(3 * i + 1, seed)),
-            0.006 + 0.010 * rand(3 * i + 2, seed),
-        )
-        for i in range(count)
-    ]
-
-
-def around(x: Floats, q: Floats, knots: list[tuple[float, float, float]]) -> tuple[Floats, Floats, Floats]:
-    """Bends the grain round its knots as a stream bends round stones.
-
-    Returns the bent coordinate across the grain, the knots' cover 0..1 and the rings inside them. The bending is the
-    stream function of the flow round a cylinder, y (1 - r^2 / d^2) (Lamb, Hydrodynamics, 1932, article 68).
-    """
-    bent, cover, rings = q.copy(), np.zeros_like(q), np.zeros_like(q)
-    for kx, kq, radius in knots:
-        dx, dq = (x - kx) / (2.3 * radius), (q - kq) / radius
-        d2 = dx * dx + dq * dq
-        bent -= (q - kq) / np.maximum(d2, 1.0)
-        near = 1.0 - step(0.62, 1.05, np.sqrt(d2))
-        cover = np.maximum(cover, near)
-        rings = np.where(d2 < 1.3, np.sqrt(d2) * radius * 520.0, rings)
-    return bent, cover, rings
-
-
-def cracks(x: Floats, bent: Floats, seed: int, count: int, length: float, breadth: float) -> Floats:
-    """Drying cracks along the grain, most of them from an end inwards: depth 0..1."""
-    depth = np.zeros_like(x)
-    for i in range(count):
-        r = [rand(6 * i + j, seed) for j in range(6)]
-        reach = length * (0.10 + 0.32 * r[0])
-        begin = (0.0, length, length * (0.2 + 0.6 * r[5]))[int(r[1] * 2.6)]
-        t = np.abs(x - begin) / reach
-        line = breadth * (0.06 + 0.88 * r[2]) + 0.0035 * noise(x * 5.0 + 9.0 * i, x * 0.0, seed + i)
-        half = (0.0006 + 0.0014 * r[3]) * np.clip(1.0 - t, 0.0, 1.0) ** 0.6
-        depth = np.maximum(depth, np.clip((half - np.abs(bent - line)) / 0.0009 + 0.5, 0.0, 1.0) * (t < 1.0))
-    return depth
-
-
 def paint_plank(k: int) -> Floats:
     """One plank, unfolded: side, top, side; (BAND + 16, LENGTH + 16, 3) with its gutters."""
     seed = 1000 + 37 * k
@@ -129,7 +83,7 @@ def paint_plank(k: int) -> Floats:
     r = [rand(i, seed) for i in range(16)]
     bent, knot, knot_rings = around(x, q, knots_of(seed + 1, int(0.4 + 4.2 * r[0]), 2.0, 0.15))
     bent += 0.0040 * fbm(x * 1.3, q * 5.0, seed + 2, 3)
-    # year rings as the saw cut them: arches where the cut ran flat past the heart, straight lines where it was far
+    # year rings as the saw cut them: arches where the cut ran flat past the heart, straight lines elsewhere
     heart = 0.15 * (0.15 + 0.7 * r[1])
     far = 0.012 + 0.10 * r[2] * r[2]
     depth = far + (r[3] - 0.5) * 0.045 * x + 0.006 * noise(x * 1.6, x * 0.0, seed + 3)
@@ -206,7 +160,7 @@ def paint_end(k: int) -> Floats:
 
 
 def paint_pole(k: int) -> Floats:
-    """One pole, its bark long gone, unrolled; (POLE_BAND + 16, LENGTH + 16, 3); repeats from its top edge to its bottom edge."""
+    """One pole without bark, unrolled: (POLE_BAND + 16, LENGTH + 16, 3); top and bottom edge meet."""
     seed = 3000 + 43 * k
     g = GUTTER // 2
     rows, columns = 2 * (POLE_BAND + 2 * g), 2 * (LENGTH + 2 * g)
@@ -265,7 +219,7 @@ def paint_pole(k: int) -> Floats:
 
 
 def paint_cap(k: int) -> Floats:
-    """The cut top of pole k: year rings and cracks from the heart; a square of 2 * (CAP_RADIUS + 8) pixels."""
+    """The cut top of pole k: year rings and cracks from the heart; a square of 2 * (CAP_RADIUS + 8)."""
     seed = 4000 + 47 * k
     side = 4 * (CAP_RADIUS + GUTTER // 2)
     py, px = np.meshgrid(

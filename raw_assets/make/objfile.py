@@ -1,7 +1,8 @@
 """Wavefront OBJ and MTL writing for the island's models.
 
 Texture coordinates are given in atlas pixels from the top-left corner (the way they are painted) and are
-written as OBJ's bottom-left [0, 1] pair. Text has a fixed number of decimals, so the same model gives the same bytes.
+written as OBJ's bottom-left [0, 1] pair. Numbers have a fixed count of decimals, so the same model gives the
+same bytes.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ Ints = NDArray[np.int64]
 def smooth_normals(points: Floats, triangles: Ints) -> Floats:
     """Area-weighted unit normals, (n, 3), of one smooth patch.
 
-    Vertices at the same place (within 10 micrometres) share a normal, so a texture seam is not seen in the light.
+    Vertices at one place (within 10 micrometres) share a normal, so a texture seam is not seen in the light.
     """
     corner = points[triangles]
     facet = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -34,7 +35,10 @@ def smooth_normals(points: Floats, triangles: Ints) -> Floats:
 
 
 def grid_triangles(rows: int, columns: int) -> Ints:
-    """Triangles of a rows x columns grid of vertices, row-major; counter-clockwise where rows run away and columns right."""
+    """Triangles of a rows x columns grid of vertices, row-major.
+
+    Counter-clockwise seen from where rows run up and columns run left.
+    """
     faces = []
     for i in range(rows - 1):
         for j in range(columns - 1):
@@ -64,7 +68,7 @@ class Model:
         triangles: Ints,
         normals: Floats | None = None,
     ) -> None:
-        """Adds a patch: `points` (n, 3) metres, `pixels` (n, 2) atlas pixels from the top left, `triangles` (m, 3).
+        """Adds a patch: `points` (n, 3) metres, `pixels` (n, 2) of the atlas, `triangles` (m, 3).
 
         Without `normals` the patch is smooth. Triangles of no area are refused: ValueError.
         """

@@ -1,7 +1,7 @@
 """Painting for the models' atlases: smooth noise on arrays of points, blending, and filling around islands.
 
-The noise is value noise on a hashed lattice, joined by Ken Perlin's quintic (Improving Noise, 2002); unlike noise.py's it
-repeats where asked, at any points. Colours are sRGB-encoded, 0..1.
+The noise is value noise on a hashed lattice, joined by Ken Perlin's quintic (Improving Noise, 2002); unlike
+noise.py's it repeats where asked, at any points. Colours are sRGB-encoded, 0..1.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def rand(index: int, seed: int) -> float:
 
 
 def noise(x: Floats, y: Floats, seed: int, period_x: int = 0, period_y: int = 0) -> Floats:
-    """Value noise in [-1, 1] at points x, y; cells are 1 wide; a period (in cells, 0: none) makes it repeat."""
+    """Value noise in [-1, 1] at points x, y; cells are 1 wide; a period, in cells, makes it repeat."""
     ix, iy = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
     fx, fy = x - ix, y - iy
     fx = fx * fx * fx * (fx * (fx * 6.0 - 15.0) + 10.0)
@@ -76,8 +76,8 @@ def halve(image: Floats) -> Floats:
 def dilate(image: Floats, known: Mask) -> Floats:
     """Fills the unknown pixels of (h, w, c) from the known ones around them, farther ones ever smoother.
 
-    Pull-push: levels are halved while the known part is averaged, and what is unknown is taken from the coarser level
-    (Gortler et al., The Lumigraph, 1996, section 3.4.1).
+    Pull-push: levels are halved while the known part is averaged, and what is unknown comes from the coarser
+    one (Gortler et al., The Lumigraph, 1996, section 3.4.1).
     """
     height, width = known.shape
     if known.all() or min(height, width) < 2 or height % 2 or width % 2:

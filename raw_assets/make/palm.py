@@ -31,7 +31,10 @@ SPREAD = 1.55  # a frond is this much wider than painted
 
 @dataclass(frozen=True)
 class Leaf:
-    """One frond: `azimuth` round the crown, `rise` of its foot above the horizon and `droop` on the way to its tip (radians)."""
+    """One frond: `azimuth` round the crown, `rise` of its foot above the horizon, `droop` towards its tip.
+
+    Angles in radians, lengths in metres.
+    """
 
     pattern: int
     azimuth: float
@@ -47,7 +50,7 @@ def norm(v: Floats) -> Floats:
 
 
 def trunk_axis(s: float) -> tuple[Floats, Floats]:
-    """Point and direction of the trunk's axis at s in 0..1, by stepping along it: leaning out, then rising again."""
+    """Point and direction of the trunk's axis at s in 0..1, stepped along: leaning out, then rising."""
     point, steps = np.zeros(3), 200
     direction = np.zeros(3)
     for k in range(steps + 1):
@@ -107,7 +110,7 @@ def add_trunk(model: Model) -> None:
 
 
 def leaves() -> list[Leaf]:
-    """The crown: young fronds upright in its heart, grown ones arching, old ones hanging; golden-angle spiral."""
+    """The crown: young fronds upright in its heart, grown ones arching, old ones hanging."""
     crown = []
     count = FRONDS
     golden = math.pi * (3.0 - math.sqrt(5.0))
@@ -141,7 +144,6 @@ def add_leaf(model: Model, leaf: Leaf, foot: Floats) -> None:
     for i in range(SEGMENTS + 1):
         s = i / SEGMENTS
         pitch = leaf.rise - leaf.droop * s**1.35
-        along = out * math.cos(pitch) + up * math.sin(pitch)
         over = up * math.cos(pitch) - out * math.sin(pitch)
         roll = leaf.twist * s
         right = side * math.cos(roll) + over * math.sin(roll)
@@ -167,7 +169,10 @@ def add_leaf(model: Model, leaf: Leaf, foot: Floats) -> None:
 
 
 def icosphere() -> tuple[Floats, NDArray[np.int64]]:
-    """An icosahedron with a vertex at each pole, divided once: 42 vertices, 80 triangles; ten vertices lie on its equator."""
+    """An icosahedron with a vertex at each pole, divided once: 42 vertices, 80 triangles.
+
+    Ten of its vertices lie on the equator, so that it falls into two halves.
+    """
     points = [np.array([0.0, 1.0, 0.0])]
     height, radius = 1.0 / math.sqrt(5.0), 2.0 / math.sqrt(5.0)
     for sign, shift in ((1.0, 0.0), (-1.0, 0.5)):
@@ -196,7 +201,7 @@ def icosphere() -> tuple[Floats, NDArray[np.int64]]:
 
 
 def add_nuts(model: Model, crown: Floats) -> None:
-    """Coconuts under the crown, each in two halves that meet at the equator, each half on a disc of the atlas."""
+    """Coconuts under the crown, in two halves that meet at the equator, each half on a disc of the atlas."""
     sphere, faces = icosphere()
     up_half = sphere[faces][:, :, 1].mean(axis=1) > 0.0
     for k in range(6):
@@ -242,18 +247,20 @@ def build() -> Model:
     return model
 
 
-def make(out: Path) -> None:
-    """Writes palm.obj, palm.mtl, palm.ppm (colour) and palm_alpha.pgm (opacity) under out/palm."""
+def write_model(out: Path) -> None:
+    """Writes palm.obj and palm.mtl under out/palm."""
     (out / "palm").mkdir(parents=True, exist_ok=True)
     note = "A coconut palm, made by raw_assets/make/palm.py; metres, Y up"
     build().write(out / "palm/palm.obj", "palm.mtl", note)
     plain = ["Ka 0 0 0", "Kd 1 1 1", "Ks 0.04 0.04 0.04", "Ns 20", "d 1", "illum 2", "map_Kd palm.ppm"]
     glossy = ["Ka 0 0 0", "Kd 1 1 1", "Ks 0.30 0.30 0.30", "Ns 60", "d 1", "illum 2", "map_Kd palm.ppm"]
-    write_mtl(
-        out / "palm/palm.mtl",
-        note,
-        {"trunk": plain, "leaves": [*glossy, "map_d palm_alpha.pgm"], "nuts": plain},
-    )
+    leaves_too = [*glossy, "map_d palm_alpha.pgm"]
+    write_mtl(out / "palm/palm.mtl", note, {"trunk": plain, "leaves": leaves_too, "nuts": plain})
+
+
+def make(out: Path) -> None:
+    """Writes palm.obj, palm.mtl, palm.ppm (colour) and palm_alpha.pgm (opacity) under out/palm."""
+    write_model(out)
     color, alpha = paint_atlas.atlas()
     write_image(out / "palm/palm.ppm", color, "uint8")
     write_image(out / "palm/palm_alpha.pgm", alpha, "uint8")

@@ -1,7 +1,7 @@
 """Paints the palm's atlas: two lengths of bark, three fronds (fresh, grown, old) and three coconuts.
 
-Painted at twice the atlas's size and halved, so that thin leaflets have soft edges. Lightness doubles as height: leaflet
-midribs, ring ridges and fibres are lighter than what lies deeper.
+Painted at twice the atlas's size and halved, so that thin leaflets have soft edges. Lightness doubles as
+height: leaflet midribs, ring ridges and fibres are lighter than what lies deeper.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ def paint_frond(frond: Frond) -> tuple[Floats, Floats]:
 
 
 def paint_bark() -> Floats:
-    """The whole trunk at double size, foot at the bottom: (2 * (2 * BARK_HEIGHT + 2 * gutter), 2 * (width + 2 * gutter), 3).
+    """The whole trunk, foot at the bottom, at double size: both lengths in one, with gutters all round.
 
     Repeats round the trunk; the gutters are its true continuation.
     """
@@ -181,7 +181,7 @@ def paint_bark() -> Floats:
 
 
 def paint_nut(kind: int, top: bool) -> Floats:
-    """Half a coconut seen along its axis, at double size, filling a square of 2 * (2 * (NUT_RADIUS + 8)) pixels."""
+    """Half a coconut seen along its axis, at double size, filling a square of 4 * (NUT_RADIUS + 8) pixels."""
     side = 4 * (NUT_RADIUS + GUTTER // 2)
     py, px = np.meshgrid(np.arange(side) + 0.5 - side / 2, np.arange(side) + 0.5 - side / 2, indexing="ij")
     radius = np.sqrt(px * px + py * py) / (2.0 * NUT_RADIUS)
@@ -205,7 +205,7 @@ def paint_nut(kind: int, top: bool) -> Floats:
 
 
 def atlas() -> tuple[Floats, Floats]:
-    """The atlas: colour (1024, 1024, 3) sRGB and the fronds' opacity (1024, 1024), 1 where there is no frond."""
+    """The atlas: colour (1024, 1024, 3) sRGB, and opacity (1024, 1024), 1 where there is no frond."""
     gutter = GUTTER // 2
     color = np.zeros((SIZE, SIZE, 3))
     known = np.zeros((SIZE, SIZE), dtype=bool)
