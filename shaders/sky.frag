@@ -10,9 +10,7 @@ layout(location = 0) out vec4 fragment;
 void main() {
     vec3 direction = safe_normalize(v_ray, vec3(0.0, 1.0, 0.0));
     vec3 color = min(texture(u_sky, direction).rgb, vec3(u_limit));
-    // Haze lies some 60 m thick over the sea: a ray close to the horizon runs long through it.
-    float through_m = 60.0 / max(direction.y, 0.004);
-    color = mix(color, haze_color(direction), haze_amount(through_m));
+    color = mix(color, haze_color(direction), haze_amount(haze_path(direction.y)));
     if (eye.y < water.w) {
         color = u_water_glow;
     }

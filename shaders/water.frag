@@ -29,7 +29,7 @@ vec3 sky_in(vec3 direction) {
         return fog.rgb;
     }
     vec3 color = min(textureLod(u_sky, up, 2.0).rgb, vec3(8.0));
-    return mix(color, haze_color(direction), haze_amount(60.0 / max(up.y, 0.004)));
+    return mix(color, haze_color(direction), haze_amount(haze_path(up.y)));
 }
 
 vec2 inside(vec2 uv, vec2 texel) { return clamp(uv, texel, 1.0 - texel); }
@@ -116,15 +116,16 @@ void main() {
              specular_ggx(n, v, sun_direction.xyz, WATER_F0 * u_shine.x, alpha, 60.0);
 
     // Foam where the sea runs out, in a broken line that breathes with the swash.
-    float ragged = value_noise(xz * 1.3 + 7.0 * fine) * 0.6 + value_noise(xz * 4.1 - 9.0 * fine) * 0.4;
-    float swash = 0.5 + 0.5 * sin(6.2831853 * (u_swash + value_noise(xz * 0.08)));
-    float line = 0.05 + 0.10 * swash;
-    float foam = smoothstep(line + 0.10, line, depth_straight) * smoothstep(0.42, 0.72, ragged + 0.15 * swash);
-    foam *= u_textures.y / (1.0 + 0.0004 * distance_m * distance_m);
-    color = mix(color, vec3(0.85) * light, 0.7 * foam);
+    float ragged = value_noise(xz * 1.1 + 3.0 * fine) * 0.6 + value_noise(xz * 3.7 - 5.0 * fine) * 0.4;
+    float swash = 0.5 + 0.5 * sin(6.2831853 * (u_swash + value_noise(xz * 0.06)));
+    float reach = 0.02 + 0.035 * swash;
+    float lace = smoothstep(0.3, 0.75, ragged);
+    float foam = smoothstep(0.0, 0.01, depth_straight) * (1.0 - smoothstep(reach, reach + 0.02, depth_straight)) * lace;
+    foam *= 0.55 * u_textures.y / (1.0 + 0.0004 * distance_m * distance_m);
+    color = mix(color, vec3(0.8) * light, foam);
 
     // Soft edge upon the sand; without a floor to see the water is simply there.
-    float edge = u_textures.y > 0.5 ? smoothstep(-0.01, 0.10, depth_straight) : 1.0;
+    float edge = u_textures.y > 0.5 ? smoothstep(-0.005, 0.05, depth_straight) : 1.0;
     color = apply_haze(color, v_position);
     color = mix(color, haze_color(-v), smoothstep(0.55 * u_fade_m, 0.95 * u_fade_m, distance_m));
     fragment = vec4(color, clamp(max(edge, foam), 0.0, 1.0));

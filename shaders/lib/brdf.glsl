@@ -38,6 +38,15 @@ float specular_ggx(vec3 n, vec3 v, vec3 l, float f0, float alpha, float limit) {
     return min(ggx_distribution(n_h, alpha) * ggx_visibility(n_l, n_v, alpha) * f * n_l, limit);
 }
 
+// Reflectance towards v of light from all sides around the mirrored direction: the fit of B. Karis, "Physically
+// Based Shading on Mobile", 2014. Below f0 = 0.02 nothing natural reflects at grazing angles either: S. Lagarde, 2011.
+float environment_reflectance(float f0, float n_v, float alpha) {
+    vec4 r = sqrt(clamp(alpha, 0.0, 1.0)) * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+    float a = min(r.x * r.x, exp2(-9.28 * clamp(n_v, 0.0, 1.0))) * r.x + r.y;
+    vec2 ab = vec2(-1.04, 1.04) * a + r.zw;
+    return max(f0 * ab.x + clamp(50.0 * f0, 0.0, 1.0) * ab.y, 0.0);
+}
+
 // Widens alpha by the normal's variance inside the pixel, so that highlights do not shimmer:
 // Y. Tokuyoshi, A. Kaplanyan, "Improved Geometric Specular Antialiasing", I3D 2019.
 float filtered_alpha(vec3 n, float alpha) {

@@ -4,6 +4,10 @@
 // Share of haze between the eye and a point: Beer-Lambert over the distance.
 float haze_amount(float distance_m) { return 1.0 - exp(-min(max(distance_m, 0.0) * fog.w, 60.0)); }
 
+// Metres of haze that a ray to the sky runs through: it lies thin over the sea, so that only rays close to the
+// horizon go far in it.
+float haze_path(float rise) { return 16.0 / max(rise, 0.003); }
+
 // Haze is brighter towards the sun, as in I. Quilez, "Better Fog", 2010.
 vec3 haze_color(vec3 direction) {
     float towards_sun = max(dot(direction, sun_direction.xyz), 0.0);

@@ -26,8 +26,7 @@ vec3 sky_specular(vec3 n, vec3 v, float f0, float alpha) {
     }
     vec3 r = reflect(-v, n);
     float lod = u_sky_blur * sqrt(sqrt(alpha));
-    float f = fresnel_schlick(f0, max(dot(n, v), 0.0)) * (1.0 - 0.7 * alpha);
-    return textureLod(u_sky, r, lod).rgb * f;
+    return textureLod(u_sky, r, lod).rgb * environment_reflectance(f0, dot(n, v), alpha);
 }
 
 struct Surface {

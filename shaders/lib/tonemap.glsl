@@ -1,6 +1,15 @@
-// Filmic curve: K. Narkowicz, "ACES Filmic Tone Mapping Curve", 2015, a fit of the Academy's reference
-// rendering transform. Linear scene radiance after exposure -> linear display light in [0,1].
+// Filmic curve of H. Uchimura, "HDR Theory and Practice", CEDEC 2017 ("GT tone map"): a toe, a straight
+// middle that keeps the colours of sand and water as they were painted, and a shoulder that never clips.
+// Linear scene radiance after exposure -> linear display light in [0,1].
+const float TONE_TOE = 0.22;         // below: more contrast
+const float TONE_CONTRAST = 1.33;    // of the toe
+const float TONE_SHOULDER = 0.532;   // above: compressed; TONE_TOE + 0.4 * (1 - TONE_TOE)
+
 vec3 tone_map(vec3 color) {
-    vec3 x = min(max(color, 0.0), vec3(1e4));
-    return clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
+    vec3 x = clamp(color, vec3(0.0), vec3(1e4));
+    vec3 toe = TONE_TOE * pow(max(x, vec3(1e-6)) / TONE_TOE, vec3(TONE_CONTRAST));
+    vec3 shoulder = 1.0 - (1.0 - TONE_SHOULDER) * exp(-(x - TONE_SHOULDER) / (1.0 - TONE_SHOULDER));
+    vec3 low = 1.0 - smoothstep(vec3(0.0), vec3(TONE_TOE), x);
+    vec3 high = step(vec3(TONE_SHOULDER), x);
+    return clamp(toe * low + x * (1.0 - low - high) + shoulder * high, 0.0, 1.0);
 }
