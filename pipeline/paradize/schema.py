@@ -14,7 +14,7 @@ from dataclasses import MISSING, dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-from paradize.errors import ParadizeError, SceneError, GroupedError
+from paradize.errors import GroupedError, ParadizeError, SceneError
 
 T = TypeVar("T")
 

@@ -7,14 +7,16 @@ lines; Python files and native modules are hashed by content, third-party librar
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import os
 import re
 import sys
 from functools import cache
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
-PACKAGE = "paradize"
+import paradize
+
+SUFFIXES = (".py", *EXTENSION_SUFFIXES)
 LIBRARIES = (
     "fast_simplification",
     "meshoptimizer",
@@ -65,11 +67,14 @@ def library_versions() -> tuple[str, ...]:
 
 @cache
 def _find(module: str) -> Path | None:
-    try:
-        spec = importlib.util.find_spec(module)
-    except ImportError:
-        return None
-    return Path(spec.origin) if spec and spec.origin else None
+    """The file of a module of this package, found without importing anything."""
+    parts = module.split(".")[1:]
+    for root in paradize.__path__:
+        place = Path(root, *parts)
+        for found in (place / "__init__.py", *(Path(f"{place}{suffix}") for suffix in SUFFIXES)):
+            if found.is_file():
+                return found
+    return None
 
 
 def _closure(module: str) -> set[Path]:

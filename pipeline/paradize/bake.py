@@ -1,0 +1,308 @@
+"""Requirements -> tasks -> artifacts, published with one commit: the renaming of scene.json.
+
+A task's key hashes its sources, its settings and the code behind it; what the store knows is not baked again.
+Artifacts carry their hash in the name, so the old scene.json and its files stay whole until the new one
+stands; files that it no longer names are swept afterwards. If anything fails, the old scene.json stays.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from paradize import makers
+from paradize.engine.code import code_digest
+from paradize.engine.memory import FileMemory
+from paradize.engine.publish import sweep_aside, write_whole
+from paradize.engine.store import Store, default_root, hash_file, key_of, stamp
+from paradize.engine.workers import Job, Outcome, run_jobs
+from paradize.errors import GroupedError, ParadizeError, SceneError
+from paradize.flight import Flight, plan_flight
+from paradize.formats.scene_manifest import encode_scene
+from paradize.last_bake import SCENE_FILE, BakeReport, record_name, remember, unchanged_bake
+from paradize.manifest import build_manifest, mesh_facts
+from paradize.require import Order, Want, require
+from paradize.scene import METRICS, Scene, load_scene
+
+TIERS = ("fast", "balanced", "exact")
+_OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only files that a sweep may remove
+
+Told = Callable[[str, int, int], None]  # what was just done, how many are done, of how many
+
+
+@dataclass
+class _Task:
+    """An order on its way: its key, the sources' hashes, and what it gave (products by name)."""
+
+    order: Order
+    key: str
+    status: str = "reused"
+    seconds: float = 0.0
+    products: dict[str, dict[str, Any]] = field(default_factory=dict)
+    data: dict[str, bytes] = field(default_factory=dict)
+    error: ParadizeError | None = None
+
+
+def bake(
+    scene_path: Path,
+    out: Path | None = None,
+    *,
+    jobs: int | None = None,
+    tier: str = "balanced",
+    force: bool = False,
+    told: Told | None = None,
+) -> BakeReport:
+    """Bakes a scene into `out` (default: build/assets/<scene name>). jobs: worker processes, default one a
+    core.
+
+    Raises SceneError (or GroupedError) for a scene that asks for the impossible; what fails later is in the
+    report's errors, all of it, and the folder then holds what it held.
+    """
+    start = time.monotonic()
+    store = Store(default_root())
+    name = record_name(scene_path, out, tier)
+    report = None if force else unchanged_bake(store, name)
+    if report is None:
+        scene = load_scene(scene_path)
+        folder = out or Path("build/assets") / scene.head.name
+        with store.locked(key_of(str(folder.resolve()))[:32]):
+            report = _bake(
+                store, name, scene_path, scene, folder, jobs or os.cpu_count() or 1, tier, force, told
+            )
+    report.seconds = time.monotonic() - start
+    return report
+
+
+def _bake(
+    store: Store,
+    name: str,
+    scene_path: Path,
+    scene: Scene,
+    out: Path,
+    jobs: int,
+    tier: str,
+    force: bool,
+    told: Told | None,
+) -> BakeReport:
+    flight = plan_flight(scene.flight)
+    colors, libraries = _colors(scene, scene_path)
+    orders = [*require(scene, colors).orders, _flight_order(scene, flight)]
+    last = store.get_bake(name)
+    memory = FileMemory.from_json(last["memory"] if isinstance(last, dict) and "memory" in last else None)
+    tasks = [_task(order, memory, tier) for order in orders]
+    for task in tasks:
+        if force or not _recall(store, task):
+            task.status = "baked"
+    _run(store, [task for task in tasks if task.status == "baked"], jobs, tier, told)
+    report = _report(scene, out, tasks)
+    if not report.errors:
+        _commit(scene, scene_path, flight, out, tasks, report)
+    if not report.errors:
+        inputs = [scene_path.resolve(), *libraries]
+        inputs += [path for order in orders for path in order.sources.values()]
+        remember(store, name, report, inputs, memory)
+    return report
+
+
+def _colors(scene: Scene, scene_path: Path) -> tuple[dict[str, Path], list[Path]]:
+    """The colour map of each object, from the scene or from the materials that its OBJ names; and the
+    material files that were read for it. Raises SceneError, or GroupedError, for objects that have none."""
+    colors: dict[str, Path] = {}
+    libraries: list[Path] = []
+    errors: list[ParadizeError] = []
+    for i, item in enumerate(scene.objects):
+        if item.color:
+            colors[item.name] = item.color
+            continue
+        from paradize.readers.obj import read_obj
+
+        try:
+            read = read_obj(item.mesh, scene_path.resolve().parent)
+        except ParadizeError as error:
+            errors.append(error)
+            continue
+        libraries += [item.mesh, *read.libraries]
+        maps = {material.map_kd for material in read.materials.values() if material.map_kd}
+        if len(maps) == 1:
+            colors[item.name] = maps.pop()
+            continue
+        what = f"{len(maps)} colour maps are named by the materials of {item.mesh.name}; one is needed"
+        mend = "name it, or join them into one atlas" if maps else 'write color = "FILE"'
+        errors.append(SceneError(what, file=scene_path, place=f"object[{i}].color", mend=mend))
+    if errors:
+        raise GroupedError(errors) if len(errors) > 1 else errors[0]
+    return colors, libraries
+
+
+def _flight_order(scene: Scene, flight: Flight) -> Order:
+    settings = {
+        "flight": flight.as_json(),
+        "eye": [list(point.position) for point in scene.flight.eye],
+        "target": [list(point.position) for point in scene.flight.target],
+        "speed": [point.speed for point in scene.flight.eye],
+    }
+    return Order("flight", "flight", {}, settings, (Want("flight", "", "flight", "the camera's path"),))
+
+
+def _settings(order: Order) -> dict[str, Any]:
+    if order.maker != "maps":
+        return order.settings
+    return order.settings | {"only": [want.product for want in order.wants]}
+
+
+def _task(order: Order, memory: FileMemory, tier: str) -> _Task:
+    module, maker = makers.MAKERS[order.maker]
+    sources = {role: memory.sha256(path) for role, path in order.sources.items()}
+    code = [code_digest(module), hash_file(Path(makers.__file__))]
+    return _Task(order, key_of(maker.__name__, code, sources, _settings(order), tier))
+
+
+def _recall(store: Store, task: _Task) -> bool:
+    """Takes a task's products from the store; False where any of them is missing or damaged."""
+    products = store.get_product(task.key)
+    if not isinstance(products, dict) or {want.product for want in task.order.wants} - products.keys():
+        return False
+    for want in task.order.wants:
+        data = store.get(products[want.product]["sha256"])
+        if data is None:
+            return False
+        task.data[want.product] = data
+    task.products = products
+    return True
+
+
+def _run(store: Store, tasks: list[_Task], jobs: int, tier: str, told: Told | None) -> None:
+    """Bakes the tasks in worker processes and keeps what they make; their errors stay with them."""
+    by_name = {task.order.name: task for task in tasks}
+    done = 0
+
+    def ended(outcome: Outcome) -> None:
+        nonlocal done
+        done += 1
+        task = by_name[outcome.name]
+        task.seconds = outcome.seconds
+        if outcome.error:
+            task.error, task.status = outcome.error, "failed"
+        else:
+            for product in outcome.value:
+                task.data[product.name] = product.data
+                task.products[product.name] = {
+                    "sha256": store.put(product.data),
+                    "suffix": product.suffix,
+                    "tier": product.tier,
+                    "errors": product.errors,
+                    "warnings": product.warnings,
+                }
+            store.put_product(task.key, task.products)
+        if told:
+            told(outcome.name, done, len(tasks))
+
+    work = [
+        Job(
+            task.order.name,
+            makers.MAKERS[task.order.maker][1],
+            {"sources": task.order.sources, "settings": _settings(task.order), "tier": tier},
+        )
+        for task in tasks
+    ]
+    if work:
+        run_jobs(work, min(jobs, len(work)), ended)
+
+
+def _report(scene: Scene, out: Path, tasks: list[_Task]) -> BakeReport:
+    report = BakeReport(out)
+    for task in tasks:
+        if task.error:
+            report.errors.append(task.error)
+        for want in task.order.wants:
+            product = task.products.get(want.product)
+            report.warnings += product["warnings"] if product else []
+            if not want.kind:
+                continue
+            row: dict[str, Any] = {"name": want.artifact, "file": None, "sha256": None, "bytes": 0}
+            row |= {"tier": None, "errors": {}, "status": task.status, "seconds": round(task.seconds, 3)}
+            if product:
+                file = f"{want.artifact}-{product['sha256'][:8]}.{product['suffix']}"
+                row |= {"file": file, "sha256": product["sha256"], "bytes": len(task.data[want.product])}
+                row |= {"tier": product["tier"], "errors": product["errors"]}
+            row["over"] = over_budget(scene.budget, row["errors"])
+            report.warnings += [f"{want.artifact}: {text}" for text in row["over"]]
+            report.artifacts.append(row)
+    report.warnings = list(dict.fromkeys(report.warnings))
+    return report
+
+
+def over_budget(budget: dict[str, float], errors: dict[str, float]) -> list[str]:
+    """The metrics that are worse than their budget, each as `metric value unit, budget limit`."""
+    found = []
+    for metric, limit in budget.items():
+        if metric in errors:
+            known = METRICS[metric]
+            worse = errors[metric] > limit if known.less_is_better else errors[metric] < limit
+            if worse:
+                found.append(f"{metric} is {errors[metric]:g} {known.unit}, budget {limit:g}")
+    return found
+
+
+def _commit(
+    scene: Scene, scene_path: Path, flight: Flight, out: Path, tasks: list[_Task], report: BakeReport
+) -> None:
+    """Builds scene.json and publishes everything; adds what goes wrong to the report's errors."""
+    entries: dict[str, dict[str, Any]] = {}
+    files: dict[str, tuple[bytes, str]] = {}
+    facts = {}
+    rows = {row["name"]: row for row in report.artifacts}
+    flight_errors: dict[str, float] = {}
+    try:
+        for task in tasks:
+            for want in task.order.wants:
+                data, product = task.data[want.product], task.products[want.product]
+                if not want.kind:
+                    flight_errors = product["errors"]
+                    continue
+                row = rows[want.artifact]
+                files[row["file"]] = (data, row["sha256"])
+                entries[want.artifact] = {"file": row["file"], "kind": want.kind} | {
+                    key: row[key] for key in ("sha256", "bytes", "tier", "errors")
+                }
+                if want.kind == "mesh":
+                    facts[want.artifact] = mesh_facts(data, row["file"])
+        for i, item in enumerate(scene.objects):
+            known = facts[f"{item.name}_mesh"].materials
+            for material in item.materials:
+                if material not in known:
+                    place = f"object[{i}].material.{material}"
+                    mend = f"it has: {', '.join(known)}"
+                    what = f"the mesh of {item.name} has no such material"
+                    report.errors.append(SceneError(what, file=scene_path, place=place, mend=mend))
+        if report.errors:
+            return
+        report.warnings += [f"flight: {text}" for text in over_budget(scene.budget, flight_errors)]
+        manifest = encode_scene(build_manifest(scene, flight, flight_errors, entries, facts))
+        _publish(out, files, manifest)
+    except ParadizeError as error:
+        report.errors.append(error)
+
+
+def _publish(out: Path, files: dict[str, tuple[bytes, str]], manifest: bytes) -> None:
+    """Writes artifacts (file name -> bytes, SHA-256), then scene.json, then sweeps what it no longer names.
+
+    Raises BakeError when the folder cannot be written; scene.json is then the old one.
+    """
+    for name, (data, sha256) in files.items():
+        path = out / name
+        was = stamp(path)
+        if was is None or was[0] != len(data) or hash_file(path) != sha256:
+            write_whole(path, data)
+    scene = out / SCENE_FILE
+    if stamp(scene) is None or scene.read_bytes() != manifest:
+        write_whole(scene, manifest)
+    sweep_aside(out)
+    for path in out.iterdir():
+        if path.name not in files and _OURS.fullmatch(path.name):
+            path.unlink(missing_ok=True)

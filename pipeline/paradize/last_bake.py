@@ -1,0 +1,88 @@
+"""What the last bake of a scene read, ran and wrote; and whether anything of it has changed since.
+
+A bake with nothing to do ends here: no scene is parsed, no numpy is imported, no file is read that has been
+at rest since.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from paradize.engine.code import code_files, library_versions
+from paradize.engine.memory import FileMemory
+from paradize.engine.store import Store, key_of
+from paradize.errors import ParadizeError
+
+SCENE_FILE = "scene.json"
+
+
+@dataclass
+class BakeReport:
+    """What a bake did. artifacts: rows {name, file, sha256, bytes, tier, errors, status, seconds, over};
+    status: baked, reused or failed; over: the metrics beyond their budget, as text."""
+
+    out: Path
+    artifacts: list[dict[str, Any]] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    errors: list[ParadizeError] = field(default_factory=list)
+    seconds: float = 0.0
+
+    def count(self, status: str) -> int:
+        return sum(row["status"] == status for row in self.artifacts)
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that `bake --json` prints."""
+        told: dict[str, Any] = {
+            "artifacts": self.artifacts,
+            "baked": self.count("baked"),
+            "reused": self.count("reused"),
+            "failed": self.count("failed"),
+            "seconds": round(self.seconds, 3),
+            "warnings": self.warnings,
+        }
+        if self.errors:
+            told["error"] = [str(error) for error in self.errors]
+        return told
+
+
+def record_name(scene: Path, out: Path | None, tier: str) -> str:
+    """The name under which a bake is remembered; out: None where the scene's name decides."""
+    return key_of(str(scene.resolve()), str(out.resolve()) if out else str(Path.cwd()), out is None, tier)[
+        :32
+    ]
+
+
+def unchanged_bake(store: Store, name: str) -> BakeReport | None:
+    """The report of the bake on record, when every file that it read, ran or wrote is what it was."""
+    record: Any = store.get_bake(name)
+    try:
+        if record["libraries"] != list(library_versions()):
+            return None
+        memory = FileMemory.from_json(record["memory"])
+        files = list(record["memory"]["files"])
+        if not files or not memory.unchanged(files):
+            return None
+        rows = [row | {"status": "reused", "seconds": 0.0} for row in record["artifacts"]]
+        report = BakeReport(Path(record["out"]), rows, list(record["warnings"]))
+    except (KeyError, TypeError):
+        return None
+    if memory.hashed:
+        store.put_bake(name, record | {"memory": memory.as_json([Path(path) for path in files])})
+    return report
+
+
+def remember(store: Store, name: str, report: BakeReport, inputs: Sequence[Path], memory: FileMemory) -> None:
+    """Keeps what a finished bake read, ran and wrote."""
+    outputs = [report.out / SCENE_FILE, *(report.out / row["file"] for row in report.artifacts)]
+    files = list(dict.fromkeys([*inputs, *code_files("paradize.bake"), *outputs]))
+    record = {
+        "out": str(report.out),
+        "libraries": list(library_versions()),
+        "artifacts": report.artifacts,
+        "warnings": report.warnings,
+        "memory": memory.as_json(files),
+    }
+    store.put_bake(name, record)

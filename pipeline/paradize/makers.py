@@ -1,0 +1,129 @@
+"""What a worker is asked to do: one function per kind of order, sources and settings in, products out.
+
+Each maker calls the baker of its kind (bake_mesh.py, bake_maps.py, bake_terrain.py, bake_sound.py) and
+tells its results in one form. Imports wait until they are needed, so that planning a bake stays light.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+Sources = dict[str, Path]
+Settings = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Product:
+    """One artifact's bytes. name: which of its order's products. errors: metric -> value, six digits."""
+
+    name: str
+    data: bytes
+    suffix: str
+    tier: str
+    errors: dict[str, float]
+    warnings: list[str] = field(default_factory=list)
+
+
+def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+    """OBJ -> GLB with tangent frames and LODs."""
+    from paradize.bake_mesh import bake_mesh
+
+    made = bake_mesh(
+        sources["mesh"],
+        lods=settings["lods"],
+        max_error=settings["max_error"],
+        tier=tier,
+        atlas=settings["atlas"],
+    )
+    levels = made.report["lods"]
+    errors = {
+        "surface_max": _six(max(level["error_max"] for level in levels)),
+        "surface_rms": _six(max(level["error_rms"] for level in levels)),
+    }
+    used = str(made.report.get("tier", tier))
+    return [Product("mesh", made.glb, "glb", used, errors, list(made.report["warnings"]))]
+
+
+def make_terrain(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+    """Heightmap -> GLB under a vertical error bound."""
+    from paradize.bake_terrain import bake_terrain
+
+    made = bake_terrain(sources["heightmap"], tier=tier, **settings)
+    errors = {"terrain_max_m": made.max_error_m, "terrain_rms_m": made.rms_error_m}
+    return [Product("mesh", made.glb, "glb", made.tier, errors, made.warnings)]
+
+
+def make_color(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+    """Colour map -> KTX2."""
+    from paradize.bake_maps import bake_color
+
+    made = bake_color(sources["image"], alpha=sources.get("alpha"), wrap=settings["wrap"], tier=tier)
+    return [_texture("color", made, tier)]
+
+
+def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+    """Colour or height map -> the asked ones of normal, height, gloss and du/dv, each KTX2."""
+    from paradize.bake_maps import bake_maps
+
+    made = bake_maps(
+        sources["image"],
+        only=settings["only"],
+        source=settings["source"],
+        strength=settings["strength"],
+        wrap=settings["wrap"],
+        green="up",
+        fmt="ktx2",
+        tier=tier,
+        uv=sources.get("layout"),
+        gloss_groups=settings.get("gloss_groups") or None,
+    )
+    return [_texture(name, made[name], tier) for name in settings["only"]]
+
+
+def make_cubemap(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+    """Six faces, +X -X +Y -Y +Z -Z -> KTX2 cube map."""
+    from paradize.bake_maps import bake_cubemap
+
+    made = bake_cubemap([sources[f"face{i}"] for i in range(6)])
+    return [_texture("sky", made, tier)]
+
+
+def make_sound(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+    """Ogg Vorbis -> the same, checked."""
+    from paradize.bake_sound import bake_sound
+
+    made = bake_sound(sources["file"])
+    return [Product("sound", made.data, made.suffix, "exact", {})]
+
+
+def make_flight(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+    """The camera path's measured errors; no artifact of its own."""
+    from paradize.metrics.flight import flight_error
+
+    errors = flight_error(settings["flight"], settings["eye"], settings["target"], settings["speed"])
+    return [Product("flight", b"", "", tier, errors)]
+
+
+def _texture(name: str, made: Any, tier: str) -> Product:
+    errors = {} if made.metric is None else {made.metric: _six(made.error)}
+    return Product(name, made.data, "ktx2", getattr(made, "tier", tier), errors, list(made.warnings))
+
+
+def _six(value: float) -> float:
+    return float(f"{value:.6g}")
+
+
+Maker = Callable[[Sources, Settings, str], list[Product]]
+# maker -> (the module whose code, with all that it imports, decides the result; the function)
+MAKERS: dict[str, tuple[str, Maker]] = {
+    "mesh": ("paradize.bake_mesh", make_mesh),
+    "terrain": ("paradize.bake_terrain", make_terrain),
+    "color": ("paradize.bake_maps", make_color),
+    "maps": ("paradize.bake_maps", make_maps),
+    "cubemap": ("paradize.bake_maps", make_cubemap),
+    "sound": ("paradize.bake_sound", make_sound),
+    "flight": ("paradize.metrics.flight", make_flight),
+}

@@ -1,0 +1,201 @@
+"""A scene, its flight and its baked artifacts -> the manifest that becomes scene.json."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from math import sqrt
+from typing import Any
+
+from paradize.errors import FormatError
+from paradize.flight import PI, Flight, Vec, sine_cosine
+from paradize.formats.scene_manifest import FORMAT, VERSION
+from paradize.require import first_needed
+from paradize.scene import ObjectMaterial, Scene, SceneObject
+
+# What the first frames need first: the sky, then the ground, then things; colour before relief.
+_STREAMING = ("cubemap", "mesh", "color", "normal", "dudv", "gloss", "height", "sound")
+
+
+@dataclass(frozen=True)
+class MeshFacts:
+    """What the manifest tells of a GLB: bounding box (metres) of the finest level, (node, error in metres) of
+    each level, the finest first, and the names of its materials."""
+
+    low: Vec
+    high: Vec
+    lods: tuple[tuple[str, float], ...]
+    materials: tuple[str, ...]
+
+    @property
+    def center(self) -> Vec:
+        x, y, z = (0.5 * (a + b) for a, b in zip(self.low, self.high, strict=True))
+        return x, y, z
+
+    @property
+    def radius_m(self) -> float:
+        square = 0.0
+        for a, b in zip(self.low, self.high, strict=True):
+            square += 0.25 * (b - a) * (b - a)
+        return sqrt(square)
+
+
+def mesh_facts(glb: bytes, name: str) -> MeshFacts:
+    """Reads the JSON chunk of one of our GLBs. Raises FormatError where it is not what we write."""
+    try:
+        length, kind = struct.unpack_from("<I4s", glb, 12)
+        if glb[:4] != b"glTF" or kind != b"JSON":
+            raise ValueError("no JSON chunk")
+        tree = json.loads(glb[20 : 20 + length])
+        nodes = tree["nodes"]
+        accessors = [
+            tree["accessors"][primitive["attributes"]["POSITION"]]
+            for primitive in tree["meshes"][nodes[0]["mesh"]]["primitives"]
+        ]
+        low = tuple(min(float(a["min"][k]) for a in accessors) for k in range(3))
+        high = tuple(max(float(a["max"][k]) for a in accessors) for k in range(3))
+        lods = tuple((str(node["name"]), float(node["extras"]["error_m"])) for node in nodes)
+        materials = tuple(str(material["name"]) for material in tree.get("materials", []))
+    except (KeyError, IndexError, TypeError, ValueError, struct.error) as error:
+        raise FormatError(f"is no mesh of ours: {error}", file=name) from None
+    return MeshFacts((low[0], low[1], low[2]), (high[0], high[1], high[2]), lods, materials)
+
+
+def sun_direction(azimuth_deg: float, elevation_deg: float) -> list[float]:
+    """Unit vector from the ground to the sun; azimuth from -Z towards +X."""
+    sin_a, cos_a = sine_cosine(azimuth_deg)
+    sin_e, cos_e = sine_cosine(elevation_deg)
+    return [sin_a * cos_e, sin_e, -cos_a * cos_e]
+
+
+def build_manifest(
+    scene: Scene,
+    flight: Flight,
+    flight_errors: dict[str, float],
+    artifacts: dict[str, dict[str, Any]],
+    facts: dict[str, MeshFacts],
+) -> dict[str, Any]:
+    """The manifest. artifacts: name -> its entry without first_needed_s; facts: by the artifact's name."""
+    bounds = {
+        item.name: (facts[f"{item.name}_mesh"].center, facts[f"{item.name}_mesh"].radius_m)
+        for item in scene.objects
+    }
+    needed = first_needed(scene, flight, bounds)
+    entries = {
+        name: entry | {"first_needed_s": needed.get(name.rpartition("_")[0], 0.0)}
+        for name, entry in artifacts.items()
+    }
+    head = scene.head
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "name": head.name,
+        "exposure": head.exposure,
+        "viewport": list(head.viewport),
+        "lod_error_px": head.lod_error_px,
+        "poster_s": head.poster_s,
+        "artifacts": entries,
+        "streaming": sorted(entries, key=lambda name: _rank(name, entries)),
+        "budget": scene.budget,
+        "sun": {
+            "direction": sun_direction(scene.sun.azimuth_deg, scene.sun.elevation_deg),
+            "color": list(scene.sun.color),
+            "intensity": scene.sun.intensity,
+            "angular_diameter_rad": scene.sun.angular_diameter_deg * (PI / 180.0),
+        },
+        "ambient": _plain(scene.ambient),
+        "fog": _plain(scene.fog),
+        "sky": {"cubemap": "sky"} if scene.sky else None,
+        "shadow": _plain(scene.shadow) if scene.shadow else None,
+        "reflection": _plain(scene.reflection) if scene.reflection else None,
+        "refraction": _plain(scene.refraction) if scene.refraction else None,
+        "terrain": _terrain(scene, entries, facts),
+        "water": _water(scene),
+        "objects": [_object(item, entries, facts[f"{item.name}_mesh"]) for item in scene.objects],
+        "particles": [_plain(item) for item in scene.particles],
+        "sound": {"artifact": "sound", "volume": scene.sound.volume} if scene.sound else None,
+        "flight": flight.as_json() | {"errors": flight_errors},
+    }
+
+
+def _plain(settings: Any) -> dict[str, Any]:
+    return {
+        key: list(value) if isinstance(value, tuple) else value for key, value in asdict(settings).items()
+    }
+
+
+def _rank(name: str, entries: dict[str, dict[str, Any]]) -> tuple[float, int, int, str]:
+    stem, _, tail = name.rpartition("_")
+    kind = tail if tail in _STREAMING else entries[name]["kind"]
+    ground = 0 if stem in {"", "terrain", "sand", "effect", "water"} else 1
+    return entries[name]["first_needed_s"], _STREAMING.index(kind), ground, name
+
+
+def _present(name: str, entries: dict[str, Any]) -> str | None:
+    return name if name in entries else None
+
+
+def _terrain(scene: Scene, entries: dict[str, Any], facts: dict[str, MeshFacts]) -> dict[str, Any] | None:
+    terrain = scene.terrain
+    if terrain is None:
+        return None
+    box = facts["terrain_mesh"]
+    return {
+        "mesh": "terrain_mesh",
+        "sand_color": "sand_color",
+        "sand_normal": _present("sand_normal", entries),
+        "effect_color": _present("effect_color", entries),
+        "effect_normal": _present("effect_normal", entries),
+        "sand_repeat": terrain.sand_repeat,
+        "mix_low_m": terrain.mix_low_m,
+        "mix_high_m": terrain.mix_high_m,
+        "specular": terrain.specular,
+        "smoothness": terrain.smoothness,
+        "wet_high_m": terrain.wet_high_m,
+        "wet_darkness": terrain.wet_darkness,
+        "wet_smoothness": terrain.wet_smoothness,
+        "size_m": list(terrain.size_m),
+        "height_range_m": [box.low[1], box.high[1]],
+    }
+
+
+def _water(scene: Scene) -> dict[str, Any] | None:
+    water = scene.water
+    if water is None:
+        return None
+    told = _plain(water)
+    told["scroll_per_s"] = told.pop("scroll")
+    return {"normal": "water_normal", "dudv": "water_dudv"} | {
+        key: value for key, value in told.items() if key not in {"waves", "wave_strength"}
+    }
+
+
+def _object(item: SceneObject, entries: dict[str, Any], facts: MeshFacts) -> dict[str, Any]:
+    materials = {name: item.materials.get(name, ObjectMaterial()) for name in facts.materials}
+    return {
+        "name": item.name,
+        "mesh": f"{item.name}_mesh",
+        "color": f"{item.name}_color",
+        "normal": _present(f"{item.name}_normal", entries),
+        "height": _present(f"{item.name}_height", entries),
+        "gloss": _present(f"{item.name}_gloss", entries),
+        "center": list(facts.center),
+        "radius_m": facts.radius_m,
+        "lods": [{"node": node, "error_m": error_m} for node, error_m in facts.lods],
+        "materials": {name: _plain(material) for name, material in materials.items()},
+        "instances": [
+            {
+                "position": list(instance.position),
+                "yaw_rad": instance.yaw_deg * (PI / 180.0),
+                "scale": instance.scale,
+            }
+            for instance in item.instances
+        ],
+    }
+
+
+def unknown_materials(item: SceneObject, facts: MeshFacts) -> Sequence[str]:
+    """Materials that the scene sets and the mesh does not have."""
+    return [name for name in item.materials if name not in facts.materials]
