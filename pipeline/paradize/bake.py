@@ -215,7 +215,7 @@ def _run(store: Store, tasks: list[_Task], jobs: int, tier: str, told: Told | No
 
 
 def _report(scene: Scene, out: Path, tasks: list[_Task]) -> BakeReport:
-    report = BakeReport(out)
+    report = BakeReport(out, budget=scene.budget)
     for task in tasks:
         if task.error:
             report.errors.append(task.error)

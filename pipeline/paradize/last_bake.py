@@ -29,6 +29,7 @@ class BakeReport:
     warnings: list[str] = field(default_factory=list)
     errors: list[ParadizeError] = field(default_factory=list)
     seconds: float = 0.0
+    budget: dict[str, float] = field(default_factory=dict)
 
     def count(self, status: str) -> int:
         return sum(row["status"] == status for row in self.artifacts)
@@ -66,7 +67,9 @@ def unchanged_bake(store: Store, name: str) -> BakeReport | None:
         if not files or not memory.unchanged(files):
             return None
         rows = [row | {"status": "reused", "seconds": 0.0} for row in record["artifacts"]]
-        report = BakeReport(Path(record["out"]), rows, list(record["warnings"]))
+        report = BakeReport(
+            Path(record["out"]), rows, list(record["warnings"]), budget=dict(record["budget"])
+        )
     except (KeyError, TypeError):
         return None
     if memory.hashed:
@@ -83,6 +86,7 @@ def remember(store: Store, name: str, report: BakeReport, inputs: Sequence[Path]
         "libraries": list(library_versions()),
         "artifacts": report.artifacts,
         "warnings": report.warnings,
+        "budget": report.budget,
         "memory": memory.as_json(files),
     }
     store.put_bake(name, record)

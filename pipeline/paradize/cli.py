@@ -1,0 +1,354 @@
+"""The command line: parse, call, print, exit code; nothing else.
+
+Exit 0: done; 1: a bake, a check or a scene failed, or an input was refused; 2: wrong usage. With --json one
+JSON object goes to standard output, also on failure ({"error": [...]}), and everything else to standard
+error.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+from paradize.errors import BakeError, GroupedError, ParadizeError
+
+TIERS = ("fast", "balanced", "exact")
+MAPS = ("normal", "height", "gloss", "dudv")
+INTERRUPTED = 130  # as shells tell it: 128 + SIGINT
+
+
+def _number(low: float, high: float) -> Callable[[str], float]:
+    def number(text: str) -> float:
+        value = float(text)
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {low:g} to {high:g}")
+        return value
+
+    return number
+
+
+def _whole(low: int, high: int) -> Callable[[str], int]:
+    def integer(text: str) -> int:
+        value = int(text)
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {low} to {high}")
+        return value
+
+    return integer
+
+
+def _maps(text: str) -> list[str]:
+    names = [name.strip() for name in text.split(",")]
+    for name in names:
+        if name not in MAPS:
+            raise argparse.ArgumentTypeError(f"{name!r} is no map; allowed: {', '.join(MAPS)}")
+    return [name for name in MAPS if name in names]
+
+
+def _names(text: str) -> list[str]:
+    return [name for name in text.split(",") if name]
+
+
+def parser() -> argparse.ArgumentParser:
+    """The whole command line, as DESIGN's contract has it."""
+    top = argparse.ArgumentParser(
+        prog="paradize",
+        description="Bakes OBJ models, colour maps and heightmaps into measured, engine-ready assets.",
+    )
+    top.add_argument("--version", action="store_true", help="print the version and exit")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND")
+
+    def command(name: str, call: Callable[[argparse.Namespace], int], text: str) -> argparse.ArgumentParser:
+        sub = commands.add_parser(name, help=text, description=text)
+        sub.set_defaults(call=call)
+        return sub
+
+    def common(sub: argparse.ArgumentParser) -> None:
+        sub.add_argument(
+            "-j", "--jobs", type=_whole(1, 4096), metavar="N", help="worker processes (default: cores)"
+        )
+        sub.add_argument("--tier", choices=TIERS, default="balanced", help="speed against accuracy")
+        sub.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+
+    sub = command("bake", _bake, "Bake a scene: everything that it requires, once.")
+    sub.add_argument("scene", type=Path, metavar="SCENE.toml")
+    sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: build/assets/<scene name>")
+    sub.add_argument("--force", action="store_true", help="bake everything anew; read nothing from the store")
+    common(sub)
+
+    sub = command("mesh", _mesh, "Bake an OBJ into a GLB with tangent frames and levels of detail.")
+    sub.add_argument("input", type=Path, metavar="IN.obj")
+    sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True)
+    sub.add_argument(
+        "--lods", type=_whole(1, 8), default=4, metavar="N", help="levels, the source counted (4)"
+    )
+    sub.add_argument(
+        "--max-error", type=_number(0.0, 1.0), metavar="F", help="largest error, a share of the diagonal"
+    )
+    sub.add_argument("--atlas", action="store_true", help="make a UV layout")
+    common(sub)
+
+    sub = command(
+        "maps", _maps_command, "Bake a colour or height map into normal, height, gloss and du/dv maps."
+    )
+    sub.add_argument("input", type=Path, metavar="IN.png")
+    sub.add_argument("-o", "--out", type=Path, metavar="DIR", required=True)
+    sub.add_argument("--only", type=_maps, default=list(MAPS), metavar="A,B", help=", ".join(MAPS))
+    sub.add_argument(
+        "--from", dest="source", choices=("color", "height"), default="color", help="what IN holds"
+    )
+    sub.add_argument(
+        "--strength",
+        type=_number(0.0, 1e6),
+        default=1.0,
+        metavar="S",
+        help="full white stands S percent of the map's width high (1)",
+    )
+    sub.add_argument(
+        "--wrap", choices=("repeat", "clamp"), default="clamp", help="what lies beyond the border"
+    )
+    sub.add_argument(
+        "--green", choices=("up", "down"), default="up", help="which way green points in normals"
+    )
+    sub.add_argument("--format", dest="fmt", choices=("ktx2", "png"), default="ktx2")
+    sub.add_argument("--uv", type=Path, metavar="IN.obj", help="the UV layout that the map is for")
+    sub.add_argument(
+        "--gloss-groups", type=_names, metavar="A,B", help="only these groups of the layout shine"
+    )
+    common(sub)
+
+    sub = command("terrain", _terrain, "Bake a heightmap into a GLB under a bound on its vertical error.")
+    sub.add_argument("input", type=Path, metavar="IN.png")
+    sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True)
+    sub.add_argument(
+        "--size",
+        type=_number(1e-6, 1e6),
+        nargs=2,
+        required=True,
+        metavar=("X", "Z"),
+        help="metres, first to last pixel",
+    )
+    sub.add_argument(
+        "--height", type=_number(-1e6, 1e6), required=True, metavar="H", help="metres from black to white"
+    )
+    sub.add_argument(
+        "--max-error",
+        type=_number(0.0, 1e6),
+        metavar="M",
+        help="metres; 0: exact (default: a thousandth of H)",
+    )
+    common(sub)
+
+    sub = command("check", _check, "Check baked scenes (folders or scene.json), GLB and KTX2 files.")
+    sub.add_argument("paths", type=Path, nargs="+", metavar="PATH")
+    sub.add_argument("--format", dest="fmt", choices=("text", "json", "junit", "sarif"), default="text")
+    sub.add_argument("--json", action="store_true", help="the same as --format json")
+    return top
+
+
+def _say(*lines: str) -> None:
+    for line in lines:
+        print(line, file=sys.stderr)
+
+
+def _print_json(tree: Any) -> None:
+    print(json.dumps(tree, indent=1, allow_nan=False))
+
+
+def _complain(errors: Sequence[ParadizeError]) -> None:
+    """One message for all errors of a run, equal ones once."""
+    told = list(dict.fromkeys(str(error) for error in errors))
+    head = "error" if len(told) == 1 else f"{len(told)} errors"
+    _say(f"paradize: {head}:" if len(told) > 1 else f"paradize: {head}: {told[0]}")
+    if len(told) > 1:
+        _say(*(f"  {text}" for text in told))
+
+
+class _Progress:
+    """What runs and how much is done; on a terminal only."""
+
+    def __init__(self) -> None:
+        self.bar: Any = None
+
+    def told(self, what: str, done: int, of: int) -> None:
+        if not sys.stderr.isatty():
+            return
+        if self.bar is None:
+            from tqdm import tqdm
+
+            self.bar = tqdm(total=of, unit="task", file=sys.stderr, leave=False)
+        self.bar.set_description(what)
+        self.bar.update(done - self.bar.n)
+        if done == of:
+            self.bar.close()
+
+
+def _bake(arguments: argparse.Namespace) -> int:
+    from paradize.engine.store import Store, default_root
+    from paradize.last_bake import record_name, unchanged_bake
+
+    start = time.monotonic()
+    report = None
+    if not arguments.force:
+        name = record_name(arguments.scene, arguments.out, arguments.tier)
+        report = unchanged_bake(Store(default_root()), name)
+    if report is not None:
+        report.seconds = time.monotonic() - start
+    else:
+        from paradize.bake import bake
+
+        report = bake(
+            arguments.scene,
+            arguments.out,
+            jobs=arguments.jobs,
+            tier=arguments.tier,
+            force=arguments.force,
+            told=_Progress().told,
+        )
+    _bake_table(report, sys.stderr if arguments.json else sys.stdout)
+    for warning in report.warnings:
+        _say(f"paradize: warning: {warning}")
+    if arguments.json:
+        _print_json(report.as_json())
+    if report.errors:
+        _complain(report.errors)
+    return 1 if report.errors else 0
+
+
+def _bake_table(report: Any, stream: Any) -> None:
+    from paradize.table import errors_text, table
+
+    rows = [
+        (
+            row["name"],
+            row["status"],
+            row["tier"] or "-",
+            errors_text(row["errors"], report.budget),
+            str(row["bytes"]),
+            f"{row['seconds']:.2f}",
+        )
+        for row in report.artifacts
+    ]
+    print(table(rows), file=stream)
+    counts = (
+        f"{report.count('baked')} baked, {report.count('reused')} reused, {report.count('failed')} failed"
+    )
+    what = "nothing to bake: " if not report.count("baked") and not report.errors else ""
+    where = "nothing published; the folder is as it was" if report.errors else f"in {report.out}"
+    print(f"{what}{counts} in {report.seconds:.2f} s, {where}", file=stream)
+
+
+def _solo(
+    arguments: argparse.Namespace, call: Callable[..., Any], settings: dict[str, Any], out: Path | None
+) -> int:
+    """Runs one baker in a worker; writes its files (into `arguments.out`, or as `out`); prints the result."""
+    from paradize.engine.publish import write_whole
+    from paradize.engine.workers import Job, run_jobs
+    from paradize.table import HEAD, errors_text, table
+
+    start = time.monotonic()
+    if out is not None and out.exists() and out.resolve() == arguments.input.resolve():
+        raise BakeError("is the input itself", file=out, mend="name another file with -o")
+    job = Job(arguments.input.name, call, {"path": arguments.input, "tier": arguments.tier, **settings})
+    outcome = run_jobs([job], 1)[0]
+    if outcome.error:
+        raise outcome.error
+    made = outcome.value
+    for name, data in made.files.items():
+        write_whole(out or arguments.out / name, data)
+    seconds = time.monotonic() - start
+    rows = [
+        (name, tier, errors_text(errors, {}), str(size) if size else "-", f"{seconds:.2f}")
+        for name, tier, errors, size in made.rows
+    ]
+    print(
+        table(rows, [word for word in HEAD if word != "status"]),
+        file=sys.stderr if arguments.json else sys.stdout,
+    )
+    for warning in made.told["warnings"]:
+        _say(f"paradize: warning: {warning}")
+    if arguments.json:
+        _print_json(made.told | {"seconds": round(seconds, 3)})
+    return 0
+
+
+def _mesh(arguments: argparse.Namespace) -> int:
+    from paradize.solo import solo_mesh
+
+    settings = {"lods": arguments.lods, "max_error": arguments.max_error, "atlas": arguments.atlas}
+    return _solo(arguments, solo_mesh, settings, arguments.out)
+
+
+def _maps_command(arguments: argparse.Namespace) -> int:
+    from paradize.solo import solo_maps
+
+    keys = ("only", "source", "strength", "wrap", "green", "fmt", "uv", "gloss_groups")
+    return _solo(arguments, solo_maps, {key: getattr(arguments, key) for key in keys}, None)
+
+
+def _terrain(arguments: argparse.Namespace) -> int:
+    from paradize.solo import solo_terrain
+
+    bound = arguments.max_error
+    settings = {
+        "size_m": tuple(arguments.size),
+        "height_m": arguments.height,
+        "max_error_m": abs(arguments.height) / 1000.0 if bound is None else bound,
+    }
+    return _solo(arguments, solo_terrain, settings, arguments.out)
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    from paradize.check import check_paths, render
+
+    findings = check_paths(arguments.paths)
+    print(render(findings, "json" if arguments.json else arguments.fmt))
+    return 1 if any(finding.severity == "error" for finding in findings) else 0
+
+
+def _terminated(number: int, frame: object) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Runs one command; returns its exit code."""
+    top = parser()
+    arguments = top.parse_args(words)
+    if arguments.version:
+        from paradize import __version__
+
+        print(f"paradize {__version__}")
+        return 0
+    if arguments.command is None:
+        top.print_help(sys.stderr)
+        return 2
+    signal.signal(signal.SIGTERM, _terminated)
+    try:
+        code: int = arguments.call(arguments)
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except KeyboardInterrupt:
+        _say("paradize: interrupted; nothing half-written stays")
+        return INTERRUPTED
+    except ParadizeError as error:
+        errors: Sequence[ParadizeError] = error.errors if isinstance(error, GroupedError) else [error]
+    except Exception as unknown:
+        errors = [BakeError(f"unforeseen {type(unknown).__name__}: {unknown}", mend="please report it")]
+    if getattr(arguments, "json", False):
+        _print_json({"error": [str(error) for error in errors]})
+    _complain(errors)
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

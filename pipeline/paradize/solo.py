@@ -1,0 +1,99 @@
+"""`paradize mesh`, `maps` and `terrain`: one input file -> files with names and the object that --json
+prints.
+
+Called in a worker process, so that no input takes the command line down with it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Made:
+    """files: name -> bytes, to be written by the caller. told: what --json prints, but for `seconds`.
+    rows: (artifact, tier, errors, bytes) for the table."""
+
+    files: dict[str, bytes]
+    told: dict[str, Any]
+    rows: list[tuple[str, str, dict[str, float], int]]
+
+
+def solo_mesh(path: Path, *, lods: int, max_error: float | None, atlas: bool, tier: str) -> Made:
+    from paradize.bake_mesh import bake_mesh
+
+    made = bake_mesh(path, lods=lods, max_error=max_error, tier=tier, atlas=atlas)
+    rows = []
+    for i, level in enumerate(made.report["lods"]):
+        errors = {"surface_max": level["error_max"], "surface_rms": level["error_rms"]}
+        rows.append((f"lod{i}, {level['triangles']} triangles", str(level.get("tier", tier)), errors, 0))
+    rows.append((path.stem, tier, {}, len(made.glb)))
+    return Made({path.stem: made.glb}, dict(made.report), rows)
+
+
+def solo_terrain(
+    path: Path, *, size_m: tuple[float, float], height_m: float, max_error_m: float, tier: str
+) -> Made:
+    from paradize.bake_terrain import bake_terrain
+
+    made = bake_terrain(
+        path, size_x_m=size_m[0], size_z_m=size_m[1], height_m=height_m, max_error_m=max_error_m, tier=tier
+    )
+    told = {
+        "triangles": made.triangles,
+        "vertices": made.vertices,
+        "max_error_m": made.max_error_m,
+        "rms_error_m": made.rms_error_m,
+        "tier": made.tier,
+        "warnings": made.warnings,
+    }
+    errors = {"terrain_max_m": made.max_error_m, "terrain_rms_m": made.rms_error_m}
+    return Made({path.stem: made.glb}, told, [(path.stem, made.tier, errors, len(made.glb))])
+
+
+def solo_maps(
+    path: Path,
+    *,
+    only: list[str],
+    source: str,
+    strength: float,
+    wrap: str,
+    green: str,
+    fmt: str,
+    tier: str,
+    uv: Path | None,
+    gloss_groups: list[str] | None,
+) -> Made:
+    from paradize.bake_maps import bake_maps
+
+    made = bake_maps(
+        path,
+        only=only,
+        source=source,
+        strength=strength,
+        wrap=wrap,
+        green=green,
+        fmt=fmt,
+        tier=tier,
+        uv=uv,
+        gloss_groups=gloss_groups,
+    )
+    files, maps, rows, warnings = {}, {}, [], []
+    for name in only:
+        product = made[name]
+        file = f"{path.stem}_{name}.{fmt}"
+        files[file] = product.data
+        maps[name] = {
+            "file": file,
+            "width": product.width,
+            "height": product.height,
+            "format": product.format,
+            "error": product.error,
+            "metric": product.metric,
+        }
+        errors = {} if product.metric is None else {product.metric: product.error}
+        rows.append((file, getattr(product, "tier", tier), errors, len(product.data)))
+        warnings += product.warnings
+    return Made(files, {"maps": maps, "warnings": list(dict.fromkeys(warnings))}, rows)
