@@ -105,7 +105,7 @@ def paint_plank(k: int) -> Floats:
         rgb("#f6f4f0"), rgb("#fbeeda"), rgb("#f8e6d4"), rgb("#ebecea"), rgb("#fff7ea"),
     )[int(r[6] * 5.0)]  # fmt: skip
     color = color * tint * (0.90 + 0.20 * r[7])
-    color = mix(color, color * rgb("#d8b48c"), 0.5 * step(0.15, 0.7, fbm(x * 1.5, q * 8.0, seed + 9, 4)))
+    color = mix(color, color * rgb("#dcbd9a"), 0.45 * step(0.15, 0.7, fbm(x * 1.5, q * 8.0, seed + 9, 4)))
     dark_knot = ramp(["#1f1711", "#4b3826", "#7d6347", "#9a8468"], 0.55 + 0.35 * (phase - 0.5) + 0.2 * fibre)
     color = mix(color, dark_knot, 0.85 * knot)
     halo = 1.0 - step(0.0, 1.0, np.abs(knot - 0.5) * 2.0)
@@ -178,7 +178,7 @@ def paint_pole(k: int) -> Floats:
     gape = step(0.0, 0.5, fbm(a * 5.0, y * 1.3, seed + 5, 2, period_x=5) + (0.25, 0.45, 0.1, 0.3)[k])
     check = (1.0 - step(0.015, 0.06, line)) * gape
     light -= 0.45 * check
-    color = ramp(WOOD, light) * (rgb("#f6e6d0"), rgb("#e9e7e0"), rgb("#f0d9bd"), rgb("#fff4e2"))[k]
+    color = ramp(WOOD, light) * (rgb("#f6eada"), rgb("#ebe9e4"), rgb("#f2e0ca"), rgb("#fff6e8"))[k]
     for i in range(6):
         ka, ky, size = (
             rand(30 + 3 * i, seed),

@@ -13,7 +13,7 @@ from paint import noise, rand
 
 Floats = NDArray[np.float64]
 
-WOOD = ["#33291f", "#665848", "#9a8b77", "#beb19d", "#e0d7c6"]
+WOOD = ["#332a22", "#65594c", "#998d7d", "#beb3a3", "#e0d9cb"]
 
 
 def knots_of(seed: int, count: int, length: float, breadth: float) -> list[tuple[float, float, float]]:
