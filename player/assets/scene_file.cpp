@@ -55,6 +55,7 @@ class SceneReader {
         objects();
         particles();
         flight();
+        root_.ignore({"budget"}); // for `paradize check`
         root_.done();
     }
 
@@ -98,7 +99,9 @@ class SceneReader {
             }
             artifact.bytes = static_cast<std::uint64_t>(entry.integer_or("bytes", 0, 1LL << 40, 0));
             artifact.first_needed_s = entry.number_or("first_needed_s", 0.0, 86400.0, 0.0);
-            out_.artifacts.push_back(std::move(artifact)); // measured errors, hashes: for others to read
+            entry.ignore({"sha256", "tier", "errors"}); // for `paradize check`
+            entry.done();
+            out_.artifacts.push_back(std::move(artifact));
         }
         if (!root_.has("streaming")) {
             return;
@@ -341,6 +344,7 @@ class SceneReader {
             std::abs(table.back().time_s - value.duration_s) > 1e-3 || table.back().position > last + 1e-6) {
             from.fail("time_table", "must lead from second 0 to duration_s and stay within the segments");
         }
+        from.ignore({"waypoint_u", "errors"}); // how well the path was made
         from.done();
     }
 

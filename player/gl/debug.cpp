@@ -4,6 +4,8 @@
 
 #include <epoxy/gl.h>
 
+#include <utility>
+
 namespace paradize::gl {
 
 namespace {
@@ -43,8 +45,8 @@ void DebugLog::demand_clean() {
     if (const GLenum code = glGetError(); code != GL_NO_ERROR && errors_ == 0) {
         record(("error " + std::to_string(code)).c_str());
     }
-    if (errors_ != 0) {
-        throw Error("the graphics driver complains (" + std::to_string(errors_) + " times): " + first_);
+    if (const std::uint64_t count = std::exchange(errors_, 0); count != 0) {
+        throw Error("the graphics driver complains (" + std::to_string(count) + " times): " + first_);
     }
 }
 

@@ -16,7 +16,7 @@ class DebugLog {
     /// Installs a synchronous callback; false when the context has no KHR_debug (then glGetError is asked).
     bool install();
     std::uint64_t errors() const { return errors_; }
-    /// Throws Error with the first complaint when there was one.
+    /// Throws Error with the first complaint since the last call, when there was one.
     void demand_clean();
 
     void record(const char *message);

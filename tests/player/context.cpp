@@ -1,0 +1,44 @@
+#include "context.hpp"
+
+#include "error.hpp"
+#include "gl/debug.hpp"
+#include "gl/headless.hpp"
+
+#include <doctest/doctest.h>
+
+#include <memory>
+
+namespace paradize::test {
+
+namespace {
+
+struct Context {
+    std::unique_ptr<gl::HeadlessContext> context;
+    gl::DebugLog log;
+
+    Context() {
+        try {
+            context = std::make_unique<gl::HeadlessContext>(true);
+            log.install();
+        } catch (const Error &error) {
+            MESSAGE("no GL tests: " << error.what());
+        }
+    }
+};
+
+Context &shared() {
+    static Context context;
+    return context;
+}
+
+} // namespace
+
+bool have_context() {
+    return shared().context != nullptr;
+}
+
+void demand_clean() {
+    CHECK_NOTHROW(shared().log.demand_clean());
+}
+
+} // namespace paradize::test

@@ -1,0 +1,54 @@
+#pragma once
+// Small baked files, made in memory, and folders that vanish.
+
+#include "assets/ktx2.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace paradize::test {
+
+using Bytes = std::vector<std::byte>;
+
+/// A KTX2 file with a full mip chain; byte i of level n is (i + n) mod 256.
+Bytes ktx2_file(assets::PixelFormat format, std::uint32_t width_px, std::uint32_t height_px,
+                std::uint32_t faces = 1);
+
+/// A GLB of one or two levels of detail: a quad of two materials, and a triangle. `last_index` replaces the
+/// last index of level 0.
+std::string glb_json(bool two_levels = true);
+Bytes glb_file(const std::string &json, std::uint16_t last_index = 3);
+
+/// A scene.json of one object, one sky and a circular flight; `{}` in its parts are JSON.
+struct SceneText {
+    std::string version = "1";
+    std::string shadow = R"({"size": 64, "extent_m": 10, "center": [0, 0, 0], "blur_distance_m": 5})";
+    std::string streaming = R"(["sky", "quad_mesh", "quad_color"])";
+    std::string color = R"("quad_color")";
+    std::string extra; // members of the root, each followed by a comma
+    std::string str() const;
+};
+
+/// Removed with all it holds.
+class Folder {
+  public:
+    Folder();
+    ~Folder();
+    Folder(const Folder &) = delete;
+    Folder &operator=(const Folder &) = delete;
+    std::filesystem::path path() const { return path_; }
+    std::filesystem::path write(const std::string &name, std::span<const std::byte> bytes) const;
+    std::filesystem::path write(const std::string &name, const std::string &text) const;
+
+  private:
+    std::filesystem::path path_;
+};
+
+/// A folder with scene.json and its three artifacts.
+void write_scene(const Folder &folder, const SceneText &text = {});
+
+} // namespace paradize::test

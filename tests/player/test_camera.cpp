@@ -1,0 +1,99 @@
+#include "camera.hpp"
+#include "scene.hpp"
+
+#include <doctest/doctest.h>
+#include <glm/geometric.hpp>
+#include <glm/vec4.hpp>
+
+#include <array>
+#include <cmath>
+
+using namespace paradize;
+
+namespace {
+
+const Pose pose{{3.0, 4.0, 10.0}, {0.0, 1.0, 0.0}, 0.1};
+
+assets::Flight lens() {
+    assets::Flight out;
+    out.fov_rad = 0.9F;
+    out.near_m = 0.5F;
+    out.far_m = 100.0F;
+    return out;
+}
+
+glm::vec3 project(const View &view, const glm::vec3 &p) {
+    const glm::vec4 clip = view.view_projection * glm::vec4(p, 1.0F);
+    return glm::vec3(clip) / clip.w;
+}
+
+} // namespace
+
+TEST_CASE("mirror: a point is seen where its mirror image is seen by the camera") {
+    const float level = 0.5F;
+    const View main = main_view(pose, lens(), 640, 360);
+    const View mirror = mirror_view(main, level, 0.5F);
+    for (const glm::vec3 p : {glm::vec3(0.0F, 2.0F, 0.0F), glm::vec3(1.0F, 0.7F, 3.0F)}) {
+        const glm::vec3 image(p.x, 2.0F * level - p.y, p.z);
+        CHECK(glm::distance(project(mirror, p), project(main, image)) < 1e-4F);
+    }
+    CHECK(mirror.eye.y == doctest::Approx(2.0 * level - 4.0));
+    CHECK(mirror.mirrored);
+    CHECK(mirror.width_px == 320);
+    CHECK(mirror.pixels_at_1m == doctest::Approx(main.pixels_at_1m * 0.5F));
+}
+
+TEST_CASE("mirror: what is below the water is cut away, and the other way round in the refraction") {
+    const View main = main_view(pose, lens(), 640, 360);
+    const View mirror = mirror_view(main, 0.0F, 1.0F);
+    const View below = refraction_view(main, 0.0F, 1.0F);
+    const auto kept = [](const View &view, float y) {
+        return glm::dot(view.clip_plane, glm::vec4(0.0F, y, 0.0F, 1.0F)) >= 0.0F;
+    };
+    CHECK(kept(mirror, 1.0F));
+    CHECK_FALSE(kept(mirror, -1.0F));
+    CHECK(kept(below, -1.0F));
+    CHECK_FALSE(kept(below, 1.0F));
+    CHECK_FALSE(mirror.sees({0.0F, -3.0F, 0.0F}, 1.0F));
+    CHECK(mirror.sees({0.0F, 1.0F, 0.0F}, 1.0F));
+}
+
+TEST_CASE("frustum: spheres inside and across are seen, outside not") {
+    const View view = main_view({{0.0, 0.0, 0.0}, {0.0, 0.0, -1.0}, 0.0}, lens(), 100, 100);
+    CHECK(view.sees({0.0F, 0.0F, -10.0F}, 0.1F));
+    CHECK_FALSE(view.sees({0.0F, 0.0F, 10.0F}, 0.1F));
+    CHECK_FALSE(view.sees({0.0F, 0.0F, -102.0F}, 1.0F));
+    CHECK(view.sees({0.0F, 0.0F, -100.5F}, 1.0F));
+    const float edge = 10.0F * std::tan(0.45F);
+    CHECK_FALSE(view.sees({edge + 2.0F, 0.0F, -10.0F}, 1.0F));
+    CHECK(view.sees({edge + 0.5F, 0.0F, -10.0F}, 1.0F));
+}
+
+TEST_CASE("light: the square's middle is the map's middle, heights stay inside its depth") {
+    assets::Shadow shadow;
+    shadow.extent_m = 40.0F;
+    shadow.center = glm::vec3(5.0F, 0.0F, -3.0F);
+    const View view = light_view(shadow, glm::normalize(glm::vec3(0.4F, 0.3F, 0.2F)));
+    const glm::vec4 middle = texture_from_clip() * view.view_projection * glm::vec4(shadow.center, 1.0F);
+    CHECK(middle.x == doctest::Approx(0.5));
+    CHECK(middle.y == doctest::Approx(0.5));
+    CHECK(middle.z == doctest::Approx(0.5));
+    const glm::vec3 high = project(view, shadow.center + glm::vec3(0.0F, 19.0F, 0.0F));
+    CHECK(std::abs(high.z) < 1.0F);
+}
+
+TEST_CASE("light: a sun straight above has a view") {
+    const View view = light_view(assets::Shadow(), {0.0F, 1.0F, 0.0F});
+    CHECK(std::isfinite(view.view_projection[0][0]));
+    CHECK(std::abs(project(view, glm::vec3(0.0F)).x) < 1e-5F);
+}
+
+TEST_CASE("levels of detail: the coarsest whose error stays below the pixels that are accepted") {
+    const std::array<float, 3> errors{0.0F, 0.01F, 0.1F};
+    const float pixels_at_1m = 400.0F;
+    CHECK(choose_lod(errors, 1.0F, pixels_at_1m, 1.0F) == 0);
+    CHECK(choose_lod(errors, 4.1F, pixels_at_1m, 1.0F) == 1);
+    CHECK(choose_lod(errors, 41.0F, pixels_at_1m, 1.0F) == 2);
+    CHECK(choose_lod(errors, -1.0F, pixels_at_1m, 1.0F) == 0);
+    CHECK(choose_lod(std::span(errors).first(1), 1000.0F, pixels_at_1m, 1.0F) == 0);
+}

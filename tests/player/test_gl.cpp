@@ -1,0 +1,162 @@
+#include "context.hpp"
+#include "error.hpp"
+#include "files.hpp"
+#include "gl/buffer.hpp"
+#include "gl/framebuffer.hpp"
+#include "gl/program.hpp"
+#include "gl/shader_library.hpp"
+#include "gl/texture.hpp"
+
+#include <doctest/doctest.h>
+#include <epoxy/gl.h>
+
+#include <utility>
+
+using namespace paradize;
+
+namespace {
+
+const char *const vertex_text =
+    "layout(location = 0) in vec3 position;\nvoid main() { gl_Position = vec4(position, 1.0); }\n";
+
+bool alive(const gl::Buffer &buffer) {
+    glBindBuffer(GL_ARRAY_BUFFER, buffer.name()); // a name becomes a buffer when it is bound
+    return glIsBuffer(buffer.name()) == GL_TRUE;
+}
+
+} // namespace
+
+TEST_CASE("handle: nothing is zero, and zero is empty") {
+    const gl::Texture texture;
+    CHECK(texture.name() == 0);
+    CHECK_FALSE(static_cast<bool>(texture));
+}
+
+TEST_CASE("handle: a moved-from handle is empty and frees nothing") {
+    if (!test::have_context()) {
+        return;
+    }
+    gl::Buffer a = gl::Buffer::create();
+    CHECK(alive(a));
+    const unsigned name = a.name();
+    {
+        const gl::Buffer b = std::move(a);
+        CHECK(a.name() == 0); // NOLINT: what is promised of a moved-from handle
+        CHECK(b.name() == name);
+        CHECK(glIsBuffer(name) == GL_TRUE);
+    }
+    CHECK(glIsBuffer(name) == GL_FALSE);
+}
+
+TEST_CASE("handle: an assigned-over handle frees what it had") {
+    if (!test::have_context()) {
+        return;
+    }
+    gl::Buffer a = gl::Buffer::create();
+    gl::Buffer b = gl::Buffer::create();
+    CHECK(alive(a));
+    CHECK(alive(b));
+    const unsigned old = a.name();
+    const unsigned kept = b.name();
+    a = std::move(b);
+    CHECK(glIsBuffer(old) == GL_FALSE);
+    CHECK(a.name() == kept);
+    gl::Buffer &self = a;
+    a = std::move(self);
+    CHECK(a.name() == kept);
+    CHECK(glIsBuffer(kept) == GL_TRUE);
+    const unsigned released = a.release();
+    CHECK(a.name() == 0);
+    glDeleteBuffers(1, &released);
+}
+
+TEST_CASE("framebuffer: a multisampled picture resolves into a texture") {
+    if (!test::have_context()) {
+        return;
+    }
+    const gl::Renderbuffer color = gl::make_renderbuffer(GL_RGBA16F, 8, 4, 4);
+    const gl::Renderbuffer depth = gl::make_renderbuffer(GL_DEPTH_COMPONENT24, 8, 4, 4);
+    const gl::Framebuffer drawn = gl::make_framebuffer(color, depth);
+    const gl::Texture texture = gl::make_target(GL_RGBA16F, 8, 4);
+    const gl::Framebuffer resolved = gl::make_framebuffer(texture, {});
+    gl::bind_framebuffer(drawn.name(), 8, 4);
+    glClearColor(2.0F, 0.25F, 0.5F, 1.0F);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    gl::blit_color(drawn.name(), 8, 4, resolved.name(), 8, 4);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved.name());
+    float pixel[4] = {};
+    glReadPixels(7, 3, 1, 1, GL_RGBA, GL_FLOAT, pixel);
+    CHECK(pixel[0] == 2.0F); // more than one: floats all the way
+    CHECK(pixel[1] == 0.25F);
+    test::demand_clean();
+}
+
+TEST_CASE("framebuffer: an impossible one is refused") {
+    if (!test::have_context()) {
+        return;
+    }
+    const gl::Texture color = gl::make_target(GL_RGBA8, 4, 4);
+    CHECK_THROWS_AS(gl::make_framebuffer({}, color), Error); // colour as depth
+    test::forget();
+}
+
+TEST_CASE("program: a compile error names the file and the line, through includes") {
+    if (!test::have_context()) {
+        return;
+    }
+    const test::Folder folder;
+    folder.write("a.vert", std::string(vertex_text));
+    folder.write("lib/part.glsl",
+                 std::string("float half_of(float x) { return x * 0.5; }\nfloat wrong = ;\n"));
+    folder.write(
+        "a.frag",
+        std::string("#include \"lib/part.glsl\"\nout vec4 color;\nvoid main() { color = vec4(1.0); }\n"));
+    const gl::ShaderLibrary library(folder.path());
+    try {
+        const gl::Program program(library, "a.vert", "a.frag");
+        FAIL("compiled");
+    } catch (const Error &error) {
+        CHECK_MESSAGE(std::string(error.what()).find("lib/part.glsl") != std::string::npos, error.what());
+    }
+    test::forget();
+}
+
+TEST_CASE("program: a FrameUniforms block that differs from the player's is refused") {
+    if (!test::have_context()) {
+        return;
+    }
+    const test::Folder folder;
+    folder.write("a.vert", "layout(std140) uniform FrameUniforms { mat4 view_projection; vec4 view; };\n" +
+                               std::string(vertex_text));
+    folder.write("a.frag", std::string("out vec4 color;\nvoid main() { color = vec4(1.0); }\n"));
+    std::string text = "layout(std140) uniform FrameUniforms { mat4 view_projection; vec4 eye; };\n"
+                       "layout(location = 0) in vec3 position;\n"
+                       "void main() { gl_Position = view_projection * vec4(position + eye.xyz, 1.0); }\n";
+    folder.write("b.vert", text);
+    const gl::ShaderLibrary library(folder.path());
+    CHECK_THROWS_AS(gl::Program(library, "b.vert", "a.frag"), Error);
+}
+
+TEST_CASE("shaders: an include comes once, defines and dialect are in the preamble") {
+    const test::Folder folder;
+    folder.write("lib/a.glsl", std::string("const float A = 1.0;\n"));
+    folder.write("lib/b.glsl", std::string("#include \"lib/a.glsl\"\n"));
+    folder.write("x.frag",
+                 std::string("#include \"lib/a.glsl\"\n  #include \"lib/b.glsl\"\nvoid main() {}\n"));
+    const std::string_view defines[] = {"COUNT 4"};
+    const std::string desktop = gl::ShaderLibrary(folder.path()).source("x.frag", defines).text;
+    CHECK(desktop.starts_with("#version 330 core\n#define COUNT 4\n"));
+    CHECK(desktop.find("const float A") == desktop.rfind("const float A"));
+    const std::string web = gl::ShaderLibrary(folder.path(), gl::Dialect::es300).source("x.frag").text;
+    CHECK(web.starts_with("#version 300 es\nprecision highp float;"));
+}
+
+TEST_CASE("shaders: missing files and includes that leave the folder are refused") {
+    const test::Folder folder;
+    folder.write("x.frag", std::string("#include \"../secret\"\n"));
+    folder.write("y.frag", std::string("#include lib\n"));
+    const gl::ShaderLibrary library(folder.path());
+    CHECK_THROWS_AS(library.source("x.frag"), Error);
+    CHECK_THROWS_AS(library.source("y.frag"), Error);
+    CHECK_THROWS_AS(library.source("z.frag"), Error);
+}

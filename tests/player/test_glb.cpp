@@ -1,0 +1,107 @@
+#include "assets/glb.hpp"
+#include "error.hpp"
+#include "files.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+
+using namespace paradize;
+
+namespace {
+
+std::string replaced(std::string text, const std::string &from, const std::string &to) {
+    const std::size_t at = text.find(from);
+    REQUIRE(at != std::string::npos);
+    return text.replace(at, from.size(), to);
+}
+
+void check_refused(const std::string &json, const std::string &part) {
+    try {
+        assets::read_glb(test::glb_file(json), "a.glb");
+        FAIL("accepted: " << part);
+    } catch (const Error &error) {
+        CHECK_MESSAGE(std::string(error.what()).find(part) != std::string::npos, error.what());
+    }
+}
+
+} // namespace
+
+TEST_CASE("GLB: levels, primitives and materials come out as they went in") {
+    const test::Bytes file = test::glb_file(test::glb_json());
+    const assets::Glb glb = assets::read_glb(file, "a.glb");
+    REQUIRE(glb.levels.size() == 2);
+    CHECK(glb.materials == std::vector<std::string>{"wood", "leaf"});
+    CHECK(glb.levels[0].name == "lod0");
+    CHECK(glb.levels[0].vertices == 4);
+    CHECK(glb.levels[0].normals.size() == 48);
+    CHECK(glb.levels[0].tangents.empty());
+    REQUIRE(glb.levels[0].primitives.size() == 2);
+    CHECK(glb.levels[0].primitives[1].material == 1);
+    CHECK(glb.levels[0].primitives[1].count == 3);
+    CHECK(glb.levels[1].vertices == 3);
+}
+
+TEST_CASE("GLB: without MSFT_lod there is one level") {
+    CHECK(assets::read_glb(test::glb_file(test::glb_json(false)), "a.glb").levels.size() == 1);
+}
+
+TEST_CASE("GLB: a file cut anywhere is refused") {
+    const test::Bytes file = test::glb_file(test::glb_json());
+    for (std::size_t length = 0; length < file.size(); ++length) {
+        const test::Bytes cut(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(length));
+        CHECK_THROWS_AS(assets::read_glb(cut, "cut.glb"), Error);
+    }
+}
+
+TEST_CASE("GLB: a file cut anywhere whose header lies about its length is refused or harmless") {
+    const test::Bytes file = test::glb_file(test::glb_json());
+    for (std::size_t length = 20; length < file.size(); ++length) {
+        test::Bytes cut(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(length));
+        const auto claimed = static_cast<std::uint32_t>(length);
+        std::memcpy(cut.data() + 8, &claimed, sizeof claimed);
+        CHECK_THROWS_AS(assets::read_glb(cut, "cut.glb"), Error);
+    }
+}
+
+TEST_CASE("GLB: any byte may be wrong without harm") {
+    const test::Bytes file = test::glb_file(test::glb_json());
+    for (std::size_t at = 0; at < file.size(); ++at) {
+        for (const unsigned value : {0x00U, 0x39U, 0x5DU, 0xFFU}) {
+            test::Bytes wrong = file;
+            wrong[at] = static_cast<std::byte>(value);
+            try {
+                const assets::Glb glb = assets::read_glb(wrong, "wrong.glb");
+                for (const assets::GlbLevel &level : glb.levels) {
+                    CHECK(level.positions.data() + level.positions.size() <= wrong.data() + wrong.size());
+                }
+            } catch (const Error &) { // refused: as good
+            }
+        }
+    }
+}
+
+TEST_CASE("GLB: what the player cannot draw is refused with its place") {
+    const std::string json = test::glb_json();
+    check_refused(replaced(json, "\"byteLength\":108", "\"byteLength\":109"),
+                  "buffers[0].byteLength: is 109");
+    check_refused(
+        replaced(json, "\"byteOffset\":96,\"byteLength\":12", "\"byteOffset\":96,\"byteLength\":13"),
+        "accessors[2].count");
+    check_refused(replaced(json, "\"count\":4,\"type\":\"VEC3\"", "\"count\":5,\"type\":\"VEC3\""),
+                  "accessors[0].count");
+    check_refused(replaced(json, "\"indices\":2", "\"indices\":9"), "indices: is 9, must lie in [0, 4]");
+    check_refused(replaced(json, "\"ids\":[1]", "\"ids\":[7]"), "ids[0]: is 7");
+    check_refused(replaced(json, "\"bufferView\":2,\"byteOffset\":6", "\"bufferView\":2,\"byteOffset\":5"),
+                  "accessors[3].count");
+    check_refused(replaced(json, "\"version\":\"2.0\"", "\"version\":\"3.0\""), "version must be 2.0");
+    check_refused(replaced(json, "\"scene\":0", "\"scene\":0,\"scene\":0"), "appears twice");
+}
+
+TEST_CASE("GLB: the first index beyond the vertices is found") {
+    const test::Bytes file = test::glb_file(test::glb_json(), 4);
+    const assets::Glb glb = assets::read_glb(file, "a.glb");
+    const assets::GlbLevel &level = glb.levels[0];
+    CHECK(assets::first_bad_index(level.primitives[0].indices, 2, level.vertices) == -1);
+    CHECK(assets::first_bad_index(level.primitives[1].indices, 2, level.vertices) == 2);
+}

@@ -1,0 +1,119 @@
+#include "audio.hpp"
+#include "error.hpp"
+#include "files.hpp"
+#include "free_camera.hpp"
+#include "png.hpp"
+#include "report.hpp"
+
+#include <doctest/doctest.h>
+#include <glm/geometric.hpp>
+
+#include <array>
+#include <cstring>
+#include <png.h>
+#include <sndfile.h>
+#include <vector>
+
+using namespace paradize;
+
+TEST_CASE("PNG: pixels come back as they were, first row on top") {
+    const test::Folder folder;
+    std::vector<std::uint8_t> pixels(3 * 2 * 3);
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+        pixels[i] = static_cast<std::uint8_t>(i * 13);
+    }
+    const auto path = folder.path() / "new" / "a.png";
+    write_png(path, pixels, 3, 2);
+    png_image image;
+    std::memset(&image, 0, sizeof image);
+    image.version = PNG_IMAGE_VERSION;
+    REQUIRE(png_image_begin_read_from_file(&image, path.c_str()) != 0);
+    image.format = PNG_FORMAT_RGB;
+    CHECK(image.width == 3);
+    std::vector<std::uint8_t> back(PNG_IMAGE_SIZE(image));
+    REQUIRE(png_image_finish_read(&image, nullptr, back.data(), 0, nullptr) != 0);
+    CHECK(back == pixels);
+}
+
+TEST_CASE("PNG: where no file can be, there is an error and no half file") {
+    const test::Folder folder;
+    folder.write("a.png/inside", std::string("x")); // a folder has the name
+    const std::vector<std::uint8_t> pixels(3);
+    CHECK_THROWS_AS(write_png(folder.path() / "a.png", pixels, 1, 1), Error);
+    int entries = 0;
+    for ([[maybe_unused]] const auto &entry : std::filesystem::directory_iterator(folder.path())) {
+        ++entries;
+    }
+    CHECK(entries == 1);
+}
+
+TEST_CASE("sound: a missing file or a file that is no sound leaves the show silent") {
+    const test::Folder folder;
+    Audio audio;
+    CHECK_FALSE(audio.load(folder.path() / "none.ogg"));
+    CHECK_FALSE(audio.load(folder.write("noise.ogg", std::string("no sound at all"))));
+    audio.play();
+    audio.pause();
+    audio.stop();
+    audio.set_volume(2.0F);
+    CHECK_FALSE(audio.playing());
+    CHECK(audio.volume() == 0.0F);
+}
+
+TEST_CASE("sound: load, loop, pause, stop, volume") {
+    const test::Folder folder;
+    const auto path = folder.path() / "tone.wav";
+    SF_INFO info{};
+    info.samplerate = 8000;
+    info.channels = 1;
+    info.format = SF_FORMAT_WAV | SF_FORMAT_PCM_16;
+    SNDFILE *file = sf_open(path.c_str(), SFM_WRITE, &info);
+    REQUIRE(file != nullptr);
+    const std::array<short, 800> samples{};
+    CHECK(sf_writef_short(file, samples.data(), 800) == 800);
+    sf_close(file);
+    Audio audio;
+    if (!audio.load(path)) {
+        MESSAGE("no sound device, not even ALSOFT_DRIVERS=null");
+        return;
+    }
+    CHECK_FALSE(audio.playing());
+    audio.play();
+    CHECK(audio.playing());
+    audio.pause();
+    CHECK_FALSE(audio.playing());
+    audio.play();
+    CHECK(audio.playing());
+    audio.set_volume(0.25F);
+    CHECK(audio.volume() == 0.25F);
+    audio.set_volume(9.0F);
+    CHECK(audio.volume() == 1.0F);
+    audio.stop();
+    CHECK_FALSE(audio.playing());
+}
+
+TEST_CASE("report: the middle of the frames, and JSON that escapes") {
+    CHECK(median({}) == 0.0);
+    CHECK(median({3.0, 1.0, 100.0}) == 3.0);
+    Report report;
+    report.renderer = "a \"b\"\\\n";
+    const std::string json = to_json(report);
+    CHECK(json.find(R"("gl_renderer": "a \"b\"\\\u000a")") != std::string::npos);
+    CHECK(peak_rss_bytes() > 1000000);
+}
+
+TEST_CASE("free camera: starts where the flight is, walks where it looks") {
+    FreeCamera camera({{1.0, 2.0, 3.0}, {1.0, 2.0, -7.0}, 0.0});
+    const Pose start = camera.pose();
+    CHECK(glm::distance(start.eye, glm::dvec3(1.0, 2.0, 3.0)) < 1e-12);
+    CHECK(start.target.z == doctest::Approx(2.0));
+    Input input;
+    input.forward = 1.0F;
+    camera.move(input, 0.5);
+    CHECK(camera.pose().eye.z == doctest::Approx(1.0)); // 4 m/s
+    input = Input();
+    input.tilt_px = -100000.0;
+    camera.move(input, 0.1);
+    CHECK(camera.pose().target.y - camera.pose().eye.y > 0.99);
+    CHECK(camera.pose().target.y - camera.pose().eye.y < 1.0); // never quite upright
+}

@@ -1,0 +1,87 @@
+#include "assets/scene_file.hpp"
+#include "error.hpp"
+#include "files.hpp"
+
+#include <doctest/doctest.h>
+
+using namespace paradize;
+
+namespace {
+
+void check_refused(const test::SceneText &text, const std::string &message) {
+    CHECK_THROWS_WITH_AS(assets::parse_scene(text.str(), "scene.json"), message.c_str(), Error);
+}
+
+} // namespace
+
+TEST_CASE("scene.json: what it says is what the player holds") {
+    const assets::SceneFile scene = assets::parse_scene(test::SceneText().str(), "scene.json");
+    CHECK(scene.name == "test");
+    CHECK(scene.width_px == 64);
+    CHECK(scene.sky == "sky");
+    CHECK(scene.shadow->size_px == 64);
+    CHECK(scene.reflection_scale == 0.5F);
+    CHECK_FALSE(scene.refraction_scale.has_value());
+    CHECK_FALSE(scene.water.has_value());
+    REQUIRE(scene.objects.size() == 1);
+    CHECK(scene.objects[0].lods[1].error_m == doctest::Approx(0.1));
+    CHECK(scene.objects[0].materials[0].two_sided);
+    CHECK(scene.objects[0].instances[0].scale == 2.0F);
+    CHECK(scene.artifacts[scene.streaming[0]].name == "sky");
+    CHECK(scene.flight.segments.size() == 2);
+    CHECK(scene.find_artifact("none") == nullptr);
+}
+
+TEST_CASE("scene.json: another version is refused with what to do") {
+    test::SceneText text;
+    text.version = "2";
+    check_refused(
+        text, "scene.json: version: is 2, this player reads version 1; bake the scene with the Paradize that "
+              "came with the player");
+}
+
+TEST_CASE("scene.json: an unknown key is refused by name") {
+    test::SceneText text;
+    text.extra = R"("moon": 1,)";
+    check_refused(
+        text,
+        "scene.json: moon: is not known to this player; bake the scene with the same version of Paradize");
+}
+
+TEST_CASE("scene.json: numbers out of range, references to nothing and holes are refused with their place") {
+    test::SceneText text;
+    text.shadow = R"({"size": 0, "extent_m": 10, "center": [0, 0, 0]})";
+    check_refused(text, "scene.json: shadow.size: is 0, must lie in [1, 16384]");
+    text.shadow = R"({"size": 64, "extent_m": 10, "center": [0, "x", 0]})";
+    check_refused(text, "scene.json: shadow.center[1]: must be a number, is string");
+    text.shadow = R"({"size": 64, "center": [0, 0, 0]})";
+    check_refused(text, "scene.json: shadow.extent_m: is missing");
+    text.shadow = "null";
+    text.color = R"("sky")";
+    check_refused(text,
+                  "scene.json: objects[0].color: names \"sky\", which is no artifact of the right kind");
+    text.color = "null";
+    text.streaming = R"(["nothing"])";
+    check_refused(text, "scene.json: streaming: names \"nothing\", which is no artifact");
+}
+
+TEST_CASE("scene.json: a text cut anywhere is refused") {
+    const std::string text = test::SceneText().str();
+    for (std::size_t length = 0; length < text.size(); length += 7) {
+        CHECK_THROWS_AS(assets::parse_scene(text.substr(0, length), "scene.json"), Error);
+    }
+}
+
+TEST_CASE("scene.json: files outside the scene's folder are refused") {
+    std::string text = test::SceneText().str();
+    text.replace(text.find("sky.ktx2"), 8, "../x.ktx");
+    CHECK_THROWS_WITH_AS(
+        assets::parse_scene(text, "scene.json"),
+        "scene.json: artifacts.sky.file: \"../x.ktx\" must be a path inside the scene's folder", Error);
+}
+
+TEST_CASE("scene.json: deep nesting is refused, not a crash") {
+    std::string deep = "{\"format\":";
+    deep.append(200000, '[');
+    CHECK_THROWS_AS(assets::parse_scene(deep, "scene.json"), Error);
+}
