@@ -236,47 +236,47 @@ def add_pole(model: Model, number: int, x: float, z: float, top: float) -> None:
     model.add("poles", "poles", np.concatenate([middle, rim]), np.array(disc), fan)
 
 
-def add_frames(model: Model) -> None:
-    """Poles in pairs, the cross beam between them, braces where it is deep, stringers between frames."""
+def frames() -> list[float]:
+    """Where along the jetty its pairs of poles stand."""
+    return [0.7 + FRAME_M * k for k in range(FRAMES)]
+
+
+def add_poles(model: Model) -> None:
+    """Poles in pairs: some rise above the deck, some are cut off below it; the last pair is tall."""
+    for number in range(2 * FRAMES):
+        k, sign = number // 2, 1.0 if number % 2 else -1.0
+        chance = rand(number, 31)
+        tall = k == FRAMES - 1 or chance > 0.30
+        top = deck_y(frames()[k]) + (0.32 + 0.66 * rand(number, 32) if tall else -0.03 - 0.05 * chance)
+        x = sign * (POLE_X_M + 0.03 * rand(number, 33))
+        add_pole(model, number, x, frames()[k] + 0.06 * (rand(number, 34) - 0.5), top)
+
+
+def add_beams(model: Model) -> None:
+    """Cross beams from pole to pole, braces where the water is deep, stringers from frame to frame."""
     under = -THICK_M - 0.004
-    frames = [0.7 + FRAME_M * k for k in range(FRAMES)]
-    number = 0
-    for k, z in enumerate(frames):
-        for sign in (-1.0, 1.0):
-            r = rand(number, 31)
-            tall = 0.32 + 0.66 * rand(number, 32)
-            top = deck_y(z) + (tall if k in (FRAMES - 1,) or r > 0.30 else -0.03 - 0.05 * r)
-            add_pole(
-                model,
-                number,
-                sign * (POLE_X_M + 0.03 * rand(number, 33)),
-                z + 0.06 * (rand(number, 34) - 0.5),
-                top,
-            )
-            number += 1
+    forward, aside = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+    for k, z in enumerate(frames()):
         y = deck_y(z) + under - 0.15 - 0.08
         left = np.array([-1.30 - 0.08 * rand(k, 35), y, z + 0.10])
         right = np.array([1.30 + 0.08 * rand(k, 36), y, z + 0.10])
-        add_timber(model, left, right, np.array([0.0, 0.0, 1.0]), (0.11, 0.16), 2 * k + 1)
+        add_timber(model, left, right, forward, (0.11, 0.16), 2 * k + 1)
         if k >= 4:
-            flip = 1.0 if k % 2 else -1.0
-            low, high = (
-                np.array([-flip * 1.16, y - 0.95, z - 0.13]),
-                np.array([flip * 1.16, y - 0.06, z - 0.13]),
-            )
-            add_timber(model, low, high, np.array([0.0, 0.0, 1.0]), (0.05, 0.13), 2 * k + 4)
-    ends = [0.06, *frames[1:-1], LENGTH_M - 0.03]
+            flip = 1.16 if k % 2 else -1.16
+            low, high = np.array([-flip, y - 0.95, z - 0.13]), np.array([flip, y - 0.06, z - 0.13])
+            add_timber(model, low, high, forward, (0.05, 0.13), 2 * k + 4)
+    ends = [0.06, *frames()[1:-1], LENGTH_M - 0.03]
     for k, (a, b) in enumerate(pairwise(ends)):
-        steps = 4 if b < RAMP_M + FRAME_M else 1
-        for x in (-0.76, 0.76):
-            shift = 0.045 if k % 2 else -0.045  # neighbours lie side by side where they meet
+        steps = 4 if b < RAMP_M + FRAME_M else 1  # short ones where the deck bends
+        over = 0.12 if steps == 1 else 0.0
+        shift = 0.045 if k % 2 else -0.045  # neighbours lie side by side where they meet
+        for x in (-0.76 + shift, 0.76 + shift):
             for i in range(steps):
-                za, zb = a + (b - a) * i / steps, a + (b - a) * (i + 1) / steps
-                over = 0.12 if steps == 1 else 0.0
-                za, zb = max(za - over, 0.03), min(zb + over, LENGTH_M)
-                start = np.array([x + shift, deck_y(za) + under - 0.075, za])
-                stop = np.array([x + shift, deck_y(zb) + under - 0.075, zb])
-                add_timber(model, start, stop, np.array([1.0, 0.0, 0.0]), (0.075, 0.15), 3 * k + 5 + i)
+                za = max(a + (b - a) * i / steps - over, 0.03)
+                zb = min(a + (b - a) * (i + 1) / steps + over, LENGTH_M)
+                start = np.array([x, deck_y(za) + under - 0.075, za])
+                stop = np.array([x, deck_y(zb) + under - 0.075, zb])
+                add_timber(model, start, stop, aside, (0.075, 0.15), 3 * k + 5 + i)
 
 
 def build() -> Model:
@@ -284,7 +284,8 @@ def build() -> Model:
     model = Model(atlas.WIDTH, atlas.HEIGHT)
     for plank in planks():
         add_plank(model, plank)
-    add_frames(model)
+    add_beams(model)
+    add_poles(model)
     return model
 
 
