@@ -233,7 +233,7 @@ _manifest = _table(
 )
 
 
-def _references(manifest: dict[str, Any]) -> list[tuple[str, str, tuple[str, ...]]]:
+def references(manifest: dict[str, Any]) -> list[tuple[str, str, tuple[str, ...]]]:
     """(place, artifact name, kinds that may stand there) of everything that the manifest refers to."""
     found: list[tuple[str, str | None, tuple[str, ...]]] = []
     for i, name in enumerate(manifest["streaming"]):
@@ -306,7 +306,7 @@ def decode_scene(data: bytes, file: object = "scene.json") -> dict[str, Any]:
 def _validate(manifest: dict[str, Any], file: object) -> None:
     try:
         _manifest(manifest, "")
-        for place, name, kinds in _references(manifest):
+        for place, name, kinds in references(manifest):
             artifact = manifest["artifacts"].get(name)
             if artifact is None:
                 raise _Wrong(place, f"names {name!r}, which is no artifact here")

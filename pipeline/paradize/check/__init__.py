@@ -1,0 +1,7 @@
+"""`paradize check`: rules with stable codes over baked scenes, meshes and textures."""
+
+from paradize.check.paths import check_paths
+from paradize.check.render import render
+from paradize.check.rules import RULES, Finding
+
+__all__ = ["RULES", "Finding", "check_paths", "render"]

@@ -1,0 +1,116 @@
+"""Reads the arrays of any GLB without believing in their content: the checker's own eyes.
+
+Unlike formats/glb.py it takes what other tools write (strides, several buffers' views, missing attributes)
+and leaves it to the rules to judge indices and numbers; only what cannot be read at all is refused.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.errors import FormatError
+
+_TYPES = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
+_SHAPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+
+
+@dataclass(frozen=True)
+class Primitive:
+    """place: JSON pointer. indices: (m,) or None. attributes: glTF name -> (n, k) float32."""
+
+    place: str
+    indices: npt.NDArray[np.integer] | None
+    attributes: dict[str, npt.NDArray[np.float32]]
+
+
+@dataclass(frozen=True)
+class Level:
+    """One node with a mesh: its name, its extras and its primitives."""
+
+    name: str
+    extras: dict[str, Any]
+    primitives: tuple[Primitive, ...]
+
+
+def read_levels(data: bytes, file: object) -> list[Level]:
+    """Every node that has a mesh, in the file's order. Raises FormatError (file, place)."""
+    place = "byte 0"
+    try:
+        magic, version, total = struct.unpack_from("<4sII", data, 0)
+        if magic != b"glTF" or version != 2:
+            raise ValueError("no GLB of version 2")
+        if total != len(data):
+            raise ValueError(f"{len(data)} bytes where the header says {total}")
+        place = "byte 12"
+        length, kind = struct.unpack_from("<I4s", data, 12)
+        if kind != b"JSON" or 20 + length > total:
+            raise ValueError("no JSON chunk")
+        place = "JSON chunk"
+        tree = json.loads(data[20 : 20 + length].decode("utf-8"))
+        binary = b""
+        if 20 + length < total:
+            place = f"byte {20 + length}"
+            size, kind = struct.unpack_from("<I4s", data, 20 + length)
+            if kind != b"BIN\0" or 28 + length + size > total:
+                raise ValueError("no BIN chunk")
+            binary = data[28 + length : 28 + length + size]
+        place = "/nodes"
+        levels = []
+        for k, node in enumerate(tree.get("nodes", [])):
+            if "mesh" not in node:
+                continue
+            place = f"/meshes/{node['mesh']}"
+            mesh = tree["meshes"][node["mesh"]]
+            primitives = []
+            for i, primitive in enumerate(mesh["primitives"]):
+                place = f"/meshes/{node['mesh']}/primitives/{i}"
+                indices = None
+                if "indices" in primitive:
+                    indices = _accessor(tree, binary, primitive["indices"])[:, 0]
+                attributes = {
+                    name: _accessor(tree, binary, at).astype(np.float32)
+                    for name, at in primitive["attributes"].items()
+                }
+                primitives.append(Primitive(place, indices, attributes))
+            levels.append(Level(str(node.get("name", k)), dict(node.get("extras", {})), tuple(primitives)))
+    except (struct.error, ValueError, KeyError, IndexError, TypeError, RecursionError) as error:
+        text = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+        raise FormatError(text, file=file, place=place) from None
+    return levels
+
+
+def _accessor(tree: Any, binary: bytes, index: int) -> npt.NDArray[Any]:
+    """The values of an accessor, (count, components)."""
+    if isinstance(index, bool) or not isinstance(index, int) or index < 0:
+        raise ValueError(f"accessor {index!r}")
+    accessor = tree["accessors"][index]
+    kind = np.dtype(_TYPES[accessor["componentType"]]).newbyteorder("<")
+    width = _SHAPES[accessor["type"]]
+    count = int(accessor["count"])
+    if not 0 <= count <= 1 << 31:
+        raise ValueError(f"accessor {index} has a count of {count}")
+    if "bufferView" not in accessor:
+        if count > len(binary):
+            raise ValueError(f"accessor {index} has no data")
+        return np.zeros((count, width), kind)
+    view = tree["bufferViews"][accessor["bufferView"]]
+    start = int(view.get("byteOffset", 0)) + int(accessor.get("byteOffset", 0))
+    item = kind.itemsize * width
+    stride = int(view.get("byteStride", item))
+    end = start + stride * max(0, count - 1) + (item if count else 0)
+    limit = int(view.get("byteOffset", 0)) + int(view["byteLength"])
+    if start < 0 or stride < item or end > min(limit, len(binary)):
+        raise ValueError(
+            f"accessor {index} reaches beyond its buffer ({end} of {min(limit, len(binary))} bytes)"
+        )
+    if count == 0:
+        return np.zeros((0, width), kind)
+    shape, strides = (count, width), (stride, kind.itemsize)
+    flat = np.frombuffer(binary, np.uint8, count=end - start, offset=start)
+    return np.ndarray(shape, kind, flat.data, 0, strides)

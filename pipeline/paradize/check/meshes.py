@@ -1,0 +1,131 @@
+"""Rules over a GLB: indices, numbers, normals, tangent frames, levels of detail."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.check.glb_arrays import Level, Primitive, read_levels
+from paradize.check.rules import Finding
+from paradize.errors import FormatError
+
+_UNIT = 2e-3  # how far a length may be from 1, and a dot product from 0
+
+
+def check_mesh(data: bytes, file: str) -> Iterator[Finding]:
+    """The findings in a GLB's bytes."""
+    try:
+        levels = read_levels(data, file)
+    except FormatError as error:
+        yield Finding("PZ102", file, error.what, error.place or "")
+        return
+    for level in levels:
+        for primitive in level.primitives:
+            yield from _primitive(level, primitive, file)
+    yield from _order(levels, file)
+
+
+def _rows(bad: npt.NDArray[np.bool_]) -> tuple[int, int]:
+    """(how many rows, the first)."""
+    return int(bad.sum()), int(np.argmax(bad))
+
+
+def _length(v: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
+    wide = v.astype(np.float64)
+    return np.asarray(np.sqrt((wide * wide).sum(axis=1)), np.float64)
+
+
+def _primitive(level: Level, primitive: Primitive, file: str) -> Iterator[Finding]:
+    where = f"{level.name} {primitive.place}"
+    attributes = primitive.attributes
+    positions = attributes.get("POSITION")
+    if positions is None:
+        yield Finding("PZ102", file, "a primitive without positions", where)
+        return
+    finite = np.ones(len(positions), bool)
+    for name, values in attributes.items():
+        bad = np.asarray(~np.isfinite(values).all(axis=1))
+        if bad.any():
+            count, first = _rows(bad)
+            yield Finding(
+                "PZ202", file, f"{name} holds {values[first].tolist()}", f"{where} vertex {first}", count
+            )
+        if len(values) == len(finite):
+            finite &= ~bad
+        else:
+            yield Finding("PZ102", file, f"{len(values)} of {name} for {len(finite)} vertices", where)
+            return
+    indices = primitive.indices
+    if indices is not None:
+        bad = indices >= len(positions)
+        if bad.any():
+            count, first = _rows(bad)
+            what = f"index {int(indices[first])} of {len(positions)} vertices"
+            yield Finding("PZ201", file, what, f"{where} corner {first}", count)
+        elif len(indices) % 3:
+            yield Finding("PZ102", file, f"{len(indices)} indices are no triangles", where)
+        else:
+            yield from _degenerate(positions, indices.reshape(-1, 3), file, where)
+    normals = attributes.get("NORMAL")
+    if normals is None:
+        return
+    length = _length(np.where(finite[:, None], normals, [1.0, 0.0, 0.0]))
+    bad = np.abs(length - 1.0) > _UNIT
+    if bad.any():
+        count, first = _rows(bad)
+        yield Finding("PZ203", file, f"a length of {length[first]:.4g}", f"{where} vertex {first}", count)
+    if "TANGENT" in attributes:
+        yield from _tangents(normals, attributes["TANGENT"], finite & ~bad, file, where)
+
+
+def _tangents(
+    normals: npt.NDArray[np.float32],
+    tangents: npt.NDArray[np.float32],
+    sound: npt.NDArray[np.bool_],
+    file: str,
+    where: str,
+) -> Iterator[Finding]:
+    length = _length(tangents[:, :3])
+    lean = np.abs((normals.astype(np.float64) * tangents[:, :3]).sum(axis=1))
+    bad = sound & ((np.abs(length - 1.0) > _UNIT) | (lean > _UNIT))
+    if bad.any():
+        count, first = _rows(bad)
+        what = f"a tangent of length {length[first]:.4g} that leans {lean[first]:.4g} along the normal"
+        yield Finding("PZ204", file, what, f"{where} vertex {first}", count)
+    bad = sound & (np.abs(tangents[:, 3]) != 1.0)
+    if bad.any():
+        count, first = _rows(bad)
+        yield Finding("PZ205", file, f"a sign of {tangents[first, 3]:g}", f"{where} vertex {first}", count)
+
+
+def _degenerate(
+    positions: npt.NDArray[np.float32], triangles: npt.NDArray[np.integer], file: str, where: str
+) -> Iterator[Finding]:
+    a, b, c = (positions[triangles[:, k]] for k in range(3))
+    same = (a == b).all(axis=1) | (b == c).all(axis=1) | (c == a).all(axis=1)
+    if same.any():
+        count, first = _rows(same)
+        yield Finding(
+            "PZ206", file, "two corners of a triangle are one place", f"{where} triangle {first}", count
+        )
+
+
+def _order(levels: list[Level], file: str) -> Iterator[Finding]:
+    told = [level for level in levels if "error_max" in level.extras]
+    triangles = [
+        sum(len(p.indices) // 3 for p in level.primitives if p.indices is not None) for level in told
+    ]
+    for k in range(1, len(told)):
+        if triangles[k] > triangles[k - 1]:
+            what = f"{triangles[k]} triangles after {triangles[k - 1]}"
+            yield Finding("PZ207", file, what, told[k].name)
+    for k, level in enumerate(told):
+        errors = [level.extras.get(name) for name in ("error_max", "error_rms")]
+        if not all(isinstance(error, int | float) and 0.0 <= error < float("inf") for error in errors):
+            yield Finding("PZ207", file, f"errors of {errors}", level.name)
+            return
+        if k and level.extras["error_max"] < told[k - 1].extras["error_max"]:
+            what = f"an error of {level.extras['error_max']:g} after {told[k - 1].extras['error_max']:g}"
+            yield Finding("PZ207", file, what, level.name)

@@ -1,0 +1,46 @@
+"""What a path given to `paradize check` is: a scene's folder, a scene.json, a GLB or a KTX2."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from paradize.check.meshes import check_mesh
+from paradize.check.rules import Finding, gathered
+from paradize.check.scenes import check_scene
+from paradize.check.textures import check_texture
+from paradize.formats.glb import MAGIC
+from paradize.formats.ktx2 import IDENTIFIER
+from paradize.last_bake import SCENE_FILE
+
+
+def check_paths(paths: Sequence[Path]) -> list[Finding]:
+    """All findings of all paths, equal ones gathered."""
+    return gathered(finding for path in paths for finding in _check(path))
+
+
+def _check(path: Path) -> Iterator[Finding]:
+    if path.is_dir():
+        if (path / SCENE_FILE).exists():
+            yield from check_scene(path / SCENE_FILE)
+            return
+        files = sorted(file for file in path.iterdir() if file.suffix in (".glb", ".ktx2"))
+        if not files:
+            yield Finding("PZ101", str(path), f"holds no {SCENE_FILE}, GLB or KTX2")
+        for file in files:
+            yield from _check(file)
+        return
+    if path.name == SCENE_FILE:
+        yield from check_scene(path)
+        return
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        yield Finding("PZ101", str(path), error.strerror or str(error))
+        return
+    if path.suffix == ".glb" or data[:4] == MAGIC:
+        yield from check_mesh(data, str(path))
+    elif path.suffix == ".ktx2" or data[:12] == IDENTIFIER:
+        yield from check_texture(data, str(path))
+    else:
+        yield Finding("PZ102", str(path), f"is neither {SCENE_FILE} nor GLB nor KTX2")

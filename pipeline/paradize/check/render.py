@@ -1,0 +1,99 @@
+"""Findings as text, JSON, JUnit (for CI pages) and SARIF 2.1.0 (OASIS, 2020; for code-review pages)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+from xml.sax.saxutils import escape, quoteattr
+
+from paradize.check.rules import RULES, Finding
+
+
+def render(findings: Sequence[Finding], form: str) -> str:
+    """form: "text", "json", "junit" or "sarif"."""
+    return {"text": _text, "json": _json, "junit": _junit, "sarif": _sarif}[form](findings)
+
+
+def _counts(findings: Sequence[Finding]) -> tuple[int, int]:
+    errors = sum(finding.severity == "error" for finding in findings)
+    return errors, len(findings) - errors
+
+
+def _text(findings: Sequence[Finding]) -> str:
+    errors, warnings = _counts(findings)
+    summary = f"{errors} errors, {warnings} warnings" if findings else "clean"
+    return "\n".join([*(str(finding) for finding in findings), summary])
+
+
+def _json(findings: Sequence[Finding]) -> str:
+    errors, warnings = _counts(findings)
+    rows = [
+        {
+            "code": finding.code,
+            "severity": finding.severity,
+            "title": finding.title,
+            "file": finding.file,
+            "place": finding.place,
+            "what": finding.what,
+            "count": finding.count,
+            "mend": finding.mend or RULES[finding.code].mend,
+        }
+        for finding in findings
+    ]
+    return json.dumps({"findings": rows, "errors": errors, "warnings": warnings}, indent=1)
+
+
+def _junit(findings: Sequence[Finding]) -> str:
+    """One test case per rule; a rule of error severity that fired is a failure."""
+    cases = []
+    failures = 0
+    for code, rule in RULES.items():
+        fired = [finding for finding in findings if finding.code == code]
+        body = escape("\n".join(str(finding) for finding in fired))
+        name = f'<testcase classname="paradize.check" name={quoteattr(f"{code} {rule.title}")}'
+        if fired and rule.severity == "error":
+            failures += 1
+            cases.append(f"{name}><failure message={quoteattr(rule.title)}>{body}</failure></testcase>")
+        elif fired:
+            cases.append(f"{name}><system-out>{body}</system-out></testcase>")
+        else:
+            cases.append(f"{name}/>")
+    head = f'<testsuite name="paradize check" tests="{len(cases)}" failures="{failures}" errors="0">'
+    return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', head, *cases, "</testsuite>"])
+
+
+def _sarif(findings: Sequence[Finding]) -> str:
+    rules = [
+        {
+            "id": code,
+            "name": rule.title.title().replace(" ", ""),
+            "shortDescription": {"text": rule.title},
+            "fullDescription": {"text": rule.cause},
+            "help": {"text": rule.mend or rule.cause},
+            "defaultConfiguration": {"level": rule.severity},
+        }
+        for code, rule in RULES.items()
+    ]
+    results: list[dict[str, Any]] = [
+        {
+            "ruleId": finding.code,
+            "level": finding.severity,
+            "message": {"text": str(finding)},
+            "occurrenceCount": finding.count,
+            "locations": [
+                {
+                    "physicalLocation": {"artifactLocation": {"uri": finding.file.replace("\\", "/")}},
+                    "logicalLocations": [{"fullyQualifiedName": finding.place or finding.file}],
+                }
+            ],
+        }
+        for finding in findings
+    ]
+    tool = {"driver": {"name": "paradize check", "rules": rules}}
+    tree = {
+        "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
+        "version": "2.1.0",
+        "runs": [{"tool": tool, "results": results}],
+    }
+    return json.dumps(tree, indent=1)

@@ -1,0 +1,100 @@
+"""The rules: a code never changes its meaning, and none is used again for another.
+
+1xx files, 2xx meshes, 3xx textures, 4xx scenes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+
+@dataclass(frozen=True)
+class Rule:
+    """severity: "error" fails the check, "warning" does not. cause and mend speak to a person."""
+
+    severity: str
+    title: str
+    cause: str
+    mend: str
+
+
+RULES: dict[str, Rule] = {
+    "PZ101": Rule("error", "missing file", "a file that is asked for is not there", "bake again"),
+    "PZ102": Rule(
+        "error", "unreadable file", "the bytes are not what the format says", "bake again; see the place"
+    ),
+    "PZ103": Rule(
+        "error", "hash mismatch", "a file's bytes are not those that the manifest names", "bake again"
+    ),
+    "PZ104": Rule("warning", "unused file", "a baked file that the manifest does not name", "bake again"),
+    "PZ201": Rule("error", "index out of range", "a triangle names a vertex that is not there", "bake again"),
+    "PZ202": Rule("error", "not a number", "NaN or infinity among a mesh's numbers", "mend the source"),
+    "PZ203": Rule("error", "normal not of unit length", "lighting would be too bright or dark", "bake again"),
+    "PZ204": Rule("error", "tangent frame not orthonormal", "bumps would lean the wrong way", "bake again"),
+    "PZ205": Rule("error", "tangent sign not +1 or -1", "bumps would turn inside out", "bake again"),
+    "PZ206": Rule(
+        "warning",
+        "degenerate triangle",
+        "a triangle without area draws nothing",
+        "weld the source's vertices",
+    ),
+    "PZ207": Rule(
+        "error",
+        "levels of detail out of order",
+        "a coarser level has more triangles or less error",
+        "bake again",
+    ),
+    "PZ301": Rule("error", "mip chain incomplete", "levels down to 1 x 1 are missing or short", "bake again"),
+    "PZ302": Rule("error", "texel not a number", "NaN or infinity in a float texture", "mend the source"),
+    "PZ303": Rule(
+        "error", "wrong colour space", "colour must be sRGB and every other map linear", "bake again"
+    ),
+    "PZ401": Rule("error", "budget exceeded", "a measured error is worse than the scene accepts", ""),
+    "PZ402": Rule(
+        "warning", "unused artifact", "no pass of the scene reads it", "take it out, or bake again"
+    ),
+    "PZ403": Rule(
+        "error",
+        "camera path jumps",
+        "position or velocity differs from one segment to the next",
+        "bake again",
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A rule that fired. place: where in the file; count: how many equal ones; the first is described."""
+
+    code: str
+    file: str
+    what: str
+    place: str = ""
+    count: int = 1
+    mend: str = ""
+
+    @property
+    def severity(self) -> str:
+        return RULES[self.code].severity
+
+    @property
+    def title(self) -> str:
+        return RULES[self.code].title
+
+    def __str__(self) -> str:
+        head = ": ".join(part for part in (self.file, self.place) if part)
+        times = f" ({self.count} such)" if self.count > 1 else ""
+        mend = self.mend or RULES[self.code].mend
+        return f"{head}: {self.severity} {self.code}: {self.what}{times}" + (f"; {mend}" if mend else "")
+
+
+def gathered(findings: Iterable[Finding]) -> list[Finding]:
+    """Findings with the same code, file and text as one, their counts added; in the order of the first."""
+    found: dict[tuple[str, str, str], Finding] = {}
+    for finding in findings:
+        key = (finding.code, finding.file, finding.what)
+        if key in found:
+            finding = replace(found[key], count=found[key].count + finding.count)
+        found[key] = finding
+    return list(found.values())

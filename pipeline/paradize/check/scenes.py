@@ -1,0 +1,103 @@
+"""Rules over a baked scene: its manifest, its files, its budgets, its camera path."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from paradize.bake import over_budget
+from paradize.check.meshes import check_mesh
+from paradize.check.rules import Finding
+from paradize.check.textures import check_texture
+from paradize.errors import FormatError
+from paradize.formats.glb import decode_glb
+from paradize.formats.scene_manifest import decode_scene, references
+
+_BAKED = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")
+_JUMP = 1e-6  # of the segment's own size: how far apart two segments may meet
+
+
+def check_scene(path: Path) -> Iterator[Finding]:
+    """The findings in a scene.json and everything that it names."""
+    file = str(path)
+    try:
+        manifest = decode_scene(path.read_bytes(), file)
+    except OSError as error:
+        yield Finding("PZ101", file, error.strerror or str(error))
+        return
+    except FormatError as error:
+        yield Finding("PZ102", file, error.what, error.place or "")
+        return
+    colors = _colors(manifest)
+    for name, artifact in manifest["artifacts"].items():
+        yield from _artifact(path.parent, name, artifact, colors.get(name))
+        yield from _over(manifest["budget"], artifact["errors"], file, name)
+    yield from _over(manifest["budget"], manifest["flight"]["errors"], file, "flight")
+    yield from _unused(path.parent, manifest, file)
+    yield from _path(manifest["flight"], file)
+
+
+def _colors(manifest: dict[str, Any]) -> dict[str, bool]:
+    """Which textures are colour, by what reads them."""
+    return {
+        name: place.endswith("color") for place, name, kinds in references(manifest) if kinds == ("texture",)
+    }
+
+
+def _artifact(folder: Path, name: str, artifact: dict[str, Any], color: bool | None) -> Iterator[Finding]:
+    path = folder / artifact["file"]
+    file = str(path)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        yield Finding("PZ101", file, f"the file of {name} cannot be read: {error.strerror or error}")
+        return
+    sha256 = hashlib.sha256(data).hexdigest()
+    if sha256 != artifact["sha256"] or len(data) != artifact["bytes"]:
+        what = f"SHA-256 {sha256[:12]}... where scene.json names {artifact['sha256'][:12]}..."
+        yield Finding("PZ103", file, what, name)
+    if artifact["kind"] == "mesh":
+        found = list(check_mesh(data, file))
+        yield from found
+        if not any(finding.severity == "error" for finding in found):
+            try:
+                decode_glb(data, file)
+            except FormatError as error:
+                yield Finding("PZ102", file, error.what, error.place or "")
+    elif artifact["kind"] in ("texture", "cubemap"):
+        yield from check_texture(data, file, color=color)
+    elif data[:4] != b"OggS":
+        yield Finding("PZ102", file, "is no Ogg file", "byte 0")
+
+
+def _over(budget: dict[str, float], errors: dict[str, float], file: str, name: str) -> Iterator[Finding]:
+    for text in over_budget(budget, errors):
+        yield Finding("PZ401", file, f"{name}: {text}", f"artifacts.{name}")
+
+
+def _unused(folder: Path, manifest: dict[str, Any], file: str) -> Iterator[Finding]:
+    named = {artifact["file"] for artifact in manifest["artifacts"].values()}
+    for path in sorted(folder.iterdir()):
+        if _BAKED.fullmatch(path.name) and path.name not in named:
+            yield Finding("PZ104", str(path), "is not named by scene.json")
+    read = {name for place, name, _ in references(manifest) if not place.startswith("streaming")}
+    for name in manifest["artifacts"]:
+        if name not in read:
+            yield Finding("PZ402", file, f"{name} is read by no pass", f"artifacts.{name}")
+
+
+def _path(flight: dict[str, Any], file: str) -> Iterator[Finding]:
+    segments = flight["segments"]
+    for key in ("eye", "target"):
+        for k, segment in enumerate(segments):
+            after = segments[(k + 1) % len(segments)]
+            for axis in range(3):
+                a, b, c, d = segment[key][axis]
+                size = 1.0 + abs(a) + abs(b) + abs(c) + abs(d)
+                gaps = (a + b + c + d - after[key][axis][0], b + 2 * c + 3 * d - after[key][axis][1])
+                if max(abs(gap) for gap in gaps) > _JUMP * size:
+                    what = f"{key} jumps by {gaps[0]:.3g} m, its velocity by {gaps[1]:.3g} m a segment"
+                    yield Finding("PZ403", file, what, f"flight.segments[{k}].{key}[{axis}]")

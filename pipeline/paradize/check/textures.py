@@ -1,0 +1,73 @@
+"""Rules over a KTX2: mip chain, numbers, and the format as a whole."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+
+import numpy as np
+
+from paradize.check.rules import Finding
+from paradize.data import Texture
+from paradize.errors import FormatError
+from paradize.formats.ktx2 import FORMATS, IDENTIFIER, decode_ktx2, full_level_count, level_bytes
+
+_FLOATS = {"RGBA16F": np.float16, "R32F": np.float32}
+_BY_NUMBER = {entry.vk: name for name, entry in FORMATS.items()}
+_LEVEL_INDEX = 80  # bytes before it
+
+
+def check_texture(data: bytes, file: str, *, color: bool | None = None) -> Iterator[Finding]:
+    """The findings in a KTX2's bytes. color: whether a scene reads it as colour; None where none says."""
+    yet = list(_chain(data, file))
+    yield from yet
+    if yet:
+        return
+    try:
+        texture = decode_ktx2(data, file)
+    except FormatError as error:
+        yield Finding("PZ102", file, error.what, error.place or "")
+        return
+    yield from _numbers(texture, file)
+    if color is not None and color != texture.format.endswith("_SRGB"):
+        what = f"a {'colour map' if color else 'data map'} in {texture.format}"
+        yield Finding("PZ303", file, what)
+
+
+def _chain(data: bytes, file: str) -> Iterator[Finding]:
+    """What the level index alone tells: every level down to 1 x 1, each as long as its format says."""
+    if data[:12] != IDENTIFIER or len(data) < _LEVEL_INDEX:
+        yield Finding("PZ102", file, "is no KTX2", "byte 0")
+        return
+    number, _, width, height, depth, layers, faces, count, packed = struct.unpack_from("<9I", data, 12)
+    name = _BY_NUMBER.get(number)
+    if name is None or depth or layers or packed or faces not in (1, 6) or not width or not height:
+        yield Finding("PZ102", file, f"VkFormat {number} of a kind that Paradize does not read", "byte 12")
+        return
+    wanted = full_level_count(width, height)
+    if count != wanted:
+        yield Finding("PZ301", file, f"{count} levels, {width} x {height} needs {wanted}", "byte 40")
+        return
+    for level in range(count):
+        place = f"level {level}"
+        at = _LEVEL_INDEX + 24 * level
+        if at + 24 > len(data):
+            yield Finding("PZ301", file, "the level index is cut short", place)
+            return
+        offset, length, _ = struct.unpack_from("<3Q", data, at)
+        needed = level_bytes(name, width, height, level, faces)
+        if length != needed or offset + length > len(data):
+            held = min(length, max(0, len(data) - offset))
+            yield Finding("PZ301", file, f"{held} bytes, needs {needed}", place)
+            return
+
+
+def _numbers(texture: Texture, file: str) -> Iterator[Finding]:
+    kind = _FLOATS.get(texture.format)
+    if kind is None:
+        return
+    for level, texels in enumerate(texture.levels):
+        bad = ~np.isfinite(np.frombuffer(texels, kind))
+        if bad.any():
+            place = f"level {level} value {int(np.argmax(bad))}"
+            yield Finding("PZ302", file, "a texel that is not finite", place, int(bad.sum()))
