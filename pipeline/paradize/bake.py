@@ -15,7 +15,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from paradize import makers
+from paradize import bake_makers
+from paradize.bake_manifest import build_manifest, mesh_facts
+from paradize.bake_record import SCENE_FILE, BakeReport, record_name, remember, unchanged_bake
 from paradize.engine.code import code_digest
 from paradize.engine.memory import FileMemory
 from paradize.engine.publish import sweep_aside, write_whole
@@ -24,8 +26,6 @@ from paradize.engine.workers import Job, Outcome, run_jobs
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.flight import Flight, plan_flight
 from paradize.formats.scene_manifest import encode_scene
-from paradize.last_bake import SCENE_FILE, BakeReport, record_name, remember, unchanged_bake
-from paradize.manifest import build_manifest, mesh_facts
 from paradize.require import Order, Want, require
 from paradize.scene import METRICS, Scene, load_scene
 
@@ -156,9 +156,9 @@ def _settings(order: Order) -> dict[str, Any]:
 
 
 def _task(order: Order, memory: FileMemory, tier: str) -> _Task:
-    module, maker = makers.MAKERS[order.maker]
+    module, maker = bake_makers.MAKERS[order.maker]
     sources = {role: memory.sha256(path) for role, path in order.sources.items()}
-    code = [code_digest(module), hash_file(Path(makers.__file__))]
+    code = [code_digest(module), hash_file(Path(bake_makers.__file__))]
     return _Task(order, key_of(maker.__name__, code, sources, _settings(order), tier))
 
 
@@ -205,7 +205,7 @@ def _run(store: Store, tasks: list[_Task], jobs: int, tier: str, told: Told | No
     work = [
         Job(
             task.order.name,
-            makers.MAKERS[task.order.maker][1],
+            bake_makers.MAKERS[task.order.maker][1],
             {"sources": task.order.sources, "settings": _settings(task.order), "tier": tier},
         )
         for task in tasks

@@ -191,8 +191,8 @@ class _Progress:
 
 
 def _bake(arguments: argparse.Namespace) -> int:
+    from paradize.bake_record import record_name, unchanged_bake
     from paradize.engine.store import Store, default_root
-    from paradize.last_bake import record_name, unchanged_bake
 
     start = time.monotonic()
     report = None
@@ -223,7 +223,7 @@ def _bake(arguments: argparse.Namespace) -> int:
 
 
 def _bake_table(report: Any, stream: Any) -> None:
-    from paradize.table import errors_text, table
+    from paradize.bake_table import errors_text, table
 
     rows = [
         (
@@ -249,9 +249,9 @@ def _solo(
     arguments: argparse.Namespace, call: Callable[..., Any], settings: dict[str, Any], out: Path | None
 ) -> int:
     """Runs one baker in a worker; writes its files (into `arguments.out`, or as `out`); prints the result."""
+    from paradize.bake_table import HEAD, errors_text, table
     from paradize.engine.publish import write_whole
     from paradize.engine.workers import Job, run_jobs
-    from paradize.table import HEAD, errors_text, table
 
     start = time.monotonic()
     if out is not None and out.exists() and out.resolve() == arguments.input.resolve():
@@ -280,21 +280,21 @@ def _solo(
 
 
 def _mesh(arguments: argparse.Namespace) -> int:
-    from paradize.solo import solo_mesh
+    from paradize.bake_solo import solo_mesh
 
     settings = {"lods": arguments.lods, "max_error": arguments.max_error, "atlas": arguments.atlas}
     return _solo(arguments, solo_mesh, settings, arguments.out)
 
 
 def _maps_command(arguments: argparse.Namespace) -> int:
-    from paradize.solo import solo_maps
+    from paradize.bake_solo import solo_maps
 
     keys = ("only", "source", "strength", "wrap", "green", "fmt", "uv", "gloss_groups")
     return _solo(arguments, solo_maps, {key: getattr(arguments, key) for key in keys}, None)
 
 
 def _terrain(arguments: argparse.Namespace) -> int:
-    from paradize.solo import solo_terrain
+    from paradize.bake_solo import solo_terrain
 
     bound = arguments.max_error
     settings = {

@@ -27,7 +27,7 @@ class Want:
 
 @dataclass(frozen=True)
 class Order:
-    """One task that makes some artifacts: a maker (see makers.py), its sources and its settings (JSON)."""
+    """One task that makes some artifacts: a maker (see bake_makers.py), its sources and its settings (JSON)."""
 
     name: str
     maker: str

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from paradize.bake_record import SCENE_FILE
 from paradize.check.meshes import check_mesh
 from paradize.check.rules import Finding, gathered
 from paradize.check.scenes import check_scene
 from paradize.check.textures import check_texture
 from paradize.formats.glb import MAGIC
 from paradize.formats.ktx2 import IDENTIFIER
-from paradize.last_bake import SCENE_FILE
 
 
 def check_paths(paths: Sequence[Path]) -> list[Finding]:
