@@ -1,0 +1,195 @@
+"""An archipelago made of files that nobody here wrote bakes, passes `check`, and renders."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.pictures import changed, load
+
+FACES = ("px", "nx", "py", "ny", "pz", "nz")
+SOURCES = {
+    "height.png": "height/srtm_archipelago_257.png",
+    "sand.jpg": "textures/coast_sand_rocks_02_diff_1k.jpg",
+    "stones.jpg": "textures/BeachStones.jpg",
+    "waves.jpg": "water/playcanvas_caustics.jpg",
+    "dock.jpg": "textures/woodfloor043/WoodFloor043_1K_Color.jpg",
+    "palm.obj": "obj-kits/quaternius/nature_pack-PalmTree_1.obj",
+    "nature_pack-PalmTree_1.mtl": "obj-kits/quaternius/nature_pack-PalmTree_1.mtl",
+    "dock.obj": "obj-kits/quaternius/cute_fish_pack-Dock_Long.obj",
+    "cute_fish_pack-Dock_Long.mtl": "obj-kits/quaternius/cute_fish_pack-Dock_Long.mtl",
+    "crab.obj": "obj-kits/quaternius/platformer_game_pack-Crab.obj",
+    "platformer_game_pack-Crab.mtl": "obj-kits/quaternius/platformer_game_pack-Crab.mtl",
+    **{f"{face}.jpg": f"sky/studio_garden/studio_garden_{face}.jpg" for face in FACES},
+}
+
+SCENE = """
+[scene]
+name = "archipelago"
+poster_s = 0.0
+
+[sun]
+azimuth_deg = 140.0
+elevation_deg = 40.0
+
+[fog]
+density_per_m = 0.0005
+
+[sky]
+faces = ["px.jpg", "nx.jpg", "py.jpg", "ny.jpg", "pz.jpg", "nz.jpg"]
+
+[shadow]
+size = 1024
+extent_m = 80.0
+center = [{x}, {y}, {z}]
+
+[reflection]
+scale = 0.5
+
+[refraction]
+scale = 0.5
+
+[terrain]
+heightmap = "height.png"
+size_m = [800.0, 800.0]
+height_m = 85.0
+base_m = -3.0
+max_error_m = 0.5
+sand_color = "sand.jpg"
+sand_repeat = 60.0
+effect_color = "stones.jpg"
+
+[water]
+waves = "waves.jpg"
+size_m = 3000.0
+tile = 150.0
+
+[[object]]
+name = "palm"
+mesh = "palm.obj"
+[[object.instance]]
+position = [{x}, {y}, {z}]
+
+[[object]]
+name = "dock"
+mesh = "dock.obj"
+color = "dock.jpg"
+atlas = true
+[[object.instance]]
+position = [{x}, {dock_y}, {dock_z}]
+scale = 0.6
+
+[[object]]
+name = "crab"
+mesh = "crab.obj"
+[[object.instance]]
+position = [{crab_x}, {y}, {z}]
+scale = 60.0
+
+[flight]
+duration_s = 30.0
+near_m = 0.3
+
+{waypoints}
+"""
+
+
+def dry_place_by_the_sea(heights_m: np.ndarray, size_m: float) -> tuple[float, float, float]:
+    """(x, y, z) of a pixel 1 to 3 m above the sea with much water within 40 m, nearest to the middle."""
+    n = heights_m.shape[0]
+    step = size_m / (n - 1)
+    reach = int(40 / step)
+    best = None
+    for j in range(reach, n - reach):
+        for i in range(reach, n - reach):
+            if 1.0 < heights_m[j, i] < 3.0:
+                around = heights_m[j - reach : j + reach + 1, i - reach : i + reach + 1]
+                if (around < 0).mean() > 0.4:
+                    distance = (i - n / 2) ** 2 + (j - n / 2) ** 2
+                    if best is None or distance < best[0]:
+                        best = (distance, i, j)
+    assert best is not None
+    _, i, j = best
+    return i * step - size_m / 2, float(heights_m[j, i]), j * step - size_m / 2
+
+
+@pytest.fixture(scope="module")
+def archipelago(
+    corpus: Path,
+    tmp_path_factory: pytest.TempPathFactory,
+    paradize: Callable[..., subprocess.CompletedProcess[str]],
+) -> Path:
+    """The baked folder of the second island."""
+    folder = tmp_path_factory.mktemp("archipelago")
+    for name, source in SOURCES.items():
+        shutil.copy(corpus / source, folder / name)
+    heights_m = load_grey(folder / "height.png") * 85.0 - 3.0
+    x, y, z = dry_place_by_the_sea(heights_m, 800.0)
+    eye = [(x + 14 * np.cos(a), y + 5.0, z + 14 * np.sin(a)) for a in np.arange(6) * np.pi / 3]
+    waypoints = "".join(
+        f"[[flight.eye]]\nposition = [{p[0]:.3f}, {p[1]:.3f}, {p[2]:.3f}]\n"
+        f"[[flight.target]]\nposition = [{x + 0.1 * k:.3f}, {y + 2.0:.3f}, {z:.3f}]\n"
+        for k, p in enumerate(eye)
+    )
+    scene = folder / "archipelago.toml"
+    places = {"x": f"{x:.3f}", "y": f"{y:.3f}", "z": f"{z:.3f}"}
+    places |= {"dock_y": f"{y - 3.0:.3f}", "dock_z": f"{z + 8:.3f}", "crab_x": f"{x + 3:.3f}"}
+    scene.write_text(SCENE.format(waypoints=waypoints, **places))
+    result = paradize("bake", scene, "-o", folder / "baked", "--json")
+    assert result.returncode == 0, result.stderr
+    report = json.loads(result.stdout)
+    assert report["failed"] == 0
+    assert report["baked"] == len(report["artifacts"])
+    return folder / "baked"
+
+
+def load_grey(path: Path) -> np.ndarray:
+    """(h, w) float64 in 0..1, read with another library than the pipeline's stages use here."""
+    import OpenImageIO as oiio
+
+    picture = oiio.ImageBuf(str(path))
+    assert not picture.has_error
+    return np.asarray(picture.get_pixels(oiio.FLOAT)[..., 0], dtype=np.float64)
+
+
+def test_archipelago_passes_check(
+    archipelago: Path, paradize: Callable[..., subprocess.CompletedProcess[str]]
+) -> None:
+    result = paradize("check", archipelago)
+    assert result.returncode == 0, result.stdout + result.stderr
+
+
+def test_archipelago_glbs_are_valid(archipelago: Path, node: Callable[..., Any]) -> None:
+    results = node("validate_gltf.mjs", sorted(archipelago.glob("*.glb")))
+    assert results
+    assert {file: r for file, r in results.items() if r["errors"]} == {}
+
+
+def test_models_without_textures_keep_their_materials_colours(archipelago: Path) -> None:
+    scene = json.loads((archipelago / "scene.json").read_text())
+    palm = next(item for item in scene["objects"] if item["name"] == "palm")
+    assert palm["color"] is None
+    assert palm["materials"]["Green"]["color"] == pytest.approx([0.06995355, 0.1218565, 0.04788811], rel=1e-5)
+
+
+def test_archipelago_renders_with_every_object_in_view(
+    archipelago: Path, player: Callable[..., subprocess.CompletedProcess[str]], root: Path
+) -> None:
+    picture = root / "build/e2e/archipelago.png"
+    picture.parent.mkdir(parents=True, exist_ok=True)
+    arguments = ["--time", 3, "--size", "480x270", "--check-finite", "--screenshot"]
+    result = player(archipelago, *arguments, picture)
+    assert result.returncode == 0, result.stderr
+    bare = picture.with_name("archipelago_bare.png")
+    assert player(archipelago, "--disable", "objects", *arguments, bare).returncode == 0
+    assert changed(picture, bare).mean() > 0.02
+    pixels = load(picture)
+    assert pixels.std() > 0.08
+    assert (pixels.max(axis=2) < 4 / 255).mean() < 0.02  # no black holes
