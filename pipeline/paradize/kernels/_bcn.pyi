@@ -1,8 +1,10 @@
-"""Native block compressors; bcn.py is their checked face. `blocks` is written."""
+"""Native block compressors; bcn.py is their checked face. A call writes `blocks`."""
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy.typing as npt
 
-def encode_color(rgba: npt.NDArray[Any], with_alpha: bool, blocks: npt.NDArray[Any], threads: int) -> None: ...
-def encode_values(values: npt.NDArray[Any], is_signed: bool, blocks: npt.NDArray[Any], threads: int) -> None: ...
+Array: TypeAlias = npt.NDArray[Any]
+
+def encode_color(rgba: Array, with_alpha: bool, blocks: Array, threads: int) -> None: ...
+def encode_values(values: Array, is_signed: bool, blocks: Array, threads: int) -> None: ...

@@ -1,4 +1,4 @@
-"""Native map kernels; maps.py and mathx.py are their checked faces. The last array of each call is written."""
+"""Native map kernels; maps.py and mathx.py are their checked faces. A call writes its last array."""
 
 from typing import Any, TypeAlias
 

@@ -7,6 +7,7 @@ ValueError: they are faults of the program, not of a source file. Results do not
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -62,21 +63,44 @@ def luminance(pixels: F32, *, threads: int = THREADS) -> F32:
     return out
 
 
-def apply_levels(
-    values: F32,
-    *,
-    black: float = 0.0,
-    white: float = 1.0,
-    gamma: float = 1.0,
-    contrast: float = 1.0,
-    brightness: float = 0.0,
-    invert: bool = False,
-    threads: int = THREADS,
-) -> F32:
-    """Levels of a plane (h, w): black..white -> 0..1, t^(1/gamma), contrast about 1/2, brightness, invert."""
+@dataclass(frozen=True)
+class Levels:
+    """How a luminance becomes a height or a gloss; applied in this order, all within -1e6..1e6.
+
+    black, white: the luminances that become 0 and 1, different; swapped they invert. gamma: at least 0.001,
+    above 1 lifts the middle. contrast: about one half. brightness: added. invert: 1 - t in the end.
+    """
+
+    black: float = 0.0
+    white: float = 1.0
+    gamma: float = 1.0
+    contrast: float = 1.0
+    brightness: float = 0.0
+    invert: bool = False
+
+    def __post_init__(self) -> None:
+        numbers = (self.black, self.white, self.gamma, self.contrast, self.brightness)
+        if not all(-1e6 <= number <= 1e6 for number in numbers):  # NaN fails too
+            raise ValueError(f"levels {numbers} are not within -1e6..1e6")
+        if self.black == self.white or self.gamma < 1e-3:
+            raise ValueError(f"black {self.black} equals white, or gamma {self.gamma} is below 0.001")
+
+
+def apply_levels(values: F32, levels: Levels, *, threads: int = THREADS) -> F32:
+    """A plane (h, w) after its levels: black..white -> 0..1, t^(1/gamma), contrast, brightness, invert."""
     values = _f32(values, shape=(None, None), name="values")
     out = np.empty_like(values)
-    _maps.apply_levels(values, black, white, gamma, contrast, brightness, invert, out, threads)
+    _maps.apply_levels(
+        values,
+        levels.black,
+        levels.white,
+        levels.gamma,
+        levels.contrast,
+        levels.brightness,
+        levels.invert,
+        out,
+        threads,
+    )
     return out
 
 

@@ -1,0 +1,33 @@
+"""PNG pictures of baked maps, through OpenImageIO; the file's bytes depend on the pixels alone."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import OpenImageIO as oiio
+
+from paradize.errors import FormatError
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+
+def encode_png(codes: npt.NDArray[np.uint8] | npt.NDArray[np.uint16], *, srgb: bool = False) -> bytes:
+    """A PNG of codes (h, w, 1, 3 or 4), 8 or 16 bits by their type; tagged sRGB for colour, untagged for
+    data."""
+    height, width, channels = codes.shape
+    kind = {np.dtype(np.uint8): oiio.UINT8, np.dtype(np.uint16): oiio.UINT16}[codes.dtype]
+    spec = oiio.ImageSpec(width, height, channels, kind)
+    spec.attribute("oiio:UnassociatedAlpha", 1)
+    spec.attribute("oiio:ColorSpace", "sRGB" if srgb else "data")
+    with tempfile.TemporaryDirectory(prefix="paradize-") as folder:
+        path = Path(folder) / "map.png"
+        target = oiio.ImageOutput.create(str(path))
+        if target is None or not target.open(str(path), spec):
+            raise FormatError(f"the PNG cannot be written: {oiio.geterror()}")
+        if not target.write_image(np.ascontiguousarray(codes)) or not target.close():
+            raise FormatError(f"the PNG cannot be written: {target.geterror()}")
+        return path.read_bytes()

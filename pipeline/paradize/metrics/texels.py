@@ -1,0 +1,103 @@
+"""What the hardware reads from a baked texture: block decoders in numpy that share nothing with the encoders.
+
+Source: Khronos, "Data Format Specification 1.3", chapters S3TC and RGTC: exact fractions, no rounding in
+between.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from paradize.data import Texture
+
+    F32 = npt.NDArray[np.float32]
+    U8 = npt.NDArray[np.uint8]
+
+_PLAIN = {
+    "R8_UNORM": (np.uint8, 1, 255.0),
+    "RG8_UNORM": (np.uint8, 2, 255.0),
+    "RG8_SNORM": (np.int8, 2, 127.0),
+    "RGBA8_UNORM": (np.uint8, 4, 255.0),
+    "RGBA8_SRGB": (np.uint8, 4, 255.0),
+    "R16_UNORM": (np.uint16, 1, 65535.0),
+    "RGBA16F": (np.float16, 4, 1.0),
+    "R32F": (np.float32, 1, 1.0),
+}
+_BLOCKS = {
+    "BC1_RGB_UNORM": 8,
+    "BC1_RGB_SRGB": 8,
+    "BC3_UNORM": 16,
+    "BC3_SRGB": 16,
+    "BC4_UNORM": 8,
+    "BC5_UNORM": 16,
+    "BC5_SNORM": 16,
+}
+
+
+def _decode_colors(blocks: U8, four: bool) -> F32:
+    """BC1 colour blocks (n, 8) -> (n, 16, 3) in 0..1. four: always four colours, as inside BC3."""
+    words = blocks[:, :4].view("<u2")
+    ends = np.empty((len(blocks), 2, 3), np.float32)
+    for channel, (shift, bits) in enumerate(((11, 5), (5, 6), (0, 5))):
+        top = (1 << bits) - 1
+        ends[:, :, channel] = ((words >> shift) & top).astype(np.float32) / np.float32(top)
+    a, b = ends[:, 0], ends[:, 1]
+    third = np.float32(1) / np.float32(3)
+    palette = np.stack([a, b, (a + a + b) * third, (a + b + b) * third], axis=1)
+    if not four:
+        three = words[:, 0] <= words[:, 1]
+        palette[three, 2] = (a[three] + b[three]) * np.float32(0.5)
+        palette[three, 3] = 0
+    packed = blocks[:, 4:8].view("<u4")
+    index = (packed >> (2 * np.arange(16, dtype=np.uint32))) & 3
+    return np.take_along_axis(palette, index.astype(np.int64)[:, :, None], axis=1)
+
+
+def _decode_values(blocks: U8, signed: bool) -> F32:
+    """BC4 blocks (n, 8) -> (n, 16) in 0..1, or -1..1 when signed."""
+    codes = (blocks[:, :2].view(np.int8) if signed else blocks[:, :2]).astype(np.float32)
+    ends = np.maximum(codes, np.float32(-127)) / np.float32(127) if signed else codes / np.float32(255)
+    a, b = ends[:, 0], ends[:, 1]
+    eight = np.stack([a, b, *(((7 - k) * a + k * b) / np.float32(7) for k in range(1, 7))], axis=1)
+    low = np.full_like(a, -1 if signed else 0)
+    six = np.stack(
+        [a, b, *(((5 - k) * a + k * b) / np.float32(5) for k in range(1, 5)), low, np.ones_like(a)], axis=1
+    )
+    palette = np.where((codes[:, 0] > codes[:, 1])[:, None], eight, six)
+    wide = np.zeros((len(blocks), 8), np.uint8)
+    wide[:, :6] = blocks[:, 2:8]
+    index = (wide.view("<u8") >> (3 * np.arange(16, dtype=np.uint64))) & np.uint64(7)
+    return np.take_along_axis(palette, index.astype(np.int64), axis=1)
+
+
+def decode_texels(texture: Texture, level: int = 0, face: int = 0) -> F32:
+    """The values (h, w, c) float32 of one level of one face: sRGB stays encoded, 0..1; SNORM is -1..1."""
+    width, height = max(1, texture.width >> level), max(1, texture.height >> level)
+    data = texture.levels[level]
+    size = len(data) // texture.faces
+    data = data[face * size : (face + 1) * size]
+    if texture.format in _PLAIN:
+        kind, channels, top = _PLAIN[texture.format]
+        plain = np.frombuffer(data, kind).reshape(height, width, channels).astype(np.float32) / np.float32(
+            top
+        )
+        return np.maximum(plain, np.float32(-1)) if texture.format.endswith("SNORM") else plain
+    block_bytes = _BLOCKS[texture.format]
+    across, down = (width + 3) // 4, (height + 3) // 4
+    blocks = np.frombuffer(data, np.uint8).reshape(across * down, block_bytes)
+    signed = texture.format.endswith("SNORM")
+    if texture.format.startswith("BC1"):
+        texels = _decode_colors(np.ascontiguousarray(blocks), False)
+    elif texture.format.startswith("BC3"):
+        color = _decode_colors(np.ascontiguousarray(blocks[:, 8:]), True)
+        texels = np.dstack([color, _decode_values(np.ascontiguousarray(blocks[:, :8]), False)])
+    else:
+        halves = [np.ascontiguousarray(blocks[:, at : at + 8]) for at in range(0, block_bytes, 8)]
+        texels = np.stack([_decode_values(half, signed) for half in halves], axis=2)
+    grid = texels.reshape(down, across, 4, 4, texels.shape[2]).transpose(0, 2, 1, 3, 4)
+    return np.ascontiguousarray(grid.reshape(4 * down, 4 * across, texels.shape[2])[:height, :width])
