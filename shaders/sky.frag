@@ -11,7 +11,7 @@ void main() {
     vec3 direction = safe_normalize(v_ray, vec3(0.0, 1.0, 0.0));
     vec3 color = min(texture(u_sky, direction).rgb, vec3(u_limit));
     color = mix(color, haze_color(direction), haze_amount(haze_path(direction.y)));
-    if (eye.y < water.w) {
+    if (eye_in_water()) {
         color = u_water_glow;
     }
     fragment = vec4(color, 1.0);

@@ -83,8 +83,8 @@ void main() {
     // when wet", Applied Optics 27(7), 1988.
     float above = height - water.w + 0.25 * u_wet.x * (tone - 0.75);
     float wet = 1.0 - safe_smoothstep(0.35 * u_wet.x, u_wet.x, above);
-    // Under water the eye sees no film of water upon the sand, only the grains: half as dark.
-    float dark = u_wet.y * wet * (1.0 - 0.5 * smoothstep(0.0, 0.4, -above));
+    // Under water there is no film to hold the light back: the water itself colours the floor.
+    float dark = u_wet.y * wet * (1.0 - smoothstep(0.0, 0.15, water.w - height));
     albedo *= 1.0 - dark * vec3(0.92, 1.0, 1.08);
 
     vec3 geometric = safe_normalize(v_normal, vec3(0.0, 1.0, 0.0));
@@ -93,7 +93,7 @@ void main() {
     s.normal = tangent_to_world(relief, v_normal, v_tangent);
     s.geometric = geometric;
     s.albedo = albedo;
-    s.f0 = mix(0.04 * u_mix.z, 0.03, wet);
+    s.f0 = mix(0.04 * u_mix.z, 0.02, wet);
     s.alpha = filtered_alpha(s.normal, alpha_of_smoothness(mix(u_mix.w, u_wet.z, wet)));
     s.translucency = 0.0;
     vec3 color = shade(s);

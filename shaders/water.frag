@@ -41,13 +41,13 @@ void main() {
     vec2 xz = v_position.xz;
 
     // Slopes: each layer fades where its waves become too small to be told apart.
-    vec3 near = 1.0 / (1.0 + pow(vec3(distance_m) / (90.0 * u_wave_length_m), vec3(2.0)));
+    vec3 near = 1.0 / (1.0 + pow(vec3(distance_m) / (30.0 * u_wave_length_m), vec3(2.0)));
     vec2 fine = wave_tilt(0, xz) * near.x + wave_tilt(1, xz) * near.y;
     vec2 tilt = (fine + 1.4 * wave_tilt(2, xz) * near.z);
     vec3 n = wave_normal(tilt);
 
     // Seen from below: through the window overhead the sky, around it the water's own glow.
-    if (eye.y < water.w) {
+    if (eye_in_water()) {
         vec3 down = -n;
         vec3 through = refract(-v, down, WATER_IOR);
         vec3 color = u_water_glow;
@@ -59,7 +59,10 @@ void main() {
         return;
     }
 
-    float n_v = clamp(dot(n, v), 0.0, 1.0);
+    // Waves hide their own backs: a slope turned away is seen the less the flatter one looks.
+    float calm = max(v.y, 1e-3);
+    float turn = dot(n, v) / calm;
+    float n_v = clamp(calm * (turn < 1.0 ? 1.0 / (2.0 - turn) : turn), 0.0, 1.0);
     vec2 texel = viewport.zw;
     vec2 screen = gl_FragCoord.xy * viewport.zw;
 
@@ -76,6 +79,12 @@ void main() {
     if (u_textures.x > 0.5) {
         reflection = texture(u_reflection, inside(screen + turned * u_shake.x, texel)).rgb;
     }
+    // Far out the slopes that face the eye, too small to be drawn, mirror a higher and bluer sky and are less
+    // of a mirror: E. Bruneton, F. Neyret, N. Holzschuch, "Real-time Realistic Ocean Lighting", EG 2010.
+    float rough = 1.0 - near.x * near.y;
+    rough *= rough;
+    vec3 lifted = safe_normalize(vec3(-v.x, abs(v.y) + 0.30, -v.z), vec3(0.0, 1.0, 0.0));
+    reflection = mix(reflection, sky_in(lifted), rough);
 
     // The floor: the shaken sample, unless it shows what stands out of the water.
     vec4 floor_straight = vec4(0.0);
@@ -86,7 +95,9 @@ void main() {
         float room = clamp(depth_here * 0.8, 0.0, 1.0) / (1.0 + 0.03 * distance_m);
         vec2 bent = vec2(turned.x, -turned.y) * (room * u_shake.y);
         floor_seen = texture(u_refraction, inside(screen + bent, texel));
-        float usable = smoothstep(0.0, 0.08, unpack_depth(floor_seen.a));
+        // Nor the gap beside the shore, where nothing was drawn: it looks far deeper than the floor here.
+        float usable = smoothstep(0.0, 0.08, unpack_depth(floor_seen.a)) *
+                       smoothstep(0.35, 0.6, floor_seen.a / max(floor_straight.a, 1e-3));
         floor_seen = mix(floor_straight, floor_seen, usable);
     }
     float depth = max(unpack_depth(floor_seen.a), 0.0);
@@ -99,17 +110,18 @@ void main() {
     float visibility = sun_visibility(v_position, vec3(0.0, 1.0, 0.0), distance_m);
     vec3 light = sun_radiance.rgb * max(sun_direction.y, 0.0) * (0.35 + 0.65 * visibility) * (1.0 / PI) +
                  sky_ambient(vec3(0.0, 1.0, 0.0));
-    vec3 own = mix(u_shallow_color, u_deep_color, 1.0 - exp(-0.22 * depth)) * light;
+    float murk = depth * dot(water.rgb, vec3(1.0 / 3.0));
+    vec3 own = mix(u_shallow_color, u_deep_color, 1.0 - exp(-min(murk * murk, 60.0))) * light;
     // Crests towards the sun let light through.
     own *= 1.0 + 0.6 * clamp(dot(tilt, sun_direction.xz), -0.5, 0.5);
     vec3 body = floor_seen.rgb * kept + own * (1.0 - kept);
 
-    float fresnel = fresnel_schlick(WATER_F0, n_v);
+    float fresnel = fresnel_schlick(WATER_F0, mix(n_v, max(n_v, 0.22), rough));
     vec3 color = mix(body, reflection, fresnel);
 
     // The sun's glitter. Waves too small to see widen its lobe instead of shimmering.
     vec2 lost = vec2(1.0) - near.xy;
-    float alpha = alpha_of_smoothness(u_shine.y);
+    float alpha = max(alpha_of_smoothness(u_shine.y), 0.03);
     alpha = sqrt(clamp(alpha * alpha + 0.012 * (lost.x + lost.y), 0.0, 1.0));
     alpha = filtered_alpha(n, alpha);
     color += sun_radiance.rgb * visibility *
@@ -127,6 +139,9 @@ void main() {
     // Soft edge upon the sand; without a floor to see the water is simply there.
     float edge = u_textures.y > 0.5 ? smoothstep(-0.005, 0.05, depth_straight) : 1.0;
     color = apply_haze(color, v_position);
-    color = mix(color, haze_color(-v), smoothstep(0.55 * u_fade_m, 0.95 * u_fade_m, distance_m));
+    // Spray thickens the haze with distance, so that the horizon is nowhere a line.
+    float spray = 1.1 * distance_m * fog.w;
+    float lost_in_haze = max(1.0 - exp(-spray * spray), smoothstep(0.55 * u_fade_m, 0.95 * u_fade_m, distance_m));
+    color = mix(color, haze_color(-v), lost_in_haze);
     fragment = vec4(color, clamp(max(edge, foam), 0.0, 1.0));
 }

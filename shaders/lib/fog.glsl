@@ -20,11 +20,14 @@ vec3 haze_color(vec3 direction) {
 uniform vec3 u_water_glow;
 uniform float u_water_scatter;
 
+// Is the eye itself in the water? The mirrored eye of a view from above is below the level, but not in it.
+bool eye_in_water() { return eye.y < water.w && lens.w < 0.5; }
+
 // What lies between the eye and a point: air with haze or, for an eye below the surface, water.
 vec3 apply_haze(vec3 color, vec3 position) {
     vec3 ray = position - eye.xyz;
     float distance_m = length(ray);
-    if (eye.y < water.w) {
+    if (eye_in_water()) {
         vec3 kept = exp(-min((water.rgb + u_water_scatter) * distance_m, vec3(60.0)));
         return mix(u_water_glow, color, kept);
     }
