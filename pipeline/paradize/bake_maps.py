@@ -8,7 +8,7 @@ normals are green up, du/dv is signed and without mean, gloss holds specular int
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +100,8 @@ def bake_maps(
     warnings = _warnings(path, image, source)
     rows, columns = image.pixels.shape[:2]
     layout = None if uv is None else _layout(uv, rows, columns, wraps)
+    if source == "color":
+        image = replace(image, pixels=_spread(image.pixels, wraps))
 
     from_height = source == "height"
     heights = height_from_height(image, levels) if from_height else height_from_color(image, levels)
@@ -273,7 +275,7 @@ def bake_color(
         pixels = np.dstack([pixels[:, :, :3], _alpha_of(alpha, rows, columns)])
     if pixels.shape[2] == 4 and bool((pixels[:, :, 3] >= np.float32(1)).all()):
         pixels = pixels[:, :, :3]
-    pixels = np.ascontiguousarray(pixels)
+    pixels = _spread(np.ascontiguousarray(pixels), wraps)
     if uv is not None:
         pixels = gutter.fill_gutter(pixels, _layout(uv, rows, columns, wraps).source)
     pixels = np.clip(pixels, np.float32(0), np.float32(1))
@@ -406,6 +408,17 @@ def _with_color_and_alpha(pixels: F32) -> F32:
         return pixels
     color = np.repeat(pixels[:, :, :1], 3, axis=2)
     return color if pixels.shape[2] == 1 else np.concatenate([color, pixels[:, :, 1:]], axis=2)
+
+
+def _spread(pixels: F32, wraps: tuple[bool, bool]) -> F32:
+    """Texels that are wholly transparent take the colour of the nearest visible one: what lies under them is
+    chance, and would show as a fringe in filtering, as a cliff in heights. Alpha stays."""
+    if pixels.shape[2] not in (2, 4):
+        return pixels
+    source = gutter.gutter_source(pixels[:, :, -1] > 0, wraps)
+    if source is None:
+        return pixels
+    return np.dstack([gutter.fill_gutter(pixels, source)[:, :, :-1], pixels[:, :, -1:]])
 
 
 def _alpha_of(path: Path, rows: int, columns: int) -> F32:
