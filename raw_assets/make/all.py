@@ -1,4 +1,4 @@
-"""Makes every source of the island again: python raw_assets/make/all.py [FOLDER], by default raw_assets itself.
+"""Makes every source of the island again: python raw_assets/make/all.py [FOLDER], else raw_assets itself.
 
 Images come out the same on every machine to within one step of their last bit; the sound's samples likewise.
 """

@@ -18,12 +18,12 @@ from noise import Array, lattice_noise, smoothstep, uniform
 
 BOX = (72, 192, 48)  # voxels: up, across, away
 EXTINCTION = 26.0  # optical depth of a box width of full density
-SUNLIGHT = np.array([3.1, 2.62, 2.02])
+SUNLIGHT = np.array([3.2, 2.52, 1.80])
 SHADE_LOW, SHADE_HIGH = (
-    np.array([0.36, 0.40, 0.49]),
-    np.array([0.44, 0.54, 0.74]),
+    np.array([0.30, 0.34, 0.43]),
+    np.array([0.36, 0.46, 0.66]),
 )  # light from sea and from sky
-HAZE = np.array([0.88, 0.83, 0.79])
+HAZE = np.array([0.93, 0.83, 0.75])
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def density(cloud: Cloud) -> Array:
     for octave, weight in enumerate((0.52, 0.34, 0.22, 0.12)):
         scale = 2**octave
         finer = tuple(min(c * scale, n // 2) for c, n in zip(cells, BOX, strict=True))
-        billow += weight * (0.8 - np.abs(lattice_noise(BOX, finer, cloud.seed + 7 * octave, wrap=False)))
+        billow += weight * (np.abs(lattice_noise(BOX, finer, cloud.seed + 7 * octave, wrap=False)) - 0.8)
     base = smoothstep(0.085, 0.16, y / cloud.height + 0.02 * billow)
     return np.asarray(smoothstep(-0.10, 0.42, field + 0.55 * billow) * smoothstep(-0.9, -0.25, field) * base)
 
@@ -123,7 +123,7 @@ def render(cloud: Cloud, sun: Array) -> Array:
         g = 0.75 * 0.55**octave
         lobe = (1 - g * g) / (1 + g * g - 2 * g * cosine) ** 1.5
         back = (1 - 0.09) / (1 + 0.09 + 0.6 * cosine) ** 1.5
-        light += 0.52**octave * (0.55 * lobe + 0.45 * back) * np.exp(-depth * fade)
+        light += 0.46**octave * (0.55 * lobe + 0.45 * back) * np.exp(-depth * fade)
     powder = 1.0 - 0.45 * np.exp(-7.0 * field * (0.35 + depth))
     light *= 0.40 * powder
     heights = np.linspace(0.0, 1.0, BOX[0])[:, None, None]

@@ -47,7 +47,7 @@ def broad(cell_m: float, seed: int, octaves: int = 3) -> Array:
 
 def ripples(length_m: float, toward: tuple[float, float], fan: float, seed: int) -> Array:
     """Ripple crests -1..1 across a direction (x, z), forking where they meet: a narrow band of waves."""
-    count = terrain.SIZE_M / length_m
+    count = terrain.SIZE_M / 2 / length_m  # waves per tile: the pattern lies twice along each side
 
     def weight(kx: Array, ky: Array) -> Array:
         k = np.hypot(kx, ky)
@@ -55,10 +55,10 @@ def ripples(length_m: float, toward: tuple[float, float], fan: float, seed: int)
         turn = np.sqrt(np.maximum(2.0 - 2.0 * facing, 0.0))
         return np.asarray(np.exp(-(((k - count) / (0.16 * count)) ** 2) - (turn / fan) ** 2))
 
-    field = spectral_noise(PIXELS, weight, seed)
+    field = spectral_noise(PIXELS // 2, weight, seed)
     size = np.abs(field)
     crest = field.real / (size + 0.35 * np.mean(size))
-    return np.asarray((0.75 * crest + 0.25 * crest * np.abs(crest)).astype(np.float64))
+    return np.tile((0.75 * crest + 0.25 * crest * np.abs(crest)).astype(np.float64), (2, 2))
 
 
 def scatter(spacing_m: float, seed: int, wanted: Array) -> list[tuple[tuple[float, float], Array]]:

@@ -34,7 +34,7 @@ def write_image(path: Path, pixels: Array, depth: str) -> None:
         spec.attribute("compression", "zip")
         spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
     else:
-        spec.attribute("png:compressionLevel", 9)
+        spec.attribute("png:compressionLevel", 7)
     path.parent.mkdir(parents=True, exist_ok=True)
     output = oiio.ImageOutput.create(str(path))
     if output is None:

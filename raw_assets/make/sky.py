@@ -126,11 +126,17 @@ def clear_sky(direction: Array) -> Array:
     flat = np.maximum(up, 0.0) + 0.012 * np.exp(
         -np.maximum(up, 0.0) / 0.012
     )  # no hard line where the air is thickest
-    sky = _clear_sky_of(flat, cosine)
+    sky = np.zeros((*up.shape, 3))
+    high = up > 0.0
+    sky[high] = _clear_sky_of(flat[high], cosine[high])
+    line = np.linspace(-1.0, 1.0, 513)  # below the horizon only the angle to the sun counts
+    low = _clear_sky_of(np.full_like(line, 0.012), line)
+    for channel in range(3):
+        sky[~high, channel] = np.interp(cosine[~high], line, low[:, channel])
     # the haze that lies on the sea: pale, warm towards the sun
     toward = 0.5 + 0.5 * cosine[..., None]
-    haze = np.array([0.86, 0.80, 0.74]) * (0.78 + 0.26 * toward) + np.array([0.24, 0.10, -0.06]) * toward**3
-    band = (0.75 * np.exp(-np.maximum(up, 0.0) / 0.06))[..., None]
+    haze = np.array([1.0, 0.87, 0.75]) * (0.76 + 0.26 * toward) + np.array([0.28, 0.13, -0.04]) * toward**3
+    band = (0.90 * np.exp(-np.maximum(up, 0.0) / 0.05))[..., None]
     sky = sky + (haze - sky) * band
     sea = np.array([0.10, 0.26, 0.34])
     below = smoothstep(0.0, 0.40, -up)[..., None]
@@ -141,8 +147,8 @@ def radiance(direction: Array) -> Array:
     """The whole sky: air, clouds, disc: (..., 3)."""
     sky = clear_sky(direction)
     angle = np.degrees(np.arccos(np.clip(direction @ sun_direction(), -1.0, 1.0)))
-    glow = 1.6 * np.exp(-angle / 1.5) + 0.35 * np.exp(-angle / 6.0)
-    sky = sky + glow[..., None] * np.array([1.0, 0.84, 0.62])
+    glow = 1.6 * np.exp(-angle / 1.5) + 0.30 * np.exp(-angle / 5.0)
+    sky = sky + glow[..., None] * np.array([1.0, 0.90, 0.74])
     sky = clouds.over(direction, sky, sun_direction())
     disc = smoothstep(SUN_RADIUS_DEG + 0.12, SUN_RADIUS_DEG - 0.12, angle)
     return np.asarray(sky + disc[..., None] * SUN_DISC)

@@ -68,10 +68,12 @@ def shore_distance(x: Array, z: Array) -> tuple[Array, Array]:
     warp_z = 8.0 * fbm(x / 42, z / 42, 2, 4) + 1.2 * gradient_noise(x / 11, z / 11, 6)
     px, pz = x + warp_x, z + warp_z
     soft = 2.2
-    total = np.zeros(px.shape)
-    for cx, cz, radius in spine_points():
-        total += np.exp(-(np.sqrt((px - cx) ** 2 + (pz - cz) ** 2 + 9.0) - radius - 1.0) / soft)
-    land = -soft * np.log(total) + 3.8
+    single_x, single_z = px.astype(np.float32), pz.astype(np.float32)  # the sum is the slow part
+    total = np.zeros(px.shape, np.float32)
+    for cx, cz, radius in spine_points().astype(np.float32):
+        away = np.sqrt(np.square(single_x - cx) + np.square(single_z - cz) + np.float32(9.0))
+        total += np.exp((radius + np.float32(1.0) - away) * np.float32(1.0 / soft))
+    land = -soft * np.log(np.maximum(total.astype(np.float64), 1e-30)) + 3.8
     basin = np.hypot(px - LAGOON[0], pz - LAGOON[1]) - LAGOON[2]
     near = 6.0
     hull = -near * np.log(np.exp(-np.minimum(land, 300.0) / near) + np.exp(-basin / near))
