@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mesh_normals.hpp"
+#include "mesh_project.hpp"
 #include "mesh_tangents.hpp"
 #include "mesh_topology.hpp"
 #include "unify.hpp"
@@ -112,8 +113,21 @@ nb::dict topology(Rows<std::uint32_t> triangles, std::uint32_t vertices) {
     out["bow_tie"] = told(found.bow_tie);
     out["components"] = found.components;
     out["component"] = take(std::move(found.component));
+    out["island"] = take(std::move(found.island));
     out["border_vertex"] = take(std::move(found.border_vertex));
     return out;
+}
+
+nb::tuple project(Rows<float> source_positions, Rows<std::uint32_t> source_triangles,
+                  Column<std::uint32_t> charts, Rows<float> positions, Rows<std::uint32_t> triangles) {
+    mesh::Places places;
+    {
+        nb::gil_scoped_release unlocked;
+        places = mesh::project(view(source_positions), view(source_triangles), view(charts), view(positions),
+                               view(triangles));
+    }
+    const std::size_t corners = places.triangle.size();
+    return nb::make_tuple(take(std::move(places.triangle)), take(std::move(places.weights), {corners, 3}));
 }
 
 } // namespace
@@ -125,4 +139,5 @@ NB_MODULE(_mesh, m) {
     m.def("number_rows", &rows_by_value);
     m.def("number_corners", &corners_by_value);
     m.def("topology", &topology);
+    m.def("project", &project);
 }

@@ -27,8 +27,9 @@ class Place:
 @dataclass(frozen=True)
 class Topology:
     """edges: all. border: of one triangle. non_manifold: of three or more. turned: run along the same way by
-    both triangles. bow_tie: vertices where fans touch without an edge. component: (m,) uint32 of each triangle,
-    joined by edges. border_vertex: (n,) uint8, 1 where a border edge ends."""
+    both triangles. bow_tie: vertices where fans touch without an edge. component: (m,) uint32 of each
+    triangle, joined by edges. island: (n,) uint32 of each vertex, joined by a vertex at least; a vertex
+    number, not a count. border_vertex: (n,) uint8, 1 where a border edge ends."""
 
     edges: int
     border: Place
@@ -37,6 +38,7 @@ class Topology:
     bow_tie: Place
     components: int
     component: U32
+    island: U32
     border_vertex: npt.NDArray[np.uint8]
 
 
@@ -133,5 +135,25 @@ def topology(triangles: npt.ArrayLike, vertices: int) -> Topology:
         bow_tie=place("bow_tie"),
         components=raw["components"],
         component=raw["component"],
+        island=raw["island"],
         border_vertex=raw["border_vertex"],
+    )
+
+
+def project(
+    source_positions: F32, source_triangles: U32, charts: npt.ArrayLike, positions: F32, triangles: U32
+) -> tuple[U32, npt.NDArray[np.float64]]:
+    """For every corner (3 m) of a simplified mesh, the original triangle and barycentric weights (3 m, 3)
+    of the place whose attributes it takes. charts: (source triangles,) equal where attributes run on
+    without a seam."""
+    source_positions, positions = _rows(source_positions, 3), _rows(positions, 3)
+    source_triangles = _triangles(source_triangles, len(source_positions))
+    if not len(source_triangles):
+        raise ValueError("no triangles to look up")
+    return _mesh.project(  # type: ignore[no-any-return]
+        source_positions,
+        source_triangles,
+        _column(charts, len(source_triangles)),
+        positions,
+        _triangles(triangles, len(positions)),
     )

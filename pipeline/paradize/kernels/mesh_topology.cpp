@@ -84,6 +84,12 @@ Topology topology(std::span<const std::uint32_t> triangles, std::uint32_t vertic
             here = out.components++;
         out.component[f] = here;
     }
+    Sets parts(vertices);
+    for (std::uint32_t c = 0; c < corners; ++c)
+        parts.join(triangles[c], triangles[next(c)]);
+    out.island.resize(vertices);
+    for (std::uint32_t v = 0; v < vertices; ++v)
+        out.island[v] = parts.root(v);
     std::vector<std::uint32_t> fan_of(vertices, nowhere);
     std::vector<std::uint8_t> told(vertices, 0);
     for (std::uint32_t c = 0; c < corners; ++c) {

@@ -23,6 +23,7 @@ struct Topology {
     Found bow_tie;      // vertices where fans of triangles touch without a shared edge
     std::uint32_t components = 0;
     std::vector<std::uint32_t> component;    // of each triangle, numbered in order of first use
+    std::vector<std::uint32_t> island;       // of each vertex: parts joined by a vertex at least
     std::vector<std::uint8_t> border_vertex; // (vertices,) 1 where a border edge ends
 };
 

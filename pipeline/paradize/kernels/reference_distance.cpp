@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::size_t least_samples = 10;
 constexpr std::size_t leaf_size = 4;
+constexpr double sliver = 1e-8; // squared sine below which a foot on the plane is not trusted alone
 constexpr std::size_t chunk_size =
     256; // triangles handled together; fixed, so that results do not depend on threads
 
@@ -60,11 +61,14 @@ double to_triangle(const Point &p, const Corners &c) {
     const double aa = dot(a, a), ab = dot(a, b), bb = dot(b, b), wa = dot(w, a), wb = dot(w, b);
     const double det = aa * bb - ab * ab;
     const double u = bb * wa - ab * wb, v = aa * wb - ab * wa;
+    double best = std::numeric_limits<double>::max();
     if (det > 0 && u >= 0 && v >= 0 && u + v <= det) {
         const Point r = minus(along(along({0, 0, 0}, u / det, a), v / det, b), w);
-        return dot(r, r);
+        best = dot(r, r);
+        if (det > sliver * aa * bb)
+            return best;
     }
-    return std::min({to_segment(p, c[0], c[1]), to_segment(p, c[1], c[2]), to_segment(p, c[2], c[0])});
+    return std::min({best, to_segment(p, c[0], c[1]), to_segment(p, c[1], c[2]), to_segment(p, c[2], c[0])});
 }
 
 // A tree of boxes over the triangles of a surface, halved at the median of the longest side.

@@ -1,7 +1,8 @@
 """Two-sided distance between surfaces, as a fraction of the first one's bounding-box diagonal.
 
-Measured by its own kernel (`reference_distance.hpp`), which no stage imports: dense samples in proportion to area, ten
-or more in every triangle, with all vertices and edge midpoints besides, against every point of the other surface.
+Measured by its own kernel (`reference_distance.hpp`), which no stage imports: dense samples in proportion
+to area, ten or more in every triangle, with all vertices and edge midpoints besides, against every point of
+the other surface.
 """
 
 from __future__ import annotations

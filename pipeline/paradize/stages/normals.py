@@ -37,4 +37,4 @@ def complete_normals(
     needs = missing[mesh.triangles]
     computed = corner_normals(mesh.positions, mesh.triangles, smoothing, crease_deg=crease_deg)
     corners = np.where(needs[:, :, None], computed, unit[mesh.triangles])
-    return split_by(mesh, "normals", corners), int(needs.any(axis=1).sum())
+    return split_by(mesh, normals=corners), int(needs.any(axis=1).sum())

@@ -1,4 +1,4 @@
-"""A value per corner -> a value per vertex: vertices are split where their corners differ."""
+"""Values per corner -> values per vertex: vertices are split where their corners differ."""
 
 from __future__ import annotations
 
@@ -13,18 +13,22 @@ from paradize.kernels.mesh import number_corners
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+ATTRIBUTES = ("normals", "tangents", "uvs", "uvs1", "colors")
 
-def split_by(mesh: Mesh, name: str, corners: npt.NDArray[np.float32]) -> Mesh:
-    """The mesh with `name` set from a value per corner (m, 3, k); vertices whose corners differ become several.
 
-    Vertices are numbered in the order of their first use; positions and triangles keep their values.
+def split_by(mesh: Mesh, **corners: npt.NDArray[np.float32]) -> Mesh:
+    """The mesh with attributes set from values per corner, each (m, 3, k) float32 or (3 m, k).
+
+    A vertex whose corners differ becomes several. Vertices are numbered in the order of their first use;
+    positions and triangles keep their values, other attributes follow their vertex.
     """
     base = mesh.triangles.reshape(-1)
-    index, first = number_corners(base, corners.reshape(len(base), -1))
+    flat = {name: values.reshape(len(base), -1) for name, values in corners.items()}
+    index, first = number_corners(base, np.concatenate(list(flat.values()), axis=1))
     source = base[first]
     arrays = {
-        key: None if (values := getattr(mesh, key)) is None else np.ascontiguousarray(values[source])
-        for key in ("positions", "normals", "tangents", "uvs", "uvs1", "colors")
+        name: None if (values := getattr(mesh, name)) is None else np.ascontiguousarray(values[source])
+        for name in ("positions", *ATTRIBUTES)
     }
-    arrays[name] = np.ascontiguousarray(corners.reshape(len(base), -1)[first])
+    arrays |= {name: np.ascontiguousarray(values[first], np.float32) for name, values in flat.items()}
     return replace(mesh, **arrays, triangles=index.reshape(-1, 3))  # type: ignore[arg-type]

@@ -1,7 +1,8 @@
 """Tangent frames, MikkTSpace-compatible: the same split rules and weights as the reference.
 
-Source: M. Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", master's thesis, University of Copenhagen, 2008.
-Sign: B = w * cross(N, T) points up the image; MikkTSpace run on top-left UVs gives the opposite w.
+Source: M. Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", master's thesis, University of
+Copenhagen, 2008. Sign: B = w * cross(N, T) points up the image; MikkTSpace run on top-left UVs gives the
+opposite w.
 """
 
 from __future__ import annotations
@@ -22,4 +23,5 @@ def tangent_frames(mesh: Mesh) -> Mesh:
     if mesh.normals is None or mesh.uvs is None:
         missing = "normals" if mesh.normals is None else "texture coordinates"
         raise BakeError(f"tangent frames need {missing}")
-    return split_by(mesh, "tangents", corner_tangents(mesh.positions, mesh.normals, mesh.uvs, mesh.triangles))
+    corners = corner_tangents(mesh.positions, mesh.normals, mesh.uvs, mesh.triangles)
+    return split_by(mesh, tangents=corners)

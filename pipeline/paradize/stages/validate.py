@@ -1,8 +1,8 @@
 """Mesh -> sound mesh: finite, in range, no degenerate or doubled triangle, every vertex used; and a report.
 
-This is the door before every library: what passes here has no index out of range, no repeated index in a triangle and
-no value that is not finite. OpenMesh, which crashes or drops faces on less, counts again where the surface is a
-manifold; a difference between its count and ours is an error of ours.
+This is the door before every library: what passes here has no index out of range, no repeated index in a
+triangle and no value that is not finite. OpenMesh, which crashes or drops faces on less, counts again where
+the surface is a manifold; a difference between its count and ours is an error of ours.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ _MOST_COUNTED_TWICE = 500_000
 class Report:
     """What was found and done. Places are triangle numbers of the mesh that came in.
 
-    kept: (m,) bool, the triangles of the input that are in the output, in their order. euler: vertices - edges
-    + triangles by position. topology: of the result, with vertices joined by position.
+    kept: (m,) bool, the triangles of the input that are in the output, in their order. euler: vertices -
+    edges + triangles by position. topology: of the result, with vertices joined by position.
     """
 
     kept: npt.NDArray[np.bool_]
@@ -117,7 +117,9 @@ def messages(report: Report, lines: npt.NDArray[np.uint32] | None = None) -> lis
             at(found.turned.triangle, of_result=True),
         ),
     ]
-    return [f"{count} {what}" + (f" (first: {place})" if place else "") for count, what, place in said if count]
+    return [
+        f"{count} {what}" + (f" (first: {place})" if place else "") for count, what, place in said if count
+    ]
 
 
 def _first(mask: npt.NDArray[np.bool_]) -> int | None:
@@ -197,8 +199,8 @@ def _keep(mesh: Mesh, kept: npt.NDArray[np.bool_]) -> tuple[Mesh, int]:
         first, stop = int(before[group.first]), int(before[group.first + group.count])
         if stop > first:
             groups.append(Group(group.name, group.material, first, stop - first))
-    sound = replace(mesh, **arrays, triangles=number[triangles], groups=tuple(groups))  # type: ignore[arg-type]
-    return sound, int((~used).sum())
+    sound = replace(mesh, **arrays, triangles=number[triangles], groups=tuple(groups))  # type:
+    ignore[arg-type] return sound, int((~used).sum())
 
 
 def _zero_area_uv(mesh: Mesh) -> npt.NDArray[np.bool_]:
@@ -214,7 +216,8 @@ def _count_again(
 ) -> bool:
     """OpenMesh's count of edges and border edges, where it can hold the surface without splitting vertices.
 
-    In this process: its input has no repeated or foreign index and is finite, which is all that it crashes on.
+    In this process: its input has no repeated or foreign index and is finite, which is all that it crashes
+    on.
     """
     odd = found.non_manifold.count or found.turned.count or found.bow_tie.count
     if odd or len(welded) > _MOST_COUNTED_TWICE:

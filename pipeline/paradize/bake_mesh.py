@@ -1,0 +1,208 @@
+"""OBJ -> GLB: reader, stages, format and metrics joined into one product with its report."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from paradize.data import Group, Lod, Mesh
+from paradize.engine.isolate import call_isolated
+from paradize.errors import BakeError, ParadizeError, SourceError
+from paradize.formats.glb import decode_glb, encode_glb
+from paradize.metrics.surface import surface_distance
+from paradize.metrics.tangent import frame_faults
+from paradize.readers.obj import read_obj
+from paradize.stages.atlas import make_atlas
+from paradize.stages.lod import LEAST_TRIANGLES, RATIO, TIERS, simplify
+from paradize.stages.normals import complete_normals
+from paradize.stages.tangents import tangent_frames
+from paradize.stages.validate import messages, validate_mesh
+
+MAX_LODS = 8
+# Without an asked bound a level may be this far from the source, of the diagonal; worse ones are not worth
+# a draw.
+DEFAULT_MAX_ERROR = 0.1
+# A level must save this share of the triangles of the one before.
+_WORTH = 0.1
+_BISECTIONS = 4
+_SAMPLES = 50_000
+_ATLAS_TIMEOUT_S = 120.0
+_ATLAS_MEMORY_BYTES = 8 << 30
+# Beyond this a size or a distance in metres no longer fits the float32 of a vertex times a transform.
+_LARGEST = 1e37
+
+
+@dataclass(frozen=True)
+class MeshProduct:
+    """glb: the file. report: as `mesh --json` prints it. lods: what the file holds, the finest first."""
+
+    glb: bytes
+    report: dict[str, Any]
+    lods: tuple[Lod, ...]
+
+
+def bake_mesh(
+    path: Path,
+    *,
+    lods: int = 4,
+    max_error: float | None = None,
+    tier: str = "balanced",
+    atlas: bool = False,
+    root: Path | None = None,
+) -> MeshProduct:
+    """Reads an OBJ, mends it, gives it normals, tangent frames and levels of detail, and measures each level.
+
+    lods: levels at most, level 0 included, 1 to MAX_LODS. max_error: largest surface distance of any level,
+    of the bounding box's diagonal. tier: the LOD tier; the nearest one there is is used and named in the
+    report. atlas: make texture coordinates where there are none. root: folder that material files must lie
+    in. Raises SourceError for an input that cannot be baked, BakeError where a stage fails.
+    """
+    started = time.monotonic()
+    path = Path(path)
+    if not 1 <= lods <= MAX_LODS:
+        raise BakeError(f"{lods} levels of detail, expected 1 to {MAX_LODS}", file=path)
+    if max_error is not None and not 0 <= max_error <= 1:
+        raise BakeError(f"max error {max_error:g} of the diagonal, expected 0 to 1", file=path)
+    try:
+        return _bake(path, lods, max_error, tier, atlas, root, started)
+    except MemoryError as error:
+        raise SourceError("too large for this machine's memory", file=path) from error
+    except ParadizeError as error:
+        if error.file is None:
+            raise type(error)(error.what, file=path, place=error.place, mend=error.mend) from error
+        raise
+
+
+def _bake(
+    path: Path, lods: int, max_error: float | None, tier: str, atlas: bool, root: Path | None, started: float
+) -> MeshProduct:
+    read = read_obj(path, root)
+    warnings = list(read.warnings)
+    mesh, found = validate_mesh(read.mesh, path)
+    if float(np.abs(mesh.positions).max()) > _LARGEST:
+        raise SourceError(
+            f"a coordinate of {float(np.abs(mesh.positions).max()):g} metres, limit {_LARGEST:g}",
+            file=path,
+            mend="scale the model down",
+        )
+    warnings += [f"{path}: {text}" for text in messages(found, read.lines)]
+    if mesh.colors is not None:
+        mesh = replace(mesh, colors=None)
+        warnings.append(f"{path}: vertex colours are not baked")
+    mesh = _by_material(complete_normals(mesh, read.smoothing[found.kept])[0], read.smoothing[found.kept])
+    if atlas and mesh.uvs is None:
+        mesh = call_isolated(
+            f"the atlas of {path}",
+            make_atlas,
+            {"mesh": mesh},
+            timeout_s=_ATLAS_TIMEOUT_S,
+            memory_bytes=_ATLAS_MEMORY_BYTES,
+        )
+    elif atlas:
+        warnings.append(f"{path}: has texture coordinates; no atlas made")
+    if mesh.uvs is None:
+        warnings.append(f"{path}: no texture coordinates, so no tangent frames; --atlas makes some")
+    used = tier if tier in TIERS else "balanced"
+    if used != tier:
+        warnings.append(f"{path}: levels of detail have no tier {tier!r}; {used!r} used")
+    levels, notes = _levels(mesh, lods, max_error, used)
+    warnings += [f"{path}: {note}" for note in notes]
+    levels = [(replace(level, tangents=None), errors) for level, errors in levels]
+    framed = [
+        (tangent_frames(level) if level.uvs is not None else level, errors) for level, errors in levels
+    ]
+    done = tuple(Lod(level, errors["error_max"], errors["error_rms"]) for level, errors in framed)
+    glb = encode_glb(done, path.stem)
+    decode_glb(glb, path.with_suffix(".glb"))
+    report: dict[str, Any] = {
+        "triangles": len(framed[0][0].triangles),
+        "vertices": len(framed[0][0].positions),
+        "tier": used,
+        "closed": found.closed,
+        "components": found.topology.components,
+        "materials": [group.material for group in framed[0][0].groups],
+        "lods": [
+            {"triangles": len(level.triangles), "vertices": len(level.positions), **errors}
+            | frame_faults(level)
+            for level, errors in framed
+        ],
+        "seconds": round(time.monotonic() - started, 3),
+        "warnings": warnings,
+    }
+    return MeshProduct(glb, report, done)
+
+
+def _by_material(mesh: Mesh, _smoothing: object = None) -> Mesh:
+    """Triangles in one run per material, materials in the order of their first use: one draw each."""
+    runs: dict[str, list[Group]] = {}
+    for group in mesh.groups:
+        runs.setdefault(group.material, []).append(group)
+    order = np.concatenate(
+        [
+            np.arange(group.first, group.first + group.count)
+            for groups in runs.values()
+            for group in groups
+        ]
+    )
+    merged, first = [], 0
+    for material, groups in runs.items():
+        count = sum(group.count for group in groups)
+        names = dict.fromkeys(group.name for group in groups)
+        merged.append(Group(next(iter(names)) if len(names) == 1 else material, material, first, count))
+        first += count
+    return replace(mesh, triangles=np.ascontiguousarray(mesh.triangles[order]), groups=tuple(merged))
+
+
+_EXACT = {"error_max": 0.0, "error_rms": 0.0, "error_p99": 0.0}
+
+
+def _levels(
+    mesh: Mesh, count: int, max_error: float | None, tier: str
+) -> tuple[list[tuple[Mesh, dict[str, float]]], list[str]]:
+    """Levels with their measured errors; fewer than asked, with the reason, where no worthy one can be
+    had."""
+    limit = DEFAULT_MAX_ERROR if max_error is None else max_error
+    levels = [(mesh, _EXACT)]
+    for at in range(1, count):
+        before = len(levels[-1][0].triangles)
+        target = max(LEAST_TRIANGLES, int(len(mesh.triangles) * RATIO**at))
+        if target >= before:
+            return levels, [f"no level after lod{at - 1}: {before} triangles are few enough"]
+        found, note = _level(mesh, levels[-1][0], target, limit, tier)
+        if found is None:
+            return levels, [f"no level after lod{at - 1}: {note}"]
+        levels.append(found)
+    return levels, []
+
+
+def _level(
+    original: Mesh, before: Mesh, target: int, limit: float, tier: str
+) -> tuple[tuple[Mesh, dict[str, float]] | None, str]:
+    """The level nearest to `target` triangles whose measured error stays inside `limit`; or None and why."""
+    most = int(len(before.triangles) * (1 - _WORTH))
+    least, best, note = target, None, ""
+    for _ in range(_BISECTIONS):
+        level = simplify(before, target, tier, original=original)
+        try:
+            made, _ = validate_mesh(level.mesh)
+        except SourceError:
+            return best, best[1] if best else "nothing would be left"  # type: ignore[return-value]
+        if len(made.triangles) > most:
+            note = note or level.note or f"{len(before.triangles)} triangles are the least"
+            break
+        errors = surface_distance(original, made, _SAMPLES)
+        if errors["error_max"] <= limit:
+            best, most = (made, errors), len(made.triangles)
+            if target == least:
+                break
+        else:
+            note = f"{len(made.triangles)} triangles are {errors['error_max']:.3g} of the diagonal off,
+            limit {limit:g}" least = target
+        if best is not None and target <= least + 1:
+            break
+        target = (least + most) // 2
+    return best, note

@@ -1,0 +1,217 @@
+#include "mesh_project.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "mesh_vec.hpp"
+#include "unify.hpp"
+
+namespace paradize::mesh {
+namespace {
+
+constexpr double inset = 0.05;  // of the way from a corner to its triangle's middle
+constexpr double facing = 0.25; // least cosine between normals of triangles that face the same way
+constexpr std::size_t leaf_size = 4;
+
+struct Hit {
+    std::uint32_t triangle = 0xffffffffu;
+    double distance = std::numeric_limits<double>::max(); // squared
+};
+
+struct Foot {
+    std::array<double, 3> weights;
+    double distance; // squared
+};
+
+// The nearest point of a triangle. Source: C. Ericson, "Real-Time Collision Detection", 2004, section 5.1.5.
+Foot nearest_point(Vec p, Vec a, Vec b, Vec c) {
+    const Vec ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
+    const double d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp),
+                 d6 = dot(ac, cp);
+    const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
+    std::array<double, 3> w;
+    if (d1 <= 0 && d2 <= 0)
+        w = {1, 0, 0};
+    else if (d3 >= 0 && d4 <= d3)
+        w = {0, 1, 0};
+    else if (d6 >= 0 && d5 <= d6)
+        w = {0, 0, 1};
+    else if (vc <= 0 && d1 >= 0 && d3 <= 0)
+        w = {1 - d1 / (d1 - d3), d1 / (d1 - d3), 0};
+    else if (vb <= 0 && d2 >= 0 && d6 <= 0)
+        w = {1 - d2 / (d2 - d6), 0, d2 / (d2 - d6)};
+    else if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0)
+        w = {0, 1 - (d4 - d3) / ((d4 - d3) + (d5 - d6)), (d4 - d3) / ((d4 - d3) + (d5 - d6))};
+    else
+        w = {va / (va + vb + vc), vb / (va + vb + vc), vc / (va + vb + vc)};
+    for (double &x : w) // 0 / 0 on a triangle without area
+        x = std::isfinite(x) ? std::clamp(x, 0.0, 1.0) : 0;
+    const double sum = w[0] + w[1] + w[2];
+    w = sum > 0 ? std::array<double, 3>{w[0] / sum, w[1] / sum, w[2] / sum} : std::array<double, 3>{1, 0, 0};
+    const Vec r = w[0] * a + w[1] * b + w[2] * c - p;
+    return {w, dot(r, r)};
+}
+
+// Boxes over the original's triangles, in an implicit halving of a sorted order.
+class Boxes {
+  public:
+    Boxes(std::span<const float> positions, std::span<const std::uint32_t> triangles)
+        : positions_(positions), triangles_(triangles), order_(triangles.size() / 3) {
+        normals_.resize(order_.size());
+        std::iota(order_.begin(), order_.end(), 0u);
+        for (std::size_t i = 0; i < order_.size(); ++i)
+            normals_[i] = unit(cross(corner(i, 1) - corner(i, 0), corner(i, 2) - corner(i, 0)));
+        build(0, order_.size());
+    }
+
+    Vec corner(std::size_t triangle, std::size_t k) const {
+        return at3(positions_, triangles_[triangle * 3 + k]);
+    }
+
+    Foot foot(std::size_t triangle, Vec p) const {
+        return nearest_point(p, corner(triangle, 0), corner(triangle, 1), corner(triangle, 2));
+    }
+
+    // The nearest triangle that faces along `normal` (any, where `normal` is zero).
+    Hit nearest(Vec p, Vec normal) const {
+        Hit best;
+        const bool any = normal == Vec{};
+        std::vector<std::uint32_t> &open = open_;
+        open.assign(1, 0);
+        while (!open.empty()) {
+            const std::uint32_t at = open.back();
+            open.pop_back();
+            const Node &node = nodes_[at];
+            if (node.distance(p) > best.distance)
+                continue;
+            if (node.right != 0) {
+                const bool left_first = nodes_[at + 1].distance(p) < nodes_[node.right].distance(p);
+                open.push_back(left_first ? node.right : at + 1);
+                open.push_back(left_first ? at + 1 : node.right);
+                continue;
+            }
+            for (std::size_t i = node.first; i < node.stop; ++i) {
+                const std::uint32_t t = order_[i];
+                if (!any && dot(normals_[t], normal) < facing)
+                    continue;
+                const double d = foot(t, p).distance;
+                if (d < best.distance || (d == best.distance && t < best.triangle))
+                    best = {t, d};
+            }
+        }
+        return best;
+    }
+
+  private:
+    struct Node {
+        std::array<double, 3> low, high;
+        std::uint32_t first, stop, right; // right == 0: a leaf
+        double distance(Vec p) const {
+            const double q[3] = {p.x, p.y, p.z};
+            double sum = 0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const double d = std::max({low[k] - q[k], 0.0, q[k] - high[k]});
+                sum += d * d;
+            }
+            return sum;
+        }
+    };
+
+    double centre(std::uint32_t t, std::size_t axis) const {
+        double sum = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            sum += positions_[triangles_[t * std::size_t{3} + k] * std::size_t{3} + axis];
+        return sum;
+    }
+
+    std::uint32_t build(std::size_t first, std::size_t stop) {
+        const auto number = static_cast<std::uint32_t>(nodes_.size());
+        constexpr double big = std::numeric_limits<double>::max();
+        Node node{{big, big, big},
+                  {-big, -big, -big},
+                  static_cast<std::uint32_t>(first),
+                  static_cast<std::uint32_t>(stop),
+                  0};
+        for (std::size_t i = first; i < stop; ++i)
+            for (std::size_t k = 0; k < 3; ++k)
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const double x =
+                        positions_[triangles_[order_[i] * std::size_t{3} + k] * std::size_t{3} + axis];
+                    node.low[axis] = std::min(node.low[axis], x);
+                    node.high[axis] = std::max(node.high[axis], x);
+                }
+        nodes_.push_back(node);
+        if (stop - first > leaf_size) {
+            std::size_t axis = 0;
+            for (std::size_t k = 1; k < 3; ++k)
+                if (node.high[k] - node.low[k] > node.high[axis] - node.low[axis])
+                    axis = k;
+            const std::size_t half = first + (stop - first) / 2;
+            const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
+            std::nth_element(at(first), at(half), at(stop), [&](std::uint32_t a, std::uint32_t b) {
+                return std::pair(centre(a, axis), a) < std::pair(centre(b, axis), b);
+            });
+            build(first, half);
+            const std::uint32_t right = build(half, stop);
+            nodes_[number].right = right;
+        }
+        return number;
+    }
+
+    std::span<const float> positions_;
+    std::span<const std::uint32_t> triangles_;
+    std::vector<std::uint32_t> order_;
+    std::vector<Vec> normals_;
+    std::vector<Node> nodes_;
+    mutable std::vector<std::uint32_t> open_;
+};
+
+} // namespace
+
+Places project(std::span<const float> source_positions, std::span<const std::uint32_t> source_triangles,
+               std::span<const std::uint32_t> charts, std::span<const float> positions,
+               std::span<const std::uint32_t> triangles) {
+    const Boxes boxes(source_positions, source_triangles);
+    std::vector<std::uint32_t> found(triangles.size());
+    for (std::size_t t = 0; t < triangles.size() / 3; ++t) {
+        const Vec a = at3(positions, triangles[t * 3]), b = at3(positions, triangles[t * 3 + 1]),
+                  c = at3(positions, triangles[t * 3 + 2]);
+        const Vec normal = unit(cross(b - a, c - a));
+        const Vec middle = (1.0 / 3) * (a + b + c);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec p = at3(positions, triangles[t * 3 + k]);
+            const Vec inside = p + inset * (middle - p);
+            Hit hit = boxes.nearest(inside, normal);
+            if (hit.triangle == 0xffffffffu)
+                hit = boxes.nearest(inside, {});
+            found[t * 3 + k] = hit.triangle;
+        }
+    }
+    const Numbered shared = number_equal(
+        triangles.size(), [&](std::size_t i) { return mix(mix(hash_seed, triangles[i]), charts[found[i]]); },
+        [&](std::size_t i, std::size_t j) {
+            return triangles[i] == triangles[j] && charts[found[i]] == charts[found[j]];
+        });
+    Places out;
+    out.triangle.resize(triangles.size());
+    out.weights.resize(triangles.size() * 3);
+    std::vector<Hit> best(shared.first.size());
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        const double d = boxes.foot(found[i], at3(positions, triangles[i])).distance;
+        Hit &here = best[shared.index[i]];
+        if (d < here.distance || (d == here.distance && found[i] < here.triangle))
+            here = {found[i], d};
+    }
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        const std::uint32_t t = best[shared.index[i]].triangle;
+        const Foot foot = boxes.foot(t, at3(positions, triangles[i]));
+        out.triangle[i] = t;
+        std::copy(foot.weights.begin(), foot.weights.end(), &out.weights[i * 3]);
+    }
+    return out;
+}
+
+} // namespace paradize::mesh

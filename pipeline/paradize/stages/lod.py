@@ -1,0 +1,320 @@
+"""A mesh with fewer triangles: tiers `fast` (fast-simplification) and `balanced` (meshoptimizer, with
+attributes).
+
+Both are given a mesh centred on the origin with a diagonal of fixed length: their thresholds are absolute
+or float32. Texture seams and borders between materials stay closed: vertices are joined only where
+position, texture coordinate and material agree, and what lies on such a border moves along it or not at
+all. Parts that would lose most of their area (leaves, cards, ropes) are kept whole.
+
+Sources: M. Garland and P. Heckbert, "Surface simplification using quadric error metrics", 1997; H. Hoppe,
+"New quadric metric for simplifying meshes with appearance attributes", 1999.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import fsum
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from paradize.data import Group, Mesh
+from paradize.errors import BakeError
+from paradize.kernels.mesh import number_corners, number_rows, project, topology
+from paradize.stages.simplifiers import fast_simplify, meshopt_simplify
+from paradize.stages.split import ATTRIBUTES, split_by
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+TIERS = ("fast", "balanced")
+RATIO = 0.5  # triangles of a level, of those of the level before
+LEAST_TRIANGLES = 4
+# Weights of a changed unit normal and of a texture that slides by its own size on the surface, both of the
+# diagonal.
+_NORMAL_WEIGHT = 0.02
+_UV_WEIGHT = 0.2
+_LARGEST_IMAGE = 4.0  # of the diagonal: no image is stretched to more
+# A part that would keep less than this of its area from one level to the next stays as it was. The first
+# bound that lets a level come near its triangles holds: a jetty of boxes has nothing to give under the
+# first.
+_KEPT_AREA = (0.75, 0.5, 0.25)
+_NEAR = 1.2
+_ROUNDS = 8
+# fast-simplification's thresholds hold for this diagonal; its `agg` is raised only where a target is missed.
+_FAST_DIAGONAL = 3.5
+_FAST_AGG = (3, 4, 5, 6, 7, 8)
+
+
+@dataclass(frozen=True)
+class Level:
+    """A simplified mesh; `note` says why it has more triangles than were asked for, and is empty
+    otherwise."""
+
+    mesh: Mesh
+    note: str
+
+
+def lod_chain(mesh: Mesh, count: int, tier: str = "balanced") -> list[Level]:
+    """`count` levels at most, level 0 the mesh itself, each with RATIO of the triangles of the one before.
+
+    Every level is made from the one before, so that a part which cannot lose more stays as it was there;
+    attributes always come from level 0. Ends early, with a note on the last level, where no fewer triangles
+    can be had.
+    """
+    levels = [Level(mesh, "")]
+    for at in range(1, count):
+        before = len(levels[-1].mesh.triangles)
+        target = max(LEAST_TRIANGLES, int(len(mesh.triangles) * RATIO**at))
+        level = simplify(levels[-1].mesh, target, tier, original=mesh) if target < before else levels[-1]
+        if len(level.mesh.triangles) > 0.9 * before:
+            note = level.note or f"{before} triangles are the least"
+            levels[-1] = Level(levels[-1].mesh, f"no level after lod{at - 1}: {note}")
+            break
+        levels.append(level)
+    return levels
+
+
+def simplify(mesh: Mesh, target: int, tier: str = "balanced", *, original: Mesh | None = None) -> Level:
+    """A mesh of about `target` triangles (1 or more), from a validated mesh with normals; `original` is the
+    surface that attributes come from (default: the mesh itself).
+
+    Tangents are left out: they are made anew for each level. Raises BakeError for an unknown tier or where
+    the library returns something that is not a mesh.
+    """
+    if tier not in TIERS:
+        raise BakeError(f"unknown tier {tier!r} for levels of detail", mend=f"use one of {', '.join(TIERS)}")
+    mesh = replace(mesh, tangents=None)
+    original = mesh if original is None else replace(original, tangents=None)
+    if tier == "fast":
+        return _simplify_fast(mesh, target, original)
+    level = _simplify_balanced(mesh, target, original, keep_normals=True)
+    if level.note and mesh.normals is not None:
+        # Hard edges everywhere leave nothing to collapse: let normals go and take them from the surface
+        # again.
+        other = _simplify_balanced(mesh, target, original, keep_normals=False)
+        if len(other.mesh.triangles) < 0.95 * len(level.mesh.triangles):
+            return other
+    return level
+
+
+def _normalised(positions: npt.NDArray[np.float32], diagonal: float) -> tuple[npt.NDArray[np.float64], float]:
+    """Positions moved to the origin and scaled to the given diagonal; and metres per unit."""
+    wide = positions.astype(np.float64)
+    low, high = wide.min(axis=0), wide.max(axis=0)
+    x, y, z = (float(side) for side in high - low)
+    largest = max(x, y, z)
+    if not largest > 0:
+        raise BakeError("the mesh has no extent")
+    x, y, z = x / largest, y / largest, z / largest
+    unit = largest * float(np.sqrt(x * x + y * y + z * z)) / diagonal
+    return (wide - (low + high) / 2) / unit, unit
+
+
+def _areas(positions: npt.NDArray[np.float64], triangles: npt.NDArray[np.uint32]) -> npt.NDArray[np.float64]:
+    corners = positions[triangles]
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    n = [a[:, k - 2] * b[:, k - 1] - a[:, k - 1] * b[:, k - 2] for k in range(3)]
+    return np.asarray(0.5 * np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]))
+
+
+def _groups(mesh: Mesh) -> tuple[Group, ...]:
+    return mesh.groups or (Group("default", "default", 0, len(mesh.triangles)),)
+
+
+def _group_of(mesh: Mesh) -> npt.NDArray[np.uint32]:
+    """The number of each triangle's group."""
+    groups = _groups(mesh)
+    return np.repeat(np.arange(len(groups), dtype=np.uint32), [group.count for group in groups])
+
+
+def _with_groups(mesh: Mesh, group_of: npt.NDArray[np.uint32], groups: tuple[Group, ...]) -> Mesh:
+    """Triangles sorted by group (keeping their order within one), and the groups that still have any."""
+    order = np.argsort(group_of, kind="stable")
+    counts = np.bincount(group_of, minlength=len(groups))
+    first, found = 0, []
+    for group, count in zip(groups, counts.tolist(), strict=True):
+        if count:
+            found.append(Group(group.name, group.material, first, count))
+            first += count
+    return replace(mesh, triangles=np.ascontiguousarray(mesh.triangles[order]), groups=tuple(found))
+
+
+def _used_only(mesh: Mesh) -> Mesh:
+    """Vertices that a triangle uses, in the order of their first use."""
+    index, first = number_corners(mesh.triangles.reshape(-1), np.zeros((mesh.triangles.size, 1), np.float32))
+    source = mesh.triangles.reshape(-1)[first]
+    arrays = {
+        name: None if (values := getattr(mesh, name)) is None else np.ascontiguousarray(values[source])
+        for name in ("positions", *ATTRIBUTES)
+    }
+    return replace(mesh, **arrays, triangles=index.reshape(-1, 3))  # type: ignore[arg-type]
+
+
+def _joined(mesh: Mesh, *, normals: bool) -> tuple[Mesh, npt.NDArray[np.uint32]]:
+    """Vertices joined where position, uvs, group (and normal, where asked) agree; and the group of each
+    vertex."""
+    base = mesh.triangles.reshape(-1)
+    columns = [mesh.positions[base], np.repeat(_group_of(mesh), 3)[:, None].astype(np.float32)]
+    columns += [values[base] for values in (mesh.uvs, mesh.uvs1) if values is not None]
+    if normals and mesh.normals is not None:
+        columns.append(mesh.normals[base])
+    index, first = number_rows(np.concatenate(columns, axis=1))
+    source = base[first]
+    arrays = {
+        name: None if (values := getattr(mesh, name)) is None else np.ascontiguousarray(values[source])
+        for name in ("positions", *ATTRIBUTES)
+    }
+    joined = replace(mesh, **arrays, triangles=index.reshape(-1, 3))  # type: ignore[arg-type]
+    return joined, np.repeat(_group_of(mesh), 3)[first]
+
+
+# --- balanced
+# ----------------------------------------------------------------------------------------------------
+
+
+def _simplify_balanced(mesh: Mesh, target: int, original: Mesh, *, keep_normals: bool) -> Level:
+    joined, vertex_group = _joined(mesh, normals=keep_normals)
+    points, _ = _normalised(joined.positions, 1.0)
+    attributes, weights = _attributes(joined, points, normals=keep_normals)
+    places, first = number_rows(joined.positions)
+    island = topology(places[joined.triangles], len(first)).island[places]
+    area = np.bincount(
+        island[joined.triangles[:, 0]], _areas(points, joined.triangles), minlength=len(points)
+    )
+    best: tuple[npt.NDArray[np.uint32], int] | None = None
+    for kept_area in _KEPT_AREA:
+        locked = np.zeros(len(points), np.uint8)
+        triangles = joined.triangles
+        for _ in range(_ROUNDS):
+            # What stays whole does not press the rest below its share.
+            whole = int(locked[joined.triangles[:, 0]].sum())
+            share = whole + (len(joined.triangles) - whole) * target // len(joined.triangles)
+            goal = max(target, share) if whole else target
+            triangles = meshopt_simplify(points, joined.triangles, attributes, weights, locked, goal)
+            triangles = triangles[_areas(points, triangles) > 0]  # two sides of a seam can meet in one place
+            left = np.bincount(island[triangles[:, 0]], _areas(points, triangles), minlength=len(points))
+            lost = (left < kept_area * area)[island] & (locked == 0)
+            if not lost.any():
+                break
+            locked[lost] = 1
+        if best is None or len(triangles) < len(best[0]):
+            best = triangles, int(locked.sum())
+        if len(best[0]) <= _NEAR * target:
+            break
+    assert best is not None
+    triangles, kept = best
+    if len(triangles) == 0:
+        return Level(mesh, "nothing would be left")
+    group_of = vertex_group[triangles[:, 0]]
+    if (vertex_group[triangles] != group_of[:, None]).any():
+        raise BakeError("the simplifier joined triangles of two materials")
+    result = _with_groups(replace(joined, triangles=triangles, groups=()), group_of, _groups(mesh))
+    if not keep_normals:
+        result = _take_attributes(original, result, ("normals",))
+    result = _used_only(result)
+    note = ""
+    if len(triangles) > 1.1 * target:
+        why = (
+            f"{kept} vertices belong to parts that would vanish"
+            if kept
+            else "seams and borders hold the rest"
+        )
+        note = f"{len(triangles)} triangles where {target} were asked: {why}"
+    return Level(result, note)
+
+
+def _attributes(
+    mesh: Mesh, points: npt.NDArray[np.float64], *, normals: bool
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    """Attributes (n, k) in units of the diagonal's length, and their weights: a slid texture counts as far
+    as it slid."""
+    columns: list[npt.NDArray[np.float32]] = []
+    weights: list[float] = []
+    if normals and mesh.normals is not None:
+        columns.append(mesh.normals)
+        weights += [_NORMAL_WEIGHT] * 3
+    for uvs in (mesh.uvs, mesh.uvs1):
+        if uvs is None:
+            continue
+        flat = np.concatenate([uvs.astype(np.float64), np.zeros((len(uvs), 1))], axis=1)
+        surface, image = fsum(_areas(points, mesh.triangles)), fsum(_areas(flat, mesh.triangles))
+        extent = float((flat.max(axis=0) - flat.min(axis=0)).max())
+        scale = float(np.sqrt(surface / image)) if image > 0 and np.isfinite(image) else 0.0
+        # Palettes have next to no area in the image: the bound keeps them from outweighing all else.
+        scale = min(scale, _LARGEST_IMAGE / extent) if extent > 0 else 0.0
+        columns.append(((flat[:, :2] - flat[:1, :2]) * scale).astype(np.float32))
+        weights += [_UV_WEIGHT] * 2
+    if not columns:
+        return np.zeros((len(points), 1), np.float32), np.zeros(1, np.float32)
+    values = np.concatenate(columns, axis=1)
+    return np.ascontiguousarray(np.where(np.isfinite(values), values, 0), np.float32), np.array(
+        weights, np.float32
+    )
+
+
+# --- fast
+# --------------------------------------------------------------------------------------------------------
+
+
+def _simplify_fast(mesh: Mesh, target: int, original: Mesh) -> Level:
+    """fast-simplification moves vertices and knows no attributes: borders stay where they are, and every
+    corner takes its attributes from the nearest place of the original surface."""
+    joined, _ = _joined(mesh, normals=False)
+    joined = replace(joined, groups=_groups(mesh))
+    points, unit = _normalised(joined.positions, _FAST_DIAGONAL)
+    best_points, best = points, joined.triangles
+    for agg in _FAST_AGG:
+        found_points, found = fast_simplify(points, joined.triangles, target, agg)
+        found = found[_areas(found_points, found) > 0]
+        if 0 < len(found) < len(best):
+            best_points, best = found_points, found
+        if len(best) <= 1.05 * target:
+            break
+    wide = joined.positions.astype(np.float64)
+    centre = (wide.min(axis=0) + wide.max(axis=0)) / 2
+    simple = Mesh((best_points * unit + centre).astype(np.float32), best)
+    result = _take_attributes(original, simple, ATTRIBUTES, groups=True)
+    note = ""
+    if len(best) > 1.1 * target:
+        note = f"{len(best)} triangles where {target} were asked: borders and seams stay where they are"
+    return Level(_used_only(result), note)
+
+
+# --- attributes from the original surface
+# ------------------------------------------------------------------------
+
+
+def _take_attributes(source: Mesh, simple: Mesh, names: tuple[str, ...], *, groups: bool = False) -> Mesh:
+    """`simple` with the named attributes (and groups) of the nearest places of `source`."""
+    charts = topology(source.triangles, len(source.positions)).component
+    middle = source.positions.astype(np.float64)
+    centre = (middle.min(axis=0) + middle.max(axis=0)) / 2
+    # Relative to the centre, so that an offset costs the kernel's float32 nothing.
+    place, weights = project(
+        (source.positions - centre).astype(np.float32),
+        source.triangles,
+        charts,
+        (simple.positions - centre).astype(np.float32),
+        simple.triangles,
+    )
+    corners = {}
+    for name in names:
+        values = getattr(source, name)
+        if values is None:
+            continue
+        rows = values[source.triangles[place]].astype(np.float64)
+        mixed = rows[:, 0] * weights[:, :1] + rows[:, 1] * weights[:, 1:2] + rows[:, 2] * weights[:, 2:]
+        if name == "normals":
+            length = np.sqrt(
+                mixed[:, 0] * mixed[:, 0] + mixed[:, 1] * mixed[:, 1] + mixed[:, 2] * mixed[:, 2]
+            )
+            mixed = np.where(length[:, None] > 1e-6, mixed / np.maximum(length, 1e-30)[:, None], rows[:, 0])
+        corners[name] = mixed.astype(np.float32)
+    result = split_by(simple, **corners) if corners else simple
+    if groups:
+        group_of = _group_of(source)[place].reshape(-1, 3)
+        # A triangle belongs where two of its corners do, else where its first does.
+        voted = np.where(group_of[:, 1] == group_of[:, 2], group_of[:, 1], group_of[:, 0])
+        result = _with_groups(result, voted, _groups(source))
+    return result
