@@ -147,7 +147,7 @@ def add_plank(model: Model, plank: Plank) -> None:
     # ends
     ex, ey = atlas.end_corner(plank.pattern)
     fan = np.array([(0, 1, 5), (1, 4, 5), (1, 2, 4), (2, 3, 4)])
-    for first, faces in ((0, fan), ((sections - 1) * n, fan[:, ::-1])):
+    for first, faces in ((0, fan[:, ::-1]), ((sections - 1) * n, fan)):
         ring = points[first : first + n]
         grain = np.array([(ex + (a + 1.0) / 2.0 * atlas.TOP, ey + d * atlas.SIDE) for a, d, _ in PROFILE])
         model.add("planks", "planks", ring, grain, faces)
@@ -268,7 +268,7 @@ def add_beams(model: Model) -> None:
     ends = [0.06, *frames()[1:-1], LENGTH_M - 0.03]
     for k, (a, b) in enumerate(pairwise(ends)):
         steps = 4 if b < RAMP_M + FRAME_M else 1  # short ones where the deck bends
-        over = 0.12 if steps == 1 else 0.0
+        over = 0.12 if steps == 1 else 0.003
         shift = 0.045 if k % 2 else -0.045  # neighbours lie side by side where they meet
         for x in (-0.76 + shift, 0.76 + shift):
             for i in range(steps):

@@ -154,6 +154,15 @@ def test_normals_are_unit_and_on_the_side_of_their_face(model: tuple[str, Obj]) 
     assert same_side.mean() > 0.99
 
 
+def test_neighbours_are_wound_alike(model: tuple[str, Obj]) -> None:
+    _, obj = model
+    _, place = np.unique(np.round(obj.points.reshape(-1, 3) * 1e4), axis=0, return_inverse=True)
+    corner = place.reshape(-1, 3)
+    edges = np.concatenate([corner[:, [k, (k + 1) % 3]] for k in range(3)])
+    _, times = np.unique(edges, axis=0, return_counts=True)
+    assert times.max() == 1  # no edge is walked twice the same way
+
+
 def test_uvs_stay_inside_the_atlas(model: tuple[str, Obj]) -> None:
     _, obj = model
     assert obj.uvs.min() >= 0.0
