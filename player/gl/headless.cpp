@@ -80,7 +80,7 @@ HeadlessContext::HeadlessContext(bool debug) {
 HeadlessContext::~HeadlessContext() {
     eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     eglDestroyContext(display_, context_);
-    eglTerminate(display_);
+    // The display is the process's, not ours: terminating it would unload the driver under other contexts.
 }
 
 } // namespace paradize::gl

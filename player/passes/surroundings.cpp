@@ -78,7 +78,7 @@ Surroundings::Surroundings(const PassSetup &setup, const gl::Program &program)
     water_glow_at_ = program.location("u_water_glow");
     water_scatter_at_ = program.location("u_water_scatter");
     clip_plane_at_ = program.location("u_clip_plane");
-    refraction_at_ = program.location("u_refraction");
+    refraction_at_ = program.location("u_index");
     refracting_at_ = program.location("u_refracting");
     if (const StreamedTexture *sky = setup.scene.texture(setup.scene.file().sky)) {
         // The mip with two texels an edge, and a little coarser.

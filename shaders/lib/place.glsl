@@ -3,7 +3,7 @@
 #include "lib/frame.glsl"
 
 // 1, or in the refraction view the index of refraction of water.
-uniform float u_refraction;
+uniform float u_index;
 
 // How far from the eye, horizontally, a ray enters calm water to reach a point `depth` below it and `reach`
 // metres away, from an eye `height` above it: Snell's law, solved by Newton's method. The function is
@@ -29,11 +29,11 @@ void place(vec3 world) {
     vec3 seen = world;
     float depth = water.w - world.y;
     float height = eye.y - water.w;
-    if (u_refraction > 1.0 && depth > 0.0 && height > 0.0) {
+    if (u_index > 1.0 && depth > 0.0 && height > 0.0) {
         float reach = distance(world.xz, eye.xz);
-        float entry = entry_distance(reach, depth, max(height, 0.01), u_refraction);
+        float entry = entry_distance(reach, depth, max(height, 0.01), u_index);
         // Above the point, upon the straight line through the entry; straight below the eye the limit.
-        float shown = entry > 0.01 * height ? (reach - entry) * height / entry : depth / u_refraction;
+        float shown = entry > 0.01 * height ? (reach - entry) * height / entry : depth / u_index;
         seen.y = water.w - min(shown, depth);
     }
     gl_Position = view_projection * vec4(seen, 1.0);
