@@ -112,9 +112,7 @@ def _bake(
     levels, notes = _levels(mesh, lods, max_error, used)
     warnings += [f"{path}: {note}" for note in notes]
     levels = [(replace(level, tangents=None), errors) for level, errors in levels]
-    framed = [
-        (tangent_frames(level) if level.uvs is not None else level, errors) for level, errors in levels
-    ]
+    framed = [(tangent_frames(level) if level.uvs is not None else level, errors) for level, errors in levels]
     done = tuple(Lod(level, errors["error_max"], errors["error_rms"]) for level, errors in framed)
     glb = encode_glb(done, path.stem)
     decode_glb(glb, path.with_suffix(".glb"))
@@ -142,11 +140,7 @@ def _by_material(mesh: Mesh, _smoothing: object = None) -> Mesh:
     for group in mesh.groups:
         runs.setdefault(group.material, []).append(group)
     order = np.concatenate(
-        [
-            np.arange(group.first, group.first + group.count)
-            for groups in runs.values()
-            for group in groups
-        ]
+        [np.arange(group.first, group.first + group.count) for groups in runs.values() for group in groups]
     )
     merged, first = [], 0
     for material, groups in runs.items():
@@ -200,8 +194,9 @@ def _level(
             if target == least:
                 break
         else:
-            note = f"{len(made.triangles)} triangles are {errors['error_max']:.3g} of the diagonal off,
-            limit {limit:g}" least = target
+            off = errors["error_max"]
+            note = f"{len(made.triangles)} triangles are {off:.3g} of the diagonal off, limit {limit:g}"
+            least = target
         if best is not None and target <= least + 1:
             break
         target = (least + most) // 2

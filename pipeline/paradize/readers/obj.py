@@ -1,7 +1,8 @@
 """Wavefront OBJ -> Mesh, by our own native parser.
 
 Every face of the file is in the result or in the warnings. Polygons are cut in their own plane. Texture
-coordinates are turned once to the top-left origin (v' = 1 - v). Positions are the float32 nearest to the text.
+coordinates are turned once to the top-left origin (v' = 1 - v). Positions are the float32 nearest to the
+text.
 """
 
 from __future__ import annotations
@@ -152,7 +153,8 @@ def _warnings(path: Path, parsed: ParsedObj) -> list[str]:
 
 
 def _libraries(path: Path, root: Path, statement: str, warnings: list[str]) -> list[Path]:
-    """The files of one mtllib statement: the whole line as one name, or several names that may hold blanks."""
+    """The files of one mtllib statement: the whole line as one name, or several names that may hold
+    blanks."""
 
     def look(name: str) -> Path | None:
         found = inside(root, path.parent, name)

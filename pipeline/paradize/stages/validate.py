@@ -8,7 +8,7 @@ the surface is a manifold; a difference between its count and ours is an error o
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import openmesh
@@ -165,7 +165,7 @@ def _flat(mesh: Mesh) -> npt.NDArray[np.bool_]:
     scale = np.where(size > 0, size, 1.0)[:, None]
     a, b = a / scale, b / scale
     cross = np.stack([a[:, k - 2] * b[:, k - 1] - a[:, k - 1] * b[:, k - 2] for k in range(3)], axis=1)
-    return (cross == 0).all(axis=1)
+    return np.asarray((cross == 0).all(axis=1))
 
 
 def _doubled(mesh: Mesh, flat: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
@@ -189,7 +189,7 @@ def _keep(mesh: Mesh, kept: npt.NDArray[np.bool_]) -> tuple[Mesh, int]:
     used = np.zeros(len(mesh.positions), np.bool_)
     used[triangles] = True
     number = (np.cumsum(used) - 1).astype(np.uint32)
-    arrays = {
+    arrays: dict[str, Any] = {
         name: None if (values := getattr(mesh, name)) is None else np.ascontiguousarray(values[used])
         for name in ("positions", *_OPTIONAL)
     }
@@ -199,8 +199,8 @@ def _keep(mesh: Mesh, kept: npt.NDArray[np.bool_]) -> tuple[Mesh, int]:
         first, stop = int(before[group.first]), int(before[group.first + group.count])
         if stop > first:
             groups.append(Group(group.name, group.material, first, stop - first))
-    sound = replace(mesh, **arrays, triangles=number[triangles], groups=tuple(groups))  # type:
-    ignore[arg-type] return sound, int((~used).sum())
+    sound = replace(mesh, **arrays, triangles=number[triangles], groups=tuple(groups))
+    return sound, int((~used).sum())
 
 
 def _zero_area_uv(mesh: Mesh) -> npt.NDArray[np.bool_]:
