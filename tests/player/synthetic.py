@@ -1,0 +1,239 @@
+"""A small baked scene without any bake: a box on a sand plane, with or without sea, sky and shadow."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.data import Group, Lod, Mesh, Texture
+from paradize.formats.glb import encode_glb
+from paradize.formats.ktx2 import encode_ktx2
+from paradize.formats.scene_manifest import encode_scene
+
+SUN = [0.6, 0.64, 0.48]
+EYE = [0.0, 3.0, 9.0]
+
+
+def _levels(texels: npt.NDArray[Any]) -> tuple[bytes, ...]:
+    """Mips by taking every second texel: the player does not mind."""
+    levels = [np.ascontiguousarray(texels)]
+    while max(levels[-1].shape[-3:-1]) > 1:
+        levels.append(np.ascontiguousarray(levels[-1][..., ::2, ::2, :]))
+    return tuple(level.tobytes() for level in levels)
+
+
+def texture(fmt: str, texels: npt.NDArray[Any]) -> bytes:
+    """KTX2 of (size, size, c) texels, or (6, size, size, c) for a cube map; size is a power of two."""
+    size, faces = texels.shape[-2], 6 if texels.ndim == 4 else 1
+    return encode_ktx2(Texture(fmt, size, size, _levels(texels), faces))
+
+
+def _f32(values: Any) -> npt.NDArray[np.float32]:
+    return np.ascontiguousarray(values, dtype=np.float32)
+
+
+def box() -> Mesh:
+    """Two metres wide, standing on y = 0; four of its faces are wood, two are leaf."""
+    positions, normals, tangents, uvs, triangles = [], [], [], [], []
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            normal, tangent = np.zeros(3), np.zeros(3)
+            normal[axis], tangent[(axis + 1) % 3] = sign, sign
+            up, first = np.cross(normal, tangent), len(positions)
+            for x, y in ((-1, 1), (1, 1), (-1, -1), (1, -1)):
+                positions.append(normal + x * tangent + y * up + [0, 1, 0])
+                normals.append(normal)
+                tangents.append([*tangent, 1.0])
+                uvs.append([(x + 1) / 2, (1 - y) / 2])
+            triangles += [[first, first + 2, first + 1], [first + 1, first + 2, first + 3]]
+    groups = (Group("trunk", "wood", 0, 8), Group("leaves", "leaf", 8, 4))
+    faces = np.asarray(triangles, dtype=np.uint32)
+    return Mesh(_f32(positions), faces, _f32(normals), _f32(tangents), _f32(uvs), groups=groups)
+
+
+def plane(size_m: float, height_m: float) -> Mesh:
+    """A square in the middle, of two triangles."""
+    corners = [(-1, -1), (1, -1), (-1, 1), (1, 1)]
+    positions = [[x * size_m / 2, height_m, z * size_m / 2] for x, z in corners]
+    uvs = _f32([[(x + 1) / 2, (z + 1) / 2] for x, z in corners])
+    return Mesh(
+        _f32(positions),
+        np.asarray([[0, 2, 1], [1, 2, 3]], dtype=np.uint32),
+        _f32([[0, 1, 0]] * 4),
+        _f32([[1, 0, 0, 1]] * 4),
+        uvs * np.float32(8),
+        uvs,
+        groups=(Group("sand", "sand", 0, 2),),
+    )
+
+
+def checker(a: tuple[int, int, int], b: tuple[int, int, int], size: int = 64) -> npt.NDArray[np.uint8]:
+    """(size, size, 4) uint8: eight by eight squares of two colours."""
+    y, x = np.mgrid[0:size, 0:size] * 8 // size
+    squares = np.where(((x + y) % 2 == 0)[..., None], np.uint8(a), np.uint8(b))
+    return np.dstack([squares, np.full((size, size), 255, dtype=np.uint8)])
+
+
+def write_scene(folder: Path, *, bare: bool = False, **changes: Any) -> Path:
+    """Writes scene.json and its artifacts; `bare` leaves out every pass that a scene may leave out. `changes`
+    replace top-level members of the manifest."""
+    folder.mkdir(parents=True, exist_ok=True)
+    flat = np.zeros((16, 16, 2), dtype=np.int8)
+    waves = np.indices((16, 16)).sum(axis=0).astype(np.int8)[..., None] - np.int8(15)
+    sky = np.full((6, 8, 8, 4), [0.3, 0.5, 0.9, 1.0], dtype=np.float16)
+    files = {
+        "box_mesh": ("glb", "mesh", encode_glb([Lod(box(), 0.0, 0.0), Lod(box(), 0.02, 0.01)], "box")),
+        "box_color": ("ktx2", "texture", texture("RGBA8_SRGB", checker((200, 60, 40), (240, 220, 200)))),
+    }
+    if not bare:
+        files |= {
+            "terrain_mesh": ("glb", "mesh", encode_glb([Lod(plane(60.0, 0.0), 0.0, 0.0)], "terrain")),
+            "sand_color": (
+                "ktx2",
+                "texture",
+                texture("RGBA8_SRGB", checker((230, 210, 160), (210, 190, 140))),
+            ),
+            "effect_normal": ("ktx2", "texture", texture("RG8_SNORM", flat)),
+            "water_normal": ("ktx2", "texture", texture("RG8_SNORM", np.repeat(waves, 2, axis=2))),
+            "water_dudv": ("ktx2", "texture", texture("RG8_SNORM", np.repeat(waves, 2, axis=2))),
+            "sky": ("ktx2", "cubemap", texture("RGBA16F", sky)),
+        }
+    artifacts = {}
+    for name, (ending, kind, data) in files.items():
+        (folder / f"{name}.{ending}").write_bytes(data)
+        artifacts[name] = {
+            "file": f"{name}.{ending}",
+            "kind": kind,
+            "sha256": hashlib.sha256(data).hexdigest(),
+            "bytes": len(data),
+            "tier": "balanced",
+            "errors": {},
+            "first_needed_s": 0.0,
+        }
+    manifest = _manifest(artifacts, bare) | changes
+    (folder / "scene.json").write_bytes(encode_scene(manifest))
+    return folder
+
+
+def _manifest(artifacts: dict[str, Any], bare: bool) -> dict[str, Any]:
+    material = {
+        "parallax_scale": 0.0,
+        "parallax_bias": 0.0,
+        "specular": 0.2,
+        "smoothness": 0.5,
+        "two_sided": False,
+        "alpha_cutoff": 0.0,
+    }
+    still = [[0.0, 0.0, 0.0, 0.0]] * 3
+    # There and back on a line past the box, to the same place after ten seconds.
+    way = [[[-2.0, 4.0, 0.0, 0.0], [EYE[1], 0, 0, 0], [EYE[2], 0, 0, 0]]]
+    way.append([[2.0, -4.0, 0.0, 0.0], [EYE[1], 0, 0, 0], [EYE[2], 0, 0, 0]])
+    manifest: dict[str, Any] = {
+        "format": "paradize-scene",
+        "version": 1,
+        "name": "synthetic",
+        "exposure": 1.0,
+        "viewport": [96, 54],
+        "lod_error_px": 1.0,
+        "poster_s": 1.0,
+        "artifacts": artifacts,
+        "streaming": sorted(artifacts),
+        "budget": {},
+        "sun": {
+            "direction": SUN,
+            "color": [1.0, 0.9, 0.75],
+            "intensity": 3.0,
+            "angular_diameter_rad": 0.0093,
+        },
+        "ambient": {"color": [0.5, 0.65, 1.0], "intensity": 0.6},
+        "fog": {"color": [0.7, 0.8, 0.9], "density_per_m": 0.001},
+        "sky": None,
+        "shadow": None,
+        "reflection": None,
+        "refraction": None,
+        "terrain": None,
+        "water": None,
+        "objects": [
+            {
+                "name": "box",
+                "mesh": "box_mesh",
+                "color": "box_color",
+                "normal": None,
+                "height": None,
+                "gloss": None,
+                "center": [0.0, 1.0, 0.0],
+                "radius_m": 1.7321,
+                "lods": [{"node": "lod0", "error_m": 0.0}, {"node": "lod1", "error_m": 0.05}],
+                "materials": {"wood": material, "leaf": material | {"two_sided": True}},
+                "instances": [{"position": [0.0, 0.0, 0.0], "yaw_rad": 0.4, "scale": 1.0}],
+            }
+        ],
+        "particles": [],
+        "sound": None,
+        "flight": {
+            "duration_s": 10.0,
+            "fov_rad": 0.9,
+            "near_m": 0.2,
+            "far_m": 500.0,
+            "segments": [{"eye": eye, "target": still, "roll": [0.0, 0.0, 0.0, 0.0]} for eye in way],
+            "time_table": [[0.0, 0.0, 0.2], [5.0, 1.0, 0.2], [10.0, 2.0, 0.2]],
+            "waypoint_u": [0, 1],
+            "errors": {},
+        },
+    }
+    if not bare:
+        manifest |= {
+            "sky": {"cubemap": "sky"},
+            "shadow": {"size": 256, "extent_m": 30.0, "center": [0.0, 0.0, 0.0], "blur_distance_m": 20.0},
+            "reflection": {"scale": 0.5},
+            "refraction": {"scale": 0.5},
+            "terrain": {
+                "mesh": "terrain_mesh",
+                "sand_color": "sand_color",
+                "sand_normal": None,
+                "effect_color": None,
+                "effect_normal": "effect_normal",
+                "sand_repeat": 8.0,
+                "mix_low_m": -1.0,
+                "mix_high_m": -0.5,
+                "specular": 0.05,
+                "smoothness": 0.2,
+                "wet_high_m": 0.3,
+                "wet_darkness": 0.4,
+                "wet_smoothness": 0.6,
+                "size_m": [60.0, 60.0],
+                "height_range_m": [0.0, 0.0],
+            },
+            "water": {
+                "normal": "water_normal",
+                "dudv": "water_dudv",
+                "level_m": -0.4,
+                "size_m": 400.0,
+                "tile": 40.0,
+                "k": 0.02,
+                "scroll_per_s": [0.03, 0.02],
+                "strength": 0.02,
+                "deep_color": [0.003, 0.045, 0.1],
+                "shallow_color": [0.05, 0.53, 0.52],
+                "absorption_per_m": [0.4, 0.08, 0.06],
+                "specular": 1.0,
+                "smoothness": 0.95,
+            },
+            "particles": [
+                {
+                    "name": "sparkle",
+                    "center": [0.0, 2.0, 0.0],
+                    "radius_m": 2.0,
+                    "count": 40,
+                    "size_m": [0.05, 0.15],
+                    "life_per_s": [0.2, 0.6],
+                    "threshold": 0.05,
+                    "color": [1.0, 0.95, 0.8],
+                }
+            ],
+        }
+    return manifest

@@ -1,0 +1,191 @@
+"""The player from outside: its command line, its pictures, its refusals."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+from tests.conftest import RENDER_ENVIRONMENT, ROOT
+from tests.player.synthetic import write_scene
+
+Player = Callable[..., "subprocess.CompletedProcess[str]"]
+CHECKED = ("--debug", "--check-finite")
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_scene(tmp_path_factory.mktemp("scene") / "full")
+
+
+def pixels(path: Path) -> Any:
+    picture = oiio.ImageBuf(str(path))
+    assert not picture.has_error, picture.geterror()
+    return picture.get_pixels(oiio.UINT8)
+
+
+def refused(result: subprocess.CompletedProcess[str], code: int, *parts: str) -> None:
+    assert result.returncode == code, (result.returncode, result.stderr)
+    assert result.stdout == ""
+    for part in parts:
+        assert part in result.stderr
+    assert "terminate called" not in result.stderr
+
+
+def test_a_screenshot_has_the_scene_s_size_and_something_on_it(
+    player: Player, scene: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "new folder" / "a.png"
+    result = player(scene, "--screenshot", out, "--json", *CHECKED)
+    assert result.returncode == 0, result.stderr
+    report = json.loads(result.stdout)
+    assert (report["width"], report["height"], report["frames"]) == (96, 54, 1)
+    assert report["resident_bytes"] == report["total_bytes"] > 0
+    assert report["peak_rss_bytes"] > report["resident_bytes"]
+    assert report["screenshots"] == [str(out)]
+    assert report["gl_renderer"]
+    picture = pixels(out)
+    assert picture.shape == (54, 96, 3)
+    assert picture.std() > 10  # not one colour
+    assert [path.name for path in out.parent.iterdir()] == ["a.png"]
+
+
+def test_a_scene_without_any_pass_that_may_be_left_out_still_shows_its_object(
+    player: Player, tmp_path: Path
+) -> None:
+    bare = write_scene(tmp_path / "bare", bare=True)
+    result = player(bare, "--time", 2.5, "--screenshot", tmp_path / "a.png", *CHECKED)
+    assert result.returncode == 0, result.stderr
+    middle = pixels(tmp_path / "a.png")[20:34, 40:56].astype(int)
+    assert (middle[..., 0] > middle[..., 2] + 20).any()  # the box's red squares
+
+
+def test_frames_are_numbered_and_a_thirtieth_of_a_second_apart(
+    player: Player, scene: Path, tmp_path: Path
+) -> None:
+    result = player(scene, "--time", 1, "--frames", 4, "--screenshot", tmp_path / "f.png", "--json")
+    assert result.returncode == 0, result.stderr
+    names = ["f_0000.png", "f_0001.png", "f_0002.png", "f_0003.png"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == names
+    assert json.loads(result.stdout)["frames"] == 4
+    third = player(scene, "--time", 1.1, "--screenshot", tmp_path / "third.png")
+    assert third.returncode == 0, third.stderr
+    # The moment is the same however it was reached; the last bits of the second may differ.
+    difference = np.abs(pixels(tmp_path / "f_0003.png").astype(int) - pixels(tmp_path / "third.png"))
+    assert (difference > 2).mean() < 0.001
+
+
+def test_the_same_moment_is_the_same_picture_every_time(player: Player, scene: Path, tmp_path: Path) -> None:
+    for name in ("a.png", "b.png"):
+        assert player(scene, "--time", 3.25, "--screenshot", tmp_path / name).returncode == 0
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
+def test_the_picture_a_flight_later_differs_only_where_the_sea_and_the_sparkle_moved(
+    player: Player, tmp_path: Path
+) -> None:
+    bare = write_scene(tmp_path / "bare", bare=True)
+    for name, second in (("a.png", 3.0), ("b.png", 13.0), ("c.png", 10003.0)):
+        assert player(bare, "--time", second, "--screenshot", tmp_path / name).returncode == 0
+    assert np.array_equal(pixels(tmp_path / "a.png"), pixels(tmp_path / "b.png"))
+    assert np.array_equal(pixels(tmp_path / "a.png"), pixels(tmp_path / "c.png"))
+
+
+def test_every_pass_can_be_left_out_alone_and_all_at_once(
+    player: Player, scene: Path, tmp_path: Path
+) -> None:
+    told = player("--help").stdout
+    names = told.split("leave passes out: ")[1].split("\n")[0].split(", ")
+    assert {"sky", "shadow", "reflection", "refraction", "terrain", "objects", "water"} <= set(names)
+    for disabled in [*names, ",".join(names)]:
+        result = player(scene, "--disable", disabled, "--screenshot", tmp_path / "a.png", *CHECKED)
+        assert result.returncode == 0, (disabled, result.stderr)
+
+
+def test_streaming_within_the_budget_ends_with_the_same_picture(
+    player: Player, scene: Path, tmp_path: Path
+) -> None:
+    for name, waiting in (("a.png", ["--wait-resident"]), ("b.png", [])):
+        result = player(scene, "--frames", 2, *waiting, "--screenshot", tmp_path / name)
+        assert result.returncode == 0, result.stderr
+    assert (tmp_path / "a_0001.png").read_bytes() == (tmp_path / "b_0001.png").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        ([], "which scene?"),
+        (["--nonsense"], "--nonsense"),
+        (["--bench"], "there is no option --bench"),
+        (["--disable", "sky,ocean"], "ocean: is no pass"),
+        (["--size", "12"], "must be WxH"),
+        (["--frames", "0"], "--frames 0"),
+        (["--time", "soon"], "--time soon"),
+        (["--screenshot", "a.jpg"], ".png"),
+        (["--time"], "needs a value"),
+    ],
+)
+def test_wrong_usage_exits_2_with_one_message(
+    player: Player, scene: Path, arguments: list[str], part: str
+) -> None:
+    refused(player(*([] if arguments == [] else [scene]), *arguments), 2, part, "--help")
+
+
+def test_a_folder_that_is_no_scene_is_refused(player: Player, tmp_path: Path) -> None:
+    refused(player(tmp_path / "none"), 1, "scene.json", "paradize bake")
+    (tmp_path / "scene.json").write_text("{")
+    refused(player(tmp_path), 1, "scene.json", "is no JSON")
+    (tmp_path / "scene.json").write_text('{"format": "paradize-scene", "version": 99}')
+    refused(player(tmp_path), 1, "version: is 99")
+
+
+def test_a_cut_a_foreign_and_a_missing_artifact_are_refused_by_name(player: Player, tmp_path: Path) -> None:
+    scene = write_scene(tmp_path / "scene", bare=True)
+    mesh = scene / "box_mesh.glb"
+    whole = mesh.read_bytes()
+    mesh.write_bytes(whole[:-8])
+    refused(player(scene), 1, "box_mesh.glb", "scene.json says")
+    mesh.write_bytes(b"x" * len(whole))
+    refused(player(scene), 1, "box_mesh.glb", "is no GLB file")
+    mesh.unlink()
+    refused(player(scene), 1, "box_mesh.glb", "No such file")
+
+
+def test_a_picture_that_cannot_be_written_is_an_error(player: Player, scene: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    refused(player(scene, "--screenshot", tmp_path / "file" / "a.png"), 1, "cannot write")
+
+
+def test_missing_shaders_are_told(player: Player, scene: Path, tmp_path: Path) -> None:
+    refused(player(scene, env={"PARADIZE_SHADERS": str(tmp_path / "no")}), 1, "PARADIZE_SHADERS")
+
+
+def test_without_a_display_and_without_headless_the_message_says_what_to_add(scene: Path) -> None:
+    environment = {k: v for k, v in os.environ.items() if k not in {"DISPLAY", "WAYLAND_DISPLAY"}}
+    command = [str(ROOT / "build/bin/paradize-player"), str(scene)]
+    result = subprocess.run(
+        command, capture_output=True, text=True, timeout=60, env=environment | RENDER_ENVIRONMENT
+    )
+    refused(result, 1, "--headless")
+
+
+def test_a_nan_in_the_picture_is_found_and_placed(player: Player, scene: Path, tmp_path: Path) -> None:
+    shaders = tmp_path / "shaders"
+    for source in sorted((ROOT / "shaders").rglob("*.*")):
+        text = source.read_text()
+        if source.name == "sky.frag":
+            last = text.rindex("}")
+            output = text.split("out vec4 ")[1].split(";")[0]
+            text = f"{text[:last]}\n{output} = vec4(sqrt(-abs({output}.x) - 1.0));\n}}\n"
+        target = shaders / source.relative_to(ROOT / "shaders")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(text)
+    result = player(scene, "--check-finite", env={"PARADIZE_SHADERS": str(shaders)})
+    refused(result, 1, "pixel (", "nan")
