@@ -14,7 +14,6 @@ uniform vec2 u_shine;           // specular, smoothness: factors of the gloss ma
 uniform float u_alpha_cutoff;   // 0: opaque
 uniform float u_translucency;
 uniform float u_multisampled;   // 1: alpha becomes coverage; 0: fragments below the cutoff are discarded
-uniform float u_refracting;     // 1 in the refraction view: alpha is the packed depth
 
 in vec3 v_position;
 in vec3 v_normal;

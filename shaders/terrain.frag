@@ -14,7 +14,6 @@ uniform float u_has_effect;
 uniform float u_sand_reference_m; // distance up to which the sand repeats as it was baked
 uniform vec4 u_mix;               // low m, high m, specular, smoothness
 uniform vec3 u_wet;               // up to this many metres above the water, darkness, smoothness
-uniform float u_refracting;       // 1 in the refraction view: alpha is the packed depth
 
 in vec3 v_position;
 in vec3 v_normal;
@@ -58,6 +57,13 @@ void main() {
     float distance_m = distance(eye.xyz, v_position);
     vec2 dx = dFdx(v_uv_sand);
     vec2 dy = dFdy(v_uv_sand);
+    // Seen flat, a pixel covers a long strip of sand. Mips chosen by its length melt the grains away, so the
+    // gradients are shortened towards the strip's middle size, never below a third.
+    float long_axis = max(dot(dx, dx), dot(dy, dy));
+    float short_axis = min(dot(dx, dx), dot(dy, dy));
+    float shorten = max(sqrt(sqrt(short_axis / max(long_axis, 1e-20))), 0.35);
+    dx *= shorten;
+    dy *= shorten;
     SandScale scale = sand_scale(distance_m);
 
     // How much sand: none up to mix_low, all from mix_high.
@@ -68,7 +74,15 @@ void main() {
     }
     vec3 relief = vec3(0.0, 0.0, 1.0);
     if (u_has_effect > 0.5) {
-        albedo += (1.0 - sand_share) * texture(u_effect_color, v_uv_effect).rgb;
+        vec3 effect = texture(u_effect_color, v_uv_effect).rgb;
+        // Where the two mix, the effect map borrows the sand's grain, that is finer than its own texels.
+        float borrowed = safe_smoothstep(u_mix.x, mix(u_mix.x, u_mix.y, 0.25), height);
+        if (borrowed > 0.0) {
+            float mean = luminance(textureLod(u_sand_color, v_uv_sand, 16.0).rgb);
+            float grain = luminance(sand_sample(u_sand_color, scale, dx, dy).rgb) / max(mean, 1e-3);
+            effect *= mix(1.0, clamp(grain, 0.5, 1.6), borrowed);
+        }
+        albedo += (1.0 - sand_share) * effect;
         relief = decode_normal(texture(u_effect_normal, v_uv_effect).rg, 1.0);
     }
     if (u_has_sand_normal > 0.5) {

@@ -83,7 +83,7 @@ void main() {
     // of a mirror: E. Bruneton, F. Neyret, N. Holzschuch, "Real-time Realistic Ocean Lighting", EG 2010.
     float rough = 1.0 - near.x * near.y;
     rough *= rough;
-    vec3 lifted = safe_normalize(vec3(-v.x, abs(v.y) + 0.30, -v.z), vec3(0.0, 1.0, 0.0));
+    vec3 lifted = safe_normalize(vec3(-v.x, abs(v.y) + 0.55, -v.z), vec3(0.0, 1.0, 0.0));
     reflection = mix(reflection, sky_in(lifted), rough);
 
     // The floor: the shaken sample, unless it shows what stands out of the water.
@@ -140,7 +140,7 @@ void main() {
     float edge = u_textures.y > 0.5 ? smoothstep(-0.005, 0.05, depth_straight) : 1.0;
     color = apply_haze(color, v_position);
     // Spray thickens the haze with distance, so that the horizon is nowhere a line.
-    float spray = 1.1 * distance_m * fog.w;
+    float spray = 1.8 * distance_m * fog.w;
     float lost_in_haze = max(1.0 - exp(-spray * spray), smoothstep(0.55 * u_fade_m, 0.95 * u_fade_m, distance_m));
     color = mix(color, haze_color(-v), lost_in_haze);
     fragment = vec4(color, clamp(max(edge, foam), 0.0, 1.0));

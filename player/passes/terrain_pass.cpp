@@ -74,6 +74,11 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
         glEnable(GL_CLIP_DISTANCE0);
         gl::Program::set(clip_at_, glm::vec4(0.0F, 1.0F, 0.0F, 0.3F - file.water->level_m));
     }
+    // The refraction's picture reaches a little up the beach: at the water's edge its coarser pixels must not
+    // show a gap.
+    if (view.kind == ViewKind::refraction && file.water) {
+        gl::Program::set(clip_at_, glm::vec4(0.0F, -1.0F, 0.0F, file.water->level_m + 1.0F));
+    }
     mesh->draw(level);
     if (hidden) {
         glDisable(GL_CLIP_DISTANCE0);

@@ -29,6 +29,8 @@ vec3 sky_specular(vec3 n, vec3 v, float f0, float alpha) {
     return textureLod(u_sky, r, lod).rgb * environment_reflectance(f0, dot(n, v), alpha);
 }
 
+uniform float u_refracting; // 1 in the refraction view: alpha is the packed depth
+
 struct Surface {
     vec3 position;   // metres, world
     vec3 normal;     // unit, as shaded
@@ -66,9 +68,11 @@ vec3 shade(Surface s) {
         sky *= exp(-min(water.rgb * depth * 1.2, vec3(60.0)));
     }
     vec3 color = (s.albedo * front + transmitted * through) * (1.0 / PI) * sun + s.albedo * sky + transmitted * behind;
-    if (s.f0 > 0.0 && !submerged) {
-        color += sun * specular_ggx(s.normal, v, l, s.f0, s.alpha, 16.0);
-        color += sky_specular(s.normal, v, s.f0, s.alpha);
+    // Under water nothing shines; at its very edge the shine passes softly from the sand to the water.
+    float dry = submerged ? (1.0 - smoothstep(0.0, 0.05, depth)) * (1.0 - u_refracting) : 1.0;
+    if (s.f0 > 0.0 && dry > 0.0) {
+        color += dry * sun * specular_ggx(s.normal, v, l, s.f0, s.alpha, 16.0);
+        color += dry * sky_specular(s.normal, v, s.f0, s.alpha);
     }
     return color;
 }
