@@ -60,8 +60,15 @@ def make_color(sources: Sources, settings: Settings, tier: str) -> list[Product]
     """Colour map -> KTX2."""
     from paradize.bake_maps import bake_color
 
-    made = bake_color(sources["image"], alpha=sources.get("alpha"), wrap=settings["wrap"], tier=tier)
-    return [_texture("color", made, tier)]
+    made = bake_color(
+        sources["image"],
+        alpha=sources.get("alpha"),
+        wrap=settings["wrap"],
+        tier=tier,
+        alpha_cutoff=settings["alpha_cutoff"],
+        uv=sources.get("layout"),
+    )
+    return [_texture("color", made)]
 
 
 def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
@@ -80,7 +87,7 @@ def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         uv=sources.get("layout"),
         gloss_groups=settings.get("gloss_groups") or None,
     )
-    return [_texture(name, made[name], tier) for name in settings["only"]]
+    return [_texture(name, made[name]) for name in settings["only"]]
 
 
 def make_cubemap(sources: Sources, settings: Settings, tier: str) -> list[Product]:
@@ -88,7 +95,7 @@ def make_cubemap(sources: Sources, settings: Settings, tier: str) -> list[Produc
     from paradize.bake_maps import bake_cubemap
 
     made = bake_cubemap([sources[f"face{i}"] for i in range(6)])
-    return [_texture("sky", made, tier)]
+    return [_texture("sky", made)]
 
 
 def make_sound(sources: Sources, settings: Settings, tier: str) -> list[Product]:
@@ -107,9 +114,9 @@ def make_flight(sources: Sources, settings: Settings, tier: str) -> list[Product
     return [Product("flight", b"", "", tier, errors)]
 
 
-def _texture(name: str, made: Any, tier: str) -> Product:
-    errors = {} if made.metric is None else {made.metric: _six(made.error)}
-    return Product(name, made.data, "ktx2", getattr(made, "tier", tier), errors, list(made.warnings))
+def _texture(name: str, made: Any) -> Product:
+    errors = {metric: _six(value) for metric, value in made.errors.items()}
+    return Product(name, made.data, "ktx2", made.tier, errors, list(made.warnings))
 
 
 def _six(value: float) -> float:

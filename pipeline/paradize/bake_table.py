@@ -23,9 +23,9 @@ def table(rows: Sequence[Sequence[str]], head: Sequence[str] = HEAD) -> str:
 
 
 def errors_text(errors: dict[str, float], budget: dict[str, float]) -> str:
-    """`metric value / budget`, for each metric; the budget where there is one."""
-    parts = []
-    for metric, value in errors.items():
-        limit = f" / {budget[metric]:g}" if metric in budget else ""
-        parts.append(f"{metric} {value:.3g}{limit}")
-    return ", ".join(parts) or "-"
+    """`metric value / budget` for each metric that has a budget; the first metric alone where none has."""
+    parts = [
+        f"{metric} {errors[metric]:.3g} / {limit:g}" for metric, limit in budget.items() if metric in errors
+    ]
+    first = [f"{metric} {value:.3g}" for metric, value in errors.items()][:1]
+    return ", ".join(parts or first) or "-"

@@ -27,7 +27,7 @@ class Want:
 
 @dataclass(frozen=True)
 class Order:
-    """One task that makes some artifacts: a maker (see bake_makers.py), its sources and its settings (JSON)."""
+    """One task that makes some artifacts: a maker (see bake_makers.py), its sources and settings (JSON)."""
 
     name: str
     maker: str
@@ -70,9 +70,16 @@ def require(scene: Scene, colors: dict[str, Path]) -> Requirements:
     return found
 
 
-def _color(found: Requirements, name: str, sources: dict[str, Path], wrap: str, reason: str) -> None:
+def _color(
+    found: Requirements,
+    name: str,
+    sources: dict[str, Path],
+    wrap: str,
+    reason: str,
+    alpha_cutoff: float = 0.5,
+) -> None:
     want = Want(f"{name}_color", "texture", "color", reason)
-    found.add(f"{name} colour", "color", sources, [want], wrap=wrap)
+    found.add(f"{name} colour", "color", sources, [want], wrap=wrap, alpha_cutoff=alpha_cutoff)
 
 
 def _terrain(found: Requirements, terrain: Terrain) -> None:
@@ -141,7 +148,10 @@ def _object(found: Requirements, item: SceneObject, color: Path) -> None:
         atlas=item.atlas,
     )
     alpha = {"alpha": item.alpha} if item.alpha else {}
-    _color(found, name, {"image": color, **alpha}, item.wrap, f"the object {name}")
+    layout = {"layout": item.mesh} if item.wrap == "clamp" and not item.atlas else {}
+    cutoffs = [material.alpha_cutoff for material in item.materials.values() if material.alpha_cutoff > 0.0]
+    sources = {"image": color, **alpha, **layout}
+    _color(found, name, sources, item.wrap, f"the object {name}", min(cutoffs, default=0.5))
     maps = []
     if item.strength > 0.0:
         maps.append(Want(f"{name}_normal", "texture", "normal", f"bumps on {name}"))
@@ -154,12 +164,12 @@ def _object(found: Requirements, item: SceneObject, color: Path) -> None:
     found.add(
         f"{name} maps",
         "maps",
-        {"image": color, "layout": item.mesh},
+        {"image": color, **layout},
         maps,
         source="color",
         strength=item.strength,
         wrap=item.wrap,
-        gloss_groups=list(item.gloss_groups),
+        gloss_groups=list(item.gloss_groups) if layout else [],
     )
 
 

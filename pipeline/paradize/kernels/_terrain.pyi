@@ -1,0 +1,6 @@
+import numpy as np
+import numpy.typing as npt
+
+def refine(
+    heights: npt.NDArray[np.float32], tolerance: float
+) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]: ...
