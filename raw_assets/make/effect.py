@@ -157,16 +157,16 @@ def strew(ground: Ground, height: Array) -> None:
         ground.stamp(point, radius + 1.5, shade, 0.015, strokes.fragment(radius))
     for point, pick in scatter(1.4, 95, 0.32 * line + 0.05 * beach):
         shade = hex_color(SHELLS[int(pick[1] * len(SHELLS))])
-        radius = (0.16 + 0.16 * pick[0] ** 2) / TEXEL_M
+        radius = (0.11 + 0.11 * pick[0] ** 2) / TEXEL_M
         ground.stamp(point, 4.0 * radius, HOLLOW, 0.02, strokes.hollow(1.6 * radius, 0.22))
-        ground.stamp(point, 2.2 * radius + 1, shade, 0.07, strokes.shell(radius, 6.28 * pick[2], 9))
+        ground.stamp(point, 2.2 * radius + 1, shade, 0.05, strokes.shell(radius, 6.28 * pick[2], 9))
     sea = smoothstep(-0.25, -0.6, height) * smoothstep(-4.2, -2.4, height)
     for point, pick in scatter(4.4, 97, 0.26 * sea):
         shade = hex_color(STARS[int(pick[1] * len(STARS))])
-        radius = (0.36 + 0.30 * pick[0]) / TEXEL_M
+        radius = (0.27 + 0.24 * pick[0]) / TEXEL_M
         ground.stamp(point, 2.6 * radius, HOLLOW, 0.025, strokes.hollow(0.9 * radius, 0.32))
         turn, bend = 6.28 * pick[2], 0.9 * (pick[3] - 0.5)
-        ground.stamp(point, 1.1 * radius + 1, shade, 0.085, strokes.starfish(radius, turn, bend))
+        ground.stamp(point, 1.1 * radius + 1, shade, 0.065, strokes.starfish(radius, turn, bend))
 
 
 @cache
