@@ -78,7 +78,7 @@ Surroundings::Surroundings(const PassSetup &setup, const gl::Program &program)
     water_glow_at_ = program.location("u_water_glow");
     water_scatter_at_ = program.location("u_water_scatter");
     clip_plane_at_ = program.location("u_clip_plane");
-    refraction_at_ = program.location("u_index");
+    index_at_ = program.location("u_index");
     refracting_at_ = program.location("u_refracting");
     if (const StreamedTexture *sky = setup.scene.texture(setup.scene.file().sky)) {
         // The mip with two texels an edge, and a little coarser.
@@ -132,7 +132,7 @@ void Surroundings::apply(const Frame &frame, const View &view) const {
     down.y = std::sqrt(std::max(0.0F, 1.0F - down.x * down.x - down.z * down.z));
     gl::Program::set(sun_refracted_at_, down);
     gl::Program::set(clip_plane_at_, clip_plane);
-    gl::Program::set(refraction_at_, refracting ? water_refraction : 1.0F);
+    gl::Program::set(index_at_, refracting ? water_refraction : 1.0F);
     gl::Program::set(refracting_at_, refracting ? 1.0F : 0.0F);
 }
 

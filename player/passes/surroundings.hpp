@@ -47,7 +47,7 @@ class Surroundings {
     int shadow_radius_at_ = -1, shadow_blur_m_at_ = -1;
     int wave_rows_at_ = -1, wave_offsets_at_ = -1, caustics_at_ = -1;
     int sun_refracted_at_ = -1, water_glow_at_ = -1, water_scatter_at_ = -1;
-    int clip_plane_at_ = -1, refraction_at_ = -1, refracting_at_ = -1;
+    int clip_plane_at_ = -1, index_at_ = -1, refracting_at_ = -1;
 };
 
 /// Light from all sides inside the water, linear: what an eye below the surface sees far away.
