@@ -1,6 +1,6 @@
 #include "assets/scene_file.hpp"
 
-#include "assets/json_reader.hpp"
+#include "assets/scene_fields.hpp"
 #include "error.hpp"
 
 #include <algorithm>
@@ -9,29 +9,6 @@
 namespace paradize::assets {
 
 namespace {
-
-constexpr double far_m = 1e7;  // no length or coordinate of a scene is larger
-constexpr double bright = 1e7; // no radiance is larger
-constexpr std::size_t most_entries = 100000;
-constexpr double quarter_turns = 1e3;
-
-float real(const JsonObject &from, std::string_view key, double low, double high) {
-    return static_cast<float>(from.number(key, low, high));
-}
-
-float real_or(const JsonObject &from, std::string_view key, double low, double high, float otherwise) {
-    return static_cast<float>(from.number_or(key, low, high, static_cast<double>(otherwise)));
-}
-
-glm::vec2 pair(const JsonObject &from, std::string_view key, double low, double high) {
-    const std::vector<double> v = from.numbers(key, 2, low, high);
-    return {static_cast<float>(v[0]), static_cast<float>(v[1])};
-}
-
-glm::vec3 triple(const JsonObject &from, std::string_view key, double low, double high) {
-    const std::vector<double> v = from.numbers(key, 3, low, high);
-    return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
-}
 
 class SceneReader {
   public:
@@ -52,9 +29,10 @@ class SceneReader {
         light();
         terrain();
         water();
-        objects();
-        particles();
-        flight();
+        read_objects(root_, out_);
+        read_particles(root_, out_);
+        read_sound(root_, out_);
+        read_flight(root_, out_);
         root_.ignore({"budget"}); // for `paradize check`
         root_.done();
     }
@@ -116,26 +94,6 @@ class SceneReader {
         }
     }
 
-    /// The artifact that `key` names, of this kind; empty when the member is absent or null.
-    std::string maybe(const JsonObject &from, std::string_view key, ArtifactKind kind) const {
-        std::string name = from.text_or(key, "");
-        if (!name.empty()) {
-            const Artifact *artifact = out_.find_artifact(name);
-            if (artifact == nullptr || artifact->kind != kind) {
-                from.fail(key, "names \"" + name + "\", which is no artifact of the right kind");
-            }
-        }
-        return name;
-    }
-
-    std::string needed(const JsonObject &from, std::string_view key, ArtifactKind kind) const {
-        std::string name = maybe(from, key, kind);
-        if (name.empty()) {
-            from.fail(key, "is missing");
-        }
-        return name;
-    }
-
     void light() {
         const JsonObject sun = root_.object("sun");
         out_.sun.direction = triple(sun, "direction", -1.001, 1.001);
@@ -158,7 +116,7 @@ class SceneReader {
             fog->done();
         }
         if (const auto sky = root_.object_or_none("sky")) {
-            out_.sky = needed(*sky, "cubemap", ArtifactKind::cubemap);
+            out_.sky = needed_artifact(out_, *sky, "cubemap", ArtifactKind::cubemap);
             sky->done();
         }
         if (const auto shadow = root_.object_or_none("shadow")) {
@@ -186,11 +144,11 @@ class SceneReader {
             return;
         }
         Terrain value;
-        value.mesh = needed(*from, "mesh", ArtifactKind::mesh);
-        value.sand_color = needed(*from, "sand_color", ArtifactKind::texture);
-        value.sand_normal = maybe(*from, "sand_normal", ArtifactKind::texture);
-        value.effect_color = maybe(*from, "effect_color", ArtifactKind::texture);
-        value.effect_normal = maybe(*from, "effect_normal", ArtifactKind::texture);
+        value.mesh = needed_artifact(out_, *from, "mesh", ArtifactKind::mesh);
+        value.sand_color = needed_artifact(out_, *from, "sand_color", ArtifactKind::texture);
+        value.sand_normal = maybe_artifact(out_, *from, "sand_normal", ArtifactKind::texture);
+        value.effect_color = maybe_artifact(out_, *from, "effect_color", ArtifactKind::texture);
+        value.effect_normal = maybe_artifact(out_, *from, "effect_normal", ArtifactKind::texture);
         value.sand_repeat = real(*from, "sand_repeat", 1e-3, 1e6);
         value.mix_low_m = real(*from, "mix_low_m", -far_m, far_m);
         value.mix_high_m = real(*from, "mix_high_m", -far_m, far_m);
@@ -211,8 +169,8 @@ class SceneReader {
             return;
         }
         Water value;
-        value.normal = needed(*from, "normal", ArtifactKind::texture);
-        value.dudv = needed(*from, "dudv", ArtifactKind::texture);
+        value.normal = needed_artifact(out_, *from, "normal", ArtifactKind::texture);
+        value.dudv = needed_artifact(out_, *from, "dudv", ArtifactKind::texture);
         value.level_m = real(*from, "level_m", -far_m, far_m);
         value.size_m = real(*from, "size_m", 1e-3, far_m);
         value.tile = real(*from, "tile", 1e-4, 1e6);
@@ -226,126 +184,6 @@ class SceneReader {
         value.smoothness = real(*from, "smoothness", 0.0, 1.0);
         from->done();
         out_.water = value;
-    }
-
-    void objects() {
-        if (!root_.has("objects")) {
-            return;
-        }
-        for (const JsonObject &from : root_.objects("objects", most_entries)) {
-            Object value;
-            value.name = from.text("name");
-            value.mesh = needed(from, "mesh", ArtifactKind::mesh);
-            value.color = maybe(from, "color", ArtifactKind::texture);
-            value.normal = maybe(from, "normal", ArtifactKind::texture);
-            value.height = maybe(from, "height", ArtifactKind::texture);
-            value.gloss = maybe(from, "gloss", ArtifactKind::texture);
-            value.center = triple(from, "center", -far_m, far_m);
-            value.radius_m = real(from, "radius_m", 0.0, far_m);
-            for (const JsonObject &lod : from.objects("lods", 64)) {
-                value.lods.push_back({lod.text("node"), real(lod, "error_m", 0.0, far_m)});
-                lod.done();
-            }
-            if (const auto materials = from.object_or_none("materials")) {
-                for (const std::string &name : materials->names()) {
-                    value.materials.push_back(material(materials->object(name), name));
-                }
-            }
-            for (const JsonObject &at : from.objects("instances", most_entries)) {
-                Placement placement;
-                placement.position = triple(at, "position", -far_m, far_m);
-                placement.yaw_rad = real_or(at, "yaw_rad", -quarter_turns, quarter_turns, 0.0F);
-                placement.scale = real_or(at, "scale", 1e-6, 1e6, 1.0F);
-                at.done();
-                value.instances.push_back(placement);
-            }
-            from.done();
-            out_.objects.push_back(std::move(value));
-        }
-    }
-
-    static Material material(const JsonObject &from, const std::string &name) {
-        Material value;
-        value.name = name;
-        value.parallax_scale = real_or(from, "parallax_scale", 0.0, 10.0, value.parallax_scale);
-        value.parallax_bias = real_or(from, "parallax_bias", -10.0, 10.0, value.parallax_bias);
-        value.specular = real_or(from, "specular", 0.0, 1e3, value.specular);
-        value.smoothness = real_or(from, "smoothness", 0.0, 1.0, value.smoothness);
-        value.two_sided = from.boolean_or("two_sided", value.two_sided);
-        value.alpha_cutoff = real_or(from, "alpha_cutoff", 0.0, 1.0, value.alpha_cutoff);
-        from.done();
-        return value;
-    }
-
-    void particles() {
-        if (root_.has("particles")) {
-            for (const JsonObject &from : root_.objects("particles", 1000)) {
-                ParticleField value;
-                value.name = from.text("name");
-                value.center = triple(from, "center", -far_m, far_m);
-                value.radius_m = real(from, "radius_m", 0.0, far_m);
-                value.count = static_cast<int>(from.integer("count", 1, 1000000));
-                value.size_m = pair(from, "size_m", 0.0, 1e4);
-                value.life_per_s = pair(from, "life_per_s", 1e-6, 1e4);
-                value.threshold = real(from, "threshold", 0.0, 1.0);
-                value.color = triple(from, "color", 0.0, bright);
-                from.done();
-                out_.particles.push_back(std::move(value));
-            }
-        }
-        if (const auto sound = root_.object_or_none("sound")) {
-            out_.sound = Sound{needed(*sound, "artifact", ArtifactKind::sound),
-                               real_or(*sound, "volume", 0.0, 1.0, 1.0F)};
-            sound->done();
-        }
-    }
-
-    static glm::dvec4 cubic(const std::vector<double> &v) { return {v[0], v[1], v[2], v[3]}; }
-
-    void flight() {
-        const JsonObject from = root_.object("flight");
-        Flight &value = out_.flight;
-        value.duration_s = from.number("duration_s", 1e-3, 1e6);
-        value.fov_rad = real(from, "fov_rad", 1e-3, 3.1);
-        value.near_m = real(from, "near_m", 1e-5, far_m);
-        value.far_m = real(from, "far_m", 1e-4, 10.0 * far_m);
-        if (value.near_m >= value.far_m) {
-            from.fail("near_m", "must be smaller than far_m");
-        }
-        for (const JsonObject &part : from.objects("segments", most_entries)) {
-            FlightSegment segment;
-            const auto eye = part.rows("eye", 3, 4, -far_m, far_m);
-            const auto target = part.rows("target", 3, 4, -far_m, far_m);
-            if (eye.size() != 3 || target.size() != 3) {
-                part.fail("eye", "and target must have three rows: x, y, z");
-            }
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                segment.eye[axis] = cubic(eye[axis]);
-                segment.target[axis] = cubic(target[axis]);
-            }
-            segment.roll = cubic(part.numbers("roll", 4, -quarter_turns, quarter_turns));
-            part.done();
-            value.segments.push_back(segment);
-        }
-        if (value.segments.empty()) {
-            from.fail("segments", "are missing");
-        }
-        const auto last = static_cast<double>(value.segments.size());
-        for (const std::vector<double> &row : from.rows("time_table", 1000000, 3, -1e9, 1e9)) {
-            value.time_table.push_back({row[0], row[1], row[2]});
-        }
-        const std::vector<TimeKnot> &table = value.time_table;
-        for (std::size_t i = 1; i < table.size(); ++i) {
-            if (!(table[i].time_s > table[i - 1].time_s) || table[i].position < table[i - 1].position) {
-                from.fail("time_table", "row " + std::to_string(i) + " does not rise");
-            }
-        }
-        if (table.size() < 2 || table.front().time_s != 0.0 || table.front().position < 0.0 ||
-            std::abs(table.back().time_s - value.duration_s) > 1e-3 || table.back().position > last + 1e-6) {
-            from.fail("time_table", "must lead from second 0 to duration_s and stay within the segments");
-        }
-        from.ignore({"waypoint_u", "errors"}); // how well the path was made
-        from.done();
     }
 
     const JsonObject &root_;

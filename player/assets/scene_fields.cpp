@@ -1,0 +1,44 @@
+#include "assets/scene_fields.hpp"
+
+namespace paradize::assets {
+
+float real(const JsonObject &from, std::string_view key, double low, double high) {
+    return static_cast<float>(from.number(key, low, high));
+}
+
+float real_or(const JsonObject &from, std::string_view key, double low, double high, float otherwise) {
+    return static_cast<float>(from.number_or(key, low, high, static_cast<double>(otherwise)));
+}
+
+glm::vec2 pair(const JsonObject &from, std::string_view key, double low, double high) {
+    const std::vector<double> v = from.numbers(key, 2, low, high);
+    return {static_cast<float>(v[0]), static_cast<float>(v[1])};
+}
+
+glm::vec3 triple(const JsonObject &from, std::string_view key, double low, double high) {
+    const std::vector<double> v = from.numbers(key, 3, low, high);
+    return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+std::string maybe_artifact(const SceneFile &scene, const JsonObject &from, std::string_view key,
+                           ArtifactKind kind) {
+    std::string name = from.text_or(key, "");
+    if (!name.empty()) {
+        const Artifact *artifact = scene.find_artifact(name);
+        if (artifact == nullptr || artifact->kind != kind) {
+            from.fail(key, "names \"" + name + "\", which is no artifact of the right kind");
+        }
+    }
+    return name;
+}
+
+std::string needed_artifact(const SceneFile &scene, const JsonObject &from, std::string_view key,
+                            ArtifactKind kind) {
+    std::string name = maybe_artifact(scene, from, key, kind);
+    if (name.empty()) {
+        from.fail(key, "is missing");
+    }
+    return name;
+}
+
+} // namespace paradize::assets

@@ -1,0 +1,31 @@
+#pragma once
+// What the readers of scene.json's parts share: numbers as floats and vectors, references to artifacts.
+
+#include "assets/json_reader.hpp"
+#include "assets/scene_file.hpp"
+
+namespace paradize::assets {
+
+inline constexpr double far_m = 1e7;  // no length or coordinate of a scene is larger
+inline constexpr double bright = 1e7; // no radiance is larger
+inline constexpr std::size_t most_entries = 100000;
+
+float real(const JsonObject &from, std::string_view key, double low, double high);
+float real_or(const JsonObject &from, std::string_view key, double low, double high, float otherwise);
+glm::vec2 pair(const JsonObject &from, std::string_view key, double low, double high);
+glm::vec3 triple(const JsonObject &from, std::string_view key, double low, double high);
+
+/// The artifact that `key` names, of this kind; empty when the member is absent or null.
+std::string maybe_artifact(const SceneFile &scene, const JsonObject &from, std::string_view key,
+                           ArtifactKind kind);
+/// The same, and an error when it is absent or null.
+std::string needed_artifact(const SceneFile &scene, const JsonObject &from, std::string_view key,
+                            ArtifactKind kind);
+
+// In scene_things.cpp; each reads its members of the root into `out`, whose artifacts are known already.
+void read_objects(const JsonObject &root, SceneFile &out);
+void read_particles(const JsonObject &root, SceneFile &out);
+void read_sound(const JsonObject &root, SceneFile &out);
+void read_flight(const JsonObject &root, SceneFile &out);
+
+} // namespace paradize::assets

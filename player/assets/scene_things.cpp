@@ -1,0 +1,138 @@
+#include "assets/scene_fields.hpp"
+
+#include <cmath>
+
+namespace paradize::assets {
+
+namespace {
+
+constexpr double most_turn_rad = 1e3;
+
+Material material(const JsonObject &from, const std::string &name) {
+    Material value;
+    value.name = name;
+    value.parallax_scale = real_or(from, "parallax_scale", 0.0, 10.0, value.parallax_scale);
+    value.parallax_bias = real_or(from, "parallax_bias", -10.0, 10.0, value.parallax_bias);
+    value.specular = real_or(from, "specular", 0.0, 1e3, value.specular);
+    value.smoothness = real_or(from, "smoothness", 0.0, 1.0, value.smoothness);
+    value.two_sided = from.boolean_or("two_sided", value.two_sided);
+    value.alpha_cutoff = real_or(from, "alpha_cutoff", 0.0, 1.0, value.alpha_cutoff);
+    from.done();
+    return value;
+}
+
+glm::dvec4 cubic(const std::vector<double> &v) {
+    return {v[0], v[1], v[2], v[3]};
+}
+
+} // namespace
+
+void read_objects(const JsonObject &root, SceneFile &out) {
+    if (!root.has("objects")) {
+        return;
+    }
+    for (const JsonObject &from : root.objects("objects", most_entries)) {
+        Object value;
+        value.name = from.text("name");
+        value.mesh = needed_artifact(out, from, "mesh", ArtifactKind::mesh);
+        value.color = maybe_artifact(out, from, "color", ArtifactKind::texture);
+        value.normal = maybe_artifact(out, from, "normal", ArtifactKind::texture);
+        value.height = maybe_artifact(out, from, "height", ArtifactKind::texture);
+        value.gloss = maybe_artifact(out, from, "gloss", ArtifactKind::texture);
+        value.center = triple(from, "center", -far_m, far_m);
+        value.radius_m = real(from, "radius_m", 0.0, far_m);
+        for (const JsonObject &lod : from.objects("lods", 64)) {
+            value.lods.push_back({lod.text("node"), real(lod, "error_m", 0.0, far_m)});
+            lod.done();
+        }
+        if (const auto materials = from.object_or_none("materials")) {
+            for (const std::string &name : materials->names()) {
+                value.materials.push_back(material(materials->object(name), name));
+            }
+        }
+        for (const JsonObject &at : from.objects("instances", most_entries)) {
+            Placement placement;
+            placement.position = triple(at, "position", -far_m, far_m);
+            placement.yaw_rad = real_or(at, "yaw_rad", -most_turn_rad, most_turn_rad, 0.0F);
+            placement.scale = real_or(at, "scale", 1e-6, 1e6, 1.0F);
+            at.done();
+            value.instances.push_back(placement);
+        }
+        from.done();
+        out.objects.push_back(std::move(value));
+    }
+}
+
+void read_particles(const JsonObject &root, SceneFile &out) {
+    if (root.has("particles")) {
+        for (const JsonObject &from : root.objects("particles", 1000)) {
+            ParticleField value;
+            value.name = from.text("name");
+            value.center = triple(from, "center", -far_m, far_m);
+            value.radius_m = real(from, "radius_m", 0.0, far_m);
+            value.count = static_cast<int>(from.integer("count", 1, 1000000));
+            value.size_m = pair(from, "size_m", 0.0, 1e4);
+            value.life_per_s = pair(from, "life_per_s", 1e-6, 1e4);
+            value.threshold = real(from, "threshold", 0.0, 1.0);
+            value.color = triple(from, "color", 0.0, bright);
+            from.done();
+            out.particles.push_back(std::move(value));
+        }
+    }
+}
+
+void read_sound(const JsonObject &root, SceneFile &out) {
+    if (const auto sound = root.object_or_none("sound")) {
+        out.sound = Sound{needed_artifact(out, *sound, "artifact", ArtifactKind::sound),
+                          real_or(*sound, "volume", 0.0, 1.0, 1.0F)};
+        sound->done();
+    }
+}
+
+void read_flight(const JsonObject &root, SceneFile &out) {
+    const JsonObject from = root.object("flight");
+    Flight &value = out.flight;
+    value.duration_s = from.number("duration_s", 1e-3, 1e6);
+    value.fov_rad = real(from, "fov_rad", 1e-3, 3.1);
+    value.near_m = real(from, "near_m", 1e-5, far_m);
+    value.far_m = real(from, "far_m", 1e-4, 10.0 * far_m);
+    if (value.near_m >= value.far_m) {
+        from.fail("near_m", "must be smaller than far_m");
+    }
+    for (const JsonObject &part : from.objects("segments", most_entries)) {
+        FlightSegment segment;
+        const auto eye = part.rows("eye", 3, 4, -far_m, far_m);
+        const auto target = part.rows("target", 3, 4, -far_m, far_m);
+        if (eye.size() != 3 || target.size() != 3) {
+            part.fail("eye", "and target must have three rows: x, y, z");
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            segment.eye[axis] = cubic(eye[axis]);
+            segment.target[axis] = cubic(target[axis]);
+        }
+        segment.roll = cubic(part.numbers("roll", 4, -most_turn_rad, most_turn_rad));
+        part.done();
+        value.segments.push_back(segment);
+    }
+    if (value.segments.empty()) {
+        from.fail("segments", "are missing");
+    }
+    const auto last = static_cast<double>(value.segments.size());
+    for (const std::vector<double> &row : from.rows("time_table", 1000000, 3, -1e9, 1e9)) {
+        value.time_table.push_back({row[0], row[1], row[2]});
+    }
+    const std::vector<TimeKnot> &table = value.time_table;
+    for (std::size_t i = 1; i < table.size(); ++i) {
+        if (!(table[i].time_s > table[i - 1].time_s) || table[i].position < table[i - 1].position) {
+            from.fail("time_table", "row " + std::to_string(i) + " does not rise");
+        }
+    }
+    if (table.size() < 2 || table.front().time_s != 0.0 || table.front().position < 0.0 ||
+        std::abs(table.back().time_s - value.duration_s) > 1e-3 || table.back().position > last + 1e-6) {
+        from.fail("time_table", "must lead from second 0 to duration_s and stay within the segments");
+    }
+    from.ignore({"waypoint_u", "errors"}); // how well the path was made
+    from.done();
+}
+
+} // namespace paradize::assets
