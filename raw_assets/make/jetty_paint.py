@@ -97,7 +97,7 @@ def paint_plank(k: int) -> Floats:
     pores = step(0.30, 0.75, noise(x * 34.0, bent * 1500.0, seed + 6))
     cloud = fbm(x * 2.2, q * 14.0, seed + 7, 4)
     wear = step(-0.2, 0.5, fbm(x * 3.1, q * 9.0, seed + 8, 3))
-    light = 0.48 + (0.12 + 0.16 * wear) * (late * strong - 0.35) + 0.20 * fibre - 0.14 * pores + 0.15 * cloud
+    light = 0.54 + (0.12 + 0.16 * wear) * (late * strong - 0.35) + 0.20 * fibre - 0.14 * pores + 0.15 * cloud
     light += 0.10 * (r[5] - 0.5)
     color = ramp(WOOD, light)
     # each plank its own age: silvered, brown, or rosy

@@ -49,7 +49,7 @@ class Frond:
 FRONDS = (
     Frond(11, ["#31510f", "#4d7318", "#6f9428", "#93b244"], "#b6b65a", "#c3c46c", 54, 0.00, 0.08),
     Frond(23, ["#27430f", "#3d6118", "#5a7d24", "#7b9a3a"], "#a8a04c", "#b3ad62", 50, 0.05, 0.16),
-    Frond(37, ["#54461c", "#7b6a2c", "#9c8842", "#bda765"], "#8a6538", "#c2a873", 44, 0.16, 0.34),
+    Frond(37, ["#4c4029", "#6f6040", "#8f7d58", "#b09c76"], "#7d6448", "#b8a684", 44, 0.16, 0.34),
 )
 
 
@@ -93,7 +93,7 @@ def paint_frond(frond: Frond) -> tuple[Floats, Floats]:
                 if reach < 3.0:
                     continue
                 rise = limit
-            thick = (5.4 + 2.6 * r[6]) * scale * (1.0 - 0.42 * s)
+            thick = (4.5 + 2.0 * r[6]) * scale * (1.0 - 0.42 * s)
             low = max(0, int(gutter * scale + length - start - rise - thick * 2))
             high = min(height, int(gutter * scale + length - start + thick * 2) + 1)
             columns = slice(width // 2, width) if side > 0 else slice(0, width // 2)
