@@ -1,0 +1,132 @@
+"""Promises of the block compressors, judged by a decoder in numpy that shares nothing with them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from paradize.data import Texture
+from paradize.kernels import bcn
+from paradize.metrics.psnr import psnr_db
+from paradize.metrics.texels import decode_texels
+from paradize.readers.image import read_image
+
+
+def decoded(name: str, data: bytes, height: int, width: int) -> np.ndarray:
+    return decode_texels(Texture(name, width, height, (data,)))
+
+
+def as_dds(fourcc: bytes, data: bytes, height: int, width: int) -> bytes:
+    """The blocks as a DDS file, for another decoder to read."""
+    head = np.zeros(32, "<u4")
+    head[0] = int.from_bytes(b"DDS ", "little")
+    head[1:8] = [124, 0x81007, height, width, len(data), 0, 1]
+    head[19:22] = [32, 4, int.from_bytes(fourcc, "little")]
+    head[27] = 0x1000
+    return head.tobytes() + data
+
+
+@pytest.mark.parametrize(
+    ("fourcc", "name", "channels"),
+    [
+        (b"DXT1", "BC1_RGB_UNORM", 3),
+        (b"DXT5", "BC3_UNORM", 4),
+        (b"ATI1", "BC4_UNORM", 1),
+        (b"ATI2", "BC5_UNORM", 2),
+    ],
+)
+def test_our_decoder_agrees_with_openimageios(
+    tmp_path: Path, fourcc: bytes, name: str, channels: int
+) -> None:
+    rng = np.random.default_rng(8)
+    size = {"BC1_RGB_UNORM": 8, "BC4_UNORM": 8}.get(name, 16)
+    data = rng.integers(0, 256, 16 * size, dtype=np.uint8).tobytes()
+    path = tmp_path / "a.dds"
+    path.write_bytes(as_dds(fourcc, data, 16, 16))
+    hints = oiio.ImageSpec()
+    hints.attribute("oiio:UnassociatedAlpha", 1)
+    source = oiio.ImageInput.open(str(path), hints)
+    assert source is not None, oiio.geterror()
+    theirs = source.read_image(0, 0, 0, source.spec().nchannels, oiio.FLOAT).reshape(16, 16, -1)
+    ours = decoded(name, data, 16, 16)
+    assert np.abs(theirs[:, :, :channels] - ours[:, :, :channels]).max() < 2.1 / 255  # they round in between
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.integers(0, 255), st.integers(0, 255), st.integers(0, 255), st.integers(0, 255))
+def test_a_block_of_one_colour_is_as_near_as_bc1_can_be(red: int, green: int, blue: int, alpha: int) -> None:
+    block = np.full((4, 4, 4), (red, green, blue, alpha), np.uint8)
+    found = decoded("BC3_UNORM", bcn.encode_bc3(block), 4, 4) * 255
+    assert np.abs(found - block).max(axis=(0, 1))[3] < 1e-4
+    assert (np.abs(found - block).max(axis=(0, 1))[:3] <= [2.01, 1.01, 2.01]).all()
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.floats(-1, 1), st.floats(0, 2), st.integers(0, 1000))
+def test_bc4_stays_within_its_step(low: float, width: float, seed: int) -> None:
+    values = (low + width * np.random.default_rng(seed).random((4, 4, 1))).clip(-1, 1).astype(np.float32)
+    spread = float(values.max() - values.min())
+    found = decoded("BC5_SNORM", bcn.encode_values(values.repeat(2, 2), signed=True), 4, 4)
+    assert np.abs(found - values).max() <= spread / 14 + 1.01 / 127
+
+
+def test_zero_is_exact_in_signed_blocks() -> None:
+    found = decoded("BC5_SNORM", bcn.encode_values(np.zeros((8, 8, 2), np.float32), signed=True), 8, 8)
+    assert (found == 0).all()
+
+
+def test_values_at_the_ends_of_the_range_use_the_other_mode() -> None:
+    values = np.full((4, 4, 1), 0.5, np.float32)
+    values[0, :2], values[3, :2] = 0, 1
+    values[1] += 0.02
+    found = decoded("BC4_UNORM", bcn.encode_values(values, signed=False), 4, 4)
+    assert np.abs(found - values).max() < 1 / 255
+    data = bcn.encode_values(values, signed=False)
+    assert data[0] <= data[1]
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.integers(1, 9), st.integers(1, 9))
+def test_sizes_that_blocks_do_not_divide_repeat_the_edge(height: int, width: int) -> None:
+    rng = np.random.default_rng(height * 10 + width)
+    rgba = rng.integers(0, 256, (height, width, 4), dtype=np.uint8)
+    padded = np.pad(rgba, ((0, -height % 4), (0, -width % 4), (0, 0)), mode="edge")
+    assert bcn.encode_bc3(rgba) == bcn.encode_bc3(padded)
+    values = rng.random((height, width, 2), np.float32)
+    wide = np.pad(values, ((0, -height % 4), (0, -width % 4), (0, 0)), mode="edge")
+    assert bcn.encode_values(values, signed=False) == bcn.encode_values(wide, signed=False)
+
+
+def test_one_thread_and_many_give_the_same_blocks() -> None:
+    rng = np.random.default_rng(9)
+    rgba = rng.integers(0, 256, (36, 20, 4), dtype=np.uint8)
+    values = rng.random((36, 20, 2), np.float32)
+    assert bcn.encode_bc1(rgba, threads=1) == bcn.encode_bc1(rgba, threads=5)
+    assert bcn.encode_bc3(rgba, threads=1) == bcn.encode_bc3(rgba, threads=5)
+    assert bcn.encode_values(values, signed=True, threads=1) == bcn.encode_values(
+        values, signed=True, threads=5
+    )
+
+
+def test_a_photograph_keeps_its_quality(corpus: Path) -> None:
+    pixels = read_image(corpus / "images/png-image-rs/kodim02.png").pixels[:512, :768]
+    rgba = np.dstack([np.rint(pixels * 255), np.full(pixels.shape[:2], 255)]).astype(np.uint8)
+    bc1 = decoded("BC1_RGB_UNORM", bcn.encode_bc1(rgba), *rgba.shape[:2])
+    assert psnr_db(bc1, pixels) > 36.5
+    green = np.ascontiguousarray(pixels[:, :, 1:2])
+    bc4 = decoded("BC4_UNORM", bcn.encode_values(green, signed=False), *rgba.shape[:2])
+    assert psnr_db(bc4, green) > 45.0
+
+
+def test_wrong_arrays_are_refused() -> None:
+    with pytest.raises(ValueError, match="shape"):
+        bcn.encode_bc1(np.zeros((4, 4, 3), np.uint8))
+    with pytest.raises(ValueError, match="shape"):
+        bcn.encode_values(np.zeros((4, 4, 3), np.float32), signed=False)
+    with pytest.raises(ValueError, match="shape"):
+        bcn.encode_bc3(np.zeros((0, 4, 4), np.uint8))

@@ -1,0 +1,229 @@
+"""Promises of the image reader: right pixels or one clear error, never something in between."""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+from paradize.errors import SourceError
+from paradize.readers.image import read_image
+
+
+def write(path: Path, pixels: np.ndarray, kind: object, **attributes: object) -> Path:
+    """A picture of (h, w, c) values through OpenImageIO."""
+    height, width, channels = pixels.shape
+    spec = oiio.ImageSpec(width, height, channels, kind)
+    for key, value in attributes.items():
+        spec.attribute("oiio:" + key, value)
+    target = oiio.ImageOutput.create(str(path))
+    assert target.open(str(path), spec), target.geterror()
+    assert target.write_image(np.ascontiguousarray(pixels)), target.geterror()
+    assert target.close()
+    return path
+
+
+def expand(pixels: np.ndarray) -> np.ndarray:
+    """Any of 1 to 4 channels as red, green, blue, alpha."""
+    height, width, channels = pixels.shape
+    color = np.repeat(pixels[:, :, :1], 3, axis=2) if channels < 3 else pixels[:, :, :3]
+    alpha = pixels[:, :, -1:] if channels in (2, 4) else np.ones((height, width, 1))
+    return np.concatenate([color, alpha], axis=2)
+
+
+def test_every_pngsuite_file_has_the_pixels_that_its_json_states(corpus: Path) -> None:
+    compared = 0
+    for path in sorted((corpus / "images/pngsuite").glob("*.png")):
+        truth = corpus / "images/pngsuite-json" / f"{path.stem}.json"
+        if not truth.exists():
+            continue
+        image = read_image(path)
+        height, width, _ = image.pixels.shape
+        expected = np.array(json.loads(truth.read_text())).reshape(height, width, 4)
+        got = np.rint(expand(image.pixels) * (65535 if image.source_bits == 16 else 255))
+        assert np.array_equal(got, expected), path.name
+        compared += 1
+    assert compared >= 30
+
+
+def test_every_corrupt_pngsuite_file_gives_a_clear_error(corpus: Path) -> None:
+    files = sorted((corpus / "images/pngsuite").glob("x*.png"))
+    assert len(files) >= 6
+    for path in files:
+        with pytest.raises(SourceError, match=path.name):
+            read_image(path)
+
+
+@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+@pytest.mark.parametrize(("kind", "top"), [(oiio.UINT8, 255), (oiio.UINT16, 65535)])
+def test_integers_of_one_to_four_channels_are_divided_exactly(
+    tmp_path: Path, channels: int, kind: object, top: int
+) -> None:
+    dtype = np.uint8 if top == 255 else np.uint16
+    codes = (np.arange(5 * 7 * channels) * 7919 % (top + 1)).reshape(5, 7, channels).astype(dtype)
+    image = read_image(write(tmp_path / "a.png", codes, kind, UnassociatedAlpha=1))
+    assert image.pixels.dtype == np.float32
+    assert image.pixels.shape == (5, 7, channels)
+    assert np.array_equal(image.pixels, codes.astype(np.float32) / np.float32(top))
+    assert (image.color_space, image.source_bits) == ("srgb", 8 if top == 255 else 16)
+
+
+@pytest.mark.parametrize(("kind", "bits"), [(oiio.HALF, 16), (oiio.FLOAT, 32)])
+def test_floats_come_as_they_are_and_are_linear(tmp_path: Path, kind: object, bits: int) -> None:
+    values = np.array([[[-3.5], [0.0], [0.25]], [[1.0], [65504.0], [1e-3]]], np.float32)
+    values = values.astype(np.float16).astype(np.float32)
+    image = read_image(write(tmp_path / "a.exr", values, kind))
+    assert np.array_equal(image.pixels, values)
+    assert (image.color_space, image.source_bits) == ("linear", bits)
+
+
+def test_colour_under_transparent_texels_survives(tmp_path: Path) -> None:
+    codes = np.array([[[200, 100, 50, 0], [100, 100, 100, 1], [9, 8, 7, 255]]], np.uint8)
+    for name in ("a.png", "a.tga", "a.tif"):
+        image = read_image(write(tmp_path / name, codes, oiio.UINT8, UnassociatedAlpha=1))
+        assert np.array_equal(np.rint(image.pixels * 255), codes), name
+
+
+def test_premultiplied_alpha_is_undone(tmp_path: Path) -> None:
+    straight = np.array([[[0.5, 0.25, 1.0, 0.5], [0.3, 0.2, 0.1, 0.0], [2.0, 1.0, 0.0, 1.0]]], np.float32)
+    stored = straight.copy()
+    stored[0, 0, :3] *= 0.5
+    image = read_image(write(tmp_path / "a.exr", stored, oiio.FLOAT))
+    assert np.allclose(image.pixels, straight, atol=1e-7)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 9), (9, 1), (3, 5)])
+def test_any_size_from_one_texel_up_is_read(tmp_path: Path, size: tuple[int, int]) -> None:
+    codes = np.arange(size[0] * size[1] * 3, dtype=np.uint8).reshape(*size, 3)
+    assert read_image(write(tmp_path / "a.png", codes, oiio.UINT8)).pixels.shape == (*size, 3)
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.jpg", "a.tga", "a.tif", "a.exr", "a.bmp", "a.ppm", "a.hdr"])
+@pytest.mark.parametrize("share", [0.0, 0.05, 0.3, 0.6, 0.9])
+def test_a_cut_file_is_refused(tmp_path: Path, name: str, share: float) -> None:
+    rng = np.random.default_rng(5)
+    codes = rng.integers(0, 256, (64, 64, 3), dtype=np.uint8)
+    kind = oiio.FLOAT if name.endswith(("exr", "hdr")) else oiio.UINT8
+    pixels = codes.astype(np.float32) / 255 if kind == oiio.FLOAT else codes
+    path = write(tmp_path / name, pixels, kind)
+    path.write_bytes(path.read_bytes()[: int(path.stat().st_size * share)])
+    with pytest.raises(SourceError, match=name):
+        read_image(path)
+
+
+@pytest.mark.parametrize("compression", ["none", "rle"])
+def test_a_targa_cut_before_its_last_texel_is_refused(tmp_path: Path, compression: str) -> None:
+    codes = np.zeros((16, 16, 3), np.uint8)
+    codes[::3, ::5] = 200
+    path = tmp_path / "a.tga"
+    spec = oiio.ImageSpec(16, 16, 3, oiio.UINT8)
+    spec.attribute("compression", compression)
+    target = oiio.ImageOutput.create(str(path))
+    assert target.open(str(path), spec)
+    assert target.write_image(codes)
+    assert target.close()
+    data = path.read_bytes()
+    assert np.array_equal(np.rint(read_image(path).pixels * 255), codes)
+    texels_end = data.rfind(b"TRUEVISION") - 8 - 495 if b"TRUEVISION" in data else len(data)
+    for length in range(texels_end // 2, texels_end - 600 if texels_end > 1200 else texels_end - 1, 7):
+        path.write_bytes(data[:length])
+        with pytest.raises(SourceError):
+            read_image(path)
+
+
+def test_what_is_no_picture_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "empty.png").write_bytes(b"")
+    (tmp_path / "text.png").write_text("this is no picture")
+    for name in ("missing.png", "empty.png", "text.png", "."):
+        with pytest.raises(SourceError):
+            read_image(tmp_path / name)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_texel_that_is_no_number_is_refused_with_its_place(tmp_path: Path, bad: float) -> None:
+    values = np.zeros((4, 6, 3), np.float32)
+    values[2, 5, 1] = bad
+    path = write(tmp_path / "a.exr", values, oiio.FLOAT)
+    with pytest.raises(SourceError, match=r"texel \(5, 2\)"):
+        read_image(path)
+
+
+def bomb(width: int, height: int) -> bytes:
+    """A PNG of one colour whose file is small whatever its size: rows are never decoded if it is refused."""
+
+    def chunk(kind: bytes, body: bytes) -> bytes:
+        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    body = zlib.compress(bytes(1000), 9)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", body) + chunk(b"IEND", b"")
+
+
+@pytest.mark.parametrize("size", [(32769, 1), (20000, 20000), (2**31 - 1, 2**31 - 1)])
+def test_a_bomb_is_refused_before_it_is_decoded(tmp_path: Path, size: tuple[int, int]) -> None:
+    path = tmp_path / "bomb.png"
+    path.write_bytes(bomb(*size))
+    with pytest.raises(SourceError):
+        read_image(path)
+
+
+def test_the_limits_are_settings(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.png", np.zeros((8, 8, 3), np.uint8), oiio.UINT8)
+    with pytest.raises(SourceError, match="at most 4 per side"):
+        read_image(path, max_side=4)
+    with pytest.raises(SourceError, match="63 in all"):
+        read_image(path, max_texels=63)
+    assert read_image(path, max_side=8, max_texels=64).pixels.shape == (8, 8, 3)
+
+
+SURVIVE = """
+import resource, sys
+from pathlib import Path
+from paradize.errors import SourceError
+from paradize.readers.image import read_image
+resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
+for name in sys.stdin.read().splitlines():
+    try:
+        pixels = read_image(Path(name)).pixels
+    except SourceError as error:
+        assert name in str(error), str(error)
+        print("refused", name)
+    else:
+        print("read", name)
+"""
+
+
+def survive(files: list[Path]) -> dict[str, int]:
+    """Reads the files in a process of its own, within 8 GiB and 100 s; what came of them."""
+    names = "\n".join(map(str, files))
+    command = [sys.executable, "-c", SURVIVE]
+    done = subprocess.run(
+        command, input=names, capture_output=True, text=True, timeout=100, env={**os.environ}
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    lines = done.stdout.splitlines()
+    assert len(lines) == len(files)
+    return {word: sum(line.startswith(word) for line in lines) for word in ("read", "refused")}
+
+
+def malformed(corpus: Path) -> list[Path]:
+    return sorted(path for path in (corpus / "malformed").rglob("*") if path.is_file())
+
+
+def test_a_sample_of_malformed_files_is_survived(corpus: Path) -> None:
+    counts = survive(malformed(corpus)[::4])
+    assert counts["refused"] > counts["read"]
+
+
+@pytest.mark.deep
+def test_every_malformed_file_is_survived(corpus: Path) -> None:
+    counts = survive(malformed(corpus))
+    assert counts["refused"] > 200

@@ -1,0 +1,169 @@
+"""Promises of the mip chains."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from paradize.kernels import maps
+from paradize.stages import mips
+from paradize.stages.cubemap import cube_mips, directions
+from paradize.stages.gloss import GlossSettings, gloss_map
+
+
+def area_mean(image: np.ndarray, rows: int, columns: int) -> np.ndarray:
+    """Each output texel's mean over exactly the area it covers, by an integral in float64."""
+
+    def along(values: np.ndarray, size: int) -> np.ndarray:
+        count = values.shape[0]
+        whole = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)])
+        edges = np.arange(size + 1) * count / size
+        low = np.floor(edges).astype(int).clip(0, count)
+        high = np.minimum(low + 1, count)
+        part = (edges - low).reshape(-1, *[1] * (values.ndim - 1))
+        integral = whole[low] + (whole[high] - whole[low]) * part
+        return (integral[1:] - integral[:-1]) * size / count
+
+    half = along(image.astype(np.float64), rows)
+    return along(half.swapaxes(0, 1), columns).swapaxes(0, 1)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.integers(0, 1000), st.integers(1, 17), st.integers(1, 17), st.integers(1, 4))
+def test_every_level_is_the_mean_of_the_areas_below_it(
+    seed: int, rows: int, columns: int, channels: int
+) -> None:
+    image = np.random.default_rng(seed).random((rows, columns, channels), np.float32)
+    levels = mips.scalar_mips(image)
+    assert levels[-1].shape[:2] == (1, 1)
+    for above, level in pairwise(levels):
+        assert level.shape[:2] == (max(1, above.shape[0] // 2), max(1, above.shape[1] // 2))
+        assert np.abs(level - area_mean(above, *level.shape[:2])).max() < 1e-6
+    assert np.abs(levels[-1][0, 0] - image.mean(axis=(0, 1), dtype=np.float64)).max() < 1e-5
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(0, 1000), st.integers(1, 9), st.integers(1, 9))
+def test_a_tiles_mips_are_the_middle_of_its_repetitions_mips(
+    seed: int, half_rows: int, half_columns: int
+) -> None:
+    tile = np.random.default_rng(seed).random((2 * half_rows, 2 * half_columns, 3), np.float32)
+    repeated = maps.halve(np.tile(tile, (3, 3, 1)))
+    middle = repeated[half_rows : 2 * half_rows, half_columns : 2 * half_columns]
+    assert np.array_equal(maps.halve(tile), middle)
+
+
+def test_colour_is_averaged_in_linear_light() -> None:
+    checker = np.zeros((2, 2, 3), np.float32)
+    checker[0, 0] = checker[1, 1] = 1
+    linear = maps.srgb_to_linear(checker, source_bits=8)
+    codes = maps.linear_to_srgb8(mips.color_mips(linear)[1])
+    assert (codes == 188).all()  # half the light; averaging the codes would give 128
+
+
+def test_every_8_bit_code_survives_linear_light() -> None:
+    codes = np.arange(256, dtype=np.float32).reshape(16, 16, 1) / 255
+    back = maps.linear_to_srgb8(maps.srgb_to_linear(codes, source_bits=8))
+    assert np.array_equal(back.ravel(), np.arange(256))
+
+
+def test_transparent_texels_do_not_tint_their_neighbours() -> None:
+    image = np.float32([[[1, 0, 0, 1], [0, 1, 0, 0]], [[0, 1, 0, 0], [0, 1, 0, 0]]])
+    level = mips.color_mips(image)[1][0, 0]
+    assert np.allclose(level, [1, 0, 0, 0.25])
+    clear = np.float32([[[0.2, 0.4, 0.6, 0], [0.4, 0.6, 0.8, 0]]])
+    assert np.allclose(mips.color_mips(clear)[1][0, 0], [0.3, 0.5, 0.7, 0])
+
+
+def test_cut_outs_keep_their_coverage_in_every_mip() -> None:
+    rng = np.random.default_rng(4)
+    image = np.ones((64, 64, 4), np.float32)
+    image[:, :, 3] = rng.random((64, 64)) < 0.3  # thin and scattered, as fronds are
+    share = image[:, :, 3].mean()
+    kept = mips.color_mips(image, alpha_cutoff=0.5)
+    plain = mips.color_mips(image)
+    for level in range(1, 5):
+        count = kept[level][:, :, 3].size
+        assert abs((kept[level][:, :, 3] >= 0.5).mean() - share) <= 1.5 / count + 0.06
+    assert (plain[3][:, :, 3] >= 0.5).mean() < share / 2  # without care they vanish
+
+
+def test_normals_are_averaged_before_they_are_normalised() -> None:
+    rng = np.random.default_rng(6)
+    vectors = rng.normal(size=(8, 8, 3)).astype(np.float32)
+    vectors[:, :, 2] = np.abs(vectors[:, :, 2]) + 0.1
+    unit = maps.normalise(vectors)
+    found = mips.normal_mips(mips.normal_means(unit))
+    for level in range(1, 4):
+        mean = area_mean(unit, 8 >> level, 8 >> level)
+        expected = mean / np.sqrt((mean * mean).sum(axis=2, keepdims=True))
+        assert np.abs(found[level] - expected).max() < 1e-6
+
+
+def test_normals_that_cancel_out_fall_back_to_up() -> None:
+    opposed = np.float32([[[1, 0, 0], [-1, 0, 0]], [[0, 1, 0], [0, -1, 0]]])
+    assert np.array_equal(mips.normal_mips(mips.normal_means(opposed))[1], np.float32([[[0, 0, 1]]]))
+
+
+def test_smoothness_falls_where_normals_disagree_and_stays_where_they_agree() -> None:
+    gloss = gloss_map(np.full((8, 8), 0.5, np.float32), GlossSettings(smoothness=(0.8, 0.8)))
+    up = np.broadcast_to(np.float32([0, 0, 1]), (8, 8, 3)).copy()
+    calm = mips.gloss_mips(gloss, mips.normal_means(up))
+    for level in calm:
+        assert np.abs(level[:, :, 1] - 0.8).max() < 1e-6
+        assert np.abs(level[:, :, 0] - 0.5).max() < 1e-6
+    rough = up.copy()
+    rough[::2, :, :] = np.float32([0.6, 0, 0.8])
+    rough[1::2, :, :] = np.float32([-0.6, 0, 0.8])
+    choppy = mips.gloss_mips(gloss, mips.normal_means(rough))
+    assert (choppy[1][:, :, 1] < 0.3).all()
+    assert np.abs(choppy[1][:, :, 0] - 0.5).max() < 1e-6, "specular intensity is not widened"
+    # The widened roughness is the wave's own: slopes of +-0.75 along one axis; isotropic, half of it on each.
+    alpha2 = (1 - choppy[1][0, 0, 1]) ** 4
+    assert alpha2 == pytest.approx(0.2**4 + 2 * 0.5 * 0.75**2, rel=0.45)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.integers(0, 1000))
+def test_smoothness_never_grows_down_the_chain_of_an_even_gloss(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    vectors = rng.normal(size=(16, 16, 3)).astype(np.float32)
+    vectors[:, :, 2] = np.abs(vectors[:, :, 2]) + 0.5
+    gloss = np.full((16, 16, 2), 0.7, np.float32)
+    levels = mips.gloss_mips(gloss, mips.normal_means(maps.normalise(vectors)))
+    for level in levels:
+        assert (level[:, :, 1] <= np.float32(0.7) + 1e-6).all()
+        assert (level[:, :, 1] >= 0).all()
+
+
+def test_a_constant_sky_stays_constant_and_a_smooth_one_has_no_seams() -> None:
+    even = np.full((6, 16, 16, 3), 2.5, np.float32)
+    for level in cube_mips(even):
+        assert np.abs(level - 2.5).max() < 1e-6
+    place = (np.arange(32) + 0.5) / 16 - 1
+    s, t = np.meshgrid(place, place)
+    faces = []
+    for face in range(6):
+        d = directions(face, s, t)
+        d = d / np.sqrt((d * d).sum(axis=2, keepdims=True))
+        faces.append(d.astype(np.float32))
+    levels = cube_mips(np.stack(faces))
+    for level in levels[1:4]:
+        size = level.shape[1]
+        place = (np.arange(size) + 0.5) * 2 / size - 1
+        s, t = np.meshgrid(place, place)
+        for face in range(6):
+            d = directions(face, s, t)
+            d = d / np.sqrt((d * d).sum(axis=2, keepdims=True))
+            # A colour that is the direction itself: the mean over a footprint points at its middle.
+            found = level[face] / np.sqrt((level[face] ** 2).sum(axis=2, keepdims=True))
+            assert np.abs(found - d).max() < 0.6 / size
+    # Over the edge +X | +Z (right of +Z is left of +X, mirrored by the faces' own axes) levels meet smoothly.
+    for level in levels[1:3]:
+        step = np.abs(level[4][:, -1] - level[0][:, 0]).max()
+        inner = np.abs(level[4][:, -1] - level[4][:, -2]).max()
+        assert step < 1.6 * inner
