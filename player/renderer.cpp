@@ -14,6 +14,8 @@ namespace paradize {
 
 namespace {
 
+// A show that begins later than this begins its simulation this long before, so that --time never takes long.
+constexpr std::uint64_t most_steps = 600 * 120;
 constexpr float anisotropy = 4.0F; // of a graphics card; a software rasteriser pays half a frame for it
 
 std::vector<std::unique_ptr<Pass>> build(const Scene &scene, const gl::ShaderLibrary &shaders,
@@ -73,6 +75,9 @@ void Renderer::resize(int width_px, int height_px) {
 
 void Renderer::step_to(double elapsed_s) {
     const auto wanted = static_cast<std::uint64_t>(std::floor(elapsed_s / step_s + 1e-6));
+    if (wanted > steps_ + most_steps) {
+        steps_ = wanted - most_steps;
+    }
     for (; steps_ < wanted; ++steps_) {
         const double time_s = static_cast<double>(steps_) * step_s;
         for (const std::unique_ptr<Pass> &pass : passes_) {

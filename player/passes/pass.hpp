@@ -37,8 +37,9 @@ class Pass {
     /// The picture has this size: called before the first frame and after every change. Targets are made
     /// here.
     virtual void resize(int /*width_px*/, int /*height_px*/) {}
-    /// One fixed step of the simulation, from `time_s` to time_s + step_s (frame.hpp). Always counted from 0,
-    /// so that a moment of the show looks the same however it was reached.
+    /// One fixed step of the simulation, from `time_s` to time_s + step_s (frame.hpp). Counted from second 0,
+    /// so that a moment of the show looks the same however it was reached; a show that begins after its tenth
+    /// minute begins to step ten minutes before.
     virtual void step(double /*time_s*/) {}
     /// Before the picture: textures that others read (shadow map, reflection, refraction), put into
     /// frame.shared.
