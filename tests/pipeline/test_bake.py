@@ -1,0 +1,255 @@
+"""A scene is baked whole or not at all, once, and only what it requires."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from paradize.bake import bake
+from paradize.bake_record import BakeReport
+from paradize.errors import GroupedError, SceneError
+from paradize.formats.scene_manifest import decode_scene
+from tests.pipeline.scenes import make_cove, write_image
+
+
+@pytest.fixture(autouse=True)
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+
+
+@pytest.fixture(scope="module")
+def baked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Path, Path]]:
+    """(scene, out, store) of a finished bake, to be copied by the tests that change it."""
+    top = tmp_path_factory.mktemp("cove")
+    scene = make_cove(top / "scene")
+    before = os.environ.get("PARADIZE_STORE")
+    os.environ["PARADIZE_STORE"] = str(top / "store")
+    report = bake(scene, top / "out", jobs=2)
+    assert not report.errors, report.errors
+    if before is None:
+        del os.environ["PARADIZE_STORE"]
+    else:
+        os.environ["PARADIZE_STORE"] = before
+    yield scene, top / "out", top / "store"
+
+
+@pytest.fixture
+def copied(baked: tuple[Path, Path, Path], tmp_path: Path) -> tuple[Path, Path]:
+    """(scene, out) in a folder of the test's own, the store warm."""
+    scene, out, store = baked
+    shutil.copytree(scene.parent, tmp_path / "scene")
+    shutil.copytree(out, tmp_path / "out")
+    shutil.copytree(store, tmp_path / "store")
+    return tmp_path / "scene" / scene.name, tmp_path / "out"
+
+
+def manifest_of(out: Path) -> dict[str, Any]:
+    return decode_scene((out / "scene.json").read_bytes())
+
+
+def state_of(out: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in sorted(out.iterdir())}
+
+
+def baked_names(report: BakeReport) -> set[str]:
+    return {row["name"] for row in report.artifacts if row["status"] == "baked"}
+
+
+def test_every_pass_gets_what_it_reads_and_the_manifest_names_it(baked: tuple[Path, Path, Path]) -> None:
+    _, out, _ = baked
+    manifest = manifest_of(out)
+    assert set(manifest["artifacts"]) == {
+        "sky", "terrain_mesh", "sand_color", "sand_normal", "effect_color", "effect_normal", "water_normal",
+        "water_dudv", "post_mesh", "post_color", "post_normal", "post_height", "post_gloss", "sound",
+    }  # fmt: skip
+    assert {path.name for path in out.iterdir()} == {
+        "scene.json", *(artifact["file"] for artifact in manifest["artifacts"].values())
+    }  # fmt: skip
+    for name, artifact in manifest["artifacts"].items():
+        assert artifact["file"].startswith(f"{name}-{artifact['sha256'][:8]}.")
+        assert (out / artifact["file"]).stat().st_size == artifact["bytes"]
+    assert sorted(manifest["streaming"]) == sorted(manifest["artifacts"])
+    assert manifest["streaming"][0] == "sky"
+    (item,) = manifest["objects"]
+    assert item["materials"]["wood"]["parallax_scale"] == 0.01
+    assert item["lods"][0] == {"node": "lod0", "error_m": 0.0}
+    assert item["center"] == pytest.approx([0.0, 1.0, 0.0], abs=1e-5)
+    assert item["instances"][0]["yaw_rad"] == pytest.approx(1.5707963267948966)
+    assert manifest["terrain"]["height_range_m"] == pytest.approx([-2.0, 2.0], abs=0.05)
+    assert manifest["flight"]["errors"]["path_miss_m"] == 0.0
+    assert manifest["sun"]["direction"][1] > 0.5
+
+
+def test_a_second_bake_bakes_nothing_and_says_so(copied: tuple[Path, Path]) -> None:
+    scene, out = copied
+    bake(scene, out, jobs=1)  # the copies have other paths: planned anew, all from the store
+    before = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
+    report = bake(scene, out, jobs=1)
+    assert (report.count("baked"), report.count("reused"), report.count("failed")) == (0, 14, 0)
+    assert {path.name: path.stat().st_mtime_ns for path in out.iterdir()} == before
+
+
+def test_a_moved_or_touched_source_is_a_hit(copied: tuple[Path, Path]) -> None:
+    scene, out = copied
+    os.utime(scene.parent / "sand.png")
+    scene.write_text("# a comment\n" + scene.read_text())
+    assert baked_names(bake(scene, out, jobs=1)) == set()
+
+
+def test_a_changed_colour_map_bakes_its_own_maps_and_sweeps_the_old(copied: tuple[Path, Path]) -> None:
+    scene, out = copied
+    old = manifest_of(out)["artifacts"]
+    shutil.copy(scene.parent / "sand.png", scene.parent / "wood.png")
+    report = bake(scene, out, jobs=2)
+    assert baked_names(report) == {"post_color", "post_normal", "post_height", "post_gloss"}
+    new = manifest_of(out)["artifacts"]
+    assert new["post_color"]["sha256"] != old["post_color"]["sha256"]
+    assert not (out / old["post_color"]["file"]).exists()
+    assert new["sky"] == old["sky"]
+
+
+def test_the_bytes_do_not_depend_on_the_number_of_workers(copied: tuple[Path, Path], tmp_path: Path) -> None:
+    scene, out = copied
+    report = bake(scene, tmp_path / "again", jobs=1, force=True)
+    assert report.count("baked") == 14
+    assert state_of(tmp_path / "again") == state_of(out)
+
+
+@pytest.mark.parametrize(
+    ("taken_out", "gone"),
+    [
+        ("[water]\nwaves = \"waves.png\"\n", {"water_normal", "water_dudv"}),
+        ("parallax_scale = 0.01\n", {"post_height"}),
+        ("specular = 0.2\n", {"post_gloss"}),
+        ("sand_strength = 0.5\n", {"sand_normal"}),
+        ("effect_color = \"sand.png\"\n", {"effect_color", "effect_normal"}),
+        ("[sound]\nfile = \"sea.ogg\"\n", {"sound"}),
+    ],
+)  # fmt: skip
+def test_what_nothing_reads_is_not_baked(copied: tuple[Path, Path], taken_out: str, gone: set[str]) -> None:
+    scene, out = copied
+    before = set(manifest_of(out)["artifacts"])
+    text = scene.read_text()
+    assert taken_out in text
+    scene.write_text(text.replace(taken_out, ""))
+    report = bake(scene, out, jobs=2)
+    assert not report.errors
+    assert before - set(manifest_of(out)["artifacts"]) == gone
+
+
+def test_all_failures_are_told_and_the_old_scene_stays(copied: tuple[Path, Path]) -> None:
+    scene, out = copied
+    before = state_of(out)
+    (scene.parent / "wood.png").write_bytes(b"\x89PNG\r\n\x1a\nbroken")
+    (scene.parent / "sea.ogg").write_bytes(b"OggSilence")
+    (scene.parent / "post.obj").write_text("v 0 0 0\nf 1 2 3\n")
+    report = bake(scene, out, jobs=2)
+    told = "\n".join(str(error) for error in report.errors)
+    assert all(name in told for name in ("wood.png", "sea.ogg", "post.obj")), told
+    assert {row["name"] for row in report.artifacts if row["status"] == "failed"} >= {"post_mesh", "sound"}
+    assert state_of(out) == before
+
+
+def test_a_scene_that_names_an_unknown_material_is_refused(copied: tuple[Path, Path]) -> None:
+    scene, out = copied
+    before = state_of(out)
+    scene.write_text(scene.read_text().replace("material.wood", "material.stone"))
+    report = bake(scene, out, jobs=2)
+    assert len(report.errors) == 1
+    assert "material.stone" in str(report.errors[0]) and "wood" in str(report.errors[0])
+    assert state_of(out) == before
+
+
+def test_an_object_without_a_colour_map_takes_the_one_of_its_materials(copied: tuple[Path, Path]) -> None:
+    scene, out = copied
+    scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
+    assert baked_names(bake(scene, out, jobs=1)) == set()
+    (scene.parent / "post.mtl").write_text("newmtl wood\n")
+    with pytest.raises(SceneError, match=r"object\[0\].color"):
+        bake(scene, out, jobs=1)
+
+
+def test_a_missing_source_is_a_scene_error_before_anything_runs(copied: tuple[Path, Path]) -> None:
+    scene, out = copied
+    before = state_of(out)
+    (scene.parent / "waves.png").unlink()
+    (scene.parent / "px.exr").unlink()
+    with pytest.raises(GroupedError) as caught:
+        bake(scene, out)
+    assert "waves.png" in str(caught.value) and "px.exr" in str(caught.value)
+    assert state_of(out) == before
+
+
+def test_damaged_outputs_and_store_entries_are_mended(copied: tuple[Path, Path], tmp_path: Path) -> None:
+    scene, out = copied
+    bake(scene, out, jobs=1)
+    before = state_of(out)
+    sky = next(path for path in out.iterdir() if path.name.startswith("sky-"))
+    sky.write_bytes(b"x" * sky.stat().st_size)
+    next(path for path in out.iterdir() if path.name.startswith("post_color-")).unlink()
+    assert baked_names(bake(scene, out, jobs=1)) == set()
+    assert state_of(out) == before
+    for blob in (tmp_path / "store/blobs").rglob("*"):
+        if blob.is_file() and blob.stat().st_size:
+            data = bytearray(blob.read_bytes())
+            data[len(data) // 2] ^= 1
+            blob.write_bytes(data)
+    shutil.rmtree(out)
+    assert len(baked_names(bake(scene, out, jobs=2))) == 14
+    assert state_of(out) == before
+
+
+def test_files_of_others_are_never_swept(copied: tuple[Path, Path]) -> None:
+    scene, out = copied
+    for name in ("notes.txt", "palm.glb", "sky-old.ktx2"):
+        (out / name).write_text("mine")
+    (out / "sky-00000000.ktx2").write_text("an old bake's")
+    bake(scene, out, jobs=1)
+    names = {path.name for path in out.iterdir()}
+    assert {"notes.txt", "palm.glb", "sky-old.ktx2"} <= names and "sky-00000000.ktx2" not in names
+
+
+def test_a_budget_that_is_exceeded_is_told(copied: tuple[Path, Path]) -> None:
+    scene, out = copied
+    scene.write_text(scene.read_text() + "[budget]\nterrain_max_m = 0.0001\ncolor_psnr_db = 1.0\n")
+    report = bake(scene, out, jobs=1)
+    rows = {row["name"]: row for row in report.artifacts}
+    assert "terrain_max_m" in rows["terrain_mesh"]["over"][0] and not rows["sand_color"]["over"]
+    assert any("terrain_max_m" in warning for warning in report.warnings)
+    assert manifest_of(out)["budget"] == {"terrain_max_m": 0.0001, "color_psnr_db": 1.0}
+
+
+def test_a_folder_that_cannot_be_written_is_one_error(copied: tuple[Path, Path], tmp_path: Path) -> None:
+    scene, _ = copied
+    (tmp_path / "file").write_text("not a folder")
+    report = bake(scene, tmp_path / "file" / "out", jobs=1)
+    assert len(report.errors) == 1 and "cannot be written" in str(report.errors[0])
+
+
+def test_sources_with_odd_names_bake(copied: tuple[Path, Path]) -> None:
+    scene, out = copied
+    shutil.copy(scene.parent / "wood.png", scene.parent / "wöod & plank's.png")
+    scene.write_text(scene.read_text().replace('color = "wood.png"', 'color = "wöod & plank\'s.png"'))
+    assert not bake(scene, out, jobs=1).errors
+
+
+def test_the_report_is_json(copied: tuple[Path, Path]) -> None:
+    scene, out = copied
+    tree = json.loads(json.dumps(bake(scene, out, jobs=1).as_json(), allow_nan=False))
+    assert {"artifacts", "baked", "reused", "failed", "seconds", "warnings"} <= tree.keys()
+    keys = {"name", "file", "sha256", "bytes", "tier", "errors", "status"}
+    assert all(keys <= row.keys() for row in tree["artifacts"])
+
+
+def test_a_one_pixel_step_of_the_heightmap_changes_the_terrain_alone(copied: tuple[Path, Path]) -> None:
+    scene, out = copied
+    import numpy as np
+
+    write_image(scene.parent / "height.png", np.zeros((5, 5, 1), np.uint16))
+    assert baked_names(bake(scene, out, jobs=1)) == {"terrain_mesh"}

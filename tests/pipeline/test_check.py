@@ -1,0 +1,286 @@
+"""Every rule of `paradize check` fires on the fault that it names, and a sound scene is clean."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from paradize.bake import bake
+from paradize.check import RULES, Finding, check_paths, render
+from paradize.check.rules import gathered
+from paradize.formats.ktx2 import decode_ktx2, encode_ktx2
+from tests.pipeline.scenes import make_cove
+
+
+@pytest.fixture(scope="module")
+def sound_scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    top = tmp_path_factory.mktemp("cove")
+    os.environ["PARADIZE_STORE"] = str(top / "store")
+    report = bake(make_cove(top / "scene"), top / "out", jobs=2)
+    del os.environ["PARADIZE_STORE"]
+    assert not report.errors
+    return top / "out"
+
+
+@pytest.fixture
+def scene(sound_scene: Path, tmp_path: Path) -> Path:
+    shutil.copytree(sound_scene, tmp_path / "out")
+    return tmp_path / "out"
+
+
+def file_of(scene: Path, name: str) -> Path:
+    return scene / json.loads((scene / "scene.json").read_text())["artifacts"][name]["file"]
+
+
+def replace(scene: Path, name: str, data: bytes) -> None:
+    """Gives an artifact other bytes, and the manifest their hash: only the content is at fault."""
+    change(
+        scene, lambda m: m["artifacts"][name].update(sha256=hashlib.sha256(data).hexdigest(), bytes=len(data))
+    )
+    file_of(scene, name).write_bytes(data)
+
+
+def change(scene: Path, edit: Callable[[dict[str, Any]], Any]) -> None:
+    tree = json.loads((scene / "scene.json").read_text())
+    edit(tree)
+    (scene / "scene.json").write_text(json.dumps(tree))
+
+
+def with_accessor(data: bytes, attribute: str, edit: Callable[[np.ndarray], None]) -> bytes:
+    """The GLB with one array of lod0's first primitive changed in place; attribute "indices" for those."""
+    length = struct.unpack_from("<I", data, 12)[0]
+    tree = json.loads(data[20 : 20 + length])
+    primitive = tree["meshes"][tree["nodes"][0]["mesh"]]["primitives"][0]
+    at = primitive["indices"] if attribute == "indices" else primitive["attributes"][attribute]
+    accessor = tree["accessors"][at]
+    view = tree["bufferViews"][accessor["bufferView"]]
+    start = 28 + length + view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+    kind = {5123: np.uint16, 5125: np.uint32, 5126: np.float32}[accessor["componentType"]]
+    width = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}[accessor["type"]]
+    changed = bytearray(data)
+    array = np.frombuffer(changed, kind, accessor["count"] * width, start).reshape(-1, width)
+    edit(array)
+    return bytes(changed)
+
+
+def with_json(data: bytes, edit: Callable[[dict[str, Any]], Any]) -> bytes:
+    length = struct.unpack_from("<I", data, 12)[0]
+    tree = json.loads(data[20 : 20 + length])
+    edit(tree)
+    text = json.dumps(tree).encode()
+    text += b" " * (-len(text) % 4)
+    body = struct.pack("<I4s", len(text), b"JSON") + text + data[20 + length :]
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
+
+
+def edit_mesh(attribute: str, edit: Callable[[np.ndarray], None]) -> Callable[[Path], None]:
+    return lambda scene: replace(
+        scene, "post_mesh", with_accessor(file_of(scene, "post_mesh").read_bytes(), attribute, edit)
+    )
+
+
+def put(row: int, column: int | slice, value: float) -> Callable[[np.ndarray], None]:
+    def edit(array: np.ndarray) -> None:
+        array[row, column] = value
+
+    return edit
+
+
+def scale(row: int, factor: float) -> Callable[[np.ndarray], None]:
+    def edit(array: np.ndarray) -> None:
+        array[row] *= factor
+
+    return edit
+
+
+def lean(scene: Path) -> None:
+    data = file_of(scene, "post_mesh").read_bytes()
+    found: list[np.ndarray] = []
+    with_accessor(data, "NORMAL", lambda array: found.append(array.copy()))
+
+    def edit(tangents: np.ndarray) -> None:
+        tangents[5, :3] = found[0][5]
+
+    replace(scene, "post_mesh", with_accessor(data, "TANGENT", edit))
+
+
+def same_corner(scene: Path) -> None:
+    def edit(indices: np.ndarray) -> None:
+        indices[1, 0] = indices[0, 0]
+
+    replace(scene, "post_mesh", with_accessor(file_of(scene, "post_mesh").read_bytes(), "indices", edit))
+
+
+def swapped_lods(scene: Path) -> None:
+    def edit(tree: dict[str, Any]) -> None:
+        a, b = tree["nodes"][0], tree["nodes"][1]
+        a["mesh"], b["mesh"] = b["mesh"], a["mesh"]
+
+    replace(scene, "post_mesh", with_json(file_of(scene, "post_mesh").read_bytes(), edit))
+
+
+def falling_error(scene: Path) -> None:
+    def edit(tree: dict[str, Any]) -> None:
+        tree["nodes"][-1]["extras"]["error_max"] = -1.0
+
+    replace(scene, "post_mesh", with_json(file_of(scene, "post_mesh").read_bytes(), edit))
+
+
+def short_chain(scene: Path) -> None:
+    data = bytearray(file_of(scene, "sand_color").read_bytes())
+    struct.pack_into("<I", data, 40, struct.unpack_from("<I", data, 40)[0] - 1)
+    replace(scene, "sand_color", bytes(data))
+
+
+def cut_texture(scene: Path) -> None:
+    data = file_of(scene, "sand_color").read_bytes()
+    replace(scene, "sand_color", data[: len(data) - 100])
+
+
+def nan_sky(scene: Path) -> None:
+    texture = decode_ktx2(file_of(scene, "sky").read_bytes())
+    level = bytearray(texture.levels[0])
+    level[0:2] = struct.pack("<e", float("nan"))
+    from dataclasses import replace as other
+
+    replace(scene, "sky", encode_ktx2(other(texture, levels=(bytes(level), *texture.levels[1:]))))
+
+
+def color_as_normal(scene: Path) -> None:
+    replace(scene, "sand_normal", file_of(scene, "sand_color").read_bytes())
+
+
+def jump(tree: dict[str, Any]) -> None:
+    tree["flight"]["segments"][2]["eye"][1][0] += 0.25
+
+
+def manifest(edit: Callable[[dict[str, Any]], Any]) -> Callable[[Path], None]:
+    return lambda scene: change(scene, edit)
+
+
+def cut_mesh(scene: Path) -> None:
+    replace(scene, "post_mesh", file_of(scene, "post_mesh").read_bytes()[:-64])
+
+
+PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
+    ("PZ101", "missing file", lambda s: file_of(s, "sky").unlink()),
+    ("PZ102", "manifest of another version", manifest(lambda m: m.update(version=2))),
+    ("PZ102", "manifest with an unknown key", manifest(lambda m: m.update(extra=1))),
+    ("PZ102", "manifest cut short", lambda s: os.truncate(s / "scene.json", 500)),
+    ("PZ102", "mesh cut short", cut_mesh),
+    ("PZ102", "texture of noise", lambda s: replace(s, "post_color", bytes(range(256)) * 4)),
+    ("PZ103", "one flipped bit in a sound", lambda s: flip(file_of(s, "sound"))),
+    ("PZ104", "a file of an older bake", lambda s: (s / "sky-00000000.ktx2").write_bytes(b"x")),
+    ("PZ201", "index out of range", edit_mesh("indices", put(4, 0, 60000))),
+    ("PZ202", "a vertex of NaN", edit_mesh("POSITION", put(3, 1, float("nan")))),
+    ("PZ202", "an infinite texture coordinate", edit_mesh("TEXCOORD_0", put(3, 1, float("inf")))),
+    ("PZ203", "a normal of length 2", edit_mesh("NORMAL", scale(7, 2.0))),
+    ("PZ203", "a normal of length 0", edit_mesh("NORMAL", scale(7, 0.0))),
+    ("PZ204", "a tangent along its normal", lean),
+    ("PZ205", "a sign of 0", edit_mesh("TANGENT", put(2, 3, 0.0))),
+    ("PZ206", "a triangle with one corner twice", same_corner),
+    ("PZ207", "levels swapped", swapped_lods),
+    ("PZ207", "an error below zero", falling_error),
+    ("PZ301", "the last mip missing", short_chain),
+    ("PZ301", "level 0 cut short", cut_texture),
+    ("PZ302", "a texel of NaN", nan_sky),
+    ("PZ303", "a normal map in sRGB", color_as_normal),
+    ("PZ401", "a terrain worse than its budget", manifest(lambda m: m["budget"].update(terrain_max_m=1e-9))),
+    ("PZ401", "a path worse than its budget", manifest(lambda m: m["budget"].update(path_ripple_max=0))),
+    ("PZ402", "an artifact that no pass reads", manifest(lambda m: m.update(sky=None))),
+    ("PZ403", "a jump in the camera path", manifest(jump)),
+]
+
+
+def flip(path: Path) -> None:
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+
+
+def test_a_sound_scene_is_clean(sound_scene: Path) -> None:
+    assert check_paths([sound_scene]) == []
+    assert check_paths([sound_scene / "scene.json"]) == []
+    assert check_paths([path for path in sound_scene.iterdir() if path.suffix in (".glb", ".ktx2")]) == []
+
+
+@pytest.mark.parametrize(("code", "fault", "plant"), PLANTED, ids=[f"{c}-{f}" for c, f, _ in PLANTED])
+def test_the_rule_fires_and_no_other_error_does(
+    scene: Path, code: str, fault: str, plant: Callable[[Path], Any]
+) -> None:
+    plant(scene)
+    findings = check_paths([scene])
+    assert code in {finding.code for finding in findings}, findings
+    assert {finding.code for finding in findings if finding.severity == "error"} <= {code}, findings
+
+
+def test_every_rule_has_a_planted_fault() -> None:
+    assert {code for code, _, _ in PLANTED} == set(RULES)
+
+
+def test_a_thousand_equal_findings_are_one_line_with_a_count(scene: Path) -> None:
+    replace(
+        scene,
+        "post_mesh",
+        with_accessor(file_of(scene, "post_mesh").read_bytes(), "NORMAL", lambda a: np.multiply(a, 3, out=a)),
+    )
+    findings = [finding for finding in check_paths([scene]) if finding.code == "PZ203"]
+    assert len(findings) == 1 and findings[0].count > 50 and f"({findings[0].count} such)" in str(findings[0])
+    many = [Finding("PZ102", "a.glb", "same", f"place {k}") for k in range(1000)]
+    assert [(f.count, f.place) for f in gathered(many)] == [(1000, "place 0")]
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"glTF", b"glTF\2\0\0\0\x10\0\0\0", b"\xabKTX 20\xbb\r\n\x1a\n", os.urandom(300)]
+)
+@pytest.mark.parametrize("name", ["x.glb", "x.ktx2", "scene.json", "x.bin"])
+def test_no_bytes_break_the_checker(tmp_path: Path, name: str, data: bytes) -> None:
+    (tmp_path / name).write_bytes(data)
+    findings = check_paths([tmp_path / name])
+    assert [finding.code for finding in findings] == ["PZ102"]
+
+
+def test_cut_meshes_and_textures_are_found_at_every_length(scene: Path, tmp_path: Path) -> None:
+    for name in ("post_mesh", "post_gloss"):
+        path = file_of(scene, name)
+        data = path.read_bytes()
+        for k in range(0, len(data), max(1, len(data) // 40)):
+            cut = tmp_path / f"cut{path.suffix}"
+            cut.write_bytes(data[:k])
+            assert check_paths([cut]), (name, k)
+
+
+def test_a_path_that_is_not_there_is_a_finding(tmp_path: Path) -> None:
+    assert [f.code for f in check_paths([tmp_path / "gone", tmp_path])] == ["PZ101", "PZ101"]
+
+
+def test_all_formats_tell_the_same_findings(scene: Path) -> None:
+    file_of(scene, "sky").unlink()
+    (scene / "sky-00000000.ktx2").write_bytes(b"x")
+    findings = check_paths([scene])
+    assert [f.severity for f in findings] == ["error", "warning"]
+    assert "PZ101" in render(findings, "text") and "1 errors, 1 warnings" in render(findings, "text")
+    tree = json.loads(render(findings, "json"))
+    assert (tree["errors"], tree["warnings"]) == (1, 1) and tree["findings"][0]["code"] == "PZ101"
+    suite = ElementTree.fromstring(render(findings, "junit"))
+    assert suite.attrib["failures"] == "1" and len(suite) == len(RULES) == int(suite.attrib["tests"])
+    sarif = json.loads(render(findings, "sarif"))
+    (run,) = sarif["runs"]
+    assert sarif["version"] == "2.1.0" and [r["ruleId"] for r in run["results"]] == ["PZ101", "PZ104"]
+    assert {rule["id"] for rule in run["tool"]["driver"]["rules"]} == set(RULES)
+    assert render([], "text") == "clean"
+
+
+def test_findings_survive_odd_names_in_xml() -> None:
+    finding = Finding("PZ102", 'a<b>&"c".glb', "what <is> & this")
+    assert ElementTree.fromstring(render([finding], "junit")).attrib["failures"] == "1"
