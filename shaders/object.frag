@@ -8,6 +8,7 @@ uniform sampler2D u_color;
 uniform sampler2D u_normal;
 uniform sampler2D u_height;
 uniform sampler2D u_gloss;      // R specular intensity, G smoothness
+uniform vec3 u_base_color;      // linear, times the colour map
 uniform vec4 u_maps;            // which of color, normal, height, gloss there are: 0 or 1
 uniform vec2 u_parallax;        // scale, bias
 uniform vec2 u_shine;           // specular, smoothness: factors of the gloss map, or alone without one
@@ -36,7 +37,7 @@ void main() {
                          u_parallax.x, u_parallax.y);
     }
 
-    vec4 texel = u_maps.x > 0.5 ? texture(u_color, uv) : vec4(0.6, 0.6, 0.6, 1.0);
+    vec4 texel = u_maps.x > 0.5 ? texture(u_color, uv) : vec4(1.0);
     // Every fetch stands before the discard: derivatives are undefined after it.
     vec3 relief = u_maps.y > 0.5 ? decode_normal(texture(u_normal, uv).rg, 1.0) : vec3(0.0, 0.0, 1.0);
     vec2 gloss = u_maps.w > 0.5 ? texture(u_gloss, uv).rg : vec2(1.0);
@@ -61,7 +62,7 @@ void main() {
     s.position = v_position;
     s.normal = shaded;
     s.geometric = geometric;
-    s.albedo = texel.rgb;
+    s.albedo = texel.rgb * u_base_color;
     s.f0 = clamp(0.08 * gloss.r * u_shine.x, 0.0, 1.0);
     s.alpha = alpha;
     s.translucency = u_translucency;

@@ -26,7 +26,7 @@ from paradize.engine.workers import Job, Outcome, run_jobs
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.flight import Flight, plan_flight
 from paradize.formats.scene_manifest import encode_scene
-from paradize.require import Order, Want, require
+from paradize.require import Look, Order, Want, require
 from paradize.scene import METRICS, Scene, load_scene
 
 TIERS = ("fast", "balanced", "exact")
@@ -90,8 +90,8 @@ def _bake(
     told: Told | None,
 ) -> BakeReport:
     flight = plan_flight(scene.flight)
-    colors, libraries = _colors(scene, scene_path)
-    orders = [*require(scene, colors).orders, _flight_order(scene, flight)]
+    looks, libraries = _looks(scene, scene_path)
+    orders = [*require(scene, looks).orders, _flight_order(scene, flight)]
     last = store.get_bake(name)
     memory = FileMemory.from_json(last["memory"] if isinstance(last, dict) and "memory" in last else None)
     tasks = [_task(order, memory, tier) for order in orders]
@@ -109,16 +109,18 @@ def _bake(
     return report
 
 
-def _colors(scene: Scene, scene_path: Path) -> tuple[dict[str, Path], list[Path]]:
-    """The colour map of each object, from the scene or from the materials that its OBJ names; and the
-    material files that were read for it. Raises SceneError, or GroupedError, for objects that have none."""
-    colors: dict[str, Path] = {}
+def _looks(scene: Scene, scene_path: Path) -> tuple[dict[str, Look], list[Path]]:
+    """The look of each object by name: the colour map that the scene or the OBJ's materials name, else their
+    own colours; and the files that were read for it. Raises SceneError, or GroupedError, for objects whose
+    materials name several colour maps."""
+    looks: dict[str, Look] = {}
     libraries: list[Path] = []
     errors: list[ParadizeError] = []
     for i, item in enumerate(scene.objects):
         if item.color:
-            colors[item.name] = item.color
+            looks[item.name] = Look(item.color)
             continue
+        from paradize.readers.mtl import base_colors_of
         from paradize.readers.obj import read_obj
 
         try:
@@ -128,15 +130,16 @@ def _colors(scene: Scene, scene_path: Path) -> tuple[dict[str, Path], list[Path]
             continue
         libraries += [item.mesh, *read.libraries]
         maps = {material.map_kd for material in read.materials.values() if material.map_kd}
-        if len(maps) == 1:
-            colors[item.name] = maps.pop()
+        if len(maps) < 2:
+            own = {} if maps else base_colors_of(read.materials)
+            looks[item.name] = Look(maps.pop() if maps else None, own)
             continue
         what = f"{len(maps)} colour maps are named by the materials of {item.mesh.name}; one is needed"
-        mend = "name it, or join them into one atlas" if maps else 'write color = "FILE"'
+        mend = "name one in the scene, or join them into one atlas"
         errors.append(SceneError(what, file=scene_path, place=f"object[{i}].color", mend=mend))
     if errors:
         raise GroupedError(errors) if len(errors) > 1 else errors[0]
-    return colors, libraries
+    return looks, libraries
 
 
 def _flight_order(scene: Scene, flight: Flight) -> Order:

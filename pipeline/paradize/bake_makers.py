@@ -37,6 +37,7 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         max_error=settings["max_error"],
         tier=tier,
         atlas=settings["atlas"],
+        base_colors=settings["base_colors"],
     )
     levels = made.report["lods"]
     errors = {

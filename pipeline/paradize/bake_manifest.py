@@ -22,12 +22,12 @@ _STREAMING = ("cubemap", "mesh", "color", "normal", "dudv", "gloss", "height", "
 @dataclass(frozen=True)
 class MeshFacts:
     """What the manifest tells of a GLB: bounding box (metres) of the finest level, (node, error in metres) of
-    each level, the finest first, and the names of its materials."""
+    each level, the finest first, and its materials' base colours (linear) by name."""
 
     low: Vec
     high: Vec
     lods: tuple[tuple[str, float], ...]
-    materials: tuple[str, ...]
+    materials: dict[str, Vec]
 
     @property
     def center(self) -> Vec:
@@ -57,10 +57,15 @@ def mesh_facts(glb: bytes, name: str) -> MeshFacts:
         low = tuple(min(float(a["min"][k]) for a in accessors) for k in range(3))
         high = tuple(max(float(a["max"][k]) for a in accessors) for k in range(3))
         lods = tuple((str(node["name"]), float(node["extras"]["error_m"])) for node in nodes)
-        materials = tuple(str(material["name"]) for material in tree.get("materials", []))
+        materials = {str(material["name"]): _base_color(material) for material in tree.get("materials", [])}
     except (KeyError, IndexError, TypeError, ValueError, struct.error) as error:
         raise FormatError(f"is no mesh of ours: {error}", file=name) from None
     return MeshFacts((low[0], low[1], low[2]), (high[0], high[1], high[2]), lods, materials)
+
+
+def _base_color(material: dict[str, Any]) -> Vec:
+    r, g, b, _ = material.get("pbrMetallicRoughness", {}).get("baseColorFactor", (1.0, 1.0, 1.0, 1.0))
+    return float(r), float(g), float(b)
 
 
 def sun_direction(azimuth_deg: float, elevation_deg: float) -> list[float]:
@@ -173,18 +178,21 @@ def _water(scene: Scene) -> dict[str, Any] | None:
 
 
 def _object(item: SceneObject, entries: dict[str, Any], facts: MeshFacts) -> dict[str, Any]:
-    materials = {name: item.materials.get(name, ObjectMaterial()) for name in facts.materials}
+    materials = {
+        name: {"color": list(base)} | _plain(item.materials.get(name, ObjectMaterial()))
+        for name, base in facts.materials.items()
+    }
     return {
         "name": item.name,
         "mesh": f"{item.name}_mesh",
-        "color": f"{item.name}_color",
+        "color": _present(f"{item.name}_color", entries),
         "normal": _present(f"{item.name}_normal", entries),
         "height": _present(f"{item.name}_height", entries),
         "gloss": _present(f"{item.name}_gloss", entries),
         "center": list(facts.center),
         "radius_m": facts.radius_m,
         "lods": [{"node": node, "error_m": error_m} for node, error_m in facts.lods],
-        "materials": {name: _plain(material) for name, material in materials.items()},
+        "materials": materials,
         "instances": [
             {
                 "position": list(instance.position),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from paradize.errors import BakeError, ParadizeError, SourceError
 from paradize.formats.glb import decode_glb, encode_glb
 from paradize.metrics.surface import surface_distance
 from paradize.metrics.tangent import frame_faults
+from paradize.readers.mtl import base_colors_of
 from paradize.readers.obj import read_obj
 from paradize.stages.atlas import make_atlas
 from paradize.stages.lod import LEAST_TRIANGLES, RATIO, TIERS, simplify
@@ -53,13 +55,15 @@ def bake_mesh(
     tier: str = "balanced",
     atlas: bool = False,
     root: Path | None = None,
+    base_colors: Mapping[str, Sequence[float]] | None = None,
 ) -> MeshProduct:
     """Reads an OBJ, mends it, gives it normals, tangent frames and levels of detail, and measures each level.
 
     lods: levels at most, level 0 included, 1 to MAX_LODS. max_error: largest surface distance of any level,
     of the bounding box's diagonal. tier: the LOD tier; the nearest one there is is used and named in the
     report. atlas: make texture coordinates where there are none. root: folder that material files must lie
-    in. Raises SourceError for an input that cannot be baked, BakeError where a stage fails.
+    in. base_colors: linear RGB by material, instead of the Kd of materials without a colour map. Raises
+    SourceError for an input that cannot be baked, BakeError where a stage fails.
     """
     started = time.monotonic()
     path = Path(path)
@@ -68,7 +72,7 @@ def bake_mesh(
     if max_error is not None and not 0 <= max_error <= 1:
         raise BakeError(f"max error {max_error:g} of the diagonal, expected 0 to 1", file=path)
     try:
-        return _bake(path, lods, max_error, tier, atlas, root, started)
+        return _bake(path, lods, max_error, tier, atlas, root, base_colors, started)
     except MemoryError as error:
         raise SourceError("too large for this machine's memory", file=path) from error
     except ParadizeError as error:
@@ -78,7 +82,14 @@ def bake_mesh(
 
 
 def _bake(
-    path: Path, lods: int, max_error: float | None, tier: str, atlas: bool, root: Path | None, started: float
+    path: Path,
+    lods: int,
+    max_error: float | None,
+    tier: str,
+    atlas: bool,
+    root: Path | None,
+    base_colors: Mapping[str, Sequence[float]] | None,
+    started: float,
 ) -> MeshProduct:
     read = read_obj(path, root)
     warnings = list(read.warnings)
@@ -114,7 +125,9 @@ def _bake(
     levels = [(replace(level, tangents=None), errors) for level, errors in levels]
     framed = [(tangent_frames(level) if level.uvs is not None else level, errors) for level, errors in levels]
     done = tuple(Lod(level, errors["error_max"], errors["error_rms"]) for level, errors in framed)
-    glb = encode_glb(done, path.stem)
+    glb = encode_glb(
+        done, path.stem, base_colors=base_colors_of(read.materials) if base_colors is None else base_colors
+    )
     decode_glb(glb, path.with_suffix(".glb"))
     report: dict[str, Any] = {
         "triangles": len(framed[0][0].triangles),

@@ -52,8 +52,16 @@ class Requirements:
         return [want for order in self.orders for want in order.wants]
 
 
-def require(scene: Scene, colors: dict[str, Path]) -> Requirements:
-    """The scene's requirements. colors: the colour map of each object, by the object's name."""
+@dataclass(frozen=True)
+class Look:
+    """Where an object's colour comes from: its colour map, or its materials' own linear RGB by name."""
+
+    color_map: Path | None = None
+    base_colors: dict[str, tuple[float, float, float]] = field(default_factory=dict)
+
+
+def require(scene: Scene, looks: dict[str, Look]) -> Requirements:
+    """The scene's requirements. looks: by the object's name."""
     found = Requirements()
     if scene.sky:
         faces = {f"face{i}": path for i, path in enumerate(scene.sky.faces)}
@@ -63,7 +71,7 @@ def require(scene: Scene, colors: dict[str, Path]) -> Requirements:
     if scene.water:
         _water(found, scene.water)
     for item in scene.objects:
-        _object(found, item, colors[item.name])
+        _object(found, item, looks[item.name])
     if scene.sound:
         want = Want("sound", "sound", "sound", "the sound of the scene")
         found.add("sound", "sound", {"file": scene.sound.file}, [want])
@@ -136,7 +144,7 @@ def _water(found: Requirements, water: Water) -> None:
     )
 
 
-def _object(found: Requirements, item: SceneObject, color: Path) -> None:
+def _object(found: Requirements, item: SceneObject, look: Look) -> None:
     name = item.name
     found.add(
         f"{name} mesh",
@@ -146,11 +154,14 @@ def _object(found: Requirements, item: SceneObject, color: Path) -> None:
         lods=item.lods,
         max_error=item.max_error,
         atlas=item.atlas,
+        base_colors={material: list(color) for material, color in look.base_colors.items()},
     )
+    if look.color_map is None:
+        return
     alpha = {"alpha": item.alpha} if item.alpha else {}
     layout = {"layout": item.mesh} if item.wrap == "clamp" and not item.atlas else {}
     cutoffs = [material.alpha_cutoff for material in item.materials.values() if material.alpha_cutoff > 0.0]
-    sources = {"image": color, **alpha, **layout}
+    sources = {"image": look.color_map, **alpha, **layout}
     _color(found, name, sources, item.wrap, f"the object {name}", min(cutoffs, default=0.5))
     maps = []
     if item.strength > 0.0:
@@ -164,7 +175,7 @@ def _object(found: Requirements, item: SceneObject, color: Path) -> None:
     found.add(
         f"{name} maps",
         "maps",
-        {"image": color, **layout},
+        {"image": look.color_map, **layout},
         maps,
         source="color",
         strength=item.strength,

@@ -82,6 +82,7 @@ struct Water {
 
 struct Material {
     std::string name;
+    glm::vec3 color{1.0F}; // linear; the colour map times this
     float parallax_scale = 0.0F;
     float parallax_bias = 0.0F;
     float specular = 0.0F;

@@ -11,6 +11,7 @@ constexpr double most_turn_rad = 1e3;
 Material material(const JsonObject &from, const std::string &name) {
     Material value;
     value.name = name;
+    value.color = triple(from, "color", 0.0, 1e4);
     value.parallax_scale = real_or(from, "parallax_scale", 0.0, 10.0, value.parallax_scale);
     value.parallax_bias = real_or(from, "parallax_bias", -10.0, 10.0, value.parallax_bias);
     value.specular = real_or(from, "specular", 0.0, 1e3, value.specular);

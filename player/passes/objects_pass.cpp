@@ -31,9 +31,9 @@ ObjectsPass::ObjectsPass(const PassSetup &setup)
       sampler_(gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, setup.anisotropy)),
       depth_model_at_(depth_.location("u_model")), depth_cutoff_at_(depth_.location("u_alpha_cutoff")),
       model_at_(program_.location("u_model")), scale_at_(program_.location("u_scale")),
-      maps_at_(program_.location("u_maps")), parallax_at_(program_.location("u_parallax")),
-      shine_at_(program_.location("u_shine")), cutoff_at_(program_.location("u_alpha_cutoff")),
-      translucency_at_(program_.location("u_translucency")),
+      maps_at_(program_.location("u_maps")), base_color_at_(program_.location("u_base_color")),
+      parallax_at_(program_.location("u_parallax")), shine_at_(program_.location("u_shine")),
+      cutoff_at_(program_.location("u_alpha_cutoff")), translucency_at_(program_.location("u_translucency")),
       multisampled_at_(program_.location("u_multisampled")) {
     depth_.set_unit("u_color", unit_color);
     program_.set_unit("u_color", unit_color);
@@ -92,6 +92,7 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
         for (std::size_t m = 0; m < object.materials.size(); ++m) {
             const assets::Material &material = object.materials[m];
             sides(material.two_sided);
+            gl::Program::set(base_color_at_, material.color);
             gl::Program::set(parallax_at_, glm::vec2(material.parallax_scale, material.parallax_bias));
             gl::Program::set(shine_at_, glm::vec2(material.specular, material.smoothness));
             gl::Program::set(cutoff_at_, material.alpha_cutoff);

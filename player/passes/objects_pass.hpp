@@ -21,7 +21,8 @@ class ObjectsPass : public Pass {
     Surroundings surroundings_;
     gl::Sampler sampler_;
     int depth_model_at_ = -1, depth_cutoff_at_ = -1;
-    int model_at_ = -1, scale_at_ = -1, maps_at_ = -1, parallax_at_ = -1, shine_at_ = -1, cutoff_at_ = -1;
+    int model_at_ = -1, scale_at_ = -1, maps_at_ = -1, base_color_at_ = -1, parallax_at_ = -1, shine_at_ = -1,
+        cutoff_at_ = -1;
     int translucency_at_ = -1, multisampled_at_ = -1;
 };
 

@@ -117,7 +117,7 @@ std::string SceneText::str() const {
 "objects": [{"name": "quad", "mesh": "quad_mesh", "color": )" +
            color + R"(, "normal": null, "height": null, "gloss": null,
  "center": [0, 0, 0], "radius_m": 1.5, "lods": [{"node": "lod0", "error_m": 0}, {"node": "lod1", "error_m": 0.1}],
- "materials": {"leaf": {"parallax_scale": 0, "parallax_bias": 0, "specular": 0.5, "smoothness": 0.7,
+ "materials": {"leaf": {"color": [1, 1, 1], "parallax_scale": 0, "parallax_bias": 0, "specular": 0.5, "smoothness": 0.7,
   "two_sided": true, "alpha_cutoff": 0.5}},
  "instances": [{"position": [0, 0, 0], "yaw_rad": 0.5, "scale": 2.0}]}],
 "particles": [], "sound": null,

@@ -121,6 +121,7 @@ def write_scene(folder: Path, *, bare: bool = False, **changes: Any) -> Path:
 
 def _manifest(artifacts: dict[str, Any], bare: bool) -> dict[str, Any]:
     material = {
+        "color": [1.0, 1.0, 1.0],
         "parallax_scale": 0.0,
         "parallax_bias": 0.0,
         "specular": 0.2,

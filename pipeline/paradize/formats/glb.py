@@ -66,12 +66,24 @@ class _Writer:
         return len(self.accessors) - 1
 
 
-def encode_glb(lods: Sequence[Lod], name: str, extras: Mapping[str, object] | None = None) -> bytes:
+def _material(name: str, base_color: Sequence[float] | None) -> dict[str, Any]:
+    if base_color is None:
+        return {"name": name}
+    factor = [min(max(float(value), 0.0), 1.0) for value in base_color]
+    return {"name": name, "pbrMetallicRoughness": {"baseColorFactor": [*factor, 1.0], "metallicFactor": 0.0}}
+
+
+def encode_glb(
+    lods: Sequence[Lod],
+    name: str,
+    extras: Mapping[str, object] | None = None,
+    base_colors: Mapping[str, Sequence[float]] | None = None,
+) -> bytes:
     """Writes levels of detail, the finest first in `lods`, the coarsest first in the binary chunk.
 
     Every level becomes node `lod<k>` with a mesh of one primitive per group; node extras hold error_max and
     error_rms (fractions of level 0's bounding-box diagonal) and error_m (error_max in metres). `extras`
-    land in the asset. Raises BakeError on arrays that do not fit each other, values that are not finite, or
+    land in the asset. base_colors: linear RGB by material name, clamped to 0..1; white where absent. Raises BakeError on arrays that do not fit each other, values that are not finite, or
     more than 4 GiB.
     """
     if not lods:
@@ -105,7 +117,7 @@ def encode_glb(lods: Sequence[Lod], name: str, extras: Mapping[str, object] | No
         "scenes": [{"name": name, "nodes": [0]}],
         "nodes": nodes,
         "meshes": meshes,
-        "materials": [{"name": material} for material in materials],
+        "materials": [_material(material, (base_colors or {}).get(material)) for material in materials],
         "accessors": writer.accessors,
         "bufferViews": writer.views,
         "buffers": [{"byteLength": len(writer.binary)}],

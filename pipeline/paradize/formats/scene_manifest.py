@@ -118,6 +118,7 @@ _vec2, _vec3 = _list(_real, size=2), _list(_real, size=3)
 _cubic = _list(_real, size=4)
 _view = _or_null(_table(scale=_number(1e-3, 16.0)))
 _material = _table(
+    color=_vec3,
     parallax_scale=_real,
     parallax_bias=_real,
     specular=_positive,
@@ -196,7 +197,7 @@ _manifest = _table(
         _table(
             name=_text,
             mesh=_text,
-            color=_text,
+            color=_or_null(_text),
             normal=_or_null(_text),
             height=_or_null(_text),
             gloss=_or_null(_text),

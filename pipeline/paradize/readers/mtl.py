@@ -8,6 +8,7 @@ opened.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
@@ -45,6 +46,11 @@ class Material:
     map_ns: Path | None = None
     map_bump: Path | None = None
     map_normal: Path | None = None
+
+
+def base_colors_of(materials: Mapping[str, Material]) -> dict[str, tuple[float, float, float]]:
+    """Linear RGB by name: the Kd of materials without a colour map; a colour map is the whole colour."""
+    return {name: material.kd for name, material in materials.items() if material.map_kd is None}
 
 
 def inside(root: Path, folder: Path, name: str) -> Path | None:
