@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 from collections.abc import Callable
@@ -120,6 +121,13 @@ def dry_place_by_the_sea(heights_m: np.ndarray, size_m: float) -> tuple[float, f
     return i * step - size_m / 2, float(heights_m[j, i]), j * step - size_m / 2
 
 
+def ground_m(heights_m: np.ndarray, size_m: float, x: float, z: float) -> float:
+    """The highest ground or sea within two pixels of a place: a camera above it stands in the open."""
+    n = heights_m.shape[0]
+    i, j = (round((v + size_m / 2) / size_m * (n - 1)) for v in (x, z))
+    return max(0.0, float(heights_m[j - 2 : j + 3, i - 2 : i + 3].max()))
+
+
 @pytest.fixture(scope="module")
 def archipelago(
     corpus: Path,
@@ -132,7 +140,10 @@ def archipelago(
         shutil.copy(corpus / source, folder / name)
     heights_m = load_grey(folder / "height.png") * 85.0 - 3.0
     x, y, z = dry_place_by_the_sea(heights_m, 800.0)
-    eye = [(x + 14 * np.cos(a), y + 5.0, z + 14 * np.sin(a)) for a in np.arange(6) * np.pi / 3]
+    eye = []
+    for angle in np.arange(6) * np.pi / 3:
+        ex, ez = x + 16 * np.cos(angle), z + 16 * np.sin(angle)
+        eye.append((ex, ground_m(heights_m, 800.0, ex, ez) + 4.0, ez))
     waypoints = "".join(
         f"[[flight.eye]]\nposition = [{p[0]:.3f}, {p[1]:.3f}, {p[2]:.3f}]\n"
         f"[[flight.target]]\nposition = [{x + 0.1 * k:.3f}, {y + 2.0:.3f}, {z:.3f}]\n"
@@ -142,7 +153,8 @@ def archipelago(
     places = {"x": f"{x:.3f}", "y": f"{y:.3f}", "z": f"{z:.3f}"}
     places |= {"dock_y": f"{y - 3.0:.3f}", "dock_z": f"{z + 8:.3f}", "crab_x": f"{x + 3:.3f}"}
     scene.write_text(SCENE.format(waypoints=waypoints, **places))
-    result = paradize("bake", scene, "-o", folder / "baked", "--json")
+    fresh = {**os.environ, "PARADIZE_STORE": str(folder / "store")}
+    result = paradize("bake", scene, "-o", folder / "baked", "--json", env=fresh)
     assert result.returncode == 0, result.stderr
     report = json.loads(result.stdout)
     assert report["failed"] == 0

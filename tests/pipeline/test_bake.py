@@ -13,7 +13,7 @@ import pytest
 
 from paradize.bake import bake
 from paradize.bake_record import BakeReport
-from paradize.errors import GroupedError, SceneError
+from paradize.errors import GroupedError
 from paradize.formats.scene_manifest import decode_scene
 from tests.pipeline.scenes import make_cove, write_image
 
@@ -170,9 +170,11 @@ def test_an_object_without_a_colour_map_takes_the_one_of_its_materials(copied: t
     scene, out = copied
     scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
     assert baked_names(bake(scene, out, jobs=1)) == set()
-    (scene.parent / "post.mtl").write_text("newmtl wood\n")
-    with pytest.raises(SceneError, match=r"object\[0\].color"):
-        bake(scene, out, jobs=1)
+    (scene.parent / "post.mtl").write_text("newmtl wood\nKd 0.25 0.5 0.75\n")
+    bake(scene, out, jobs=1)
+    item = json.loads((out / "scene.json").read_text())["objects"][0]
+    assert (item["color"], item["normal"]) == (None, None)
+    assert item["materials"]["wood"]["color"] == [0.25, 0.5, 0.75]
 
 
 def test_a_missing_source_is_a_scene_error_before_anything_runs(copied: tuple[Path, Path]) -> None:

@@ -83,8 +83,8 @@ def encode_glb(
 
     Every level becomes node `lod<k>` with a mesh of one primitive per group; node extras hold error_max and
     error_rms (fractions of level 0's bounding-box diagonal) and error_m (error_max in metres). `extras`
-    land in the asset. base_colors: linear RGB by material name, clamped to 0..1; white where absent. Raises BakeError on arrays that do not fit each other, values that are not finite, or
-    more than 4 GiB.
+    land in the asset. base_colors: linear RGB by material name, clamped to 0..1; white where absent. Raises
+    BakeError on arrays that do not fit each other, values that are not finite, or more than 4 GiB.
     """
     if not lods:
         raise BakeError("a mesh file needs one level of detail at least", file=name)
