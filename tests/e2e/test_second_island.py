@@ -31,6 +31,7 @@ SOURCES = {
     **{f"{face}.jpg": f"sky/studio_garden/studio_garden_{face}.jpg" for face in FACES},
 }
 
+SIZE_M = 3000.0
 SCENE = """
 [scene]
 name = "archipelago"
@@ -59,24 +60,25 @@ scale = 0.5
 
 [terrain]
 heightmap = "height.png"
-size_m = [800.0, 800.0]
+size_m = [3000.0, 3000.0]
 height_m = 85.0
 base_m = -3.0
 max_error_m = 0.5
 sand_color = "sand.jpg"
-sand_repeat = 60.0
+sand_repeat = 250.0
 effect_color = "stones.jpg"
 
 [water]
 waves = "waves.jpg"
-size_m = 3000.0
-tile = 150.0
+size_m = 6000.0
+tile = 300.0
 
 [[object]]
 name = "palm"
 mesh = "palm.obj"
 [[object.instance]]
 position = [{x}, {y}, {z}]
+scale = 2.0
 
 [[object]]
 name = "dock"
@@ -84,14 +86,14 @@ mesh = "dock.obj"
 color = "dock.jpg"
 atlas = true
 [[object.instance]]
-position = [{x}, {dock_y}, {dock_z}]
+position = [{dock_x}, {dock_y}, {dock_z}]
 scale = 0.6
 
 [[object]]
 name = "crab"
 mesh = "crab.obj"
 [[object.instance]]
-position = [{crab_x}, {y}, {z}]
+position = [{crab_x}, {y}, {crab_z}]
 scale = 60.0
 
 [flight]
@@ -122,10 +124,24 @@ def dry_place_by_the_sea(heights_m: np.ndarray, size_m: float) -> tuple[float, f
 
 
 def ground_m(heights_m: np.ndarray, size_m: float, x: float, z: float) -> float:
-    """The highest ground or sea within two pixels of a place: a camera above it stands in the open."""
+    """The highest ground or sea within a pixel of a place: a camera above it stands in the open."""
     n = heights_m.shape[0]
     i, j = (round((v + size_m / 2) / size_m * (n - 1)) for v in (x, z))
-    return max(0.0, float(heights_m[j - 2 : j + 3, i - 2 : i + 3].max()))
+    return max(0.0, float(heights_m[j - 1 : j + 2, i - 1 : i + 2].max()))
+
+
+def towards_the_sea(heights_m: np.ndarray, size_m: float, x: float, z: float) -> tuple[float, float]:
+    """Unit (x, z) from a place to the middle of the water within 60 m."""
+    n = heights_m.shape[0]
+    step = size_m / (n - 1)
+    axis = np.arange(n) * step - size_m / 2
+    dx, dz = axis[None, :] - x, axis[:, None] - z
+    near = (dx * dx + dz * dz < 60.0**2) & (heights_m < 0)
+    toward = np.array(
+        [np.broadcast_to(dx, near.shape)[near].mean(), np.broadcast_to(dz, near.shape)[near].mean()]
+    )
+    out = toward / np.hypot(*toward)
+    return float(out[0]), float(out[1])
 
 
 @pytest.fixture(scope="module")
@@ -139,11 +155,12 @@ def archipelago(
     for name, source in SOURCES.items():
         shutil.copy(corpus / source, folder / name)
     heights_m = load_grey(folder / "height.png") * 85.0 - 3.0
-    x, y, z = dry_place_by_the_sea(heights_m, 800.0)
+    x, y, z = dry_place_by_the_sea(heights_m, SIZE_M)
+    out_x, out_z = towards_the_sea(heights_m, SIZE_M, x, z)
     eye = []
     for angle in np.arange(6) * np.pi / 3:
-        ex, ez = x + 16 * np.cos(angle), z + 16 * np.sin(angle)
-        eye.append((ex, ground_m(heights_m, 800.0, ex, ez) + 4.0, ez))
+        ex, ez = x + 24 * out_x + 3 * np.cos(angle), z + 24 * out_z + 3 * np.sin(angle)
+        eye.append((ex, ground_m(heights_m, SIZE_M, ex, ez) + 3.0, ez))
     waypoints = "".join(
         f"[[flight.eye]]\nposition = [{p[0]:.3f}, {p[1]:.3f}, {p[2]:.3f}]\n"
         f"[[flight.target]]\nposition = [{x + 0.1 * k:.3f}, {y + 2.0:.3f}, {z:.3f}]\n"
@@ -151,7 +168,8 @@ def archipelago(
     )
     scene = folder / "archipelago.toml"
     places = {"x": f"{x:.3f}", "y": f"{y:.3f}", "z": f"{z:.3f}"}
-    places |= {"dock_y": f"{y - 3.0:.3f}", "dock_z": f"{z + 8:.3f}", "crab_x": f"{x + 3:.3f}"}
+    places |= {"dock_x": f"{x + 9 * out_x:.3f}", "dock_y": "-1.7", "dock_z": f"{z + 9 * out_z:.3f}"}
+    places |= {"crab_x": f"{x + 3 * out_x:.3f}", "crab_z": f"{z + 3 * out_z:.3f}"}
     scene.write_text(SCENE.format(waypoints=waypoints, **places))
     fresh = {**os.environ, "PARADIZE_STORE": str(folder / "store")}
     result = paradize("bake", scene, "-o", folder / "baked", "--json", env=fresh)
