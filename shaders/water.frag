@@ -142,6 +142,9 @@ void main() {
     // Spray thickens the haze with distance, so that the horizon is nowhere a line.
     float spray = 1.8 * distance_m * fog.w;
     float lost_in_haze = max(1.0 - exp(-spray * spray), smoothstep(0.55 * u_fade_m, 0.95 * u_fade_m, distance_m));
+    // An eye close to the surface looks so flat that all of that happens within a row of pixels: there the
+    // haze follows the angle.
+    lost_in_haze = max(lost_in_haze, exp(-abs(v.y) / 0.008) * smoothstep(30.0, 150.0, distance_m));
     color = mix(color, haze_color(-v), lost_in_haze);
     fragment = vec4(color, clamp(max(edge, foam), 0.0, 1.0));
 }

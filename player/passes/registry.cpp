@@ -57,9 +57,14 @@ std::span<const std::string_view> pass_names() {
 
 std::vector<std::unique_ptr<Pass>> make_passes(const PassSetup &setup,
                                                std::span<const std::string> disabled) {
+    const auto left_out = [&](std::string_view name) {
+        return std::ranges::find(disabled, name) != disabled.end();
+    };
     std::vector<std::unique_ptr<Pass>> passes;
     for (const Entry &entry : entries) {
-        if (entry.wanted(setup.scene.file()) && std::ranges::find(disabled, entry.name) == disabled.end()) {
+        // Without the water nobody looks at what it would show.
+        const bool unseen = left_out("water") && (entry.name == "reflection" || entry.name == "refraction");
+        if (entry.wanted(setup.scene.file()) && !left_out(entry.name) && !unseen) {
             passes.push_back(entry.make(setup));
         }
     }

@@ -1,0 +1,106 @@
+"""A baked scene seen from a place of one's own: its files, with another camera and other settings."""
+
+from __future__ import annotations
+
+import copy
+import json
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+from numpy.typing import NDArray
+
+WIDTH, HEIGHT = 320, 180
+FOV_RAD = 0.9
+Vec = tuple[float, float, float]
+Picture = NDArray[np.float32]
+
+
+@dataclass
+class Posed:
+    """Renders one scene again and again; a picture that was asked for before comes from memory."""
+
+    source: Path
+    player: Callable[..., Any]
+    folder: Path
+    kept: dict[str, Picture] = field(default_factory=dict)
+
+    def scene(self) -> dict[str, Any]:
+        """A copy of its scene.json, to be changed."""
+        return copy.deepcopy(json.loads((self.source / "scene.json").read_text()))
+
+    def render(
+        self,
+        eye: Vec,
+        target: Vec,
+        *,
+        disable: str = "",
+        time_s: float = 0.0,
+        scene: dict[str, Any] | None = None,
+        files: dict[str, bytes] | None = None,
+    ) -> Picture:
+        """(180, 320, 3) float32 in 0..1, sRGB-encoded, from `eye` to `target`; every value is checked to be
+        finite before it is encoded. `files` replaces artifacts by name."""
+        manifest = self.scene() if scene is None else copy.deepcopy(scene)
+        duration_s = manifest["flight"]["duration_s"]
+        manifest["flight"] |= {
+            "fov_rad": FOV_RAD,
+            "segments": [
+                {
+                    "eye": [[v, 0.0, 0.0, 0.0] for v in eye],
+                    "target": [[v, 0.0, 0.0, 0.0] for v in target],
+                    "roll": [0.0, 0.0, 0.0, 0.0],
+                }
+            ],
+            "time_table": [[0.0, 0.0, 1.0 / duration_s], [duration_s, 1.0, 1.0 / duration_s]],
+        }
+        if "waypoint_u" in manifest["flight"]:
+            manifest["flight"]["waypoint_u"] = [0]
+        key = json.dumps([manifest, disable, time_s, sorted(files or {})], sort_keys=True)
+        if key in self.kept:
+            return self.kept[key]
+        room = Path(tempfile.mkdtemp(dir=self.folder))
+        for name, artifact in manifest["artifacts"].items():
+            place = room / artifact["file"]
+            if files and name in files:
+                place.write_bytes(files[name])
+                artifact["bytes"] = len(files[name])
+            else:
+                place.symlink_to((self.source / artifact["file"]).resolve())
+        (room / "scene.json").write_text(json.dumps(manifest))
+        out = room / "picture.png"
+        arguments: list[object] = [room, "--time", time_s, "--size", f"{WIDTH}x{HEIGHT}"]
+        arguments += ["--screenshot", out, "--check-finite", "--debug"]
+        if disable:
+            arguments += ["--disable", disable]
+        result = self.player(*arguments)
+        assert result.returncode == 0, result.stderr
+        pixels = oiio.ImageBuf(str(out)).get_pixels(oiio.FLOAT)[..., :3]
+        self.kept[key] = np.ascontiguousarray(pixels, dtype=np.float32)
+        return self.kept[key]
+
+
+def pixel(eye: Vec, target: Vec, point: Vec) -> tuple[float, float]:
+    """(x, y) in pixels, row 0 at the top, of a world point in a picture from `eye` to `target`."""
+    forward = np.subtract(target, eye) / np.linalg.norm(np.subtract(target, eye))
+    right = np.cross(forward, [0.0, 1.0, 0.0])
+    right /= np.linalg.norm(right)
+    up = np.cross(right, forward)
+    ray = np.subtract(point, eye)
+    scale = 0.5 * HEIGHT / np.tan(0.5 * FOV_RAD) / float(ray @ forward)
+    return WIDTH / 2 + float(ray @ right) * scale, HEIGHT / 2 - float(ray @ up) * scale
+
+
+def differs(a: Picture, b: Picture, threshold: float = 6.0 / 255.0) -> NDArray[np.bool_]:
+    """(h, w): where two pictures differ by more than the threshold in any channel."""
+    return np.asarray(np.abs(a - b).max(axis=2) > threshold)
+
+
+def around(mask: NDArray[Any], x: float, y: float, radius: int) -> NDArray[Any]:
+    """The square of a picture around a pixel."""
+    left, top = max(round(x) - radius, 0), max(round(y) - radius, 0)
+    return mask[top : round(y) + radius + 1, left : round(x) + radius + 1]

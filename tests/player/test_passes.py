@@ -1,0 +1,255 @@
+"""Each pass shows its effect where it draws and nowhere else, on the baked island from poses of our own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from paradize.data import Texture
+from paradize.formats.ktx2 import encode_ktx2
+from tests.player.posed import HEIGHT, WIDTH, Picture, Posed, Vec, around, differs, pixel
+
+# Poses on the island: facts of its terrain and flight, not of the player.
+PALM_EYE: Vec = (-2.0, 1.6, 8.0)  # over the lagoon, the palm before it
+PALM_TARGET: Vec = (-24.0, 2.0, 3.0)
+FLOOR_EYE: Vec = (1.0, 3.0, 14.0)  # over the middle of the lagoon, straight down
+FLOOR_TARGET: Vec = (1.0, 0.0, 13.9)
+SEA_EYE: Vec = (70.0, 0.7, 90.0)  # low over the open sea, away from the island
+SEA_TARGET: Vec = (170.0, -3.0, 190.0)
+JETTY_EYE: Vec = (33.0, 1.5, 30.0)  # poles that stand in shallow water
+JETTY_TARGET: Vec = (38.0, -0.4, 33.0)
+DUNE_EYE: Vec = (-8.0, 9.0, -24.0)  # a dune from above: higher than mix_high
+DUNE_TARGET: Vec = (-8.0, 4.0, -25.0)
+
+
+@pytest.fixture(scope="module")
+def posed(island: Path, player: Callable[..., Any], tmp_path_factory: pytest.TempPathFactory) -> Posed:
+    return Posed(island, player, tmp_path_factory.mktemp("posed"))
+
+
+def without(posed: Posed, name: str) -> dict[str, Any]:
+    """The scene without one of its objects and without what flies about it."""
+    scene = posed.scene()
+    scene["objects"] = [item for item in scene["objects"] if item["name"] != name]
+    scene["particles"] = []
+    return scene
+
+
+def crown(posed: Posed) -> Vec:
+    x, y, z = posed.scene()["particles"][0]["center"]
+    return (x, y, z)
+
+
+def plain(color: tuple[int, int, int]) -> bytes:
+    """A colour texture of one colour."""
+    levels = tuple(bytes((*color, 255)) * (size * size) for size in (4, 2, 1))
+    return encode_ktx2(Texture("RGBA8_SRGB", 4, 4, levels))
+
+
+def test_the_palm_stands_upon_its_head_in_the_water(posed: Posed) -> None:
+    x, y, z = crown(posed)
+    here = pixel(PALM_EYE, PALM_TARGET, (x, -y, z))
+    assert 0 < here[1] < HEIGHT, "the pose does not show the mirrored crown"
+    with_palm = posed.render(PALM_EYE, PALM_TARGET)
+    bare = without(posed, "palm")
+    assert around(differs(with_palm, posed.render(PALM_EYE, PALM_TARGET, scene=bare)), *here, 10).mean() > 0.1
+    # Without the pass the same water does not know of the palm.
+    blind = posed.render(PALM_EYE, PALM_TARGET, disable="reflection")
+    blind_bare = posed.render(PALM_EYE, PALM_TARGET, disable="reflection", scene=bare)
+    assert not around(differs(blind, blind_bare), *here, 10).any()
+
+
+def test_reflection_and_refraction_change_water_and_nothing_else(posed: Posed) -> None:
+    whole = posed.render(PALM_EYE, PALM_TARGET)
+    water = differs(whole, posed.render(PALM_EYE, PALM_TARGET, disable="water"), 2.5 / 255.0)
+    for name in ("reflection", "refraction"):
+        changed = differs(whole, posed.render(PALM_EYE, PALM_TARGET, disable=name))
+        assert changed.mean() > 0.02
+        # The floor under the water is drawn by the main view when there is no refraction: the beach is not.
+        assert (changed & ~water).mean() < 0.002
+        assert not changed[: HEIGHT // 4].any()
+
+
+def test_the_palm_s_shadow_lies_on_the_sand(posed: Posed) -> None:
+    scene = posed.scene()
+    sun = np.asarray(scene["sun"]["direction"])
+    top = np.asarray(crown(posed))
+    place = top - sun * (top[1] - 0.4) / sun[1]
+    eye, target = (place[0] - 4.0, 7.0, place[2] + 9.0), (place[0], 0.4, place[2])
+    lit = posed.render(eye, target, disable="shadow")
+    shadowed = posed.render(eye, target)
+    dark = differs(lit, shadowed) & (shadowed.mean(axis=2) < lit.mean(axis=2))
+    assert around(dark, WIDTH / 2, HEIGHT / 2, 40).mean() > 0.1
+    # No shadow is brighter than the light, and without the palm there is none on that sand.
+    assert (differs(lit, shadowed) & (shadowed.mean(axis=2) > lit.mean(axis=2))).mean() < 0.002
+    bare = without(posed, "palm")
+    alone = differs(
+        posed.render(eye, target, scene=bare), posed.render(eye, target, scene=bare, disable="shadow")
+    )
+    assert around(alone, WIDTH / 2, HEIGHT / 2, 40).mean() < 0.01
+
+
+def test_fronds_cast_the_shadow_of_their_leaves_not_of_their_cards(posed: Posed) -> None:
+    scene = posed.scene()
+    sun, top = np.asarray(scene["sun"]["direction"]), np.asarray(crown(posed))
+    place = top - sun * (top[1] - 0.4) / sun[1]
+    eye, target = (place[0] - 4.0, 7.0, place[2] + 9.0), (place[0], 0.4, place[2])
+    lit = posed.render(eye, target, disable="shadow")
+    leaves = differs(lit, posed.render(eye, target))
+    for item in scene["objects"]:
+        for material in item["materials"].values():
+            material["alpha_cutoff"] = 0.0
+    cards = differs(
+        posed.render(eye, target, scene=scene, disable="shadow"), posed.render(eye, target, scene=scene)
+    )
+    assert (
+        around(cards, WIDTH / 2, HEIGHT / 2, 50).sum() > 1.1 * around(leaves, WIDTH / 2, HEIGHT / 2, 50).sum()
+    )
+
+
+@pytest.mark.parametrize("elevation_deg", [12.0, 45.0, 85.0])
+def test_lit_sand_does_not_shadow_itself(posed: Posed, elevation_deg: float) -> None:
+    scene = posed.scene()
+    scene["objects"], scene["particles"] = [], []
+    angle = np.radians(elevation_deg)
+    scene["sun"]["direction"] = [float(-np.cos(angle)), float(np.sin(angle)), 0.0]
+    eye, target = (2.0, 2.5, 2.0), (2.0, 1.2, -4.0)  # the beach at the lagoon's head rises evenly
+    lit = posed.render(eye, target, scene=scene, disable="shadow,water")
+    shadowed = posed.render(eye, target, scene=scene, disable="water")
+    assert differs(lit, shadowed).mean() < 0.02
+
+
+def test_outside_the_shadow_map_everything_is_lit(posed: Posed) -> None:
+    scene = posed.scene()
+    scene["shadow"] |= {"extent_m": 4.0, "center": [-60.0, 0.0, -60.0]}
+    lit = posed.render(PALM_EYE, PALM_TARGET, disable="shadow")
+    assert not differs(lit, posed.render(PALM_EYE, PALM_TARGET, scene=scene), 1.5 / 255.0).any()
+
+
+def test_steep_water_shows_the_floor_and_grazing_water_the_sky(posed: Posed) -> None:
+    steep = posed.render(FLOOR_EYE, FLOOR_TARGET)
+    floor = differs(steep, posed.render(FLOOR_EYE, FLOOR_TARGET, disable="refraction"), 12 / 255.0).mean()
+    sky = differs(steep, posed.render(FLOOR_EYE, FLOOR_TARGET, disable="reflection"), 12 / 255.0).mean()
+    assert floor > 0.8
+    assert sky < 0.1
+    flat = posed.render(SEA_EYE, SEA_TARGET)
+    half = slice(HEIGHT // 2, HEIGHT * 3 // 4)
+    floor = differs(flat, posed.render(SEA_EYE, SEA_TARGET, disable="refraction"), 12 / 255.0)[half].mean()
+    sky = differs(flat, posed.render(SEA_EYE, SEA_TARGET, disable="reflection"), 12 / 255.0)[half].mean()
+    assert sky > 0.2
+    assert floor < 0.05
+
+
+def test_shallows_are_turquoise_and_the_open_sea_is_blue(posed: Posed) -> None:
+    red, green, blue = posed.render(FLOOR_EYE, FLOOR_TARGET).mean(axis=(0, 1))
+    assert green > 1.15 * red
+    assert blue > red
+    down: Vec = (SEA_EYE[0], -3.0, SEA_EYE[2] - 3.0)
+    red, green, blue = posed.render(SEA_EYE, down).mean(axis=(0, 1))
+    assert blue > 1.2 * green > 1.2 * red
+
+
+def test_a_pole_is_bent_where_it_enters_the_water(posed: Posed) -> None:
+    # The jetty's part below the water is seen nearer to the surface than a straight ray would show it: with
+    # another index of refraction, here none at all, its picture reaches further down.
+    bare = without(posed, "jetty")
+    seen = differs(posed.render(JETTY_EYE, JETTY_TARGET), posed.render(JETTY_EYE, JETTY_TARGET, scene=bare))
+    dry = differs(
+        posed.render(JETTY_EYE, JETTY_TARGET, disable="water,refraction"),
+        posed.render(JETTY_EYE, JETTY_TARGET, scene=bare, disable="water,refraction"),
+    )
+    blind = differs(
+        posed.render(JETTY_EYE, JETTY_TARGET, disable="refraction,reflection"),
+        posed.render(JETTY_EYE, JETTY_TARGET, scene=bare, disable="refraction,reflection"),
+    )
+    below = ~blind & dry  # pixels that a straight look gives to what stands under water
+    assert below.mean() > 0.01, "the pose does not show poles under water"
+    assert (seen & below).sum() > 0.1 * below.sum()  # they are seen through the water,
+    assert (seen & below).sum() < 0.9 * below.sum()  # but not where a straight look has them
+
+
+def test_below_mix_low_there_is_only_the_effect_map_and_above_mix_high_only_sand(posed: Posed) -> None:
+    strange = plain((255, 0, 255))
+    files = {"sand_color": strange}
+    floor = posed.render(FLOOR_EYE, FLOOR_TARGET, disable="water")
+    assert not differs(
+        floor, posed.render(FLOOR_EYE, FLOOR_TARGET, disable="water", files=files), 1.5 / 255
+    ).any()
+    dune = posed.render(DUNE_EYE, DUNE_TARGET)
+    assert differs(dune, posed.render(DUNE_EYE, DUNE_TARGET, files=files)).mean() > 0.5
+    files = {"effect_color": strange}
+    assert not differs(dune, posed.render(DUNE_EYE, DUNE_TARGET, files=files), 1.5 / 255).any()
+    assert differs(floor, posed.render(FLOOR_EYE, FLOOR_TARGET, disable="water", files=files)).mean() > 0.9
+
+
+def test_sand_neither_shimmers_nor_melts_into_one_colour(posed: Posed) -> None:
+    scene = posed.scene()
+    scene["particles"] = []
+    eye, target = (-8.0, 8.0, -20.0), (4.0, 5.0, -24.0)
+    first = posed.render(eye, target, scene=scene)
+    moved = posed.render(
+        (eye[0], eye[1] + 0.004, eye[2]), (target[0], target[1] + 0.004, target[2]), scene=scene
+    )
+    near = (slice(HEIGHT * 2 // 3, HEIGHT), slice(0, WIDTH))
+    grain = np.abs(np.diff(first[near].mean(axis=2), axis=1)).mean()
+    flicker = np.abs(first[near] - moved[near]).mean()
+    assert grain > 0.002
+    assert flicker < 0.012
+
+
+def test_sparkles_are_light_around_the_palm_only(posed: Posed) -> None:
+    field = posed.scene()["particles"][0]
+    eye, target = (-12.0, 3.5, 8.0), crown(posed)
+    whole = posed.render(eye, target, time_s=2.0)
+    bare = posed.render(eye, target, time_s=2.0, disable="particles")
+    changed = differs(whole, bare, 2.5 / 255.0)
+    assert 0 < changed.mean() < 0.05
+    assert (whole[changed].sum(axis=1) > bare[changed].sum(axis=1)).all()
+    x, y = pixel(eye, target, crown(posed))
+    metre = abs(pixel(eye, target, (crown(posed)[0], crown(posed)[1] + 1.0, crown(posed)[2]))[1] - y)
+    rows, columns = np.nonzero(changed[: int(y + 20)])
+    # They drift upwards a little in their lives; nearer ones look further out.
+    assert np.hypot(columns - x, rows - y).max() < (field["radius_m"] * 1.6 + 1.0) * metre
+    later = posed.render(eye, target, time_s=9.0)
+    assert differs(whole, later, 2.5 / 255.0)[: HEIGHT // 3].any()
+
+
+def test_the_sky_fills_what_nothing_else_covers(posed: Posed) -> None:
+    whole = posed.render(PALM_EYE, PALM_TARGET, disable="water,particles")
+    changed = differs(whole, posed.render(PALM_EYE, PALM_TARGET, disable="water,particles,sky"))
+    horizon = round(pixel(PALM_EYE, PALM_TARGET, (-2000.0, 1.6, -450.0))[1])
+    assert changed[: HEIGHT // 5].mean() > 0.7
+    assert changed[horizon + 12 :].mean() < 0.05
+
+
+def test_parallax_moves_the_wood_and_only_the_wood(posed: Posed) -> None:
+    eye, target = (38.0, 2.3, 30.0), (37.8, 1.2, 26.0)
+    scene = without(posed, "palm")
+    flat = without(posed, "palm")
+    for material in flat["objects"][0]["materials"].values():
+        material["parallax_scale"] = material["parallax_bias"] = 0.0
+    changed = differs(
+        posed.render(eye, target, scene=scene), posed.render(eye, target, scene=flat), 3.5 / 255.0
+    )
+    jetty = differs(
+        posed.render(eye, target, scene=scene), posed.render(eye, target, scene=without(posed, "jetty"))
+    )
+    assert (changed & jetty).sum() > 0.05 * jetty.sum()
+    assert (changed & ~jetty).mean() < 0.02  # its shadow and its mirror image stay
+
+
+def test_an_eye_in_the_water_s_surface_sees_no_rubbish(posed: Posed) -> None:
+    for height_m in (0.02, 0.0, -0.02, -0.8):
+        picture = posed.render((0.0, height_m, 20.0), (0.0, height_m + 0.1, 0.0))
+        assert picture.mean() > 0.05
+        assert picture.std() > 0.005
+
+
+def test_the_horizon_is_lost_in_haze(posed: Posed) -> None:
+    picture = posed.render(SEA_EYE, (170.0, 0.7, 190.0), disable="particles")
+    column: Picture = picture[HEIGHT // 2 - 10 : HEIGHT // 2 + 10].mean(axis=1)
+    assert np.abs(np.diff(column, axis=0)).max() < 0.08
