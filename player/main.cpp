@@ -3,6 +3,7 @@
 #include "error.hpp"
 #include "options.hpp"
 #include "passes/pass.hpp"
+#include "report.hpp"
 #include "show.hpp"
 
 #include <cstdio>
@@ -19,10 +20,10 @@ int main(int argc, char **argv) {
         return paradize::run(options);
     } catch (const paradize::UsageError &error) {
         std::fprintf(stderr, "paradize-player: %s\n`paradize-player --help` lists the options\n",
-                     error.what());
+                     paradize::printable(error.what()).c_str());
         return 2;
     } catch (const std::exception &error) {
-        std::fprintf(stderr, "paradize-player: %s\n", error.what());
+        std::fprintf(stderr, "paradize-player: %s\n", paradize::printable(error.what()).c_str());
         return 1;
     }
 }

@@ -22,6 +22,10 @@ double median(std::vector<double> values);
 /// Largest memory of this process so far, bytes.
 std::uint64_t peak_rss_bytes();
 
+/// The text with `?` for control characters (but not newlines) and for bytes that are no UTF-8: a broken
+/// file's bytes must not reach the terminal.
+std::string printable(const std::string &text);
+
 /// One JSON object, one line.
 std::string to_json(const Report &report);
 

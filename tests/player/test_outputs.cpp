@@ -102,6 +102,13 @@ TEST_CASE("report: the middle of the frames, and JSON that escapes") {
     CHECK(peak_rss_bytes() > 1000000);
 }
 
+TEST_CASE("messages: bytes of a broken file reach no terminal") {
+    CHECK(printable("plain\nname \xC3\xA9 \xF0\x9F\x8C\xB4") == "plain\nname \xC3\xA9 \xF0\x9F\x8C\xB4");
+    CHECK(printable("\x1B[2J\x7F") == "?[2J?");
+    CHECK(printable("\xFF\xC0\x80 \xE2\x82") == "??? ??");
+    CHECK(printable("\xED\xA0\x80") == "???"); // half of a surrogate pair
+}
+
 TEST_CASE("free camera: starts where the flight is, walks where it looks") {
     FreeCamera camera({{1.0, 2.0, 3.0}, {1.0, 2.0, -7.0}, 0.0});
     const Pose start = camera.pose();
