@@ -175,7 +175,7 @@ class _Bake:
         if self.fmt == "png":
             codes = _signed_codes(normals)
             return self._png(codes, self._normal_errors(_read_signed(codes)[:, :, :2], heights))
-        texture = compress.encode_normal(mips.normal_mips(mips.normal_means(normals)))
+        texture = compress.encode_normal(mips.normal_mips(mips.normal_means(normals)), tier=self.tier)
         return self._ktx2(texture, self._normal_errors(decode_texels(texture), heights))
 
     def _normal_errors(self, decoded: F32, heights: F32) -> dict[str, float]:
@@ -213,14 +213,14 @@ class _Bake:
         if self.fmt == "png":
             codes = (unit.astype(np.float64) * 65535.0 + 0.5).astype(np.uint16)
             return self._png(codes, {"height_psnr_db": _psnr(codes / 65535.0, unit)})
-        texture = compress.encode_height(mips.scalar_mips(unit))
+        texture = compress.encode_height(mips.scalar_mips(unit), tier=self.tier)
         return self._ktx2(texture, {"height_psnr_db": _psnr(decode_texels(texture), unit)})
 
     def gloss(self, pixels: F32, normals: F32) -> MapProduct:
         if self.fmt == "png":
             codes = compress.unorm8(np.dstack([pixels, np.zeros_like(pixels[:, :, :1])]))
             return self._png(codes, {"gloss_psnr_db": _psnr(codes[:, :, :2] / 255.0, pixels)})
-        texture = compress.encode_gloss(mips.gloss_mips(pixels, mips.normal_means(normals)))
+        texture = compress.encode_gloss(mips.gloss_mips(pixels, mips.normal_means(normals)), tier=self.tier)
         return self._ktx2(texture, {"gloss_psnr_db": _psnr(decode_texels(texture), pixels)})
 
     def _png(self, codes: npt.NDArray[Any], errors: dict[str, float]) -> MapProduct:
@@ -289,7 +289,7 @@ def bake_color(
         codes = linear_to_srgb8(linear)
         truth = codes / 255.0
     cutoff = alpha_cutoff if pixels.shape[2] == 4 else None
-    texture = compress.encode_color(mips.color_mips(linear, alpha_cutoff=cutoff), codes)
+    texture = compress.encode_color(mips.color_mips(linear, alpha_cutoff=cutoff), codes, tier=tier)
     decoded = decode_texels(texture)
     errors = {"color_psnr_db": _psnr(decoded[:, :, :3], truth[:, :, :3])}
     if pixels.shape[2] == 4:
@@ -301,7 +301,7 @@ def bake_color(
         texture.format,
         errors["color_psnr_db"],
         "color_psnr_db",
-        "balanced",
+        tier,
         errors,
         warnings,
     )

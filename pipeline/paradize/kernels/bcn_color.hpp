@@ -2,95 +2,85 @@
 #pragma once
 
 #include "bcn_lanes.hpp"
+#include "bcn_solid.hpp"
 
-#include <array>
-#include <cstdint>
+namespace paradize::bcn::PARADIZE_WIDTH {
 
-namespace paradize::bcn {
+struct Color {
+    float v[3]; // 0..255
+};
 
-using Color = std::array<float, 3>; // 0..255
-using Packed = std::array<int, 3>;  // 0..31, 0..63, 0..31
-
-inline constexpr std::array<float, 3> channel_top = {31.0F, 63.0F, 31.0F};
+struct Packed {
+    int v[3]; // 0..31, 0..63, 0..31
+};
 
 struct ColorBlock {
-    std::array<Lanes, 3> v; // 0..255
+    Lanes v[3]; // 0..255
 };
+
+PARADIZE_INLINE float top_of(int channel) {
+    return channel == 1 ? 63.0F : 31.0F;
+}
 
 PARADIZE_INLINE Packed pack(const Color &c) {
     Packed p;
-    for (std::size_t k = 0; k < 3; ++k) {
-        p[k] = static_cast<int>(rounded(c[k] * (channel_top[k] / 255.0F), channel_top[k]));
+    for (int k = 0; k < 3; ++k) {
+        p.v[k] = static_cast<int>(rounded(c.v[k] * (top_of(k) / 255.0F), top_of(k)));
     }
     return p;
 }
 
 PARADIZE_INLINE Color unpack(const Packed &p) {
     Color c;
-    for (std::size_t k = 0; k < 3; ++k) {
-        c[k] = static_cast<float>(p[k]) * (255.0F / channel_top[k]);
+    for (int k = 0; k < 3; ++k) {
+        c.v[k] = static_cast<float>(p.v[k]) * (255.0F / top_of(k));
     }
     return c;
 }
 
-// The place 0..3 of every texel between b (0) and a (3), and the squared error that is left.
-PARADIZE_INLINE float place(const ColorBlock &block, const Color &a, const Color &b, Lanes &q) {
-    Color d;
-    for (std::size_t k = 0; k < 3; ++k) {
-        d[k] = a[k] - b[k];
-    }
-    const float square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    const float to_step = square > 0.0F ? 3.0F / square : 0.0F;
-    Lanes error;
-    for (std::size_t i = 0; i < texels; ++i) {
-        const float along =
-            (block.v[0][i] - b[0]) * d[0] + (block.v[1][i] - b[1]) * d[1] + (block.v[2][i] - b[2]) * d[2];
-        const float step = rounded(along * to_step, 3.0F);
-        q[i] = step;
-        const float t = step * (1.0F / 3.0F);
-        const float e0 = block.v[0][i] - (b[0] + t * d[0]);
-        const float e1 = block.v[1][i] - (b[1] + t * d[1]);
-        const float e2 = block.v[2][i] - (b[2] + t * d[2]);
-        error[i] = e0 * e0 + e1 * e1 + e2 * e2;
-    }
-    return sum(error);
-}
-
 struct ColorFit {
-    Packed a{};
-    Packed b{};
-    Lanes q{}; // 0 at b, 3 at a
-    float error = 0.0F;
+    Packed a;
+    Packed b;
+    Lanes q; // place of each texel: 0 at b, 3 at a
+    float error;
 };
 
+// The place of every texel between the ends, and the squared error that is left.
 PARADIZE_INLINE void measure(const ColorBlock &block, ColorFit &fit) {
-    fit.error = place(block, unpack(fit.a), unpack(fit.b), fit.q);
+    const Color a = unpack(fit.a);
+    const Color b = unpack(fit.b);
+    Color d;
+    for (int k = 0; k < 3; ++k) {
+        d.v[k] = a.v[k] - b.v[k];
+    }
+    const float square = d.v[0] * d.v[0] + d.v[1] * d.v[1] + d.v[2] * d.v[2];
+    const float to_step = square > 0.0F ? 3.0F / square : 0.0F;
+    const Lanes r = block.v[0] - b.v[0];
+    const Lanes g = block.v[1] - b.v[1];
+    const Lanes l = block.v[2] - b.v[2];
+    rounded((r * d.v[0] + g * d.v[1] + l * d.v[2]) * to_step, 3.0F, fit.q);
+    const Lanes t = fit.q * (1.0F / 3.0F);
+    const Lanes er = r - t * d.v[0];
+    const Lanes eg = g - t * d.v[1];
+    const Lanes el = l - t * d.v[2];
+    fit.error = sum(er * er + eg * eg + el * el);
 }
 
 // Endpoints by least squares for the places that the texels have; false where the places do not determine
 // them.
 PARADIZE_INLINE bool refit(const ColorBlock &block, const Lanes &q, Color &a, Color &b) {
-    Lanes t;
-    Lanes tt;
-    for (std::size_t i = 0; i < texels; ++i) {
-        t[i] = q[i] * (1.0F / 3.0F);
-        tt[i] = t[i] * t[i];
-    }
+    const Lanes t = q * (1.0F / 3.0F);
     const float n = static_cast<float>(texels);
     const float st = sum(t);
-    const float determinant = n * sum(tt) - st * st;
+    const float determinant = n * sum(t * t) - st * st;
     if (!(determinant > 1e-3F)) {
         return false;
     }
-    for (std::size_t k = 0; k < 3; ++k) {
-        Lanes tv;
-        for (std::size_t i = 0; i < texels; ++i) {
-            tv[i] = t[i] * block.v[k][i];
-        }
+    for (int k = 0; k < 3; ++k) {
         const float sv = sum(block.v[k]);
-        const float slope = (n * sum(tv) - st * sv) / determinant;
-        b[k] = (sv - slope * st) / n;
-        a[k] = b[k] + slope;
+        const float slope = (n * sum(t * block.v[k]) - st * sv) / determinant;
+        b.v[k] = (sv - slope * st) / n;
+        a.v[k] = b.v[k] + slope;
     }
     return true;
 }
@@ -98,31 +88,25 @@ PARADIZE_INLINE bool refit(const ColorBlock &block, const Lanes &q, Color &a, Co
 // The direction of largest variance through the mean, by power iteration from the channel that varies most.
 PARADIZE_INLINE void principal_ends(const ColorBlock &block, Color &a, Color &b) {
     Color mean;
-    std::array<Lanes, 3> d;
-    for (std::size_t k = 0; k < 3; ++k) {
-        mean[k] = sum(block.v[k]) * (1.0F / static_cast<float>(texels));
-        for (std::size_t i = 0; i < texels; ++i) {
-            d[k][i] = block.v[k][i] - mean[k];
+    Lanes d[3];
+    for (int k = 0; k < 3; ++k) {
+        mean.v[k] = sum(block.v[k]) * (1.0F / static_cast<float>(texels));
+        d[k] = block.v[k] - mean.v[k];
+    }
+    float covariance[3][3];
+    for (int j = 0; j < 3; ++j) {
+        for (int k = j; k < 3; ++k) {
+            covariance[j][k] = covariance[k][j] = sum(d[j] * d[k]);
         }
     }
-    std::array<Color, 3> covariance;
-    for (std::size_t j = 0; j < 3; ++j) {
-        for (std::size_t k = j; k < 3; ++k) {
-            Lanes product;
-            for (std::size_t i = 0; i < texels; ++i) {
-                product[i] = d[j][i] * d[k][i];
-            }
-            covariance[j][k] = covariance[k][j] = sum(product);
-        }
-    }
-    std::size_t widest = 1;
+    int widest = 1;
     widest = covariance[0][0] > covariance[widest][widest] ? 0 : widest;
     widest = covariance[2][2] > covariance[widest][widest] ? 2 : widest;
-    Color axis = covariance[widest];
+    float axis[3] = {covariance[widest][0], covariance[widest][1], covariance[widest][2]};
     for (int turn = 0; turn < 6; ++turn) {
-        Color next;
+        float next[3];
         float peak = 0.0F;
-        for (std::size_t k = 0; k < 3; ++k) {
+        for (int k = 0; k < 3; ++k) {
             next[k] = covariance[k][0] * axis[0] + covariance[k][1] * axis[1] + covariance[k][2] * axis[2];
             const float size = next[k] < 0.0F ? -next[k] : next[k];
             peak = size > peak ? size : peak;
@@ -130,133 +114,94 @@ PARADIZE_INLINE void principal_ends(const ColorBlock &block, Color &a, Color &b)
         if (!(peak > 1e-12F)) {
             break;
         }
-        for (std::size_t k = 0; k < 3; ++k) {
+        for (int k = 0; k < 3; ++k) {
             axis[k] = next[k] / peak;
         }
     }
     const float square = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2];
-    Lanes along;
-    for (std::size_t i = 0; i < texels; ++i) {
-        along[i] = d[0][i] * axis[0] + d[1][i] * axis[1] + d[2][i] * axis[2];
-    }
+    const Lanes along = d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
     const float scale = square > 0.0F ? 1.0F / square : 0.0F;
     const float low = smallest(along) * scale;
     const float high = largest(along) * scale;
-    for (std::size_t k = 0; k < 3; ++k) {
-        a[k] = mean[k] + axis[k] * high;
-        b[k] = mean[k] + axis[k] * low;
+    for (int k = 0; k < 3; ++k) {
+        a.v[k] = mean.v[k] + axis[k] * high;
+        b.v[k] = mean.v[k] + axis[k] * low;
     }
 }
 
-// For a block of one colour: the endpoints of a channel whose place two thirds along is nearest, per 8-bit
-// code.
-struct SolidTables {
-    struct Pair {
-        std::uint8_t a;
-        std::uint8_t b;
-    };
-    std::array<std::array<Pair, 256>, 2> pairs{}; // of 5 and of 6 bits
-
-    SolidTables() {
-        for (std::size_t bits = 0; bits < 2; ++bits) {
-            const int top = bits == 0 ? 31 : 63;
-            for (int code = 0; code < 256; ++code) {
-                float best = 1e9F;
-                for (int a = 0; a <= top; ++a) {
-                    for (int b = 0; b <= top; ++b) {
-                        const float value = static_cast<float>(2 * a + b) * (85.0F / static_cast<float>(top));
-                        const float off = value - static_cast<float>(code);
-                        const float spread =
-                            static_cast<float>(a > b ? a - b : b - a); // decoders agree best on near ends
-                        const float error = off * off + spread * 1e-3F;
-                        if (error < best) {
-                            best = error;
-                            pairs[bits][static_cast<std::size_t>(code)] = {static_cast<std::uint8_t>(a),
-                                                                           static_cast<std::uint8_t>(b)};
-                        }
-                    }
-                }
+// Principal axis, then least squares until it gains nothing, then `passes` times every channel of each end
+// one code up and down.
+PARADIZE_INLINE void fit_ends(const ColorBlock &block, int passes, ColorFit &best) {
+    Color a;
+    Color b;
+    principal_ends(block, a, b);
+    best.a = pack(a);
+    best.b = pack(b);
+    measure(block, best);
+    for (int turn = 0; turn < 3 && refit(block, best.q, a, b); ++turn) {
+        ColorFit next;
+        next.a = pack(a);
+        next.b = pack(b);
+        measure(block, next);
+        if (!(next.error < best.error)) {
+            break;
+        }
+        best = next;
+    }
+    for (int pass = 0; pass < passes; ++pass) {
+        const float before = best.error;
+        for (int k = 0; k < 12; ++k) {
+            ColorFit next = best;
+            int &code = k < 6 ? next.a.v[k / 2] : next.b.v[k / 2 - 3];
+            code += k % 2 == 0 ? -1 : 1;
+            if (code < 0 || code > static_cast<int>(top_of(k / 2 % 3))) {
+                continue;
+            }
+            measure(block, next);
+            if (next.error < best.error) {
+                best = next;
             }
         }
+        if (!(best.error < before)) {
+            return;
+        }
     }
-};
-
-inline const SolidTables &solid_tables() {
-    static const SolidTables tables;
-    return tables;
 }
 
-// out: 8 bytes, four-colour mode.
-PARADIZE_INLINE void encode_color(const ColorBlock &block, const SolidTables &solid, std::uint8_t *out) {
+// passes: of the search around the endpoints. out: 8 bytes, four-colour mode.
+PARADIZE_INLINE void encode_color(const ColorBlock &block, const SolidTables &solid, int passes,
+                                  std::uint8_t *out) {
     ColorFit best;
     bool flat = true;
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (int k = 0; k < 3; ++k) {
         flat = flat && smallest(block.v[k]) == largest(block.v[k]);
     }
     if (flat) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const auto pair = solid.pairs[k == 1 ? 1 : 0][static_cast<std::size_t>(block.v[k][0])];
-            best.a[k] = pair.a;
-            best.b[k] = pair.b;
+        for (int k = 0; k < 3; ++k) {
+            const SolidPair pair = solid.pairs[k == 1 ? 1 : 0][static_cast<int>(block.v[k][0])];
+            best.a.v[k] = pair.a;
+            best.b.v[k] = pair.b;
         }
-        best.q.fill(2.0F);
+        best.q = Lanes{} + 2.0F;
     } else {
-        Color a;
-        Color b;
-        principal_ends(block, a, b);
-        best.a = pack(a);
-        best.b = pack(b);
-        measure(block, best);
-        for (int turn = 0; turn < 3; ++turn) { // least squares until it gains nothing
-            ColorFit next;
-            if (!refit(block, best.q, a, b)) {
-                break;
-            }
-            next.a = pack(a);
-            next.b = pack(b);
-            measure(block, next);
-            if (!(next.error < best.error)) {
-                break;
-            }
-            best = next;
-        }
-        for (int pass = 0; pass < 2; ++pass) { // then every channel of each end, one code up and down
-            const float before = best.error;
-            for (std::size_t k = 0; k < 6; ++k) {
-                for (const int step : {-1, 1}) {
-                    ColorFit next = best;
-                    int &code = k < 3 ? next.a[k] : next.b[k - 3];
-                    code += step;
-                    if (code < 0 || code > static_cast<int>(channel_top[k % 3])) {
-                        continue;
-                    }
-                    measure(block, next);
-                    if (next.error < best.error) {
-                        best = next;
-                    }
-                }
-            }
-            if (!(best.error < before)) {
-                break;
-            }
-        }
+        fit_ends(block, passes, best);
     }
-
-    unsigned first = static_cast<unsigned>(best.a[0] << 11 | best.a[1] << 5 | best.a[2]);
-    unsigned second = static_cast<unsigned>(best.b[0] << 11 | best.b[1] << 5 | best.b[2]);
-    const bool swapped = first < second;
-    const bool same = first == second;
-    if (swapped) {
-        const unsigned held = first;
-        first = second;
-        second = held;
+    const unsigned a = static_cast<unsigned>(best.a.v[0] << 11 | best.a.v[1] << 5 | best.a.v[2]);
+    const unsigned b = static_cast<unsigned>(best.b.v[0] << 11 | best.b.v[1] << 5 | best.b.v[2]);
+    const bool swapped = a < b;
+    const unsigned first = swapped ? b : a;
+    const unsigned second = swapped ? a : b;
+    const Whole place = __builtin_convertvector(best.q, Whole);
+    const Whole step = swapped ? place : 3 - place; // thirds from the first end on
+    const Whole zero = {};
+    // Stored: 0 first, 1 second, 2 a third on, 3 two thirds on.
+    Whole index = step == 0 ? zero : (step == 3 ? zero + 1 : step + 1);
+    if (a == b) {
+        index = zero;
     }
     std::uint32_t bits = 0;
-    for (std::size_t i = 0; i < texels; ++i) { // stored: 0 first, 1 second, 2 a third on, 3 two thirds on
-        const int step = swapped ? static_cast<int>(best.q[i]) : 3 - static_cast<int>(best.q[i]);
-        const std::uint32_t index =
-            same || step == 0 ? 0U : (step == 3 ? 1U : static_cast<std::uint32_t>(step) + 1U);
-        bits |= index << (2 * i);
+    for (std::size_t i = 0; i < texels; ++i) {
+        bits |= static_cast<std::uint32_t>(index[i]) << (2 * i);
     }
     out[0] = static_cast<std::uint8_t>(first);
     out[1] = static_cast<std::uint8_t>(first >> 8);
@@ -267,4 +212,4 @@ PARADIZE_INLINE void encode_color(const ColorBlock &block, const SolidTables &so
     }
 }
 
-} // namespace paradize::bcn
+} // namespace paradize::bcn::PARADIZE_WIDTH

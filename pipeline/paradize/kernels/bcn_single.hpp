@@ -3,15 +3,13 @@
 
 #include "bcn_lanes.hpp"
 
-#include <cstdint>
-
-namespace paradize::bcn {
+namespace paradize::bcn::PARADIZE_WIDTH {
 
 // The endpoints of a block in code units and the squared error that they leave.
 struct Endpoints {
-    float low = 0.0F;
-    float high = 0.0F;
-    float error = 0.0F;
+    float low;
+    float high;
+    float error;
 };
 
 // The range of codes: 0..255, or -127..127.
@@ -20,28 +18,29 @@ struct CodeRange {
     float top;
 };
 
-// Squared error of `steps` + 1 evenly spaced values from low to high; with `extremes` the range's ends count
+PARADIZE_INLINE float rounded_code(float v, CodeRange range) {
+    return rounded(v - range.bottom, range.top - range.bottom) + range.bottom;
+}
+
+// Squared error of `steps` + 1 evenly spaced values from low to high; with Extremes the range's ends count
 // too.
 template <bool Extremes>
 PARADIZE_INLINE float single_error(const Lanes &v, float low, float high, CodeRange range) {
     constexpr float steps = Extremes ? 5.0F : 7.0F;
     const float width = high - low;
     const float to_step = width > 0.0F ? steps / width : 0.0F;
-    const float from_step = width / steps;
-    Lanes error;
-    for (std::size_t i = 0; i < texels; ++i) {
-        const float q = rounded((v[i] - low) * to_step, steps);
-        const float d = v[i] - (low + q * from_step);
-        float square = d * d;
-        if constexpr (Extremes) {
-            const float bottom = v[i] - range.bottom;
-            const float top = v[i] - range.top;
-            square = bottom * bottom < square ? bottom * bottom : square;
-            square = top * top < square ? top * top : square;
-        }
-        error[i] = square;
+    const float from_step = width * (1.0F / steps);
+    Lanes q;
+    rounded((v - low) * to_step, steps, q);
+    const Lanes d = v - (low + q * from_step);
+    Lanes square = d * d;
+    if constexpr (Extremes) {
+        const Lanes bottom = (v - range.bottom) * (v - range.bottom);
+        const Lanes top = (v - range.top) * (v - range.top);
+        square = bottom < square ? bottom : square;
+        square = top < square ? top : square;
     }
-    return sum(error);
+    return sum(square);
 }
 
 // The least-squares line through the texels, given the step that each takes between low and high; rounded to
@@ -50,43 +49,34 @@ PARADIZE_INLINE Endpoints refit(const Lanes &v, float low, float high, CodeRange
     constexpr float steps = 7.0F;
     const float to_step = high > low ? steps / (high - low) : 0.0F;
     Lanes q;
-    Lanes qq;
-    Lanes qv;
-    for (std::size_t i = 0; i < texels; ++i) {
-        q[i] = rounded((v[i] - low) * to_step, steps) * (1.0F / steps);
-        qq[i] = q[i] * q[i];
-        qv[i] = q[i] * v[i];
-    }
+    rounded((v - low) * to_step, steps, q);
+    q = q * (1.0F / steps);
     const float n = static_cast<float>(texels);
     const float sq = sum(q);
-    const float determinant = n * sum(qq) - sq * sq;
+    const float determinant = n * sum(q * q) - sq * sq;
     if (!(determinant > 1e-3F)) {
         return {low, high, 0.0F};
     }
     const float sv = sum(v);
-    const float slope = (n * sum(qv) - sq * sv) / determinant;
+    const float slope = (n * sum(q * v) - sq * sv) / determinant;
     const float start = (sv - slope * sq) / n;
-    const float width = range.top - range.bottom;
-    return {rounded(start - range.bottom, width) + range.bottom,
-            rounded(start + slope - range.bottom, width) + range.bottom, 0.0F};
+    return {rounded_code(start, range), rounded_code(start + slope, range), 0.0F};
 }
 
 // Walks to better endpoints, a code at a time, until no neighbour is better (at most `passes` passes).
 template <bool Extremes>
 PARADIZE_INLINE void descend(const Lanes &v, CodeRange range, int passes, Endpoints &best) {
-    for (int pass = 0; pass < passes; ++pass) {
+    for (int pass = 0; pass < passes && best.error > 0.0F; ++pass) {
         const Endpoints start = best;
-        for (const float dl : {-1.0F, 0.0F, 1.0F}) {
-            for (const float dh : {-1.0F, 0.0F, 1.0F}) {
-                const float low = start.low + dl;
-                const float high = start.high + dh;
-                if ((dl == 0.0F && dh == 0.0F) || low < range.bottom || high > range.top || low >= high) {
-                    continue;
-                }
-                const float error = single_error<Extremes>(v, low, high, range);
-                if (error < best.error) {
-                    best = {low, high, error};
-                }
+        for (int k = 0; k < 9; ++k) {
+            const float low = start.low + static_cast<float>(k % 3 - 1);
+            const float high = start.high + static_cast<float>(k / 3 - 1);
+            if (k == 4 || low < range.bottom || high > range.top || low >= high) {
+                continue;
+            }
+            const float error = single_error<Extremes>(v, low, high, range);
+            if (error < best.error) {
+                best = {low, high, error};
             }
         }
         if (best.low == start.low && best.high == start.high) {
@@ -95,13 +85,25 @@ PARADIZE_INLINE void descend(const Lanes &v, CodeRange range, int passes, Endpoi
     }
 }
 
-// v: sixteen values in code units within the range. out: 8 bytes.
-PARADIZE_INLINE void encode_single(const Lanes &v, CodeRange range, std::uint8_t *out) {
-    const float width = range.top - range.bottom;
+// The ends of what lies between the range's own ends; false where nothing does.
+PARADIZE_INLINE bool inner_ends(const Lanes &v, CodeRange range, Endpoints &ends) {
+    const Lanes zero = {};
+    const Lanes bottom = zero + (range.bottom + 0.5F);
+    const Lanes top = zero + (range.top - 0.5F);
+    const Lanes highest = zero + range.top;
+    const Lanes lowest = zero + range.bottom;
+    const Lanes for_low = v < bottom ? highest : (v > top ? highest : v);
+    const Lanes for_high = v < bottom ? lowest : (v > top ? lowest : v);
+    ends.low = smallest(for_low);
+    ends.high = largest(for_high);
+    return ends.low <= ends.high;
+}
+
+// v: sixteen values in code units within the range. passes: of the search around the endpoints. out: 8 bytes.
+PARADIZE_INLINE void encode_single(const Lanes &v, CodeRange range, int passes, std::uint8_t *out) {
     const float low = smallest(v);
     const float high = largest(v);
-    Endpoints plain{rounded(low - range.bottom, width) + range.bottom,
-                    rounded(high - range.bottom, width) + range.bottom, 0.0F};
+    Endpoints plain{rounded_code(low, range), rounded_code(high, range), 0.0F};
     if (plain.low ==
         plain.high) { // a flat block still has room on either side for what lies between two codes
         if (plain.high < range.top) {
@@ -117,26 +119,21 @@ PARADIZE_INLINE void encode_single(const Lanes &v, CodeRange range, std::uint8_t
             fit.error = single_error<false>(v, fit.low, fit.high, range);
             plain = fit.error < plain.error ? fit : plain;
         }
-        descend<false>(v, range, 4, plain);
+        descend<false>(v, range, passes, plain);
     }
     // The other mode: six values and the ends of the range, for blocks that touch the ends.
     bool extremes = false;
-    Endpoints spread{range.top, range.bottom, 0.0F};
+    Endpoints spread{range.bottom, range.bottom, 0.0F};
     if (plain.error > 0.0F && (low < range.bottom + 0.5F || high > range.top - 0.5F)) {
-        for (std::size_t i = 0; i < texels; ++i) {
-            if (v[i] >= range.bottom + 0.5F && v[i] <= range.top - 0.5F) {
-                spread.low = v[i] < spread.low ? v[i] : spread.low;
-                spread.high = v[i] > spread.high ? v[i] : spread.high;
-            }
-        }
-        if (spread.low > spread.high) { // nothing but ends
+        if (inner_ends(v, range, spread)) {
+            spread.low = rounded_code(spread.low, range);
+            spread.high = rounded_code(spread.high, range);
+        } else { // nothing but ends
             spread.low = spread.high = range.bottom;
         }
-        spread.low = rounded(spread.low - range.bottom, width) + range.bottom;
-        spread.high = rounded(spread.high - range.bottom, width) + range.bottom;
         spread.error = single_error<true>(v, spread.low, spread.high, range);
         if (spread.error < 4.0F * plain.error) {
-            descend<true>(v, range, 3, spread);
+            descend<true>(v, range, passes, spread);
         }
         extremes = spread.error < plain.error;
     }
@@ -144,26 +141,25 @@ PARADIZE_INLINE void encode_single(const Lanes &v, CodeRange range, std::uint8_t
     const Endpoints best = extremes ? spread : plain;
     const float steps = extremes ? 5.0F : 7.0F;
     const float to_step = best.high > best.low ? steps / (best.high - best.low) : 0.0F;
-    const float from_step = (best.high - best.low) / steps;
+    Lanes q;
+    rounded((v - best.low) * to_step, steps, q);
+    const Whole step = __builtin_convertvector(q, Whole);
+    const Whole zero = {};
+    Whole index;
+    if (!extremes) { // stored high first: 0 is high, 1 is low, 2..7 go from high to low
+        index = step == 7 ? zero : (step == 0 ? zero + 1 : 8 - step);
+    } else { // stored low first: 0 is low, 1 is high, 2..5 go from low to high, 6 and 7 are the ends
+        const Lanes d = v - (best.low + q * ((best.high - best.low) * (1.0F / steps)));
+        const Lanes own = d * d;
+        const Lanes bottom = (v - range.bottom) * (v - range.bottom);
+        const Lanes top = (v - range.top) * (v - range.top);
+        index = step == 0 ? zero : (step == 5 ? zero + 1 : step + 1);
+        index = bottom < own ? zero + 6 : index;
+        index = top < (bottom < own ? bottom : own) ? zero + 7 : index;
+    }
     std::uint64_t bits = 0;
     for (std::size_t i = 0; i < texels; ++i) {
-        const float q = rounded((v[i] - best.low) * to_step, steps);
-        const auto step = static_cast<std::uint64_t>(q);
-        std::uint64_t index = 0;
-        if (!extremes) { // stored high first: 0 is high, 1 is low, 2..7 go from high to low
-            index = step == 7 ? 0 : (step == 0 ? 1 : 8 - step);
-        } else { // stored low first: 0 is low, 1 is high, 2..5 go from low to high, 6 and 7 are the ends
-            index = step == 0 ? 0 : (step == 5 ? 1 : step + 1);
-            const float d = v[i] - (best.low + q * from_step);
-            const float bottom = v[i] - range.bottom;
-            const float top = v[i] - range.top;
-            if (bottom * bottom < d * d && bottom * bottom <= top * top) {
-                index = 6;
-            } else if (top * top < d * d) {
-                index = 7;
-            }
-        }
-        bits |= index << (3 * i);
+        bits |= static_cast<std::uint64_t>(index[i]) << (3 * i);
     }
     out[0] = static_cast<std::uint8_t>(static_cast<int>(extremes ? best.low : best.high));
     out[1] = static_cast<std::uint8_t>(static_cast<int>(extremes ? best.high : best.low));
@@ -172,4 +168,4 @@ PARADIZE_INLINE void encode_single(const Lanes &v, CodeRange range, std::uint8_t
     }
 }
 
-} // namespace paradize::bcn
+} // namespace paradize::bcn::PARADIZE_WIDTH

@@ -23,17 +23,18 @@ std::span<std::uint8_t> checked(bool fits, const Blocks &blocks, std::size_t row
     return {blocks.data(), blocks.size()};
 }
 
-void encode_color(const In<std::uint8_t> &rgba, bool with_alpha, const Blocks &blocks, int threads) {
+void encode_color(const In<std::uint8_t> &rgba, bool with_alpha, int passes, const Blocks &blocks,
+                  int threads) {
     const bool fits = rgba.ndim() == 3 && rgba.shape(2) == 4;
     const std::size_t rows = fits ? rgba.shape(0) : 0;
     const std::size_t columns = fits ? rgba.shape(1) : 0;
     const auto to = checked(fits, blocks, rows, columns, with_alpha ? 16 : 8);
     nb::gil_scoped_release unlocked;
     const std::span<const std::uint8_t> from{rgba.data(), rgba.size()};
-    (with_alpha ? bcn::encode_bc3 : bcn::encode_bc1)(from, rows, columns, to, threads);
+    (with_alpha ? bcn::encode_bc3 : bcn::encode_bc1)(from, rows, columns, passes, to, threads);
 }
 
-void encode_values(const In<float> &values, bool is_signed, const Blocks &blocks, int threads) {
+void encode_values(const In<float> &values, bool is_signed, int passes, const Blocks &blocks, int threads) {
     const bool fits = values.ndim() == 3 && (values.shape(2) == 1 || values.shape(2) == 2);
     const std::size_t rows = fits ? values.shape(0) : 0;
     const std::size_t columns = fits ? values.shape(1) : 0;
@@ -41,7 +42,7 @@ void encode_values(const In<float> &values, bool is_signed, const Blocks &blocks
     const auto to = checked(fits, blocks, rows, columns, 8 * channels);
     nb::gil_scoped_release unlocked;
     const std::span<const float> from{values.data(), values.size()};
-    (channels == 1 ? bcn::encode_bc4 : bcn::encode_bc5)(from, rows, columns, is_signed, to, threads);
+    (channels == 1 ? bcn::encode_bc4 : bcn::encode_bc5)(from, rows, columns, is_signed, passes, to, threads);
 }
 
 } // namespace

@@ -1,0 +1,148 @@
+// Map kernels without Python: what the sanitizers see runs here.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "maps_codes.hpp"
+#include "maps_color.hpp"
+#include "maps_gutter.hpp"
+#include "maps_mips.hpp"
+#include "maps_normal.hpp"
+
+using namespace paradize;
+
+namespace {
+
+std::vector<float> ramp(std::size_t count) {
+    std::vector<float> out(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        out[i] = static_cast<float>(i * 37 % 101) / 101.0F;
+    }
+    return out;
+}
+
+} // namespace
+
+TEST_CASE("normals of any size, filter, border and thread count are unit vectors of the same bits") {
+    for (const auto filter : {maps::Filter::central, maps::Filter::scharr, maps::Filter::fourth}) {
+        for (std::size_t rows = 1; rows <= 6; ++rows) {
+            for (std::size_t columns = 1; columns <= 6; ++columns) {
+                for (const bool wrap : {false, true}) {
+                    const auto heights = ramp(rows * columns);
+                    std::vector<std::int32_t> islands(rows * columns);
+                    for (std::size_t i = 0; i < islands.size(); ++i) {
+                        islands[i] = static_cast<std::int32_t>(i % 3) - 1;
+                    }
+                    const maps::NormalSettings settings{3.0, 5.0, filter, wrap, wrap, false};
+                    std::vector<float> one(rows * columns * 3);
+                    std::vector<float> many(rows * columns * 3);
+                    for (const bool aware : {false, true}) {
+                        const std::span<const std::int32_t> ids =
+                            aware ? std::span<const std::int32_t>(islands) : std::span<const std::int32_t>();
+                        maps::normals_from_heights(heights, rows, columns, ids, settings, one, 1);
+                        maps::normals_from_heights(heights, rows, columns, ids, settings, many, 4);
+                        CHECK(one == many);
+                        for (std::size_t i = 0; i < one.size(); i += 3) {
+                            const double length = static_cast<double>(one[i]) * one[i] +
+                                                  static_cast<double>(one[i + 1]) * one[i + 1] +
+                                                  static_cast<double>(one[i + 2]) * one[i + 2];
+                            CHECK(length == doctest::Approx(1.0).epsilon(1e-5));
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("halving keeps the mean of any size") {
+    for (std::size_t rows = 1; rows <= 7; ++rows) {
+        for (std::size_t columns = 1; columns <= 7; ++columns) {
+            const auto image = ramp(rows * columns * 2);
+            std::vector<float> half(maps::half_size(rows) * maps::half_size(columns) * 2);
+            maps::halve(image, rows, columns, 2, half, 2);
+            double before = 0.0;
+            double after = 0.0;
+            for (std::size_t i = 0; i < image.size(); i += 2) {
+                before += image[i] / static_cast<double>(rows * columns);
+            }
+            for (std::size_t i = 0; i < half.size(); i += 2) {
+                after += half[i] / (static_cast<double>(half.size()) / 2.0);
+            }
+            CHECK(after == doctest::Approx(before).epsilon(1e-6));
+        }
+    }
+}
+
+TEST_CASE("every texel of a map finds a covered one, and none where there is none") {
+    for (std::size_t rows = 1; rows <= 5; ++rows) {
+        for (std::size_t columns = 1; columns <= 5; ++columns) {
+            for (std::size_t seed = 0; seed < rows * columns; ++seed) {
+                std::vector<std::uint8_t> covered(rows * columns, 0);
+                std::vector<std::int32_t> source(rows * columns);
+                maps::nearest_covered(covered, rows, columns, true, false, source, 2);
+                for (const std::int32_t at : source) {
+                    CHECK(at == -1);
+                }
+                covered[seed] = 1;
+                maps::nearest_covered(covered, rows, columns, true, false, source, 2);
+                for (const std::int32_t at : source) {
+                    CHECK(at == static_cast<std::int32_t>(seed));
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("UVs that are no layout are refused and never leave the map") {
+    const std::vector<std::uint32_t> triangle = {0, 1, 2};
+    const std::vector<std::int32_t> ids = {0};
+    std::vector<std::int32_t> out(64);
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    for (const float far : {1e7F, 1e30F, nan}) {
+        const std::vector<float> uvs = {0.0F, 0.0F, far, 0.0F, 0.0F, far};
+        CHECK_THROWS_AS(maps::rasterise(uvs, triangle, ids, 8, 8, 1e6, out), std::length_error);
+    }
+    for (const float shift : {-3.0F, -0.5F, 0.0F, 0.999F, 1.0F, 17.25F}) {
+        const std::vector<float> uvs = {shift, shift, shift + 1.0F, shift, shift, shift + 1.0F};
+        maps::rasterise(uvs, triangle, ids, 8, 8, 1e6, out);
+        CHECK(std::count(out.begin(), out.end(), 0) >= 36);
+    }
+}
+
+TEST_CASE("colour survives linear light and back at every code") {
+    std::vector<float> codes(256);
+    std::vector<std::uint8_t> back(256);
+    for (std::size_t i = 0; i < 256; ++i) {
+        codes[i] = static_cast<float>(i) / 255.0F;
+    }
+    for (const int bits : {8, 32}) {
+        std::vector<float> linear(256);
+        maps::srgb_to_linear(codes, 1, bits, linear, 1);
+        maps::linear_to_srgb8(linear, 1, back, 1);
+        for (std::size_t i = 0; i < 256; ++i) {
+            CHECK(back[i] == i);
+        }
+    }
+}
+
+TEST_CASE("du/dv codes sum to zero whatever the values") {
+    for (std::size_t count = 1; count <= 40; ++count) {
+        std::vector<float> offsets = ramp(2 * count);
+        for (float &value : offsets) {
+            value = value * 2.6F - 1.3F; // beyond the range too
+        }
+        std::vector<std::int8_t> codes(2 * count);
+        maps::balanced_snorm8(offsets, codes);
+        for (std::size_t c = 0; c < 2; ++c) {
+            int sum = 0;
+            for (std::size_t i = 0; i < count; ++i) {
+                sum += codes[2 * i + c];
+            }
+            CHECK(sum == 0);
+        }
+    }
+}
