@@ -120,7 +120,7 @@ struct Streamer::Impl {
         out.height_px_ = static_cast<int>(item.ktx.levels[0].height_px);
         out.levels_ = static_cast<int>(item.ktx.levels.size());
         out.finest_ = out.levels_;
-        out.texture_ = allocate_texture(item.ktx, item.path);
+        out.texture_ = allocate_texture(item.ktx, item.path, best_storage());
         out.fallback_ = neutral_texture(item.ktx);
     }
 

@@ -97,7 +97,11 @@ void allocate_level(const assets::Ktx2 &ktx, const Format &format, GLint level) 
 
 } // namespace
 
-gl::Texture allocate_texture(const assets::Ktx2 &ktx, const std::string &file) {
+Storage best_storage() {
+    return epoxy_has_gl_extension("GL_ARB_texture_storage") ? Storage::immutable : Storage::mutable_levels;
+}
+
+gl::Texture allocate_texture(const assets::Ktx2 &ktx, const std::string &file, Storage storage) {
     if (needs_s3tc(ktx.format) &&
         !(epoxy_has_gl_extension("GL_EXT_texture_compression_s3tc") &&
           (epoxy_has_gl_extension("GL_EXT_texture_sRGB") || epoxy_gl_version() >= 40))) {
@@ -117,7 +121,7 @@ gl::Texture allocate_texture(const assets::Ktx2 &ktx, const std::string &file) {
     gl::Texture texture = gl::Texture::create();
     glBindTexture(target, texture.name());
     set_parameters(target, levels);
-    if (epoxy_has_gl_extension("GL_ARB_texture_storage")) {
+    if (storage == Storage::immutable) {
         glTexStorage2D(target, levels, format.internal, static_cast<GLsizei>(ktx.levels[0].width_px),
                        static_cast<GLsizei>(ktx.levels[0].height_px));
     } else {

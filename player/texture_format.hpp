@@ -9,9 +9,13 @@
 
 namespace paradize {
 
-/// Immutable (or, without ARB_texture_storage, all levels at once) storage; nothing can be sampled yet.
-/// Repeats and filters trilinearly; cube maps clamp. Throws Error when the driver does not sample the format.
-gl::Texture allocate_texture(const assets::Ktx2 &ktx, const std::string &file);
+enum class Storage { immutable, mutable_levels };
+/// Immutable where the driver has ARB_texture_storage.
+Storage best_storage();
+
+/// Storage for all levels; nothing can be sampled yet. Repeats and filters trilinearly; cube maps clamp.
+/// Throws Error when the driver does not sample the format or the size.
+gl::Texture allocate_texture(const assets::Ktx2 &ktx, const std::string &file, Storage storage);
 
 /// One texel that stands in until data is there: mid grey, or zero for signed and two-channel maps.
 gl::Texture neutral_texture(const assets::Ktx2 &ktx);

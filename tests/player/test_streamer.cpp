@@ -1,9 +1,11 @@
 #include "assets/scene_file.hpp"
+#include "assets/stream_plan.hpp"
 #include "context.hpp"
 #include "error.hpp"
 #include "files.hpp"
 #include "scene.hpp"
 #include "streamer.hpp"
+#include "texture_format.hpp"
 
 #include <doctest/doctest.h>
 #include <epoxy/gl.h>
@@ -70,6 +72,33 @@ TEST_CASE("streamer: the texels that arrive are those of the file") {
         wrong += texels[i] != i % 256 ? 1 : 0;
     }
     CHECK(wrong == 0);
+    test::demand_clean();
+}
+
+TEST_CASE("textures: storage of a plain 3.3 driver holds the same texels as immutable storage") {
+    if (!test::have_context()) {
+        return;
+    }
+    for (const assets::PixelFormat format :
+         {assets::PixelFormat::bc5_snorm, assets::PixelFormat::rg8_snorm, assets::PixelFormat::r16_unorm,
+          assets::PixelFormat::bc4_unorm}) {
+        const test::Bytes bytes = test::ktx2_file(format, 16, 8);
+        const assets::Ktx2 ktx = assets::read_ktx2(bytes, "a.ktx2");
+        std::vector<assets::StreamPiece> pieces;
+        plan_texture(ktx, 0, pieces);
+        std::array<std::vector<float>, 2> texels;
+        for (const Storage storage : {Storage::immutable, Storage::mutable_levels}) {
+            const gl::Texture texture = allocate_texture(ktx, "a.ktx2", storage);
+            for (const assets::StreamPiece &piece : pieces) {
+                upload_rows(texture, ktx, piece);
+            }
+            std::vector<float> &out = texels[storage == Storage::immutable ? 0 : 1];
+            out.resize(8 * 4 * 2);
+            glGetTexImage(GL_TEXTURE_2D, 1, GL_RG, GL_FLOAT, out.data());
+        }
+        CHECK(texels[0] == texels[1]);
+        CHECK(texels[0][0] != texels[0][2 * 5]); // there is something in it
+    }
     test::demand_clean();
 }
 
