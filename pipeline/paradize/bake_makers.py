@@ -87,8 +87,22 @@ def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         tier=tier,
         uv=sources.get("layout"),
         gloss_groups=settings.get("gloss_groups") or None,
+        slope_scale=_slope_scale(sources["image"], settings),
     )
     return [_texture(name, made[name]) for name in settings["only"]]
+
+
+def _slope_scale(path: Path, settings: Settings) -> tuple[float, float] | None:
+    """Slopes along x and y of a map that is stretched over size_m metres, so that its texels need not be
+    square there; None where the map has no size in metres."""
+    if "size_m" not in settings:
+        return None
+    from paradize.readers.image import read_image
+
+    across, down = settings["size_m"]
+    rows, columns = read_image(path).pixels.shape[:2]
+    rise = settings["strength"] / 100.0
+    return rise * columns, rise * rows * (across / down)
 
 
 def make_cubemap(sources: Sources, settings: Settings, tier: str) -> list[Product]:

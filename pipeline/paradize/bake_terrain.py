@@ -63,7 +63,7 @@ def bake_terrain(
         if error.max_m <= max_error_m or used == "exact":
             break
         # Positions are float32: on a steep slope their rounding can cost a little of the bound.
-        tolerance = max(0.0, tolerance - 2.0 * (error.max_m - max_error_m))
+        tolerance = max(0.0, tolerance - 4.0 * (error.max_m - max_error_m))
     if error.max_m > max_error_m and max_error_m > 0.0:
         row, column = error.worst
         raise BakeError(

@@ -126,6 +126,7 @@ def _terrain(found: Requirements, terrain: Terrain) -> None:
             source="height" if terrain.effect_height else "color",
             strength=terrain.effect_strength,
             wrap="clamp",
+            size_m=list(terrain.size_m),
         )
 
 

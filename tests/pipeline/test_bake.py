@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -255,3 +257,58 @@ def test_a_one_pixel_step_of_the_heightmap_changes_the_terrain_alone(copied: tup
 
     write_image(scene.parent / "height.png", np.zeros((5, 5, 1), np.uint16))
     assert baked_names(bake(scene, out, jobs=1)) == {"terrain_mesh"}
+
+
+def test_effects_on_an_oblong_terrain_rise_as_steeply_both_ways(copied: tuple[Path, Path]) -> None:
+    """The same map over 20 x 20 m and 20 x 10 m: along z its slopes double, along x they stay."""
+    import numpy as np
+
+    from paradize.formats.ktx2 import decode_ktx2
+    from paradize.metrics.texels import decode_texels
+
+    scene, out = copied
+    z, x = np.mgrid[0:32, 0:32] / 32.0
+    bumps = 0.5 + 0.1 * np.sin(2.0 * np.pi * x) + 0.1 * np.sin(2.0 * np.pi * z)
+    write_image(scene.parent / "bumps.png", (bumps * 65535).astype(np.uint16)[:, :, None])
+    text = scene.read_text().replace('effect_color = "sand.png"', 'effect_height = "bumps.png"')
+    slopes = []
+    for size in ("[20.0, 20.0]", "[20.0, 10.0]"):
+        scene.write_text(text.replace("[20.0, 20.0]", size))
+        assert not bake(scene, out, jobs=1).errors
+        file = manifest_of(out)["artifacts"]["effect_normal"]["file"]
+        normals = decode_texels(decode_ktx2((out / file).read_bytes())).astype(np.float64)[4:-4, 4:-4]
+        up = np.sqrt(1.0 - normals[:, :, 0] ** 2 - normals[:, :, 1] ** 2)
+        slopes.append([float(np.abs(normals[:, :, k] / up).max()) for k in range(2)])
+    assert slopes[1][0] == pytest.approx(slopes[0][0], rel=0.3)
+    assert slopes[1][1] == pytest.approx(2.0 * slopes[0][1], rel=0.3)
+
+
+def test_the_bytes_do_not_depend_on_the_processor(copied: tuple[Path, Path], tmp_path: Path) -> None:
+    """Without the wider instructions of numpy and libm the same artifacts come out."""
+    import numpy as np
+
+    scene, out = copied
+    narrow = {
+        "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
+        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA",
+    }
+    features = np._core._multiarray_umath.__cpu_features__
+    known = [name for name in narrow["NPY_DISABLE_CPU_FEATURES"].split() if features.get(name)]
+    if not known:
+        pytest.skip("this processor has nothing to switch off")
+    narrow["NPY_DISABLE_CPU_FEATURES"] = " ".join(known)
+    command = [
+        sys.executable,
+        "-W",
+        "error",
+        "-m",
+        "paradize.cli",
+        "bake",
+        str(scene),
+        "-o",
+        str(tmp_path / "narrow"),
+    ]
+    environment = {**os.environ, **narrow}
+    result = subprocess.run([*command, "--force", "-j", "2"], capture_output=True, text=True, env=environment)
+    assert result.returncode == 0 and "CPU" not in result.stderr, result.stderr
+    assert state_of(tmp_path / "narrow") == state_of(out)
