@@ -16,5 +16,5 @@ void main() {
     float core = exp(-18.0 * r * r);
     float rays = exp(-5.0 * r) * (exp(-28.0 * a.x) + exp(-28.0 * a.y));
     float glow = (core + 0.55 * rays) * clamp(1.0 - r, 0.0, 1.0);
-    fragment = vec4(u_color * glow * v_life, 0.0);
+    fragment = vec4(u_color * (2.0 * glow * v_life), 0.0);
 }

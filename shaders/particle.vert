@@ -1,5 +1,6 @@
 #include "lib/clip_vert.glsl"
 #include "lib/frame.glsl"
+#include "lib/guard.glsl"
 
 layout(location = 6) in vec4 place_and_size; // xyz metres, world; w edge of the quad, metres
 layout(location = 7) in vec2 turn_and_life;  // rad; transparency [0,1]
@@ -10,10 +11,13 @@ out float v_life;
 void main() {
     vec2 corner = vec2((gl_VertexID & 1) == 0 ? -1.0 : 1.0, (gl_VertexID & 2) == 0 ? -1.0 : 1.0);
     v_corner = corner;
-    v_life = turn_and_life.y;
+    // A sparkle never gets so small that it would flicker between pixels: it grows dimmer instead.
+    float pixels = place_and_size.w * lens.z / max(distance(eye.xyz, place_and_size.xyz), 1e-3);
+    float grown = max(pixels, 5.0) / max(pixels, 1e-3);
+    v_life = turn_and_life.y * safe_pow(grown, -0.8);
     float c = cos(turn_and_life.x);
     float s = sin(turn_and_life.x);
-    vec2 turned = vec2(c * corner.x - s * corner.y, s * corner.x + c * corner.y) * 0.5 * place_and_size.w;
+    vec2 turned = vec2(c * corner.x - s * corner.y, s * corner.x + c * corner.y) * 0.5 * place_and_size.w * grown;
     vec3 right = vec3(view[0][0], view[1][0], view[2][0]);
     vec3 up = vec3(view[0][1], view[1][1], view[2][1]);
     vec3 world = place_and_size.xyz + right * turned.x + up * turned.y;

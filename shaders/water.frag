@@ -130,14 +130,16 @@ void main() {
     // Foam where the sea runs out, in a broken line that breathes with the swash.
     float ragged = value_noise(xz * 1.1 + 3.0 * fine) * 0.6 + value_noise(xz * 3.7 - 5.0 * fine) * 0.4;
     float swash = 0.5 + 0.5 * sin(6.2831853 * (u_swash + value_noise(xz * 0.06)));
-    float reach = 0.02 + 0.035 * swash;
+    // The water runs up and back by a hand's breadth of depth, unevenly, so that its edge follows no triangle.
+    float lap = depth_straight - 0.012 - 0.02 * (1.0 - swash) - 0.022 * ragged;
+    float reach = 0.015 + 0.03 * swash;
     float lace = smoothstep(0.3, 0.75, ragged);
-    float foam = smoothstep(0.0, 0.01, depth_straight) * (1.0 - smoothstep(reach, reach + 0.02, depth_straight)) * lace;
+    float foam = smoothstep(0.0, 0.008, lap) * (1.0 - smoothstep(reach, reach + 0.02, lap)) * lace;
     foam *= 0.55 * u_textures.y / (1.0 + 0.0004 * distance_m * distance_m);
     color = mix(color, vec3(0.8) * light, foam);
 
     // Soft edge upon the sand; without a floor to see the water is simply there.
-    float edge = u_textures.y > 0.5 ? smoothstep(-0.005, 0.05, depth_straight) : 1.0;
+    float edge = u_textures.y > 0.5 ? smoothstep(0.0, 0.05, lap) : 1.0;
     color = apply_haze(color, v_position);
     // Spray thickens the haze with distance, so that the horizon is nowhere a line.
     float spray = 1.8 * distance_m * fog.w;

@@ -47,7 +47,7 @@ Waves waves_at(const assets::Water &water, double elapsed_s) {
 
 float water_scatter(const assets::Water &water) {
     const glm::vec3 &a = water.absorption_per_m;
-    return 0.9F * (a.x + a.y + a.z) / 3.0F;
+    return 1.2F * (a.x + a.y + a.z) / 3.0F;
 }
 
 glm::vec3 water_glow(const assets::SceneFile &file) {

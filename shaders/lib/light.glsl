@@ -48,6 +48,7 @@ vec3 shade(Surface s) {
     vec3 v = distance_m > 1e-6 ? to_eye / distance_m : s.normal;
     float depth = water.w - s.position.y;
     bool submerged = depth > 0.0;
+    // The ray is steeper in the water, and the flux through its surface is spread accordingly.
     vec3 l = submerged ? u_sun_refracted : sun_direction.xyz;
 
     float facing = dot(s.geometric, l);
@@ -58,6 +59,9 @@ vec3 shade(Surface s) {
         sun = sun_radiance.rgb * sun_visibility(s.position, s.geometric * (facing < 0.0 ? -1.0 : 1.0), distance_m);
         if (submerged) {
             sun *= sun_through_water(depth) * caustics(s.position, depth);
+            // Deeper, what the bright floor and the surface throw at each other makes up for it.
+            float spread = clamp(sun_direction.y / max(u_sun_refracted.y, 0.2), 0.0, 1.0);
+            sun *= mix(spread, 1.0, smoothstep(0.05, 0.8, depth));
         }
     }
     // Light that came through a leaf is yellower than the light that it reflects.
@@ -69,7 +73,7 @@ vec3 shade(Surface s) {
     }
     vec3 color = (s.albedo * front + transmitted * through) * (1.0 / PI) * sun + s.albedo * sky + transmitted * behind;
     // Under water nothing shines; at its very edge the shine passes softly from the sand to the water.
-    float dry = submerged ? (1.0 - smoothstep(0.0, 0.05, depth)) * (1.0 - u_refracting) : 1.0;
+    float dry = submerged ? (1.0 - smoothstep(0.03, 0.10, depth)) * (1.0 - u_refracting) : 1.0;
     if (s.f0 > 0.0 && dry > 0.0) {
         color += dry * sun * specular_ggx(s.normal, v, l, s.f0, s.alpha, 16.0);
         color += dry * sky_specular(s.normal, v, s.f0, s.alpha);
