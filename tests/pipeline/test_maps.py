@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -568,3 +572,36 @@ def test_a_cube_map_wants_six_squares_of_one_size(tmp_path: Path) -> None:
     odd = save(tmp_path / "odd.exr", np.zeros((8, 4, 3), np.float32), oiio.FLOAT)
     with pytest.raises(SourceError, match="square"):
         bake_cubemap([*faces[:5], odd])
+
+
+BAKE = """
+import hashlib, json, sys
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from paradize.bake_maps import bake_color, bake_maps
+made = {**bake_maps(Path(sys.argv[1]), strength=5.0, wrap="repeat"), "color": bake_color(Path(sys.argv[1]))}
+print(json.dumps({k: [hashlib.sha256(p.data).hexdigest(), p.errors] for k, p in made.items()}))
+"""
+
+
+def test_an_old_cpu_gives_the_same_bytes_and_the_same_errors(picture: Path) -> None:
+    old = {
+        "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
+        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA",
+    }
+    found = []
+    for extra in ({}, old):
+        done = subprocess.run(
+            [sys.executable, "-c", BAKE, str(picture)],
+            capture_output=True,
+            text=True,
+            timeout=100,
+            env={**os.environ, **extra},
+        )
+        assert done.returncode == 0, done.stderr
+        assert "warn" not in done.stderr.lower(), done.stderr
+        found.append(json.loads(done.stdout))
+    assert found[0] == found[1]

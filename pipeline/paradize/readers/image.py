@@ -88,7 +88,7 @@ def read_image(
     hints.attribute("oiio:UnassociatedAlpha", 1)
     source = oiio.ImageInput.open(str(path), hints)
     if source is None:
-        raise SourceError(f"no picture that can be read: {_message(oiio)}", file=path)
+        raise SourceError(f"no picture that can be read: {_message(oiio) or 'no reason given'}", file=path)
     try:
         return _read_open(source, path, color_space, max_side, max_texels)
     except MemoryError as error:
@@ -103,6 +103,8 @@ def _message(source: Any) -> str:
         text = str(source.geterror())
     except UnicodeDecodeError:
         return "damaged (its error message cannot be decoded)"
+    if "could not find a format reader" in text:
+        return "of no format that OpenImageIO knows"
     return "; ".join(line.strip() for line in text.splitlines() if line.strip())
 
 
