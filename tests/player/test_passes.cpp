@@ -1,0 +1,169 @@
+// What the passes compute on the CPU: the waves' scroll and the sparkles.
+
+#include "frame.hpp"
+#include "passes/particles_pass.hpp"
+#include "passes/surroundings.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+using namespace paradize;
+
+namespace {
+
+assets::Water sea() {
+    assets::Water water;
+    water.size_m = 2000.0F;
+    water.tile = 400.0F;
+    water.scroll_per_s = {0.03F, -0.02F};
+    return water;
+}
+
+assets::ParticleField sparkle() {
+    assets::ParticleField field;
+    field.center = {1.0F, 2.0F, 3.0F};
+    field.radius_m = 4.0F;
+    field.count = 64;
+    field.size_m = {0.01F, 0.05F};
+    field.life_per_s = {0.2F, 0.6F};
+    field.threshold = 0.05F;
+    return field;
+}
+
+/// Distance of two offsets on a circle of length 1.
+double apart(float a, float b) {
+    const double d = std::abs(static_cast<double>(a) - static_cast<double>(b));
+    return std::min(d, 1.0 - d);
+}
+
+} // namespace
+
+TEST_CASE("waves: the first two layers run against each other over the sea") {
+    const assets::Water water = sea();
+    const Waves start = waves_at(water, 0.0);
+    const Waves later = waves_at(water, 1.0);
+    glm::dvec2 drift[2];
+    for (std::size_t i = 0; i < 2; ++i) {
+        // UV = R xz + offset: the pattern moves in the world by -R^-1 of the offset's change.
+        const glm::dvec4 rows(start.rows[i]);
+        glm::dvec2 change(later.offsets[i] - start.offsets[i]);
+        change -= glm::dvec2(std::round(change.x), std::round(change.y));
+        const double determinant = rows.x * rows.w - rows.y * rows.z;
+        drift[i] = -glm::dvec2(rows.w * change.x - rows.y * change.y, rows.x * change.y - rows.z * change.x) /
+                   determinant;
+    }
+    const double along = drift[0].x * drift[1].x + drift[0].y * drift[1].y;
+    const double lengths = std::hypot(drift[0].x, drift[0].y) * std::hypot(drift[1].x, drift[1].y);
+    CHECK(lengths > 0.0);
+    CHECK(along / lengths == doctest::Approx(-1.0).epsilon(1e-3));
+}
+
+TEST_CASE("waves: a week later they move as evenly as at the start") {
+    const assets::Water water = sea();
+    constexpr double week_s = 7.0 * 86400.0;
+    for (const double start_s : {0.0, week_s}) {
+        const double step =
+            apart(waves_at(water, start_s + 1.0 / 60.0).offsets[0].x, waves_at(water, start_s).offsets[0].x);
+        CHECK(step == doctest::Approx(0.03 / 60.0).epsilon(2e-3));
+    }
+}
+
+TEST_CASE("waves: after whole periods of a layer it is where it was") {
+    assets::Water water = sea();
+    water.scroll_per_s = {0.25F, 0.5F}; // exact in binary: 4 s and 2 s
+    const Waves start = waves_at(water, 0.0);
+    const Waves later = waves_at(water, 4.0 * 1e6);
+    CHECK(apart(start.offsets[0].x, later.offsets[0].x) < 1e-6);
+    CHECK(apart(start.offsets[0].y, later.offsets[0].y) < 1e-6);
+    for (const glm::vec2 &offset : waves_at(water, 12345.678).offsets) {
+        CHECK(offset.x >= 0.0F);
+        CHECK(offset.x <= 1.0F);
+    }
+}
+
+TEST_CASE("waves: no scroll and no tile give finite numbers") {
+    assets::Water water;
+    water.tile = 0.0F;
+    water.size_m = 0.0F;
+    const Waves waves = waves_at(water, 1e9);
+    for (std::size_t i = 0; i < Waves::layers; ++i) {
+        CHECK(std::isfinite(waves.rows[i].x));
+        CHECK(std::isfinite(waves.offsets[i].x));
+        CHECK(std::isfinite(waves.lengths_m[static_cast<int>(i)]));
+    }
+}
+
+TEST_CASE(
+    "sparkle: life falls at a rate of its own, and one that fades is born again elsewhere and otherwise") {
+    const assets::ParticleField field = sparkle();
+    ParticleSwarm swarm(field, 1);
+    std::vector<Particle> before = swarm.particles();
+    int births = 0;
+    for (int i = 0; i < 1200; ++i) {
+        swarm.step(step_s);
+        for (std::size_t p = 0; p < before.size(); ++p) {
+            const Particle &now = swarm.particles()[p];
+            CHECK(now.life >= field.threshold);
+            CHECK(now.life <= 1.0F);
+            CHECK(now.opacity <= now.life);
+            if (now.births == before[p].births) {
+                CHECK(before[p].life - now.life ==
+                      doctest::Approx(now.life_per_s * static_cast<float>(step_s)).epsilon(1e-3));
+                continue;
+            }
+            ++births;
+            CHECK(before[p].life < field.threshold + 2.0F * field.life_per_s.y * static_cast<float>(step_s));
+            CHECK(now.position != before[p].position);
+            CHECK(now.size_m != before[p].size_m);
+            CHECK(now.turn_rad != before[p].turn_rad);
+            const glm::vec3 away = now.position - field.center;
+            CHECK(away.x * away.x + away.y * away.y + away.z * away.z <=
+                  1.01F * field.radius_m * field.radius_m);
+            CHECK(now.size_m >= field.size_m.x);
+            CHECK(now.size_m < field.size_m.y);
+        }
+        before = swarm.particles();
+    }
+    CHECK(births > 64);
+    CHECK(before[0].life_per_s != before[1].life_per_s);
+}
+
+TEST_CASE("sparkle: the same seed is the same swarm, another is another") {
+    ParticleSwarm one(sparkle(), 7), same(sparkle(), 7), other(sparkle(), 8);
+    for (int i = 0; i < 600; ++i) {
+        one.step(step_s);
+        same.step(step_s);
+        other.step(step_s);
+    }
+    CHECK(one.particles()[5].position == same.particles()[5].position);
+    CHECK(one.particles()[5].position != other.particles()[5].position);
+}
+
+TEST_CASE("sparkle: a field without particles, and one whose life does not fall") {
+    assets::ParticleField field = sparkle();
+    field.count = 0;
+    ParticleSwarm none(field, 1);
+    none.step(step_s);
+    CHECK(none.particles().empty());
+    field.count = 3;
+    field.life_per_s = {0.0F, 0.0F};
+    ParticleSwarm still(field, 1);
+    for (int i = 0; i < 100; ++i) {
+        still.step(step_s);
+    }
+    CHECK(still.particles()[0].births == 1);
+}
+
+TEST_CASE("random numbers are uniform in [0, 1)") {
+    Pcg random(54);
+    double sum = 0.0;
+    for (int i = 0; i < 100000; ++i) {
+        const float value = random.between(0.0F, 1.0F);
+        CHECK_UNARY(value >= 0.0F && value < 1.0F);
+        sum += static_cast<double>(value);
+    }
+    CHECK(sum / 100000.0 == doctest::Approx(0.5).epsilon(0.01));
+}
