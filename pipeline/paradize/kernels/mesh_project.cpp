@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include "mesh_vec.hpp"
+#include "triangle_tree.hpp"
 #include "unify.hpp"
 
 namespace paradize::mesh {
@@ -14,7 +14,6 @@ namespace {
 
 constexpr double inset = 0.05;  // of the way from a corner to its triangle's middle
 constexpr double facing = 0.25; // least cosine between normals of triangles that face the same way
-constexpr std::size_t leaf_size = 4;
 
 struct Hit {
     std::uint32_t triangle = 0xffffffffu;
@@ -55,118 +54,43 @@ Foot nearest_point(Vec p, Vec a, Vec b, Vec c) {
     return {w, dot(r, r)};
 }
 
-// Boxes over the original's triangles, in an implicit halving of a sorted order.
-class Boxes {
+// The original surface, to be asked for the triangle nearest to a point.
+class Original {
   public:
-    Boxes(std::span<const float> positions, std::span<const std::uint32_t> triangles)
-        : positions_(positions), triangles_(triangles), order_(triangles.size() / 3) {
-        normals_.resize(order_.size());
-        std::iota(order_.begin(), order_.end(), 0u);
-        for (std::size_t i = 0; i < order_.size(); ++i)
+    Original(std::span<const float> positions, std::span<const std::uint32_t> triangles)
+        : tree_(positions, triangles), normals_(triangles.size() / 3) {
+        for (std::size_t i = 0; i < normals_.size(); ++i)
             normals_[i] = unit(cross(corner(i, 1) - corner(i, 0), corner(i, 2) - corner(i, 0)));
-        build(0, order_.size());
-    }
-
-    Vec corner(std::size_t triangle, std::size_t k) const {
-        return at3(positions_, triangles_[triangle * 3 + k]);
     }
 
     Foot foot(std::size_t triangle, Vec p) const {
         return nearest_point(p, corner(triangle, 0), corner(triangle, 1), corner(triangle, 2));
     }
 
-    // The nearest triangle that faces along `normal` (any, where `normal` is zero).
-    Hit nearest(Vec p, Vec normal) const {
+    // The nearest triangle that faces along `normal` (any, where `normal` is zero); of equally near ones the
+    // first.
+    Hit nearest(Vec p, Vec normal) {
         Hit best;
         const bool any = normal == Vec{};
-        std::vector<std::uint32_t> &open = open_;
-        open.assign(1, 0);
-        while (!open.empty()) {
-            const std::uint32_t at = open.back();
-            open.pop_back();
-            const Node &node = nodes_[at];
-            if (node.distance(p) > best.distance)
-                continue;
-            if (node.right != 0) {
-                const bool left_first = nodes_[at + 1].distance(p) < nodes_[node.right].distance(p);
-                open.push_back(left_first ? node.right : at + 1);
-                open.push_back(left_first ? at + 1 : node.right);
-                continue;
-            }
-            for (std::size_t i = node.first; i < node.stop; ++i) {
-                const std::uint32_t t = order_[i];
-                if (!any && dot(normals_[t], normal) < facing)
-                    continue;
-                const double d = foot(t, p).distance;
-                if (d < best.distance || (d == best.distance && t < best.triangle))
-                    best = {t, d};
-            }
-        }
+        tree_.search({p.x, p.y, p.z}, best.distance, room_, [&](std::uint32_t t) {
+            if (!any && dot(normals_[t], normal) < facing)
+                return;
+            const double d = foot(t, p).distance;
+            if (d < best.distance || (d == best.distance && t < best.triangle))
+                best = {t, d};
+        });
         return best;
     }
 
   private:
-    struct Node {
-        std::array<double, 3> low, high;
-        std::uint32_t first, stop, right; // right == 0: a leaf
-        double distance(Vec p) const {
-            const double q[3] = {p.x, p.y, p.z};
-            double sum = 0;
-            for (std::size_t k = 0; k < 3; ++k) {
-                const double d = std::max({low[k] - q[k], 0.0, q[k] - high[k]});
-                sum += d * d;
-            }
-            return sum;
-        }
-    };
-
-    double centre(std::uint32_t t, std::size_t axis) const {
-        double sum = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-            sum += positions_[triangles_[t * std::size_t{3} + k] * std::size_t{3} + axis];
-        return sum;
+    Vec corner(std::size_t triangle, std::size_t k) const {
+        const auto &c = tree_.corners(triangle)[k];
+        return {c[0], c[1], c[2]};
     }
 
-    std::uint32_t build(std::size_t first, std::size_t stop) {
-        const auto number = static_cast<std::uint32_t>(nodes_.size());
-        constexpr double big = std::numeric_limits<double>::max();
-        Node node{{big, big, big},
-                  {-big, -big, -big},
-                  static_cast<std::uint32_t>(first),
-                  static_cast<std::uint32_t>(stop),
-                  0};
-        for (std::size_t i = first; i < stop; ++i)
-            for (std::size_t k = 0; k < 3; ++k)
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    const double x =
-                        positions_[triangles_[order_[i] * std::size_t{3} + k] * std::size_t{3} + axis];
-                    node.low[axis] = std::min(node.low[axis], x);
-                    node.high[axis] = std::max(node.high[axis], x);
-                }
-        nodes_.push_back(node);
-        if (stop - first > leaf_size) {
-            std::size_t axis = 0;
-            for (std::size_t k = 1; k < 3; ++k)
-                if (node.high[k] - node.low[k] > node.high[axis] - node.low[axis])
-                    axis = k;
-            const std::size_t half = first + (stop - first) / 2;
-            const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
-            std::nth_element(at(first), at(half), at(stop), [&](std::uint32_t a, std::uint32_t b) {
-                return std::pair(centre(a, axis), a) < std::pair(centre(b, axis), b);
-            });
-            build(first, half);
-            const std::uint32_t right = build(half, stop);
-            nodes_[number].right = right;
-        }
-        return number;
-    }
-
-    std::span<const float> positions_;
-    std::span<const std::uint32_t> triangles_;
-    std::vector<std::uint32_t> order_;
+    TriangleTree tree_;
     std::vector<Vec> normals_;
-    std::vector<Node> nodes_;
-    mutable std::vector<std::uint32_t> open_;
+    std::vector<std::uint32_t> room_;
 };
 
 } // namespace
@@ -174,7 +98,7 @@ class Boxes {
 Places project(std::span<const float> source_positions, std::span<const std::uint32_t> source_triangles,
                std::span<const std::uint32_t> charts, std::span<const float> positions,
                std::span<const std::uint32_t> triangles) {
-    const Boxes boxes(source_positions, source_triangles);
+    Original original(source_positions, source_triangles);
     std::vector<std::uint32_t> found(triangles.size());
     for (std::size_t t = 0; t < triangles.size() / 3; ++t) {
         const Vec a = at3(positions, triangles[t * 3]), b = at3(positions, triangles[t * 3 + 1]),
@@ -184,9 +108,9 @@ Places project(std::span<const float> source_positions, std::span<const std::uin
         for (std::size_t k = 0; k < 3; ++k) {
             const Vec p = at3(positions, triangles[t * 3 + k]);
             const Vec inside = p + inset * (middle - p);
-            Hit hit = boxes.nearest(inside, normal);
+            Hit hit = original.nearest(inside, normal);
             if (hit.triangle == 0xffffffffu)
-                hit = boxes.nearest(inside, {});
+                hit = original.nearest(inside, {});
             found[t * 3 + k] = hit.triangle;
         }
     }
@@ -200,14 +124,14 @@ Places project(std::span<const float> source_positions, std::span<const std::uin
     out.weights.resize(triangles.size() * 3);
     std::vector<Hit> best(shared.first.size());
     for (std::size_t i = 0; i < triangles.size(); ++i) {
-        const double d = boxes.foot(found[i], at3(positions, triangles[i])).distance;
+        const double d = original.foot(found[i], at3(positions, triangles[i])).distance;
         Hit &here = best[shared.index[i]];
         if (d < here.distance || (d == here.distance && found[i] < here.triangle))
             here = {found[i], d};
     }
     for (std::size_t i = 0; i < triangles.size(); ++i) {
         const std::uint32_t t = best[shared.index[i]].triangle;
-        const Foot foot = boxes.foot(t, at3(positions, triangles[i]));
+        const Foot foot = original.foot(t, at3(positions, triangles[i]));
         out.triangle[i] = t;
         std::copy(foot.weights.begin(), foot.weights.end(), &out.weights[i * 3]);
     }

@@ -5,22 +5,22 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "triangle_tree.hpp"
 
 namespace paradize::reference {
 namespace {
 
 constexpr std::size_t least_samples = 10;
-constexpr std::size_t leaf_size = 4;
 constexpr double sliver = 1e-8; // squared sine below which a foot on the plane is not trusted alone
 constexpr std::size_t chunk_size =
     256; // triangles handled together; fixed, so that results do not depend on threads
 
-using Point = std::array<double, 3>;
-using Corners = std::array<Point, 3>;
+using Point = TriangleTree::Point;
+using Corners = TriangleTree::Corners;
 
 Point minus(const Point &a, const Point &b) {
     return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
@@ -71,113 +71,19 @@ double to_triangle(const Point &p, const Corners &c) {
     return std::min({best, to_segment(p, c[0], c[1]), to_segment(p, c[1], c[2]), to_segment(p, c[2], c[0])});
 }
 
-// A tree of boxes over the triangles of a surface, halved at the median of the longest side.
-class Tree {
-  public:
-    explicit Tree(const Surface &surface) {
-        const std::size_t count = surface.triangles.size() / 3;
-        triangles_.resize(count);
-        std::vector<Point> centres(count);
-        for (std::size_t i = 0; i < count; ++i) {
-            triangles_[i] = corners_of(surface, i);
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                centres[i][axis] =
-                    (triangles_[i][0][axis] + triangles_[i][1][axis] + triangles_[i][2][axis]) / 3;
+// Squared distance to the nearest triangle. `hint`: a triangle to try first, replaced by the nearest one.
+double nearest(const TriangleTree &tree, const Point &p, std::uint32_t &hint,
+               std::vector<std::uint32_t> &room) {
+    double best = to_triangle(p, tree.corners(hint));
+    tree.search(p, best, room, [&](std::uint32_t triangle) {
+        const double d = to_triangle(p, tree.corners(triangle));
+        if (d < best) {
+            best = d;
+            hint = triangle;
         }
-        order_.resize(count);
-        std::iota(order_.begin(), order_.end(), 0u);
-        build(0, count, centres);
-        std::vector<Corners> sorted(count);
-        for (std::size_t i = 0; i < count; ++i)
-            sorted[i] = triangles_[order_[i]];
-        triangles_ = std::move(sorted);
-    }
-
-    // Squared distance to the nearest triangle. `hint`: a triangle to try first, replaced by the nearest one.
-    double nearest(const Point &p, std::size_t &hint) const {
-        double best = to_triangle(p, triangles_[hint]);
-        std::array<std::uint32_t, 128> open;
-        std::size_t depth = 0;
-        open[depth++] = 0;
-        while (depth > 0) {
-            const Node &node = nodes_[open[--depth]];
-            if (node.box.distance(p) >= best)
-                continue;
-            if (node.right == 0) {
-                for (std::size_t i = node.first; i < node.stop; ++i) {
-                    const double d = to_triangle(p, triangles_[i]);
-                    if (d < best) {
-                        best = d;
-                        hint = i;
-                    }
-                }
-                continue;
-            }
-            const auto left = static_cast<std::uint32_t>(&node - nodes_.data()) + 1;
-            const bool left_first = nodes_[left].box.distance(p) < nodes_[node.right].box.distance(p);
-            open[depth++] = left_first ? node.right : left;
-            open[depth++] = left_first ? left : node.right;
-        }
-        return best;
-    }
-
-  private:
-    struct Box {
-        Point low{std::numeric_limits<double>::max(), std::numeric_limits<double>::max(),
-                  std::numeric_limits<double>::max()};
-        Point high{std::numeric_limits<double>::lowest(), std::numeric_limits<double>::lowest(),
-                   std::numeric_limits<double>::lowest()};
-        void grow(const Point &p) {
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                low[axis] = std::min(low[axis], p[axis]);
-                high[axis] = std::max(high[axis], p[axis]);
-            }
-        }
-        double distance(const Point &p) const {
-            double sum = 0;
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                const double d = std::max({low[axis] - p[axis], 0.0, p[axis] - high[axis]});
-                sum += d * d;
-            }
-            return sum;
-        }
-    };
-    struct Node {
-        Box box;
-        std::uint32_t first, stop, right; // right == 0: a leaf; the left child follows its parent
-    };
-
-    std::uint32_t build(std::size_t first, std::size_t stop, const std::vector<Point> &centres) {
-        const auto number = static_cast<std::uint32_t>(nodes_.size());
-        nodes_.push_back({{}, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(stop), 0});
-        Box box, middle;
-        for (std::size_t i = first; i < stop; ++i) {
-            middle.grow(centres[order_[i]]);
-            for (const Point &corner : triangles_[order_[i]])
-                box.grow(corner);
-        }
-        nodes_[number].box = box;
-        if (stop - first > leaf_size) {
-            std::size_t axis = 0;
-            for (std::size_t k = 1; k < 3; ++k)
-                if (middle.high[k] - middle.low[k] > middle.high[axis] - middle.low[axis])
-                    axis = k;
-            const std::size_t half = first + (stop - first) / 2;
-            const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
-            std::nth_element(at(first), at(half), at(stop), [&](std::uint32_t a, std::uint32_t b) {
-                return std::pair(centres[a][axis], a) < std::pair(centres[b][axis], b);
-            });
-            build(first, half, centres);
-            const std::uint32_t right = build(half, stop, centres);
-            nodes_[number].right = right;
-        }
-        return number;
-    }
-
-    std::vector<Corners> triangles_;
-    std::vector<std::uint32_t> order_;
-    std::vector<Node> nodes_;
-};
+    });
+    return best;
+}
 
 // The k-th point of a two-dimensional low-discrepancy sequence, folded into a triangle.
 // Source: M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018.
@@ -199,18 +105,23 @@ struct Measured {
 } // namespace
 
 Distance one_sided(const Surface &from, const Surface &to, std::uint64_t samples, unsigned threads) {
-    const Tree tree(to);
+    const TriangleTree tree(to.positions, to.triangles);
     const std::size_t count = from.triangles.size() / 3;
     double total = 0;
     for (std::size_t i = 0; i < count; ++i)
         total += area_of(corners_of(from, i));
+    std::vector<std::uint32_t> looked_at(from.positions.size() / 3,
+                                         0xffffffffu); // triangle that looks at a vertex
+    for (std::size_t i = from.triangles.size(); i-- > 0;)
+        looked_at[from.triangles[i]] = static_cast<std::uint32_t>(i / 3);
     const std::size_t chunks = (count + chunk_size - 1) / chunk_size;
     std::vector<std::vector<Measured>> measured(chunks);
     std::vector<double> largest(chunks, 0);
     std::atomic<std::size_t> next{0};
     const auto work = [&] {
         for (std::size_t chunk = next++; chunk < chunks; chunk = next++) {
-            std::size_t hint = 0;
+            std::uint32_t hint = 0;
+            std::vector<std::uint32_t> room;
             for (std::size_t i = chunk * chunk_size; i < std::min(count, (chunk + 1) * chunk_size); ++i) {
                 const Corners c = corners_of(from, i);
                 const double area = area_of(c);
@@ -218,11 +129,12 @@ Distance one_sided(const Surface &from, const Surface &to, std::uint64_t samples
                 const std::size_t n = std::max(least_samples, static_cast<std::size_t>(std::ceil(share)));
                 for (std::size_t k = 0; k < n; ++k)
                     measured[chunk].push_back(
-                        {tree.nearest(sample(c, k), hint), area / static_cast<double>(n)});
+                        {nearest(tree, sample(c, k), hint, room), area / static_cast<double>(n)});
                 for (std::size_t k = 0; k < 3; ++k) {
                     const Point middle = along(c[k], 0.5, minus(c[(k + 1) % 3], c[k]));
-                    largest[chunk] =
-                        std::max({largest[chunk], tree.nearest(c[k], hint), tree.nearest(middle, hint)});
+                    largest[chunk] = std::max(largest[chunk], nearest(tree, middle, hint, room));
+                    if (looked_at[from.triangles[i * 3 + k]] == i)
+                        largest[chunk] = std::max(largest[chunk], nearest(tree, c[k], hint, room));
                 }
             }
         }
