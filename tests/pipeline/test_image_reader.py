@@ -156,6 +156,17 @@ def test_a_texel_that_is_no_number_is_refused_with_its_place(tmp_path: Path, bad
         read_image(path)
 
 
+def test_a_refusal_is_one_message_and_nothing_of_the_decoders(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = write(tmp_path / "a.png", np.zeros((64, 64, 3), np.uint8), oiio.UINT8)
+    path.write_bytes(path.read_bytes()[:-40])
+    with pytest.raises(SourceError):
+        read_image(path)
+    print("still here", file=sys.stderr)
+    assert capfd.readouterr().err == "still here\n"
+
+
 def bomb(width: int, height: int) -> bytes:
     """A PNG of one colour whose file is small whatever its size: rows are never decoded if it is refused."""
 

@@ -11,6 +11,10 @@ same file gives the same bits on every machine. Of files that hold several pictu
 
 from __future__ import annotations
 
+import os
+import sys
+import threading
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +25,7 @@ from paradize.errors import SourceError
 from paradize.readers.targa import check_targa
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     import numpy.typing as npt
@@ -86,7 +91,8 @@ def read_image(
     oiio.attribute("limits:channels", 64)
     hints = oiio.ImageSpec()
     hints.attribute("oiio:UnassociatedAlpha", 1)
-    source = oiio.ImageInput.open(str(path), hints)
+    with _silenced():
+        source = oiio.ImageInput.open(str(path), hints)
     if source is None:
         raise SourceError(f"no picture that can be read: {_message(oiio) or 'no reason given'}", file=path)
     try:
@@ -95,6 +101,25 @@ def read_image(
         raise SourceError("does not fit into memory", file=path, mend="make it smaller") from error
     finally:
         source.close()
+
+
+_silence = threading.Lock()
+
+
+@contextmanager
+def _silenced() -> Iterator[None]:
+    """Keeps libpng and its like from writing to standard error beside the one message that we give."""
+    with _silence:
+        sys.stderr.flush()
+        held = os.dup(2)
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        try:
+            os.dup2(nowhere, 2)
+            yield
+        finally:
+            os.dup2(held, 2)
+            os.close(nowhere)
+            os.close(held)
 
 
 def _message(source: Any) -> str:
@@ -162,7 +187,8 @@ def _decode(source: Any, spec: Any, name: str, path: Path) -> npt.NDArray[np.flo
     if name not in _TYPES:
         raise SourceError(f"texels of type {name} are not read", file=path)
     wanted, dtype, top = _TYPES[name]
-    raw = source.read_image(0, 0, 0, spec.nchannels, wanted)
+    with _silenced():
+        raw = source.read_image(0, 0, 0, spec.nchannels, wanted)
     error = _message(source) or _message(oiio)
     if raw is None or error:
         raise SourceError(f"damaged or cut: {error or 'the decoder gave no pixels'}", file=path)
