@@ -312,3 +312,51 @@ def test_the_bytes_do_not_depend_on_the_processor(copied: tuple[Path, Path], tmp
     result = subprocess.run([*command, "--force", "-j", "2"], capture_output=True, text=True, env=environment)
     assert result.returncode == 0 and "CPU" not in result.stderr, result.stderr
     assert state_of(tmp_path / "narrow") == state_of(out)
+
+
+@pytest.mark.parametrize("delay_s", [0.05, 0.2, 0.35, 0.5, 0.7, 0.9])
+def test_a_kill_at_any_moment_leaves_the_old_or_the_new_scene(
+    copied: tuple[Path, Path], tmp_path: Path, delay_s: float
+) -> None:
+    """SIGKILL while everything is baked anew over an older bake; the next bake mends what is left."""
+    scene, out = copied
+    new = state_of(out)
+    sand = (scene.parent / "sand.png").read_bytes()
+    shutil.copy(scene.parent / "wood.png", scene.parent / "sand.png")
+    assert not bake(scene, out, jobs=2).errors
+    old = state_of(out)
+    assert old != new
+    (scene.parent / "sand.png").write_bytes(sand)
+    command = [sys.executable, "-m", "paradize.cli", "bake", str(scene), "-o", str(out), "--force", "-j", "2"]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        process.wait(timeout=delay_s)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+    left = state_of(out)
+    for state in (old, new):
+        if left["scene.json"] == state["scene.json"]:
+            assert all(left[name] == data for name, data in state.items())
+            break
+    else:
+        raise AssertionError("scene.json is neither the old nor the new one")
+    assert not bake(scene, out, jobs=2).errors
+    assert state_of(out) == new
+
+
+def test_two_bakes_at_once_both_succeed(copied: tuple[Path, Path], tmp_path: Path) -> None:
+    scene, out = copied
+    command = [
+        sys.executable,
+        "-m",
+        "paradize.cli",
+        "bake",
+        str(scene),
+        "-o",
+        str(tmp_path / "both"),
+        "--force",
+    ]
+    both = [subprocess.Popen([*command, "-j", "1"], stdout=subprocess.DEVNULL) for _ in range(2)]
+    assert [process.wait(timeout=60) for process in both] == [0, 0]
+    assert state_of(tmp_path / "both") == state_of(out)
