@@ -247,6 +247,33 @@ class IslandSlopes {
     const NormalSettings &settings_;
 };
 
+struct Range {
+    float low;
+    float high;
+};
+
+// The lowest and the highest of count > 0 finite values, sixteen side by side.
+PARADIZE_CLONES Range range_of(const float *values, std::size_t count) {
+    constexpr std::size_t lanes = 16;
+    std::array<float, lanes> low;
+    std::array<float, lanes> high;
+    low.fill(values[0]);
+    high.fill(values[0]);
+    std::size_t i = 0;
+    for (; i + lanes <= count; i += lanes) {
+        for (std::size_t k = 0; k < lanes; ++k) {
+            const float v = values[i + k];
+            low[k] = v < low[k] ? v : low[k];
+            high[k] = v > high[k] ? v : high[k];
+        }
+    }
+    for (; i < count; ++i) {
+        low[0] = std::min(low[0], values[i]);
+        high[0] = std::max(high[0], values[i]);
+    }
+    return {*std::min_element(low.begin(), low.end()), *std::max_element(high.begin(), high.end())};
+}
+
 } // namespace
 
 void normals_from_heights(std::span<const float> heights, std::size_t rows, std::size_t columns,
@@ -255,11 +282,11 @@ void normals_from_heights(std::span<const float> heights, std::size_t rows, std:
     if (rows == 0 || columns == 0) {
         return;
     }
-    const auto [low, high] = std::minmax_element(heights.begin(), heights.end());
-    const double range = static_cast<double>(*high) - static_cast<double>(*low);
+    const Range ends = range_of(heights.data(), heights.size());
+    const double range = static_cast<double>(ends.high) - static_cast<double>(ends.low);
     const double scale = std::max(std::abs(settings.scale_x), std::abs(settings.scale_y));
     const double largest =
-        std::max(std::abs(static_cast<double>(*high)), std::abs(static_cast<double>(*low)));
+        std::max(std::abs(static_cast<double>(ends.high)), std::abs(static_cast<double>(ends.low)));
     const bool steep =
         range * scale > 1e15 || largest > 1e36 || scale > 1e36 || (scale > 0.0 && scale < 1e-30);
     for_rows(rows, threads, [&](std::size_t first, std::size_t last) {
