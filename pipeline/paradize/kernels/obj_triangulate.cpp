@@ -96,6 +96,8 @@ class EarClipper {
             at = next_[next_[ear]];
         }
         out.insert(out.end(), {previous_[at], at, next_[at]});
+        if (result == Cut::sound && turn(points_[previous_[at]], points_[at], points_[next_[at]]) < 0)
+            result = Cut::crossing; // what is left lies upside down
         return result;
     }
 

@@ -1,0 +1,372 @@
+"""OBJ and MTL: every face of a file is in the result or in the warnings, and every fault has its line."""
+
+from __future__ import annotations
+
+import os
+import time
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from paradize.errors import SourceError
+from paradize.readers.obj import UNKNOWN_SMOOTHING, ObjResult, read_obj
+
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+
+
+def read(tmp_path: Path, text: str | bytes, name: str = "a.obj") -> ObjResult:
+    path = tmp_path / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_obj(path)
+
+
+def area(result: ObjResult) -> float:
+    p = result.mesh.positions[result.mesh.triangles].astype(float)
+    return float(0.5 * np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1).sum())
+
+
+def test_positions_uvs_and_normals_are_shared_by_index_and_v_is_turned_once(tmp_path: Path) -> None:
+    mesh = read(
+        tmp_path,
+        TRIANGLE + "v 1 1 0\nvt 0 0\nvt 1 0.25\nvn 0 0 1\nf 1/1/1 2/2/1 3/1/1\nf 3/1/1 2/2/1 4/2/1\n",
+    ).mesh
+    assert len(mesh.positions) == 4
+    assert mesh.uvs is not None and mesh.normals is not None
+    assert mesh.uvs.tolist() == [[0, 1], [1, 0.75], [0, 1], [1, 0.75]]
+    assert mesh.normals.tolist() == [[0, 0, 1]] * 4
+    assert mesh.triangles.tolist() == [[0, 1, 2], [2, 1, 3]]
+
+
+@pytest.mark.parametrize("ending", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("last", ["", "\n"])
+def test_line_endings_tabs_blanks_and_a_byte_order_mark_change_nothing(
+    tmp_path: Path, ending: str, last: str
+) -> None:
+    lines = ["# a comment \\", "v\t0 0  0", " v 1 0 0 # behind", "", "v 0 1\t0 ", "f 1 2 3"]
+    result = read(tmp_path, b"\xef\xbb\xbf" + (ending.join(lines) + last.replace("\n", ending)).encode())
+    assert result.mesh.triangles.tolist() == [[0, 1, 2]]
+    assert result.lines.tolist() == [6]
+
+
+@pytest.mark.parametrize("ending", ["\n", "\r\n", "\r", " \n"])
+def test_a_backslash_continues_a_line_and_lines_are_still_counted(tmp_path: Path, ending: str) -> None:
+    text = TRIANGLE + f"f 1 \\{ending} 2\\{ending}3\nf 1 2 9\n"
+    with pytest.raises(SourceError, match=r"line 7: position index 9 is out of range 1 to 3"):
+        read(tmp_path, text)
+    assert len(read(tmp_path, text.replace("f 1 2 9", "f 2 1 3")).mesh.triangles) == 2
+
+
+def test_negative_indices_count_back_from_their_own_line(tmp_path: Path) -> None:
+    text = TRIANGLE + "f -3 -2 -1\nv 0 0 1\nv 1 0 1\nv 0 1 1\nf -3 -2 -1\n"
+    mesh = read(tmp_path, text).mesh
+    assert mesh.positions[mesh.triangles[1]][:, 2].tolist() == [1, 1, 1]
+
+
+def test_faces_may_come_before_their_vertices(tmp_path: Path) -> None:
+    assert len(read(tmp_path, "f 1 2 3\n" + TRIANGLE).mesh.triangles) == 1
+
+
+def regular(count: int) -> str:
+    angle = np.arange(count) * 2 * np.pi / count
+    rows = [f"v {np.cos(a):.9f} {np.sin(a):.9f} 0" for a in angle]
+    return "\n".join(rows) + "\nf " + " ".join(map(str, range(1, count + 1))) + "\n"
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 7, 100, 5000])
+def test_a_convex_polygon_of_any_size_gives_two_triangles_less_than_corners(
+    tmp_path: Path, count: int
+) -> None:
+    result = read(tmp_path, regular(count))
+    assert len(result.mesh.triangles) == count - 2
+    assert area(result) == pytest.approx(0.5 * count * np.sin(2 * np.pi / count), rel=1e-5)
+
+
+def comb(teeth: int) -> list[tuple[float, float]]:
+    points = [(0.0, 0.0)]
+    for i in range(teeth):
+        points += [(i + 0.5, 3.0), (i + 1.0, 0.5 if i + 1 < teeth else 0.0)]
+    return points
+
+
+def shoelace(points: list[tuple[float, float]]) -> float:
+    following = points[1:] + points[:1]
+    return abs(sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(points, following, strict=True))) / 2
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize(
+    "outline",
+    [
+        [(0, 0), (2, 0), (0.5, 0.5), (0, 2)],
+        [(0, 0), (4, 0), (4, 4), (2, 1), (0, 4)],
+        [(0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1)],
+        comb(40),
+    ],
+)
+def test_a_concave_polygon_keeps_its_area_and_its_side(
+    tmp_path: Path, axis: int, turned: bool, outline: list[tuple[float, float]]
+) -> None:
+    points = outline[::-1] if turned else outline
+    rows = [np.roll((x, y, 0.25 * x), axis) for x, y in points]
+    text = "".join(f"v {x} {y} {z}\n" for x, y, z in rows)
+    result = read(tmp_path, text + "f " + " ".join(str(i + 1) for i in range(len(points))) + "\n")
+    assert len(result.mesh.triangles) == len(points) - 2
+    assert area(result) == pytest.approx(shoelace(outline) * np.sqrt(1 + 0.25**2), rel=1e-6)
+    p = result.mesh.positions[result.mesh.triangles].astype(float)
+    normals = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    assert (normals @ normals.sum(axis=0) > 0).all()
+
+
+def test_an_outline_that_crosses_itself_is_cut_and_told(tmp_path: Path) -> None:
+    text = "v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 1 0\nf 1 2 3 4\n"
+    result = read(tmp_path, text)
+    assert len(result.mesh.triangles) == 2
+    assert any("crosses itself" in warning for warning in result.warnings)
+
+
+def test_a_hostile_polygon_costs_bounded_time(tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    count = 100_000
+    rows = "".join(f"v {x:.6f} {y:.6f} 0\n" for x, y in rng.random((count, 2)))
+    started = time.monotonic()
+    result = read(tmp_path, rows + "f " + " ".join(map(str, range(1, count + 1))) + "\n")
+    assert time.monotonic() - started < 15
+    assert len(result.mesh.triangles) == count - 2
+    assert any("cut" in warning for warning in result.warnings)
+
+
+def test_corners_without_uv_or_normal_are_filled_in_and_told(tmp_path: Path) -> None:
+    text = TRIANGLE + "vt 0.5 0.5\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf 3 2 1\nf 1//1 2//1 3//1\n"
+    result = read(tmp_path, text)
+    assert result.mesh.uvs is not None and result.mesh.normals is not None
+    assert result.counts["faces_without_uv"] == 2 and result.counts["faces_without_normal"] == 1
+    assert (result.mesh.normals[result.mesh.triangles[1]] == 0).all()
+    assert sum("computed" in warning or "(0, 0)" in warning for warning in result.warnings) == 2
+
+
+def test_vertex_colours_are_read_and_split_vertices(tmp_path: Path) -> None:
+    text = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0 0.5\nv 0 1 0\nv 0 0 0 0 0 1\nf 1 2 3\nf 4 3 2\n"
+    mesh = read(tmp_path, text).mesh
+    assert mesh.colors is not None
+    assert mesh.colors.tolist() == [[1, 0, 0, 1], [0, 1, 0, 0.5], [1, 1, 1, 1], [0, 0, 1, 1]]
+
+
+def test_groups_objects_and_materials_become_runs(tmp_path: Path) -> None:
+    faces = "o house\nf 1 2 3\nusemtl red tile\nf 1 2 3\ng roof  top\nf 1 2 3\nf 1 2 3\nusemtl b\nf 1 2 3\n"
+    groups = read(tmp_path, TRIANGLE + faces).mesh.groups
+    assert [(g.name, g.material, g.first, g.count) for g in groups] == [
+        ("house", "default", 0, 1),
+        ("house", "red tile", 1, 1),
+        ("roof  top", "red tile", 2, 2),
+        ("roof  top", "b", 4, 1),
+    ]
+
+
+def test_smoothing_groups_reach_every_triangle(tmp_path: Path) -> None:
+    text = TRIANGLE + "v 1 1 0\nf 1 2 3\ns 7\nf 1 2 4 3\ns off\nf 1 2 3\ns 0\nf 1 2 3\ns wavy\nf 1 2 3\n"
+    result = read(tmp_path, text)
+    assert result.smoothing.tolist() == [UNKNOWN_SMOOTHING, 7, 7, 0, 0, 0]
+    assert any("smoothing" in warning for warning in result.warnings)
+
+
+def test_lines_points_short_faces_and_unknown_keywords_are_counted(tmp_path: Path) -> None:
+    text = TRIANGLE + "l 1 2\nl 2 3\np 1\nf 1 2\nf\nwobble 3\nwobble 4\ncurv 0 1 1 2\nf 1 2 3\n"
+    result = read(tmp_path, text)
+    assert (result.counts["lines"], result.counts["points"], result.counts["short_faces"]) == (2, 1, 2)
+    assert sum("wobble" in warning for warning in result.warnings) == 1
+    assert any("line 9: 2 statements with the unknown keyword" in warning for warning in result.warnings)
+    assert any("fewer than three" in warning for warning in result.warnings)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("v 1 2 nan", r"line 4: \"nan\" is not a finite number in 'v'"),
+        ("v 1 -inf 2", r"line 4: \"-inf\" is not a finite number"),
+        ("v 1 1e400 2", r"line 4: \"1e400\" is too large"),
+        ("v 1 3.5e38 2", r"line 4: \"3.5e38\" is too large"),
+        ("v 1,5 2 3", r"line 4: \"1,5\" is not a number in 'v'"),
+        ("v 1 2", r"line 4: 'v' needs 3 numbers, found 2"),
+        ("v", r"line 4: 'v' needs 3 numbers, found 0"),
+        ("v 1 2 0x10", r"\"0x10\" is not a number"),
+        ("v 1 2 3..4", r"is not a number"),
+        ("v 1 2 --3", r"is not a number"),
+        ("vn 1 2", r"'vn' needs 3"),
+        ("vt", r"'vt' needs 1"),
+        ("f 1 2 0", r"line 4: position index 0 is out of range 1 to 3"),
+        ("f 1 2 4", r"line 4: position index 4 is out of range 1 to 3"),
+        ("f 1 2 -4", r"line 4: position index -4 reaches before the first of 3"),
+        ("f 1/1 2/1 3/1", r"texture coordinate index 1 is out of range 1 to 0"),
+        ("f 1//2 2//2 3//2", r"normal index 2 is out of range 1 to 0"),
+        ("f 1 2 99999999999999999999", r"is not a face corner"),
+        ("f 1 2 3/", None),
+        ("f 1 2 3//", None),
+        ("f 1.0 2 3", r"\"1.0\" is not a face corner"),
+        ("f 1/1/1/1 2 3", r"is not a face corner|out of range"),
+        ("f a b c", r"\"a\" is not a face corner"),
+    ],
+)
+def test_a_fault_is_told_with_file_and_line(tmp_path: Path, line: str, said: str | None) -> None:
+    text = TRIANGLE + line + "\nf 1 2 3\n"
+    if said is None:
+        assert len(read(tmp_path, text).mesh.triangles) == 2
+        return
+    with pytest.raises(SourceError, match=said) as raised:
+        read(tmp_path, text)
+    assert raised.value.file == str(tmp_path / "a.obj")
+
+
+def test_every_fault_of_a_file_is_told_at_once(tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match=r"line 2: .*and 2 more, lines 4, 5"):
+        read(tmp_path, "v 0 0 0\nv x 0 0\nv 0 0 0\nv 0 0\nf 1 2 9\n")
+
+
+@pytest.mark.parametrize(
+    "text", ["", "\n\n", "v 0 0 0\n", TRIANGLE + "l 1 2\n", TRIANGLE + "f 1 2\n", "\0\0\0"]
+)
+def test_a_file_without_faces_is_refused(tmp_path: Path, text: str) -> None:
+    with pytest.raises(SourceError, match="no faces"):
+        read(tmp_path, text)
+
+
+def test_what_is_not_a_readable_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match=r"missing\.obj"):
+        read_obj(tmp_path / "missing.obj")
+    with pytest.raises(SourceError, match="not a regular file"):
+        read_obj(tmp_path)
+    os.mkfifo(tmp_path / "pipe.obj")
+    with pytest.raises(SourceError, match="not a regular file"):
+        read_obj(tmp_path / "pipe.obj")
+    with pytest.raises(SourceError, match="UTF-16"):
+        read(tmp_path, TRIANGLE.encode("utf-16"))
+
+
+NUMBERS = ["16777217", "0.1", "1e-45", "1e-46", "-0", "3.4028234e38", "1.17549435e-38", "5e-324", "1e-400"]
+NUMBERS += [
+    "0.000000000000000000000000000000000000000000001",
+    "123456789012345678901234567890e-20",
+    ".5",
+    "5.",
+]
+NUMBERS += ["+3", "7.0000005960464477540", "1.00000005960464477539", "33554435", "1E2", "9007199254740993"]
+
+
+def nearest_float32(text: str) -> np.float32:
+    """The float32 nearest to a decimal, ties to even, by exact arithmetic."""
+    value = Decimal(text)
+    guess = np.float32(float(value))
+    with np.errstate(over="ignore"):
+        around = [np.nextafter(guess, np.float32(-np.inf)), guess, np.nextafter(guess, np.float32(np.inf))]
+    finite = [x for x in around if np.isfinite(x)]
+    return min(finite, key=lambda x: (abs(Decimal(float(x)) - value), int(x.view(np.uint32)) & 1))
+
+
+def positions_of(tmp_path: Path, numbers: list[str]) -> list[np.float32]:
+    rows = "".join(f"v {number} {i} 0\n" for i, number in enumerate(numbers))
+    faces = "".join(f"f 1 2 {i + 1}\n" for i in range(len(numbers)))
+    mesh = read(tmp_path, rows + faces).mesh
+    by_row = {int(y): x for x, y, _ in mesh.positions}
+    return [by_row[i] for i in range(len(numbers))]
+
+
+def test_numbers_are_the_nearest_float32(tmp_path: Path) -> None:
+    for text, found in zip(NUMBERS, positions_of(tmp_path, NUMBERS), strict=True):
+        assert found == nearest_float32(text), text
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(-(10**19), 10**19), st.integers(-60, 18)),
+        min_size=3,
+        max_size=40,
+    )
+)
+@settings(max_examples=60, deadline=None)
+def test_any_decimal_is_the_nearest_float32(
+    tmp_path_factory: pytest.TempPathFactory, parts: list[tuple[int, int]]
+) -> None:
+    numbers = [f"{mantissa}e{exponent}" for mantissa, exponent in parts]
+    for text, found in zip(numbers, positions_of(tmp_path_factory.mktemp("n"), numbers), strict=True):
+        assert found == nearest_float32(text), text
+
+
+@given(st.text(alphabet="vtnfgos 0123456789.-/\\\n\r\t#eu", max_size=300))
+@settings(max_examples=300, deadline=None)
+def test_any_text_is_read_or_refused(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
+    try:
+        result = read(tmp_path_factory.getbasetemp(), text)
+    except SourceError as error:
+        assert error.file
+        return
+    mesh = result.mesh
+    assert int(mesh.triangles.max()) < len(mesh.positions) and np.isfinite(mesh.positions).all()
+
+
+# --- MTL ---
+
+
+def model(folder: Path, library: str, text: str = "newmtl wood\nKd 0.5 0.25 1\n") -> ObjResult:
+    (folder / "a.mtl").write_text(text)
+    return read(folder, f"mtllib {library}\n" + TRIANGLE + "usemtl wood\nf 1 2 3\n")
+
+
+def test_materials_are_read_with_their_maps(tmp_path: Path) -> None:
+    (tmp_path / "my bark.png").write_bytes(b"")
+    text = "newmtl wood\r\n\tKd 0.5 0.25 1\r\nNs 10\r\nd 0.5\r\nmap_Kd -s 2 2 1 -o 0.1 my bark.png\r\n"
+    result = model(tmp_path, "a.mtl", text)
+    wood = result.materials["wood"]
+    assert (wood.kd, wood.ns, wood.opacity) == ((0.5, 0.25, 1.0), 10.0, 0.5)
+    assert wood.map_kd == (tmp_path / "my bark.png").resolve()
+    assert result.warnings == []
+
+
+def test_library_names_may_hold_blanks_and_several_may_share_a_line(tmp_path: Path) -> None:
+    (tmp_path / "one two.mtl").write_text("newmtl wood\n")
+    (tmp_path / "three.mtl").write_text("newmtl stone\n")
+    assert set(model(tmp_path, "one two.mtl").materials) == {"wood"}
+    assert set(model(tmp_path, "three.mtl one two.mtl").materials) == {"wood", "stone"}
+
+
+@pytest.mark.parametrize(
+    "name", ["../out.png", "/etc/passwd", "C:\\tex\\a.png", "a/../../out.png", "link.png"]
+)
+def test_a_map_outside_the_root_is_never_used(tmp_path: Path, name: str) -> None:
+    folder = tmp_path / "model"
+    folder.mkdir()
+    (tmp_path / "out.png").write_bytes(b"")
+    (folder / "link.png").symlink_to(tmp_path / "out.png")
+    result = model(folder, "a.mtl", f"newmtl wood\nmap_Kd {name}\n")
+    assert result.materials["wood"].map_kd is None
+    assert any("lies outside" in warning for warning in result.warnings)
+
+
+def test_a_root_above_the_folder_lets_maps_be_shared(tmp_path: Path) -> None:
+    folder = tmp_path / "model"
+    folder.mkdir()
+    (tmp_path / "out.png").write_bytes(b"")
+    (folder / "a.mtl").write_text("newmtl wood\nmap_Kd ..\\out.png\n")
+    (folder / "a.obj").write_text("mtllib a.mtl\n" + TRIANGLE + "usemtl wood\nf 1 2 3\n")
+    found = read_obj(folder / "a.obj", root=tmp_path)
+    assert found.materials["wood"].map_kd == (tmp_path / "out.png").resolve()
+
+
+def test_missing_libraries_maps_and_materials_are_told(tmp_path: Path) -> None:
+    result = model(tmp_path, "gone.mtl a.mtl", "newmtl stone\nmap_Kd gone.png\nKd red\nNs nan\n")
+    told = " ".join(result.warnings)
+    for part in ("'gone.mtl' is missing", "'gone.png' does not exist", "'red'", "'nan'", "'wood'"):
+        assert part in told
+
+
+@given(st.binary(max_size=200))
+@settings(max_examples=100, deadline=None)
+def test_any_material_file_leaves_the_mesh_whole(
+    tmp_path_factory: pytest.TempPathFactory, text: bytes
+) -> None:
+    folder = tmp_path_factory.getbasetemp()
+    (folder / "a.mtl").write_bytes(b"newmtl wood\n" + text)
+    assert len(read(folder, "mtllib a.mtl\n" + TRIANGLE + "f 1 2 3\n").mesh.triangles) == 1
