@@ -4,6 +4,8 @@
 #include "lib/tonemap.glsl"
 
 uniform sampler2D u_picture; // linear HDR
+uniform sampler2D u_glow;    // what bright spots spill, after exposure
+uniform float u_spill;       // share of it
 
 in vec2 v_uv;
 
@@ -11,6 +13,7 @@ layout(location = 0) out vec4 fragment;
 
 void main() {
     vec3 color = texelFetch(u_picture, ivec2(gl_FragCoord.xy), 0).rgb * clock.z;
+    color += u_spill * texture(u_glow, v_uv).rgb;
     vec3 encoded = srgb_encode(tone_map(color));
     // A still, triangular dither of one step hides the bands of eight bits: L. Roberts, "Picture Coding
     // Using Pseudo-Random Noise", 1962.

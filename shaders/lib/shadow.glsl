@@ -43,7 +43,11 @@ float sun_visibility(vec3 position, vec3 normal, float eye_distance_m) {
         }
         lit *= 1.0 / 12.0;
     } else {
-        lit = texture(u_shadow_map, p);
+        float step_uv = 0.75 * u_shadow_texel;
+        lit = 0.25 * (texture(u_shadow_map, p + vec3(step_uv, 0.25 * step_uv, 0.0)) +
+                      texture(u_shadow_map, p + vec3(-0.25 * step_uv, step_uv, 0.0)) +
+                      texture(u_shadow_map, p + vec3(-step_uv, -0.25 * step_uv, 0.0)) +
+                      texture(u_shadow_map, p + vec3(0.25 * step_uv, -step_uv, 0.0)));
     }
     return mix(1.0, lit, inside);
 }
