@@ -33,10 +33,10 @@ def encode(frames: list[Path], video: Path) -> None:
         stream = container.add_stream("libx264", rate=FRAMES_PER_SECOND)
         stream.pix_fmt = "yuv420p"
         stream.options = {"crf": "18", "preset": "veryfast"}
+        stream.width, stream.height = map(int, FLIGHT_SIZE.split("x"))
         for path in tqdm(frames, desc="video", unit="frame", disable=not sys.stderr.isatty()):
             with av.open(str(path)) as picture:
                 frame = next(picture.decode(video=0))
-            stream.width, stream.height = frame.width, frame.height
             container.mux(stream.encode(frame.reformat(format="yuv420p")))
         container.mux(stream.encode())
 
