@@ -20,6 +20,7 @@ from paradize.errors import BakeError, SourceError
 from paradize.formats.ktx2 import encode_ktx2
 from paradize.formats.png import encode_png
 from paradize.kernels.maps import Levels, linear_to_srgb8, srgb_to_linear
+from paradize.kernels.mathx import linear_to_srgb
 from paradize.metrics.angle import AngleError, filter_angle, normal_error
 from paradize.metrics.psnr import psnr_db
 from paradize.metrics.texels import decode_texels
@@ -287,7 +288,9 @@ def bake_color(
     else:
         linear = pixels
         codes = linear_to_srgb8(linear)
-        truth = codes / 255.0
+        truth = linear_to_srgb(linear[:, :, :3])
+        if linear.shape[2] == 4:
+            truth = np.dstack([truth, linear[:, :, 3]])
     cutoff = alpha_cutoff if pixels.shape[2] == 4 else None
     texture = compress.encode_color(mips.color_mips(linear, alpha_cutoff=cutoff), codes, tier=tier)
     decoded = decode_texels(texture)

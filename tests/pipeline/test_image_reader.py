@@ -85,6 +85,13 @@ def test_floats_come_as_they_are_and_are_linear(tmp_path: Path, kind: object, bi
     assert (image.color_space, image.source_bits) == ("linear", bits)
 
 
+def test_signed_integers_are_numbers_as_they_are(tmp_path: Path) -> None:
+    metres = np.array([[[-32768], [-7]], [[0], [8849]]], np.int16)
+    image = read_image(write(tmp_path / "a.tif", metres, oiio.INT16))
+    assert np.array_equal(image.pixels, metres.astype(np.float32))
+    assert (image.color_space, image.source_bits) == ("linear", 16)
+
+
 def test_colour_under_transparent_texels_survives(tmp_path: Path) -> None:
     codes = np.array([[[200, 100, 50, 0], [100, 100, 100, 1], [9, 8, 7, 255]]], np.uint8)
     for name in ("a.png", "a.tga", "a.tif"):

@@ -548,6 +548,13 @@ def test_an_opaque_alpha_channel_costs_nothing(tmp_path: Path) -> None:
     assert bake_color(save(tmp_path / "o.png", pixels)).format == "BC1_RGB_SRGB"
 
 
+def test_a_linear_picture_is_measured_against_its_own_sRGB_encoding(tmp_path: Path) -> None:
+    values = np.random.default_rng(3).random((6, 6, 3), np.float32)
+    product = bake_color(save(tmp_path / "linear.exr", values, oiio.FLOAT))
+    assert product.format == "RGBA8_SRGB"
+    assert 55 < product.errors["color_psnr_db"] < 63  # rounding to 8 bits: 20 log10(255 sqrt 12) = 58.9 dB
+
+
 def test_what_lies_under_transparent_texels_does_not_bleed(tmp_path: Path) -> None:
     pixels = np.zeros((32, 32, 4), np.uint8)
     pixels[:, :, 1] = 255  # green under transparency

@@ -25,7 +25,7 @@ def _is_float(path: Path) -> bool:
         return False
     kind = str(source.spec().format)
     source.close()
-    return kind in {"half", "float", "double"}
+    return kind in {"half", "float", "double", "int8", "int16", "int"}  # signed integers are metres too
 
 
 def read_heightmap(

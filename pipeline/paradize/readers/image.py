@@ -5,8 +5,9 @@ pixels and no error at all; it multiplies colour by alpha unless told not to. So
 alpha, takes an error for an error whatever came with it, and measures Targa files itself.
 
 A picture keeps one to four channels: grey; grey and alpha; red, green, blue; and those with alpha. Alpha
-comes out straight (not multiplied into colour). Integers map to 0..1 by correctly rounded division, so the
-same file gives the same bits on every machine. Of files that hold several pictures the first is read.
+comes out straight (not multiplied into colour). Unsigned integers map to 0..1 by correctly rounded division,
+so the same file gives the same bits on every machine; signed integers and floats stay what they are. Of
+files that hold several pictures the first is read.
 """
 
 from __future__ import annotations
@@ -50,14 +51,14 @@ _STRAIGHT = {
     "heif",
     "sgi",
 }
-_FLOAT_FORMATS = {"half": 16, "float": 32, "double": 32}
+_PLAIN_NUMBERS = {"half": 16, "float": 32, "double": 32, "int8": 8, "int16": 16, "int": 32}  # bits
 _TYPES: dict[str, tuple[Any, Any, float]] = {  # what to ask for, what comes, what maps to 1
     "uint8": (oiio.UINT8, np.uint8, 255.0),
     "uint16": (oiio.UINT16, np.uint16, 65535.0),
     "uint": (oiio.UINT32, np.uint32, 4294967295.0),
-    "int8": (oiio.INT8, np.int8, 127.0),
-    "int16": (oiio.INT16, np.int16, 32767.0),
-    "int": (oiio.INT32, np.int32, 2147483647.0),
+    "int8": (oiio.INT8, np.int8, 1.0),
+    "int16": (oiio.INT16, np.int16, 1.0),
+    "int": (oiio.INT32, np.int32, 1.0),
     "half": (oiio.FLOAT, np.float32, 1.0),
     "float": (oiio.FLOAT, np.float32, 1.0),
     "double": (oiio.DOUBLE, np.float64, 1.0),
@@ -69,10 +70,11 @@ def read_image(
 ) -> Image:
     """The picture in `path`: pixels (h, w, 1..4) float32, finite, row 0 at the top, straight alpha.
 
-    color_space: "srgb", "linear" or "data" overrides what the file says; by itself a float file and one that
-    declares itself linear is "linear", every other is "srgb". max_side and max_texels refuse larger pictures
-    before they are decoded. Raises SourceError for a file that is missing, empty, no picture, damaged,
-    truncated, too large, of a shape that is no picture, or that holds NaN or infinity.
+    color_space: "srgb", "linear" or "data" overrides what the file says; by itself a file of floats or
+    signed integers, and one that declares itself linear, is "linear", every other is "srgb". max_side and
+    max_texels refuse larger pictures before they are decoded. Raises SourceError for a file that is missing,
+    empty, no picture, damaged, truncated, too large, of a shape that is no picture, or that holds NaN or
+    infinity.
     """
     if not path.exists():
         raise SourceError("no such file", file=path)
@@ -111,7 +113,11 @@ def _silenced() -> Iterator[None]:
     """Keeps libpng and its like from writing to standard error beside the one message that we give."""
     with _silence:
         sys.stderr.flush()
-        held = os.dup(2)
+        try:
+            held = os.dup(2)
+        except OSError:  # there is no standard error
+            yield
+            return
         nowhere = os.open(os.devnull, os.O_WRONLY)
         try:
             os.dup2(nowhere, 2)
@@ -164,9 +170,9 @@ def _read_open(source: Any, path: Path, color_space: str | None, max_side: int, 
         pixels = np.concatenate([pixels, np.zeros_like(pixels[:, :, :1])], axis=2)
     if color_space is None:
         declared = spec.get_string_attribute("oiio:ColorSpace").lower()
-        linear = name in _FLOAT_FORMATS or declared.startswith("lin")
+        linear = name in _PLAIN_NUMBERS or declared.startswith("lin")
         color_space = "linear" if linear else "srgb"
-    bits = _FLOAT_FORMATS.get(name) or {"uint8": 8, "int8": 8, "uint16": 16, "int16": 16}.get(name, 32)
+    bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
     return Image(pixels, color_space, bits)
 
 
