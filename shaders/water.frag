@@ -116,7 +116,7 @@ void main() {
     own *= 1.0 + 0.6 * clamp(dot(tilt, sun_direction.xz), -0.5, 0.5);
     vec3 body = floor_seen.rgb * kept + own * (1.0 - kept);
 
-    float fresnel = fresnel_schlick(WATER_F0, mix(n_v, max(n_v, 0.22), rough));
+    float fresnel = fresnel_schlick(WATER_F0, mix(n_v, max(n_v, 0.30), rough));
     vec3 color = mix(body, reflection, fresnel);
 
     // The sun's glitter. Waves too small to see widen its lobe instead of shimmering.
@@ -142,11 +142,11 @@ void main() {
     float edge = u_textures.y > 0.5 ? smoothstep(0.0, 0.05, lap) : 1.0;
     color = apply_haze(color, v_position);
     // Spray thickens the haze with distance, so that the horizon is nowhere a line.
-    float spray = 1.8 * distance_m * fog.w;
-    float lost_in_haze = max(1.0 - exp(-spray * spray), smoothstep(0.55 * u_fade_m, 0.95 * u_fade_m, distance_m));
+    vec3 spray = haze_amount(1.8 * distance_m * distance_m * fog.w);
+    vec3 lost_in_haze = max(spray, smoothstep(0.55 * u_fade_m, 0.95 * u_fade_m, distance_m));
     // An eye close to the surface looks so flat that all of that happens within a row of pixels: there the
     // haze follows the angle.
-    lost_in_haze = max(lost_in_haze, exp(-abs(v.y) / 0.008) * smoothstep(30.0, 150.0, distance_m));
+    lost_in_haze = max(lost_in_haze, vec3(exp(-abs(v.y) / 0.008) * smoothstep(30.0, 150.0, distance_m)));
     color = mix(color, haze_color(-v), lost_in_haze);
     fragment = vec4(color, clamp(max(edge, foam), 0.0, 1.0));
 }

@@ -1,8 +1,11 @@
 #include "lib/frame.glsl"
 #include "lib/guard.glsl"
 
-// Share of haze between the eye and a point: Beer-Lambert over the distance.
-float haze_amount(float distance_m) { return 1.0 - exp(-min(max(distance_m, 0.0) * fog.w, 60.0)); }
+// Share of haze between the eye and a point: Beer-Lambert over the distance. Blue light scatters more than red, so
+// that what is far turns blue before it turns pale: the aerial perspective of painters, milder than J. Rayleigh's.
+vec3 haze_amount(float distance_m) {
+    return 1.0 - exp(-min(max(distance_m, 0.0) * fog.w * vec3(0.72, 0.95, 1.28), vec3(60.0)));
+}
 
 // Metres of haze that a ray to the sky runs through: it lies thin over the sea, so that only rays close to the
 // horizon go far in it.
