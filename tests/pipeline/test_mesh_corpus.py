@@ -1,0 +1,81 @@
+"""Models that nobody here wrote: each is baked, or refused with a clear message; none is a crash or a
+hang."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from paradize.bake_mesh import bake_mesh
+from paradize.errors import ParadizeError
+from paradize.formats.glb import decode_glb
+from paradize.readers.obj import read_obj
+
+FOLDERS = ("obj-kits", "obj-nasty", "obj-large", "tangent", "malformed/obj-afl")
+
+
+def models(corpus: Path, folders: tuple[str, ...]) -> list[Path]:
+    found = [path for folder in folders for path in sorted((corpus / folder).rglob("*")) if path.is_file()]
+    return [path for path in found if path.suffix.lower() == ".obj" or path.parent.name == "obj-afl"]
+
+
+def triangles_by_text(path: Path) -> int:
+    """Corners minus two of every face statement, counted without the reader."""
+    text = path.read_bytes().decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
+    rows = (line.split("#")[0].split() for line in text.replace("\\\n", " ").split("\n"))
+    return sum(max(0, len(row) - 3) for row in rows if row and row[0] == "f")
+
+
+def bake_or_refuse(path: Path) -> bool:
+    """Bakes one file and looks at the result; False where it was refused."""
+    try:
+        made = bake_mesh(path)
+    except ParadizeError as error:
+        assert str(path) in str(error) and len(str(error)) > len(str(path)) + 5
+        assert "Error(" not in str(error) and "Traceback" not in str(error)
+        return False
+    levels = decode_glb(made.glb)
+    counts = [len(level.mesh.triangles) for level in levels]
+    assert counts == sorted(counts, reverse=True)
+    dropped = read_obj(path).counts["triangles"] - counts[0]
+    assert dropped == 0 or any("dropped" in warning for warning in made.report["warnings"])
+    for level in levels:
+        assert level.mesh.normals is not None
+        assert np.abs(np.linalg.norm(level.mesh.normals, axis=1) - 1).max() < 1e-5
+        assert (level.mesh.tangents is None) == (level.mesh.uvs is None)
+    return True
+
+
+def test_every_face_of_every_file_is_read(corpus: Path) -> None:
+    read = 0
+    for path in models(corpus, FOLDERS[:4]):
+        try:
+            found = read_obj(path).counts["triangles"]
+        except ParadizeError:
+            continue
+        assert found == triangles_by_text(path), path
+        read += 1
+    assert read > 150
+
+
+def test_a_sample_of_every_folder_is_baked_or_refused(corpus: Path) -> None:
+    chosen = [path for folder in FOLDERS for path in models(corpus, (folder,))[::9]]
+    baked = sum(bake_or_refuse(path) for path in chosen if path.stat().st_size < 500_000)
+    assert baked > 10
+
+
+@pytest.mark.deep
+def test_every_model_is_baked_or_refused_in_time(corpus: Path) -> None:
+    for path in models(corpus, FOLDERS):
+        started = time.monotonic()
+        bake_or_refuse(path)
+        assert time.monotonic() - started < 60, path
+
+
+def test_every_kit_model_is_baked(corpus: Path) -> None:
+    """Sound models: no refusal is right."""
+    for path in models(corpus, ("obj-kits",))[::5]:
+        assert bake_or_refuse(path), path

@@ -1,0 +1,239 @@
+"""Validation and normals: what no tool can use is dropped and told; missing normals are computed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from paradize.data import Group, Mesh
+from paradize.errors import SourceError
+from paradize.kernels.mesh import UNKNOWN_SMOOTHING, corner_normals, number_rows
+from paradize.kernels.reference import one_sided_distance
+from paradize.metrics.surface import surface_distance
+from paradize.stages.normals import complete_normals
+from paradize.stages.validate import messages, validate_mesh
+from tests.pipeline.shapes import cube, grid, soup, sphere
+
+
+def test_a_sound_mesh_comes_through_unchanged() -> None:
+    mesh = sphere(8)
+    sound, report = validate_mesh(mesh)
+    assert np.array_equal(sound.positions, mesh.positions) and np.array_equal(sound.triangles, mesh.triangles)
+    assert report.closed and report.counted_twice and messages(report) == []
+    assert report.topology.components == 1
+    assert report.euler == 2
+
+
+def test_degenerate_and_repeated_triangles_are_dropped_and_told_with_their_line() -> None:
+    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (2, 0, 0), (0, 0, 0), (9, 9, 9)]
+    faces = [(0, 1, 2), (0, 1, 1), (0, 1, 3), (0, 1, 4), (1, 2, 0), (2, 1, 0)]
+    sound, report = validate_mesh(soup(points, faces))
+    assert report.kept.tolist() == [True, False, False, False, False, True]
+    assert (report.degenerate, report.doubled, report.unused_vertices) == (3, 1, 3)
+    assert len(sound.positions) == 3
+    told = messages(report, np.arange(10, 16, dtype=np.uint32))
+    assert told[0] == "3 degenerate triangles dropped (first: line 11)"
+    assert told[1] == "1 triangles that repeat an earlier one dropped (first: line 14)"
+
+
+def test_slivers_are_kept() -> None:
+    _, report = validate_mesh(soup([(0, 0, 0), (1, 0, 0), (0.5, 1e-30, 0)], [(0, 1, 2)]))
+    assert report.degenerate == 0
+
+
+@pytest.mark.parametrize("scale", [1e-30, 1e30])
+def test_size_makes_no_triangle_degenerate(scale: float) -> None:
+    _, report = validate_mesh(sphere(8, radius=scale))
+    assert report.degenerate == 0 and report.closed
+
+
+def test_borders_non_manifold_edges_and_turned_windings_are_counted() -> None:
+    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1)]
+    _, report = validate_mesh(soup(points, [(0, 1, 2), (1, 0, 3), (0, 1, 4)]))
+    assert report.topology.non_manifold.count == 1 and report.topology.border.count == 6
+    _, report = validate_mesh(soup(points, [(0, 1, 2), (0, 1, 3)]))
+    assert report.topology.turned.count == 1
+    assert any("wound against" in text for text in messages(report))
+
+
+def test_bow_ties_and_components_are_counted() -> None:
+    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0)]
+    _, report = validate_mesh(soup(points, [(0, 1, 2), (0, 3, 4)]))
+    found = report.topology
+    assert (found.components, found.bow_tie.count, len(set(found.island.tolist()))) == (2, 1, 1)
+
+
+def test_a_moebius_strip_is_turned_somewhere() -> None:
+    count = 12
+    points: list[tuple[float, float, float]] = []
+    for i in range(count):
+        a = 2 * np.pi * i / count
+        for side in (-0.3, 0.3):
+            r = 1 + side * np.cos(a / 2)
+            points.append((float(r * np.cos(a)), float(r * np.sin(a)), float(side * np.sin(a / 2))))
+    faces = []
+    for i in range(count):
+        a, b = 2 * i, 2 * i + 1
+        c, d = (2 * i + 2, 2 * i + 3) if i + 1 < count else (1, 0)
+        faces += [(a, c, b), (b, c, d)]
+    _, report = validate_mesh(soup(points, faces))
+    assert report.topology.turned.count == 1 and not report.closed
+    assert report.topology.border.count == 2 * count
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        replace(cube(), positions=np.full((8, 3), np.nan, np.float32)),
+        replace(cube(), triangles=np.array([[0, 1, 8]], np.uint32)),
+        replace(cube(), triangles=np.zeros((0, 3), np.uint32)),
+        replace(cube(), normals=np.full((8, 3), np.inf, np.float32)),
+        replace(cube(), uvs=np.zeros((7, 2), np.float32)),
+        replace(cube(), groups=(Group("a", "b", 1, 11),)),
+        soup([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)]),
+    ],
+)
+def test_what_cannot_be_a_mesh_is_refused_with_its_file(broken: Mesh) -> None:
+    with pytest.raises(SourceError, match=r"broken\.obj"):
+        validate_mesh(broken, "broken.obj")
+
+
+@given(st.lists(st.tuples(*[st.integers(0, 7)] * 3), min_size=1, max_size=60))
+@settings(max_examples=150, deadline=None)
+def test_any_faces_over_a_cube_are_mended_or_refused(faces: list[tuple[int, int, int]]) -> None:
+    mesh = replace(cube(), triangles=np.array(faces, np.uint32))
+    try:
+        sound, report = validate_mesh(mesh)
+    except SourceError:
+        assert all(len(set(face)) < 3 for face in faces)
+        return
+    assert report.kept.sum() == len(sound.triangles)
+    assert report.degenerate + report.doubled + len(sound.triangles) == len(faces)
+    again, second = validate_mesh(sound)
+    assert second.kept.all() and np.array_equal(again.triangles, sound.triangles)
+
+
+# --- normals ---
+
+
+def angle_deg(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(-1))).max())
+
+
+def test_computed_normals_of_a_sphere_point_outwards() -> None:
+    mesh, computed = complete_normals(replace(sphere(32), normals=None))
+    assert computed == len(mesh.triangles) and mesh.normals is not None
+    assert angle_deg(mesh.normals.astype(float), mesh.positions.astype(float)) < 0.5
+
+
+def test_a_cube_is_flat_by_its_crease_angle_and_smooth_by_its_smoothing_group() -> None:
+    flat, _ = complete_normals(cube())
+    assert flat.normals is not None
+    assert len(flat.positions) == 24
+    assert set(np.abs(flat.normals).max(axis=1).tolist()) == {1.0}
+    smooth, _ = complete_normals(cube(), np.full(12, 3, np.uint32))
+    assert smooth.normals is not None
+    assert len(smooth.positions) == 8
+    assert np.allclose(np.abs(smooth.normals), 1 / np.sqrt(3), atol=1e-6)
+    off, _ = complete_normals(cube(), np.zeros(12, np.uint32))
+    assert len(off.positions) == 24
+
+
+def test_normals_do_not_depend_on_how_faces_are_cut() -> None:
+    """Weighted by angle: a corner of a cube has the same normal whichever diagonals its faces have."""
+    normals = corner_normals(cube().positions, cube().triangles, np.full(12, 1, np.uint32))
+    assert np.allclose(np.abs(normals), 1 / np.sqrt(3), atol=1e-6)
+
+
+def test_smoothing_groups_do_not_mix() -> None:
+    mesh = grid(2)
+    groups = np.array([1, 1, 1, 1, 2, 2, UNKNOWN_SMOOTHING, 0], np.uint32)
+    bent = mesh.positions.copy()
+    bent[:, 1] = np.abs(bent[:, 0] - 0.5)
+    normals = corner_normals(bent, mesh.triangles, groups)
+    assert np.isfinite(normals).all()
+    assert np.allclose(np.linalg.norm(normals, axis=-1), 1, atol=1e-6)
+    face = np.cross(*(bent[mesh.triangles[7]][[1, 2]] - bent[mesh.triangles[7]][0]))
+    assert np.allclose(normals[7], face / np.linalg.norm(face), atol=1e-6)
+
+
+def test_given_normals_stay_and_are_made_unit() -> None:
+    ball = sphere(6)
+    assert ball.normals is not None
+    long, computed = complete_normals(replace(ball, normals=ball.normals * np.float32(7)))
+    assert computed == 0 and long.normals is not None
+    assert np.allclose(long.normals, ball.normals, atol=1e-6)
+    assert np.array_equal(long.triangles, ball.triangles)
+    holed = ball.normals.copy()
+    holed[40] = 0
+    mended, computed = complete_normals(replace(ball, normals=holed))
+    assert computed == int((ball.triangles == 40).any(axis=1).sum()) and mended.normals is not None
+    assert np.allclose(np.linalg.norm(mended.normals, axis=1), 1, atol=1e-6)
+
+
+# --- the metric ---
+
+
+def test_distance_of_parallel_squares_is_their_gap() -> None:
+    a = grid(4)
+    b = replace(a, positions=a.positions + np.array([0, 0.25, 0], np.float32))
+    found = surface_distance(a, b, 1000)
+    assert found == {key: pytest.approx(0.25 / np.sqrt(2), rel=1e-5) for key in found}
+
+
+def test_a_spike_between_vertices_of_the_other_surface_is_found_from_both_sides() -> None:
+    a = grid(1)
+    tip = np.array([[0.25, 0.5, 0.5]], np.float32)
+    spiked = Mesh(
+        np.concatenate([a.positions, tip]), np.concatenate([a.triangles, [[0, 1, 4]]]).astype(np.uint32)
+    )
+    assert surface_distance(a, spiked, 1000)["error_max"] == pytest.approx(0.5 / np.sqrt(2), rel=1e-5)
+    assert surface_distance(spiked, a, 1000)["error_max"] == pytest.approx(0.5 / np.sqrt(2.25), rel=1e-5)
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_distances_are_those_of_brute_force_and_do_not_depend_on_threads(threads: int) -> None:
+    a, b = sphere(10), sphere(7, offset=(0.1, -0.2, 0.05))
+    found = one_sided_distance(a.positions, a.triangles, b.positions, b.triangles, samples=0, threads=threads)
+    assert found == one_sided_distance(
+        a.positions, a.triangles, b.positions, b.triangles, samples=0, threads=2
+    )
+    corners = b.positions[b.triangles].astype(float)
+    largest = max(brute(p, corners) for p in a.positions[np.unique(a.triangles)].astype(float))
+    assert found[0] >= largest * (1 - 1e-12)
+    assert found[0] == pytest.approx(largest, rel=0.02)
+
+
+def brute(p: np.ndarray, corners: np.ndarray) -> float:
+    """Distance to the nearest of many triangles by trying barycentric points, then the three sides."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    n = np.cross(b - a, c - a)
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    foot = p - ((p - a) * n).sum(1)[:, None] * n
+    inside = np.ones(len(a), bool)
+    best = np.full(len(a), np.inf)
+    for s, e in ((a, b), (b, c), (c, a)):
+        inside &= (np.cross(e - s, foot - s) * n).sum(1) >= 0
+        t = np.clip(((p - s) * (e - s)).sum(1) / ((e - s) ** 2).sum(1), 0, 1)
+        best = np.minimum(best, np.linalg.norm(p - s - t[:, None] * (e - s), axis=1))
+    best = np.where(inside, np.abs(((p - a) * n).sum(1)), best)
+    return float(best.min())
+
+
+@pytest.mark.parametrize("scale", [1e-30, 1.0, 1e30])
+def test_the_measured_fraction_does_not_depend_on_size(scale: float) -> None:
+    a, b = sphere(8, radius=scale), sphere(5, radius=scale)
+    found = surface_distance(a, b, 2000)
+    known = surface_distance(sphere(8), sphere(5), 2000)
+    assert found["error_max"] == pytest.approx(known["error_max"], rel=1e-3)
+    assert found["error_rms"] == pytest.approx(known["error_rms"], rel=1e-3)
+
+
+def test_rows_are_numbered_in_order_of_first_use() -> None:
+    rows = np.array([[1, 2], [0, 0], [1, 2], [-0.0, 0], [3, 3]], np.float32)
+    index, first = number_rows(rows)
+    assert index.tolist() == [0, 1, 0, 1, 2] and first.tolist() == [0, 1, 4]
