@@ -72,7 +72,11 @@ def test_any_heights_keep_the_bound_and_are_covered_once(heights: F32, tolerance
     field = field_of(heights, 7.0, 13.0)
     mesh = terrain_mesh(field, tolerance_m=tolerance, tier="balanced")
     error = terrain_error(mesh, field)
-    assert error.max_m <= tolerance * (1.0 + 1e-6) + 1e-5
+    # A vertex's x and z are float32: a cliff stands as far aside as they round.
+    cliff_m = max(np.abs(np.diff(heights, axis=k)).max(initial=0.0) for k in (0, 1))
+    step_m = min(7.0 / (heights.shape[1] - 1), 13.0 / (heights.shape[0] - 1))
+    rounding_m = 4.0 * float(np.spacing(np.float32(6.5))) * (cliff_m / step_m + 1.0)
+    assert error.max_m <= tolerance * (1.0 + 1e-6) + rounding_m
     assert error.holes == 0 and error.flipped == 0
     assert area_covered(mesh) == pytest.approx(7.0 * 13.0, rel=1e-6)
     assert edges_meet(mesh.triangles)
