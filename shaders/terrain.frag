@@ -69,8 +69,10 @@ void main() {
     // How much sand: none up to mix_low, all from mix_high.
     float sand_share = u_has_effect > 0.5 ? safe_smoothstep(u_mix.x, u_mix.y, height) : 1.0;
     vec3 albedo = vec3(0.0);
+    vec3 sand = vec3(0.0);
     if (sand_share > 0.0) {
-        albedo += sand_share * sand_sample(u_sand_color, scale, dx, dy).rgb;
+        sand = sand_sample(u_sand_color, scale, dx, dy).rgb;
+        albedo += sand_share * sand;
     }
     vec3 relief = vec3(0.0, 0.0, 1.0);
     if (u_has_effect > 0.5) {
@@ -79,7 +81,7 @@ void main() {
         float borrowed = safe_smoothstep(u_mix.x, mix(u_mix.x, u_mix.y, 0.25), height);
         if (borrowed > 0.0) {
             float mean = luminance(textureLod(u_sand_color, v_uv_sand, 16.0).rgb);
-            float grain = luminance(sand_sample(u_sand_color, scale, dx, dy).rgb) / max(mean, 1e-3);
+            float grain = luminance(sand) / max(mean, 1e-3);
             effect *= mix(1.0, clamp(grain, 0.5, 1.6), borrowed);
         }
         albedo += (1.0 - sand_share) * effect;

@@ -52,11 +52,13 @@ vec3 shade(Surface s) {
     vec3 l = submerged ? u_sun_refracted : sun_direction.xyz;
 
     float facing = dot(s.geometric, l);
-    vec3 sun = vec3(0.0);
+    vec3 sun = vec3(0.0);   // as it arrives
+    vec3 above = vec3(0.0); // as it would without the water
     float front = max(dot(s.normal, l), 0.0) * smoothstep(-0.05, 0.1, facing);
     float through = s.translucency * max(-dot(s.normal, l), 0.0);
     if (front + through > 0.0) {
         sun = sun_radiance.rgb * sun_visibility(s.position, s.geometric * (facing < 0.0 ? -1.0 : 1.0), distance_m);
+        above = sun;
         if (submerged) {
             sun *= sun_through_water(depth) * caustics(s.position, depth);
             // Deeper, what the bright floor and the surface throw at each other makes up for it.
@@ -75,7 +77,7 @@ vec3 shade(Surface s) {
     // Under water nothing shines; at its very edge the shine passes softly from the sand to the water.
     float dry = submerged ? (1.0 - smoothstep(0.03, 0.10, depth)) * (1.0 - u_refracting) : 1.0;
     if (s.f0 > 0.0 && dry > 0.0) {
-        color += dry * sun * specular_ggx(s.normal, v, l, s.f0, s.alpha, 16.0);
+        color += dry * above * specular_ggx(s.normal, v, sun_direction.xyz, s.f0, s.alpha, 16.0);
         color += dry * sky_specular(s.normal, v, s.f0, s.alpha);
     }
     return color;

@@ -255,4 +255,4 @@ def test_an_eye_in_the_water_s_surface_sees_no_rubbish(posed: Posed) -> None:
 def test_the_horizon_is_lost_in_haze(posed: Posed) -> None:
     picture = posed.render(SEA_EYE, (170.0, 0.7, 190.0), disable="particles")
     column: Picture = picture[HEIGHT // 2 - 10 : HEIGHT // 2 + 10].mean(axis=1)
-    assert np.abs(np.diff(column, axis=0)).max() < 0.08
+    assert np.abs(np.diff(column, axis=0)).max() < 0.1
