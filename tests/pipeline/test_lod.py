@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -223,6 +226,30 @@ def test_materials_become_one_run_each_in_every_level(tmp_path: Path) -> None:
 def test_the_same_source_gives_the_same_bytes(tmp_path: Path) -> None:
     path = write_obj(tmp_path / "ball.obj", sphere(10))
     assert bake_mesh(path).glb == bake_mesh(path).glb
+
+
+def test_the_same_bytes_come_from_a_lesser_processor(tmp_path: Path) -> None:
+    path = write_obj(tmp_path / "ball.obj", sphere(10))
+    script = (
+        "import hashlib, pathlib, sys; from paradize.bake_mesh import bake_mesh;"
+        "print([hashlib.sha256(bake_mesh(pathlib.Path(sys.argv[1]), tier=t).glb).hexdigest()"
+        " for t in ('fast', 'balanced')])"
+    )
+    lesser = {
+        "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
+        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA",
+    }
+    found = [
+        subprocess.run(
+            [sys.executable, "-W", "error", "-c", script, str(path)],
+            env={**os.environ, **more},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for more in ({}, lesser)
+    ]
+    assert found[0] == found[1] and len(found[0]) > 128
 
 
 def test_a_tier_that_is_not_there_is_told(tmp_path: Path) -> None:

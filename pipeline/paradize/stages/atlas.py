@@ -36,7 +36,6 @@ def make_atlas(mesh: Mesh, *, resolution: int = RESOLUTION, padding: int = PADDI
     """
     if not 64 <= resolution <= 8192 or not 0 <= padding <= 64:
         raise BakeError(f"{resolution} texels with {padding} between, expected 64 to 8192 and 0 to 64")
-    # Whole positions only: vertices split by normals would become seams.
     wide = mesh.positions.astype(np.float64)
     low, high = wide.min(axis=0), wide.max(axis=0)
     x, y, z = (float(side) for side in high - low)
