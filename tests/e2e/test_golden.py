@@ -5,6 +5,7 @@ To approve a wanted change, look at build/golden/*.png and copy them over tests/
 
 from __future__ import annotations
 
+import json
 import shutil
 import subprocess
 from collections.abc import Callable
@@ -17,6 +18,7 @@ from tests.pictures import difference, load, save
 
 MOMENTS_S = (10, 62, 118, 165, 214)
 SIZE = "640x360"
+POSTER_SIZE = "1280x720"
 
 # Who needs the slack: other CPUs. llvmpipe takes its reciprocals from the CPU (rcpps, rsqrtps differ between
 # makers), and older instruction sets move about 0.1 % of the pixels by one to three steps of 255.
@@ -25,21 +27,39 @@ MAX_FLIP = 0.01
 MAX_TILE_FLIP = 0.1
 
 
-@pytest.mark.parametrize("time_s", MOMENTS_S)
-def test_moment_of_the_flight_looks_as_approved(
-    time_s: int, island: Path, root: Path, player: Callable[..., subprocess.CompletedProcess[str]]
+def require_as_approved(
+    name: str,
+    time_s: float,
+    size: str,
+    island: Path,
+    root: Path,
+    player: Callable[..., subprocess.CompletedProcess[str]],
 ) -> None:
-    rendered = root / "build/golden" / f"island_{time_s:03d}.png"
+    rendered = root / "build/golden" / name
     rendered.parent.mkdir(parents=True, exist_ok=True)
-    result = player(island, "--time", time_s, "--size", SIZE, "--screenshot", rendered)
+    result = player(island, "--time", time_s, "--size", size, "--screenshot", rendered)
     assert result.returncode == 0, result.stderr
-    golden = root / "tests/golden" / rendered.name
+    golden = root / "tests/golden" / name
     assert golden.is_file(), f"no golden picture {golden}: look at {rendered} and copy it there"
     error = difference(golden, rendered)
     message = f"{rendered} differs from {golden}: {error}"
     assert error["outliers"] <= MAX_OUTLIERS, message
     assert error["flip"] <= MAX_FLIP, message
     assert error["tile"] <= MAX_TILE_FLIP, message
+
+
+@pytest.mark.parametrize("time_s", MOMENTS_S)
+def test_moment_of_the_flight_looks_as_approved(
+    time_s: int, island: Path, root: Path, player: Callable[..., subprocess.CompletedProcess[str]]
+) -> None:
+    require_as_approved(f"island_{time_s:03d}.png", time_s, SIZE, island, root, player)
+
+
+def test_the_readme_s_picture_is_what_the_player_draws(
+    island: Path, root: Path, player: Callable[..., subprocess.CompletedProcess[str]]
+) -> None:
+    poster_s = json.loads((island / "scene.json").read_text())["poster_s"]
+    require_as_approved("poster.png", poster_s, POSTER_SIZE, island, root, player)
 
 
 def test_the_rule_sees_a_small_hole_and_a_faint_drift(root: Path, tmp_path: Path) -> None:
