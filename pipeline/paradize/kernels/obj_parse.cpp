@@ -4,26 +4,11 @@
 #include <charconv>
 #include <unordered_map>
 
+#include "obj_assemble.hpp"
 #include "obj_number.hpp"
-#include "obj_triangulate.hpp"
-#include "unify.hpp"
 
 namespace paradize::obj {
 namespace {
-
-struct Corner {
-    std::uint32_t position, uv, normal; // `absent` where a corner has none
-    bool operator==(const Corner &) const = default;
-};
-
-struct Face {
-    std::uint32_t first_corner, count, line;
-};
-
-struct FaceRun {
-    std::uint32_t first_face;
-    Run state;
-};
 
 std::string text_of(std::initializer_list<std::string_view> parts) {
     std::string out;
@@ -48,11 +33,11 @@ class Parser {
             finish_line();
         }
         check_forward_references();
-        out_.positions_in_file = positions_.size() / 3;
-        out_.uvs_in_file = uvs_.size() / 2;
-        out_.normals_in_file = normals_.size() / 3;
+        out_.positions_in_file = elements_.positions.size() / 3;
+        out_.uvs_in_file = elements_.uvs.size() / 2;
+        out_.normals_in_file = elements_.normals.size() / 3;
         if (out_.fault_count == 0)
-            assemble();
+            assemble(elements_, limits_, notes_, out_);
         return std::move(out_);
     }
 
@@ -136,13 +121,7 @@ class Parser {
 
     // --- what is said
     // -------------------------------------------------------------------------------------------
-    void note(std::string_view what, std::uint64_t count = 1) {
-        const auto [at, fresh] = note_of_.try_emplace(std::string(what), out_.notes.size());
-        if (fresh)
-            out_.notes.push_back({at->first, count, line_});
-        else
-            out_.notes[at->second].count += count;
-    }
+    void note(std::string_view what) { notes_.add(what, line_); }
 
     void fault(std::string what) { fault_at(std::move(what), line_); }
 
@@ -174,9 +153,9 @@ class Parser {
         if (word == "v")
             position();
         else if (word == "vt")
-            numbers(uvs_, 1, 3, 2, "vt");
+            numbers(elements_.uvs, 1, 3, 2, "vt");
         else if (word == "vn")
-            numbers(normals_, 3, 3, 3, "vn");
+            numbers(elements_.normals, 3, 3, 3, "vn");
         else if (word == "f" || word == "fo")
             face();
         else if (word == "g")
@@ -208,8 +187,8 @@ class Parser {
             note("free_form");
         } else if (std::ranges::find(display, word) == std::end(display)) {
             const std::string key = text_of({"keyword:", word.substr(0, 40)});
-            note(keywords_ < limits_.told_keywords || note_of_.contains(key) ? key : "keywords");
-            keywords_ = note_of_.size();
+            note(keywords_ < limits_.told_keywords || notes_.has(key) ? key : "keywords");
+            keywords_ = notes_.size();
         }
     }
 
@@ -253,18 +232,19 @@ class Parser {
                 ++count;
         if (sound && count < 3)
             fault(text_of({"'v' needs 3 numbers, found ", std::to_string(count)}));
-        positions_.insert(positions_.end(), values, values + 3);
-        limit(positions_.size() / 3);
+        elements_.positions.insert(elements_.positions.end(), values, values + 3);
+        limit(elements_.positions.size() / 3);
         if (count == 4 && values[3] != 1)
             note("weights");
         if (count == 5 || count > 7)
             note("long_v");
         if (count == 6 || count == 7) {
-            if (colors_.empty())
-                colors_.assign((positions_.size() / 3 - 1) * 4, 1.0f);
-            colors_.insert(colors_.end(), {values[3], values[4], values[5], count == 7 ? values[6] : 1.0f});
-        } else if (!colors_.empty()) {
-            colors_.insert(colors_.end(), 4, 1.0f);
+            if (elements_.colors.empty())
+                elements_.colors.assign((elements_.positions.size() / 3 - 1) * 4, 1.0f);
+            elements_.colors.insert(elements_.colors.end(),
+                                    {values[3], values[4], values[5], count == 7 ? values[6] : 1.0f});
+        } else if (!elements_.colors.empty()) {
+            elements_.colors.insert(elements_.colors.end(), 4, 1.0f);
         }
     }
 
@@ -325,15 +305,15 @@ class Parser {
 
     bool corner(Corner &c) {
         const char *const start = p_;
-        if (!index(0, positions_.size() / 3, c.position))
+        if (!index(0, elements_.positions.size() / 3, c.position))
             return false;
         if (p_ != end_ && *p_ == '/') {
             ++p_;
-            if (p_ != end_ && *p_ != '/' && !at_token_end() && !index(1, uvs_.size() / 2, c.uv))
+            if (p_ != end_ && *p_ != '/' && !at_token_end() && !index(1, elements_.uvs.size() / 2, c.uv))
                 return false;
             if (p_ != end_ && *p_ == '/') {
                 ++p_;
-                if (!at_token_end() && !index(2, normals_.size() / 3, c.normal))
+                if (!at_token_end() && !index(2, elements_.normals.size() / 3, c.normal))
                     return false;
             }
         }
@@ -347,24 +327,24 @@ class Parser {
     }
 
     void face() {
-        const std::size_t first = corners_.size();
+        const std::size_t first = elements_.corners.size();
         while (more()) {
             Corner c{absent, absent, absent};
             if (!corner(c))
                 return;
-            corners_.push_back(c);
-            limit(corners_.size());
+            elements_.corners.push_back(c);
+            limit(elements_.corners.size());
         }
-        const std::size_t count = corners_.size() - first;
+        const std::size_t count = elements_.corners.size() - first;
         if (count < 3) {
-            corners_.resize(first);
+            elements_.corners.resize(first);
             note("short_faces");
             return;
         }
-        if (runs_.empty() || !same_state(runs_.back().state, state_))
-            runs_.push_back({static_cast<std::uint32_t>(faces_.size()), state_});
-        faces_.push_back({static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(count),
-                          static_cast<std::uint32_t>(std::min<std::uint64_t>(line_, absent))});
+        if (elements_.runs.empty() || !same_state(elements_.runs.back().state, state_))
+            elements_.runs.push_back({static_cast<std::uint32_t>(elements_.faces.size()), state_});
+        elements_.faces.push_back({static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(count),
+                                   static_cast<std::uint32_t>(std::min<std::uint64_t>(line_, absent))});
         out_.faces += 1;
     }
 
@@ -375,7 +355,8 @@ class Parser {
 
     // Faces may come before what they name: the largest such index of each kind is checked at the end.
     void check_forward_references() {
-        const std::uint64_t have[3] = {positions_.size() / 3, uvs_.size() / 2, normals_.size() / 3};
+        const std::uint64_t have[3] = {elements_.positions.size() / 3, elements_.uvs.size() / 2,
+                                       elements_.normals.size() / 3};
         for (int kind = 0; kind < 3; ++kind)
             if (furthest_[kind].first > static_cast<std::int64_t>(have[kind]))
                 fault_at(text_of({index_words[kind], " index ", std::to_string(furthest_[kind].first),
@@ -383,125 +364,17 @@ class Parser {
                          furthest_[kind].second);
     }
 
-    // --- from faces to triangles
-    // --------------------------------------------------------------------------------
-    void assemble() {
-        share_equal_rows();
-        std::vector<std::uint32_t> cuts; // corner number of each triangle corner
-        cuts.reserve(corners_.size() * 2);
-        std::vector<std::array<double, 3>> outline;
-        std::vector<std::uint32_t> local;
-        std::uint64_t work = limits_.ear_tests;
-        std::size_t run = 0;
-        for (std::size_t f = 0; f < faces_.size(); ++f) {
-            const Face &face = faces_[f];
-            if (run < runs_.size() && runs_[run].first_face == f) {
-                runs_[run].state.first_triangle = static_cast<std::uint32_t>(cuts.size() / 3);
-                out_.runs.push_back(runs_[run++].state);
-            }
-            line_ = face.line;
-            local.clear();
-            if (face.count == 3) {
-                local = {0, 1, 2};
-            } else {
-                outline.resize(face.count);
-                for (std::size_t i = 0; i < face.count; ++i)
-                    for (std::size_t k = 0; k < 3; ++k)
-                        outline[i][k] =
-                            positions_[corners_[face.first_corner + i].position * std::size_t{3} + k];
-                const Cut cut = triangulate(outline, work, local);
-                if (cut == Cut::crossing)
-                    note("crossing_polygons");
-                else if (cut == Cut::unchecked)
-                    note("unchecked_polygons");
-            }
-            for (const std::uint32_t i : local)
-                cuts.push_back(face.first_corner + i);
-            out_.triangle_lines.insert(out_.triangle_lines.end(), local.size() / 3, face.line);
-            count_missing(face);
-        }
-        fill_vertices(cuts);
-    }
-
-    void count_missing(const Face &face) {
-        bool uv = true, normal = true;
-        for (std::size_t i = 0; i < face.count; ++i) {
-            uv = uv && corners_[face.first_corner + i].uv != absent;
-            normal = normal && corners_[face.first_corner + i].normal != absent;
-        }
-        any_uv_ = any_uv_ || uv;
-        any_normal_ = any_normal_ || normal;
-        if (!uv)
-            note("faces_without_uv");
-        if (!normal)
-            note("faces_without_normal");
-    }
-
-    // Exporters repeat equal values under new numbers; vertices are shared by value.
-    void share_equal_rows() {
-        Numbered same;
-        if (colors_.empty()) {
-            same = number_rows(positions_, 3);
-        } else {
-            std::vector<float> rows;
-            rows.reserve(positions_.size() / 3 * 7);
-            for (std::size_t i = 0; i < positions_.size() / 3; ++i) {
-                rows.insert(rows.end(), &positions_[i * 3], &positions_[i * 3] + 3);
-                rows.insert(rows.end(), &colors_[i * 4], &colors_[i * 4] + 4);
-            }
-            same = number_rows(rows, 7);
-        }
-        const Numbered same_uv = number_rows(uvs_, 2);
-        const Numbered same_normal = number_rows(normals_, 3);
-        for (Corner &c : corners_) {
-            c.position = same.first[same.index[c.position]];
-            c.uv = c.uv == absent ? absent : same_uv.first[same_uv.index[c.uv]];
-            c.normal = c.normal == absent ? absent : same_normal.first[same_normal.index[c.normal]];
-        }
-    }
-
-    void fill_vertices(const std::vector<std::uint32_t> &cuts) {
-        Numbered unified = number_equal(
-            cuts.size(),
-            [&](std::size_t i) {
-                const Corner &c = corners_[cuts[i]];
-                return mix(mix(mix(hash_seed, c.position), c.uv), c.normal);
-            },
-            [&](std::size_t a, std::size_t b) { return corners_[cuts[a]] == corners_[cuts[b]]; });
-        out_.triangles = std::move(unified.index);
-        const std::size_t n = unified.first.size();
-        out_.positions.resize(n * 3);
-        out_.uvs.resize(any_uv_ ? n * 2 : 0);
-        out_.normals.resize(any_normal_ ? n * 3 : 0);
-        out_.colors.resize(colors_.empty() ? 0 : n * 4);
-        for (std::size_t i = 0; i < n; ++i) {
-            const Corner &c = corners_[cuts[unified.first[i]]];
-            std::copy_n(&positions_[c.position * std::size_t{3}], 3, &out_.positions[i * 3]);
-            if (any_uv_ && c.uv != absent) {
-                out_.uvs[i * 2] = uvs_[c.uv * std::size_t{2}];
-                out_.uvs[i * 2 + 1] = 1.0f - uvs_[c.uv * std::size_t{2} + 1];
-            }
-            if (any_normal_ && c.normal != absent)
-                std::copy_n(&normals_[c.normal * std::size_t{3}], 3, &out_.normals[i * 3]);
-            if (!colors_.empty())
-                std::copy_n(&colors_[c.position * std::size_t{4}], 4, &out_.colors[i * 4]);
-        }
-    }
-
     const char *p_;
     const char *const end_;
     const Limits limits_;
     std::uint64_t line_ = 1, continued_ = 0, keywords_ = 0;
-    bool comment_ = false, any_uv_ = false, any_normal_ = false;
-    std::vector<float> positions_, colors_, uvs_, normals_;
-    std::vector<Corner> corners_;
-    std::vector<Face> faces_;
-    std::vector<FaceRun> runs_;
+    bool comment_ = false;
+    Elements elements_;
     Run state_{0, absent, absent, absent, absent};
     std::pair<std::int64_t, std::uint64_t> furthest_[3] = {};
-    std::unordered_map<std::string, std::size_t> note_of_;
     std::unordered_map<std::string, std::uint32_t> name_of_;
     Parsed out_;
+    Notes notes_{out_.notes};
 };
 
 } // namespace
