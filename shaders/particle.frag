@@ -10,11 +10,12 @@ layout(location = 0) out vec4 fragment;
 
 void main() {
     apply_clip();
-    // A soft core with four thin rays; it ends inside the quad.
+    // A bright core in a soft glow, with four thin rays; all of it ends inside the quad.
     float r = length(v_corner);
     vec2 a = abs(v_corner);
-    float core = exp(-18.0 * r * r);
-    float rays = exp(-5.0 * r) * (exp(-28.0 * a.x) + exp(-28.0 * a.y));
-    float glow = (core + 0.55 * rays) * clamp(1.0 - r, 0.0, 1.0);
+    float core = 1.5 * exp(-70.0 * r * r);
+    float halo = 0.16 * exp(-4.5 * r);
+    float rays = 0.8 * exp(-4.0 * r) * (exp(-45.0 * a.x) + exp(-45.0 * a.y));
+    float glow = (core + halo + rays) * clamp(1.0 - r, 0.0, 1.0);
     fragment = vec4(u_color * (2.0 * glow * v_life), 0.0);
 }

@@ -13,7 +13,7 @@ void main() {
     v_corner = corner;
     // A sparkle never gets so small that it would flicker between pixels: it grows dimmer instead.
     float pixels = place_and_size.w * lens.z / max(distance(eye.xyz, place_and_size.xyz), 1e-3);
-    float grown = max(pixels, 5.0) / max(pixels, 1e-3);
+    float grown = max(pixels, 7.0) / max(pixels, 1e-3);
     v_life = turn_and_life.y * safe_pow(grown, -0.8);
     float c = cos(turn_and_life.x);
     float s = sin(turn_and_life.x);

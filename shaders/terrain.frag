@@ -13,6 +13,7 @@ uniform float u_has_sand_normal;
 uniform float u_has_effect;
 uniform float u_sand_reference_m; // distance up to which the sand repeats as it was baked
 uniform vec4 u_mix;               // low m, high m, specular, smoothness
+uniform vec2 u_edge;              // how far grains move what lies on the ground: UV of the effect map
 uniform vec3 u_wet;               // up to this many metres above the water, darkness, smoothness
 
 in vec3 v_position;
@@ -22,6 +23,10 @@ in vec2 v_uv_sand;
 in vec2 v_uv_effect;
 
 layout(location = 0) out vec4 fragment;
+
+const float GRAIN_SLOPE = 1.2; // factors on the sand's own relief
+const float LUMP_SLOPE = 0.4;
+const float LUMPS = 0.19;      // scale of the wide relief: no whole number, so that the two never agree
 
 // The sand at two scales, a factor of four apart, that suit the distance: each pixel sees about as many
 // grains near and far, so that the pattern neither shimmers nor melts into one colour. uv: its derivatives
@@ -68,28 +73,49 @@ void main() {
 
     // How much sand: none up to mix_low, all from mix_high.
     float sand_share = u_has_effect > 0.5 ? safe_smoothstep(u_mix.x, u_mix.y, height) : 1.0;
+    // What the effect map borrows of it, from just above mix_low: grains, which are finer than its own texels.
+    float borrowed = u_has_effect > 0.5 ? safe_smoothstep(u_mix.x, mix(u_mix.x, u_mix.y, 0.08), height) : 1.0;
+    float close = 1.0 - smoothstep(1.2 * u_sand_reference_m, 4.0 * u_sand_reference_m, distance_m);
+
+    vec3 relief = vec3(0.0, 0.0, 1.0);
+    vec2 grains = vec2(0.0);
+    if (u_has_sand_normal > 0.5 && borrowed > 0.0) {
+        grains = sand_sample(u_sand_normal, scale, dx, dy).rg;
+        relief = decode_normal(grains, GRAIN_SLOPE * borrowed);
+        if (close > 0.0) {
+            // Trodden sand is uneven by the hand as well: the same relief again, five times as wide.
+            vec2 wide = textureGrad(u_sand_normal, LUMPS * v_uv_sand.yx, LUMPS * dx.yx, LUMPS * dy.yx).rg;
+            relief = blend_normals(relief, decode_normal(wide, LUMP_SLOPE * borrowed * close));
+        }
+    }
+
     vec3 albedo = vec3(0.0);
     vec3 sand = vec3(0.0);
-    if (sand_share > 0.0) {
+    float grain = 1.0;
+    if (borrowed > 0.0) {
         sand = sand_sample(u_sand_color, scale, dx, dy).rgb;
-        albedo += sand_share * sand;
+        float mean = luminance(textureLod(u_sand_color, v_uv_sand, 16.0).rgb);
+        grain = clamp(luminance(sand) / max(mean, 1e-3), 0.5, 1.6);
+        // Close by, single grains stand apart from one another.
+        float apart = 1.0 + 0.6 * close * (grain - 1.0);
+        albedo += sand_share * apart * sand;
+        grain *= apart;
     }
-    vec3 relief = vec3(0.0, 0.0, 1.0);
     if (u_has_effect > 0.5) {
-        vec3 effect = texture(u_effect_color, v_uv_effect).rgb;
-        // Where the two mix, the effect map borrows the sand's grain, that is finer than its own texels.
-        float borrowed = safe_smoothstep(u_mix.x, mix(u_mix.x, u_mix.y, 0.25), height);
-        if (borrowed > 0.0) {
-            float mean = luminance(textureLod(u_sand_color, v_uv_sand, 16.0).rgb);
-            float grain = luminance(sand) / max(mean, 1e-3);
-            effect *= mix(1.0, clamp(grain, 0.5, 1.6), borrowed);
+        vec2 ex = dFdx(v_uv_effect);
+        vec2 ey = dFdy(v_uv_effect);
+        // The grains break up the edges of what is drawn on the ground, so that its texels do not show.
+        vec2 uv = v_uv_effect + grains * (borrowed * close * u_edge);
+        vec3 effect = textureGrad(u_effect_color, uv, ex, ey).rgb;
+        // Magnified, its shapes are sharpened by what distinguishes them from their surroundings.
+        float texels = sqrt(max(dot(ex, ex), dot(ey, ey))) * float(textureSize(u_effect_color, 0).x);
+        float magnified = 1.0 - smoothstep(0.15, 0.6, texels);
+        if (magnified > 0.0) {
+            vec3 around = textureLod(u_effect_color, uv, 1.5).rgb;
+            effect = clamp(effect + 0.7 * magnified * (effect - around), 0.5 * effect, vec3(1.0));
         }
-        albedo += (1.0 - sand_share) * effect;
-        relief = decode_normal(texture(u_effect_normal, v_uv_effect).rg, 1.0);
-    }
-    if (u_has_sand_normal > 0.5) {
-        vec3 grains = decode_normal(sand_sample(u_sand_normal, scale, dx, dy).rg, 0.35 + 0.65 * sand_share);
-        relief = blend_normals(relief, grains);
+        albedo += (1.0 - sand_share) * effect * mix(1.0, grain, borrowed);
+        relief = blend_normals(decode_normal(textureGrad(u_effect_normal, uv, ex, ey).rg, 1.0), relief);
     }
     // Broad, faint changes of tone that the repeating pattern cannot have.
     float tone = value_noise(v_position.xz * 0.11) + 0.5 * value_noise(v_position.xz * 0.37 + 19.0);

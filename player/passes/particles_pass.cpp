@@ -46,7 +46,9 @@ void ParticleSwarm::birth(Particle &particle, float life) {
         p = {random_.between(-1.0F, 1.0F), random_.between(-1.0F, 1.0F), random_.between(-1.0F, 1.0F)};
     } while (p.x * p.x + p.y * p.y + p.z * p.z > 1.0F);
     particle.position = field_.center + p * field_.radius_m;
-    particle.size_m = random_.between(field_.size_m.x, field_.size_m.y);
+    // Few are large.
+    const float large = random_.between(0.0F, 1.0F);
+    particle.size_m = field_.size_m.x + (field_.size_m.y - field_.size_m.x) * large * large * large;
     particle.turn_rad = random_.between(0.0F, 2.0F * std::numbers::pi_v<float>);
     particle.life_per_s = random_.between(field_.life_per_s.x, field_.life_per_s.y);
     particle.drift_m_per_s = random_.between(0.02F, 0.12F);

@@ -11,7 +11,8 @@ namespace paradize {
 
 namespace {
 enum Unit : unsigned { unit_sand_color, unit_sand_normal, unit_effect_color, unit_effect_normal };
-}
+constexpr float grain_shift_m = 0.12F; // at a slope of one, in pictures of the ground seen closely
+} // namespace
 
 TerrainPass::TerrainPass(const PassSetup &setup)
     : depth_(setup.shaders, "depth.vert", "depth.frag"),
@@ -21,7 +22,8 @@ TerrainPass::TerrainPass(const PassSetup &setup)
       depth_model_at_(depth_.location("u_model")), depth_cutoff_at_(depth_.location("u_alpha_cutoff")),
       has_sand_normal_at_(program_.location("u_has_sand_normal")),
       has_effect_at_(program_.location("u_has_effect")),
-      sand_reference_at_(program_.location("u_sand_reference_m")), mix_at_(program_.location("u_mix")),
+      sand_reference_at_(program_.location("u_sand_reference_m")),
+      edge_at_(program_.location("u_edge")), mix_at_(program_.location("u_mix")),
       wet_at_(program_.location("u_wet")), clip_at_(program_.location("u_clip_plane")) {
     program_.set_unit("u_sand_color", unit_sand_color);
     program_.set_unit("u_sand_normal", unit_sand_normal);
@@ -63,6 +65,7 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
     gl::Program::set(has_effect_at_, has_effect ? 1.0F : 0.0F);
     const float repeat_m = terrain.size_m.x / std::max(terrain.sand_repeat, 1e-3F);
     gl::Program::set(sand_reference_at_, 4.0F * repeat_m);
+    gl::Program::set(edge_at_, grain_shift_m / glm::vec2(terrain.size_m));
     gl::Program::set(mix_at_,
                      glm::vec4(terrain.mix_low_m, terrain.mix_high_m, terrain.specular, terrain.smoothness));
     gl::Program::set(wet_at_, glm::vec3(terrain.wet_high_m, terrain.wet_darkness, terrain.wet_smoothness));

@@ -20,8 +20,8 @@ class TerrainPass : public Pass {
     gl::Sampler sampler_; // repeats
     gl::Sampler once_;    // clamps: the effect map covers the terrain once
     int depth_model_at_ = -1, depth_cutoff_at_ = -1;
-    int has_sand_normal_at_ = -1, has_effect_at_ = -1, sand_reference_at_ = -1, mix_at_ = -1, wet_at_ = -1,
-        clip_at_ = -1;
+    int has_sand_normal_at_ = -1, has_effect_at_ = -1, sand_reference_at_ = -1, edge_at_ = -1, mix_at_ = -1,
+        wet_at_ = -1, clip_at_ = -1;
 };
 
 } // namespace paradize

@@ -25,6 +25,7 @@ RELIEF_STEP = 16  # grey levels are multiples of this: finer ones would only be 
 
 DRY, WET, FLOOR, DEEP = (hex_color(c) for c in ("#E8D3A2", "#C3A676", "#E4DAB9", "#BFC0A8"))
 HOLLOW, GRASS, RUBBLE = (hex_color(c) for c in ("#8F7A58", "#66845A", "#77705A"))
+FIBRE = hex_color("#7C6646")
 STARS = ("#DB7440", "#CC5546", "#E5A050", "#BC5C74", "#DE9272")
 SHELLS = ("#FFF8EA", "#FBE8D8", "#F8D8C4", "#FDF1E2", "#EEDCCB")
 CORALS = ("#C98F86", "#DDAF8E", "#B98A9C", "#D6BA92", "#C77F6E")
@@ -169,6 +170,17 @@ def strew(ground: Ground, height: Array) -> None:
         ground.stamp(point, 1.1 * radius + 1, shade, 0.065, strokes.starfish(radius, turn, bend))
 
 
+def litter(ground: Ground) -> None:
+    """What lies about the palm's foot: sand darkened by the fibres that fell on it, heaped up by the wind."""
+    column, row = ((v / terrain.SIZE_M + 0.5) * PIXELS for v in terrain.PALM)
+    ground.stamp((column, row), 2.6 / TEXEL_M, FIBRE, -0.05, strokes.hollow(0.62 / TEXEL_M, 0.62))
+    for a, b, c, d in uniform((70, 4), 99):
+        away, turn = 0.35 + 1.7 * b * b, 6.28 * a
+        point = (column + away * np.cos(turn) / TEXEL_M, row + away * np.sin(turn) / TEXEL_M)
+        radius = (0.05 + 0.05 * c) / TEXEL_M
+        ground.stamp(point, radius + 1.5, FIBRE * (0.9 + 0.5 * d), 0.01, strokes.fragment(radius))
+
+
 @cache
 def painted() -> Ground:
     """The whole ground."""
@@ -176,6 +188,7 @@ def painted() -> Ground:
     ground = bare_ground(height)
     grow(ground, height)
     strew(ground, height)
+    litter(ground)
     return ground
 
 

@@ -77,11 +77,14 @@ def add_trunk(model: Model) -> None:
         radius = 0.155 - 0.060 * s + 0.15 * (1.0 - min(1.0, s / 0.11)) ** 2
         radius += 0.055 * max(0.0, 1.0 - abs(s - 0.975) / 0.05)
         radius *= 1.045 if i % 2 else 0.965
+        if i == 0:
+            radius = 0.60  # the foot spreads into the sand
         if i == TRUNK_RINGS - 1:
             radius = 0.03
         turn = np.arange(TRUNK_SIDES + 1) % TRUNK_SIDES * (2.0 * math.pi / TRUNK_SIDES)
+        uneven = (0.55, 0.16, 0.10)[i] if i < 3 else 0.07  # most where the roots begin
         lump = np.array(
-            [1.0 + 0.07 * (rand(i * 16 + int(k) % TRUNK_SIDES, 5) - 0.5) for k in range(TRUNK_SIDES + 1)]
+            [1.0 + uneven * (rand(i * 16 + int(k) % TRUNK_SIDES, 5) - 0.5) for k in range(TRUNK_SIDES + 1)]
         )
         c, w = np.cos(turn) * lump, np.sin(turn) * lump
         rings.append(center + radius * (c[:, None] * side + w[:, None] * front))

@@ -19,8 +19,8 @@ from picture import write_image
 
 PIXELS = 512
 FACES = ("px", "nx", "py", "ny", "pz", "nz")
-SUN_AZIMUTH_DEG = 235.0  # from -Z (0) over +X (90)
-SUN_ELEVATION_DEG = 35.0
+SUN_AZIMUTH_DEG = 228.0  # from -Z (0) over +X (90)
+SUN_ELEVATION_DEG = 33.0
 SUN_RADIUS_DEG = 0.6  # a little larger than life, so that the disc spans a few texels
 SUN_DISC = np.array(
     [60.0, 50.0, 36.0]
@@ -28,7 +28,7 @@ SUN_DISC = np.array(
 
 GROUND_M, TOP_M = 6_360_000.0, 6_420_000.0
 AIR_PER_M = np.array([5.8e-6, 13.5e-6, 33.1e-6])  # Rayleigh scattering at the ground, red green blue
-HAZE_PER_M = 7.0e-6  # Mie scattering at the ground
+HAZE_PER_M = 4.5e-6  # Mie scattering at the ground
 OZONE_PER_M = np.array([0.65e-6, 1.88e-6, 0.085e-6])  # absorption, spread as the air is: deepens the blue
 AIR_SCALE_M, HAZE_SCALE_M = 8000.0, 1200.0
 SUN_LIGHT = 11.0  # irradiance above the air, in the scene's units
@@ -114,8 +114,8 @@ def _clear_sky_of(height: Array, cosine: Array, steps: int = 28) -> Array:
         air, haze = air + air_here, haze + haze_here
         sun = np.stack([np.interp(altitude, altitudes, lit[:, c]) for c in range(3)], -1)
         single = AIR_PER_M * air_here[..., None] * phase_air + HAZE_PER_M * haze_here[..., None] * phase_haze
-        again = 0.055 * (AIR_PER_M * air_here[..., None] + HAZE_PER_M * haze_here[..., None])
-        total += seen * (sun * single + again * np.array([0.62, 0.78, 1.0]))
+        again = 0.036 * (AIR_PER_M * air_here[..., None] + HAZE_PER_M * haze_here[..., None])
+        total += seen * (sun * single + again * np.array([0.46, 0.72, 1.0]))
     return total * SUN_LIGHT * SKY_WEIGHT
 
 

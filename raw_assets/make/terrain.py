@@ -41,6 +41,7 @@ SPINE = np.array(
 )
 LAGOON = (1.0, 14.0, 29.0)  # x, z, radius of the basin between the horns
 LAGOON_DEPTH_M = 1.9
+PALM = (-25.0, 3.0)  # x, z of its foot
 
 
 def grid_m(pixels: int = PIXELS) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ vec3 haze_amount(float distance_m) {
 
 // Metres of haze that a ray to the sky runs through: it lies thin over the sea, so that only rays close to the
 // horizon go far in it.
-float haze_path(float rise) { return 16.0 / max(rise, 0.003); }
+float haze_path(float rise) { return 10.0 / max(rise, 0.003); }
 
 // Haze is brighter towards the sun, as in I. Quilez, "Better Fog", 2010.
 vec3 haze_color(vec3 direction) {
