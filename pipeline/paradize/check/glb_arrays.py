@@ -18,6 +18,18 @@ from paradize.errors import FormatError
 
 _TYPES = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 _SHAPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+_WIDTHS = {"POSITION": 3, "NORMAL": 3, "TANGENT": 4}
+# What a JSON chunk of any shape can make of the lookups below.
+_UNREADABLE = (
+    struct.error,
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    OverflowError,
+    MemoryError,
+    RecursionError,
+)
 
 
 @dataclass(frozen=True)
@@ -73,13 +85,18 @@ def read_levels(data: bytes, file: object) -> list[Level]:
                 indices = None
                 if "indices" in primitive:
                     indices = _accessor(tree, binary, primitive["indices"])[:, 0]
+                    if indices.dtype.kind != "u":
+                        raise ValueError(f"indices are {indices.dtype}, not unsigned integers")
                 attributes = {
                     name: _accessor(tree, binary, at).astype(np.float32)
                     for name, at in primitive["attributes"].items()
                 }
+                for name, values in attributes.items():
+                    if values.shape[1] != _WIDTHS.get(name, values.shape[1]):
+                        raise ValueError(f"{name} has {values.shape[1]} numbers, not {_WIDTHS[name]}")
                 primitives.append(Primitive(place, indices, attributes))
             levels.append(Level(str(node.get("name", k)), dict(node.get("extras", {})), tuple(primitives)))
-    except (struct.error, ValueError, KeyError, IndexError, TypeError, RecursionError) as error:
+    except _UNREADABLE as error:
         text = f"{error} is missing" if isinstance(error, KeyError) else str(error)
         raise FormatError(text, file=file, place=place) from None
     return levels

@@ -11,6 +11,7 @@ from paradize.check.glb_arrays import Level, Primitive, read_levels
 from paradize.check.rules import Finding
 from paradize.errors import FormatError
 
+_ROUNDING = 1e-7  # of the diagonal: errors nearer than this are one, for positions are float32
 _UNIT = 2e-3  # how far a length may be from 1, and a dot product from 0
 
 
@@ -33,8 +34,9 @@ def _rows(bad: npt.NDArray[np.bool_]) -> tuple[int, int]:
 
 
 def _length(v: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
-    wide = v.astype(np.float64)
-    return np.asarray(np.sqrt((wide * wide).sum(axis=1)), np.float64)
+    with np.errstate(invalid="ignore"):  # rows that are not finite have a finding of their own
+        wide = v.astype(np.float64)
+        return np.asarray(np.sqrt((wide * wide).sum(axis=1)), np.float64)
 
 
 def _primitive(level: Level, primitive: Primitive, file: str) -> Iterator[Finding]:
@@ -88,7 +90,8 @@ def _tangents(
     where: str,
 ) -> Iterator[Finding]:
     length = _length(tangents[:, :3])
-    lean = np.abs((normals.astype(np.float64) * tangents[:, :3]).sum(axis=1))
+    with np.errstate(invalid="ignore"):
+        lean = np.abs((normals.astype(np.float64) * tangents[:, :3]).sum(axis=1))
     bad = sound & ((np.abs(length - 1.0) > _UNIT) | (lean > _UNIT))
     if bad.any():
         count, first = _rows(bad)
@@ -126,6 +129,6 @@ def _order(levels: list[Level], file: str) -> Iterator[Finding]:
         if not all(isinstance(error, int | float) and 0.0 <= error < float("inf") for error in errors):
             yield Finding("PZ207", file, f"errors of {errors}", level.name)
             return
-        if k and level.extras["error_max"] < told[k - 1].extras["error_max"]:
+        if k and level.extras["error_max"] < told[k - 1].extras["error_max"] - _ROUNDING:
             what = f"an error of {level.extras['error_max']:g} after {told[k - 1].extras['error_max']:g}"
             yield Finding("PZ207", file, what, level.name)

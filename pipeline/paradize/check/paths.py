@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import stat
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from paradize.bake_record import SCENE_FILE
+from paradize.check.files import read_file
 from paradize.check.meshes import check_mesh
 from paradize.check.rules import Finding, gathered
 from paradize.check.scenes import check_scene
 from paradize.check.textures import check_texture
-from paradize.formats.glb import MAGIC
+from paradize.formats.glb_layout import MAGIC
 from paradize.formats.ktx2 import IDENTIFIER
 
 
@@ -20,11 +22,17 @@ def check_paths(paths: Sequence[Path]) -> list[Finding]:
 
 
 def _check(path: Path) -> Iterator[Finding]:
-    if path.is_dir():
-        if (path / SCENE_FILE).exists():
+    try:
+        folder = stat.S_ISDIR(path.stat().st_mode)
+        inside = sorted(path.iterdir()) if folder else []
+    except OSError as error:
+        yield Finding("PZ101", str(path), error.strerror or str(error))
+        return
+    if folder:
+        if path / SCENE_FILE in inside:
             yield from check_scene(path / SCENE_FILE)
             return
-        files = sorted(file for file in path.iterdir() if file.suffix in (".glb", ".ktx2"))
+        files = [file for file in inside if file.suffix in (".glb", ".ktx2")]
         if not files:
             yield Finding("PZ101", str(path), f"holds no {SCENE_FILE}, GLB or KTX2")
         for file in files:
@@ -34,7 +42,7 @@ def _check(path: Path) -> Iterator[Finding]:
         yield from check_scene(path)
         return
     try:
-        data = path.read_bytes()
+        data = read_file(path)
     except OSError as error:
         yield Finding("PZ101", str(path), error.strerror or str(error))
         return

@@ -8,6 +8,7 @@ from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
 from paradize.check.rules import RULES, Finding
+from paradize.errors import one_line
 
 
 def render(findings: Sequence[Finding], form: str) -> str:
@@ -23,7 +24,7 @@ def _counts(findings: Sequence[Finding]) -> tuple[int, int]:
 def _text(findings: Sequence[Finding]) -> str:
     errors, warnings = _counts(findings)
     summary = f"{errors} errors, {warnings} warnings" if findings else "clean"
-    return "\n".join([*(str(finding) for finding in findings), summary])
+    return "\n".join([*(one_line(str(finding)) for finding in findings), summary])
 
 
 def _json(findings: Sequence[Finding]) -> str:
@@ -50,7 +51,7 @@ def _junit(findings: Sequence[Finding]) -> str:
     failures = 0
     for code, rule in RULES.items():
         fired = [finding for finding in findings if finding.code == code]
-        body = escape("\n".join(str(finding) for finding in fired))
+        body = escape("\n".join(one_line(str(finding)) for finding in fired))
         name = f'<testcase classname="paradize.check" name={quoteattr(f"{code} {rule.title}")}'
         if fired and rule.severity == "error":
             failures += 1

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.bake import over_budget
+from paradize.check.files import read_file
 from paradize.check.meshes import check_mesh
 from paradize.check.rules import Finding
 from paradize.check.textures import check_texture
@@ -24,7 +25,7 @@ def check_scene(path: Path) -> Iterator[Finding]:
     """The findings in a scene.json and everything that it names."""
     file = str(path)
     try:
-        manifest = decode_scene(path.read_bytes(), file)
+        manifest = decode_scene(read_file(path), file)
     except OSError as error:
         yield Finding("PZ101", file, error.strerror or str(error))
         return
@@ -51,7 +52,7 @@ def _artifact(folder: Path, name: str, artifact: dict[str, Any], color: bool | N
     path = folder / artifact["file"]
     file = str(path)
     try:
-        data = path.read_bytes()
+        data = read_file(path)
     except OSError as error:
         yield Finding("PZ101", file, f"the file of {name} cannot be read: {error.strerror or error}")
         return

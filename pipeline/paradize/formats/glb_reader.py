@@ -138,9 +138,11 @@ def decode_glb(data: bytes, file: object = None) -> list[Lod]:
             f"glTF version {str(asset.get('version'))[:20]!r}, expected '2.0'", "/asset/version"
         )
     buffers = reader.get(reader.document, "", "buffers", list)
-    if len(buffers) != 1 or "uri" in buffers[0]:
-        raise reader.fault("one buffer without uri expected", "/buffers")
+    if len(buffers) != 1:
+        raise reader.fault("one buffer expected", "/buffers")
     declared = reader.get(buffers[0], "/buffers/0", "byteLength", int)
+    if "uri" in buffers[0]:
+        raise reader.fault("a buffer without uri expected", "/buffers/0")
     if not len(reader.binary) - 3 <= declared <= len(reader.binary):
         raise reader.fault(f"{declared}, the chunk has {len(reader.binary)}", "/buffers/0/byteLength")
     scenes = reader.get(reader.document, "", "scenes", list)

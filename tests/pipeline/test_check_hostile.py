@@ -1,0 +1,112 @@
+"""`paradize check` of files of any shape ends in findings, never in an exception."""
+
+from __future__ import annotations
+
+import json
+import random
+import struct
+import warnings
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from paradize.bake_mesh import bake_mesh
+from paradize.check import check_paths, render
+from paradize.check.meshes import check_mesh
+from paradize.errors import FormatError
+from paradize.formats.glb import decode_glb
+from tests.pipeline.scenes import ball
+
+VALUES: list[Any] = [
+    None, -1, 0, 2, 5, 5120, 5121, 5126, 1 << 40, 1 << 70, 1e300, float("inf"), float("nan"), True, "x",
+    "SCALAR", "VEC2", "VEC4", [], {}, [0], {"a": 1},
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def glb(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    path = tmp_path_factory.mktemp("ball") / "ball.obj"
+    path.write_text(ball(6))
+    return bake_mesh(path, lods=2).glb
+
+
+def places(tree: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    if above:
+        yield above
+    for key, value in (
+        tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
+    ):
+        yield from places(value, (*above, key))
+
+
+def packed(tree: Any, rest: bytes) -> bytes:
+    text = json.dumps(tree).encode()
+    text += b" " * (-len(text) % 4)
+    head = struct.pack("<4sII", b"glTF", 2, 20 + len(text) + len(rest))
+    return head + struct.pack("<I4s", len(text), b"JSON") + text + rest
+
+
+def look(data: bytes) -> int:
+    """Both readers see it; the number of findings."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with suppress(FormatError):
+            decode_glb(data, "a.glb")
+        return len(list(check_mesh(data, "a.glb")))
+
+
+def test_a_json_chunk_of_any_shape_is_a_finding(glb: bytes) -> None:
+    length = struct.unpack_from("<I", glb, 12)[0]
+    tree, rest = json.loads(glb[20 : 20 + length]), glb[20 + length :]
+    assert look(packed(tree, rest)) == 0
+    for value in VALUES[:-4]:
+        assert look(packed(value, rest)) == 1
+    for place in places(tree):
+        for value in VALUES:
+            changed = json.loads(json.dumps(tree))
+            owner = changed
+            for key in place[:-1]:
+                owner = owner[key]
+            owner[place[-1]] = value
+            look(packed(changed, rest))
+
+
+def test_a_glb_with_any_bytes_changed_or_cut_is_no_crash(glb: bytes) -> None:
+    chance = random.Random(5)
+    for _ in range(500):
+        data = bytearray(glb)
+        for _ in range(chance.choice((1, 2, 5))):
+            data[chance.randrange(len(data))] = chance.choice((0, 127, 255, chance.randrange(256)))
+        look(bytes(data[: chance.choice((len(data), chance.randrange(len(data))))]))
+
+
+@pytest.mark.parametrize(
+    ("attribute", "accessor"), [("NORMAL", "TEXCOORD_0"), ("TANGENT", "NORMAL"), ("POSITION", "TANGENT")]
+)
+def test_an_attribute_of_another_width_is_named(glb: bytes, attribute: str, accessor: str) -> None:
+    length = struct.unpack_from("<I", glb, 12)[0]
+    tree = json.loads(glb[20 : 20 + length])
+    attributes = tree["meshes"][0]["primitives"][0]["attributes"]
+    attributes[attribute] = attributes[accessor]
+    found = list(check_mesh(packed(tree, glb[20 + length :]), "a.glb"))
+    assert found[0].code == "PZ102" and attribute in found[0].what
+
+
+def test_signed_indices_are_refused_before_they_reach_backwards(glb: bytes) -> None:
+    length = struct.unpack_from("<I", glb, 12)[0]
+    tree = json.loads(glb[20 : 20 + length])
+    tree["accessors"][tree["meshes"][0]["primitives"][0]["indices"]]["componentType"] = 5122
+    found = list(check_mesh(packed(tree, glb[20 + length :]), "a.glb"))
+    assert found[0].code == "PZ102" and "indices" in found[0].what
+
+
+def test_names_with_control_characters_leave_every_format_readable(tmp_path: Path) -> None:
+    findings = check_paths([tmp_path / "a\nb\x1bc.glb"])
+    assert len(render(findings, "text").splitlines()) == 2 and "\x1b" not in render(findings, "text")
+    assert "PZ101" in ElementTree.fromstring(render(findings, "junit")).findtext(".//failure", "")
+    for form in ("json", "sarif"):
+        json.loads(render(findings, form))
