@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from paradize.errors import one_line
+
 HEAD = ("artifact", "status", "tier", "error against budget", "bytes", "seconds")
 
 
 def table(rows: Sequence[Sequence[str]], head: Sequence[str] = HEAD) -> str:
     """Columns of text; the last two, numbers, to the right."""
-    lines = [head, *rows]
+    lines = [head, *([one_line(cell) for cell in row] for row in rows)]
     widths = [max(len(line[k]) for line in lines) for k in range(len(head))]
     told = []
     for line in lines:

@@ -1,27 +1,47 @@
 """The command line: parse, call, print, exit code; nothing else.
 
 Exit 0: done; 1: a bake, a check or a scene failed, or an input was refused; 2: wrong usage. With --json one
-JSON object goes to standard output, also on failure ({"error": [...]}), and everything else to standard
-error.
+JSON object goes to standard output, also on failure, wrong usage and interruption ({"error": [...]}), and
+everything else to standard error.
 """
 
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import os
 import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
-from paradize.errors import BakeError, GroupedError, ParadizeError
+from paradize.errors import BakeError, GroupedError, ParadizeError, one_line
 
 TIERS = ("fast", "balanced", "exact")
 MAPS = ("normal", "height", "gloss", "dudv")
 INTERRUPTED = 130  # as shells tell it: 128 + SIGINT
+
+
+class _WrongUsage(Exception):  # noqa: N818 (never leaves this module)
+    """What argparse finds wrong."""
+
+
+class _OutputLost(Exception):  # noqa: N818 (never leaves this module)
+    """Standard output takes no more: its reader has gone, or its disk is full."""
+
+
+class _Parser(argparse.ArgumentParser):
+    """Takes no abbreviated options, and leaves it to `main` to tell what is wrong."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings, allow_abbrev=False)
+
+    def error(self, message: str) -> NoReturn:
+        raise _WrongUsage(f"{self.format_usage()}{self.prog}: error: {one_line(message)}")
 
 
 def _number(low: float, high: float) -> Callable[[str], float]:
@@ -53,12 +73,15 @@ def _maps(text: str) -> list[str]:
 
 
 def _names(text: str) -> list[str]:
-    return [name for name in text.split(",") if name]
+    names = [name for name in text.split(",") if name]
+    if not names:
+        raise argparse.ArgumentTypeError(f"{text!r} names nothing")
+    return names
 
 
 def parser() -> argparse.ArgumentParser:
     """The whole command line, as DESIGN's contract has it."""
-    top = argparse.ArgumentParser(
+    top = _Parser(
         prog="paradize",
         description="Bakes OBJ models, colour maps and heightmaps into measured, engine-ready assets.",
     )
@@ -154,12 +177,23 @@ def parser() -> argparse.ArgumentParser:
 
 
 def _say(*lines: str) -> None:
-    for line in lines:
-        print(line, file=sys.stderr)
+    """Lines for standard error; where nobody can read it, nothing is lost."""
+    with suppress(OSError):
+        for line in lines:
+            print(one_line(line), file=sys.stderr)
+
+
+def _print(text: str, stream: Any = None) -> None:
+    """Text for `stream`, standard output by itself. Raises _OutputLost where that takes it no longer."""
+    try:
+        print(text, file=stream or sys.stdout, flush=True)
+    except OSError as error:
+        if stream is None or stream is sys.stdout:
+            raise _OutputLost(error.strerror if not isinstance(error, BrokenPipeError) else "") from None
 
 
 def _print_json(tree: Any) -> None:
-    print(json.dumps(tree, indent=1, allow_nan=False))
+    _print(json.dumps(tree, indent=1, allow_nan=False))
 
 
 def _complain(errors: Sequence[ParadizeError]) -> None:
@@ -236,13 +270,13 @@ def _bake_table(report: Any, stream: Any) -> None:
         )
         for row in report.artifacts
     ]
-    print(table(rows), file=stream)
+    _print(table(rows), stream)
     counts = (
         f"{report.count('baked')} baked, {report.count('reused')} reused, {report.count('failed')} failed"
     )
     what = "nothing to bake: " if not report.count("baked") and not report.errors else ""
     where = "nothing published; the folder is as it was" if report.errors else f"in {report.out}"
-    print(f"{what}{counts} in {report.seconds:.2f} s, {where}", file=stream)
+    _print(one_line(f"{what}{counts} in {report.seconds:.2f} s, {where}"), stream)
 
 
 def _solo(
@@ -254,7 +288,7 @@ def _solo(
     from paradize.engine.workers import Job, run_jobs
 
     start = time.monotonic()
-    if out is not None and out.exists() and out.resolve() == arguments.input.resolve():
+    if out is not None and _same(out, arguments.input):
         raise BakeError("is the input itself", file=out, mend="name another file with -o")
     job = Job(arguments.input.name, call, {"path": arguments.input, "tier": arguments.tier, **settings})
     outcome = run_jobs([job], 1)[0]
@@ -268,15 +302,21 @@ def _solo(
         (name, tier, errors_text(errors, {}), str(size) if size else "-", f"{seconds:.2f}")
         for name, tier, errors, size in made.rows
     ]
-    print(
-        table(rows, [word for word in HEAD if word != "status"]),
-        file=sys.stderr if arguments.json else sys.stdout,
-    )
+    head = [word for word in HEAD if word != "status"]
+    _print(table(rows, head), sys.stderr if arguments.json else sys.stdout)
     for warning in made.told["warnings"]:
         _say(f"paradize: warning: {warning}")
     if arguments.json:
         _print_json(made.told | {"seconds": round(seconds, 3)})
     return 0
+
+
+def _same(a: Path, b: Path) -> bool:
+    """Whether two names lead to one file."""
+    try:
+        return a.samefile(b)
+    except OSError:
+        return False
 
 
 def _mesh(arguments: argparse.Namespace) -> int:
@@ -309,7 +349,7 @@ def _check(arguments: argparse.Namespace) -> int:
     from paradize.check import check_paths, render
 
     findings = check_paths(arguments.paths)
-    print(render(findings, "json" if arguments.json else arguments.fmt))
+    _print(render(findings, "json" if arguments.json else arguments.fmt))
     return 1 if any(finding.severity == "error" for finding in findings) else 0
 
 
@@ -317,37 +357,72 @@ def _terminated(number: int, frame: object) -> NoReturn:
     raise KeyboardInterrupt
 
 
-def main(words: Sequence[str] | None = None) -> int:
-    """Runs one command; returns its exit code."""
-    top = parser()
-    arguments = top.parse_args(words)
-    if arguments.version:
-        from paradize import __version__
+def _open_streams() -> None:
+    """Gives a process that was started without standard streams the null device for each, before a file of
+    ours takes their numbers; names that are no text are printed escaped."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number: this one
+            os.set_inheritable(number, True)
+    if sys.stdout is None:
+        sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 (open as long as the process runs)
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w")  # noqa: PTH123, SIM115
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
 
-        print(f"paradize {__version__}")
-        return 0
-    if arguments.command is None:
-        top.print_help(sys.stderr)
-        return 2
-    signal.signal(signal.SIGTERM, _terminated)
+
+def _run(words: Sequence[str]) -> int:
+    """Parses and runs one command; tells its errors; returns the exit code."""
+    as_json = "--json" in words
+    top = parser()
     try:
+        arguments = top.parse_args(words)
+        if arguments.version:
+            from paradize import __version__
+
+            _print(f"paradize {__version__}")
+            return 0
+        if arguments.command is None:
+            raise _WrongUsage(f"{top.format_help()}\nparadize: error: a command is missing")
         code: int = arguments.call(arguments)
-        sys.stdout.flush()
         return code
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+    except _WrongUsage as wrong:
+        if as_json:
+            _print_json({"error": [str(wrong).splitlines()[-1]]})
+        _say(*str(wrong).splitlines())
+        return 2
     except KeyboardInterrupt:
-        _say("paradize: interrupted; nothing half-written stays")
+        what = "interrupted; nothing half-written stays"
+        if as_json:
+            _print_json({"error": [what]})
+        _say(f"paradize: {what}")
         return INTERRUPTED
+    except _OutputLost:
+        raise
     except ParadizeError as error:
         errors: Sequence[ParadizeError] = error.errors if isinstance(error, GroupedError) else [error]
     except Exception as unknown:
         errors = [BakeError(f"unforeseen {type(unknown).__name__}: {unknown}", mend="please report it")]
-    if getattr(arguments, "json", False):
-        _print_json({"error": [str(error) for error in errors]})
     _complain(errors)
+    if as_json:
+        _print_json({"error": [str(error) for error in errors]})
     return 1
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Runs one command; returns its exit code."""
+    _open_streams()
+    signal.signal(signal.SIGTERM, _terminated)
+    try:
+        return _run(sys.argv[1:] if words is None else words)
+    except _OutputLost as lost:
+        if str(lost):
+            _say(f"paradize: error: standard output cannot be written: {lost}")
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is still held goes nowhere
+        return 1
 
 
 if __name__ == "__main__":

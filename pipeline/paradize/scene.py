@@ -8,6 +8,7 @@ files lie beside the TOML or in folders below it. Knows no numpy: a bake with no
 
 from __future__ import annotations
 
+import stat
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -286,7 +287,10 @@ def load_scene(path: Path) -> Scene:
     Raises SceneError, or GroupedError when more than one thing is wrong: every fault is told.
     """
     try:
-        if path.stat().st_size > SCENE_LIMIT_BYTES:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode) and not stat.S_ISDIR(status.st_mode):
+            raise SceneError("is no regular file", file=path)
+        if status.st_size > SCENE_LIMIT_BYTES:
             raise SceneError(f"is larger than {SCENE_LIMIT_BYTES} bytes; no scene is", file=path)
         text = path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:

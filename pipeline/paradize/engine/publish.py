@@ -17,7 +17,9 @@ def write_whole(path: Path, data: bytes, *, durable: bool = True) -> None:
 
     Raises BakeError (file, reason) when the file system refuses; nothing half-written stays.
     """
-    aside = path.with_name(f".{path.name[:100]}{ASIDE}{secrets.token_hex(4)}")
+    if path.name in ("", ".."):
+        raise BakeError("names a folder, not a file", file=path, mend="name a file with -o")
+    aside = path.with_name(f".{path.name[:40]}{ASIDE}{secrets.token_hex(4)}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:

@@ -106,7 +106,10 @@ def encode_glb(
         "bufferViews": writer.views,
         "buffers": [{"byteLength": len(writer.binary)}],
     }
-    text = json.dumps(document, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
+    text = json.dumps(document, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode(
+        "utf-8",
+        "replace",  # names may come from files whose names are no text
+    )
     # Spaces bring the binary chunk's data to a multiple of 16 in the file, so that it is mapped aligned.
     text += b" " * (-(len(text) + HEADER.size + 2 * CHUNK.size) % 16)
     binary = bytes(writer.binary) + b"\0" * (-len(writer.binary) % 4)

@@ -1,4 +1,4 @@
-"""A grey-level picture -> Heightfield: integers span 0..H metres, floats are metres.
+"""A grey-level picture -> Heightfield: integers span 0..H metres, floats and signed integers are metres.
 
 Pixel (0, 0) is the corner at -X, -Z; a pixel is a vertex, so the sizes span the first to the last pixel.
 """
@@ -8,24 +8,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import OpenImageIO as oiio
 
 from paradize.data import Heightfield
 from paradize.errors import SourceError
-from paradize.readers.image import read_image
+from paradize.readers.image import holds_plain_numbers, read_image
 
 MAX_SIDE = 16385
 HEIGHT_LIMIT_M = 1e7
-
-
-def _is_float(path: Path) -> bool:
-    source = oiio.ImageInput.open(str(path))
-    if source is None:
-        oiio.geterror()
-        return False
-    kind = str(source.spec().format)
-    source.close()
-    return kind in {"half", "float", "double", "int8", "int16", "int"}  # signed integers are metres too
 
 
 def read_heightmap(
@@ -39,8 +28,8 @@ def read_heightmap(
     pixel.
     """
     warnings: list[str] = []
-    floating = path.is_file() and _is_float(path)
     image = read_image(path, color_space="data")
+    metres = holds_plain_numbers(path)
     rows, columns, channels = image.pixels.shape
     if min(rows, columns) < 2 or max(rows, columns) > MAX_SIDE:
         raise SourceError(
@@ -53,13 +42,13 @@ def read_heightmap(
         raise SourceError("is a colour picture", file=path, mend="save the heights as one grey channel")
     if channels in (2, 4):
         warnings.append(f"{path}: the alpha channel is ignored")
-    if not floating and image.source_bits == 8:
+    if not metres and image.source_bits == 8:
         step = abs(height_m) / 255.0
         warnings.append(
             f"{path}: has 8 bits a pixel: heights are steps of {step:.3g} m; save it with 16 bits"
         )
     heights = levels.astype(np.float64)
-    if not floating:
+    if not metres:
         heights = heights * height_m
     heights = heights + base_m
     bad = ~(np.abs(heights) <= HEIGHT_LIMIT_M)

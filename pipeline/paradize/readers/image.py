@@ -13,6 +13,7 @@ files that hold several pictures the first is read.
 from __future__ import annotations
 
 import os
+import stat
 import sys
 import threading
 from contextlib import contextmanager
@@ -76,19 +77,7 @@ def read_image(
     empty, no picture, damaged, truncated, too large, of a shape that is no picture, or that holds NaN or
     infinity.
     """
-    if not path.exists():
-        raise SourceError("no such file", file=path)
-    if not path.is_file():
-        raise SourceError("not a file", file=path)
-    try:
-        size = path.stat().st_size
-        with path.open("rb") as stream:
-            stream.read(1)
-    except OSError as error:
-        raise SourceError(f"cannot be read: {error.strerror}", file=path) from error
-    if size == 0:
-        raise SourceError("the file is empty", file=path)
-
+    _require_file(path)
     oiio.attribute("limits:imagesize_MB", _MEMORY_MB)
     oiio.attribute("limits:channels", 64)
     hints = oiio.ImageSpec()
@@ -105,6 +94,38 @@ def read_image(
         source.close()
 
 
+def _require_file(path: Path) -> None:
+    """Raises SourceError where there is no file with something in it under a name that OpenImageIO takes."""
+    try:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            raise SourceError("not a file", file=path)
+        with path.open("rb") as stream:
+            stream.read(1)
+    except FileNotFoundError:
+        raise SourceError("no such file", file=path) from None
+    except OSError as error:
+        raise SourceError(f"cannot be read: {error.strerror}", file=path) from error
+    if status.st_size == 0:
+        raise SourceError("the file is empty", file=path)
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        raise SourceError("the file's name is not UTF-8", file=path, mend="rename it") from None
+
+
+def holds_plain_numbers(path: Path) -> bool:
+    """Whether a picture that read_image has read holds floats or signed integers: numbers as they are."""
+    with _silenced():
+        source = oiio.ImageInput.open(str(path))
+    if source is None:
+        oiio.geterror()
+        return False
+    kind = str(source.spec().format)
+    source.close()
+    return kind in _PLAIN_NUMBERS
+
+
 _silence = threading.Lock()
 
 
@@ -112,7 +133,8 @@ _silence = threading.Lock()
 def _silenced() -> Iterator[None]:
     """Keeps libpng and its like from writing to standard error beside the one message that we give."""
     with _silence:
-        sys.stderr.flush()
+        if sys.stderr is not None:
+            sys.stderr.flush()
         try:
             held = os.dup(2)
         except OSError:  # there is no standard error

@@ -1,0 +1,135 @@
+"""The command line in odd places: closed streams, full disks, pipes as input, names that are no text."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.pipeline.scenes import ball, make_cove
+
+Shell = Callable[[str], "subprocess.CompletedProcess[str]"]
+
+
+@pytest.fixture
+def shell(tmp_path: Path, root: Path) -> Shell:
+    """Runs a shell line in a folder that holds cove's sources; $P is `paradize`."""
+    make_cove(tmp_path)
+    environment = {
+        **os.environ, "PARADIZE_STORE": str(tmp_path / "store"), "P": str(root / "build/venv/bin/paradize")
+    }  # fmt: skip
+
+    def call(line: str) -> subprocess.CompletedProcess[str]:
+        result = subprocess.run(
+            ["bash", "-c", f"set -o pipefail; {line}"],
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        assert "Traceback" not in result.stderr and "unforeseen" not in result.stderr, result.stderr
+        return result
+
+    return call
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&-", "<&- >&- 2>&-"])
+def test_a_process_without_standard_streams_bakes_all_the_same(shell: Shell, closed: str) -> None:
+    told = shell(f"$P maps wood.png -o m --only height --json {closed} && $P check m")
+    assert told.returncode == 0, told.stderr
+    assert told.stdout.endswith("clean\n")
+    if ">&-" not in closed.replace("2>&-", ""):
+        assert json.loads(told.stdout.removesuffix("clean\n"))["maps"].keys() == {"height"}
+
+
+def test_a_full_disk_at_standard_output_is_one_message(shell: Shell) -> None:
+    for line in ("$P mesh post.obj -o a.glb --json", "$P mesh gone.obj -o a.glb --json", "$P --version"):
+        told = shell(f"{line} > /dev/full")
+        assert told.returncode == 1 and "standard output cannot be written" in told.stderr
+
+
+def test_a_reader_that_goes_away_costs_no_traceback(shell: Shell) -> None:
+    for line in ("$P mesh gone.obj -o a.glb --json", "$P check gone.glb", "$P mesh post.obj -o a.glb"):
+        shell(f"{line} | true")
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["mesh --json", "mesh post.obj -o a.glb --lods 0 --json", "paint --json", "check --json", "--json"],
+)
+def test_wrong_usage_is_one_object_too(shell: Shell, words: str) -> None:
+    told = shell(f"$P {words}")
+    assert told.returncode == 2 and len(json.loads(told.stdout)["error"]) == 1
+    assert json.loads(told.stdout)["error"][0] in told.stderr
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["mesh post.obj -o a.glb --js", "maps wood.png -o m --uv post.obj --gloss-groups ,"],
+)
+def test_options_are_neither_abbreviated_nor_empty(shell: Shell, words: str) -> None:
+    assert shell(f"$P {words}").returncode == 2
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["bake fifo", "check fifo", "check fifo.glb", "check /dev/zero", "maps fifo -o m", "mesh fifo -o a.glb"],
+)
+def test_pipes_and_devices_are_refused_not_waited_for(shell: Shell, words: str) -> None:
+    told = shell(f"mkfifo fifo fifo.glb; timeout 20 $P {words}")
+    assert told.returncode == 1
+    assert any(text in told.stdout + told.stderr for text in ("regular file", "not a file"))
+
+
+LONG = "n" * 300
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "mesh post.obj -o ''",
+        "mesh post.obj -o /",
+        f"mesh post.obj -o {LONG}.glb",
+        f"maps {LONG}.png -o m",
+        f"terrain {LONG}.png -o a.glb --size 1 1 --height 1",
+        f"bake {LONG}.toml",
+        f"check {LONG}",
+    ],
+)
+def test_names_that_no_file_can_have_are_one_message(shell: Shell, words: str) -> None:
+    told = shell(f"$P {words}")
+    assert told.returncode == 1 and len((told.stdout + told.stderr).splitlines()) <= 2
+
+
+def test_names_that_are_no_text_keep_messages_on_one_line(shell: Shell, tmp_path: Path) -> None:
+    strange = "$'a\\xff\\nb\\x1b'"
+    told = shell(
+        f"cp post.obj {strange}.obj; $P mesh {strange}.obj -o {strange}.glb && $P check {strange}.glb"
+    )
+    assert told.returncode == 0 and told.stdout.endswith("clean\n")
+    assert "\x1b" not in told.stdout + told.stderr and "\\nb\\x1b" in told.stdout
+    told = shell(f"cp wood.png {strange}.png; $P maps {strange}.png -o m --json")
+    assert told.returncode == 1 and "not UTF-8" in json.loads(told.stdout)["error"][0]
+    assert len(told.stderr.splitlines()) == 1
+
+
+def test_a_name_as_long_as_a_file_system_takes_can_be_written(shell: Shell, tmp_path: Path) -> None:
+    name = "日" * 83 + ".glb"
+    assert shell(f"$P mesh post.obj -o {name}").returncode == 0 and (tmp_path / name).is_file()
+
+
+def test_levels_are_in_the_order_that_check_asks_for(shell: Shell, tmp_path: Path) -> None:
+    """On a flat model all levels are exact but for rounding, and rounding has no order."""
+    rows = [f"v {x / 10} 0 {z / 10}" for z in range(21) for x in range(21)]
+    rows += [f"vt {x / 20} {z / 20}" for z in range(21) for x in range(21)]
+    corners = [z * 21 + x + 1 for z in range(20) for x in range(20)]
+    rows += [f"f {a}/{a} {a + 21}/{a + 21} {a + 22}/{a + 22} {a + 1}/{a + 1}" for a in corners]
+    (tmp_path / "flat.obj").write_text("\n".join(rows) + "\n")
+    (tmp_path / "ball.obj").write_text(ball(24))
+    told = shell("for name in flat ball; do $P mesh $name.obj -o $name.glb > told; done; $P check *.glb")
+    assert told.returncode == 0, told.stdout
