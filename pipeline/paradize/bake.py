@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,9 +21,9 @@ from paradize.bake_record import SCENE_FILE, BakeReport, record_name, remember, 
 from paradize.engine.code import code_digest
 from paradize.engine.memory import FileMemory
 from paradize.engine.publish import sweep_aside, write_whole
-from paradize.engine.store import Store, default_root, hash_file, key_of, stamp
+from paradize.engine.store import Stamp, Store, default_root, hash_file, key_of, stamp
 from paradize.engine.workers import Job, Outcome, run_jobs
-from paradize.errors import GroupedError, ParadizeError, SceneError
+from paradize.errors import GroupedError, ParadizeError, SceneError, SourceError
 from paradize.flight import Flight, plan_flight
 from paradize.formats.scene_manifest import encode_scene
 from paradize.require import Look, Order, Want, require
@@ -68,11 +68,12 @@ def bake(
     name = record_name(scene_path, out, tier)
     report = None if force else unchanged_bake(store, name)
     if report is None:
+        was = stamp(scene_path)
         scene = load_scene(scene_path)
         folder = out or Path("build/assets") / scene.head.name
         with store.locked(key_of(str(folder.resolve()))[:32]):
             report = _bake(
-                store, name, scene_path, scene, folder, jobs or os.cpu_count() or 1, tier, force, told
+                store, name, scene_path, was, scene, folder, jobs or os.cpu_count() or 1, tier, force, told
             )
     report.seconds = time.monotonic() - start
     return report
@@ -82,6 +83,7 @@ def _bake(
     store: Store,
     name: str,
     scene_path: Path,
+    was: Stamp | None,
     scene: Scene,
     out: Path,
     jobs: int,
@@ -90,31 +92,33 @@ def _bake(
     told: Told | None,
 ) -> BakeReport:
     flight = plan_flight(scene.flight)
-    looks, libraries = _looks(scene, scene_path)
+    looks, libraries, absent = _looks(scene, scene_path)
     orders = [*require(scene, looks).orders, _flight_order(scene, flight)]
     last = store.get_bake(name)
     memory = FileMemory.from_json(last["memory"] if isinstance(last, dict) and "memory" in last else None)
+    inputs = [*libraries, *(path for order in orders for path in order.sources.values())]
+    stamps = {path: stamp(path) for path in inputs} | {scene_path.resolve(): was}
     tasks = [_task(order, memory, tier) for order in orders]
     for task in tasks:
         if force or not _recall(store, task):
             task.status = "baked"
-    _run(store, [task for task in tasks if task.status == "baked"], jobs, tier, told)
+    _run(store, [task for task in tasks if task.status == "baked"], stamps, jobs, tier, told)
     report = _report(scene, out, tasks)
     if not report.errors:
         _commit(scene, scene_path, flight, out, tasks, report)
-    if not report.errors:
-        inputs = [scene_path.resolve(), *libraries]
-        inputs += [path for order in orders for path in order.sources.values()]
-        remember(store, name, report, inputs, memory)
+    # What was edited meanwhile is not remembered, so that the next bake looks at everything anew.
+    if not report.errors and all(stamp(path) == old for path, old in stamps.items()):
+        remember(store, name, report, list(stamps), absent, memory)
     return report
 
 
-def _looks(scene: Scene, scene_path: Path) -> tuple[dict[str, Look], list[Path]]:
+def _looks(scene: Scene, scene_path: Path) -> tuple[dict[str, Look], list[Path], list[Path]]:
     """The look of each object by name: the colour map that the scene or the OBJ's materials name, else their
-    own colours; and the files that were read for it. Raises SceneError, or GroupedError, for objects whose
-    materials name several colour maps."""
+    own colours; the files that were read for it, and those that were looked for in vain. Raises SceneError,
+    or GroupedError, for objects whose materials name several colour maps."""
     looks: dict[str, Look] = {}
     libraries: list[Path] = []
+    absent: list[Path] = []
     errors: list[ParadizeError] = []
     for i, item in enumerate(scene.objects):
         if item.color:
@@ -129,6 +133,7 @@ def _looks(scene: Scene, scene_path: Path) -> tuple[dict[str, Look], list[Path]]
             errors.append(error)
             continue
         libraries += [item.mesh, *read.libraries]
+        absent += read.absent
         maps = {material.map_kd for material in read.materials.values() if material.map_kd}
         if len(maps) < 2:
             own = {} if maps else base_colors_of(read.materials)
@@ -139,7 +144,7 @@ def _looks(scene: Scene, scene_path: Path) -> tuple[dict[str, Look], list[Path]]
         errors.append(SceneError(what, file=scene_path, place=f"object[{i}].color", mend=mend))
     if errors:
         raise GroupedError(errors) if len(errors) > 1 else errors[0]
-    return looks, libraries
+    return looks, libraries, absent
 
 
 def _flight_order(scene: Scene, flight: Flight) -> Order:
@@ -179,8 +184,16 @@ def _recall(store: Store, task: _Task) -> bool:
     return True
 
 
-def _run(store: Store, tasks: list[_Task], jobs: int, tier: str, told: Told | None) -> None:
-    """Bakes the tasks in worker processes and keeps what they make; their errors stay with them."""
+def _run(
+    store: Store,
+    tasks: list[_Task],
+    stamps: Mapping[Path, Stamp | None],
+    jobs: int,
+    tier: str,
+    told: Told | None,
+) -> None:
+    """Bakes the tasks in worker processes and keeps what they make; their errors stay with them. stamps: of
+    the sources when they were hashed; what was made of a source that changed since is refused."""
     by_name = {task.order.name: task for task in tasks}
     done = 0
 
@@ -189,8 +202,12 @@ def _run(store: Store, tasks: list[_Task], jobs: int, tier: str, told: Told | No
         done += 1
         task = by_name[outcome.name]
         task.seconds = outcome.seconds
-        if outcome.error:
-            task.error, task.status = outcome.error, "failed"
+        moved = [path for path in task.order.sources.values() if stamp(path) != stamps[path]]
+        error = outcome.error
+        if moved and not error:
+            error = SourceError("changed while it was baked", file=moved[0], mend="bake again")
+        if error:
+            task.error, task.status = error, "failed"
         else:
             for product in outcome.value:
                 task.data[product.name] = product.data

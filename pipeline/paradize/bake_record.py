@@ -13,7 +13,7 @@ from typing import Any
 
 from paradize.engine.code import code_files, library_versions
 from paradize.engine.memory import FileMemory
-from paradize.engine.store import Store, key_of
+from paradize.engine.store import Store, key_of, stamp
 from paradize.errors import ParadizeError
 
 SCENE_FILE = "scene.json"
@@ -66,6 +66,8 @@ def unchanged_bake(store: Store, name: str) -> BakeReport | None:
         files = list(record["memory"]["files"])
         if not files or not memory.unchanged(files):
             return None
+        if any(stamp(Path(path)) for path in record["absent"]):
+            return None
         rows = [row | {"status": "reused", "seconds": 0.0} for row in record["artifacts"]]
         report = BakeReport(
             Path(record["out"]), rows, list(record["warnings"]), budget=dict(record["budget"])
@@ -77,8 +79,15 @@ def unchanged_bake(store: Store, name: str) -> BakeReport | None:
     return report
 
 
-def remember(store: Store, name: str, report: BakeReport, inputs: Sequence[Path], memory: FileMemory) -> None:
-    """Keeps what a finished bake read, ran and wrote."""
+def remember(
+    store: Store,
+    name: str,
+    report: BakeReport,
+    inputs: Sequence[Path],
+    absent: Sequence[Path],
+    memory: FileMemory,
+) -> None:
+    """Keeps what a finished bake read, ran and wrote. absent: files that it looked for in vain."""
     outputs = [report.out / SCENE_FILE, *(report.out / row["file"] for row in report.artifacts)]
     files = list(dict.fromkeys([*inputs, *code_files("paradize.bake"), *outputs]))
     record = {
@@ -87,6 +96,7 @@ def remember(store: Store, name: str, report: BakeReport, inputs: Sequence[Path]
         "artifacts": report.artifacts,
         "warnings": report.warnings,
         "budget": report.budget,
+        "absent": [str(path) for path in absent],
         "memory": memory.as_json(files),
     }
     store.put_bake(name, record)

@@ -75,9 +75,11 @@ def is_file(path: Path) -> bool:
         return False
 
 
-def read_mtl(path: Path, root: Path) -> tuple[dict[str, Material], list[str]]:
+def read_mtl(
+    path: Path, root: Path, absent: list[Path] | None = None
+) -> tuple[dict[str, Material], list[str]]:
     """Materials by name in the file's order, and warnings. Unreadable files and lines are warnings: a mesh
-    is whole without its materials."""
+    is whole without its materials. absent: takes the map files that are named and not there."""
     try:
         if path.stat().st_size > MAX_BYTES:
             return {}, [f"{path}: larger than {MAX_BYTES >> 20} MiB, not read"]
@@ -117,7 +119,7 @@ def read_mtl(path: Path, root: Path) -> tuple[dict[str, Material], list[str]]:
             else:
                 current["opacity"] = min(max(value[0] if word == "d" else 1.0 - value[0], 0.0), 1.0)
         elif word in _MAPS:
-            found = _map_path(rest, path.parent, root)
+            found = _map_path(rest, path.parent, root, absent)
             if isinstance(found, Path):
                 current[_MAPS[word]] = found
             else:
@@ -143,7 +145,7 @@ def _floats(text: str, count: int) -> tuple[float, ...] | None:
     return tuple(values)
 
 
-def _map_path(text: str, folder: Path, root: Path) -> Path | str:
+def _map_path(text: str, folder: Path, root: Path, absent: list[Path] | None = None) -> Path | str:
     """The file of a map statement, options skipped; a string says why there is none."""
     words = text.split()
     while words and words[0].lower() in _OPTIONS:
@@ -161,5 +163,7 @@ def _map_path(text: str, folder: Path, root: Path) -> Path | str:
     if found is None:
         return f"{name[:120]!r} lies outside {root}; ignored"
     if not is_file(found):
+        if absent is not None:
+            absent.append(found)
         return f"{name[:120]!r} does not exist; ignored"
     return found

@@ -44,7 +44,9 @@ _NOTES = {
 @dataclass(frozen=True)
 class ObjResult:
     """mesh: as in the file (normals may hold zero rows: missing). smoothing: (m,) uint32 group per triangle,
-    0 off, UNKNOWN_SMOOTHING where the file does not say. lines: (m,) uint32, the face's line in the file."""
+    0 off, UNKNOWN_SMOOTHING where the file does not say. lines: (m,) uint32, the face's line in the file.
+    libraries: the material files that were read. absent: material and map files that are named and not
+    there."""
 
     mesh: Mesh
     materials: dict[str, Material]
@@ -53,6 +55,7 @@ class ObjResult:
     smoothing: npt.NDArray[np.uint32]
     lines: npt.NDArray[np.uint32]
     libraries: list[Path] = field(default_factory=list)
+    absent: list[Path] = field(default_factory=list)
 
 
 def read_obj(path: Path, root: Path | None = None) -> ObjResult:
@@ -73,12 +76,13 @@ def read_obj(path: Path, root: Path | None = None) -> ObjResult:
         )
     root = path.parent if root is None else root
     materials: dict[str, Material] = {}
-    libraries = []
+    libraries: list[Path] = []
+    absent: list[Path] = []
     for library in parsed.libraries:
-        for found in _libraries(path, root, library, warnings):
+        for found in _libraries(path, root, library, warnings, absent):
             if found not in libraries:
                 libraries.append(found)
-                more, said = read_mtl(found, root)
+                more, said = read_mtl(found, root, absent)
                 materials |= more
                 warnings += said
     groups, smoothing = _groups(parsed)
@@ -102,7 +106,7 @@ def read_obj(path: Path, root: Path | None = None) -> ObjResult:
         "positions_in_file": parsed.positions_in_file,
     }
     counts |= {note.code: note.count for note in parsed.notes}
-    return ObjResult(mesh, materials, warnings, counts, smoothing, parsed.triangle_lines, libraries)
+    return ObjResult(mesh, materials, warnings, counts, smoothing, parsed.triangle_lines, libraries, absent)
 
 
 def _read_bytes(path: Path) -> bytes:
@@ -152,7 +156,7 @@ def _warnings(path: Path, parsed: ParsedObj) -> list[str]:
     return said
 
 
-def _libraries(path: Path, root: Path, statement: str, warnings: list[str]) -> list[Path]:
+def _libraries(path: Path, root: Path, statement: str, warnings: list[str], absent: list[Path]) -> list[Path]:
     """The files of one mtllib statement: the whole line as one name, or several names that may hold
     blanks."""
 
@@ -179,9 +183,10 @@ def _libraries(path: Path, root: Path, statement: str, warnings: list[str]) -> l
             at += 1
             if not name:
                 continue
-            reason = (
-                "lies outside the root folder" if inside(root, path.parent, name) is None else "is missing"
-            )
+            sought = inside(root, path.parent, name)
+            reason = "lies outside the root folder" if sought is None else "is missing"
+            if sought is not None:
+                absent.append(sought)
             warnings.append(f"{path}: material file {name[:120]!r} {reason}; ignored")
     return found
 

@@ -1,0 +1,61 @@
+"""What is edited while a bake runs, or appears after it, is never taken for baked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from paradize.bake import bake
+from tests.pipeline.scenes import make_cove, write_image
+
+
+@pytest.fixture(autouse=True)
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+
+
+def test_a_scene_edited_during_its_bake_is_baked_again(tmp_path: Path) -> None:
+    scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
+    edited = scene.read_text().replace("max_error_m = 0.05", "max_error_m = 0.5")
+
+    def edit(what: str, done: int, of: int) -> None:
+        if done == of:
+            scene.write_text(edited)
+
+    first = bake(scene, out, jobs=2, told=edit)
+    assert not first.errors
+    again = bake(scene, out, jobs=2)
+    assert [row["name"] for row in again.artifacts if row["status"] == "baked"] == ["terrain_mesh"]
+    assert bake(scene, out).count("reused") == 14
+
+
+def test_a_source_edited_during_its_bake_spoils_that_artifact_and_not_the_store(tmp_path: Path) -> None:
+    scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
+    before = (scene.parent / "wood.png").read_bytes()
+    white = np.full((32, 32, 3), 255, np.uint8)
+    report = bake(
+        scene, out, jobs=1, told=lambda what, done, of: write_image(scene.parent / "wood.png", white)
+    )
+    assert report.errors and all("changed while it was baked" in str(error) for error in report.errors)
+    assert all("wood.png" in str(error) for error in report.errors) and not (out / "scene.json").exists()
+    (scene.parent / "wood.png").write_bytes(before)
+    report = bake(scene, out, jobs=2)
+    assert not report.errors
+    anew = bake(scene, tmp_path / "anew", jobs=2, force=True)
+    assert [row["sha256"] for row in report.artifacts] == [row["sha256"] for row in anew.artifacts]
+
+
+@pytest.mark.parametrize("late", ["post.mtl", "wood.png"])
+def test_a_material_file_or_its_map_that_appears_later_is_noticed(tmp_path: Path, late: str) -> None:
+    scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
+    scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
+    held = (scene.parent / late).read_bytes()
+    (scene.parent / late).unlink()
+    first = bake(scene, out, jobs=2)
+    assert not first.errors and "post_color" not in {row["name"] for row in first.artifacts}
+    assert not bake(scene, out, jobs=2).count("baked")
+    (scene.parent / late).write_bytes(held)
+    second = bake(scene, out, jobs=2)
+    assert "post_color" in {row["name"] for row in second.artifacts}
