@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from math import sqrt
 from typing import Any
@@ -202,8 +201,3 @@ def _object(item: SceneObject, entries: dict[str, Any], facts: MeshFacts) -> dic
             for instance in item.instances
         ],
     }
-
-
-def unknown_materials(item: SceneObject, facts: MeshFacts) -> Sequence[str]:
-    """Materials that the scene sets and the mesh does not have."""
-    return [name for name in item.materials if name not in facts.materials]

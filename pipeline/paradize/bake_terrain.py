@@ -56,6 +56,8 @@ def bake_terrain(
     if used != tier:
         warnings.append(f"terrain has no tier {tier!r}; {used!r} was used")
     tolerance = max_error_m
+    if tolerance == 0.0:
+        used = "exact"
     for _ in range(TRIES):
         mesh = terrain_mesh(field, tolerance_m=tolerance, sand_repeat=sand_repeat, tier=used)
         error = terrain_error(mesh, field)
@@ -63,7 +65,9 @@ def bake_terrain(
         if error.max_m <= max_error_m or used == "exact":
             break
         # Positions are float32: on a steep slope their rounding can cost a little of the bound.
-        tolerance = max(0.0, tolerance - 4.0 * (error.max_m - max_error_m))
+        tolerance -= 4.0 * (error.max_m - max_error_m)
+        if tolerance <= 0.0:
+            tolerance, used = 0.0, "exact"
     if error.max_m > max_error_m and max_error_m > 0.0:
         row, column = error.worst
         raise BakeError(

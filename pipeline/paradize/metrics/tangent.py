@@ -7,8 +7,6 @@ import numpy as np
 from paradize.data import Mesh
 from paradize.kernels.reference import angles_deg
 
-WORST = {"tangent_length": 1e-5, "tangent_lean_deg": 0.01}
-
 
 def frame_faults(mesh: Mesh) -> dict[str, float]:
     """tangent_length: largest |1 - length|; tangent_lean_deg: largest angle that a tangent leans from the
