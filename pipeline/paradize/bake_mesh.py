@@ -30,6 +30,8 @@ MAX_LODS = 8
 DEFAULT_MAX_ERROR = 0.1
 # A level must save this share of the triangles of the one before.
 _WORTH = 0.1
+# Errors nearer to each other than this share of the diagonal are one: positions are float32.
+_ROUNDING = 1e-7
 _BISECTIONS = 4
 _SAMPLES = 50_000
 _ATLAS_TIMEOUT_S = 120.0
@@ -104,7 +106,7 @@ def _bake(
     if mesh.colors is not None:
         mesh = replace(mesh, colors=None)
         warnings.append(f"{path}: vertex colours are not baked")
-    mesh = _by_material(complete_normals(mesh, read.smoothing[found.kept])[0], read.smoothing[found.kept])
+    mesh = _by_material(complete_normals(mesh, read.smoothing[found.kept])[0])
     if atlas and mesh.uvs is None:
         mesh = call_isolated(
             f"the atlas of {path}",
@@ -147,7 +149,7 @@ def _bake(
     return MeshProduct(glb, report, done)
 
 
-def _by_material(mesh: Mesh, _smoothing: object = None) -> Mesh:
+def _by_material(mesh: Mesh) -> Mesh:
     """Triangles in one run per material, materials in the order of their first use: one draw each."""
     runs: dict[str, list[Group]] = {}
     for group in mesh.groups:
@@ -174,16 +176,22 @@ def _levels(
     had."""
     limit = DEFAULT_MAX_ERROR if max_error is None else max_error
     levels = [(mesh, _EXACT)]
+    notes: list[str] = []
     for at in range(1, count):
         before = len(levels[-1][0].triangles)
         target = max(LEAST_TRIANGLES, int(len(mesh.triangles) * RATIO**at))
         if target >= before:
-            return levels, [f"no level after lod{at - 1}: {before} triangles are few enough"]
+            return levels, [*notes, f"no level after lod{len(levels) - 1}: {before} triangles are few enough"]
         found, note = _level(mesh, levels[-1][0], target, limit, tier)
         if found is None:
-            return levels, [f"no level after lod{at - 1}: {note}"]
+            return levels, [*notes, f"no level after lod{len(levels) - 1}: {note}"]
+        while len(levels) > 1 and found[1]["error_max"] < levels[-1][1]["error_max"] - _ROUNDING:
+            worse = len(levels.pop()[0].triangles)
+            notes.append(
+                f"a level of {worse} triangles left out: {len(found[0].triangles)} are nearer to the source"
+            )
         levels.append(found)
-    return levels, []
+    return levels, notes
 
 
 def _level(
