@@ -182,7 +182,7 @@ def _levels(
         target = max(LEAST_TRIANGLES, int(len(mesh.triangles) * RATIO**at))
         if target >= before:
             return levels, [*notes, f"no level after lod{len(levels) - 1}: {before} triangles are few enough"]
-        found, note = _level(mesh, levels[-1][0], target, limit, tier)
+        found, note, seams_kept = _level(mesh, levels[-1][0], target, limit, tier)
         if found is None:
             return levels, [*notes, f"no level after lod{len(levels) - 1}: {note}"]
         while len(levels) > 1 and found[1]["error_max"] < levels[-1][1]["error_max"] - _ROUNDING:
@@ -191,27 +191,32 @@ def _levels(
                 f"a level of {worse} triangles left out: {len(found[0].triangles)} are nearer to the source"
             )
         levels.append(found)
+        if not seams_kept:
+            notes.append(
+                f"lod{len(levels) - 1}: the texture is stretched beside seams, or no level could be had"
+            )
     return levels, notes
 
 
 def _level(
     original: Mesh, before: Mesh, target: int, limit: float, tier: str
-) -> tuple[tuple[Mesh, dict[str, float]] | None, str]:
-    """The level nearest to `target` triangles whose measured error stays inside `limit`; or None and why."""
+) -> tuple[tuple[Mesh, dict[str, float]] | None, str, bool]:
+    """The level nearest to `target` triangles whose measured error stays inside `limit`, or None; why not
+    nearer; and whether its triangles end at texture seams."""
     most = int(len(before.triangles) * (1 - _WORTH))
-    least, best, note = target, None, ""
+    least, best, note, seams_kept = target, None, "", True
     for _ in range(_BISECTIONS):
         level = simplify(before, target, tier, original=original)
         try:
             made, _ = validate_mesh(level.mesh)
         except SourceError:
-            return best, best[1] if best else "nothing would be left"  # type: ignore[return-value]
+            return best, note or "nothing would be left", seams_kept
         if len(made.triangles) > most:
             note = note or level.note or f"{len(before.triangles)} triangles are the least"
             break
         errors = surface_distance(original, made, _SAMPLES)
         if errors["error_max"] <= limit:
-            best, most = (made, errors), len(made.triangles)
+            best, most, seams_kept = (made, errors), len(made.triangles), level.seams_kept
             if target == least:
                 break
         else:
@@ -221,4 +226,4 @@ def _level(
         if best is not None and target <= least + 1:
             break
         target = (least + most) // 2
-    return best, note
+    return best, note, seams_kept

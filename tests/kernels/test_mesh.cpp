@@ -120,7 +120,8 @@ TEST_CASE("topologyCountsBordersAndIslands") {
 TEST_CASE("placesOfAMeshOnItselfAreItsOwnCorners") {
     const Soup soup = ground(4);
     const std::vector<std::uint32_t> charts(soup.triangles.size() / 3, 0);
-    const auto found = mesh::project(soup.positions, soup.triangles, charts, soup.positions, soup.triangles);
+    const auto found =
+        mesh::project(soup.positions, soup.triangles, charts, soup.positions, soup.triangles, false);
     for (std::size_t c = 0; c < soup.triangles.size(); ++c) {
         double u = 0, v = 0;
         for (std::size_t k = 0; k < 3; ++k) {

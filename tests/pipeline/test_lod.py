@@ -110,6 +110,32 @@ def test_leaf_cards_do_not_vanish(tier: str) -> None:
         assert areas(level.mesh).sum() > 0.45 * areas(mesh).sum()
 
 
+def test_where_every_face_is_an_island_of_the_texture_no_triangle_reaches_over_two(tmp_path: Path) -> None:
+    ball = sphere(12)
+    count, cells = len(ball.triangles), 32
+    corner = np.array([[0.2, 0.2], [0.8, 0.2], [0.2, 0.8]])
+    cell = np.stack([np.arange(count) % cells, np.arange(count) // cells], axis=1)
+    assert ball.normals is not None
+    apart = Mesh(
+        ball.positions[ball.triangles].reshape(-1, 3),
+        np.arange(3 * count, dtype=np.uint32).reshape(-1, 3),
+        normals=ball.normals[ball.triangles].reshape(-1, 3),
+        uvs=((cell[:, None] + corner) / cells).reshape(-1, 2).astype(np.float32),
+        groups=(Group("ball", "skin", 0, count),),
+    )
+    level = simplify(apart, count // 3, "balanced")
+    assert len(level.mesh.triangles) < 0.4 * count and not level.seams_kept
+    assert level.mesh.uvs is not None
+    found = level.mesh.uvs[level.mesh.triangles] * cells
+    assert (np.floor(found) == np.floor(found[:, :1])).all()
+    assert ((found % 1 > 0.19) & (found % 1 < 0.81)).all()
+    _, report = validate_mesh(level.mesh)
+    assert report.topology.border.count == 0
+    made = bake_mesh(write_obj(tmp_path / "apart.obj", apart))
+    assert any("stretched beside seams" in warning for warning in made.report["warnings"])
+    assert simplify(ball, count // 3, "balanced").seams_kept
+
+
 def test_a_chain_that_cannot_go_on_says_why() -> None:
     lone = Mesh(
         np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32),

@@ -119,12 +119,13 @@ nb::dict topology(Rows<std::uint32_t> triangles, std::uint32_t vertices) {
 }
 
 nb::tuple project(Rows<float> source_positions, Rows<std::uint32_t> source_triangles,
-                  Column<std::uint32_t> charts, Rows<float> positions, Rows<std::uint32_t> triangles) {
+                  Column<std::uint32_t> charts, Rows<float> positions, Rows<std::uint32_t> triangles,
+                  bool one_chart) {
     mesh::Places places;
     {
         nb::gil_scoped_release unlocked;
         places = mesh::project(view(source_positions), view(source_triangles), view(charts), view(positions),
-                               view(triangles));
+                               view(triangles), one_chart);
     }
     const std::size_t corners = places.triangle.size();
     return nb::make_tuple(take(std::move(places.triangle)), take(std::move(places.weights), {corners, 3}));

@@ -141,7 +141,13 @@ def topology(triangles: npt.ArrayLike, vertices: int) -> Topology:
 
 
 def project(
-    source_positions: F32, source_triangles: U32, charts: npt.ArrayLike, positions: F32, triangles: U32
+    source_positions: F32,
+    source_triangles: U32,
+    charts: npt.ArrayLike,
+    positions: F32,
+    triangles: U32,
+    *,
+    one_chart: bool = False,
 ) -> tuple[U32, npt.NDArray[np.float64]]:
     """For every corner (3 m) of a simplified mesh, the original triangle and barycentric weights (3 m, 3)
     of the place whose attributes it takes. charts: (source triangles,) equal where attributes run on
@@ -156,4 +162,5 @@ def project(
         _column(charts, len(source_triangles)),
         positions,
         _triangles(triangles, len(positions)),
+        one_chart,
     )

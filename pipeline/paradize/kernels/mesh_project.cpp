@@ -82,6 +82,19 @@ class Original {
         return best;
     }
 
+    // The nearest triangle of the chart that the triangle `from` belongs to.
+    std::uint32_t nearest_of_chart(Vec p, std::uint32_t from, std::span<const std::uint32_t> charts) {
+        Hit best{from, foot(from, p).distance};
+        tree_.search({p.x, p.y, p.z}, best.distance, room_, [&](std::uint32_t t) {
+            if (charts[t] != charts[from])
+                return;
+            const double d = foot(t, p).distance;
+            if (d < best.distance || (d == best.distance && t < best.triangle))
+                best = {t, d};
+        });
+        return best.triangle;
+    }
+
   private:
     Vec corner(std::size_t triangle, std::size_t k) const {
         const auto &c = tree_.corners(triangle)[k];
@@ -97,7 +110,7 @@ class Original {
 
 Places project(std::span<const float> source_positions, std::span<const std::uint32_t> source_triangles,
                std::span<const std::uint32_t> charts, std::span<const float> positions,
-               std::span<const std::uint32_t> triangles) {
+               std::span<const std::uint32_t> triangles, bool one_chart) {
     Original original(source_positions, source_triangles);
     std::vector<std::uint32_t> found(triangles.size());
     for (std::size_t t = 0; t < triangles.size() / 3; ++t) {
@@ -105,6 +118,15 @@ Places project(std::span<const float> source_positions, std::span<const std::uin
                   c = at3(positions, triangles[t * 3 + 2]);
         const Vec normal = unit(cross(b - a, c - a));
         const Vec middle = (1.0 / 3) * (a + b + c);
+        if (one_chart) {
+            Hit under = original.nearest(middle, normal);
+            if (under.triangle == 0xffffffffu)
+                under = original.nearest(middle, {});
+            for (std::size_t k = 0; k < 3; ++k)
+                found[t * 3 + k] =
+                    original.nearest_of_chart(at3(positions, triangles[t * 3 + k]), under.triangle, charts);
+            continue;
+        }
         for (std::size_t k = 0; k < 3; ++k) {
             const Vec p = at3(positions, triangles[t * 3 + k]);
             const Vec inside = p + inset * (middle - p);

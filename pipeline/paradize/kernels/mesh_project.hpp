@@ -19,6 +19,6 @@ struct Places {
 // nearest to the corner itself. Corners that share a vertex and meet the same chart share one place.
 Places project(std::span<const float> source_positions, std::span<const std::uint32_t> source_triangles,
                std::span<const std::uint32_t> charts, std::span<const float> positions,
-               std::span<const std::uint32_t> triangles);
+               std::span<const std::uint32_t> triangles, bool one_chart);
 
 } // namespace paradize::mesh

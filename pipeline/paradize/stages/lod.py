@@ -2,9 +2,9 @@
 attributes).
 
 Both are given a mesh centred on the origin with a diagonal of fixed length: their thresholds are absolute
-or float32. Texture seams and borders between materials stay closed: vertices are joined only where
-position, texture coordinate and material agree, and what lies on such a border moves along it or not at
-all. Parts that would lose most of their area (leaves, cards, ropes) are kept whole.
+or float32. Surfaces stay closed at texture seams and borders between materials: vertices are joined only
+where position, texture coordinate and material agree, and what lies on such a border moves along it or not
+at all. Parts that would lose most of their area (leaves, cards, ropes) are kept whole.
 
 Sources: M. Garland and P. Heckbert, "Surface simplification using quadric error metrics", 1997; H. Hoppe,
 "New quadric metric for simplifying meshes with appearance attributes", 1999.
@@ -18,11 +18,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from paradize.data import Group, Mesh
+from paradize.data import Mesh
 from paradize.errors import BakeError
-from paradize.kernels.mesh import number_corners, number_rows, project, topology
+from paradize.kernels.mesh import number_corners, number_rows, topology
+from paradize.stages.reproject import group_of as triangle_groups
+from paradize.stages.reproject import groups_of, take_attributes, with_groups
 from paradize.stages.simplifiers import fast_simplify, meshopt_simplify
-from paradize.stages.split import ATTRIBUTES, split_by
+from paradize.stages.split import ATTRIBUTES
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -40,6 +42,9 @@ _LARGEST_IMAGE = 4.0  # of the diagonal: no image is stretched to more
 # first.
 _KEPT_AREA = (0.75, 0.5, 0.25)
 _NEAR = 1.2
+# Hard edges, then seams, everywhere leave nothing to collapse: where a level is not reached with them they
+# are let go, and taken from the original surface again.
+_RELEASED = (("normals",), ("normals", "uvs", "uvs1"))
 _ROUNDS = 8
 # fast-simplification's thresholds hold for this diagonal; its `agg` is raised only where a target is missed.
 _FAST_DIAGONAL = 3.5
@@ -48,11 +53,14 @@ _FAST_AGG = (3, 4, 5, 6, 7, 8)
 
 @dataclass(frozen=True)
 class Level:
-    """A simplified mesh; `note` says why it has more triangles than were asked for, and is empty
-    otherwise."""
+    """A simplified mesh; `note` says why it has more triangles than were asked for, and is empty otherwise.
+
+    seams_kept: triangles end at texture seams still; where not, the texture is stretched beside some.
+    """
 
     mesh: Mesh
     note: str
+    seams_kept: bool = True
 
 
 def lod_chain(mesh: Mesh, count: int, tier: str = "balanced") -> list[Level]:
@@ -88,14 +96,14 @@ def simplify(mesh: Mesh, target: int, tier: str = "balanced", *, original: Mesh 
     original = mesh if original is None else replace(original, tangents=None)
     if tier == "fast":
         return _simplify_fast(mesh, target, original)
-    level = _simplify_balanced(mesh, target, original, keep_normals=True)
-    if level.note and mesh.normals is not None:
-        # Hard edges everywhere leave nothing to collapse: let normals go and take them from the surface
-        # again.
-        other = _simplify_balanced(mesh, target, original, keep_normals=False)
-        if len(other.mesh.triangles) < 0.95 * len(level.mesh.triangles):
-            return other
-    return level
+    best = _simplify_balanced(mesh, target, original, ())
+    for released in _RELEASED:
+        if not best.note or len(best.mesh.triangles) <= _NEAR * target:
+            break
+        level = _simplify_balanced(mesh, target, original, released)
+        if len(level.mesh.triangles) < 0.95 * len(best.mesh.triangles):
+            best = level
+    return best
 
 
 def _normalised(positions: npt.NDArray[np.float32], diagonal: float) -> tuple[npt.NDArray[np.float64], float]:
@@ -118,28 +126,6 @@ def _areas(positions: npt.NDArray[np.float64], triangles: npt.NDArray[np.uint32]
     return np.asarray(0.5 * np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]))
 
 
-def _groups(mesh: Mesh) -> tuple[Group, ...]:
-    return mesh.groups or (Group("default", "default", 0, len(mesh.triangles)),)
-
-
-def _group_of(mesh: Mesh) -> npt.NDArray[np.uint32]:
-    """The number of each triangle's group."""
-    groups = _groups(mesh)
-    return np.repeat(np.arange(len(groups), dtype=np.uint32), [group.count for group in groups])
-
-
-def _with_groups(mesh: Mesh, group_of: npt.NDArray[np.uint32], groups: tuple[Group, ...]) -> Mesh:
-    """Triangles sorted by group (keeping their order within one), and the groups that still have any."""
-    order = np.argsort(group_of, kind="stable")
-    counts = np.bincount(group_of, minlength=len(groups))
-    first, found = 0, []
-    for group, count in zip(groups, counts.tolist(), strict=True):
-        if count:
-            found.append(Group(group.name, group.material, first, count))
-            first += count
-    return replace(mesh, triangles=np.ascontiguousarray(mesh.triangles[order]), groups=tuple(found))
-
-
 def _used_only(mesh: Mesh) -> Mesh:
     """Vertices that a triangle uses, in the order of their first use."""
     index, first = number_corners(mesh.triangles.reshape(-1), np.zeros((mesh.triangles.size, 1), np.float32))
@@ -151,14 +137,15 @@ def _used_only(mesh: Mesh) -> Mesh:
     return replace(mesh, **arrays, triangles=index.reshape(-1, 3))  # type: ignore[arg-type]
 
 
-def _joined(mesh: Mesh, *, normals: bool) -> tuple[Mesh, npt.NDArray[np.uint32]]:
-    """Vertices joined where position, uvs, group (and normal, where asked) agree; and the group of each
-    vertex."""
+def _joined(mesh: Mesh, released: tuple[str, ...]) -> tuple[Mesh, npt.NDArray[np.uint32]]:
+    """Vertices joined where position, group and all attributes but the released ones agree; and the group of
+    each vertex."""
     base = mesh.triangles.reshape(-1)
-    columns = [mesh.positions[base], np.repeat(_group_of(mesh), 3)[:, None].astype(np.float32)]
-    columns += [values[base] for values in (mesh.uvs, mesh.uvs1) if values is not None]
-    if normals and mesh.normals is not None:
-        columns.append(mesh.normals[base])
+    columns = [mesh.positions[base], np.repeat(triangle_groups(mesh), 3)[:, None].astype(np.float32)]
+    for name in ("uvs", "uvs1", "normals"):
+        values = getattr(mesh, name)
+        if values is not None and name not in released:
+            columns.append(values[base])
     index, first = number_rows(np.concatenate(columns, axis=1))
     source = base[first]
     arrays = {
@@ -166,17 +153,16 @@ def _joined(mesh: Mesh, *, normals: bool) -> tuple[Mesh, npt.NDArray[np.uint32]]
         for name in ("positions", *ATTRIBUTES)
     }
     joined = replace(mesh, **arrays, triangles=index.reshape(-1, 3))  # type: ignore[arg-type]
-    return joined, np.repeat(_group_of(mesh), 3)[first]
+    return joined, np.repeat(triangle_groups(mesh), 3)[first]
 
 
-# --- balanced
-# ----------------------------------------------------------------------------------------------------
+# --- balanced ---
 
 
-def _simplify_balanced(mesh: Mesh, target: int, original: Mesh, *, keep_normals: bool) -> Level:
-    joined, vertex_group = _joined(mesh, normals=keep_normals)
+def _simplify_balanced(mesh: Mesh, target: int, original: Mesh, released: tuple[str, ...]) -> Level:
+    joined, vertex_group = _joined(mesh, released)
     points, _ = _normalised(joined.positions, 1.0)
-    attributes, weights = _attributes(joined, points, normals=keep_normals)
+    attributes, weights = _attributes(joined, points, released)
     places, first = number_rows(joined.positions)
     island = topology(places[joined.triangles], len(first)).island[places]
     area = np.bincount(
@@ -209,9 +195,9 @@ def _simplify_balanced(mesh: Mesh, target: int, original: Mesh, *, keep_normals:
     group_of = vertex_group[triangles[:, 0]]
     if (vertex_group[triangles] != group_of[:, None]).any():
         raise BakeError("the simplifier joined triangles of two materials")
-    result = _with_groups(replace(joined, triangles=triangles, groups=()), group_of, _groups(mesh))
-    if not keep_normals:
-        result = _take_attributes(original, result, ("normals",))
+    result = with_groups(replace(joined, triangles=triangles, groups=()), group_of, groups_of(mesh))
+    if released:
+        result = take_attributes(original, result, released, one_chart="uvs" in released)
     result = _used_only(result)
     note = ""
     if len(triangles) > 1.1 * target:
@@ -221,21 +207,23 @@ def _simplify_balanced(mesh: Mesh, target: int, original: Mesh, *, keep_normals:
             else "seams and borders hold the rest"
         )
         note = f"{len(triangles)} triangles where {target} were asked: {why}"
-    return Level(result, note)
+    seams_kept = mesh.uvs is None or "uvs" not in released
+    return Level(result, note, seams_kept)
 
 
 def _attributes(
-    mesh: Mesh, points: npt.NDArray[np.float64], *, normals: bool
+    mesh: Mesh, points: npt.NDArray[np.float64], released: tuple[str, ...]
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     """Attributes (n, k) in units of the diagonal's length, and their weights: a slid texture counts as far
     as it slid."""
     columns: list[npt.NDArray[np.float32]] = []
     weights: list[float] = []
-    if normals and mesh.normals is not None:
+    if mesh.normals is not None and "normals" not in released:
         columns.append(mesh.normals)
         weights += [_NORMAL_WEIGHT] * 3
-    for uvs in (mesh.uvs, mesh.uvs1):
-        if uvs is None:
+    for name in ("uvs", "uvs1"):
+        uvs = getattr(mesh, name)
+        if uvs is None or name in released:
             continue
         flat = np.concatenate([uvs.astype(np.float64), np.zeros((len(uvs), 1))], axis=1)
         surface, image = fsum(_areas(points, mesh.triangles)), fsum(_areas(flat, mesh.triangles))
@@ -253,15 +241,14 @@ def _attributes(
     )
 
 
-# --- fast
-# --------------------------------------------------------------------------------------------------------
+# --- fast ---
 
 
 def _simplify_fast(mesh: Mesh, target: int, original: Mesh) -> Level:
     """fast-simplification moves vertices and knows no attributes: borders stay where they are, and every
     corner takes its attributes from the nearest place of the original surface."""
-    joined, _ = _joined(mesh, normals=False)
-    joined = replace(joined, groups=_groups(mesh))
+    joined, _ = _joined(mesh, ("normals",))
+    joined = replace(joined, groups=groups_of(mesh))
     points, unit = _normalised(joined.positions, _FAST_DIAGONAL)
     best_points, best = points, joined.triangles
     for agg in _FAST_AGG:
@@ -274,47 +261,8 @@ def _simplify_fast(mesh: Mesh, target: int, original: Mesh) -> Level:
     wide = joined.positions.astype(np.float64)
     centre = (wide.min(axis=0) + wide.max(axis=0)) / 2
     simple = Mesh((best_points * unit + centre).astype(np.float32), best)
-    result = _take_attributes(original, simple, ATTRIBUTES, groups=True)
+    result = take_attributes(original, simple, ATTRIBUTES, groups=True)
     note = ""
     if len(best) > 1.1 * target:
         note = f"{len(best)} triangles where {target} were asked: borders and seams stay where they are"
     return Level(_used_only(result), note)
-
-
-# --- attributes from the original surface
-# ------------------------------------------------------------------------
-
-
-def _take_attributes(source: Mesh, simple: Mesh, names: tuple[str, ...], *, groups: bool = False) -> Mesh:
-    """`simple` with the named attributes (and groups) of the nearest places of `source`."""
-    charts = topology(source.triangles, len(source.positions)).component
-    middle = source.positions.astype(np.float64)
-    centre = (middle.min(axis=0) + middle.max(axis=0)) / 2
-    # Relative to the centre, so that an offset costs the kernel's float32 nothing.
-    place, weights = project(
-        (source.positions - centre).astype(np.float32),
-        source.triangles,
-        charts,
-        (simple.positions - centre).astype(np.float32),
-        simple.triangles,
-    )
-    corners = {}
-    for name in names:
-        values = getattr(source, name)
-        if values is None:
-            continue
-        rows = values[source.triangles[place]].astype(np.float64)
-        mixed = rows[:, 0] * weights[:, :1] + rows[:, 1] * weights[:, 1:2] + rows[:, 2] * weights[:, 2:]
-        if name == "normals":
-            length = np.sqrt(
-                mixed[:, 0] * mixed[:, 0] + mixed[:, 1] * mixed[:, 1] + mixed[:, 2] * mixed[:, 2]
-            )
-            mixed = np.where(length[:, None] > 1e-6, mixed / np.maximum(length, 1e-30)[:, None], rows[:, 0])
-        corners[name] = mixed.astype(np.float32)
-    result = split_by(simple, **corners) if corners else simple
-    if groups:
-        group_of = _group_of(source)[place].reshape(-1, 3)
-        # A triangle belongs where two of its corners do, else where its first does.
-        voted = np.where(group_of[:, 1] == group_of[:, 2], group_of[:, 1], group_of[:, 0])
-        result = _with_groups(result, voted, _groups(source))
-    return result
