@@ -110,3 +110,33 @@ def test_names_with_control_characters_leave_every_format_readable(tmp_path: Pat
     assert "PZ101" in ElementTree.fromstring(render(findings, "junit")).findtext(".//failure", "")
     for form in ("json", "sarif"):
         json.loads(render(findings, form))
+
+
+def test_many_primitives_on_the_same_arrays_ask_for_no_more_work(glb: bytes) -> None:
+    """A small file must not keep the checker busy for hours, nor fill the memory."""
+    length = struct.unpack_from("<I", glb, 12)[0]
+    tree, rest = json.loads(glb[20 : 20 + length]), glb[20 + length :]
+    tree["meshes"][0]["primitives"] *= 20_000
+    assert not list(check_mesh(packed(tree, rest), "a.glb"))
+    with pytest.raises(FormatError, match="triangles of"):
+        decode_glb(packed(tree, rest), "a.glb")
+    tree = json.loads(glb[20 : 20 + length])
+    primitive = tree["meshes"][0]["primitives"][0]
+    normal = tree["accessors"][primitive["attributes"]["NORMAL"]]
+    for _ in range(5_000):
+        tree["accessors"].append(normal)
+        more = {**primitive["attributes"], "NORMAL": len(tree["accessors"]) - 1}
+        tree["meshes"][0]["primitives"].append({**primitive, "attributes": more})
+    found = list(check_mesh(packed(tree, rest), "a.glb"))
+    assert found[0].code == "PZ102" and "times over" in found[0].what
+
+
+def test_a_fault_of_vertices_that_primitives_share_is_told_once(glb: bytes) -> None:
+    length = struct.unpack_from("<I", glb, 12)[0]
+    tree = json.loads(glb[20 : 20 + length])
+    tree["meshes"][0]["primitives"] *= 3
+    at = tree["accessors"][tree["meshes"][0]["primitives"][0]["attributes"]["POSITION"]]["bufferView"]
+    rest = bytearray(glb[20 + length :])
+    struct.pack_into("<f", rest, 8 + tree["bufferViews"][at]["byteOffset"], float("nan"))
+    found = [finding for finding in check_mesh(packed(tree, bytes(rest)), "a.glb") if finding.code == "PZ202"]
+    assert len(found) == 1 and found[0].count == 1

@@ -18,6 +18,7 @@ from paradize.errors import FormatError
 
 _TYPES = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 _SHAPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+_OVERLAP = 8
 _WIDTHS = {"POSITION": 3, "NORMAL": 3, "TANGENT": 4}
 # What a JSON chunk of any shape can make of the lookups below.
 _UNREADABLE = (
@@ -51,7 +52,8 @@ class Level:
 
 
 def read_levels(data: bytes, file: object) -> list[Level]:
-    """Every node that has a mesh, in the file's order. Raises FormatError (file, place)."""
+    """Every node that has a mesh, in the file's order; an accessor that is named twice is one array. Raises
+    FormatError (file, place)."""
     place = "byte 0"
     try:
         magic, version, total = struct.unpack_from("<4sII", data, 0)
@@ -73,6 +75,7 @@ def read_levels(data: bytes, file: object) -> list[Level]:
                 raise ValueError("no BIN chunk")
             binary = data[28 + length : 28 + length + size]
         place = "/nodes"
+        arrays = _Arrays(tree, binary)
         levels = []
         for k, node in enumerate(tree.get("nodes", [])):
             if "mesh" not in node:
@@ -84,13 +87,10 @@ def read_levels(data: bytes, file: object) -> list[Level]:
                 place = f"/meshes/{node['mesh']}/primitives/{i}"
                 indices = None
                 if "indices" in primitive:
-                    indices = _accessor(tree, binary, primitive["indices"])[:, 0]
+                    indices = arrays.indices(primitive["indices"])
                     if indices.dtype.kind != "u":
                         raise ValueError(f"indices are {indices.dtype}, not unsigned integers")
-                attributes = {
-                    name: _accessor(tree, binary, at).astype(np.float32)
-                    for name, at in primitive["attributes"].items()
-                }
+                attributes = {name: arrays.floats(at) for name, at in primitive["attributes"].items()}
                 for name, values in attributes.items():
                     if values.shape[1] != _WIDTHS.get(name, values.shape[1]):
                         raise ValueError(f"{name} has {values.shape[1]} numbers, not {_WIDTHS[name]}")
@@ -100,6 +100,40 @@ def read_levels(data: bytes, file: object) -> list[Level]:
         text = f"{error} is missing" if isinstance(error, KeyError) else str(error)
         raise FormatError(text, file=file, place=place) from None
     return levels
+
+
+class _Arrays:
+    """The accessors of a file, each read once. Together they may hold a file's bytes a few times over, no
+    more: a small file must not ask for endless work."""
+
+    def __init__(self, tree: Any, binary: bytes) -> None:
+        self._tree, self._binary = tree, binary
+        self._found: dict[int, npt.NDArray[Any]] = {}
+        self._indices: dict[int, npt.NDArray[Any]] = {}
+        self._floats: dict[int, npt.NDArray[np.float32]] = {}
+        self._left = _OVERLAP * len(binary) + (1 << 20)
+
+    def of(self, index: int) -> npt.NDArray[Any]:
+        """An accessor's values, (count, components)."""
+        if index not in self._found:
+            values = _accessor(self._tree, self._binary, index)
+            self._left -= values.nbytes
+            if self._left < 0:
+                raise ValueError(f"accessors hold the file's bytes more than {_OVERLAP} times over")
+            self._found[index] = values
+        return self._found[index]
+
+    def indices(self, index: int) -> npt.NDArray[Any]:
+        """An accessor's first components, (count,)."""
+        if index not in self._indices:
+            self._indices[index] = self.of(index)[:, 0]
+        return self._indices[index]
+
+    def floats(self, index: int) -> npt.NDArray[np.float32]:
+        """The same as float32."""
+        if index not in self._floats:
+            self._floats[index] = self.of(index).astype(np.float32)
+        return self._floats[index]
 
 
 def _accessor(tree: Any, binary: bytes, index: int) -> npt.NDArray[Any]:

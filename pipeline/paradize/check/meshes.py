@@ -22,9 +22,17 @@ def check_mesh(data: bytes, file: str) -> Iterator[Finding]:
     except FormatError as error:
         yield Finding("PZ102", file, error.what, error.place or "")
         return
+    seen: set[object] = set()
     for level in levels:
         for primitive in level.primitives:
-            yield from _primitive(level, primitive, file)
+            where = f"{level.name} {primitive.place}"
+            # Primitives often share their vertices: what is wrong with those is told once.
+            vertices = tuple(sorted((name, id(values)) for name, values in primitive.attributes.items()))
+            if vertices not in seen:
+                yield from _vertices(primitive, file, where)
+            if (vertices, id(primitive.indices)) not in seen:
+                yield from _triangles(primitive, file, where)
+            seen |= {vertices, (vertices, id(primitive.indices))}
     yield from _order(levels, file)
 
 
@@ -39,8 +47,7 @@ def _length(v: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
         return np.asarray(np.sqrt((wide * wide).sum(axis=1)), np.float64)
 
 
-def _primitive(level: Level, primitive: Primitive, file: str) -> Iterator[Finding]:
-    where = f"{level.name} {primitive.place}"
+def _vertices(primitive: Primitive, file: str, where: str) -> Iterator[Finding]:
     attributes = primitive.attributes
     positions = attributes.get("POSITION")
     if positions is None:
@@ -59,17 +66,6 @@ def _primitive(level: Level, primitive: Primitive, file: str) -> Iterator[Findin
         else:
             yield Finding("PZ102", file, f"{len(values)} of {name} for {len(finite)} vertices", where)
             return
-    indices = primitive.indices
-    if indices is not None:
-        bad = indices >= len(positions)
-        if bad.any():
-            count, first = _rows(bad)
-            what = f"index {int(indices[first])} of {len(positions)} vertices"
-            yield Finding("PZ201", file, what, f"{where} corner {first}", count)
-        elif len(indices) % 3:
-            yield Finding("PZ102", file, f"{len(indices)} indices are no triangles", where)
-        else:
-            yield from _degenerate(positions, indices.reshape(-1, 3), file, where)
     normals = attributes.get("NORMAL")
     if normals is None:
         return
@@ -80,6 +76,21 @@ def _primitive(level: Level, primitive: Primitive, file: str) -> Iterator[Findin
         yield Finding("PZ203", file, f"a length of {length[first]:.4g}", f"{where} vertex {first}", count)
     if "TANGENT" in attributes:
         yield from _tangents(normals, attributes["TANGENT"], finite & ~bad, file, where)
+
+
+def _triangles(primitive: Primitive, file: str, where: str) -> Iterator[Finding]:
+    positions, indices = primitive.attributes.get("POSITION"), primitive.indices
+    if positions is None or indices is None:
+        return
+    bad = indices >= len(positions)
+    if bad.any():
+        count, first = _rows(bad)
+        what = f"index {int(indices[first])} of {len(positions)} vertices"
+        yield Finding("PZ201", file, what, f"{where} corner {first}", count)
+    elif len(indices) % 3:
+        yield Finding("PZ102", file, f"{len(indices)} indices are no triangles", where)
+    else:
+        yield from _degenerate(positions, indices.reshape(-1, 3), file, where)
 
 
 def _tangents(

@@ -222,6 +222,8 @@ def _read_level(reader: _Reader, at: int) -> Lod:
         )
         parts.append(indices.astype(np.uint32).reshape(-1, 3))
         first += len(indices) // 3
+        if first * 6 > len(reader.binary):  # else a small file could ask for endless triangles
+            raise reader.fault(f"{first} triangles of {len(reader.binary)} bytes", place)
     return Lod(Mesh(**arrays, triangles=np.concatenate(parts), groups=tuple(groups)), errors[0], errors[1])
 
 
