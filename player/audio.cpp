@@ -5,15 +5,17 @@
 #include <sndfile.h>
 
 #include <algorithm>
-#include <cstdint>
+#include <cmath>
 #include <cstdio>
-#include <vector>
+#include <new>
+#include <span>
 
 namespace paradize {
 
 namespace {
 
-constexpr sf_count_t most_samples = sf_count_t{1} << 27; // 256 MiB of 16 bits
+constexpr std::size_t most_samples = std::size_t{1} << 27; // 256 MiB of 16 bits
+constexpr sf_count_t block_frames = 16384;
 
 struct CloseFile {
     void operator()(SNDFILE *file) const { sf_close(file); }
@@ -29,6 +31,37 @@ struct CloseContext {
 };
 
 } // namespace
+
+const char *read_sound(const std::filesystem::path &path, SoundSamples &out) {
+    std::error_code unknown;
+    if (!std::filesystem::is_regular_file(path, unknown)) { // opening a pipe would wait for ever
+        return "is no file";
+    }
+    SF_INFO info{};
+    const std::unique_ptr<SNDFILE, CloseFile> file(sf_open(path.c_str(), SFM_READ, &info));
+    if (!file) {
+        return sf_strerror(nullptr);
+    }
+    if (info.channels < 1 || info.channels > 2 || info.samplerate < 1) {
+        return "is not mono or stereo";
+    }
+    out.channels = info.channels;
+    out.per_s = info.samplerate;
+    // As floats, clipped here: libsndfile's conversion of Vorbis to integers wraps what is too loud. Grows as
+    // it is read: a header may promise what the file does not hold.
+    std::vector<float> block(static_cast<std::size_t>(block_frames * info.channels));
+    while (const sf_count_t frames = sf_readf_float(file.get(), block.data(), block_frames)) {
+        const auto count = static_cast<std::size_t>(frames * info.channels);
+        if (frames < 0 || out.samples.size() + count > most_samples) {
+            return "is too long";
+        }
+        for (const float value : std::span(block).first(count)) {
+            const float kept = std::isfinite(value) ? std::clamp(value, -1.0F, 1.0F) : 0.0F;
+            out.samples.push_back(static_cast<std::int16_t>(std::lround(kept * 32767.0F)));
+        }
+    }
+    return out.samples.empty() ? "holds no samples" : nullptr;
+}
 
 struct Audio::Impl {
     std::unique_ptr<ALCdevice, CloseDevice> device;
@@ -52,19 +85,9 @@ struct Audio::Impl {
 
     /// What went wrong, or nullptr.
     const char *load(const std::filesystem::path &path) {
-        SF_INFO info{};
-        const std::unique_ptr<SNDFILE, CloseFile> file(sf_open(path.c_str(), SFM_READ, &info));
-        if (!file) {
-            return sf_strerror(nullptr);
-        }
-        if (info.channels < 1 || info.channels > 2 || info.frames < 1 || info.samplerate < 1 ||
-            info.frames > most_samples / info.channels) {
-            return "is not mono or stereo, is empty or too long";
-        }
-        std::vector<std::int16_t> samples(static_cast<std::size_t>(info.frames * info.channels));
-        const sf_count_t read = sf_readf_short(file.get(), samples.data(), info.frames);
-        if (read < 1) {
-            return "holds no samples";
+        SoundSamples sound;
+        if (const char *problem = read_sound(path, sound)) {
+            return problem;
         }
         if (!context) {
             device.reset(alcOpenDevice(nullptr));
@@ -80,8 +103,9 @@ struct Audio::Impl {
         alGetError();
         alGenBuffers(1, &buffer);
         alGenSources(1, &source);
-        alBufferData(buffer, info.channels == 1 ? AL_FORMAT_MONO16 : AL_FORMAT_STEREO16, samples.data(),
-                     static_cast<ALsizei>(read * info.channels * 2), info.samplerate);
+        alBufferData(buffer, sound.channels == 1 ? AL_FORMAT_MONO16 : AL_FORMAT_STEREO16,
+                     sound.samples.data(), static_cast<ALsizei>(sound.samples.size() * sizeof(std::int16_t)),
+                     sound.per_s);
         alSourcei(source, AL_BUFFER, static_cast<ALint>(buffer));
         alSourcei(source, AL_LOOPING, AL_TRUE);
         alSourcef(source, AL_GAIN, volume);
@@ -94,7 +118,13 @@ Audio::~Audio() = default;
 
 bool Audio::load(const std::filesystem::path &file) {
     impl_ = std::make_unique<Impl>();
-    if (const char *problem = impl_->load(file)) {
+    const char *problem = nullptr;
+    try {
+        problem = impl_->load(file);
+    } catch (const std::bad_alloc &) {
+        problem = "is too long for the memory that is left";
+    }
+    if (problem != nullptr) {
         std::fprintf(stderr, "paradize-player: no sound: %s: %s\n", file.c_str(), problem);
         impl_.reset();
     }

@@ -1,10 +1,21 @@
 #pragma once
 // One looping sound. Nothing here throws: without a device or a file the show is silent, and says so once.
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 namespace paradize {
+
+struct SoundSamples {
+    std::vector<std::int16_t> samples; // channels interleaved; what is louder than full scale is clipped
+    int channels = 1;                  // 1 or 2
+    int per_s = 0;                     // samples of one channel in a second
+};
+
+/// Decodes a whole file that libsndfile reads. What went wrong, or nullptr.
+const char *read_sound(const std::filesystem::path &file, SoundSamples &out);
 
 class Audio {
   public:
