@@ -14,7 +14,7 @@ int main(int argc, char **argv) {
         const paradize::Options options =
             paradize::parse_options({argv + 1, argv + (argc > 0 ? argc : 1)}, paradize::pass_names());
         if (options.help) {
-            std::fputs(paradize::usage(paradize::pass_names()).c_str(), stdout);
+            paradize::print(paradize::usage(paradize::pass_names()));
             return 0;
         }
         return paradize::run(options);

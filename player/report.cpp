@@ -1,7 +1,13 @@
 #include "report.hpp"
 
+#include "error.hpp"
+
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <link.h>
 #include <sys/resource.h>
 
 namespace paradize {
@@ -52,6 +58,14 @@ std::string quoted(const std::string &raw) {
     return out + "\"";
 }
 
+std::string quoted(const std::vector<std::string> &texts) {
+    std::string out = "[";
+    for (const std::string &text : texts) {
+        out += (out.size() == 1 ? "" : ", ") + quoted(text);
+    }
+    return out + "]";
+}
+
 } // namespace
 
 double median(std::vector<double> values) {
@@ -67,6 +81,34 @@ std::uint64_t peak_rss_bytes() {
     struct rusage usage {};
     ::getrusage(RUSAGE_SELF, &usage);
     return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+void print(const std::string &text) {
+    if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0) {
+        throw Error(std::string("standard output: cannot write: ") + std::strerror(errno));
+    }
+}
+
+std::uint64_t program_bytes() {
+    std::error_code failure;
+    const std::uintmax_t bytes = std::filesystem::file_size("/proc/self/exe", failure);
+    return failure ? 0 : bytes;
+}
+
+std::vector<std::string> shared_libraries() {
+    std::vector<std::string> out;
+    ::dl_iterate_phdr(
+        [](dl_phdr_info *info, std::size_t /*bytes*/, void *names) {
+            // The program itself has no name, the kernel's page has no folder.
+            if (const std::string_view path = info->dlpi_name; path.find('/') != std::string_view::npos) {
+                static_cast<std::vector<std::string> *>(names)->emplace_back(
+                    path.substr(path.rfind('/') + 1));
+            }
+            return 0;
+        },
+        &out);
+    std::sort(out.begin(), out.end());
+    return out;
 }
 
 std::string printable(const std::string &text) {
@@ -92,12 +134,11 @@ std::string to_json(const Report &report) {
         static_cast<unsigned long long>(report.total_bytes),
         static_cast<unsigned long long>(peak_rss_bytes()));
     std::string out = numbers;
-    out += ", \"gl_renderer\": " + quoted(report.renderer) + ", \"gl_version\": " + quoted(report.version) +
-           ", \"screenshots\": [";
-    for (std::size_t i = 0; i < report.screenshots.size(); ++i) {
-        out += (i == 0 ? "" : ", ") + quoted(report.screenshots[i]);
-    }
-    return out + "]}";
+    out += ", \"program_bytes\": " + std::to_string(program_bytes()) +
+           ", \"shared_libraries\": " + quoted(shared_libraries()) +
+           ", \"gl_renderer\": " + quoted(report.renderer) + ", \"gl_version\": " + quoted(report.version) +
+           ", \"screenshots\": " + quoted(report.screenshots);
+    return out + "}";
 }
 
 } // namespace paradize

@@ -26,6 +26,15 @@ std::uint64_t peak_rss_bytes();
 /// file's bytes must not reach the terminal.
 std::string printable(const std::string &text);
 
+/// Writes all of the text to standard output. Throws Error where that is closed or full.
+void print(const std::string &text);
+
+/// Bytes of the program's own file (the release build is stripped); 0 when it cannot be asked.
+std::uint64_t program_bytes();
+
+/// File names of the shared libraries that are loaded now, the graphics driver's among them, sorted.
+std::vector<std::string> shared_libraries();
+
 /// One JSON object, one line.
 std::string to_json(const Report &report);
 
