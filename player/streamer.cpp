@@ -62,7 +62,7 @@ struct StreamItem {
     assets::MappedFile file;
     assets::Ktx2 ktx;
     assets::Glb glb;
-    std::string path;
+    std::string path; // empty: not opened yet, or a sound
     StreamedTexture texture;
     StreamedMesh mesh;
     assets::ArtifactKind kind = assets::ArtifactKind::sound;
@@ -205,11 +205,9 @@ struct Streamer::Impl {
 
 Streamer::Streamer(const assets::SceneFile &file, const std::filesystem::path &folder)
     : impl_(std::make_unique<Impl>(file)) {
-    std::vector<std::uint32_t> order = file.streaming;
+    std::vector<std::uint32_t> order = file.streaming; // and after it what it does not name
     for (std::uint32_t i = 0; i < file.artifacts.size(); ++i) {
-        if (std::find(order.begin(), order.end(), i) == order.end()) {
-            order.push_back(i);
-        }
+        order.push_back(i);
     }
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     // What a mesh does not have: a normal upwards, a tangent along X, white.
@@ -217,7 +215,7 @@ Streamer::Streamer(const assets::SceneFile &file, const std::filesystem::path &f
     glVertexAttrib4f(gl::attribute_tangent, 1.0F, 0.0F, 0.0F, 1.0F);
     glVertexAttrib4f(gl::attribute_color, 1.0F, 1.0F, 1.0F, 1.0F);
     for (const std::uint32_t index : order) {
-        if (impl_->items[index].kind == assets::ArtifactKind::sound && impl_->items[index].path.empty()) {
+        if (impl_->items[index].path.empty()) {
             impl_->open(index, folder);
         }
     }

@@ -87,6 +87,7 @@ class Reader {
         out.name = node.text_or("name", "");
         const JsonObject &mesh = meshes_[index(node, "mesh", meshes_.size())];
         std::optional<long long> vertices_from;
+        std::size_t room = bin_.size();
         for (const JsonObject &primitive : mesh.objects("primitives", most_entries)) {
             const JsonObject attributes = primitive.object("attributes");
             if (primitive.integer_or("mode", 0, 6, 4) != 4) {
@@ -100,7 +101,7 @@ class Reader {
                 read_attributes(attributes, out);
                 vertices_from = positions;
             }
-            read_indices(primitive, out);
+            read_indices(primitive, room, out);
         }
         if (out.primitives.empty()) {
             mesh.fail("primitives", "are missing");
@@ -181,7 +182,7 @@ class Reader {
         out.colors = maybe("COLOR_0", "VEC4", 4);
     }
 
-    void read_indices(const JsonObject &primitive, GlbLevel &out) const {
+    void read_indices(const JsonObject &primitive, std::size_t &room, GlbLevel &out) const {
         const Accessor indices = accessor(primitive, "indices", "SCALAR", 1);
         if (indices.component == float_type || indices.count % 3 != 0) {
             primitive.fail("indices", "must be whole triangles of uint16 or uint32");
@@ -191,6 +192,11 @@ class Reader {
             primitive.fail("indices", "must have one type in all primitives of a level");
         }
         out.index_bytes = bytes;
+        // Primitives that share indices would make a small file a large mesh.
+        if (indices.bytes.size() > room) {
+            primitive.fail("indices", "the level's primitives have more indices than the buffer holds");
+        }
+        room -= indices.bytes.size();
         const long long last = static_cast<long long>(materials_.size()) - 1;
         out.primitives.push_back({static_cast<std::uint32_t>(primitive.integer_or("material", 0, last, 0)),
                                   indices.bytes, indices.count});

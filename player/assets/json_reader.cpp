@@ -1,13 +1,13 @@
-// The one file that includes nlohmann/json (it costs seconds to compile).
+// The one file that, with unique_keys.hpp, includes nlohmann/json (it costs seconds to compile).
 #include "assets/json_reader.hpp"
 
+#include "assets/unique_keys.hpp"
 #include "error.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <sstream>
 
 namespace paradize::assets {
@@ -250,21 +250,17 @@ JsonDocument::JsonDocument(std::string_view text, const std::string &file)
         throw Error(file + ": " + std::to_string(text.size()) + " bytes of JSON, at most " +
                     std::to_string(most_bytes) + " are taken");
     }
+    UniqueKeys unique;
+    Json::sax_parse(text, &unique);
+    if (!unique.twice.empty()) {
+        throw Error(file + ": key \"" + unique.twice + "\" appears twice in one object");
+    }
     try {
-        std::vector<std::set<std::string>> keys;
-        value_->json = Json::parse(text, [&](int /*depth*/, Json::parse_event_t event, Json &parsed) {
-            if (event == Json::parse_event_t::object_start) {
-                keys.emplace_back();
-            } else if (event == Json::parse_event_t::object_end) {
-                keys.pop_back();
-            } else if (event == Json::parse_event_t::key &&
-                       !keys.back().insert(parsed.get<std::string>()).second) {
-                throw Error(file + ": key \"" + parsed.get<std::string>() + "\" appears twice in one object");
-            }
-            return true;
-        });
+        value_->json = Json::parse(text);
     } catch (const Json::exception &problem) {
-        throw Error(file + ": is no JSON: " + problem.what());
+        const std::string text = problem.what(); // "[json.exception.parse_error.101] parse error at line ..."
+        const std::size_t code = text.starts_with('[') ? text.find("] ") : std::string::npos;
+        throw Error(file + ": is no JSON: " + (code == std::string::npos ? text : text.substr(code + 2)));
     }
     if (!value_->json.is_object()) {
         throw Error(file + ": must hold one JSON object, holds " + value_->json.type_name());

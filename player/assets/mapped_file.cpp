@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
+#include <string>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -18,15 +19,22 @@ MappedFile::MappedFile(const std::filesystem::path &path) {
         throw Error(path.string() + ": " + std::strerror(errno));
     }
     struct stat status {};
-    const bool known = ::fstat(descriptor, &status) == 0;
+    std::string problem;
     void *data = MAP_FAILED;
-    if (known && S_ISREG(status.st_mode) && status.st_size > 0) {
+    if (::fstat(descriptor, &status) != 0) {
+        problem = std::strerror(errno);
+    } else if (!S_ISREG(status.st_mode)) {
+        problem = "is no regular file; bake the scene again";
+    } else if (status.st_size <= 0) {
+        problem = "is empty; bake the scene again";
+    } else {
         data =
             ::mmap(nullptr, static_cast<std::size_t>(status.st_size), PROT_READ, MAP_PRIVATE, descriptor, 0);
+        problem = data == MAP_FAILED ? std::string("cannot be mapped: ") + std::strerror(errno) : "";
     }
     ::close(descriptor);
     if (data == MAP_FAILED) {
-        throw Error(path.string() + ": is empty, no regular file, or cannot be mapped; bake the scene again");
+        throw Error(path.string() + ": " + problem);
     }
     data_ = static_cast<const std::byte *>(data);
     size_ = static_cast<std::size_t>(status.st_size);

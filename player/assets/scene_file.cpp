@@ -85,12 +85,11 @@ class SceneReader {
             return;
         }
         for (const std::string &name : root_.texts("streaming", most_entries)) {
-            const auto found = std::find_if(out_.artifacts.begin(), out_.artifacts.end(),
-                                            [&](const Artifact &artifact) { return artifact.name == name; });
-            if (found == out_.artifacts.end()) {
+            const Artifact *found = out_.find_artifact(name);
+            if (found == nullptr) {
                 root_.fail("streaming", "names \"" + name + "\", which is no artifact");
             }
-            out_.streaming.push_back(static_cast<std::uint32_t>(found - out_.artifacts.begin()));
+            out_.streaming.push_back(static_cast<std::uint32_t>(found - out_.artifacts.data()));
         }
     }
 
@@ -193,9 +192,8 @@ class SceneReader {
 } // namespace
 
 const Artifact *SceneFile::find_artifact(std::string_view artifact) const {
-    const auto found = std::find_if(artifacts.begin(), artifacts.end(),
-                                    [&](const Artifact &entry) { return entry.name == artifact; });
-    return found == artifacts.end() ? nullptr : &*found;
+    const auto found = std::ranges::lower_bound(artifacts, artifact, {}, &Artifact::name);
+    return found == artifacts.end() || found->name != artifact ? nullptr : &*found;
 }
 
 SceneFile parse_scene(std::string_view text, const std::filesystem::path &file) {

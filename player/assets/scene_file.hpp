@@ -156,7 +156,7 @@ struct SceneFile {
     int height_px = 720;
     float lod_error_px = 1.0F;
     double poster_s = 0.0;
-    std::vector<Artifact> artifacts;
+    std::vector<Artifact> artifacts;      // sorted by name
     std::vector<std::uint32_t> streaming; // indices of artifacts, in the order of their upload
     Sun sun;
     Ambient ambient;

@@ -7,6 +7,7 @@ namespace paradize::assets {
 namespace {
 
 constexpr double most_turn_rad = 1e3;
+constexpr int most_particles = 1000000; // of all fields together
 
 Material material(const JsonObject &from, const std::string &name) {
     Material value;
@@ -66,12 +67,17 @@ void read_objects(const JsonObject &root, SceneFile &out) {
 
 void read_particles(const JsonObject &root, SceneFile &out) {
     if (root.has("particles")) {
+        int left = most_particles;
         for (const JsonObject &from : root.objects("particles", 1000)) {
             ParticleField value;
             value.name = from.text("name");
             value.center = triple(from, "center", -far_m, far_m);
             value.radius_m = real(from, "radius_m", 0.0, far_m);
-            value.count = static_cast<int>(from.integer("count", 1, 1000000));
+            value.count = static_cast<int>(from.integer("count", 1, most_particles));
+            if ((left -= value.count) < 0) {
+                from.fail("count", "makes more than " + std::to_string(most_particles) +
+                                       " particles in all fields together");
+            }
             value.size_m = pair(from, "size_m", 0.0, 1e4);
             value.life_per_s = pair(from, "life_per_s", 1e-6, 1e4);
             value.threshold = real(from, "threshold", 0.0, 1.0);

@@ -50,6 +50,14 @@ void DebugLog::demand_clean() {
     }
 }
 
+void demand_memory() {
+    if (glGetError() == GL_OUT_OF_MEMORY) {
+        throw Error(
+            "the graphics driver has no memory left for this scene; bake it with smaller maps, or run "
+            "with a smaller --size");
+    }
+}
+
 std::string renderer_name() {
     return gl_string(GL_RENDERER);
 }

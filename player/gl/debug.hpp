@@ -26,6 +26,9 @@ class DebugLog {
     std::string first_;
 };
 
+/// Throws Error when an earlier call found no memory. Clears the error flag.
+void demand_memory();
+
 /// GL_RENDERER and GL_VERSION of the context that is current.
 std::string renderer_name();
 std::string version_name();

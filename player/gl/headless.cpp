@@ -5,6 +5,7 @@
 #include <epoxy/egl.h>
 
 #include <array>
+#include <dlfcn.h>
 
 namespace paradize::gl {
 
@@ -37,6 +38,10 @@ EGLContext make_context(EGLDisplay display, bool debug) {
 } // namespace
 
 HeadlessContext::HeadlessContext(bool debug) {
+    // The loader of the entry points (epoxy) would end the process.
+    if (::dlopen("libEGL.so.1", RTLD_LAZY | RTLD_GLOBAL) == nullptr) {
+        throw Error("there is no libEGL.so.1 to draw without a display; install it (Debian: libegl1)");
+    }
     const auto attempt = [&](EGLenum platform, void *native) {
         const EGLDisplay display = eglGetPlatformDisplayEXT(platform, native, nullptr);
         if (display == EGL_NO_DISPLAY || eglInitialize(display, nullptr, nullptr) != EGL_TRUE) {
