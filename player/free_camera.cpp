@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace paradize {
 
@@ -12,11 +13,12 @@ namespace {
 constexpr double walk_m_per_s = 4.0;
 constexpr double run = 5.0;
 constexpr double turn_rad_per_px = 0.0025;
+constexpr double roll_rad_per_s = 0.6;
 constexpr double steepest_rad = 1.55;
 
 } // namespace
 
-FreeCamera::FreeCamera(const Pose &start) : eye_(start.eye) {
+FreeCamera::FreeCamera(const Pose &start) : eye_(start.eye), roll_rad_(start.roll_rad) {
     const glm::dvec3 way = start.target - start.eye;
     const double flat = std::hypot(way.x, way.z);
     if (flat > 1e-9) {
@@ -31,7 +33,10 @@ glm::dvec3 FreeCamera::forward() const {
 }
 
 void FreeCamera::move(const Input &input, double delta_s) {
-    yaw_rad_ = std::remainder(yaw_rad_ + input.turn_px * turn_rad_per_px, 2.0 * 3.14159265358979323846);
+    constexpr double whole_turn_rad = 2.0 * std::numbers::pi;
+    yaw_rad_ = std::remainder(yaw_rad_ + input.turn_px * turn_rad_per_px, whole_turn_rad);
+    roll_rad_ = std::remainder(roll_rad_ + static_cast<double>(input.roll) * roll_rad_per_s * delta_s,
+                               whole_turn_rad);
     pitch_rad_ = std::clamp(pitch_rad_ - input.tilt_px * turn_rad_per_px, -steepest_rad, steepest_rad);
     const glm::dvec3 right(std::cos(yaw_rad_), 0.0, std::sin(yaw_rad_));
     const double way = walk_m_per_s * (input.fast ? run : 1.0) * delta_s;
@@ -41,7 +46,7 @@ void FreeCamera::move(const Input &input, double delta_s) {
 }
 
 Pose FreeCamera::pose() const {
-    return {eye_, eye_ + forward(), 0.0};
+    return {eye_, eye_ + forward(), roll_rad_};
 }
 
 } // namespace paradize

@@ -19,6 +19,7 @@ class FreeCamera {
     glm::dvec3 eye_;
     double yaw_rad_ = 0.0;   // from -Z to +X
     double pitch_rad_ = 0.0; // up is positive; never quite straight up or down
+    double roll_rad_ = 0.0;
 };
 
 } // namespace paradize

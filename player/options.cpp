@@ -142,6 +142,9 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
     if (out.interactive && (out.headless || !out.screenshot.empty())) {
         throw UsageError("--interactive needs a window: leave out --headless and --screenshot");
     }
+    if (out.interactive && out.frames) {
+        throw UsageError("--interactive ends with Escape, not after a number of frames: leave out --frames");
+    }
     return out;
 }
 
@@ -156,13 +159,13 @@ std::string usage(std::span<const std::string_view> passes) {
            "  --frames N         draw N frames, 1/30 s apart, and end\n"
            "  --size WxH         size of the picture in pixels (default: the scene's)\n"
            "  --screenshot F.png draw one frame with everything resident into this file; with --frames N\n"
-           "                     the files F_0000.png, F_0001.png ...\n"
+           "                     the files F_0000.png, F_0001.png ..., which show how it streams in\n"
            "  --disable PASS,... leave passes out: " +
            listed(passes) +
            "\n"
            "  --wait-resident    upload everything before the first frame\n"
-           "  --interactive      fly yourself: W A S D Q E, mouse, Shift is faster, Space pauses, M mutes,\n"
-           "                     - and + volume, Escape ends\n"
+           "  --interactive      fly yourself: W A S D Q E, mouse, Z X roll, Shift is faster, Space pauses,\n"
+           "                     M mutes, - and + volume, Escape ends\n"
            "  --json             print one JSON object about the run\n"
            "  --mute             no sound\n"
            "  --debug            complaints of the graphics driver are errors\n"

@@ -35,7 +35,8 @@ constexpr float volume_step = 0.1F;
 
 assets::SceneFile load_scene(const std::filesystem::path &folder) {
     const std::filesystem::path path = folder / "scene.json";
-    if (!std::filesystem::exists(path)) {
+    std::error_code unknown; // a name too long, a folder that may not be read: opening tells
+    if (!std::filesystem::exists(path, unknown) && !unknown) {
         throw Error(path.string() +
                     ": there is no such file; `paradize bake SCENE.toml` writes a scene folder");
     }
@@ -55,9 +56,10 @@ class Show {
     Show(const Options &options, const assets::SceneFile &file, const RendererSettings &settings)
         : options_(options), file_(file), streamer_(file, options.folder), scene_(file, streamer_),
           shaders_(gl::ShaderLibrary::find()), renderer_(scene_, shaders_, settings) {
-        if (options.wait_resident || !options.screenshot.empty()) {
+        if (options.wait_resident || (!options.screenshot.empty() && !options.frames)) {
             streamer_.upload(std::numeric_limits<std::size_t>::max());
         }
+        gl::demand_memory();
     }
 
     Renderer &renderer() { return renderer_; }
@@ -241,7 +243,7 @@ int run(const Options &options) {
         play_window(show, options, file, log, *window);
     }
     if (options.json) {
-        std::printf("%s\n", to_json(show.report()).c_str());
+        print(to_json(show.report()) + "\n");
     }
     return 0;
 }

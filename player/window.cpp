@@ -96,6 +96,7 @@ Input Window::poll() {
     out.right = impl_->axis(GLFW_KEY_D, GLFW_KEY_A);
     out.up = impl_->axis(GLFW_KEY_E, GLFW_KEY_Q);
     out.forward = impl_->axis(GLFW_KEY_W, GLFW_KEY_S);
+    out.roll = impl_->axis(GLFW_KEY_X, GLFW_KEY_Z);
     out.fast = glfwGetKey(impl_->window, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS;
     return out;
 }

@@ -13,7 +13,7 @@ struct Input {
     bool escape = false, pause = false, mute = false; // went down
     int volume_steps = 0;
     // held, -1 to 1
-    float right = 0.0F, up = 0.0F, forward = 0.0F;
+    float right = 0.0F, up = 0.0F, forward = 0.0F, roll = 0.0F;
     bool fast = false;
     double turn_px = 0.0, tilt_px = 0.0; // mouse, right and down
 };

@@ -98,6 +98,15 @@ TEST_CASE("GLB: what the player cannot draw is refused with its place") {
     check_refused(replaced(json, "\"scene\":0", "\"scene\":0,\"scene\":0"), "appears twice");
 }
 
+TEST_CASE("GLB: a small file whose primitives share their indices does not become a large mesh") {
+    const std::string one = R"({"attributes":{"POSITION":0,"NORMAL":1},"indices":2,"material":0},)";
+    std::string many;
+    for (int i = 0; i < 30; ++i) {
+        many += one;
+    }
+    check_refused(replaced(test::glb_json(), one, many), "more indices than the buffer holds");
+}
+
 TEST_CASE("GLB: the first index beyond the vertices is found") {
     const test::Bytes file = test::glb_file(test::glb_json(), 4);
     const assets::Glb glb = assets::read_glb(file, "a.glb");

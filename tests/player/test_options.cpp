@@ -48,6 +48,7 @@ TEST_CASE("command line: wrong usage is told, never guessed") {
     CHECK_THROWS_AS(parse({"a", "--screenshot", "a.jpg"}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--headless=1"}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--headless", "--interactive"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--frames", "3", "--interactive"}), UsageError);
     CHECK_THROWS_WITH_AS(parse({"a", "--disable", "sky,wter"}),
                          "--disable wter: is no pass; passes are sky, water", UsageError);
 }

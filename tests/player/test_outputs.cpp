@@ -8,10 +8,13 @@
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
+#include <limits>
 #include <png.h>
 #include <sndfile.h>
+#include <sys/stat.h>
 #include <vector>
 
 using namespace paradize;
@@ -60,6 +63,34 @@ TEST_CASE("sound: a missing file or a file that is no sound leaves the show sile
     CHECK(audio.volume() == 0.0F);
 }
 
+TEST_CASE("sound: what is louder than full scale is clipped, not wrapped; floats are heard") {
+    const test::Folder folder;
+    const auto path = folder.path() / "loud.wav";
+    SF_INFO info{};
+    info.samplerate = 8000;
+    info.channels = 2;
+    info.format = SF_FORMAT_WAV | SF_FORMAT_FLOAT;
+    SNDFILE *file = sf_open(path.c_str(), SFM_WRITE, &info);
+    REQUIRE(file != nullptr);
+    const std::array<float, 6> loud{0.5F, -0.5F, 1.5F, -1.5F, std::numeric_limits<float>::quiet_NaN(), 0.0F};
+    CHECK(sf_writef_float(file, loud.data(), 3) == 3);
+    sf_close(file);
+    SoundSamples sound;
+    CHECK(read_sound(path, sound) == nullptr);
+    CHECK(sound.channels == 2);
+    CHECK(sound.per_s == 8000);
+    CHECK(sound.samples == std::vector<std::int16_t>{16384, -16384, 32767, -32767, 0, 0});
+}
+
+TEST_CASE("sound: a pipe in the place of the file does not hold up the show") {
+    const test::Folder folder;
+    const auto path = folder.path() / "pipe.ogg";
+    REQUIRE(::mkfifo(path.c_str(), 0600) == 0);
+    Audio audio;
+    CHECK_FALSE(audio.load(path));
+    CHECK_FALSE(audio.load(folder.path() / std::string(5000, 'x')));
+}
+
 TEST_CASE("sound: load, loop, pause, stop, volume") {
     const test::Folder folder;
     const auto path = folder.path() / "tone.wav";
@@ -100,6 +131,10 @@ TEST_CASE("report: the middle of the frames, and JSON that escapes") {
     const std::string json = to_json(report);
     CHECK(json.find(R"("gl_renderer": "a \"b\"\\\u000a")") != std::string::npos);
     CHECK(peak_rss_bytes() > 1000000);
+    CHECK(program_bytes() > 10000);
+    const std::vector<std::string> libraries = shared_libraries();
+    CHECK(std::any_of(libraries.begin(), libraries.end(),
+                      [](const std::string &name) { return name.starts_with("libc.so"); }));
 }
 
 TEST_CASE("messages: bytes of a broken file reach no terminal") {
@@ -123,4 +158,9 @@ TEST_CASE("free camera: starts where the flight is, walks where it looks") {
     camera.move(input, 0.1);
     CHECK(camera.pose().target.y - camera.pose().eye.y > 0.99);
     CHECK(camera.pose().target.y - camera.pose().eye.y < 1.0); // never quite upright
+    CHECK(camera.pose().roll_rad == 0.0);
+    input = Input();
+    input.roll = 1.0F;
+    camera.move(input, 0.5);
+    CHECK(camera.pose().roll_rad == doctest::Approx(0.3));
 }

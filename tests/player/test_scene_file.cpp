@@ -4,6 +4,8 @@
 
 #include <doctest/doctest.h>
 
+#include <chrono>
+
 using namespace paradize;
 
 namespace {
@@ -78,6 +80,40 @@ TEST_CASE("scene.json: files outside the scene's folder are refused") {
     CHECK_THROWS_WITH_AS(
         assets::parse_scene(text, "scene.json"),
         "scene.json: artifacts.sky.file: \"../x.ktx\" must be a path inside the scene's folder", Error);
+}
+
+TEST_CASE("scene.json: a hundred thousand artifacts are read in a moment, and found by name") {
+    std::string artifacts;
+    std::string streaming = "[";
+    for (int i = 0; i < 50000; ++i) {
+        const std::string name = "\"a" + std::to_string(i) + "\"";
+        artifacts += name + ": {\"file\": \"a\", \"kind\": \"sound\"},\n";
+        streaming += (i == 0 ? "" : ",") + name;
+    }
+    test::SceneText text;
+    text.streaming = streaming + "]";
+    std::string whole = text.str();
+    whole.insert(whole.find("\"sky\": {\"file\""), artifacts);
+    const auto start = std::chrono::steady_clock::now();
+    const assets::SceneFile scene = assets::parse_scene(whole, "scene.json");
+    CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(5));
+    REQUIRE(scene.find_artifact("a49999") != nullptr);
+    CHECK(scene.artifacts[scene.streaming[777]].name == "a777");
+}
+
+TEST_CASE("scene.json: more particles in all fields together than one field may have are refused") {
+    const std::string field = R"({"name": "s", "center": [0, 0, 0], "radius_m": 1, "count": 600000,
+        "size_m": [1, 1], "life_per_s": [1, 1], "threshold": 0.1, "color": [1, 1, 1]})";
+    std::string text = test::SceneText().str();
+    text.replace(text.find("\"particles\": []"), 15, "\"particles\": [" + field + "," + field + "]");
+    CHECK_THROWS_WITH_AS(
+        assets::parse_scene(text, "scene.json"),
+        "scene.json: particles[1].count: makes more than 1000000 particles in all fields together", Error);
+}
+
+TEST_CASE("scene.json: what is no JSON is told in words of one's own") {
+    CHECK_THROWS_WITH_AS(assets::parse_scene("{\"a\" 1}", "scene.json"),
+                         doctest::Contains("scene.json: is no JSON: parse error at line 1"), Error);
 }
 
 TEST_CASE("scene.json: deep nesting is refused, not a crash") {
