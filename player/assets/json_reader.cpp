@@ -53,14 +53,13 @@ long long checked_integer(const Json &value, const std::string &place, long long
     return static_cast<long long>(number);
 }
 
-const Json &checked_array(const Json &value, const std::string &place, std::size_t least, std::size_t most) {
+void check_array(const Json &value, const std::string &place, std::size_t least, std::size_t most) {
     if (!value.is_array() || value.size() < least || value.size() > most) {
         const std::string size =
             value.is_array() ? std::to_string(value.size()) + " entries" : value.type_name();
         throw Error(place + ": must be an array of " + std::to_string(least) +
                     (least == most ? "" : " to " + std::to_string(most)) + " entries, is " + size);
     }
-    return value;
 }
 
 std::string checked_text(const Json &value, const std::string &place) {
@@ -143,7 +142,8 @@ std::vector<double> JsonObject::numbers(std::string_view key, std::size_t count,
                                         double high) const {
     asked_.emplace_back(key);
     const std::string place = child(place_, key);
-    const Json &array = checked_array(member(value_, place_, key), place, count, count);
+    const Json &array = member(value_, place_, key);
+    check_array(array, place, count, count);
     std::vector<double> out;
     out.reserve(array.size());
     for (std::size_t i = 0; i < array.size(); ++i) {
@@ -156,7 +156,8 @@ std::vector<long long> JsonObject::integers(std::string_view key, std::size_t mo
                                             long long high) const {
     asked_.emplace_back(key);
     const std::string place = child(place_, key);
-    const Json &array = checked_array(member(value_, place_, key), place, 0, most);
+    const Json &array = member(value_, place_, key);
+    check_array(array, place, 0, most);
     std::vector<long long> out;
     out.reserve(array.size());
     for (std::size_t i = 0; i < array.size(); ++i) {
@@ -168,7 +169,8 @@ std::vector<long long> JsonObject::integers(std::string_view key, std::size_t mo
 std::vector<std::string> JsonObject::texts(std::string_view key, std::size_t most) const {
     asked_.emplace_back(key);
     const std::string place = child(place_, key);
-    const Json &array = checked_array(member(value_, place_, key), place, 0, most);
+    const Json &array = member(value_, place_, key);
+    check_array(array, place, 0, most);
     std::vector<std::string> out;
     out.reserve(array.size());
     for (std::size_t i = 0; i < array.size(); ++i) {
@@ -181,11 +183,13 @@ std::vector<std::vector<double>> JsonObject::rows(std::string_view key, std::siz
                                                   double low, double high) const {
     asked_.emplace_back(key);
     const std::string place = child(place_, key);
-    const Json &array = checked_array(member(value_, place_, key), place, 1, most);
+    const Json &array = member(value_, place_, key);
+    check_array(array, place, 1, most);
     std::vector<std::vector<double>> out;
     out.reserve(array.size());
     for (std::size_t i = 0; i < array.size(); ++i) {
-        const Json &row = checked_array(array[i], at(place, i), count, count);
+        const Json &row = array[i];
+        check_array(row, at(place, i), count, count);
         std::vector<double> &values = out.emplace_back();
         for (std::size_t k = 0; k < count; ++k) {
             values.push_back(checked_number(row[k], at(at(place, i), k), low, high));
@@ -206,7 +210,8 @@ std::optional<JsonObject> JsonObject::object_or_none(std::string_view key) const
 std::vector<JsonObject> JsonObject::objects(std::string_view key, std::size_t most) const {
     asked_.emplace_back(key);
     const std::string place = child(place_, key);
-    const Json &array = checked_array(member(value_, place_, key), place, 0, most);
+    const Json &array = member(value_, place_, key);
+    check_array(array, place, 0, most);
     std::vector<JsonObject> out;
     out.reserve(array.size());
     for (std::size_t i = 0; i < array.size(); ++i) {
