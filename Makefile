@@ -71,6 +71,10 @@ $(stamps)/debian-%: setup/debian.txt setup/debian.sh
 	@setup/debian.sh $*
 	@touch $@
 
+# Neither apt nor pip runs twice at once, whatever -j says.
+$(stamps)/debian-test: | $(stamps)/debian-run
+$(stamps)/python-test: | $(stamps)/kernels
+
 $(stamps)/python-run: setup/python-run.txt setup/python-source.txt $(stamps)/debian-run
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Paradize needs Python 3.11 or newer; name one with make PYTHON=...")'
 	@[ -x $(bin)/python ] || $(PYTHON) -m venv $(venv)

@@ -11,7 +11,7 @@ found() { # found KIND:NAME
     pkg:*) command -v pkg-config >/dev/null && pkg-config --exists "${1#*:}" ;;
     python:*) "$python" -c "import ${1#*:}" 2>/dev/null ;;
     library:*) { ldconfig -p || /sbin/ldconfig -p; } 2>/dev/null | grep -q "${1#*:}" ;;
-    header:python3*) [ -e "$("$python" -c 'import sysconfig; print(sysconfig.get_path("include"))')/Python.h" ] ;;
+    header:python3*) [ -e "$("$python" -c 'import sysconfig; print(sysconfig.get_path("include"))' 2>/dev/null)/Python.h" ] ;;
     header:*) compgen -G "/usr/include/${1#*:}" >/dev/null || compgen -G "/usr/include/*/${1#*:}" >/dev/null ||
         compgen -G "/usr/local/include/${1#*:}" >/dev/null ;;
     file:*) compgen -G "/usr/lib/${1#*:}" >/dev/null ;;
