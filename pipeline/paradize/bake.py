@@ -32,6 +32,8 @@ from paradize.scene import METRICS, Scene, load_scene
 TIERS = ("fast", "balanced", "exact")
 _OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only files that a sweep may remove
 
+_TOLD = {"sha256", "suffix", "tier", "errors", "warnings"}  # what the store knows of a product
+
 Told = Callable[[str, int, int], None]  # what was just done, how many are done, of how many
 
 
@@ -176,7 +178,10 @@ def _recall(store: Store, task: _Task) -> bool:
     if not isinstance(products, dict) or {want.product for want in task.order.wants} - products.keys():
         return False
     for want in task.order.wants:
-        data = store.get(products[want.product]["sha256"])
+        product = products[want.product]
+        if not isinstance(product, dict) or _TOLD - product.keys():
+            return False
+        data = store.get(str(product["sha256"]))
         if data is None:
             return False
         task.data[want.product] = data

@@ -193,7 +193,8 @@ class _Speed:
         mean = 0.0
         for segment in eye:
             mean += self._raw(segment, 0.5)
-        self.floor = (1e-3 * mean / len(eye)) ** 2
+        slow = 1e-3 * mean / len(eye)
+        self.floor = slow * slow
 
     @staticmethod
     def _raw(segment: tuple[Cubic, Cubic, Cubic], u: float) -> float:

@@ -1,4 +1,4 @@
-"""What is edited while a bake runs, or appears after it, is never taken for baked."""
+"""What is edited while a bake runs, appears after it, or decays in the store, is never taken for baked."""
 
 from __future__ import annotations
 
@@ -59,3 +59,13 @@ def test_a_material_file_or_its_map_that_appears_later_is_noticed(tmp_path: Path
     (scene.parent / late).write_bytes(held)
     second = bake(scene, out, jobs=2)
     assert "post_color" in {row["name"] for row in second.artifacts}
+
+
+@pytest.mark.parametrize("decayed", [b"3", b"[]", b'{"mesh": 3, "color": {"sha256": "x"}}', b"{", b""])
+def test_products_that_decay_in_the_store_are_baked_again(tmp_path: Path, decayed: bytes) -> None:
+    scene = make_cove(tmp_path / "scene")
+    assert not bake(scene, tmp_path / "out", jobs=2).errors
+    for path in (tmp_path / "store" / "products").glob("*/*"):
+        path.write_bytes(decayed)
+    again = bake(scene, tmp_path / "anew", jobs=2)
+    assert not again.errors and again.count("baked") == 14
