@@ -37,7 +37,7 @@ check: setup-test ## lint, types, formatting, and the island's assets; changes n
 	@$(bin)/ruff check -q pipeline raw_assets tests player
 	@$(bin)/ruff format -q --check pipeline raw_assets tests player
 	@$(bin)/mypy
-	@clang-format --dry-run -Werror $(cpp_files)
+	@$(bin)/clang-format --dry-run -Werror $(cpp_files)
 	@$(paradize) bake $(scene) -o $(island) -j $(jobs) --json >/dev/null
 	@$(paradize) check $(island)
 
@@ -57,7 +57,7 @@ deep: check ## everything: sanitizers, whole flight, whole corpus; hours
 fix: setup-test ## put formatting and simple lint right
 	@$(bin)/ruff check -q --fix pipeline raw_assets tests player
 	@$(bin)/ruff format -q pipeline raw_assets tests player
-	@clang-format -i $(cpp_files)
+	@$(bin)/clang-format -i $(cpp_files)
 
 clean: ## delete everything that was built
 	@rm -rf build
