@@ -1,0 +1,84 @@
+"""The player in a window, on a display of its own (Xvfb): its picture, its keys, its mouse."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import RENDER_ENVIRONMENT, ROOT
+from tests.player.synthetic import write_scene
+
+Player = Callable[..., "subprocess.CompletedProcess[str]"]
+PLAYER = ROOT / "build/bin/paradize-player"
+PRESS = ROOT / "tests/player/press.py"
+
+pytestmark = pytest.mark.skipif(
+    shutil.which("xvfb-run") is None, reason="no xvfb-run: `make setup-test` brings it"
+)
+
+
+@pytest.fixture(scope="module")
+def bare(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A box before nothing: a picture that only the camera changes."""
+    return write_scene(tmp_path_factory.mktemp("window") / "bare", bare=True)
+
+
+def on_a_display(*command: object) -> subprocess.CompletedProcess[str]:
+    environment = {k: v for k, v in os.environ.items() if k not in {"DISPLAY", "WAYLAND_DISPLAY"}}
+    return subprocess.run(
+        ["xvfb-run", "-a", *map(str, command)],
+        capture_output=True, text=True, timeout=120, env=environment | RENDER_ENVIRONMENT,
+    )  # fmt: skip
+
+
+def test_a_window_s_picture_is_the_headless_one(player: Player, bare: Path, tmp_path: Path) -> None:
+    arguments = [bare, "--time", 2, "--frames", 2, "--wait-resident", "--json", "--debug", "--screenshot"]
+    result = on_a_display(PLAYER, *arguments, tmp_path / "window.png")
+    assert result.returncode == 0, result.stderr
+    assert json.loads(result.stdout)["frames"] == 2
+    assert player(*arguments, tmp_path / "headless.png").returncode == 0
+    for name in ("_0000.png", "_0001.png"):
+        assert (tmp_path / f"window{name}").read_bytes() == (tmp_path / f"headless{name}").read_bytes()
+
+
+def test_any_key_ends_the_show(bare: Path) -> None:
+    result = on_a_display(sys.executable, PRESS, "Left", "end", "--", PLAYER, bare, "--json")
+    assert result.returncode == 0, result.stderr
+    assert json.loads(result.stdout)["frames"] > 0
+
+
+def test_a_sound_that_is_no_sound_does_not_stop_the_show(tmp_path: Path) -> None:
+    scene = write_scene(tmp_path / "scene", bare=True)
+    manifest = json.loads((scene / "scene.json").read_text())
+    manifest["artifacts"]["ocean"] = {"file": "ocean.ogg", "kind": "sound"}
+    manifest["sound"] = {"artifact": "ocean", "volume": 0.5}
+    (scene / "scene.json").write_text(json.dumps(manifest))
+    (scene / "ocean.ogg").write_bytes(b"OggS, or so it says")
+    result = on_a_display(sys.executable, PRESS, "a", "end", "--", PLAYER, scene)
+    assert result.returncode == 0, result.stderr
+    assert "no sound" in result.stderr
+
+
+def test_interactive_keys_and_mouse_move_the_camera_and_only_escape_ends(bare: Path) -> None:
+    steps = [
+        "still",
+        "hold:w",
+        "moved",
+        "mouse",
+        "moved",
+        "hold:z",
+        "moved",
+        "hold:space",
+        "still",
+        "Escape",
+        "end",
+    ]
+    result = on_a_display(sys.executable, PRESS, *steps, "--", PLAYER, bare, "--interactive", "--mute")
+    assert result.returncode == 0, result.stderr
