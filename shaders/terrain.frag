@@ -75,7 +75,7 @@ void main() {
     float sand_share = u_has_effect > 0.5 ? safe_smoothstep(u_mix.x, u_mix.y, height) : 1.0;
     // What the effect map borrows of it, from just above mix_low: grains, which are finer than its own texels.
     float borrowed = u_has_effect > 0.5 ? safe_smoothstep(u_mix.x, mix(u_mix.x, u_mix.y, 0.08), height) : 1.0;
-    float close = 1.0 - smoothstep(1.2 * u_sand_reference_m, 4.0 * u_sand_reference_m, distance_m);
+    float close = 1.0 - smoothstep(0.8 * u_sand_reference_m, 2.2 * u_sand_reference_m, distance_m);
 
     vec3 relief = vec3(0.0, 0.0, 1.0);
     vec2 grains = vec2(0.0);

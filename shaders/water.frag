@@ -74,17 +74,20 @@ void main() {
     vec2 ahead = -v.xz * inversesqrt(max(dot(v.xz, v.xz), 1e-4));
     vec2 turned = vec2(dot(shake, right) * (0.25 + 0.75 * n_v), dot(shake, ahead));
 
-    vec3 mirrored = reflect(-v, n);
-    vec3 reflection = sky_in(mirrored);
+    vec3 reflection;
     if (u_textures.x > 0.5) {
         reflection = texture(u_reflection, inside(screen + turned * u_shake.x, texel)).rgb;
+    } else {
+        reflection = sky_in(reflect(-v, n));
     }
     // Far out the slopes that face the eye, too small to be drawn, mirror a higher and bluer sky and are less
     // of a mirror: E. Bruneton, F. Neyret, N. Holzschuch, "Real-time Realistic Ocean Lighting", EG 2010.
     float rough = 1.0 - near.x * near.y;
     rough *= rough;
-    vec3 lifted = safe_normalize(vec3(-v.x, abs(v.y) + 0.55, -v.z), vec3(0.0, 1.0, 0.0));
-    reflection = mix(reflection, sky_in(lifted), rough);
+    if (rough > 0.01) {
+        vec3 lifted = safe_normalize(vec3(-v.x, abs(v.y) + 0.55, -v.z), vec3(0.0, 1.0, 0.0));
+        reflection = mix(reflection, sky_in(lifted), rough);
+    }
 
     // The floor: the shaken sample, unless it shows what stands out of the water.
     vec4 floor_straight = vec4(0.0);
@@ -127,19 +130,23 @@ void main() {
     color += sun_radiance.rgb * visibility *
              specular_ggx(n, v, sun_direction.xyz, WATER_F0 * u_shine.x, alpha, 60.0);
 
-    // Foam where the sea runs out, in a broken line that breathes with the swash.
-    float ragged = value_noise(xz * 1.1 + 3.0 * fine) * 0.6 + value_noise(xz * 3.7 - 5.0 * fine) * 0.4;
-    float swash = 0.5 + 0.5 * sin(6.2831853 * (u_swash + value_noise(xz * 0.06)));
-    // The water runs up and back by a hand's breadth of depth, unevenly, so that its edge follows no triangle.
-    float lap = depth_straight - 0.012 - 0.02 * (1.0 - swash) - 0.022 * ragged;
-    float reach = 0.015 + 0.03 * swash;
-    float lace = smoothstep(0.3, 0.75, ragged);
-    float foam = smoothstep(0.0, 0.008, lap) * (1.0 - smoothstep(reach, reach + 0.02, lap)) * lace;
-    foam *= 0.55 * u_textures.y / (1.0 + 0.0004 * distance_m * distance_m);
-    color = mix(color, vec3(0.8) * light, foam);
+    // Foam where the sea runs out, in a broken line that breathes with the swash. Without a floor to see, and
+    // where it is deep, the water is simply there.
+    float opaque = 1.0;
+    if (u_textures.y > 0.5 && depth_straight < 0.2) {
+        float ragged = value_noise(xz * 1.1 + 3.0 * fine) * 0.6 + value_noise(xz * 3.7 - 5.0 * fine) * 0.4;
+        float swash = 0.5 + 0.5 * sin(6.2831853 * (u_swash + value_noise(xz * 0.06)));
+        // The water runs up and back by a hand's breadth of depth, unevenly, so that its edge follows no triangle.
+        float lap = depth_straight - 0.012 - 0.02 * (1.0 - swash) - 0.022 * ragged;
+        float reach = 0.015 + 0.03 * swash;
+        float lace = smoothstep(0.3, 0.75, ragged);
+        float foam = smoothstep(0.0, 0.008, lap) * (1.0 - smoothstep(reach, reach + 0.02, lap)) * lace;
+        foam *= 0.55 / (1.0 + 0.0004 * distance_m * distance_m);
+        color = mix(color, vec3(0.8) * light, foam);
+        // A soft edge upon the sand.
+        opaque = clamp(max(smoothstep(0.0, 0.05, lap), foam), 0.0, 1.0);
+    }
 
-    // Soft edge upon the sand; without a floor to see the water is simply there.
-    float edge = u_textures.y > 0.5 ? smoothstep(0.0, 0.05, lap) : 1.0;
     color = apply_haze(color, v_position);
     // Spray thickens the haze with distance, so that the horizon is nowhere a line.
     vec3 spray = haze_amount(1.8 * distance_m * distance_m * fog.w);
@@ -148,5 +155,5 @@ void main() {
     // haze follows the angle.
     lost_in_haze = max(lost_in_haze, vec3(exp(-abs(v.y) / 0.008) * smoothstep(30.0, 150.0, distance_m)));
     color = mix(color, haze_color(-v), lost_in_haze);
-    fragment = vec4(color, clamp(max(edge, foam), 0.0, 1.0));
+    fragment = vec4(color, opaque);
 }

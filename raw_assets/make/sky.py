@@ -19,7 +19,7 @@ from picture import write_image
 
 PIXELS = 512
 FACES = ("px", "nx", "py", "ny", "pz", "nz")
-SUN_AZIMUTH_DEG = 228.0  # from -Z (0) over +X (90)
+SUN_AZIMUTH_DEG = 233.0  # from -Z (0) over +X (90)
 SUN_ELEVATION_DEG = 33.0
 SUN_RADIUS_DEG = 0.6  # a little larger than life, so that the disc spans a few texels
 SUN_DISC = np.array(
