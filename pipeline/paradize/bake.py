@@ -29,8 +29,7 @@ from paradize.formats.scene_manifest import encode_scene
 from paradize.require import Look, Order, Want, require
 from paradize.scene import METRICS, Scene, load_scene
 
-TIERS = ("fast", "balanced", "exact")
-_OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only files that a sweep may remove
+OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only files that a sweep may remove
 
 _TOLD = {"sha256", "suffix", "tier", "errors", "warnings"}  # what the store knows of a product
 
@@ -329,5 +328,5 @@ def _publish(out: Path, files: dict[str, tuple[bytes, str]], manifest: bytes) ->
         write_whole(scene, manifest)
     sweep_aside(out)
     for path in out.iterdir():
-        if path.name not in files and _OURS.fullmatch(path.name):
+        if path.name not in files and OURS.fullmatch(path.name):
             path.unlink(missing_ok=True)

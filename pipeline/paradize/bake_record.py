@@ -32,6 +32,7 @@ class BakeReport:
     budget: dict[str, float] = field(default_factory=dict)
 
     def count(self, status: str) -> int:
+        """How many artifacts were baked, reused or failed."""
         return sum(row["status"] == status for row in self.artifacts)
 
     def as_json(self) -> dict[str, Any]:

@@ -22,6 +22,7 @@ class Made:
 
 
 def solo_mesh(path: Path, *, lods: int, max_error: float | None, atlas: bool, tier: str) -> Made:
+    """`paradize mesh`: the file is named after the input's stem; the caller renames it."""
     from paradize.bake_mesh import bake_mesh
 
     made = bake_mesh(path, lods=lods, max_error=max_error, tier=tier, atlas=atlas)
@@ -36,6 +37,7 @@ def solo_mesh(path: Path, *, lods: int, max_error: float | None, atlas: bool, ti
 def solo_terrain(
     path: Path, *, size_m: tuple[float, float], height_m: float, max_error_m: float, tier: str
 ) -> Made:
+    """`paradize terrain`: sizes and heights in metres; the file is named as solo_mesh does."""
     from paradize.bake_terrain import bake_terrain
 
     made = bake_terrain(
@@ -66,6 +68,7 @@ def solo_maps(
     uv: Path | None,
     gloss_groups: list[str] | None,
 ) -> Made:
+    """`paradize maps`: a file `<stem>_<map>.<fmt>` for each map in `only`."""
     from paradize.bake_maps import bake_maps
 
     made = bake_maps(

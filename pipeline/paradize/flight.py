@@ -116,11 +116,13 @@ def _distance(a: Vec, b: Vec) -> float:
 
 
 def value(cubic: Cubic, u: float) -> float:
+    """The cubic at u in [0, 1]."""
     a, b, c, d = cubic
     return a + u * (b + u * (c + u * d))
 
 
 def derivative(cubic: Cubic, u: float) -> float:
+    """Its derivative at u in [0, 1]."""
     _, b, c, d = cubic
     return b + u * (2.0 * c + u * 3.0 * d)
 

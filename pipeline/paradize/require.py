@@ -45,11 +45,9 @@ class Requirements:
     def add(
         self, name: str, maker: str, sources: dict[str, Path], wants: Sequence[Want], **settings: Any
     ) -> None:
+        """Orders the wanted artifacts; nothing where nothing is wanted."""
         if wants:
             self.orders.append(Order(name, maker, sources, settings, tuple(wants)))
-
-    def wants(self) -> list[Want]:
-        return [want for order in self.orders for want in order.wants]
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from paradize.bake import over_budget
+from paradize.bake import OURS, over_budget
 from paradize.check.files import read_file
 from paradize.check.meshes import check_mesh
 from paradize.check.rules import Finding
@@ -17,7 +16,6 @@ from paradize.errors import FormatError
 from paradize.formats.glb import decode_glb
 from paradize.formats.scene_manifest import decode_scene, references
 
-_BAKED = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")
 _JUMP = 1e-6  # of the segment's own size: how far apart two segments may meet
 
 
@@ -82,7 +80,7 @@ def _over(budget: dict[str, float], errors: dict[str, float], file: str, name: s
 def _unused(folder: Path, manifest: dict[str, Any], file: str) -> Iterator[Finding]:
     named = {artifact["file"] for artifact in manifest["artifacts"].values()}
     for path in sorted(folder.iterdir()):
-        if _BAKED.fullmatch(path.name) and path.name not in named:
+        if OURS.fullmatch(path.name) and path.name not in named:
             yield Finding("PZ104", str(path), "is not named by scene.json")
     read = {name for place, name, _ in references(manifest) if not place.startswith("streaming")}
     for name in manifest["artifacts"]:

@@ -90,12 +90,15 @@ class Store:
         write_whole(self.root / "products" / key[:2] / key, json.dumps(product).encode(), durable=False)
 
     def get_product(self, key: str) -> Any | None:
+        """What put_product kept; None where there is none or it cannot be read."""
         return self._read_json(self.root / "products" / key[:2] / key)
 
     def put_bake(self, name: str, record: Any) -> None:
+        """Remembers what a bake read and wrote (JSON)."""
         write_whole(self.root / "bakes" / f"{name}.json", json.dumps(record).encode(), durable=False)
 
     def get_bake(self, name: str) -> Any | None:
+        """What put_bake kept; None where there is none or it cannot be read."""
         return self._read_json(self.root / "bakes" / f"{name}.json")
 
     @staticmethod

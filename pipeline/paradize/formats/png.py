@@ -15,14 +15,13 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 
-def encode_png(codes: npt.NDArray[np.uint8] | npt.NDArray[np.uint16], *, srgb: bool = False) -> bytes:
-    """A PNG of codes (h, w, 1, 3 or 4), 8 or 16 bits by their type; tagged sRGB for colour, untagged for
-    data."""
+def encode_png(codes: npt.NDArray[np.uint8] | npt.NDArray[np.uint16]) -> bytes:
+    """A PNG of codes (h, w, 1, 3 or 4), 8 or 16 bits by their type; data, so no colour space is named."""
     height, width, channels = codes.shape
     kind = {np.dtype(np.uint8): oiio.UINT8, np.dtype(np.uint16): oiio.UINT16}[codes.dtype]
     spec = oiio.ImageSpec(width, height, channels, kind)
     spec.attribute("oiio:UnassociatedAlpha", 1)
-    spec.attribute("oiio:ColorSpace", "sRGB" if srgb else "data")
+    spec.attribute("oiio:ColorSpace", "data")
     with tempfile.TemporaryDirectory(prefix="paradize-") as folder:
         path = Path(folder) / "map.png"
         target = oiio.ImageOutput.create(str(path))
