@@ -51,6 +51,8 @@ def test_a_screenshot_has_the_scene_s_size_and_something_on_it(
     assert report["peak_rss_bytes"] > report["resident_bytes"]
     assert report["screenshots"] == [str(out)]
     assert report["gl_renderer"]
+    assert report["program_bytes"] == (ROOT / "build/bin/paradize-player").stat().st_size < 2_000_000
+    assert any(name.startswith("libepoxy.so") for name in report["shared_libraries"])
     picture = pixels(out)
     assert picture.shape == (54, 96, 3)
     assert picture.std() > 10  # not one colour
@@ -109,15 +111,6 @@ def test_every_pass_can_be_left_out_alone_and_all_at_once(
         assert result.returncode == 0, (disabled, result.stderr)
 
 
-def test_streaming_within_the_budget_ends_with_the_same_picture(
-    player: Player, scene: Path, tmp_path: Path
-) -> None:
-    for name, waiting in (("a.png", ["--wait-resident"]), ("b.png", [])):
-        result = player(scene, "--frames", 2, *waiting, "--screenshot", tmp_path / name)
-        assert result.returncode == 0, result.stderr
-    assert (tmp_path / "a_0001.png").read_bytes() == (tmp_path / "b_0001.png").read_bytes()
-
-
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
@@ -161,6 +154,28 @@ def test_a_cut_a_foreign_and_a_missing_artifact_are_refused_by_name(player: Play
 def test_a_picture_that_cannot_be_written_is_an_error(player: Player, scene: Path, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     refused(player(scene, "--screenshot", tmp_path / "file" / "a.png"), 1, "cannot write")
+
+
+@pytest.mark.parametrize("arguments", [["--json"], ["--help"]])
+def test_standard_output_that_is_full_is_an_error(scene: Path, arguments: list[str]) -> None:
+    command = [str(ROOT / "build/bin/paradize-player"), str(scene), "--headless", *arguments]
+    with Path("/dev/full").open("w") as full:
+        result = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+    assert result.returncode == 1
+    assert "standard output: cannot write" in result.stderr
+
+
+def test_names_too_long_and_scenes_that_are_no_files_are_told_in_one_s_own_words(
+    player: Player, tmp_path: Path
+) -> None:
+    refused(player("a" * 5000), 1, "scene.json: File name too long")
+    (tmp_path / "scene.json").mkdir()
+    refused(player(tmp_path), 1, "scene.json: is no regular file")
+    (tmp_path / "scene.json").rmdir()
+    (tmp_path / "scene.json").write_text('{"format" 1}')
+    result = player(tmp_path)
+    refused(result, 1, "is no JSON: parse error at line 1")
+    assert "exception" not in result.stderr
 
 
 def test_missing_shaders_are_told(player: Player, scene: Path, tmp_path: Path) -> None:

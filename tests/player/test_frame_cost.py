@@ -1,0 +1,82 @@
+"""What a frame may cost: no allocation, and no more bytes to the GPU than its budget."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.conftest import ROOT
+from tests.player.synthetic import checker, texture, write_scene
+
+Player = Callable[..., "subprocess.CompletedProcess[str]"]
+BUDGET_BYTES = 4 << 20
+
+
+@pytest.fixture(scope="module")
+def counter(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A shared library that counts what the program allocates."""
+    compiler = shutil.which("g++") or shutil.which("c++")
+    assert compiler, "no C++ compiler"
+    library = tmp_path_factory.mktemp("count") / "count_new.so"
+    source = ROOT / "tests/player/count_new.cpp"
+    subprocess.run([compiler, "-std=c++20", "-shared", "-fPIC", "-O1", source, "-o", library], check=True)
+    return library
+
+
+def test_frames_of_every_pass_allocate_nothing(player: Player, counter: Path, tmp_path: Path) -> None:
+    scene = write_scene(tmp_path / "scene")
+
+    def allocations(frames: int, *arguments: str) -> int:
+        out = tmp_path / "count"
+        environment = {"LD_PRELOAD": str(counter), "PARADIZE_COUNT_FILE": str(out)}
+        result = player(scene, "--frames", frames, "--wait-resident", *arguments, env=environment)
+        assert result.returncode == 0, result.stderr
+        return int(out.read_text())
+
+    few = allocations(6)
+    assert few > 100  # it does count: loading allocates,
+    assert allocations(16, "--check-finite") >= few + 16  # and so does a search of each picture
+    assert allocations(26) == few  # twenty frames more, not one allocation more
+
+
+def large_scene(folder: Path) -> Path:
+    """A scene whose one colour map (21 MiB with its mips) takes several frames to arrive."""
+    scene = write_scene(folder, bare=True)
+    data = texture(
+        "RGBA8_SRGB", np.kron(checker((200, 60, 40), (240, 220, 200)), np.ones((32, 32, 1), np.uint8))
+    )
+    (scene / "box_color.ktx2").write_bytes(data)
+    manifest = json.loads((scene / "scene.json").read_text())
+    manifest["artifacts"]["box_color"] |= {"bytes": len(data)}
+    (scene / "scene.json").write_text(json.dumps(manifest))
+    return scene
+
+
+def test_streaming_keeps_to_its_budget_and_ends_with_the_same_picture(player: Player, tmp_path: Path) -> None:
+    scene = large_scene(tmp_path / "scene")
+    for frames in (1, 2, 8):
+        result = player(scene, "--frames", frames, "--json")
+        assert result.returncode == 0, result.stderr
+        report = json.loads(result.stdout)
+        assert 0 < report["resident_bytes"] <= frames * BUDGET_BYTES
+        assert (report["resident_bytes"] == report["total_bytes"]) == (frames == 8)
+    # Numbered pictures show it coming; the first of them, and the last as if it had always been there.
+    close = json.loads((scene / "scene.json").read_text())
+    close["flight"] |= {"fov_rad": 0.02}
+    (scene / "scene.json").write_text(json.dumps(close))
+    for name, waiting in (("whole.png", ["--wait-resident"]), ("stream.png", [])):
+        arguments = [scene, "--frames", 8, "--size", "320x180", *waiting]
+        result = player(*arguments, "--screenshot", tmp_path / name, "--debug")
+        assert result.returncode == 0, result.stderr
+
+    def picture(name: str) -> bytes:
+        return (tmp_path / name).read_bytes()
+
+    assert picture("stream_0000.png") != picture("whole_0000.png")
+    assert picture("stream_0007.png") == picture("whole_0007.png")
