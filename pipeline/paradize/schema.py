@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import os
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field
 from pathlib import Path
@@ -186,7 +187,8 @@ def _source(value: object, place: str, faults: Faults) -> Path | None:
         faults.add(place, f"is {_show(value)}, not a file", "write a path relative to the scene's folder")
         return None
     try:
-        path = (faults.folder / value).resolve()
+        named = faults.folder / value
+        path = named.resolve()
         inside = path.is_relative_to(faults.folder)
         there = inside and path.is_file()
     except (OSError, RuntimeError) as error:
@@ -198,7 +200,8 @@ def _source(value: object, place: str, faults: Faults) -> Path | None:
     if not there:
         faults.add(place, f"there is no file {_show(value)}", f"looked for in {faults.folder}")
         return None
-    return path
+    # A link keeps its own name, so that a bake notices when it leads elsewhere.
+    return path if os.path.normpath(named) == str(path) else named
 
 
 def source(default: Any = MISSING) -> Any:

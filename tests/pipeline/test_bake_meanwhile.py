@@ -69,3 +69,18 @@ def test_products_that_decay_in_the_store_are_baked_again(tmp_path: Path, decaye
         path.write_bytes(decayed)
     again = bake(scene, tmp_path / "anew", jobs=2)
     assert not again.errors and again.count("baked") == 14
+
+
+def test_a_link_that_leads_elsewhere_is_noticed(tmp_path: Path) -> None:
+    scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
+    wood = scene.parent / "wood.png"
+    wood.rename(scene.parent / "oak.png")
+    wood.symlink_to("oak.png")
+    bake(scene, out, jobs=2)
+    assert bake(scene, out, jobs=2).count("reused") == 14
+    wood.unlink()
+    wood.symlink_to("sand.png")
+    again = bake(scene, out, jobs=2)
+    assert not again.errors and "post_color" in {
+        row["name"] for row in again.artifacts if row["status"] == "baked"
+    }
