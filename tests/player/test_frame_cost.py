@@ -24,7 +24,7 @@ def counter(tmp_path_factory: pytest.TempPathFactory) -> Path:
     compiler = shutil.which("g++") or shutil.which("c++")
     assert compiler, "no C++ compiler"
     library = tmp_path_factory.mktemp("count") / "count_new.so"
-    source = ROOT / "tests/player/count_new.cpp"
+    source = ROOT / "tests/player/preload/count_new.cpp"
     subprocess.run([compiler, "-std=c++20", "-shared", "-fPIC", "-O1", source, "-o", library], check=True)
     return library
 
