@@ -24,8 +24,8 @@ in vec2 v_uv_effect;
 
 layout(location = 0) out vec4 fragment;
 
-const float GRAIN_SLOPE = 1.2; // factors on the sand's own relief
-const float LUMP_SLOPE = 0.4;
+const float GRAIN_SLOPE = 1.1; // factors on the sand's own relief
+const float LUMP_SLOPE = 0.42;
 const float LUMPS = 0.19;      // scale of the wide relief: no whole number, so that the two never agree
 
 // The sand at two scales, a factor of four apart, that suit the distance: each pixel sees about as many
@@ -67,6 +67,8 @@ void main() {
     float long_axis = max(dot(dx, dx), dot(dy, dy));
     float short_axis = min(dot(dx, dx), dot(dy, dy));
     float shorten = max(sqrt(sqrt(short_axis / max(long_axis, 1e-20))), 0.35);
+    vec2 wide_dx = LUMPS * mix(shorten, 1.0, 0.6) * dx.yx;
+    vec2 wide_dy = LUMPS * mix(shorten, 1.0, 0.6) * dy.yx;
     dx *= shorten;
     dy *= shorten;
     SandScale scale = sand_scale(distance_m);
@@ -75,7 +77,7 @@ void main() {
     float sand_share = u_has_effect > 0.5 ? safe_smoothstep(u_mix.x, u_mix.y, height) : 1.0;
     // What the effect map borrows of it, from just above mix_low: grains, which are finer than its own texels.
     float borrowed = u_has_effect > 0.5 ? safe_smoothstep(u_mix.x, mix(u_mix.x, u_mix.y, 0.08), height) : 1.0;
-    float close = 1.0 - smoothstep(0.8 * u_sand_reference_m, 2.2 * u_sand_reference_m, distance_m);
+    float close = 1.0 - smoothstep(0.6 * u_sand_reference_m, 1.7 * u_sand_reference_m, distance_m);
 
     vec3 relief = vec3(0.0, 0.0, 1.0);
     vec2 grains = vec2(0.0);
@@ -84,7 +86,7 @@ void main() {
         relief = decode_normal(grains, GRAIN_SLOPE * borrowed);
         if (close > 0.0) {
             // Trodden sand is uneven by the hand as well: the same relief again, five times as wide.
-            vec2 wide = textureGrad(u_sand_normal, LUMPS * v_uv_sand.yx, LUMPS * dx.yx, LUMPS * dy.yx).rg;
+            vec2 wide = textureGrad(u_sand_normal, LUMPS * v_uv_sand.yx, wide_dx, wide_dy).rg;
             relief = blend_normals(relief, decode_normal(wide, LUMP_SLOPE * borrowed * close));
         }
     }
@@ -97,7 +99,7 @@ void main() {
         float mean = luminance(textureLod(u_sand_color, v_uv_sand, 16.0).rgb);
         grain = clamp(luminance(sand) / max(mean, 1e-3), 0.5, 1.6);
         // Close by, single grains stand apart from one another.
-        float apart = 1.0 + 0.6 * close * (grain - 1.0);
+        float apart = 1.0 + 0.45 * close * (grain - 1.0);
         albedo += sand_share * apart * sand;
         grain *= apart;
     }
@@ -106,15 +108,17 @@ void main() {
         vec2 ey = dFdy(v_uv_effect);
         // The grains break up the edges of what is drawn on the ground, so that its texels do not show.
         vec2 uv = v_uv_effect + grains * (borrowed * close * u_edge);
-        vec3 effect = textureGrad(u_effect_color, uv, ex, ey).rgb;
-        // Magnified, its shapes are sharpened by what distinguishes them from their surroundings.
-        float texels = sqrt(max(dot(ex, ex), dot(ey, ey))) * float(textureSize(u_effect_color, 0).x);
-        float magnified = 1.0 - smoothstep(0.15, 0.6, texels);
-        if (magnified > 0.0) {
-            vec3 around = textureLod(u_effect_color, uv, 1.5).rgb;
-            effect = clamp(effect + 0.7 * magnified * (effect - around), 0.5 * effect, vec3(1.0));
+        if (sand_share < 1.0) {
+            vec3 effect = textureGrad(u_effect_color, uv, ex, ey).rgb;
+            // Magnified, its shapes are sharpened by what distinguishes them from their surroundings.
+            float texels = sqrt(max(dot(ex, ex), dot(ey, ey))) * float(textureSize(u_effect_color, 0).x);
+            float magnified = 1.0 - smoothstep(0.15, 0.6, texels);
+            if (magnified > 0.0) {
+                vec3 around = textureLod(u_effect_color, uv, 1.7).rgb;
+                effect = clamp(effect + 1.4 * magnified * (effect - around), 0.5 * effect, vec3(1.0));
+            }
+            albedo += (1.0 - sand_share) * effect * mix(1.0, grain, borrowed);
         }
-        albedo += (1.0 - sand_share) * effect * mix(1.0, grain, borrowed);
         relief = blend_normals(decode_normal(textureGrad(u_effect_normal, uv, ex, ey).rg, 1.0), relief);
     }
     // Broad, faint changes of tone that the repeating pattern cannot have.

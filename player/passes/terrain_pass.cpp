@@ -22,9 +22,9 @@ TerrainPass::TerrainPass(const PassSetup &setup)
       depth_model_at_(depth_.location("u_model")), depth_cutoff_at_(depth_.location("u_alpha_cutoff")),
       has_sand_normal_at_(program_.location("u_has_sand_normal")),
       has_effect_at_(program_.location("u_has_effect")),
-      sand_reference_at_(program_.location("u_sand_reference_m")),
-      edge_at_(program_.location("u_edge")), mix_at_(program_.location("u_mix")),
-      wet_at_(program_.location("u_wet")), clip_at_(program_.location("u_clip_plane")) {
+      sand_reference_at_(program_.location("u_sand_reference_m")), edge_at_(program_.location("u_edge")),
+      mix_at_(program_.location("u_mix")), wet_at_(program_.location("u_wet")),
+      clip_at_(program_.location("u_clip_plane")) {
     program_.set_unit("u_sand_color", unit_sand_color);
     program_.set_unit("u_sand_normal", unit_sand_normal);
     program_.set_unit("u_effect_color", unit_effect_color);
