@@ -13,13 +13,15 @@ ROOT = Path(__file__).resolve().parent.parent
 TOOLS = ("bash", "dirname", "id", "grep", "python3", "env", "ldconfig")
 
 
-def run_debian(tmp_path: Path, listed: str, extra: dict[str, str]) -> subprocess.CompletedProcess[str]:
-    """Runs debian.sh over a list of its own, on a PATH that holds TOOLS and the scripts in `extra` only."""
+def run_debian(
+    tmp_path: Path, listed: str, extra: dict[str, str], tools: tuple[str, ...] = TOOLS
+) -> subprocess.CompletedProcess[str]:
+    """Runs debian.sh over a list of its own, on a PATH that holds `tools` and the scripts in `extra` only."""
     shutil.copy(ROOT / "setup/debian.sh", tmp_path / "debian.sh")
     (tmp_path / "debian.txt").write_text(listed)
     path = tmp_path / "bin"
     path.mkdir()
-    for tool in TOOLS:
+    for tool in tools:
         where = shutil.which(tool, path=os.environ["PATH"] + ":/sbin:/usr/sbin")
         if where:
             (path / tool).symlink_to(where)
@@ -54,6 +56,39 @@ def test_without_apt_the_exact_list_is_printed(tmp_path: Path) -> None:
     assert result.returncode == 1
     assert "some-package" in result.stderr
     assert "other-package" not in result.stderr
+
+
+def test_a_probe_that_finds_not_even_python_says_nothing(tmp_path: Path) -> None:
+    listed = "run header:python3.*/Python.h python3-dev\nrun python:ensurepip python3-venv\n"
+    without = tuple(tool for tool in TOOLS if tool != "python3")
+    result = run_debian(tmp_path, listed, {"apt-get": "true", "sudo": '"$@"'}, without)
+    assert (result.returncode, result.stderr) == (0, "")
+    assert result.stdout.split() == ["installing:", "python3-dev", "python3-venv"]
+
+
+@pytest.mark.parametrize(
+    ("touched", "rebuilt", "left"),
+    [
+        ("pipeline/paradize/kernels/mathx.hpp", "building the kernels", "building the player"),
+        ("player/main.cpp", "building the player", "building the kernels"),
+    ],
+)
+def test_a_changed_source_rebuilds_its_own_part(touched: str, rebuilt: str, left: str) -> None:
+    if not (ROOT / "build/stamps/kernels").exists():
+        pytest.skip("build/ was not set up by make")
+    # -W: as if the file were new; -n: say, do not do.
+    said = subprocess.run(["make", "-n", "-W", touched, "setup"], cwd=ROOT, capture_output=True, text=True)
+    assert said.returncode == 0, said.stderr
+    assert rebuilt in said.stdout
+    assert left not in said.stdout
+
+
+def test_nothing_asks_apt_or_pip_twice_at_once() -> None:
+    """Under -j, too: each list of packages waits for the one before."""
+    printed = subprocess.run(["make", "-pnq", "setup-test"], cwd=ROOT, capture_output=True, text=True).stdout
+    for later, earlier in (("debian-test", "debian-run"), ("python-test", "kernels")):
+        rule = next(line for line in printed.splitlines() if line.startswith(f"build/stamps/{later}:"))
+        assert f"build/stamps/{earlier}" in rule.split("|")[1]
 
 
 def test_a_wrong_probe_is_refused(tmp_path: Path) -> None:
