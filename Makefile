@@ -11,6 +11,8 @@ player := build/bin/paradize-player
 scene := raw_assets/island.toml
 island := build/assets/island
 jobs ?= $(shell nproc)
+# Under -j a builder would look for the job server of make, which recipes do not hand on; ninja ends where it is not.
+alone := MAKEFLAGS= MFLAGS=
 export PATH := $(CURDIR)/$(bin):$(PATH)
 
 python_files := $(shell find pipeline raw_assets/make tests player -name '*.py' 2>/dev/null)
@@ -42,17 +44,17 @@ check: setup-test ## lint, types, formatting, and the island's assets; changes n
 	@$(paradize) check $(island)
 
 test: check ## every check and every test that fits in a quarter of an hour
-	@$(bin)/cmake --build --preset release
+	@$(alone) $(bin)/cmake --build --preset release
 	@$(bin)/ctest --test-dir build/player --output-on-failure -Q -O build/ctest.log || { cat build/ctest.log; exit 1; }
-	@$(bin)/python -m pytest -m "not deep"
+	@$(alone) $(bin)/python -m pytest -m "not deep"
 
 bench: setup-test ## speed and error as ratios beside peers, measured in one run
 	@$(bin)/python tests/bench/bench.py
 
 deep: check ## everything: sanitizers, whole flight, whole corpus; hours
-	@$(bin)/cmake --preset sanitize && $(bin)/cmake --build --preset sanitize
+	@$(bin)/cmake --preset sanitize && $(alone) $(bin)/cmake --build --preset sanitize
 	@$(bin)/ctest --test-dir build/sanitize --output-on-failure
-	@$(bin)/python -m pytest
+	@$(alone) $(bin)/python -m pytest
 
 fix: setup-test ## put formatting and simple lint right
 	@$(bin)/ruff check -q --fix pipeline raw_assets tests player
@@ -81,7 +83,7 @@ $(stamps)/python-run: setup/python-run.txt setup/python-source.txt $(stamps)/deb
 	@echo "installing the Python packages of setup/python-run.txt"
 	@$(bin)/pip install -q --disable-pip-version-check --require-hashes --only-binary :all: -r setup/python-run.txt
 	@echo "building openmesh and meshoptimizer (about a minute)"
-	@CMAKE_POLICY_VERSION_MINIMUM=3.5 $(bin)/pip install -q --disable-pip-version-check \
+	@$(alone) CMAKE_POLICY_VERSION_MINIMUM=3.5 $(bin)/pip install -q --disable-pip-version-check \
 	    --no-build-isolation --no-deps --require-hashes -r setup/python-source.txt
 	@touch $@
 
@@ -92,13 +94,13 @@ $(stamps)/python-test: setup/python-test.txt $(stamps)/python-run
 
 $(stamps)/kernels: $(kernel_files) pyproject.toml CMakeLists.txt $(stamps)/python-run
 	@echo "building the kernels"
-	@$(bin)/pip install -q --disable-pip-version-check --no-build-isolation --no-deps -e .
+	@$(alone) $(bin)/pip install -q --disable-pip-version-check --no-build-isolation --no-deps -e .
 	@touch $@
 
 $(player): $(player_files) CMakeLists.txt CMakePresets.json $(stamps)/python-run
 	@echo "building the player"
 	@$(bin)/cmake --preset release >build/player-configure.log || { cat build/player-configure.log; exit 1; }
-	@$(bin)/cmake --build --preset release --target paradize-player >build/player-build.log || { cat build/player-build.log; exit 1; }
+	@$(alone) $(bin)/cmake --build --preset release --target paradize-player >build/player-build.log || { cat build/player-build.log; exit 1; }
 	@touch $@
 
 $(stamps)/node: tests/e2e/package.json tests/e2e/package-lock.json $(stamps)/debian-test

@@ -91,6 +91,17 @@ def test_nothing_asks_apt_or_pip_twice_at_once() -> None:
         assert f"build/stamps/{earlier}" in rule.split("|")[1]
 
 
+def test_what_builds_with_ninja_does_not_look_for_the_job_server_of_make() -> None:
+    """Under -j ninja ends with `Could not initialize jobserver` where a recipe does not hand it on."""
+    builders = [
+        line
+        for line in (ROOT / "Makefile").read_text().replace("\\\n", "").splitlines()
+        if line.startswith("\t") and ("cmake --build" in line or "--no-build-isolation" in line)
+    ]
+    assert len(builders) >= 4
+    assert all("$(alone) " in line for line in builders)
+
+
 def test_a_wrong_probe_is_refused(tmp_path: Path) -> None:
     result = run_debian(tmp_path, "run smell:roses florist\n", {})
     assert result.returncode == 2
