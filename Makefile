@@ -11,7 +11,7 @@ player := build/bin/paradize-player
 scene := raw_assets/island.toml
 island := build/assets/island
 jobs ?= $(shell nproc)
-# Under -j a builder would look for the job server of make, which recipes do not hand on; ninja ends where it is not.
+# Under -j ninja would look for the job server of make, which a recipe does not hand on, and complain.
 alone := MAKEFLAGS= MFLAGS=
 export PATH := $(CURDIR)/$(bin):$(PATH)
 

@@ -92,7 +92,7 @@ def test_nothing_asks_apt_or_pip_twice_at_once() -> None:
 
 
 def test_what_builds_with_ninja_does_not_look_for_the_job_server_of_make() -> None:
-    """Under -j ninja ends with `Could not initialize jobserver` where a recipe does not hand it on."""
+    """Under -j it would complain: "Could not initialize jobserver": recipes do not hand it on."""
     builders = [
         line
         for line in (ROOT / "Makefile").read_text().replace("\\\n", "").splitlines()
