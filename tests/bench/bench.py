@@ -91,9 +91,7 @@ def bench_normals(runs: int) -> Row:
         return normals / np.sqrt((normals * normals).sum(axis=2, keepdims=True))
 
     def ours() -> np.ndarray:
-        return maps.normals_from_heights(
-            heights, scale=(1.0, 1.0), filter_name="fourth", wrap=(True, True)
-        )
+        return maps.normals_from_heights(heights, scale=(1.0, 1.0), filter_name="fourth", wrap=(True, True))
 
     times = median_ms(ours, runs), median_ms(numpy_central, runs)
     return Row(
