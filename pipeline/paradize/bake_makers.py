@@ -67,7 +67,7 @@ def make_color(sources: Sources, settings: Settings, tier: str) -> list[Product]
         wrap=settings["wrap"],
         tier=tier,
         alpha_cutoff=settings["alpha_cutoff"],
-        uv=sources.get("layout"),
+        uv=_layout(sources),
     )
     return [_texture("color", made)]
 
@@ -76,6 +76,7 @@ def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """Colour or height map -> the asked ones of normal, height, gloss and du/dv, each KTX2."""
     from paradize.bake_maps import bake_maps
 
+    layout = _layout(sources)
     made = bake_maps(
         sources["image"],
         only=settings["only"],
@@ -85,11 +86,25 @@ def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         green="up",
         fmt="ktx2",
         tier=tier,
-        uv=sources.get("layout"),
-        gloss_groups=settings.get("gloss_groups") or None,
+        uv=layout,
+        gloss_groups=(settings.get("gloss_groups") or None) if layout else None,
         slope_scale=_slope_scale(sources["image"], settings),
     )
     return [_texture(name, made[name]) for name in settings["only"]]
+
+
+def _layout(sources: Sources) -> Path | None:
+    """The OBJ whose UV layout an object's maps follow; None where it has none of its own."""
+    path = sources.get("layout")
+    if path is None:
+        return None
+    from paradize.errors import ParadizeError
+    from paradize.readers.obj import read_obj
+
+    try:
+        return path if read_obj(path).mesh.uvs is not None else None
+    except ParadizeError:
+        return path  # the baker reads it again, after the picture, and raises
 
 
 def _slope_scale(path: Path, settings: Settings) -> tuple[float, float] | None:

@@ -107,7 +107,8 @@ def _bake(
         mesh = replace(mesh, colors=None)
         warnings.append(f"{path}: vertex colours are not baked")
     mesh = _by_material(complete_normals(mesh, read.smoothing[found.kept])[0])
-    if atlas and mesh.uvs is None:
+    made_atlas = atlas and mesh.uvs is None
+    if made_atlas:
         mesh = call_isolated(
             f"the atlas of {path}",
             make_atlas,
@@ -115,10 +116,9 @@ def _bake(
             timeout_s=_ATLAS_TIMEOUT_S,
             memory_bytes=_ATLAS_MEMORY_BYTES,
         )
-    elif atlas:
-        warnings.append(f"{path}: has texture coordinates; no atlas made")
+        warnings.append(f"{path}: no texture coordinates, so a UV layout was made")
     if mesh.uvs is None:
-        warnings.append(f"{path}: no texture coordinates, so no tangent frames; --atlas makes some")
+        warnings.append(f"{path}: no texture coordinates, so no tangent frames; mesh --atlas makes some")
     used = tier if tier in TIERS else "balanced"
     if used != tier:
         warnings.append(f"{path}: levels of detail have no tier {tier!r}; {used!r} used")
@@ -135,6 +135,7 @@ def _bake(
         "triangles": len(framed[0][0].triangles),
         "vertices": len(framed[0][0].positions),
         "tier": used,
+        "atlas": made_atlas,
         "closed": found.closed,
         "components": found.topology.components,
         "materials": [group.material for group in framed[0][0].groups],

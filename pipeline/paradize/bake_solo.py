@@ -26,6 +26,8 @@ def solo_mesh(path: Path, *, lods: int, max_error: float | None, atlas: bool, ti
     from paradize.bake_mesh import bake_mesh
 
     made = bake_mesh(path, lods=lods, max_error=max_error, tier=tier, atlas=atlas)
+    if atlas and not made.report["atlas"]:
+        made.report["warnings"].append(f"{path}: has texture coordinates; no atlas made")
     rows = []
     for i, level in enumerate(made.report["lods"]):
         errors = {"surface_max": level["error_max"], "surface_rms": level["error_rms"]}

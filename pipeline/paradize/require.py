@@ -152,13 +152,13 @@ def _object(found: Requirements, item: SceneObject, look: Look) -> None:
         [Want(f"{name}_mesh", "mesh", "mesh", f"the object {name}, its shadow and its mirror image")],
         lods=item.lods,
         max_error=item.max_error,
-        atlas=item.atlas,
+        atlas=look.color_map is not None,  # a map needs a UV layout
         base_colors={material: list(color) for material, color in look.base_colors.items()},
     )
     if look.color_map is None:
         return
     alpha = {"alpha": item.alpha} if item.alpha else {}
-    layout = {"layout": item.mesh} if item.wrap == "clamp" and not item.atlas else {}
+    layout = {"layout": item.mesh} if item.wrap == "clamp" else {}
     cutoffs = [material.alpha_cutoff for material in item.materials.values() if material.alpha_cutoff > 0.0]
     sources = {"image": look.color_map, **alpha, **layout}
     _color(found, name, sources, item.wrap, f"the object {name}", min(cutoffs, default=0.5))

@@ -177,7 +177,6 @@ class SceneObject:
     alpha: Path | None = source(None)  # else the colour map's own alpha
     lods: int = whole(4, low=1, high=8)
     max_error: float | None = number(None, low=0.0, high=1.0, unit="of the diagonal")
-    atlas: bool = flag(False)  # make a UV layout where the OBJ has none
     wrap: str = choice("clamp", among=("clamp", "repeat"))
     strength: float = number(
         1.0, low=0.0, high=100.0, unit="% of the width"

@@ -84,7 +84,6 @@ scale = 2.0
 name = "dock"
 mesh = "dock.obj"
 color = "dock.jpg"
-atlas = true
 [[object.instance]]
 position = [{dock_x}, {dock_y}, {dock_z}]
 scale = 0.6

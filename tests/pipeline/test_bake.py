@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -360,3 +361,15 @@ def test_two_bakes_at_once_both_succeed(copied: tuple[Path, Path], tmp_path: Pat
     both = [subprocess.Popen([*command, "-j", "1"], stdout=subprocess.DEVNULL) for _ in range(2)]
     assert [process.wait(timeout=60) for process in both] == [0, 0]
     assert state_of(tmp_path / "both") == state_of(out)
+
+
+def test_a_textured_model_without_uvs_gets_a_layout_and_the_bake_says_so(copied: tuple[Path, Path]) -> None:
+    scene, out = copied
+    post = scene.parent / "post.obj"
+    bare = [line for line in post.read_text().splitlines() if not line.startswith("vt ")]
+    post.write_text("\n".join(re.sub(r"(\d+)/\d+", r"\1/", line) for line in bare) + "\n")
+    report = bake(scene, out, jobs=1)
+    assert not report.errors
+    assert any("UV layout was made" in warning for warning in report.warnings)
+    glb = next(out.glob("post_mesh-*.glb"))
+    assert b"TEXCOORD_0" in glb.read_bytes() and b"TANGENT" in glb.read_bytes()
