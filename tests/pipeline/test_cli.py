@@ -219,6 +219,7 @@ def test_an_interrupted_bake_leaves_nothing_half(tmp_path: Path, root: Path, num
         text=True,
         env=environment,
         start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a background shell ignores it
     )
     while not (tmp_path / "store/products").is_dir():
         time.sleep(0.01)

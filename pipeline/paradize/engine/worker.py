@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 import signal
@@ -44,6 +45,9 @@ def serve(descriptor: int) -> None:
             error = SourceError("is nested too deeply")
         except Exception as unknown:
             error = BakeError(f"unforeseen {type(unknown).__name__}: {unknown}{_where(unknown)}")
+        if sys.stdout is not None:
+            with contextlib.suppress(OSError):  # what a library printed is no part of the answer
+                sys.stdout.flush()
         try:
             link.send((value, error))
         except (BrokenPipeError, ConnectionError):
