@@ -201,8 +201,10 @@ def test_lines_points_short_faces_and_unknown_keywords_are_counted(tmp_path: Pat
         ("f 1 2 0", r"line 4: position index 0 is out of range 1 to 3"),
         ("f 1 2 4", r"line 4: position index 4 is out of range 1 to 3"),
         ("f 1 2 -4", r"line 4: position index -4 reaches before the first of 3"),
-        ("f 1/1 2/1 3/1", r"texture coordinate index 1 is out of range 1 to 0"),
-        ("f 1//2 2//2 3//2", r"normal index 2 is out of range 1 to 0"),
+        ("f 1/1 2/1 3/1", r"line 4: texture coordinate index 1, but there are none"),
+        ("f 1//2 2//2 3//2", r"line 4: normal index 2, but there are none"),
+        ("f 1//0 2//0 3//0", r"line 4: normal index 0, but there are none before it"),
+        ("f 1//-1 2//-1 3//-1", r"line 4: normal index -1, but there are none before it"),
         ("f 1 2 99999999999999999999", r"is not a face corner"),
         ("f 1 2 3/", None),
         ("f 1 2 3//", None),
@@ -224,6 +226,11 @@ def test_a_fault_is_told_with_file_and_line(tmp_path: Path, line: str, said: str
 def test_every_fault_of_a_file_is_told_at_once(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match=r"line 2: .*and 2 more, lines 4, 5"):
         read(tmp_path, "v 0 0 0\nv x 0 0\nv 0 0 0\nv 0 0\nf 1 2 9\n")
+
+
+def test_a_line_with_several_faults_is_named_once(tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match=r"line 1: .*and 2 more, line 3\)"):
+        read(tmp_path, "v x 0 0\nv 0 0 0\nf 9/9 9/9 9/9\n")
 
 
 @pytest.mark.parametrize(

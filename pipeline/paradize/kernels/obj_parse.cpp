@@ -273,6 +273,16 @@ class Parser {
         }
     }
 
+    // What is wrong with an index that names none of `have`; `where` is said when there are none at all.
+    static std::string out_of_range(int kind, std::int64_t given, std::uint64_t have,
+                                    std::string_view where) {
+        const std::string number = std::to_string(given);
+        if (have == 0)
+            return text_of({index_words[kind], " index ", number, ", but there are none", where});
+        return text_of(
+            {index_words[kind], " index ", number, " is out of range 1 to ", std::to_string(have)});
+    }
+
     // One index of a corner: moves past it. False (and a fault) on anything but a whole number in range.
     bool index(int kind, std::uint64_t have, std::uint32_t &value) {
         std::int64_t given = 0;
@@ -287,14 +297,14 @@ class Parser {
         if (given < 0) {
             given += static_cast<std::int64_t>(have) + 1;
             if (given <= 0) {
-                fault(text_of({index_words[kind], " index ",
-                               std::to_string(given - static_cast<std::int64_t>(have) - 1),
-                               " reaches before the first of ", std::to_string(have)}));
+                given -= static_cast<std::int64_t>(have) + 1;
+                fault(have == 0 ? out_of_range(kind, given, have, " before it")
+                                : text_of({index_words[kind], " index ", std::to_string(given),
+                                           " reaches before the first of ", std::to_string(have)}));
                 return false;
             }
         } else if (given == 0 || given > static_cast<std::int64_t>(absent) - 1) {
-            fault(text_of({index_words[kind], " index ", std::to_string(given), " is out of range 1 to ",
-                           std::to_string(have)}));
+            fault(out_of_range(kind, given, have, " before it"));
             return false;
         } else if (given > static_cast<std::int64_t>(have) && given > furthest_[kind].first) {
             furthest_[kind] = {given, line_};
@@ -359,9 +369,7 @@ class Parser {
                                        elements_.normals.size() / 3};
         for (int kind = 0; kind < 3; ++kind)
             if (furthest_[kind].first > static_cast<std::int64_t>(have[kind]))
-                fault_at(text_of({index_words[kind], " index ", std::to_string(furthest_[kind].first),
-                                  " is out of range 1 to ", std::to_string(have[kind])}),
-                         furthest_[kind].second);
+                fault_at(out_of_range(kind, furthest_[kind].first, have[kind], ""), furthest_[kind].second);
     }
 
     const char *p_;

@@ -130,9 +130,9 @@ def _fault(path: Path, parsed: ParsedObj) -> SourceError:
     faults = sorted(parsed.faults, key=lambda fault: fault[1])
     what, line = faults[0]
     if parsed.fault_count > 1:
-        more = ", ".join(str(other) for _, other in faults[1:])
-        rest = "" if parsed.fault_count <= len(faults) else ", ..."
-        what += f" (and {parsed.fault_count - 1} more, lines {more}{rest})"
+        lines = list(dict.fromkeys(str(other) for _, other in faults[1:]))
+        lines += ["..."] if parsed.fault_count > len(faults) else []
+        what += f" (and {parsed.fault_count - 1} more, line{'s' * (len(lines) > 1)} {', '.join(lines)})"
     return SourceError(what, file=path, place=f"line {line}", mend="mend the file or export it again")
 
 
