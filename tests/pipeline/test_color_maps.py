@@ -1,0 +1,65 @@
+"""Promises of baked colours and cube maps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+from paradize.bake_maps import bake_color, bake_cubemap
+from paradize.errors import SourceError
+from paradize.formats.ktx2 import decode_ktx2
+from paradize.metrics.texels import decode_texels
+from tests.pipeline.heights import save
+
+
+def test_colour_with_alpha_from_another_file(tmp_path: Path) -> None:
+    color = save(tmp_path / "c.png", np.full((16, 16, 3), 90, np.uint8))
+    hole = np.full((16, 16, 1), 255, np.uint8)
+    hole[4:12, 4:12] = 0
+    product = bake_color(color, alpha=save(tmp_path / "a.png", hole))
+    assert product.format == "BC3_SRGB"
+    assert np.array_equal(decode_texels(decode_ktx2(product.data))[:, :, 3] * 255, hole[:, :, 0])
+    wrong = save(tmp_path / "b.png", np.zeros((8, 16, 1), np.uint8))
+    with pytest.raises(SourceError, match="one size"):
+        bake_color(color, alpha=wrong)
+
+
+def test_an_opaque_alpha_channel_costs_nothing(tmp_path: Path) -> None:
+    pixels = np.full((8, 8, 4), 255, np.uint8)
+    assert bake_color(save(tmp_path / "o.png", pixels)).format == "BC1_RGB_SRGB"
+
+
+def test_a_linear_picture_is_measured_against_its_own_sRGB_encoding(tmp_path: Path) -> None:
+    values = np.random.default_rng(3).random((6, 6, 3), np.float32)
+    product = bake_color(save(tmp_path / "linear.exr", values, oiio.FLOAT))
+    assert product.format == "RGBA8_SRGB"
+    assert 55 < product.errors["color_psnr_db"] < 63  # rounding to 8 bits: 20 log10(255 sqrt 12) = 58.9 dB
+
+
+def test_what_lies_under_transparent_texels_does_not_bleed(tmp_path: Path) -> None:
+    pixels = np.zeros((32, 32, 4), np.uint8)
+    pixels[:, :, 1] = 255  # green under transparency
+    pixels[8:24, 8:24] = (200, 30, 30, 255)
+    product = bake_color(save(tmp_path / "leaf.png", pixels))
+    texture = decode_ktx2(product.data)
+    for level in range(len(texture.levels)):
+        assert decode_texels(texture, level)[:, :, 1].max() < 0.2
+
+
+def test_a_cube_map_wants_six_squares_of_one_size(tmp_path: Path) -> None:
+    faces = [
+        save(tmp_path / f"{i}.exr", np.full((8, 8, 3), i + 0.5, np.float32), oiio.FLOAT) for i in range(6)
+    ]
+    product = bake_cubemap(faces)
+    texture = decode_ktx2(product.data)
+    assert (texture.format, texture.faces, len(texture.levels)) == ("RGBA16F", 6, 4)
+    for face in range(6):
+        assert (decode_texels(texture, 0, face)[:, :, :3] == face + 0.5).all()
+    with pytest.raises(SourceError, match="six faces"):
+        bake_cubemap(faces[:5])
+    odd = save(tmp_path / "odd.exr", np.zeros((8, 4, 3), np.float32), oiio.FLOAT)
+    with pytest.raises(SourceError, match="square"):
+        bake_cubemap([*faces[:5], odd])
