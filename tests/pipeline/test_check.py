@@ -136,6 +136,18 @@ def falling_error(scene: Path) -> None:
     replace(scene, "post_mesh", with_json(file_of(scene, "post_mesh").read_bytes(), edit))
 
 
+def bare_glb(tree: dict[str, Any]) -> bytes:
+    """A GLB of a JSON chunk alone."""
+    text = json.dumps(tree).encode()
+    text += b" " * (-len(text) % 4)
+    return struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text), len(text), b"JSON") + text
+
+
+def no_mesh(scene: Path) -> None:
+    (scene / "scene.json").unlink()  # a folder of files alone: in a scene such a file is an error besides
+    (scene / "empty.glb").write_bytes(bare_glb({"asset": {"version": "2.0"}}))
+
+
 def short_chain(scene: Path) -> None:
     data = bytearray(file_of(scene, "sand_color").read_bytes())
     struct.pack_into("<I", data, 40, struct.unpack_from("<I", data, 40)[0] - 1)
@@ -191,6 +203,7 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ206", "a triangle with one corner twice", same_corner),
     ("PZ207", "levels swapped", swapped_lods),
     ("PZ207", "an error below zero", falling_error),
+    ("PZ208", "a mesh file without meshes", no_mesh),
     ("PZ301", "the last mip missing", short_chain),
     ("PZ301", "level 0 cut short", cut_texture),
     ("PZ302", "a texel of NaN", nan_sky),
@@ -258,6 +271,20 @@ def test_cut_meshes_and_textures_are_found_at_every_length(scene: Path, tmp_path
             cut = tmp_path / f"cut{path.suffix}"
             cut.write_bytes(data[:k])
             assert check_paths([cut]), (name, k)
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        {"asset": {"version": "2.0"}},
+        {"nodes": [{"name": "a"}], "meshes": [{"primitives": []}]},
+        {"nodes": [{"mesh": 0}], "meshes": [{"primitives": []}]},
+    ],
+)
+def test_a_mesh_file_without_any_mesh_is_a_warning(tmp_path: Path, tree: dict[str, Any]) -> None:
+    (tmp_path / "a.glb").write_bytes(bare_glb(tree))
+    found = check_paths([tmp_path / "a.glb"])
+    assert [(finding.code, finding.severity) for finding in found] == [("PZ208", "warning")]
 
 
 def test_a_path_that_is_not_there_is_a_finding(tmp_path: Path) -> None:

@@ -22,6 +22,8 @@ def check_mesh(data: bytes, file: str) -> Iterator[Finding]:
     except FormatError as error:
         yield Finding("PZ102", file, error.what, error.place or "")
         return
+    if not any(level.primitives for level in levels):
+        yield Finding("PZ208", file, "no node has a mesh to draw")
     seen: set[object] = set()
     for level in levels:
         for primitive in level.primitives:

@@ -45,6 +45,12 @@ RULES: dict[str, Rule] = {
         "a coarser level has more triangles or less error",
         "bake again",
     ),
+    "PZ208": Rule(
+        "warning",
+        "no mesh",
+        "a GLB without a node that draws a mesh shows nothing",
+        "export it with its meshes",
+    ),
     "PZ301": Rule("error", "mip chain incomplete", "levels down to 1 x 1 are missing or short", "bake again"),
     "PZ302": Rule("error", "texel not a number", "NaN or infinity in a float texture", "mend the source"),
     "PZ303": Rule(
