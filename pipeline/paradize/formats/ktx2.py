@@ -219,11 +219,6 @@ def _read_key_values(data: bytes, at: int, end: int, file: object) -> dict[str, 
     return found
 
 
-def read_metadata(data: bytes, file: object = None) -> dict[str, str]:
-    """The key/value pairs of a KTX2 file, checked as decode_ktx2 does. Raises FormatError."""
-    return _parse(data, file)[1]
-
-
 def decode_ktx2(data: bytes, file: object = None) -> Texture:
     """The texture in a KTX2 file that Paradize wrote.
 
@@ -231,11 +226,6 @@ def decode_ktx2(data: bytes, file: object = None) -> Texture:
     not match the format, an offset or length outside the file, levels missing, overlapping or out of order,
     padding that is not zero, bytes left over.
     """
-    return _parse(data, file)[0]
-
-
-def _parse(data: bytes, file: object) -> tuple[Texture, dict[str, str]]:
-    """The texture and the metadata of the file."""
     if len(data) < _HEADER_END:
         raise FormatError(f"{len(data)} bytes are no KTX2 file; its header has {_HEADER_END}", file=file)
     if data[: len(IDENTIFIER)] != IDENTIFIER:
@@ -295,4 +285,4 @@ def _parse(data: bytes, file: object) -> tuple[Texture, dict[str, str]]:
         end = at + size
     if end != len(data):
         raise FormatError(f"{len(data) - end} bytes follow the last level", file=file, place=f"byte {end}")
-    return Texture(name, width, height, tuple(levels), faces), metadata
+    return Texture(name, width, height, tuple(levels), faces)

@@ -63,26 +63,6 @@ class Level:
     seams_kept: bool = True
 
 
-def lod_chain(mesh: Mesh, count: int, tier: str = "balanced") -> list[Level]:
-    """`count` levels at most, level 0 the mesh itself, each with RATIO of the triangles of the one before.
-
-    Every level is made from the one before, so that a part which cannot lose more stays as it was there;
-    attributes always come from level 0. Ends early, with a note on the last level, where no fewer triangles
-    can be had.
-    """
-    levels = [Level(mesh, "")]
-    for at in range(1, count):
-        before = len(levels[-1].mesh.triangles)
-        target = max(LEAST_TRIANGLES, int(len(mesh.triangles) * RATIO**at))
-        level = simplify(levels[-1].mesh, target, tier, original=mesh) if target < before else levels[-1]
-        if len(level.mesh.triangles) > 0.9 * before:
-            note = level.note or f"{before} triangles are the least"
-            levels[-1] = Level(levels[-1].mesh, f"no level after lod{at - 1}: {note}")
-            break
-        levels.append(level)
-    return levels
-
-
 def simplify(mesh: Mesh, target: int, tier: str = "balanced", *, original: Mesh | None = None) -> Level:
     """A mesh of about `target` triangles (1 or more), from a validated mesh with normals; `original` is the
     surface that attributes come from (default: the mesh itself).
