@@ -93,10 +93,8 @@ def parser() -> argparse.ArgumentParser:
         sub.set_defaults(call=call)
         return sub
 
-    def common(sub: argparse.ArgumentParser) -> None:
-        sub.add_argument(
-            "-j", "--jobs", type=_whole(1, 4096), metavar="N", help="worker processes (default: cores)"
-        )
+    def common(sub: argparse.ArgumentParser, jobs: str = "threads at most") -> None:
+        sub.add_argument("-j", "--jobs", type=_whole(1, 4096), metavar="N", help=f"{jobs} (default: cores)")
         sub.add_argument("--tier", choices=TIERS, default="balanced", help="speed against accuracy")
         sub.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
@@ -104,7 +102,7 @@ def parser() -> argparse.ArgumentParser:
     sub.add_argument("scene", type=Path, metavar="SCENE.toml")
     sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: build/assets/<scene name>")
     sub.add_argument("--force", action="store_true", help="bake everything anew; read nothing from the store")
-    common(sub)
+    common(sub, "worker processes")
 
     sub = command("mesh", _mesh, "Bake an OBJ into a GLB with tangent frames and levels of detail.")
     sub.add_argument("input", type=Path, metavar="IN.obj")
@@ -291,7 +289,8 @@ def _solo(
     if out is not None and _same(out, arguments.input):
         raise BakeError("is the input itself", file=out, mend="name another file with -o")
     job = Job(arguments.input.name, call, {"path": arguments.input, "tier": arguments.tier, **settings})
-    outcome = run_jobs([job], 1)[0]
+    cores = os.cpu_count() or 1
+    outcome = run_jobs([job], 1, threads=min(arguments.jobs or cores, cores))[0]
     if outcome.error:
         raise outcome.error
     made = outcome.value

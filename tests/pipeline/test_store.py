@@ -169,8 +169,8 @@ def test_workers_die_with_their_parent() -> None:
         "import sys\nfrom tests.pipeline.test_store import hang\n"
         "from paradize.engine import workers\n"
         "start = workers._start\n"
-        "def loud():\n"
-        "    w = start(); print(w.process.pid, flush=True); return w\n"
+        "def loud(threads):\n"
+        "    w = start(threads); print(w.process.pid, flush=True); return w\n"
         "workers._start = loud\n"
         "workers.run_jobs([workers.Job('h', hang, {})], 1)"
     )

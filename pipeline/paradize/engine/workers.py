@@ -6,6 +6,7 @@ come back by job, so their order does not depend on how many workers there were.
 
 from __future__ import annotations
 
+import os
 import pickle
 import signal
 import socket
@@ -19,6 +20,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from paradize.errors import BakeError, ParadizeError
+from paradize.kernels.threads import VARIABLE
 
 _BOOT = "import sys; from paradize.engine.worker import serve; serve(int(sys.argv[1]))"
 
@@ -51,13 +53,14 @@ class _Worker:
     since: float = field(default=0.0)
 
 
-def _start() -> _Worker:
+def _start(threads: int | None = None) -> _Worker:
     ours, theirs = socket.socketpair()
     with theirs:
         process = subprocess.Popen(
             [sys.executable, "-c", _BOOT, str(theirs.fileno())],
             pass_fds=[theirs.fileno()],
             stdin=subprocess.DEVNULL,
+            env=None if threads is None else {**os.environ, VARIABLE: str(threads)},
             stdout=2,  # what libraries print goes to standard error: standard output is the caller's
         )
     return _Worker(process, Connection(ours.detach()))
@@ -83,10 +86,15 @@ def _death(worker: _Worker) -> str:
 
 
 def run_jobs(
-    jobs: Sequence[Job], workers: int, told: Callable[[Outcome], None] | None = None
+    jobs: Sequence[Job],
+    workers: int,
+    told: Callable[[Outcome], None] | None = None,
+    *,
+    threads: int | None = None,
 ) -> list[Outcome]:
     """Runs the jobs, at most `workers` at once; returns their outcomes in the order of the jobs. `told` hears
-    of each as it ends. Never raises for a job's own failure: that is in its outcome."""
+    of each as it ends. threads: what native kernels use in each worker (default: `default_threads`). Never
+    raises for a job's own failure: that is in its outcome."""
     waiting = list(reversed(jobs))
     outcomes: dict[str, Outcome] = {}
     crew: list[_Worker] = []
@@ -110,7 +118,7 @@ def run_jobs(
                 if worker.job is None and waiting:
                     give(worker)
             while waiting and len(crew) < max(1, workers):
-                crew.append(_start())
+                crew.append(_start(threads))
                 give(crew[-1])
             busy = [worker for worker in crew if worker.job]
             ready = wait([worker.link for worker in busy], timeout=0.5)

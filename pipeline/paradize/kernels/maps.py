@@ -6,7 +6,6 @@ ValueError: they are faults of the program, not of a source file. Results do not
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.kernels import _maps
+from paradize.kernels.threads import default_threads
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,7 +22,7 @@ F32 = npt.NDArray[np.float32]
 I32 = npt.NDArray[np.int32]
 
 FILTERS = ("central", "scharr", "fourth")
-THREADS = min(2, os.cpu_count() or 1)
+THREADS = default_threads(2)
 
 
 def _f32(array: npt.NDArray[Any], *, shape: Sequence[int | None], name: str) -> F32:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels._reference as _reference
+from paradize.kernels.threads import default_threads
 
 
 def _rows(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
@@ -42,7 +41,7 @@ def one_sided_distance(
     if not 0 <= samples <= 10**8:
         raise ValueError(f"{samples} samples, expected 0 to 10^8")
     a, b = _rows(from_positions), _rows(to_positions)
-    workers = min(os.cpu_count() or 1, 8) if threads is None else max(1, threads)
+    workers = default_threads(8) if threads is None else max(1, threads)
     found = _reference.surface_distance(
         a, _triangles(from_triangles, len(a)), b, _triangles(to_triangles, len(b)), samples, workers
     )
