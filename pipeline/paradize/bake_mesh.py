@@ -194,7 +194,8 @@ def _levels(
         levels.append(found)
         if not seams_kept:
             notes.append(
-                f"lod{len(levels) - 1}: the texture is stretched beside seams, or no level could be had"
+                f"lod{len(levels) - 1}: the texture is stretched beside seams, which had to be let go; "
+                "ask for fewer levels to keep them"
             )
     return levels, notes
 

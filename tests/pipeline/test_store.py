@@ -40,6 +40,11 @@ def hang() -> None:
     time.sleep(600)
 
 
+def tell_and_hang() -> None:
+    os.write(2, f"{os.getpid()}\n".encode())
+    hang()
+
+
 def chatter() -> int:
     print("a library that prints")
     os.write(1, b"and one that writes\n")
@@ -166,28 +171,23 @@ def test_what_libraries_print_never_reaches_standard_output() -> None:
 
 def test_workers_die_with_their_parent() -> None:
     script = (
-        "import sys\nfrom tests.pipeline.test_store import hang\n"
-        "from paradize.engine import workers\n"
-        "start = workers._start\n"
-        "def loud(threads):\n"
-        "    w = start(threads); print(w.process.pid, flush=True); return w\n"
-        "workers._start = loud\n"
-        "workers.run_jobs([workers.Job('h', hang, {})], 1)"
+        "from tests.pipeline.test_store import tell_and_hang\n"
+        "from paradize.engine.workers import Job, run_jobs\n"
+        "run_jobs([Job('h', tell_and_hang, {})], 1)"
     )
     root = Path(__file__).resolve().parents[2]
     parent = subprocess.Popen(
         [sys.executable, "-c", script],
-        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         text=True,
         cwd=root,
         env={**os.environ, "PYTHONPATH": str(root)},
     )
-    assert parent.stdout is not None
-    worker = int(parent.stdout.readline())
-    time.sleep(0.3)
+    assert parent.stderr is not None
+    worker = int(parent.stderr.readline())
     parent.kill()
     parent.wait()
-    parent.stdout.close()
+    parent.stderr.close()
     for _ in range(100):
         try:
             if Path(f"/proc/{worker}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
