@@ -9,6 +9,7 @@ import json
 import shutil
 import subprocess
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import av
@@ -34,10 +35,13 @@ def encode(frames: list[Path], video: Path) -> None:
         stream.pix_fmt = "yuv420p"
         stream.options = {"crf": "18", "preset": "veryfast"}
         stream.width, stream.height = map(int, FLIGHT_SIZE.split("x"))
-        for path in tqdm(frames, desc="video", unit="frame", disable=not sys.stderr.isatty()):
+        for number, path in enumerate(
+            tqdm(frames, desc="video", unit="frame", disable=not sys.stderr.isatty())
+        ):
             with av.open(str(path)) as picture:
-                frame = next(picture.decode(video=0))
-            container.mux(stream.encode(frame.reformat(format="yuv420p")))
+                frame = next(picture.decode(video=0)).reformat(format="yuv420p")
+            frame.pts, frame.time_base = number, Fraction(1, FRAMES_PER_SECOND)
+            container.mux(stream.encode(frame))
         container.mux(stream.encode())
 
 
