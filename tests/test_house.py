@@ -92,7 +92,9 @@ def test_player_includes_run_one_way() -> None:
 @pytest.mark.parametrize(
     "readme",
     sorted(
-        str(p.relative_to(ROOT)) for p in ROOT.rglob("*.md") if not re.search(r"/(build|\.[^/]+)/", str(p))
+        name
+        for name in (str(path.relative_to(ROOT)) for path in ROOT.rglob("*.md"))
+        if not re.match(r"(.*/)?(build|\.[^/]+)/", name)
     ),
 )
 def test_every_path_that_a_readme_names_exists(readme: str) -> None:
