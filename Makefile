@@ -48,8 +48,8 @@ test: check ## every check and every test that fits in a quarter of an hour
 	@$(bin)/ctest --test-dir build/player --output-on-failure -Q -O build/ctest.log || { cat build/ctest.log; exit 1; }
 	@$(alone) $(bin)/python -m pytest -m "not deep"
 
-bench: setup-test ## speed and error as ratios beside peers, measured in one run
-	@$(bin)/python tests/bench/bench.py
+bench: setup-test $(stamps)/python-bench ## speed and error as ratios beside peers, measured in one run; topics=maps for some
+	@$(bin)/python tests/bench/bench.py $(topics)
 
 deep: check ## everything: sanitizers, whole flight, whole corpus; hours
 	@$(bin)/cmake --preset sanitize && $(alone) $(bin)/cmake --build --preset sanitize
@@ -90,6 +90,11 @@ $(stamps)/python-run: setup/python-run.txt setup/python-source.txt $(stamps)/deb
 $(stamps)/python-test: setup/python-test.txt $(stamps)/python-run
 	@echo "installing the Python packages of setup/python-test.txt"
 	@$(bin)/pip install -q --disable-pip-version-check --require-hashes --only-binary :all: -r setup/python-test.txt
+	@touch $@
+
+$(stamps)/python-bench: setup/python-bench.txt $(stamps)/python-test
+	@echo "installing the peers of setup/python-bench.txt"
+	@$(bin)/pip install -q --disable-pip-version-check --require-hashes --only-binary :all: -r setup/python-bench.txt
 	@touch $@
 
 $(stamps)/kernels: $(kernel_files) pyproject.toml CMakeLists.txt $(stamps)/python-run

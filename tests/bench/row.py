@@ -1,0 +1,49 @@
+"""A row of the bench table, and how its times are taken."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@dataclass(frozen=True)
+class Row:
+    """ours_ms, peer_ms: medians of one run. limit: the smallest ratio peer / ours that we promise, where we
+    promise one. The errors are texts; measuring them is never inside the times."""
+
+    work: str
+    ours_ms: float
+    peer: str
+    peer_ms: float
+    ours_error: str
+    peer_error: str
+    limit: float | None = None
+
+
+def median_ms(work: Callable[[], Any], runs: int) -> float:
+    """Median wall time of `runs` calls after one that is not counted."""
+    work()
+    times = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        work()
+        times.append((time.perf_counter() - start) * 1e3)
+    return statistics.median(times)
+
+
+def pair_ms(ours: Callable[[], Any], peer: Callable[[], Any], runs: int) -> tuple[float, float]:
+    """Median wall times of both, taken in turns, so that a busy moment of the machine meets both."""
+    ours(), peer()
+    times: tuple[list[float], list[float]] = ([], [])
+    for _ in range(runs):
+        for work, into in zip((ours, peer), times, strict=True):
+            start = time.perf_counter()
+            work()
+            into.append((time.perf_counter() - start) * 1e3)
+    return statistics.median(times[0]), statistics.median(times[1])
