@@ -115,7 +115,7 @@ def _slope_scale(path: Path, settings: Settings) -> tuple[float, float] | None:
     from paradize.readers.image import read_image
 
     across, down = settings["size_m"]
-    rows, columns = read_image(path).pixels.shape[:2]
+    rows, columns = read_image(path).values.shape[:2]
     rise = settings["strength"] / 100.0
     return rise * columns, rise * rows * (across / down)
 

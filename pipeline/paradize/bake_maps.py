@@ -102,7 +102,7 @@ def bake_maps(
     rows, columns = image.pixels.shape[:2]
     layout = None if uv is None else _layout(uv, rows, columns, wraps)
     if source == "color":
-        image = replace(image, pixels=_spread(image.pixels, wraps))
+        image = replace(image, values=_spread(image.pixels, wraps))
 
     from_height = source == "height"
     heights = height_from_height(image, levels) if from_height else height_from_color(image, levels)

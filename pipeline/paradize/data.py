@@ -9,10 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
+import numpy as np
+
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
 
+    U8: TypeAlias = npt.NDArray[np.uint8]
+    U16: TypeAlias = npt.NDArray[np.uint16]
     F32: TypeAlias = npt.NDArray[np.float32]
     U32: TypeAlias = npt.NDArray[np.uint32]
 
@@ -49,16 +52,27 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Image:
-    """A decoded picture.
+    """A decoded picture, as its file holds it.
 
-    pixels: (h, w, c) float32, row 0 at the top; integers of the file mapped to 0..1, floats as they are.
-    color_space: "srgb" (pixels stay encoded as in the file; stages linearise them), "linear" or "data".
+    values: (h, w, c) with row 0 at the top: uint8 or uint16 codes, or float32 numbers as they are.
+    color_space: "srgb" (values stay encoded as in the file; stages linearise them), "linear" or "data".
     source_bits: 8, 16 or 32: bits per channel of the file.
     """
 
-    pixels: F32
+    values: U8 | U16 | F32
     color_space: str
     source_bits: int
+
+    @property
+    def pixels(self) -> F32:
+        """The values as float32, codes mapped to 0..1 by correctly rounded division; made anew at each call
+        from codes."""
+        if self.values.dtype == np.float32:
+            return self.values  # type: ignore[return-value]
+        top = np.float32(255 if self.values.dtype == np.uint8 else 65535)
+        pixels = self.values.astype(np.float32)
+        np.divide(pixels, top, out=pixels)
+        return pixels
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from paradize.errors import SourceError
+from paradize.errors import BakeError, SourceError
 from paradize.readers.image import read_image
 
 
@@ -193,13 +193,21 @@ def test_a_bomb_is_refused_before_it_is_decoded(tmp_path: Path, size: tuple[int,
         read_image(path)
 
 
-def test_the_limits_are_settings(tmp_path: Path) -> None:
+def test_the_limits_are_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write(tmp_path / "a.png", np.zeros((8, 8, 3), np.uint8), oiio.UINT8)
-    with pytest.raises(SourceError, match="at most 4 per side"):
-        read_image(path, max_side=4)
-    with pytest.raises(SourceError, match="63 in all"):
-        read_image(path, max_texels=63)
-    assert read_image(path, max_side=8, max_texels=64).pixels.shape == (8, 8, 3)
+    for name, number, message in (
+        ("PARADIZE_MAX_SIDE", "4", "at most 4 per side"),
+        ("PARADIZE_MAX_TEXELS", "63", "63 in all"),
+    ):
+        with monkeypatch.context() as settings:
+            settings.setenv(name, number)
+            with pytest.raises(SourceError, match=message):
+                read_image(path)
+            settings.setenv(name, "64")
+            assert read_image(path).values.shape == (8, 8, 3)
+            settings.setenv(name, "many")
+            with pytest.raises(BakeError, match=name):
+                read_image(path)
 
 
 SURVIVE = """

@@ -30,15 +30,16 @@ def read_heightmap(
     warnings: list[str] = []
     image = read_image(path, color_space="data")
     metres = holds_plain_numbers(path)
-    rows, columns, channels = image.pixels.shape
+    pixels = image.pixels
+    rows, columns, channels = pixels.shape
     if min(rows, columns) < 2 or max(rows, columns) > MAX_SIDE:
         raise SourceError(
             f"is {columns} x {rows} pixels; allowed: 2 to {MAX_SIDE} on each side",
             file=path,
             mend="a pixel is a vertex, so a terrain needs two each way",
         )
-    levels = image.pixels[:, :, 0]
-    if channels >= 3 and not all(np.array_equal(levels, image.pixels[:, :, k]) for k in (1, 2)):
+    levels = pixels[:, :, 0]
+    if channels >= 3 and not all(np.array_equal(levels, pixels[:, :, k]) for k in (1, 2)):
         raise SourceError("is a colour picture", file=path, mend="save the heights as one grey channel")
     if channels in (2, 4):
         warnings.append(f"{path}: the alpha channel is ignored")

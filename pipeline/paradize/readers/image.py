@@ -1,13 +1,15 @@
 """Pictures of every format that OpenImageIO reads -> Image, or one clear SourceError.
 
-OpenImageIO reports failure by return values, sometimes with pixels beside the error, sometimes (Targa) with
-pixels and no error at all; it multiplies colour by alpha unless told not to. So this reader asks for straight
-alpha, takes an error for an error whatever came with it, and measures Targa files itself.
+OpenImageIO reports failure by return values, sometimes with pixels beside the error, sometimes with pixels
+and no error at all; it multiplies colour by alpha unless told not to. So this reader asks for straight alpha,
+takes an error for an error whatever came with it, and looks for damage itself (damage.py).
 
 A picture keeps one to four channels: grey; grey and alpha; red, green, blue; and those with alpha. Alpha
-comes out straight (not multiplied into colour). Unsigned integers map to 0..1 by correctly rounded division,
-so the same file gives the same bits on every machine; signed integers and floats stay what they are. Of
-files that hold several pictures the first is read.
+comes out straight (not multiplied into colour). Unsigned integers of 8 and 16 bits stay the file's codes;
+signed integers and floats are numbers as they are. Of files that hold several pictures the first is read.
+
+The limits are settings of the environment: PARADIZE_MAX_SIDE (texels), PARADIZE_MAX_TEXELS and
+PARADIZE_MAX_MB (of a decoded picture). They refuse pictures and change none.
 """
 
 from __future__ import annotations
@@ -23,8 +25,8 @@ import numpy as np
 import OpenImageIO as oiio
 
 from paradize.data import Image
-from paradize.errors import SourceError
-from paradize.readers.targa import check_targa
+from paradize.errors import BakeError, SourceError
+from paradize.readers.damage import check_damage
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,9 +34,10 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-MAX_SIDE = 32768  # texels
-MAX_TEXELS = 1 << 28  # 16384 x 16384: the largest map that the bake promises
-_MEMORY_MB = 8192  # a decoded picture above this never leaves OpenImageIO
+    from paradize.data import F32, U8, U16
+
+# Setting -> what holds where the environment does not say: 16384 x 16384 is the largest map that is promised.
+LIMITS = {"PARADIZE_MAX_SIDE": 32768, "PARADIZE_MAX_TEXELS": 1 << 28, "PARADIZE_MAX_MB": 8192}
 
 # Formats whose files keep straight alpha, as OpenImageIO hands it over when asked for it.
 _STRAIGHT = {
@@ -66,19 +69,27 @@ _TYPES: dict[str, tuple[Any, Any, float]] = {  # what to ask for, what comes, wh
 }
 
 
-def read_image(
-    path: Path, *, color_space: str | None = None, max_side: int = MAX_SIDE, max_texels: int = MAX_TEXELS
-) -> Image:
-    """The picture in `path`: pixels (h, w, 1..4) float32, finite, row 0 at the top, straight alpha.
+def limit(name: str) -> int:
+    """The limit of this name in LIMITS, or what the environment says instead. Raises BakeError where that is
+    no whole number above 0."""
+    told = os.environ.get(name, "")
+    if not told:
+        return LIMITS[name]
+    if not (told.isascii() and told.isdigit() and len(told) <= 18 and int(told) > 0):
+        raise BakeError(f"the setting {name} is {told!r:.40}", mend="give it a whole number above 0")
+    return int(told)
+
+
+def read_image(path: Path, *, color_space: str | None = None) -> Image:
+    """The picture in `path`: values (h, w, 1..4), finite, row 0 at the top, straight alpha.
 
     color_space: "srgb", "linear" or "data" overrides what the file says; by itself a file of floats or
-    signed integers, and one that declares itself linear, is "linear", every other is "srgb". max_side and
-    max_texels refuse larger pictures before they are decoded. Raises SourceError for a file that is missing,
-    empty, no picture, damaged, truncated, too large, of a shape that is no picture, or that holds NaN or
-    infinity.
+    signed integers, and one that declares itself linear, is "linear", every other is "srgb". Pictures beyond
+    the limits are refused before they are decoded. Raises SourceError for a file that is missing, empty, no
+    picture, damaged, truncated, too large, of a shape that is no picture, or that holds NaN or infinity.
     """
     _require_file(path)
-    oiio.attribute("limits:imagesize_MB", _MEMORY_MB)
+    oiio.attribute("limits:imagesize_MB", limit("PARADIZE_MAX_MB"))
     oiio.attribute("limits:channels", 64)
     hints = oiio.ImageSpec()
     hints.attribute("oiio:UnassociatedAlpha", 1)
@@ -87,7 +98,7 @@ def read_image(
     if source is None:
         raise SourceError(f"no picture that can be read: {_message(oiio) or 'no reason given'}", file=path)
     try:
-        return _read_open(source, path, color_space, max_side, max_texels)
+        return _read_open(source, path, color_space)
     except MemoryError as error:
         raise SourceError("does not fit into memory", file=path, mend="make it smaller") from error
     finally:
@@ -161,41 +172,64 @@ def _message(source: Any) -> str:
     return "; ".join(line.strip() for line in text.splitlines() if line.strip())
 
 
-def _read_open(source: Any, path: Path, color_space: str | None, max_side: int, max_texels: int) -> Image:
+def _read_open(source: Any, path: Path, color_space: str | None) -> Image:
     spec = source.spec()
-    width, height = spec.width, spec.height
     kind, name = source.format_name(), str(spec.format)
-    if spec.deep or spec.depth > 1:
-        raise SourceError("deep and volume pictures are not maps", file=path)
-    if width < 1 or height < 1 or spec.nchannels < 1:
-        raise SourceError(f"{width} x {height} texels of {spec.nchannels} channels are no picture", file=path)
-    if width > max_side or height > max_side or width * height > max_texels:
-        what = f"{width} x {height} texels; at most {max_side} per side and {max_texels} in all are read"
-        raise SourceError(what, file=path, mend="make it smaller")
-    if name == "double" and height == 1:
-        raise SourceError(
-            "one row of 64-bit floats is not decoded reliably", file=path, mend="save it as 32-bit float"
-        )
-    if kind == "targa":
-        check_targa(path)
+    _require_shape(spec, name, path)
+    check_damage(path, kind)
     channels = _channels(spec, path)
-    pixels = _decode(source, spec, name, path)
-    pixels = np.ascontiguousarray(pixels[:, :, channels])
-    finite = np.isfinite(pixels)
-    if not finite.all():
-        y, x, channel = (int(i) for i in np.argwhere(~finite)[0])
-        what = f"{pixels[y, x, channel]} in channel {channel}, {int((~finite).sum())} such values in all"
-        raise SourceError(what, file=path, place=f"texel ({x}, {y})", mend="maps need finite numbers")
-    if pixels.shape[2] in (2, 4) and _is_premultiplied(spec, kind):
-        pixels = _straighten(pixels)
-    if pixels.shape[2] == 2 and spec.alpha_channel != 1:  # red and green alone
-        pixels = np.concatenate([pixels, np.zeros_like(pixels[:, :, :1])], axis=2)
+    values: npt.NDArray[Any] = _decode(source, spec, name, path)
+    if channels != list(range(spec.nchannels)):
+        values = np.ascontiguousarray(values[:, :, channels])
+    if values.dtype == np.float32:
+        _require_finite(values, path)
+    if values.shape[2] in (2, 4) and _is_premultiplied(spec, kind):
+        values = _straighten(Image(values, "data", 32).pixels)
+    if values.shape[2] == 2 and spec.alpha_channel != 1:  # red and green alone
+        values = np.concatenate([values, np.zeros_like(values[:, :, :1])], axis=2)
     if color_space is None:
         declared = spec.get_string_attribute("oiio:ColorSpace").lower()
         linear = name in _PLAIN_NUMBERS or declared.startswith("lin")
         color_space = "linear" if linear else "srgb"
     bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
-    return Image(pixels, color_space, bits)
+    return Image(values, color_space, bits)
+
+
+def _require_shape(spec: Any, name: str, path: Path) -> None:
+    """Raises SourceError for what is no flat picture, is beyond the limits, or cannot be decoded rightly."""
+    width, height = spec.width, spec.height
+    if spec.deep or spec.depth > 1:
+        raise SourceError("deep and volume pictures are not maps", file=path)
+    if width < 1 or height < 1 or spec.nchannels < 1:
+        raise SourceError(f"{width} x {height} texels of {spec.nchannels} channels are no picture", file=path)
+    side, texels = limit("PARADIZE_MAX_SIDE"), limit("PARADIZE_MAX_TEXELS")
+    if width > side or height > side or width * height > texels:
+        what = f"{width} x {height} texels; at most {side} per side and {texels} in all are read"
+        mend = "make it smaller, or raise PARADIZE_MAX_SIDE and PARADIZE_MAX_TEXELS"
+        raise SourceError(what, file=path, mend=mend)
+    if name == "double" and height == 1:
+        raise SourceError(
+            "one row of 64-bit floats is not decoded reliably", file=path, mend="save it as 32-bit float"
+        )
+
+
+_BAND = 256  # rows looked at together
+
+
+def _require_finite(values: F32, path: Path) -> None:
+    """Raises SourceError, with the first place and the number of such values, for NaN and infinity."""
+    first, count = None, 0
+    for row in range(0, values.shape[0], _BAND):
+        finite = np.isfinite(values[row : row + _BAND])
+        if not finite.all():
+            count += int(finite.size) - int(np.count_nonzero(finite))
+            if first is None:
+                y, x, channel = (int(i) for i in np.argwhere(~finite)[0])
+                first = (row + y, x, channel)
+    if first is not None:
+        y, x, channel = first
+        what = f"{values[first]} in channel {channel}, {count} such values in all"
+        raise SourceError(what, file=path, place=f"texel ({x}, {y})", mend="maps need finite numbers")
 
 
 def _channels(spec: Any, path: Path) -> list[int]:
@@ -210,8 +244,9 @@ def _channels(spec: Any, path: Path) -> list[int]:
     raise SourceError(what, file=path, mend="one to four channels are read")
 
 
-def _decode(source: Any, spec: Any, name: str, path: Path) -> npt.NDArray[np.float32]:
-    """All channels as float32 (h, w, c): integers by correctly rounded division, floats as they are."""
+def _decode(source: Any, spec: Any, name: str, path: Path) -> U8 | U16 | F32:
+    """All channels (h, w, c): codes of 8 and 16 bits as they are, other unsigned integers as shares of their
+    largest, all else as float32 numbers."""
     if name not in _TYPES:
         raise SourceError(f"texels of type {name} are not read", file=path)
     wanted, dtype, top = _TYPES[name]
@@ -224,12 +259,12 @@ def _decode(source: Any, spec: Any, name: str, path: Path) -> npt.NDArray[np.flo
     if values.size != spec.height * spec.width * spec.nchannels:
         raise SourceError(f"{values.size} values came for {spec.width} x {spec.height} texels", file=path)
     values = values.reshape(spec.height, spec.width, spec.nchannels)
-    if top == 1.0:
-        with np.errstate(over="ignore"):  # a double beyond float32 becomes infinity, which is then refused
-            return values.astype(np.float32)
-    if top <= 65535.0:
-        return values.astype(np.float32) / np.float32(top)
-    return (values.astype(np.float64) / top).astype(np.float32)
+    if top in (255.0, 65535.0):
+        return values
+    with np.errstate(over="ignore"):  # a double beyond float32 becomes infinity, which is then refused
+        if top == 1.0:
+            return values.astype(np.float32, copy=False)
+        return (values.astype(np.float64) / top).astype(np.float32)
 
 
 def _is_premultiplied(spec: Any, kind: str) -> bool:
@@ -239,7 +274,7 @@ def _is_premultiplied(spec: Any, kind: str) -> bool:
     return kind not in _STRAIGHT
 
 
-def _straighten(pixels: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+def _straighten(pixels: F32) -> F32:
     """Colour divided by alpha; where alpha is zero, colour as it is."""
     alpha = pixels[:, :, -1:]
     safe = np.where(alpha > 0, alpha, np.float32(1))

@@ -1,0 +1,190 @@
+"""What OpenImageIO does not tell: files whose structure says that texels are missing or out of range.
+
+Only what the file itself contradicts can be known: a value that was changed into another legal one cannot.
+Sources: ITU-T T.81, "JPEG", 1992, annex B; Adobe, "TIFF 6.0", 1992; Microsoft, "Bitmap
+storage"; J. Poskanzer, the manual pages of netpbm (pbm, pgm, ppm, pam, pfm).
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from paradize.errors import SourceError
+from paradize.readers.targa import check_targa
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+
+def check_damage(path: Path, kind: str) -> None:
+    """Raises SourceError where a file of this kind (OpenImageIO's name) lacks texels that its header
+    promises, or holds values that its header rules out. Kinds that OpenImageIO reports itself pass."""
+    check = _CHECKS.get(kind)
+    if check is not None:
+        check(path)
+
+
+def _cut(path: Path, what: str) -> SourceError:
+    return SourceError(f"damaged or cut: {what}", file=path)
+
+
+def _check_jpeg(path: Path) -> None:
+    """Every marker segment ends inside the file, a scan is there, and the picture ends with its marker."""
+    data = path.read_bytes()
+    at, scans, size = 2, 0, len(data)
+    while True:
+        at = data.find(b"\xff", at)
+        while 0 <= at < size - 1 and data[at + 1] == 0xFF:
+            at += 1
+        if at < 0 or at + 1 >= size:
+            raise _cut(path, "the file ends before its picture does")
+        marker = data[at + 1]
+        if marker == 0xD9:
+            break
+        at += 2
+        if marker == 0 or marker == 1 or 0xD0 <= marker <= 0xD8:  # a stuffed byte, or a marker alone
+            continue
+        if at + 2 > size or at + int.from_bytes(data[at : at + 2], "big") > size:
+            raise _cut(path, f"its segment at byte {at - 2} passes the end of the file")
+        if marker == 0xDA:
+            scans += 1
+        at += max(2, int.from_bytes(data[at : at + 2], "big"))
+    if not scans:
+        raise _cut(path, "it holds no scan")
+
+
+def _check_bmp(path: Path) -> None:
+    """The rows of an uncompressed bitmap lie inside the file; palette codes are in their palette."""
+    data = path.read_bytes()
+    if len(data) < 26:
+        raise _cut(path, f"{len(data)} bytes; a bitmap's header has 26 or more")
+    start, header = struct.unpack_from("<II", data, 10)
+    if header == 12:
+        width, height, _, bits = struct.unpack_from("<HHHH", data, 18)
+        packing, colors = 0, 0
+    elif len(data) >= 54:
+        width, height, _, bits, packing = struct.unpack_from("<iiHHI", data, 18)
+        (colors,) = struct.unpack_from("<I", data, 46)
+    else:
+        raise _cut(path, "its header is cut")
+    height = abs(height)
+    if packing not in (0, 3, 6):
+        return  # run-length coded: the decoder counts its texels
+    stride = (width * bits + 31) // 32 * 4
+    if start + stride * height > len(data):
+        raise _cut(path, f"{len(data)} bytes; its {width} x {height} texels end at {start + stride * height}")
+    if bits == 8 and 0 < colors < 256:
+        rows = np.frombuffer(data, np.uint8, stride * height, start).reshape(height, stride)[:, :width]
+        if int(rows.max(initial=0)) >= colors:
+            raise _cut(path, f"texels of colour {int(rows.max())}; its palette has {colors}")
+
+
+def _check_pnm(path: Path) -> None:
+    """As many values as the header promises, none above its largest."""
+    data = path.read_bytes()
+    kind = data[1:2]
+    if kind not in b"123456":
+        return  # PAM and PFM: the decoder counts bytes itself
+    bitmap = kind in b"14"
+    numbers, at = _header_numbers(data, 2 if bitmap else 3)
+    if len(numbers) < (2 if bitmap else 3):
+        raise _cut(path, "its header is cut")
+    width, height = numbers[:2]
+    top = 1 if bitmap else numbers[2]
+    count = width * height * (3 if kind in b"36" else 1)
+    if not 1 <= top <= 65535:
+        raise _cut(path, f"its largest value is {top}; 1 to 65535 are allowed")
+    if kind in b"123":
+        body = b"\n".join(line.partition(b"#")[0] for line in data[at:].splitlines())
+        words = list(body.translate(None, b" \t\r\n\v\f")) if kind == b"1" else body.split()
+        if len(words) < count:
+            raise _cut(path, f"{len(words)} values; its header promises {count}")
+        if kind != b"1" and any(not word.isdigit() or int(word) > top for word in words[:count]):  # type: ignore[union-attr]
+            raise _cut(path, f"a value is no number in 0..{top}")
+        return
+    start = at + 1
+    needed = (width + 7) // 8 * height if bitmap else count * (2 if top > 255 else 1)
+    if start + needed > len(data):
+        raise _cut(path, f"{len(data) - start} bytes of texels; its header promises {needed}")
+    if not bitmap and top not in (255, 65535):
+        values = np.frombuffer(data, ">u2" if top > 255 else "u1", count, start)
+        if int(values.max(initial=0)) > top:
+            raise _cut(path, f"a value of {int(values.max())}; its header says {top} at most")
+
+
+def _header_numbers(data: bytes, wanted: int) -> tuple[list[int], int]:
+    """The first numbers after a two-byte magic, comments skipped, and the byte after the last digit."""
+    numbers: list[int] = []
+    at = 2
+    while at < len(data) and len(numbers) < wanted:
+        if data[at : at + 1] == b"#":
+            end = data.find(b"\n", at)
+            at = len(data) if end < 0 else end
+        elif data[at : at + 1].isdigit():
+            end = at
+            while data[end : end + 1].isdigit() and end - at < 10:
+                end += 1
+            numbers.append(int(data[at:end]))
+            at = end
+        elif data[at : at + 1].isspace():
+            at += 1
+        else:
+            break
+    return numbers, at
+
+
+_TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 6: 1, 7: 1, 8: 2, 9: 4, 16: 8, 17: 8, 18: 8}
+_TIFF_CODES = {1: "B", 3: "H", 4: "I", 16: "Q"}
+_OFFSETS, _COUNTS = (273, 324), (279, 325)  # of strips and of tiles
+
+
+def _check_tiff(path: Path) -> None:
+    """Every strip or tile of the first picture lies inside the file."""
+    data = path.read_bytes()
+    order = {b"II": "<", b"MM": ">"}.get(data[:2])
+    if order is None or len(data) < 16:
+        raise _cut(path, "its header is cut")
+    big = struct.unpack_from(f"{order}H", data, 2)[0] == 43
+    try:
+        found = _tiff_entries(data, order, big)
+    except struct.error:
+        raise _cut(path, "its directory passes the end of the file") from None
+    for offsets, counts in zip(_OFFSETS, _COUNTS, strict=True):
+        for offset, count in zip(found.get(offsets, ()), found.get(counts, ()), strict=False):
+            if offset + count > len(data):
+                raise _cut(path, f"texels end at byte {offset + count} of {len(data)}")
+
+
+def _tiff_entries(data: bytes, order: str, big: bool) -> dict[int, tuple[int, ...]]:
+    """The places and lengths of the texels in the first directory. Raises struct.error where it is cut."""
+    place, count_code, entry_size, room = ("Q", "Q", 20, 8) if big else ("I", "H", 12, 4)
+    (at,) = struct.unpack_from(order + place, data, 8 if big else 4)
+    (count,) = struct.unpack_from(order + count_code, data, at)
+    at += struct.calcsize("=" + count_code)
+    found: dict[int, tuple[int, ...]] = {}
+    for k in range(min(count, 4096)):
+        entry = at + k * entry_size
+        tag, kind = struct.unpack_from(order + "HH", data, entry)
+        (length,) = struct.unpack_from(order + place, data, entry + 4)
+        if tag not in _OFFSETS + _COUNTS or kind not in _TIFF_CODES:
+            continue
+        start = entry + entry_size - room
+        if length * _TIFF_SIZES[kind] > room:
+            (start,) = struct.unpack_from(order + place, data, start)
+        if length * _TIFF_SIZES[kind] > len(data):
+            raise struct.error
+        found[tag] = struct.unpack_from(f"{order}{length}{_TIFF_CODES[kind]}", data, start)
+    return found
+
+
+_CHECKS: dict[str, Callable[[Path], None]] = {
+    "targa": check_targa,
+    "jpeg": _check_jpeg,
+    "bmp": _check_bmp,
+    "pnm": _check_pnm,
+    "tiff": _check_tiff,
+}
