@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,22 +15,53 @@ from paradize.formats.ktx2 import FORMATS, encode_ktx2, full_level_count, level_
 Node = Callable[[str, list[object]], Any]
 
 
+SIZES = [(20, 12), (1, 1), (1, 37), (33, 7), (64, 64)]
+
+
 @pytest.mark.parametrize("faces", [1, 6])
-def test_every_format_reads_in_ktx_parse(tmp_path: Path, node: Node, faces: int) -> None:
-    width, height = (16, 16) if faces == 6 else (20, 12)
-    files: list[object] = []
+@pytest.mark.parametrize("zstd_level", [None, 3])
+def test_every_format_and_size_reads_in_ktx_parse(
+    tmp_path: Path, node: Node, faces: int, zstd_level: int | None
+) -> None:
+    written: dict[Path, Texture] = {}
     for name in FORMATS:
-        count = full_level_count(width, height)
-        levels = tuple(bytes(level_bytes(name, width, height, level, faces)) for level in range(count))
-        path = tmp_path / f"{name}.ktx2"
-        path.write_bytes(encode_ktx2(Texture(name, width, height, levels, faces)))
-        files.append(path)
-    read = node("read_ktx2.mjs", files)
-    for name, path in zip(FORMATS, files, strict=True):
+        for width, height in SIZES:
+            if faces == 6:
+                height = width
+            sizes = [
+                level_bytes(name, width, height, level, faces)
+                for level in range(full_level_count(width, height))
+            ]
+            levels = tuple(bytes((31 * k + i) % 253 for i in range(size)) for k, size in enumerate(sizes))
+            texture = Texture(name, width, height, levels, faces)
+            path = tmp_path / f"{name}-{width}x{height}.ktx2"
+            path.write_bytes(encode_ktx2(texture, zstd_level=zstd_level))
+            written[path] = texture
+    read = node("read_ktx2.mjs", list(written))
+    assert len(read) == len(written)
+    for path, texture in written.items():
         found = read[str(path)]
-        assert found["vkFormat"] == FORMATS[name].vk
-        assert (found["width"], found["height"], found["faces"]) == (width, height, faces)
-        assert found["levels"] == [
-            level_bytes(name, width, height, level, faces) for level in range(len(found["levels"]))
-        ]
-        assert len(found["levels"]) == full_level_count(width, height)
+        fmt = FORMATS[texture.format]
+        assert (found["vkFormat"], found["typeSize"]) == (fmt.vk, fmt.type_size), path
+        shape = (texture.width, texture.height, texture.faces)
+        assert (found["width"], found["height"], found["faces"]) == shape, path
+        assert found["scheme"] == (0 if zstd_level is None else 2), path
+        assert found["levels"] == [len(level) for level in texture.levels], path
+        assert found["digests"] == [hashlib.sha256(level).hexdigest() for level in texture.levels], path
+        described = found["descriptor"]
+        assert described["colorModel"] == fmt.model, path
+        assert described["transferFunction"] == fmt.transfer, path
+        assert described["bytesPlane"][0] == (fmt.block_bytes if zstd_level is None else 0), path
+        assert [d + 1 for d in described["texelBlockDimension"][:2]] == [fmt.block, fmt.block], path
+        samples = tuple(
+            (
+                s["channelType"],
+                s["bitOffset"],
+                s["bitLength"] + 1,
+                s["sampleLower"] & 0xFFFFFFFF,
+                s["sampleUpper"] & 0xFFFFFFFF,
+            )
+            for s in described["samples"]
+        )
+        assert samples == fmt.samples, path
+        assert found["orientation"] == "rd", path

@@ -41,7 +41,8 @@ def _chain(data: bytes, file: str) -> Iterator[Finding]:
         return
     number, _, width, height, depth, layers, faces, count, packed = struct.unpack_from("<9I", data, 12)
     name = _BY_NUMBER.get(number)
-    if name is None or depth or layers or packed or faces not in (1, 6) or not width or not height:
+    known = name is not None and packed in (0, 2) and faces in (1, 6)
+    if name is None or not known or depth or layers or not width or not height:
         yield Finding("PZ102", file, f"VkFormat {number} of a kind that Paradize does not read", "byte 12")
         return
     wanted = full_level_count(width, height)
@@ -54,9 +55,11 @@ def _chain(data: bytes, file: str) -> Iterator[Finding]:
         if at + 24 > len(data):
             yield Finding("PZ301", file, "the level index is cut short", place)
             return
-        offset, length, _ = struct.unpack_from("<3Q", data, at)
+        offset, stored, length = struct.unpack_from("<3Q", data, at)
         needed = level_bytes(name, width, height, level, faces)
-        if length != needed or offset + length > len(data):
+        if not packed:
+            length = stored
+        if length != needed or offset + stored > len(data):
             held = min(length, max(0, len(data) - offset))
             yield Finding("PZ301", file, f"{held} bytes, needs {needed}", place)
             return

@@ -26,6 +26,7 @@ LIBRARIES = (
     "openmesh",
     "soundfile",
     "xatlas",
+    "zstandard",
 )
 _IMPORT = re.compile(
     rb"^[ \t]*(?:from[ \t]+(paradize[\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)"

@@ -1,0 +1,142 @@
+"""What both sides of KTX2 know: the texel formats, their descriptors, and where things lie in a file.
+
+Source: The Khronos Group, "KTX File Format Specification, Version 2.0", 2020; the data format descriptor
+follows "Khronos Data Format Specification 1.3", 2019. The byte layout is told in FORMAT.md.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from math import lcm
+
+IDENTIFIER = b"\xabKTX 20\xbb\r\n\x1a\n"
+MAX_SIZE = 32768  # texels per side: twice what desktop hardware takes
+NONE, ZSTD = 0, 2  # supercompression schemes
+HEADER = struct.Struct("<9I4I2Q")
+LEVEL = struct.Struct("<3Q")
+HEADER_END = len(IDENTIFIER) + HEADER.size
+
+_RGBSDA, _BC1A, _BC3, _BC4, _BC5, _BC7 = 1, 128, 130, 131, 132, 134  # colour models
+_LINEAR, _SRGB = 1, 2  # its transfer functions
+_ALPHA, _GREEN = 15, 1
+_QUALIFY_LINEAR, _QUALIFY_SIGNED, _QUALIFY_FLOAT = 0x10, 0x40, 0x80
+
+
+@dataclass(frozen=True)
+class Format:
+    """A texel format: how Vulkan numbers it, how large its block is, and how its descriptor reads.
+
+    samples: (channel with qualifiers, bit offset, bits, lower, upper) in the order of the descriptor.
+    """
+
+    vk: int
+    type_size: int
+    block: int  # texels per side: 1, or 4 for block compression
+    block_bytes: int
+    model: int
+    transfer: int
+    samples: tuple[tuple[int, int, int, int, int], ...]
+
+
+def _plain(
+    vk: int, channels: int, bits: int, *, transfer: int = _LINEAR, signed: bool = False, floats: bool = False
+) -> Format:
+    """An uncompressed little-endian format of `channels` channels R G B A with `bits` bits each."""
+    lower, upper, qualifiers = 0, (1 << bits) - 1, 0
+    if signed:
+        upper = (1 << (bits - 1)) - 1
+        lower, qualifiers = (1 << 32) - upper, _QUALIFY_SIGNED
+    if floats:
+        lower, upper, qualifiers = 0xBF800000, 0x3F800000, _QUALIFY_SIGNED | _QUALIFY_FLOAT  # -1.0 and 1.0
+    samples = []
+    for channel in range(channels):
+        name = _ALPHA if channel == 3 else channel
+        linear_alpha = _QUALIFY_LINEAR if channel == 3 and transfer == _SRGB else 0
+        samples.append((name | qualifiers | linear_alpha, channel * bits, bits, lower, upper))
+    return Format(vk, bits // 8, 1, channels * bits // 8, _RGBSDA, transfer, tuple(samples))
+
+
+def _block(
+    vk: int,
+    model: int,
+    names: tuple[int, ...],
+    *,
+    transfer: int = _LINEAR,
+    signed: bool = False,
+    bits: int = 64,
+) -> Format:
+    """A block-compressed format of 4 x 4 texels, `bits` bits for every channel named."""
+    lower, upper = (0x80000000, 0x7FFFFFFF) if signed else (0, 0xFFFFFFFF)
+    qualifiers = _QUALIFY_SIGNED if signed else 0
+    samples = []
+    for index, name in enumerate(names):
+        linear_alpha = _QUALIFY_LINEAR if name == _ALPHA and transfer == _SRGB else 0
+        samples.append((name | qualifiers | linear_alpha, bits * index, bits, lower, upper))
+    return Format(vk, 1, 4, bits // 8 * len(names), model, transfer, tuple(samples))
+
+
+FORMATS: dict[str, Format] = {
+    "BC1_RGB_UNORM": _block(131, _BC1A, (0,)),
+    "BC1_RGB_SRGB": _block(132, _BC1A, (0,), transfer=_SRGB),
+    "BC3_UNORM": _block(137, _BC3, (_ALPHA, 0)),
+    "BC3_SRGB": _block(138, _BC3, (_ALPHA, 0), transfer=_SRGB),
+    "BC4_UNORM": _block(139, _BC4, (0,)),
+    "BC5_UNORM": _block(141, _BC5, (0, _GREEN)),
+    "BC5_SNORM": _block(142, _BC5, (0, _GREEN), signed=True),
+    "BC7_UNORM": _block(145, _BC7, (0,), bits=128),
+    "BC7_SRGB": _block(146, _BC7, (0,), bits=128, transfer=_SRGB),
+    "R8_UNORM": _plain(9, 1, 8),
+    "RG8_UNORM": _plain(16, 2, 8),
+    "RG8_SNORM": _plain(17, 2, 8, signed=True),
+    "RGBA8_UNORM": _plain(37, 4, 8),
+    "RGBA8_SRGB": _plain(43, 4, 8, transfer=_SRGB),
+    "R16_UNORM": _plain(70, 1, 16),
+    "RG16_UNORM": _plain(77, 2, 16),
+    "RG16_SNORM": _plain(78, 2, 16, signed=True),
+    "RGBA16F": _plain(97, 4, 16, floats=True),
+    "R32F": _plain(100, 1, 32, floats=True),
+}
+BY_VK = {fmt.vk: name for name, fmt in FORMATS.items()}
+
+
+def full_level_count(width: int, height: int) -> int:
+    """Levels of a chain from width x height texels down to 1 x 1."""
+    return max(width, height).bit_length()
+
+
+def level_bytes(name: str, width: int, height: int, level: int, faces: int = 1) -> int:
+    """Bytes of one level of all faces, tightly packed (no row is padded)."""
+    fmt = FORMATS[name]
+    across = -(-max(1, width >> level) // fmt.block)
+    down = -(-max(1, height >> level) // fmt.block)
+    return across * down * fmt.block_bytes * faces
+
+
+def descriptor(fmt: Format, scheme: int = NONE) -> bytes:
+    """The data format descriptor: its total size, then one basic block with a sample per channel.
+
+    With supercompression the bytes of a block read 0: what the file holds is then of no fixed size.
+    """
+    block_size = 24 + 16 * len(fmt.samples)
+    dimension = fmt.block - 1
+    parts = [
+        struct.pack("<III", 4 + block_size, 0, 2 | block_size << 16),  # Khronos, basic format; version 1.3
+        bytes((fmt.model, 1, fmt.transfer, 0)),  # BT.709 primaries, straight alpha
+        bytes((dimension, dimension, 0, 0, 0 if scheme else fmt.block_bytes, 0, 0, 0, 0, 0, 0, 0)),
+    ]
+    parts += [
+        struct.pack("<HBBIII", offset, bits - 1, channel, 0, lower, upper)
+        for channel, offset, bits, lower, upper in fmt.samples
+    ]
+    return b"".join(parts)
+
+
+def alignment(fmt: Format, scheme: int = NONE) -> int:
+    """Levels start at multiples of that many bytes; supercompressed ones follow one another."""
+    return 1 if scheme else lcm(fmt.block_bytes, 4)
+
+
+def aligned(offset: int, to: int) -> int:
+    """The first multiple of `to` that is no less than offset."""
+    return offset + -offset % to
