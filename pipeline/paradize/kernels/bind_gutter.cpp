@@ -1,0 +1,111 @@
+// Python face of the gutter kernels; shapes are checked in kernels/gutter.py, sizes and indices once more
+// here.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
+#include "gutter_walk.hpp"
+
+namespace nb = nanobind;
+using namespace paradize;
+
+namespace {
+
+template <typename T>
+using In = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
+template <typename T>
+using Out = nb::ndarray<T, nb::c_contig, nb::device::cpu>;
+
+void need(bool condition, const char *what) {
+    if (!condition) {
+        throw std::invalid_argument(what);
+    }
+}
+
+gutter::Layout layout_of(const In<std::uint8_t> &inside, const In<std::int32_t> &source,
+                         const In<std::int32_t> &owner, bool repeat) {
+    const std::size_t count = inside.size();
+    need(inside.ndim() == 2 && count > 0 && count < (std::size_t{1} << 31), "the map is not two-dimensional");
+    need(source.size() == count && owner.size() == count, "the map's arrays differ in size");
+    const auto texels = static_cast<std::int32_t>(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        need(source.data()[i] >= 0 && source.data()[i] < texels, "a source is out of range");
+        need(owner.data()[i] >= 0, "a texel has no owner");
+    }
+    return {{inside.data(), count}, {source.data(), count}, {owner.data(), count}, repeat};
+}
+
+void touching(const In<std::int32_t> &ids, std::size_t count, bool repeat, const Out<std::int32_t> &names) {
+    need(ids.ndim() == 2 && names.size() == count, "arrays differ in size");
+    const auto limit = static_cast<std::int64_t>(count);
+    need(std::all_of(ids.data(), ids.data() + ids.size(), [&](std::int32_t id) { return id < limit; }),
+         "an island is out of range");
+    nb::gil_scoped_release unlocked;
+    const auto found = gutter::touching({ids.data(), ids.size()}, ids.shape(0), ids.shape(1), count, repeat);
+    std::copy(found.begin(), found.end(), names.data());
+}
+
+nb::tuple smallest_gap(const In<std::uint8_t> &inside, const In<std::int32_t> &source,
+                       const In<std::int32_t> &owner, bool repeat) {
+    const gutter::Layout layout = layout_of(inside, source, owner, repeat);
+    std::array<std::int64_t, 2> pair{};
+    double gap = 0.0;
+    {
+        nb::gil_scoped_release unlocked;
+        gap = gutter::smallest_gap(layout, inside.shape(0), inside.shape(1), pair);
+    }
+    return nb::make_tuple(gap, pair[0], pair[1]);
+}
+
+// result: (levels, 8) float64: mean, p99, p99 of all, worst, x, y, island, samples.
+void walk(const In<float> &texels, std::size_t channels, int kind, const In<std::uint8_t> &inside,
+          const In<std::int32_t> &source, const In<std::int32_t> &owner, bool repeat,
+          const In<std::uint8_t> &walked, double reach_x, double reach_y, const Out<double> &result,
+          int threads) {
+    const gutter::Layout layout = layout_of(inside, source, owner, repeat);
+    if (walked.size() > 0) {
+        const auto islands = static_cast<std::int64_t>(walked.size());
+        need(std::all_of(owner.data(), owner.data() + owner.size(),
+                         [&](std::int32_t id) { return id < islands; }),
+             "an island is out of range");
+    }
+    need(kind >= 0 && kind <= 2, "no such kind");
+    need(channels >= 1 && channels <= 4 && (kind != 2 || channels == 2), "a kind with so many channels");
+    need(reach_x >= 0.0 && reach_y >= 0.0 && reach_x < 1e6 && reach_y < 1e6, "the reach is out of range");
+    std::size_t rows = inside.shape(0);
+    std::size_t columns = inside.shape(1);
+    std::size_t count = rows * columns;
+    std::size_t levels = 1;
+    while (rows > 1 || columns > 1) {
+        rows = std::max<std::size_t>(1, rows / 2);
+        columns = std::max<std::size_t>(1, columns / 2);
+        count += rows * columns;
+        ++levels;
+    }
+    need(texels.size() == count * channels, "the chain is not whole");
+    need(result.size() == levels * 8, "the result has the wrong size");
+    const gutter::Chain chain{{texels.data(), texels.size()}, inside.shape(0), inside.shape(1), channels};
+    nb::gil_scoped_release unlocked;
+    const auto found = gutter::walk(chain, static_cast<gutter::Kind>(kind), layout,
+                                    {walked.data(), walked.size()}, reach_x, reach_y, threads);
+    double *to = result.data();
+    for (const gutter::Found &level : found) {
+        for (const double value : {level.mean, level.p99, level.all_p99, level.worst,
+                                   static_cast<double>(level.x), static_cast<double>(level.y),
+                                   static_cast<double>(level.island), static_cast<double>(level.samples)}) {
+            *to++ = value;
+        }
+    }
+}
+
+} // namespace
+
+NB_MODULE(_gutter, m) {
+    m.doc() = "Gutter kernels: islands that touch, gaps between islands, the walk along their borders.";
+    m.def("touching", &touching);
+    m.def("smallest_gap", &smallest_gap);
+    m.def("walk", &walk);
+}

@@ -1,0 +1,116 @@
+"""Checked numpy face of the gutter kernels: which islands touch, how far they are apart, what bleeds.
+
+Maps are (h, w), row 0 at the top. Wrong shapes and types raise ValueError. Results do not depend on
+`threads`. Method: gutter_walk.hpp.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.kernels import _gutter
+from paradize.kernels.threads import default_threads
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+F32 = npt.NDArray[np.float32]
+I32 = npt.NDArray[np.int32]
+
+KINDS = ("value", "color", "normal")
+THREADS = default_threads(2)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Level 0's texels. inside: (h, w) bool, a triangle touches the texel. source: (h, w) int32, flat index of
+    the nearest inside texel. owner: (h, w) int32 >= 0, the island of that texel. repeat: whether samples
+    beyond the edge come from the other side."""
+
+    inside: npt.NDArray[np.bool_]
+    source: I32
+    owner: I32
+    repeat: bool
+
+    def arrays(self) -> tuple[npt.NDArray[np.uint8], I32, I32, bool]:
+        """As the kernels take them. Raises ValueError for arrays that do not fit each other."""
+        shape = self.inside.shape
+        if len(shape) != 2 or self.source.shape != shape or self.owner.shape != shape:
+            raise ValueError(f"inside {shape}, source {self.source.shape}, owner {self.owner.shape}")
+        return (
+            np.ascontiguousarray(self.inside, np.uint8),
+            np.ascontiguousarray(self.source, np.int32),
+            np.ascontiguousarray(self.owner, np.int32),
+            self.repeat,
+        )
+
+
+@dataclass(frozen=True)
+class Bleed:
+    """What one level's walk found, as shares of the range (0..1). worst: of any sample, from the border texel
+    (x, y) of level 0; p99, mean: of the island that fares worst; all_p99: of all samples together."""
+
+    mean: float
+    p99: float
+    all_p99: float
+    worst: float
+    x: int
+    y: int
+    island: int
+    samples: int
+
+
+def touching(ids: I32, count: int, *, repeat: bool) -> I32:
+    """A name (count,) for each island of ids (h, w; -1 outside, below count): one name for islands between
+    which no whole texel lies, directly or through others."""
+    if ids.ndim != 2 or ids.size == 0:
+        raise ValueError(f"ids have shape {ids.shape}")
+    names = np.empty((count,), np.int32)
+    _gutter.touching(np.ascontiguousarray(ids, np.int32), count, repeat, names)
+    return names
+
+
+def smallest_gap(layout: Layout) -> tuple[float, int, int]:
+    """(texels between the two islands that are nearest to each other, the flat indices of the texels that
+    face each other); (-1, -1, -1) where there is one island."""
+    gap, a, b = _gutter.smallest_gap(*layout.arrays())
+    return float(gap), int(a), int(b)
+
+
+def walk(
+    levels: Sequence[F32],
+    kind: str,
+    layout: Layout,
+    *,
+    reach: tuple[float, float] = (0.0, 0.0),
+    walked: npt.NDArray[np.bool_] | None = None,
+    threads: int = THREADS,
+) -> list[Bleed]:
+    """What samples along the islands' borders see of others, for each level of a whole mip chain.
+
+    levels: (h, w, c) float32 each, the finest first. kind: "value", "color" (linear light, 3 channels or 4
+    with alpha) or "normal" (x, y). reach: how far beyond the border samples may go, in texels of level 0, along
+    (x, y). walked: which islands (by number) are walked; None: all.
+    """
+    channels = levels[0].shape[2]
+    flat = [np.ascontiguousarray(level, np.float32).ravel() for level in levels]
+    result = np.empty((len(levels), 8), np.float64)
+    _gutter.walk(
+        np.concatenate(flat),
+        channels,
+        KINDS.index(kind),
+        *layout.arrays(),
+        np.ascontiguousarray(np.empty(0, np.uint8) if walked is None else walked, np.uint8),
+        float(reach[0]),
+        float(reach[1]),
+        result,
+        threads,
+    )
+    return [
+        Bleed(row[0], row[1], row[2], row[3], int(row[4]), int(row[5]), int(row[6]), int(row[7]))
+        for row in result.tolist()
+    ]
