@@ -66,7 +66,8 @@ class Show {
     std::vector<double> &frame_ms() { return frame_ms_; }
 
     void frame(double elapsed_s, const Pose &pose, gl::DebugLog &log) {
-        streamer_.upload(upload_bytes_per_frame);
+        // Headless frames do not depend on the clock; those for the eye do not wait.
+        streamer_.upload(upload_bytes_per_frame, options_.headless ? Unready::wait : Unready::leave);
         renderer_.draw(elapsed_s, pose);
         if (options_.debug) {
             log.demand_clean();

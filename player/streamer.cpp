@@ -2,8 +2,8 @@
 
 #include "assets/glb.hpp"
 #include "assets/ktx2.hpp"
+#include "assets/loader.hpp"
 #include "assets/mapped_file.hpp"
-#include "assets/prefault.hpp"
 #include "assets/stream_plan.hpp"
 #include "error.hpp"
 #include "gl/buffer.hpp"
@@ -77,7 +77,7 @@ struct Streamer::Impl {
     std::size_t next = 0;
     std::uint64_t resident = 0;
     std::uint64_t total = 0;
-    std::unique_ptr<assets::Prefault> prefault;
+    std::unique_ptr<assets::Loader> loader;
 
     explicit Impl(const assets::SceneFile &file) : scene(file), items(file.artifacts.size()) {}
 
@@ -185,7 +185,29 @@ struct Streamer::Impl {
         if (piece.last) {
             texture.finest_ = static_cast<int>(piece.level);
             glTexParameteri(texture.target_, GL_TEXTURE_BASE_LEVEL, texture.finest_);
+            if (piece.inflated) {
+                item.ktx.rooms[piece.level].release();
+            }
         }
+    }
+
+    /// Is the next piece there? Throws Error when it never will be.
+    bool next_ready(Unready unready) {
+        if (!pieces[next].inflated) {
+            return true; // mapped: at worst the disk is waited for
+        }
+        if (!loader->ready(next)) {
+            if (unready == Unready::leave) {
+                return false;
+            }
+            loader->advance(next);
+            loader->wait(next);
+        }
+        if (const std::string &fault = loader->fault(next); !fault.empty()) {
+            throw Error(items[pieces[next].artifact].path + ": level " + std::to_string(pieces[next].level) +
+                        ": " + fault);
+        }
+        return true;
     }
 
     void upload_one() {
@@ -223,7 +245,7 @@ Streamer::Streamer(const assets::SceneFile &file, const std::filesystem::path &f
     for (const assets::StreamPiece &piece : impl_->pieces) {
         impl_->total += piece.bytes.size();
     }
-    impl_->prefault = std::make_unique<assets::Prefault>(impl_->pieces);
+    impl_->loader = std::make_unique<assets::Loader>(impl_->pieces);
 }
 
 Streamer::~Streamer() = default;
@@ -242,13 +264,14 @@ const StreamedMesh *Streamer::mesh(std::string_view artifact) const {
                : &impl_->items[static_cast<std::size_t>(found - impl_->scene.artifacts.data())].mesh;
 }
 
-bool Streamer::upload(std::size_t budget_bytes) {
+bool Streamer::upload(std::size_t budget_bytes, Unready unready) {
     std::size_t used = 0;
-    while (!complete() && (used == 0 || used + impl_->pieces[impl_->next].bytes.size() <= budget_bytes)) {
+    while (!complete() && (used == 0 || used + impl_->pieces[impl_->next].bytes.size() <= budget_bytes) &&
+           impl_->next_ready(unready)) {
         used += impl_->pieces[impl_->next].bytes.size();
         impl_->upload_one();
     }
-    impl_->prefault->advance(impl_->next);
+    impl_->loader->advance(impl_->next);
     return complete();
 }
 

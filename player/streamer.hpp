@@ -68,6 +68,8 @@ class StreamedMesh {
     std::vector<std::string> materials_;
 };
 
+enum class Unready { wait, leave };
+
 class Streamer {
   public:
     /// Maps and validates every mesh, texture and cube map of the scene. Throws Error naming file and place.
@@ -80,8 +82,9 @@ class Streamer {
     const StreamedMesh *mesh(std::string_view artifact) const;
 
     /// Uploads at most `budget_bytes` (at least one step, so that it always gets on). True when all is
-    /// resident.
-    bool upload(std::size_t budget_bytes);
+    /// resident. What another thread has not inflated yet is waited for, or left for a later frame: then no
+    /// step may be made. Throws Error for a level that cannot be inflated.
+    bool upload(std::size_t budget_bytes, Unready unready = Unready::wait);
     bool complete() const;
     std::uint64_t resident_bytes() const;
     std::uint64_t total_bytes() const;

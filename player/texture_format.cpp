@@ -34,6 +34,10 @@ Format gl_format(PixelFormat format) {
         return {GL_SRGB8_ALPHA8, GL_RGBA, GL_UNSIGNED_BYTE};
     case PixelFormat::r16_unorm:
         return {GL_R16, GL_RED, GL_UNSIGNED_SHORT};
+    case PixelFormat::rg16_unorm:
+        return {GL_RG16, GL_RG, GL_UNSIGNED_SHORT};
+    case PixelFormat::rg16_snorm:
+        return {GL_RG16_SNORM, GL_RG, GL_SHORT};
     case PixelFormat::rgba16_float:
         return {GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT};
     case PixelFormat::r32_float:
@@ -52,6 +56,10 @@ Format gl_format(PixelFormat format) {
         return {GL_COMPRESSED_RG_RGTC2, 0, 0};
     case PixelFormat::bc5_snorm:
         return {GL_COMPRESSED_SIGNED_RG_RGTC2, 0, 0};
+    case PixelFormat::bc7_unorm:
+        return {GL_COMPRESSED_RGBA_BPTC_UNORM_ARB, 0, 0};
+    case PixelFormat::bc7_srgb:
+        return {GL_COMPRESSED_SRGB_ALPHA_BPTC_UNORM_ARB, 0, 0};
     }
     return {};
 }
@@ -59,6 +67,10 @@ Format gl_format(PixelFormat format) {
 bool needs_s3tc(PixelFormat format) {
     return format == PixelFormat::bc1_rgb_unorm || format == PixelFormat::bc1_rgb_srgb ||
            format == PixelFormat::bc3_unorm || format == PixelFormat::bc3_srgb;
+}
+
+bool needs_bptc(PixelFormat format) {
+    return format == PixelFormat::bc7_unorm || format == PixelFormat::bc7_srgb;
 }
 
 GLenum target_of(const assets::Ktx2 &ktx) {
@@ -108,6 +120,12 @@ gl::Texture allocate_texture(const assets::Ktx2 &ktx, const std::string &file, S
         throw Error(file +
                     ": this driver samples no BC1 or BC3 textures; bake the scene with RGBA8 textures");
     }
+    if (needs_bptc(ktx.format) &&
+        !(epoxy_has_gl_extension("GL_ARB_texture_compression_bptc") || epoxy_gl_version() >= 42)) {
+        throw Error(file +
+                    ": this driver samples no BC7 textures (GL_ARB_texture_compression_bptc); bake the "
+                    "scene at another tier than exact");
+    }
     GLint most = 0;
     glGetIntegerv(ktx.faces == 6 ? GL_MAX_CUBE_MAP_TEXTURE_SIZE : GL_MAX_TEXTURE_SIZE, &most);
     if (static_cast<GLint>(std::max(ktx.levels[0].width_px, ktx.levels[0].height_px)) > most) {
@@ -139,6 +157,8 @@ gl::Texture neutral_texture(const assets::Ktx2 &ktx) {
     case PixelFormat::bc5_snorm:
     case PixelFormat::rg8_unorm:
     case PixelFormat::bc5_unorm:
+    case PixelFormat::rg16_unorm:
+    case PixelFormat::rg16_snorm:
         texel = {0.0F, 0.0F, 0.0F, 1.0F};
         break;
     default:

@@ -1,5 +1,6 @@
 #include "assets/ktx2.hpp"
 
+#include "assets/inflate.hpp"
 #include "error.hpp"
 
 #include <algorithm>
@@ -15,6 +16,7 @@ constexpr std::array<unsigned char, 12> identifier{0xAB, 'K',  'T',  'X',  ' ', 
                                                    '0',  0xBB, '\r', '\n', 0x1A, '\n'};
 constexpr std::size_t header_bytes = 80;
 constexpr std::size_t level_entry_bytes = 24;
+constexpr std::uint32_t zstandard = 2;
 
 static_assert(std::endian::native == std::endian::little,
               "KTX2 and glTF are read in place: little-endian only");
@@ -43,6 +45,8 @@ BlockShape block_shape(PixelFormat format) {
         return {2, 1};
     case PixelFormat::rgba8_unorm:
     case PixelFormat::rgba8_srgb:
+    case PixelFormat::rg16_unorm:
+    case PixelFormat::rg16_snorm:
     case PixelFormat::r32_float:
         return {4, 1};
     case PixelFormat::rgba16_float:
@@ -55,6 +59,8 @@ BlockShape block_shape(PixelFormat format) {
     case PixelFormat::bc3_srgb:
     case PixelFormat::bc5_unorm:
     case PixelFormat::bc5_snorm:
+    case PixelFormat::bc7_unorm:
+    case PixelFormat::bc7_srgb:
         return {16, 4};
     }
     return {0, 1};
@@ -97,12 +103,14 @@ Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
         refuse("header: " + std::to_string(levels) + " levels, must lie in 1 to " +
                std::to_string(most_levels));
     }
-    if (supercompression != 0) {
-        refuse("header: supercompression " + std::to_string(supercompression) + ", must be 0 (none)");
+    if (supercompression != 0 && supercompression != zstandard) {
+        refuse("header: supercompression " + std::to_string(supercompression) +
+               ", must be 0 (none) or 2 (Zstandard)");
     }
     if (!inside(header_bytes, std::uint64_t{levels} * level_entry_bytes, file.size())) {
         refuse("level index: is cut; the file has " + std::to_string(file.size()) + " bytes");
     }
+    std::uint64_t total = 0;
     for (std::uint32_t i = 0; i < levels; ++i) {
         const std::size_t entry = header_bytes + i * level_entry_bytes;
         const auto offset = read_at<std::uint64_t>(file, entry);
@@ -113,12 +121,31 @@ Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
         const std::uint64_t across = (level.width_px + block.edge_px - 1) / block.edge_px;
         const std::uint64_t down = (level.height_px + block.edge_px - 1) / block.edge_px;
         const std::uint64_t expected = across * down * block.bytes * out.faces;
-        if (length != expected || !inside(offset, length, file.size())) {
+        const bool packed = supercompression == zstandard;
+        if ((length != expected && !packed) || !inside(offset, length, file.size())) {
             refuse("level " + std::to_string(i) + ": " + std::to_string(length) + " bytes at " +
                    std::to_string(offset) + " of a file of " + std::to_string(file.size()) + ", expected " +
                    std::to_string(expected));
         }
         level.bytes = file.subspan(offset, length);
+        if (packed) {
+            const auto inflated = read_at<std::uint64_t>(file, entry + 16);
+            if (inflated != expected) {
+                refuse("level " + std::to_string(i) + ": " + std::to_string(inflated) +
+                       " bytes uncompressed, expected " + std::to_string(expected));
+            }
+            total += expected;
+            if (total > most_inflated_bytes) {
+                refuse("level " + std::to_string(i) + ": inflates to more than " +
+                       std::to_string(most_inflated_bytes) + " bytes");
+            }
+            if (const std::string fault = frame_fault(level.bytes, expected); !fault.empty()) {
+                refuse("level " + std::to_string(i) + ": " + fault);
+            }
+            level.packed = level.bytes;
+            level.room = out.rooms.emplace_back(expected).bytes();
+            level.bytes = level.room;
+        }
         out.levels.push_back(level);
     }
     return out;

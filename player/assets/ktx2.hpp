@@ -1,5 +1,8 @@
 #pragma once
 // KTX2 textures as the bake writes them (Khronos KTX 2.0 specification; pipeline/paradize/formats/FORMAT.md).
+// Zstandard-supercompressed levels are found and checked here; an Inflater unpacks them.
+
+#include "assets/room.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -17,6 +20,8 @@ enum class PixelFormat : std::uint32_t {
     rgba8_unorm = 37,
     rgba8_srgb = 43,
     r16_unorm = 70,
+    rg16_unorm = 77,
+    rg16_snorm = 78,
     rgba16_float = 97,
     r32_float = 100,
     bc1_rgb_unorm = 131,
@@ -26,6 +31,8 @@ enum class PixelFormat : std::uint32_t {
     bc4_unorm = 139,
     bc5_unorm = 141,
     bc5_snorm = 142,
+    bc7_unorm = 145,
+    bc7_srgb = 146,
 };
 
 /// Bytes and edge length of the block that a format stores; an uncompressed texel is a block of edge 1.
@@ -37,7 +44,9 @@ struct BlockShape {
 BlockShape block_shape(PixelFormat format);
 
 struct Ktx2Level {
-    std::span<const std::byte> bytes; // all faces, one after the other; rows top first, not padded
+    std::span<const std::byte> bytes;  // all faces, one after the other; rows top first, not padded
+    std::span<const std::byte> packed; // the Zstandard frame that `bytes` is inflated from; empty: none
+    std::span<std::byte> room;         // with `packed`: where it is inflated to, the same place as `bytes`
     std::uint32_t width_px = 0;
     std::uint32_t height_px = 0;
 };
@@ -46,12 +55,16 @@ struct Ktx2 {
     PixelFormat format = PixelFormat::rgba8_unorm;
     std::uint32_t faces = 1;       // 1, or 6: +X -X +Y -Y +Z -Z
     std::vector<Ktx2Level> levels; // level 0, the finest, first
+    std::vector<Room> rooms;       // of supercompressed files: one a level
 };
 
 /// Edge of the largest texture that is taken.
 inline constexpr std::uint32_t most_texels_px = 16384;
+/// What a supercompressed file may inflate to.
+inline constexpr std::uint64_t most_inflated_bytes = std::uint64_t{1} << 31U;
 
-/// Spans point into `file`. Throws Error with the place, the value and the limit.
+/// Spans point into `file`, or into rooms that are yet to be inflated into. Throws Error with the place, the
+/// value and the limit.
 Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name);
 
 } // namespace paradize::assets

@@ -47,6 +47,8 @@ void plan_texture(const Ktx2 &texture, std::uint32_t artifact, std::vector<Strea
                 piece.coarse = std::max(level.width_px, level.height_px) <= coarse_edge_px ||
                                i + 1 == texture.levels.size();
                 piece.bytes = bytes.subspan(row * row_bytes, rows * row_bytes);
+                piece.inflated = !level.packed.empty();
+                piece.inflate = piece.inflated && face == 0 && row == 0 ? &level : nullptr;
                 pieces.push_back(piece);
             }
         }

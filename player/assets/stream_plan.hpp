@@ -29,9 +29,12 @@ struct StreamPiece {
     bool last = false;        // the level is complete with this piece
     bool coarse = false;
     std::span<const std::byte> bytes;
+    const Ktx2Level *inflate = nullptr; // the supercompressed level that begins with this piece
+    bool inflated = false;              // the piece is of a supercompressed level
 };
 
-/// Append an artifact's pieces, coarsest level first.
+/// Append an artifact's pieces, coarsest level first; they point into the texture or mesh, which outlives
+/// them.
 void plan_texture(const Ktx2 &texture, std::uint32_t artifact, std::vector<StreamPiece> &pieces);
 void plan_mesh(const Glb &mesh, std::uint32_t artifact, std::vector<StreamPiece> &pieces);
 /// Coarse pieces first; otherwise the order stays.

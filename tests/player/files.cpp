@@ -6,7 +6,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <stdexcept>
+#include <zstd.h>
 
 namespace paradize::test {
 
@@ -51,6 +53,42 @@ Bytes ktx2_file(assets::PixelFormat format, std::uint32_t width_px, std::uint32_
             out.push_back(static_cast<std::byte>((i + level) % 256));
         }
     }
+    return out;
+}
+
+Bytes zstd_frame(std::span<const std::byte> bytes, bool says_size) {
+    const std::unique_ptr<ZSTD_CCtx, std::size_t (*)(ZSTD_CCtx *)> context(ZSTD_createCCtx(), ZSTD_freeCCtx);
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_contentSizeFlag, says_size ? 1 : 0);
+    Bytes out(ZSTD_compressBound(bytes.size()));
+    out.resize(ZSTD_compress2(context.get(), out.data(), out.size(), bytes.data(), bytes.size()));
+    return out;
+}
+
+Bytes zstd_ktx2_file(assets::PixelFormat format, std::uint32_t width_px, std::uint32_t height_px,
+                     std::uint32_t faces) {
+    const Bytes plain = ktx2_file(format, width_px, height_px, faces);
+    const auto levels = static_cast<std::uint32_t>(std::bit_width(std::max(width_px, height_px)));
+    Bytes out(plain.begin(), plain.begin() + 80 + 24 * static_cast<std::ptrdiff_t>(levels));
+    put_at(out, 44, std::uint32_t{2});
+    for (std::uint32_t level = levels; level-- > 0;) {
+        std::uint64_t at = 0;
+        std::uint64_t length = 0;
+        std::memcpy(&at, plain.data() + 80 + 24 * level, sizeof at);
+        std::memcpy(&length, plain.data() + 88 + 24 * level, sizeof length);
+        const Bytes frame = zstd_frame(std::span(plain).subspan(at, length));
+        put_at(out, 80 + 24 * level, std::uint64_t{out.size()});
+        put_at(out, 88 + 24 * level, std::uint64_t{frame.size()});
+        out.insert(out.end(), frame.begin(), frame.end());
+    }
+    return out;
+}
+
+Bytes with_frame(const Bytes &file, std::span<const std::byte> frame) {
+    std::uint64_t at = 0;
+    std::memcpy(&at, file.data() + 80, sizeof at);
+    Bytes out(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(at));
+    put_at(out, 88, std::uint64_t{frame.size()});
+    out.insert(out.end(), frame.begin(), frame.end());
     return out;
 }
 

@@ -18,6 +18,14 @@ using Bytes = std::vector<std::byte>;
 Bytes ktx2_file(assets::PixelFormat format, std::uint32_t width_px, std::uint32_t height_px,
                 std::uint32_t faces = 1);
 
+/// The same file with each level as a Zstandard frame.
+Bytes zstd_ktx2_file(assets::PixelFormat format, std::uint32_t width_px, std::uint32_t height_px,
+                     std::uint32_t faces = 1);
+/// `bytes` as one Zstandard frame, which says its content's size or does not.
+Bytes zstd_frame(std::span<const std::byte> bytes, bool says_size = true);
+/// The file with the frame of its level 0 (the last in the file) replaced.
+Bytes with_frame(const Bytes &file, std::span<const std::byte> frame);
+
 /// A GLB of one or two levels of detail: a quad of two materials, and a triangle. `last_index` replaces the
 /// last index of level 0.
 std::string glb_json(bool two_levels = true);

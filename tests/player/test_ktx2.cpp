@@ -1,17 +1,36 @@
+#include "assets/inflate.hpp"
 #include "assets/ktx2.hpp"
 #include "error.hpp"
 #include "files.hpp"
 
+#include <algorithm>
+#include <cstring>
 #include <doctest/doctest.h>
 
 using namespace paradize;
 using assets::PixelFormat;
 
+namespace {
+
+/// The first fault of a file's levels, inflated one by one.
+std::string inflate_all(const assets::Ktx2 &ktx) {
+    assets::Inflater inflater;
+    for (const assets::Ktx2Level &level : ktx.levels) {
+        if (const std::string fault = inflater.inflate(level.packed, level.room); !fault.empty()) {
+            return fault;
+        }
+    }
+    return {};
+}
+
+} // namespace
+
 TEST_CASE("KTX2: every level of every format is found where the writer put it") {
     for (const PixelFormat format :
          {PixelFormat::r8_unorm, PixelFormat::rg8_snorm, PixelFormat::rgba8_srgb, PixelFormat::r16_unorm,
           PixelFormat::rgba16_float, PixelFormat::r32_float, PixelFormat::bc1_rgb_srgb, PixelFormat::bc3_srgb,
-          PixelFormat::bc4_unorm, PixelFormat::bc5_snorm}) {
+          PixelFormat::bc4_unorm, PixelFormat::bc5_snorm, PixelFormat::bc7_srgb, PixelFormat::bc7_unorm,
+          PixelFormat::rg16_snorm, PixelFormat::rg16_unorm}) {
         const test::Bytes file = test::ktx2_file(format, 20, 8);
         const assets::Ktx2 ktx = assets::read_ktx2(file, "t.ktx2");
         REQUIRE(ktx.levels.size() == 5);
@@ -60,12 +79,114 @@ TEST_CASE("KTX2: any byte of the header may be wrong without harm") {
 
 TEST_CASE("KTX2: the message names file, place, value and limit") {
     test::Bytes file = test::ktx2_file(PixelFormat::rgba8_srgb, 4, 4);
-    file[44] = std::byte{2}; // zstd
+    file[44] = std::byte{3}; // ZLIB
     CHECK_THROWS_WITH_AS(assets::read_ktx2(file, "a.ktx2"),
-                         "a.ktx2: header: supercompression 2, must be 0 (none)", Error);
+                         "a.ktx2: header: supercompression 3, must be 0 (none) or 2 (Zstandard)", Error);
     file[44] = std::byte{0};
-    file[12] = std::byte{146}; // BC7
+    file[12] = std::byte{143}; // BC6H
     CHECK_THROWS_WITH_AS(assets::read_ktx2(file, "a.ktx2"),
-                         "a.ktx2: header: vkFormat 146 is not among the formats that the player samples",
+                         "a.ktx2: header: vkFormat 143 is not among the formats that the player samples",
                          Error);
+}
+
+TEST_CASE("KTX2: every level of a supercompressed file holds what the plain file holds") {
+    for (const PixelFormat format :
+         {PixelFormat::bc7_srgb, PixelFormat::rg16_snorm, PixelFormat::r8_unorm, PixelFormat::rgba16_float}) {
+        for (const std::uint32_t faces : {1U, 6U}) {
+            const test::Bytes plain = test::ktx2_file(format, 36, 36, faces);
+            const test::Bytes packed = test::zstd_ktx2_file(format, 36, 36, faces);
+            CHECK(packed.size() < plain.size());
+            const assets::Ktx2 expected = assets::read_ktx2(plain, "plain.ktx2");
+            const assets::Ktx2 ktx = assets::read_ktx2(packed, "packed.ktx2");
+            REQUIRE(inflate_all(ktx).empty());
+            REQUIRE(ktx.levels.size() == expected.levels.size());
+            for (std::size_t i = 0; i < ktx.levels.size(); ++i) {
+                CHECK(std::ranges::equal(ktx.levels[i].bytes, expected.levels[i].bytes));
+                CHECK(ktx.levels[i].width_px == expected.levels[i].width_px);
+            }
+        }
+    }
+}
+
+TEST_CASE("KTX2: a frame that holds another size than its level is refused, bombs before they go off") {
+    const test::Bytes file = test::zstd_ktx2_file(PixelFormat::r8_unorm, 64, 64);
+    const test::Bytes level(64 * 64, std::byte{7});
+    const auto read = [&](std::span<const std::byte> frame) {
+        return assets::read_ktx2(test::with_frame(file, frame), "bad.ktx2");
+    };
+    const test::Bytes bomb(std::size_t{1} << 26U);
+    CHECK_THROWS_WITH_AS(read(test::zstd_frame(bomb)),
+                         "bad.ktx2: level 0: its Zstandard frame says 67108864 bytes, expected 4096", Error);
+    CHECK_THROWS_WITH_AS(read(test::Bytes(100, std::byte{1})), "bad.ktx2: level 0: is no Zstandard frame",
+                         Error);
+    CHECK_THROWS_AS(read({}), Error);
+    const test::Bytes skippable{std::byte{0x50}, std::byte{0x2A}, std::byte{0x4D},
+                                std::byte{0x18}, std::byte{1},    std::byte{0},
+                                std::byte{0},    std::byte{0},    std::byte{9}};
+    CHECK_THROWS_AS(read(skippable), Error);
+
+    // What does not say its size shows when it is inflated, and never writes beyond its level.
+    const auto inflate = [&](std::span<const std::byte> frame) {
+        const test::Bytes bad = test::with_frame(file, frame); // outlives the spans
+        assets::Inflater inflater;
+        const assets::Ktx2 ktx = assets::read_ktx2(bad, "bad.ktx2");
+        test::Bytes out(ktx.levels[0].room.size()); // ASan watches its end
+        return inflater.inflate(ktx.levels[0].packed, out);
+    };
+    const std::span<const std::byte> all(level);
+    CHECK(inflate(test::zstd_frame(all, false)).empty());
+    CHECK(inflate(test::zstd_frame(bomb, false)).find("is damaged: ") != std::string::npos);
+    CHECK(inflate(test::zstd_frame(all.first(4095), false)) ==
+          "its Zstandard frame holds 4095 bytes, expected 4096");
+    test::Bytes two = test::zstd_frame(all);
+    two.insert(two.end(), skippable.begin(), skippable.end());
+    CHECK(inflate(two) == "9 bytes follow its Zstandard frame");
+    test::Bytes cut = test::zstd_frame(all);
+    cut.pop_back();
+    CHECK_FALSE(inflate(cut).empty());
+}
+
+TEST_CASE("KTX2: lengths that lie, and levels that inflate beyond the limit, are refused") {
+    test::Bytes file = test::zstd_ktx2_file(PixelFormat::r8_unorm, 8, 8);
+    file[96] = std::byte{65};
+    CHECK_THROWS_WITH_AS(assets::read_ktx2(file, "lie.ktx2"),
+                         "lie.ktx2: level 0: 65 bytes uncompressed, expected 64", Error);
+    // 16384 x 16384 half floats: 2 GiB of level 0 alone fit, with a second level they do not.
+    test::Bytes large = test::zstd_ktx2_file(PixelFormat::rgba16_float, 2, 2);
+    const auto put = [&](std::size_t at, auto value) {
+        std::memcpy(large.data() + at, &value, sizeof value);
+    };
+    put(20, 16384U);
+    put(24, 16384U);
+    put(96, std::uint64_t{16384} * 16384 * 8);
+    put(120, std::uint64_t{8192} * 8192 * 8);
+    const test::Bytes frame = test::zstd_frame(test::Bytes(8), false);
+    for (const std::size_t entry : {80U, 104U}) { // both levels: one frame that does not say its size
+        put(entry, std::uint64_t{large.size()});
+        put(entry + 8, std::uint64_t{frame.size()});
+    }
+    large.insert(large.end(), frame.begin(), frame.end());
+    CHECK_THROWS_WITH_AS(assets::read_ktx2(large, "large.ktx2"),
+                         "large.ktx2: level 1: inflates to more than 2147483648 bytes", Error);
+}
+
+TEST_CASE("KTX2: any byte of a supercompressed file may be wrong without harm") {
+    const test::Bytes file = test::zstd_ktx2_file(PixelFormat::rg8_snorm, 16, 8);
+    int refused = 0;
+    for (std::size_t at = 0; at < file.size(); ++at) {
+        for (const unsigned flip : {0x01U, 0x40U, 0xFFU}) {
+            test::Bytes wrong = file;
+            wrong[at] ^= static_cast<std::byte>(flip);
+            try {
+                refused += inflate_all(assets::read_ktx2(wrong, "wrong.ktx2")).empty() ? 0 : 1;
+            } catch (const Error &) {
+                ++refused;
+            }
+        }
+    }
+    CHECK(refused > 100);
+    for (std::size_t length = 0; length < file.size(); ++length) {
+        const test::Bytes cut(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(length));
+        CHECK_THROWS_AS(assets::read_ktx2(cut, "cut.ktx2"), Error);
+    }
 }

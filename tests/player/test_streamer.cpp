@@ -11,6 +11,7 @@
 #include <epoxy/gl.h>
 
 #include <array>
+#include <thread>
 #include <vector>
 
 using namespace paradize;
@@ -75,13 +76,75 @@ TEST_CASE("streamer: the texels that arrive are those of the file") {
     test::demand_clean();
 }
 
+TEST_CASE("streamer: a supercompressed texture arrives as the plain one does, and its room is given back") {
+    if (!test::have_context()) {
+        return;
+    }
+    const test::Folder folder;
+    test::write_scene(folder);
+    folder.write("quad_color.ktx2", test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
+    folder.write("sky.ktx2", test::zstd_ktx2_file(assets::PixelFormat::rgba8_unorm, 8, 8, 6));
+    const assets::SceneFile file = assets::parse_scene(test::SceneText().str(), "scene.json");
+    for (const Unready unready : {Unready::wait, Unready::leave}) {
+        Streamer streamer(file, folder.path());
+        int frames = 0;
+        while (!streamer.upload(100000, unready)) {
+            ++frames;
+            std::this_thread::yield();
+        }
+        CHECK(frames >= 1); // 350 kB in steps of 100 kB or one piece
+        CHECK(streamer.resident_bytes() == streamer.total_bytes());
+        CHECK(streamer.total_bytes() > 256 * 256 * 4);
+        streamer.texture("quad_color")->bind(0);
+        std::vector<unsigned char> texels(256 * 256 * 4);
+        glPixelStorei(GL_PACK_ALIGNMENT, 1);
+        glGetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_UNSIGNED_BYTE, texels.data());
+        int wrong = 0;
+        for (std::size_t i = 0; i < texels.size(); ++i) {
+            wrong += texels[i] != i % 256 ? 1 : 0;
+        }
+        CHECK(wrong == 0);
+    }
+    test::demand_clean();
+}
+
+TEST_CASE("streamer: a level that does not inflate is told by file and level, and stops the show") {
+    if (!test::have_context()) {
+        return;
+    }
+    const test::Folder folder;
+    test::write_scene(folder);
+    const test::Bytes whole = test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
+    const test::Bytes short_one = test::zstd_frame(test::Bytes(256 * 256 * 4 - 1), false);
+    folder.write("quad_color.ktx2", test::with_frame(whole, short_one));
+    const assets::SceneFile file = assets::parse_scene(test::SceneText().str(), "scene.json");
+    for (const Unready unready : {Unready::wait, Unready::leave}) {
+        Streamer streamer(file, folder.path());
+        std::string message;
+        try {
+            while (!streamer.upload(1 << 20, unready)) {
+                std::this_thread::yield();
+            }
+        } catch (const Error &error) {
+            message = error.what();
+        }
+        CHECK_MESSAGE(
+            message.find(
+                "quad_color.ktx2: level 0: its Zstandard frame holds 262143 bytes, expected 262144") !=
+                std::string::npos,
+            message);
+    }
+    { const Streamer unused(file, folder.path()); } // ends while its loader is at work
+}
+
 TEST_CASE("textures: storage of a plain 3.3 driver holds the same texels as immutable storage") {
     if (!test::have_context()) {
         return;
     }
     for (const assets::PixelFormat format :
          {assets::PixelFormat::bc5_snorm, assets::PixelFormat::rg8_snorm, assets::PixelFormat::r16_unorm,
-          assets::PixelFormat::bc4_unorm}) {
+          assets::PixelFormat::bc4_unorm, assets::PixelFormat::rg16_snorm, assets::PixelFormat::rg16_unorm,
+          assets::PixelFormat::bc7_srgb}) {
         const test::Bytes bytes = test::ktx2_file(format, 16, 8);
         const assets::Ktx2 ktx = assets::read_ktx2(bytes, "a.ktx2");
         std::vector<assets::StreamPiece> pieces;

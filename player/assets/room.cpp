@@ -1,0 +1,43 @@
+#include "assets/room.hpp"
+
+#include "error.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <sys/mman.h>
+#include <utility>
+
+namespace paradize::assets {
+
+Room::Room(std::size_t size) : size_(size) {
+    void *data =
+        ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (data == MAP_FAILED) {
+        throw Error("no room to inflate " + std::to_string(size) + " bytes: " + std::strerror(errno));
+    }
+    data_ = static_cast<std::byte *>(data);
+}
+
+Room::Room(Room &&other) noexcept
+    : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+
+Room &Room::operator=(Room &&other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    return *this;
+}
+
+Room::~Room() {
+    if (data_ != nullptr) {
+        ::munmap(data_, size_);
+    }
+}
+
+void Room::release() const {
+    if (data_ != nullptr) {
+        ::madvise(data_, size_, MADV_DONTNEED);
+    }
+}
+
+} // namespace paradize::assets

@@ -1,0 +1,25 @@
+#pragma once
+// Address space for bytes to come: it takes memory only where it is written.
+
+#include <cstddef>
+#include <span>
+
+namespace paradize::assets {
+
+class Room {
+  public:
+    /// `size` > 0. Throws Error when the system has no address space left.
+    explicit Room(std::size_t size);
+    ~Room();
+    Room(Room &&other) noexcept;
+    Room &operator=(Room &&other) noexcept;
+    std::span<std::byte> bytes() const { return {data_, size_}; }
+    /// Gives the memory back; the space stays, and reads as zero.
+    void release() const;
+
+  private:
+    std::byte *data_ = nullptr;
+    std::size_t size_ = 0;
+};
+
+} // namespace paradize::assets
