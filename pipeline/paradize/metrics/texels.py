@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from paradize.metrics.texels_bc7 import decode_bc7
+
 if TYPE_CHECKING:
     import numpy.typing as npt
 
@@ -36,6 +38,8 @@ _BLOCKS = {
     "BC4_UNORM": 8,
     "BC5_UNORM": 16,
     "BC5_SNORM": 16,
+    "BC7_UNORM": 16,
+    "BC7_SRGB": 16,
 }
 
 
@@ -91,7 +95,9 @@ def decode_texels(texture: Texture, level: int = 0, face: int = 0) -> F32:
     across, down = (width + 3) // 4, (height + 3) // 4
     blocks = np.frombuffer(data, np.uint8).reshape(across * down, block_bytes)
     signed = texture.format.endswith("SNORM")
-    if texture.format.startswith("BC1"):
+    if texture.format.startswith("BC7"):
+        texels = decode_bc7(blocks).astype(np.float32) / np.float32(255)
+    elif texture.format.startswith("BC1"):
         texels = _decode_colors(np.ascontiguousarray(blocks), False)
     elif texture.format.startswith("BC3"):
         color = _decode_colors(np.ascontiguousarray(blocks[:, 8:]), True)

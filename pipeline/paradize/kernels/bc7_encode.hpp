@@ -1,0 +1,24 @@
+// BC7: 4 x 4 texels of RGBA into 16 bytes.
+// Layout: Khronos, "Data Format Specification 1.3", chapter BPTC. The search is our own; bc7_fit.hpp and
+// bc7_axis.hpp name what it stands on.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace paradize::bc7 {
+
+enum class Quality { fast, balanced, exact };
+
+constexpr std::size_t blocks(std::size_t rows, std::size_t columns) {
+    return ((rows + 3) / 4) * ((columns + 3) / 4);
+}
+
+// rgba: rows * columns * 4 bytes, straight alpha. out: 16 bytes per block, row by row. The squared error over
+// all four channels is what is made small; opaque blocks stay opaque and blocks of one colour are exact.
+// Blocks at the right and lower edge repeat the last texel.
+void encode(std::span<const std::uint8_t> rgba, std::size_t rows, std::size_t columns, Quality quality,
+            std::span<std::uint8_t> out, int threads);
+
+} // namespace paradize::bc7

@@ -1,0 +1,316 @@
+// Ends and indices of a block's subsets in one mode: start from the principal axis, round the ends to the
+// mode's codes, give every texel its nearest place, refit the ends by least squares (after S. Brown's
+// description of "squish", 2006), and repeat. Rounding looks at what it costs the texels: the squared error
+// is a quadratic form of the ends for fixed places, so all low bits are tried without another look at the
+// texels.
+#pragma once
+
+#include "bc7_axis.hpp"
+
+namespace paradize::bc7::PARADIZE_WIDTH {
+
+// How the low bits of the codes are chosen.
+enum class Low { none, shared, own, ones };
+
+// Bits: of a code, with the low bit. Steps: the largest index.
+template <int Channels_, int Bits_, Low Low_, int Steps_, int Subsets_>
+struct Shape {
+    static constexpr int Channels = Channels_;
+    static constexpr int Bits = Bits_;
+    static constexpr Low low = Low_;
+    static constexpr int Steps = Steps_;
+    static constexpr int Subsets = Subsets_;
+};
+
+// Which texels belong to subset 1 and to subset 2; the others belong to subset 0.
+template <int Subsets>
+struct Members {
+    Whole of[Subsets > 1 ? Subsets - 1 : 1][texels];
+};
+
+template <int Channels>
+struct Ends {
+    Lanes a[Channels];
+    Lanes b[Channels];
+};
+
+// The squared error of moving the ends by (x, y) from where least squares put them is
+// aa x^2 + 2 ab x y + bb y^2 in every channel.
+struct Cost {
+    Lanes aa;
+    Lanes ab;
+    Lanes bb;
+};
+
+// What was found for a block: codes of the ends, with their low bits, and every texel's index.
+template <int Channels, int Subsets>
+struct Found {
+    Lanes error;
+    Ends<Channels> code[Subsets];
+    Lanes index[texels];
+};
+
+// The value of codes, 0..255.
+template <int Bits>
+PARADIZE_INLINE Lanes value_of(const Lanes &code) {
+    static_assert(Bits >= 5 && Bits <= 8);
+    if constexpr (Bits == 8) {
+        return code;
+    }
+    constexpr float up = 1 << (8 - Bits);
+    constexpr float down = 1.0F / static_cast<float>(1 << (2 * Bits - 8));
+    return code * up + below(code * down);
+}
+
+// The nearest code of a value, 0..255 or a little beyond; low: its low bit, or -1 where it is free.
+template <int Bits>
+PARADIZE_INLINE Lanes code_of(const Lanes &value, int low) {
+    constexpr float top = (1 << Bits) - 1;
+    if (low < 0) {
+        return nearest(clamped(value * (top / 255.0F), top));
+    }
+    constexpr float half_top = (1 << (Bits - 1)) - 1;
+    const float bit = static_cast<float>(low);
+    return nearest(clamped((value * (top / 255.0F) - bit) * 0.5F, half_top)) * 2.0F + bit;
+}
+
+// Rounds one end, and then the other to what suits the first best; returns the cost.
+template <int Channels, int Bits>
+PARADIZE_INLINE Lanes round_ends(const Ends<Channels> &wanted, const Cost &cost, const Lanes &lean, int low_a,
+                                 int low_b, Ends<Channels> &code) {
+    Lanes sum = Lanes{};
+    for (int c = 0; c < Channels; ++c) {
+        code.a[c] = code_of<Bits>(wanted.a[c], low_a);
+        const Lanes x = value_of<Bits>(code.a[c]) - wanted.a[c];
+        code.b[c] = code_of<Bits>(wanted.b[c] - lean * x, low_b);
+        const Lanes y = value_of<Bits>(code.b[c]) - wanted.b[c];
+        sum += cost.aa * x * x + 2.0F * cost.ab * x * y + cost.bb * y * y;
+    }
+    return sum;
+}
+
+template <typename S>
+PARADIZE_INLINE void round_to_codes(const Ends<S::Channels> &wanted, const Cost &cost,
+                                    Ends<S::Channels> &code) {
+    constexpr int C = S::Channels;
+    const Lanes lean = cost.bb > 1e-3F ? cost.ab / cost.bb : Lanes{};
+    if constexpr (S::low == Low::none) {
+        round_ends<C, S::Bits>(wanted, cost, lean, -1, -1, code);
+    } else if constexpr (S::low == Low::ones) {
+        round_ends<C, S::Bits>(wanted, cost, lean, 1, 1, code);
+    } else {
+        Lanes best = round_ends<C, S::Bits>(wanted, cost, lean, 0, 0, code);
+        for (int choice = 1; choice < 4; ++choice) {
+            if (S::low == Low::shared && choice != 3) {
+                continue;
+            }
+            Ends<C> other;
+            const Lanes price = round_ends<C, S::Bits>(wanted, cost, lean, choice & 1, choice >> 1, other);
+            const Whole better = price < best;
+            best = better ? price : best;
+            for (int c = 0; c < C; ++c) {
+                code.a[c] = better ? other.a[c] : code.a[c];
+                code.b[c] = better ? other.b[c] : code.b[c];
+            }
+        }
+    }
+}
+
+// Sums over a subset's texels of their weights 0..64, the squares, and the products with the values.
+template <int Channels>
+struct Weighed {
+    Lanes weight;
+    Lanes square;
+    Lanes value[Channels];
+};
+
+// A subset's ends, ready to place texels between them.
+template <int Channels>
+struct Ramp {
+    Lanes slope[Channels]; // value -> index
+    Lanes shift;
+    Lanes base[Channels];
+    Lanes step[Channels];
+};
+
+template <typename S>
+PARADIZE_INLINE void make_ramp(const Ends<S::Channels> &code, Ramp<S::Channels> &ramp) {
+    Lanes length = Lanes{};
+    Lanes a[S::Channels];
+    for (int c = 0; c < S::Channels; ++c) {
+        a[c] = value_of<S::Bits>(code.a[c]);
+        ramp.slope[c] = value_of<S::Bits>(code.b[c]) - a[c];
+        length += ramp.slope[c] * ramp.slope[c];
+    }
+    const Lanes scale = length > 0.5F ? static_cast<float>(S::Steps) / length : Lanes{};
+    ramp.shift = Lanes{};
+    for (int c = 0; c < S::Channels; ++c) {
+        // The hardware's (64 a + w (b - a) + 32) >> 6: all sixty-fourths, and the 1/128 makes ties go up.
+        ramp.base[c] = a[c] + 1.0F / 128.0F;
+        ramp.step[c] = ramp.slope[c] * (1.0F / 64.0F);
+        ramp.slope[c] *= scale;
+        ramp.shift -= a[c] * ramp.slope[c];
+    }
+}
+
+// The index of every texel and the exact squared error that the hardware's picture then has.
+template <typename S>
+PARADIZE_INLINE void place(const Lanes (*const *values)[texels], const Members<S::Subsets> &members,
+                           const Ends<S::Channels> *code, Lanes *index, Lanes &error,
+                           Weighed<S::Channels> *weighed) {
+    constexpr int C = S::Channels;
+    Ramp<C> ramps[S::Subsets];
+    for (int s = 0; s < S::Subsets; ++s) {
+        make_ramp<S>(code[s], ramps[s]);
+        weighed[s].weight = weighed[s].square = Lanes{};
+        for (int c = 0; c < C; ++c) {
+            weighed[s].value[c] = Lanes{};
+        }
+    }
+    error = Lanes{};
+    for (int t = 0; t < texels; ++t) {
+        Ramp<C> ramp = ramps[0];
+        for (int s = 1; s < S::Subsets; ++s) {
+            const Whole member = members.of[s - 1][t];
+            ramp.shift = member ? ramps[s].shift : ramp.shift;
+            for (int c = 0; c < C; ++c) {
+                ramp.slope[c] = member ? ramps[s].slope[c] : ramp.slope[c];
+                ramp.base[c] = member ? ramps[s].base[c] : ramp.base[c];
+                ramp.step[c] = member ? ramps[s].step[c] : ramp.step[c];
+            }
+        }
+        Lanes along = ramp.shift;
+        for (int c = 0; c < C; ++c) {
+            along += (*values[c])[t] * ramp.slope[c];
+        }
+        index[t] = nearest(clamped(along, static_cast<float>(S::Steps)));
+        const Lanes weight = nearest(index[t] * (64.0F / static_cast<float>(S::Steps)));
+        for (int c = 0; c < C; ++c) {
+            const Lanes off = (*values[c])[t] - nearest(ramp.base[c] + ramp.step[c] * weight);
+            error += off * off;
+        }
+        Lanes others = weight;
+        for (int s = 1; s < S::Subsets; ++s) {
+            const Lanes mine = members.of[s - 1][t] ? weight : Lanes{};
+            others -= mine;
+            weighed[s].weight += mine;
+            weighed[s].square += mine * mine;
+            for (int c = 0; c < C; ++c) {
+                weighed[s].value[c] += mine * (*values[c])[t];
+            }
+        }
+        weighed[0].weight += others;
+        weighed[0].square += others * others;
+        for (int c = 0; c < C; ++c) {
+            weighed[0].value[c] += others * (*values[c])[t];
+        }
+    }
+}
+
+// The ends that fit a subset's texels best where they now lie, and what leaving them costs. Where all texels
+// lie at one place the ends stay.
+template <int Channels>
+PARADIZE_INLINE void refit(const Lanes &count, const Lanes *value, const Weighed<Channels> &sums,
+                           Ends<Channels> &wanted, Cost &cost) {
+    const Lanes determinant = count * sums.square - sums.weight * sums.weight;
+    const Whole known = determinant > 0.5F;
+    const Lanes share = known ? 1.0F / determinant : Lanes{};
+    for (int c = 0; c < Channels; ++c) {
+        const Lanes slope = (count * sums.value[c] - sums.weight * value[c]) * share;
+        const Lanes a = (sums.square * value[c] - sums.weight * sums.value[c]) * share;
+        wanted.a[c] = known ? a : wanted.a[c];
+        wanted.b[c] = known ? a + 64.0F * slope : wanted.b[c];
+    }
+    const Lanes first = sums.weight * (1.0F / 64.0F);
+    const Lanes second = sums.square * (1.0F / 4096.0F);
+    cost.aa = count - 2.0F * first + second;
+    cost.ab = first - second;
+    cost.bb = second;
+}
+
+// The first ends: the outermost texels along a subset's axis. member: null where all texels are the subset's.
+template <int Channels>
+PARADIZE_INLINE void first_ends(const Lanes (*const *values)[texels], const Whole *member,
+                                const Sums<Channels> &sums, Ends<Channels> &ends) {
+    Axis<Channels> axis;
+    find_axis(sums, 4, axis);
+    const Lanes share = 1.0F / sums.count;
+    Lanes mean[Channels];
+    Lanes length = Lanes{};
+    Lanes middle = Lanes{};
+    for (int c = 0; c < Channels; ++c) {
+        mean[c] = sums.value[c] * share;
+        length += axis.direction[c] * axis.direction[c];
+        middle += axis.direction[c] * mean[c];
+    }
+    Lanes least = middle;
+    Lanes most = middle;
+    for (int t = 0; t < texels; ++t) {
+        Lanes along = (*values[0])[t] * axis.direction[0];
+        for (int c = 1; c < Channels; ++c) {
+            along += (*values[c])[t] * axis.direction[c];
+        }
+        if (member != nullptr) {
+            along = member[t] ? along : middle;
+        }
+        least = smaller(least, along);
+        most = larger(most, along);
+    }
+    const Lanes scale = length > 1e-12F ? 1.0F / length : Lanes{};
+    const Lanes from = (least - middle) * scale;
+    const Lanes to = (most - middle) * scale;
+    for (int c = 0; c < Channels; ++c) {
+        ends.a[c] = mean[c] + axis.direction[c] * from;
+        ends.b[c] = mean[c] + axis.direction[c] * to;
+    }
+}
+
+// Refines the ends `passes` times and keeps the best that was seen.
+template <typename S>
+PARADIZE_INLINE void fit(const Lanes (*const *values)[texels], const Members<S::Subsets> &members,
+                         const Sums<S::Channels> *sums, Ends<S::Channels> *wanted, int passes,
+                         Found<S::Channels, S::Subsets> &best) {
+    constexpr int C = S::Channels;
+    Ends<C> code[S::Subsets];
+    Cost cost[S::Subsets];
+    for (int s = 0; s < S::Subsets; ++s) {
+        cost[s] = {all(1.0F), Lanes{}, all(1.0F)};
+    }
+    best.error = all(1e30F);
+    for (int s = 0; s < S::Subsets; ++s) {
+        for (int c = 0; c < C; ++c) {
+            best.code[s].a[c] = best.code[s].b[c] = Lanes{};
+        }
+    }
+    for (int t = 0; t < texels; ++t) {
+        best.index[t] = Lanes{};
+    }
+    for (int pass = 0;; ++pass) {
+        for (int s = 0; s < S::Subsets; ++s) {
+            round_to_codes<S>(wanted[s], cost[s], code[s]);
+        }
+        Lanes index[texels];
+        Lanes error;
+        Weighed<C> weighed[S::Subsets];
+        place<S>(values, members, code, index, error, weighed);
+        const Whole better = error < best.error;
+        best.error = better ? error : best.error;
+        for (int s = 0; s < S::Subsets; ++s) {
+            for (int c = 0; c < C; ++c) {
+                best.code[s].a[c] = better ? code[s].a[c] : best.code[s].a[c];
+                best.code[s].b[c] = better ? code[s].b[c] : best.code[s].b[c];
+            }
+        }
+        for (int t = 0; t < texels; ++t) {
+            best.index[t] = better ? index[t] : best.index[t];
+        }
+        if (pass >= passes) {
+            return;
+        }
+        for (int s = 0; s < S::Subsets; ++s) {
+            refit<C>(sums[s].count, sums[s].value, weighed[s], wanted[s], cost[s]);
+        }
+    }
+}
+
+} // namespace paradize::bc7::PARADIZE_WIDTH

@@ -1,0 +1,14 @@
+// A block's choice as 128 bits.
+#pragma once
+
+#include "bc7_effort.hpp"
+
+namespace paradize::bc7 {
+
+// Writes 16 bytes. Turns a subset's ends round where its anchor's index needs its highest bit.
+void pack(Choice &choice, std::uint8_t *out);
+
+// A block of one colour, exactly, in mode 5. rgba: red in the lowest byte.
+void pack_solid(std::uint32_t rgba, std::uint8_t *out);
+
+} // namespace paradize::bc7

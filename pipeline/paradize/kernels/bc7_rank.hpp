@@ -1,0 +1,90 @@
+// Which partitions promise most: for each, the squared error that is left when every subset's texels lie on
+// their own line, plus what coarse places along the lines leave.
+#pragma once
+
+#include "bc7_axis.hpp"
+
+namespace paradize::bc7::PARADIZE_WIDTH {
+
+constexpr int most_kept = 16;
+
+// The best partitions of each block so far, best first.
+struct Kept {
+    Lanes error[most_kept];
+    Whole partition[most_kept];
+};
+
+PARADIZE_INLINE void clear(Kept &kept, int count) {
+    for (int i = 0; i < count; ++i) {
+        kept.error[i] = all(1e30F);
+        kept.partition[i] = Whole{};
+    }
+}
+
+PARADIZE_INLINE void keep(Kept &kept, int count, Lanes error, int partition) {
+    Whole here = Whole{} + partition;
+    for (int i = 0; i < count; ++i) {
+        const Whole better = error < kept.error[i];
+        const Lanes pushed = better ? kept.error[i] : error;
+        const Whole moved = better ? kept.partition[i] : here;
+        kept.error[i] = better ? error : kept.error[i];
+        kept.partition[i] = better ? here : kept.partition[i];
+        error = pushed;
+        here = moved;
+    }
+}
+
+// The texels of one subset of one partition as bits.
+constexpr std::uint32_t bits_of(int subsets, int partition, int subset) {
+    std::uint32_t bits = 0;
+    for (int t = 0; t < texels; ++t) {
+        bits |= static_cast<std::uint32_t>(subset_of(subsets, partition, t) == subset) << t;
+    }
+    return bits;
+}
+
+template <int Channels>
+PARADIZE_INLINE void add_bits(const Block &block, const Products<Channels> &products, std::uint32_t bits,
+                              Sums<Channels> &sums) {
+    clear(sums);
+    int count = 0;
+    for (; bits != 0; bits &= bits - 1) {
+        add_texel(block, products, __builtin_ctz(bits), sums);
+        ++count;
+    }
+    sums.count = all(static_cast<float>(count));
+}
+
+// Fine and coarse: of the spread along the lines, what 8 and what 4 places leave.
+template <int Subsets, int Channels>
+static void rank(const Block &block, const Products<Channels> &products, int among, Kept &fine,
+                 int fine_count, int fine_among, Kept &coarse, int coarse_count) {
+    constexpr float left_fine = 1.0F / 49.0F;
+    constexpr float left_coarse = 1.0F / 9.0F;
+    clear(fine, fine_count);
+    clear(coarse, coarse_count);
+    for (int partition = 0; partition < among; ++partition) {
+        Lanes spread = Lanes{};
+        Lanes along = Lanes{};
+        Sums<Channels> rest = products.total;
+        for (int s = 1; s < Subsets; ++s) {
+            Sums<Channels> sums;
+            add_bits(block, products, bits_of(Subsets, partition, s), sums);
+            subtract(rest, sums, rest);
+            Axis<Channels> axis;
+            find_axis(sums, 2, axis);
+            spread += axis.spread;
+            along += axis.along;
+        }
+        Axis<Channels> axis;
+        find_axis(rest, 2, axis);
+        spread += axis.spread;
+        along += axis.along;
+        if (partition < fine_among) {
+            keep(fine, fine_count, spread - along * (1.0F - left_fine), partition);
+        }
+        keep(coarse, coarse_count, spread - along * (1.0F - left_coarse), partition);
+    }
+}
+
+} // namespace paradize::bc7::PARADIZE_WIDTH
