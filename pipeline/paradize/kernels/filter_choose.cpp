@@ -1,0 +1,346 @@
+#include "filter_choose.hpp"
+
+#include "filter_fft.hpp"
+#include "filter_noise.hpp"
+#include "mathx.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace paradize::filter {
+namespace {
+
+constexpr std::size_t largest_patch = 64;
+constexpr std::size_t patches_per_axis = 6;
+constexpr std::size_t batch = 2 * lanes; // real patches of one transform
+
+std::size_t patch_size(std::size_t n, std::size_t limit) {
+    if (n < 4) {
+        return 1;
+    }
+    std::size_t size = 4;
+    while (2 * size <= std::min(n, limit)) {
+        size *= 2;
+    }
+    return size;
+}
+
+std::vector<std::size_t> places(std::size_t n, std::size_t size) {
+    const std::size_t half = std::max<std::size_t>(size / 2, 1);
+    const std::size_t count = std::min(patches_per_axis, 1 + (n - size + half - 1) / half);
+    std::vector<std::size_t> at(count, 0);
+    for (std::size_t i = 1; i < count; ++i) {
+        at[i] = (n - size) * i / (count - 1);
+    }
+    return at;
+}
+
+bool on_one_island(const Map &map, const Patches &patches, const Patch &patch) {
+    if (map.islands.empty()) {
+        return true;
+    }
+    const std::int32_t id = map.islands[patch.y * map.columns + patch.x];
+    for (std::size_t y = 0; y < patches.height; ++y) {
+        const auto row = map.islands.begin() +
+                         static_cast<std::ptrdiff_t>((patch.y + y) * map.columns + patch.x);
+        if (!std::all_of(row, row + static_cast<std::ptrdiff_t>(patches.width),
+                         [id](std::int32_t other) { return other == id; })) {
+            return false;
+        }
+    }
+    return id >= 0;
+}
+
+// The largest patches, evenly over the map, that lie on one island each.
+Patches patches_of(const Map &map) {
+    for (std::size_t limit = largest_patch; limit >= 8; limit /= 2) {
+        Patches patches{patch_size(map.rows, limit), patch_size(map.columns, limit), {}};
+        for (const std::size_t y : places(map.rows, patches.height)) {
+            for (const std::size_t x : places(map.columns, patches.width)) {
+                if (on_one_island(map, patches, {y, x})) {
+                    patches.at.push_back({y, x});
+                }
+            }
+        }
+        if (!patches.at.empty()) {
+            return patches;
+        }
+    }
+    return {};
+}
+
+// Centred coordinates of one axis, their squares less the mean, and a Hann window.
+struct Axis {
+    std::vector<double> u;
+    std::vector<double> q;
+    std::vector<double> window;
+    double uu = 0.0;
+    double qq = 0.0;
+    double power = 0.0; // sum of the window's squares
+
+    explicit Axis(std::size_t n) : u(n), q(n), window(n, 1.0) {
+        const auto count = static_cast<double>(n);
+        double mean = 0.0;
+        for (std::size_t i = 0; i < n; ++i) {
+            u[i] = static_cast<double>(i) - (count - 1.0) / 2.0;
+            mean += u[i] * u[i] / count;
+            if (n > 1) {
+                const double s = mathx::sin(mathx::pi * (static_cast<double>(i) + 0.5) / count);
+                window[i] = s * s;
+            }
+        }
+        for (std::size_t i = 0; i < n; ++i) {
+            q[i] = u[i] * u[i] - mean;
+            uu += u[i] * u[i];
+            qq += q[i] * q[i];
+            power += window[i] * window[i];
+        }
+    }
+};
+
+// The patch less its least-squares quadratic, windowed, into one real part of each sample.
+void load(const Map &map, const Patches &patches, const Patch &patch, const Axis &along_y,
+          const Axis &along_x, double *to) {
+    const std::size_t rows = patches.height;
+    const std::size_t columns = patches.width;
+    const auto area = static_cast<double>(rows * columns);
+    const double base = map.heights[patch.y * map.columns + patch.x];
+    double sum = 0.0;
+    double sx = 0.0;
+    double sy = 0.0;
+    double sxx = 0.0;
+    double sxy = 0.0;
+    double syy = 0.0;
+    for (std::size_t y = 0; y < rows; ++y) {
+        const float *row = &map.heights[(patch.y + y) * map.columns + patch.x];
+        double r = 0.0;
+        double ru = 0.0;
+        double rq = 0.0;
+        for (std::size_t x = 0; x < columns; ++x) {
+            const double h = row[x] - base;
+            r += h;
+            ru += h * along_x.u[x];
+            rq += h * along_x.q[x];
+        }
+        sum += r;
+        sx += ru;
+        sxx += rq;
+        sy += r * along_y.u[y];
+        syy += r * along_y.q[y];
+        sxy += ru * along_y.u[y];
+    }
+    const auto over = [](double a, double b) { return b > 0.0 ? a / b : 0.0; };
+    const auto height = static_cast<double>(rows);
+    const auto width = static_cast<double>(columns);
+    const double mean = base + sum / area;
+    sx = over(sx, along_x.uu * height);
+    sy = over(sy, along_y.uu * width);
+    sxx = over(sxx, along_x.qq * height);
+    syy = over(syy, along_y.qq * width);
+    sxy = over(sxy, along_x.uu * along_y.uu);
+    for (std::size_t y = 0; y < rows; ++y) {
+        const float *row = &map.heights[(patch.y + y) * map.columns + patch.x];
+        const double v = along_y.u[y];
+        const double level = mean + sy * v + syy * along_y.q[y];
+        for (std::size_t x = 0; x < columns; ++x) {
+            const double fit = level + (sx + sxy * v) * along_x.u[x] + sxx * along_x.q[x];
+            to[(y * columns + x) * element] = (row[x] - fit) * along_x.window[x] * along_y.window[y];
+        }
+    }
+}
+
+// Mean power of the patches: white noise of variance s has s in every bin.
+std::vector<double> power_spectrum(const Map &map, const Patches &patches) {
+    const std::size_t rows = patches.height;
+    const std::size_t columns = patches.width;
+    const std::size_t bins = rows * columns;
+    const Axis along_y(rows);
+    const Axis along_x(columns);
+    const Fft fft_x(columns);
+    const Fft fft_y(rows);
+    std::vector<double> data(bins * element);
+    std::vector<double> line(rows * element);
+    std::vector<double> scratch(std::max(fft_x.scratch_size(), fft_y.scratch_size()));
+    std::vector<double> power(bins, 0.0);
+    for (std::size_t first = 0; first < patches.at.size(); first += batch) {
+        const std::size_t used = std::min(batch, patches.at.size() - first);
+        if (used < batch) {
+            std::fill(data.begin(), data.end(), 0.0);
+        }
+        for (std::size_t i = 0; i < used; ++i) {
+            load(map, patches, patches.at[first + i], along_y, along_x, data.data() + i);
+        }
+        for (std::size_t y = 0; y < rows; ++y) {
+            fft_x.forward(data.data() + y * columns * element, scratch.data());
+        }
+        for (std::size_t x = 0; x < columns; ++x) {
+            for (std::size_t y = 0; y < rows; ++y) {
+                const double *from = &data[(y * columns + x) * element];
+                std::copy(from, from + element, &line[y * element]);
+            }
+            fft_y.forward(line.data(), scratch.data());
+            for (std::size_t y = 0; y < rows; ++y) {
+                double sum = 0.0;
+                for (std::size_t l = 0; l < element; ++l) {
+                    sum += line[y * element + l] * line[y * element + l];
+                }
+                power[y * columns + x] += sum; // of two real patches in one signal: halves at k and at -k
+            }
+        }
+    }
+    std::vector<double> mean(bins);
+    const double scale =
+        0.5 / (static_cast<double>(patches.at.size()) * along_y.power * along_x.power);
+    for (std::size_t y = 0; y < rows; ++y) {
+        for (std::size_t x = 0; x < columns; ++x) {
+            const std::size_t mirror = (rows - y) % rows * columns + (columns - x) % columns;
+            mean[y * columns + x] = (power[y * columns + x] + power[mirror]) * scale;
+        }
+    }
+    return mean;
+}
+
+// Median power where both frequencies are high: no white noise is stronger.
+double corner(const std::vector<double> &power, std::size_t rows, std::size_t columns) {
+    std::vector<double> found;
+    const auto high = [](std::size_t i, std::size_t n) { return n == 1 || (8 * i >= 3 * n && 8 * i <= 5 * n); };
+    for (std::size_t y = 0; y < rows; ++y) {
+        for (std::size_t x = 0; x < columns; ++x) {
+            if (high(y, rows) && high(x, columns)) {
+                found.push_back(power[y * columns + x]);
+            }
+        }
+    }
+    const auto middle = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);
+    std::nth_element(found.begin(), middle, found.end());
+    return *middle;
+}
+
+// What a filter answers along and across at the wave numbers of one axis of a patch.
+struct Response {
+    std::vector<double> slope;
+    std::vector<double> smooth;
+};
+
+Response response(std::span<const double> derivative, std::span<const double> smooth, std::size_t n,
+                  const std::vector<double> &sines, const std::vector<double> &cosines) {
+    Response out{std::vector<double>(n, 0.0), std::vector<double>(n, smooth[0])};
+    for (std::size_t i = 0; i < n; ++i) {
+        for (std::size_t k = 1; k <= reach; ++k) {
+            out.slope[i] += 2.0 * derivative[k - 1] * sines[i * k % n];
+            out.smooth[i] += 2.0 * smooth[k] * cosines[i * k % n];
+        }
+    }
+    return out;
+}
+
+struct Waves {
+    std::vector<double> number; // radians per texel, signed
+    std::vector<double> sines;
+    std::vector<double> cosines;
+
+    explicit Waves(std::size_t n) : number(n), sines(n), cosines(n) {
+        for (std::size_t i = 0; i < n; ++i) {
+            const double turn = 2.0 * mathx::pi / static_cast<double>(n);
+            sines[i] = mathx::sin(turn * static_cast<double>(i));
+            cosines[i] = mathx::cos(turn * static_cast<double>(i));
+            number[i] = turn * (static_cast<double>(i) - (2 * i > n ? static_cast<double>(n) : 0.0));
+        }
+    }
+    // Whether bin i alternates from texel to texel: it has no slope that texels could tell.
+    bool alternates(std::size_t i) const { return 2 * i == number.size(); }
+};
+
+// Whether lines of n texels go on over their ends as they do within: by fourth differences, which a jump of
+// height or of slope makes large.
+bool goes_on(const Map &map, bool along_x) {
+    const std::size_t n = along_x ? map.columns : map.rows;
+    const std::size_t count = along_x ? map.rows : map.columns;
+    const std::size_t apart = along_x ? 1 : map.columns;
+    const std::size_t step = along_x ? map.columns : 1;
+    if (n < 16) {
+        return true;
+    }
+    const std::size_t used = std::min<std::size_t>(count, 256);
+    double seam = 0.0;
+    double within = 0.0;
+    double largest = 0.0;
+    for (std::size_t i = 0; i < used; ++i) {
+        const float *line = map.heights.data() + (count * i / used) * step;
+        const auto square = [&](std::size_t at) {
+            const auto h = [&](std::size_t j) { return static_cast<double>(line[(at + j) % n * apart]); };
+            const double d = h(0) + h(4) - 4.0 * (h(1) + h(3)) + 6.0 * h(2);
+            return d * d;
+        };
+        for (const std::size_t back : {3, 2}) { // centred on the last texel but one, and on the last
+            seam += square(n - back - 1) / 2.0;
+        }
+        for (std::size_t k = 0; k < 8; ++k) {
+            within += square((n - 5) * k / 8) / 8.0;
+        }
+        largest = std::max(largest, std::abs(static_cast<double>(line[0])));
+    }
+    const double rounding = largest * 0x1p-20;
+    return seam <= 9.0 * within + rounding * rounding * static_cast<double>(used);
+}
+
+} // namespace
+
+Prediction predict_errors(const Map &map, std::span<const double> derivative,
+                          std::span<const double> smooth) {
+    const std::size_t filters = derivative.size() / reach;
+    Prediction out{std::vector<double>(filters, 0.0), 0.0, 0.0, true};
+    out.repeats = (!map.wrap_x || goes_on(map, true)) && (!map.wrap_y || goes_on(map, false));
+    const Patches patches = patches_of(map);
+    const std::size_t rows = patches.height;
+    const std::size_t columns = patches.width;
+    if (patches.at.empty() || rows * columns == 1) {
+        return out;
+    }
+    std::vector<double> signal = power_spectrum(map, patches);
+    Steps steps = steps_of(map, patches);
+    if (!steps.found) {
+        steps.variance = std::min(steps.variance, corner(signal, rows, columns));
+    }
+    out.step = steps.step;
+    const std::vector<double> noise = noise_spectrum(map, patches, steps);
+    const double factor = 1.5 + 4.0 / std::sqrt(static_cast<double>(patches.at.size()));
+    for (std::size_t i = 0; i < signal.size(); ++i) {
+        signal[i] = signal[i] > factor * noise[i] ? signal[i] - noise[i] : 0.0;
+    }
+    const Waves wx(columns);
+    const Waves wy(rows);
+    const auto bins = static_cast<double>(rows * columns);
+    const auto sum = [&](const auto &error) {
+        double total = 0.0;
+        for (std::size_t y = 0; y < rows; ++y) {
+            for (std::size_t x = 0; x < columns; ++x) {
+                if (!wx.alternates(x) && !wy.alternates(y)) {
+                    total += error(y, x);
+                }
+            }
+        }
+        return total / bins;
+    };
+    for (std::size_t f = 0; f < filters; ++f) {
+        const auto d = derivative.subspan(f * reach, reach);
+        const auto s = smooth.subspan(f * (reach + 1), reach + 1);
+        const Response rx = response(d, s, columns, wx.sines, wx.cosines);
+        const Response ry = response(d, s, rows, wy.sines, wy.cosines);
+        out.errors[f] = sum([&](std::size_t y, std::size_t x) {
+            const double hx = rx.slope[x] * ry.smooth[y];
+            const double hy = ry.slope[y] * rx.smooth[x];
+            const double ex = hx - wx.number[x];
+            const double ey = hy - wy.number[y];
+            const std::size_t i = y * columns + x;
+            return signal[i] * (ex * ex + ey * ey) + noise[i] * (hx * hx + hy * hy);
+        });
+    }
+    out.spectral = sum([&](std::size_t y, std::size_t x) {
+        return noise[y * columns + x] * (wx.number[x] * wx.number[x] + wy.number[y] * wy.number[y]);
+    });
+    return out;
+}
+
+} // namespace paradize::filter

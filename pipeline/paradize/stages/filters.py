@@ -1,0 +1,142 @@
+"""Derivative filters: separable taps by name, the spectral one, and `auto`, which looks at a map and picks.
+
+"central", "fourth", "eighth": central differences of that order. "scharr": H. Scharr, "Optimale Operatoren in
+der digitalen Bildverarbeitung", 2000. "smooth<r>", "quintic<r>", "septic<r>": the slope at the centre of the
+polynomial of degree 3, 5 or 7 that fits the 2 r + 1 texels along it best, smoothed across by the same fit, for
+heights with coarse steps: A. Savitzky and M. J. E. Golay, "Smoothing and differentiation of data by simplified
+least squares procedures", 1964. "spectral": kernels/filter_spectral.hpp; it has no taps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.errors import BakeError
+from paradize.kernels import filter as kernel
+
+if TYPE_CHECKING:
+    F32 = npt.NDArray[np.float32]
+    F64 = npt.NDArray[np.float64]
+    I32 = npt.NDArray[np.int32]
+
+SPECTRAL = "spectral"
+TIERS = ("fast", "balanced", "exact")
+# A filter that reads more texels is taken when its predicted error is below this part of the best so far.
+_WORTH = 0.98
+
+
+@dataclass(frozen=True)
+class Taps:
+    """derivative (r,) float64: weights of h[+k] - h[-k], k = 1..r, along the axis. smooth (s + 1,) float64:
+    weights of the centre and of +-1..+-s across it; their sum over both sides is 1. Slopes of a plane are
+    exact."""
+
+    derivative: F64
+    smooth: F64
+
+
+def _solve(matrix: list[list[Fraction]], right: list[Fraction]) -> list[Fraction]:
+    """The solution of a small regular system, exactly, by elimination."""
+    n = len(right)
+    rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
+    for i in range(n):
+        rows[i] = [value / rows[i][i] for value in rows[i]]
+        for j in range(n):
+            if j != i:
+                rows[j] = [a - rows[j][i] * b for a, b in zip(rows[j], rows[i], strict=True)]
+    return [row[n] for row in rows]
+
+
+def _fitted(radius: int, powers: tuple[int, ...]) -> list[Fraction]:
+    """Weights of the texels 0..radius that give the coefficient of the first power in the least-squares fit of
+    these powers, all even or all odd, to 2 radius + 1 texels."""
+    texels = range(-radius, radius + 1)
+    moments = [[Fraction(sum(k ** (p + q) for k in texels)) for q in powers] for p in powers]
+    weights = _solve(moments, [Fraction(1), *[Fraction(0)] * (len(powers) - 1)])
+    return [
+        sum((w * Fraction(k) ** p for w, p in zip(weights, powers, strict=True)), Fraction(0))
+        for k in range(radius + 1)
+    ]
+
+
+def _least_squares(radius: int, degree: int) -> Taps:
+    derivative = _fitted(radius, tuple(range(1, degree + 1, 2)))[1:]
+    smooth = _fitted(radius, tuple(range(0, degree, 2)))
+    return Taps(np.array([float(w) for w in derivative]), np.array([float(w) for w in smooth]))
+
+
+def _plain(*weights: Fraction) -> Taps:
+    return Taps(np.array([float(w) for w in weights]), np.ones(1))
+
+
+def _all_filters() -> dict[str, Taps]:
+    half = Fraction(1, 2)
+    found = {
+        "central": _plain(half),
+        "scharr": Taps(np.array([0.5]), np.array([10 / 16, 3 / 16])),
+        "fourth": _plain(Fraction(2, 3), Fraction(-1, 12)),
+        "eighth": _plain(Fraction(4, 5), Fraction(-1, 5), Fraction(4, 105), Fraction(-1, 280)),
+    }
+    for name, degree, least in (("smooth", 3, 2), ("quintic", 5, 3), ("septic", 7, 4)):
+        for radius in range(least, kernel.REACH + 1):
+            found[f"{name}{radius}"] = _least_squares(radius, degree)
+    return found
+
+
+FILTERS: dict[str, Taps] = _all_filters()
+FILTER_NAMES = (*FILTERS, SPECTRAL)
+# In the order in which `auto` tries them: the fewest texels first.
+_BY_REACH = sorted(FILTERS, key=lambda name: len(FILTERS[name].derivative) * len(FILTERS[name].smooth))
+
+
+def taps_of(name: str) -> Taps:
+    """The taps of a filter by name. Raises BakeError for a name that is none, and for "spectral"."""
+    if name not in FILTERS:
+        what = f"no derivative filter {name!r}" if name != SPECTRAL else "the spectral filter has no taps"
+        raise BakeError(what, mend=f"one of {', '.join(FILTER_NAMES)}")
+    return FILTERS[name]
+
+
+def need_repeats(wrap: tuple[bool, bool], islands: I32 | None) -> None:
+    """Raises BakeError where a map has no spectrum of its own: it must repeat both ways, without islands."""
+    if not all(wrap):
+        ends = " and ".join(axis for axis, repeats in zip("xy", wrap, strict=True) if not repeats)
+        what = f"the spectral filter wants a map that repeats on both axes; it ends along {ends}"
+        raise BakeError(what, mend="say that it repeats, or take the filter 'eighth'")
+    if islands is not None:
+        what = "the spectral filter reads whole lines; a map with UV islands has borders in them"
+        raise BakeError(what, mend="take the filter 'auto' or 'eighth'")
+
+
+def choose_filter(
+    heights: F32,
+    source_bits: int,
+    wrap: tuple[bool, bool],
+    tier: str = "balanced",
+    islands: I32 | None = None,
+) -> str:
+    """The name of the filter that errs least on the heights (h, w), by its own prediction.
+
+    source_bits: 8, 16 or 32, of the file that the heights came from. tier: "fast" is "central" without a look;
+    "balanced" the best taps; "exact" also "spectral", where the map repeats on both axes and its edges meet.
+    islands: (h, w) int32 as of `normal_map`. Raises BakeError for a tier that is none.
+    """
+    if tier not in TIERS:
+        raise BakeError(f"no tier {tier!r}", mend=f"one of {', '.join(TIERS)}")
+    if tier == "fast":
+        return "central"
+    names = _BY_REACH
+    taps = [(FILTERS[name].derivative, FILTERS[name].smooth) for name in names]
+    found = kernel.predict_errors(heights, taps, source_bits=source_bits, wrap=wrap, islands=islands)
+    best, error = names[0], found.errors[0]
+    for name, candidate in zip(names[1:], found.errors[1:], strict=True):
+        if candidate < error * _WORTH:
+            best, error = name, candidate
+    if tier == "exact" and all(wrap) and islands is None and found.repeats and found.spectral < error:
+        return SPECTRAL
+    return best
