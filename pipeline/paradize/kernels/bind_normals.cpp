@@ -1,0 +1,113 @@
+// Python face of the normal kernels. Shapes are checked in kernels/normals.py; here sizes are checked once
+// more against each other, so that no call can leave its arrays. Outputs are arrays that the caller made.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "normals_field.hpp"
+
+namespace nb = nanobind;
+using namespace paradize;
+
+namespace {
+
+template <typename T>
+using In = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
+template <typename T>
+using Out = nb::ndarray<T, nb::c_contig, nb::device::cpu>;
+
+void need(bool condition, const char *what) {
+    if (!condition) {
+        throw std::invalid_argument(what);
+    }
+}
+
+template <typename T>
+std::span<const T> in(const In<T> &array) {
+    return {array.data(), array.size()};
+}
+
+std::span<std::uint8_t> out(const Out<std::uint8_t> &array, std::size_t bytes) {
+    need(array.size() == bytes, "an output array has the wrong size");
+    return {array.data(), bytes};
+}
+
+normals::Settings settings_of(const In<double> &derivative, const In<double> &smooth, double scale_x,
+                              double scale_y, bool wrap_x, bool wrap_y, bool green_down) {
+    need(derivative.size() >= 1 && derivative.size() <= normals::largest_reach, "no such derivative filter");
+    need(smooth.size() >= 1 && smooth.size() <= normals::largest_reach + 1, "no such smoothing");
+    need(std::isfinite(scale_x) && std::isfinite(scale_y), "a scale is not finite");
+    return {derivative.data(),
+            static_cast<int>(derivative.size()),
+            smooth.data(),
+            static_cast<int>(smooth.size()) - 1,
+            scale_x,
+            scale_y,
+            wrap_x,
+            wrap_y,
+            green_down};
+}
+
+normals::Encoding encoding_of(int code) {
+    need(code >= 0 && code <= 2, "no such encoding");
+    return static_cast<normals::Encoding>(code);
+}
+
+normals::Width width_of(int code) {
+    need(code >= 0 && code <= 3, "no such instruction set");
+    return static_cast<normals::Width>(code);
+}
+
+bool has_width(int width) {
+    return normals::kernels_of(width_of(width)) != nullptr;
+}
+
+// Each returns whether all that was read is finite.
+bool normals_from_heights(const In<float> &heights, const In<std::int32_t> &islands,
+                          const In<double> &derivative, const In<double> &smooth, double scale_x,
+                          double scale_y, bool wrap_x, bool wrap_y, bool green_down, std::size_t first,
+                          std::size_t last, int encoding, const Out<std::uint8_t> &result, int threads,
+                          int width) {
+    need(heights.ndim() == 2 && heights.size() > 0, "heights are not two-dimensional");
+    need(islands.size() == 0 || islands.size() == heights.size(), "islands and heights differ in size");
+    need(first <= last && last <= heights.shape(0), "no such rows");
+    const auto settings = settings_of(derivative, smooth, scale_x, scale_y, wrap_x, wrap_y, green_down);
+    const auto code = encoding_of(encoding);
+    const auto to = out(result, (last - first) * heights.shape(1) * normals::texel_bytes(code));
+    nb::gil_scoped_release unlocked;
+    try {
+        normals::normals_from_heights(in(heights), heights.shape(0), heights.shape(1), in(islands), settings,
+                                      first, last, code, to, threads, width_of(width));
+    } catch (const normals::NotFinite &) {
+        return false;
+    }
+    return true;
+}
+
+bool normals_from_slopes(const In<float> &dx, const In<float> &dy, double scale_x, double scale_y,
+                         bool green_down, int encoding, const Out<std::uint8_t> &result, int threads,
+                         int width) {
+    need(dx.ndim() == 2 && dx.size() > 0 && dx.size() == dy.size(), "slopes are not of one size");
+    need(std::isfinite(scale_x) && std::isfinite(scale_y), "a scale is not finite");
+    const auto code = encoding_of(encoding);
+    const auto to = out(result, dx.size() * normals::texel_bytes(code));
+    nb::gil_scoped_release unlocked;
+    try {
+        normals::normals_from_slopes(in(dx), in(dy), dx.shape(0), dx.shape(1), scale_x, scale_y, green_down,
+                                     code, to, threads, width_of(width));
+    } catch (const normals::NotFinite &) {
+        return false;
+    }
+    return true;
+}
+
+} // namespace
+
+NB_MODULE(_normals, m) {
+    m.doc() = "Normal kernels: heights, slopes and colours to normals and their kin.";
+    m.def("has_width", &has_width);
+    m.def("normals_from_heights", &normals_from_heights);
+    m.def("normals_from_slopes", &normals_from_slopes);
+}

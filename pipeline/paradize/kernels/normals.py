@@ -1,0 +1,180 @@
+"""Checked numpy face of the normal kernels: heights, slopes or colours -> tangent-space normals and their kin.
+
+Wrong shapes and types raise ValueError: they are faults of the program, not of a source file. Heights that
+are not finite raise SourceError with their place. Results do not depend on `threads`, nor on the CPU.
+
+Every function takes `out`, an array to write into, and returns it: the pages of a fresh array of some tens of
+megabytes cost as much time as the work itself.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.errors import SourceError
+from paradize.kernels import _normals
+from paradize.kernels.threads import default_threads
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+F32 = npt.NDArray[np.float32]
+F64 = npt.NDArray[np.float64]
+I32 = npt.NDArray[np.int32]
+
+THREADS = default_threads(2)
+MAX_REACH = 64  # of a derivative or smoothing filter, texels on either side
+# encoding -> (number in the kernel, channels, type)
+_ENCODINGS: dict[str, tuple[int, int, type[np.generic]]] = {
+    "float": (0, 3, np.float32),
+    "rgb8": (1, 3, np.uint8),
+    "snorm8": (2, 2, np.int8),
+}
+_WIDTHS = {"widest": 0, "baseline": 1, "avx2": 2, "avx512": 3}
+
+
+def widths() -> list[str]:
+    """The instruction sets that this CPU runs, for tests: all give the same bits."""
+    return [name for name, code in _WIDTHS.items() if _normals.has_width(code)]
+
+
+def _plane(array: npt.NDArray[Any], name: str) -> F32:
+    if array.dtype != np.float32 or array.ndim != 2 or array.size == 0:
+        raise ValueError(f"{name} have shape {array.shape} of {array.dtype}, not (h, w) of float32")
+    return np.ascontiguousarray(array)
+
+
+def _weights(values: npt.ArrayLike, name: str, most: int) -> F64:
+    weights = np.ascontiguousarray(values, np.float64)
+    if weights.ndim != 1 or not 1 <= weights.size <= most or not bool(np.isfinite(weights).all()):
+        raise ValueError(f"{name} has shape {weights.shape}; 1 to {most} finite weights are taken")
+    return weights
+
+
+def _target(
+    out: npt.NDArray[Any] | None, shape: tuple[int, ...], dtype: type[np.generic], name: str = "out"
+) -> npt.NDArray[Any]:
+    if out is None:
+        return np.empty(shape, dtype)
+    if out.shape != shape or out.dtype != dtype or not out.flags.c_contiguous or not out.flags.writeable:
+        raise ValueError(
+            f"{name} has shape {out.shape} of {out.dtype}, not contiguous {shape} of {dtype.__name__}"
+        )
+    return out
+
+
+def _bytes(array: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    return array.reshape(-1).view(np.uint8)
+
+
+def _refuse(planes: Sequence[F32], what: str) -> SourceError:
+    for plane in planes:
+        for row, values in enumerate(plane):
+            bad = np.flatnonzero(~np.isfinite(values))
+            if bad.size:
+                place = f"row {row}, column {int(bad[0])}"
+                return SourceError(f"{what} is {values[bad[0]]}, not a finite number", place=place)
+    return SourceError(f"{what} is not a finite number")
+
+
+def normals_from_heights(
+    heights: F32,
+    *,
+    derivative: npt.ArrayLike,
+    smooth: npt.ArrayLike = (1.0,),
+    scale: tuple[float, float],
+    wrap: tuple[bool, bool],
+    green_down: bool = False,
+    islands: I32 | None = None,
+    rows: tuple[int, int] | None = None,
+    out: npt.NDArray[Any] | None = None,
+    encoding: str = "float",
+    threads: int = THREADS,
+    width: str = "widest",
+) -> npt.NDArray[Any]:
+    """Unit normals, green up the image, of the rows first..last (`rows`; None: all) of heights (h, w).
+
+    derivative: weights of h[+k] - h[-k], k = 1, 2, ... along an axis; smooth: weights of the centre and of both
+    neighbours at 1, 2, ... across it (their sum, centre + 2 * rest, is 1). scale: slope of one unit of height
+    from texel to texel along (x, y); any finite number. wrap: whether (x, y) repeat; where they do not, the
+    height goes on as it came (odd reflection about the edge texel). green_down: y points down the image.
+    islands: (h, w) int32, one id per UV island, negative outside. A texel that has taps on another island takes
+    these, and those outside the map, from the odd reflection about itself; where both taps of a pair are lost,
+    the axis takes the difference of the next texels of its island.
+
+    encoding: "float" gives (n, w, 3) float32; "rgb8" (n, w, 3) uint8, the code c whose 2c/255 - 1 is nearest
+    and 128 for 0; "snorm8" (n, w, 2) int8, x and y times 127, nearest. Where all taps are equal the normal is
+    exactly (0, 0, 1). Slopes of any size are right: those beyond 1e18 are computed in double.
+    width: an instruction set out of widths().
+    Raises SourceError for a height that is not finite, with its row and column.
+    """
+    heights = _plane(heights, "heights")
+    if islands is None:
+        islands = np.empty((0,), np.int32)
+    elif islands.shape != heights.shape or islands.dtype != np.int32:
+        raise ValueError(f"islands have shape {islands.shape} of {islands.dtype}; heights {heights.shape}")
+    first, last = (0, heights.shape[0]) if rows is None else rows
+    if not 0 <= first <= last <= heights.shape[0]:
+        raise ValueError(f"rows {first} to {last} of {heights.shape[0]}")
+    code, channels, dtype = _ENCODINGS[encoding]
+    out = _target(out, (last - first, heights.shape[1], channels), dtype)
+    done = _normals.normals_from_heights(
+        heights,
+        np.ascontiguousarray(islands),
+        _weights(derivative, "derivative", MAX_REACH),
+        _weights(smooth, "smooth", MAX_REACH + 1),
+        float(scale[0]),
+        float(scale[1]),
+        wrap[0],
+        wrap[1],
+        green_down,
+        first,
+        last,
+        code,
+        _bytes(out),
+        threads,
+        _WIDTHS[width],
+    )
+    if not done:
+        raise _refuse([heights], "a height")
+    return out
+
+
+def normals_from_slopes(
+    dx: F32,
+    dy: F32,
+    *,
+    scale: tuple[float, float],
+    green_down: bool = False,
+    out: npt.NDArray[Any] | None = None,
+    encoding: str = "float",
+    threads: int = THREADS,
+    width: str = "widest",
+) -> npt.NDArray[Any]:
+    """Unit normals, green up, of slopes dx, dy (h, w): height per texel along the rows and down the columns.
+
+    scale: what the slopes along (x, y) are multiplied by. The rest as in normals_from_heights.
+    Raises SourceError for a slope that is not finite, with its row and column.
+    """
+    dx, dy = _plane(dx, "dx"), _plane(dy, "dy")
+    if dx.shape != dy.shape:
+        raise ValueError(f"dx has shape {dx.shape}, dy {dy.shape}")
+    code, channels, dtype = _ENCODINGS[encoding]
+    out = _target(out, (*dx.shape, channels), dtype)
+    done = _normals.normals_from_slopes(
+        dx,
+        dy,
+        float(scale[0]),
+        float(scale[1]),
+        green_down,
+        code,
+        _bytes(out),
+        threads,
+        _WIDTHS[width],
+    )
+    if not done:
+        raise _refuse([dx, dy], "a slope")
+    return out

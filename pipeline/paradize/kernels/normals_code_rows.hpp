@@ -1,0 +1,119 @@
+// Rows of codes of heights, gloss and du/dv, compiled once per instruction set: include after
+// normals_rows.hpp.
+#pragma once
+
+#include "normals_rows.hpp"
+
+namespace paradize::normals::PARADIZE_WIDTH {
+
+typedef double Wide __attribute__((vector_size(8 * PARADIZE_LANES)));
+
+// In double, as PNG files of heights are written: float would round twice.
+PARADIZE_INLINE Pairs height_lanes(const Lanes &h) {
+    const Wide code = __builtin_convertvector(h, Wide) * 65535.0 + 0.5;
+    return __builtin_convertvector(__builtin_convertvector(code, Whole), Pairs);
+}
+
+static void height_codes(const float *heights, std::size_t n, std::uint16_t *to) {
+    for (std::size_t x = 0; x < n; x += lanes) {
+        const Pairs codes = height_lanes(load(heights + x));
+        std::memcpy(to + x, &codes, sizeof(codes));
+    }
+}
+
+PARADIZE_INLINE Whole byte_code(const Lanes &v) {
+    const Lanes zero = {};
+    const Lanes one = zero + 1.0F;
+    const Lanes above = v < zero ? zero : v;
+    const Lanes clamped = above > one ? one : above;
+    return __builtin_convertvector(clamped * 255.0F + 0.5F, Whole);
+}
+
+static void gloss_codes(const float *t, std::size_t n, const float *low, const float *step,
+                        std::uint8_t *to) {
+    for (std::size_t x = 0; x < n; x += lanes) {
+        const Lanes v = load(t + x);
+        const Whole first = byte_code(low[0] + v * step[0]);
+        const Whole second = byte_code(low[1] + v * step[1]);
+        store_pairs(to + 2 * x, (Bits)(first | second << 8));
+    }
+}
+
+// Bytes side by side: a comparison adds one to as many counters.
+typedef std::uint8_t Bytes __attribute__((vector_size(4 * PARADIZE_LANES)));
+
+static void count_levels(const std::uint8_t *fine, std::size_t n, std::uint32_t *counts) {
+    constexpr std::size_t wide = sizeof(Bytes);
+    constexpr int levels = 16;
+    std::size_t x = 0;
+    while (x + wide <= 2 * n) {
+        Bytes found[levels] = {};
+        for (int step = 0; step < 255 && x + wide <= 2 * n; ++step, x += wide) {
+            Bytes v;
+            std::memcpy(&v, fine + x, wide);
+            for (int k = 1; k < levels; ++k) {
+                found[k] -= (Bytes)(v >= static_cast<std::uint8_t>(16 * k));
+            }
+        }
+        for (int k = 1; k < levels; ++k) {
+            for (std::size_t i = 0; i < wide; ++i) {
+                counts[16 * (i & 1) + static_cast<std::size_t>(k)] += found[k][i];
+            }
+        }
+    }
+    for (; x < 2 * n; ++x) {
+        for (int k = 1; k <= fine[x] / 16; ++k) {
+            ++counts[16 * (x & 1) + static_cast<std::size_t>(k)];
+        }
+    }
+    counts[0] += static_cast<std::uint32_t>(n);
+    counts[16] += static_cast<std::uint32_t>(n);
+}
+
+// One channel: the shifted codes, and one more for the first `more` whose shifted-out byte is 240 or above.
+PARADIZE_INLINE Whole shifted(const Bits &unorm, const Bits &low, std::int32_t shift, const Whole &keep,
+                              std::uint32_t &more) {
+    const Whole d = (Whole)unorm - 128;
+    const Whole moved = 255 * d + (((Whole)low + d) & 255) + shift;
+    Whole code = moved >> 8;
+    if (more > 0) {
+        Whole bump = ((moved & 255) >= 240) & keep;
+        std::uint32_t found = 0;
+        for (std::size_t i = 0; i < lanes; ++i) {
+            found += static_cast<std::uint32_t>(-bump[i]);
+        }
+        if (found > more) {
+            std::uint32_t left = more;
+            for (std::size_t i = 0; i < lanes; ++i) {
+                if (bump[i] != 0) {
+                    bump[i] = left > 0 ? -1 : 0;
+                    left -= left > 0 ? 1 : 0;
+                }
+            }
+            found = more;
+        }
+        more -= found;
+        code -= bump;
+    }
+    return code;
+}
+
+static void shifted_codes(const std::uint8_t *rgb, const std::uint8_t *rest, std::size_t n,
+                          const std::int32_t *shift, std::uint32_t *more, std::int8_t *to) {
+    for (std::size_t x = 0; x < n; x += lanes) {
+        const Whole keep = first_lanes(n - x);
+        const Bits words = load_rgb(rgb + 3 * x);
+        const Bits low = load_pairs(rest + 2 * x);
+        const Whole u = shifted(words & 255U, low & 255U, shift[0], keep, more[0]);
+        const Whole v = shifted((words >> 8) & 255U, low >> 8, shift[1], keep, more[1]);
+        store_pairs(reinterpret_cast<std::uint8_t *>(to) + 2 * x, ((Bits)u & 255U) | ((Bits)v << 8));
+    }
+}
+
+const Kernels *kernels() {
+    static constexpr Kernels table{&copy,        &along,        &row,           &from_slopes, &height_codes,
+                                   &gloss_codes, &count_levels, &shifted_codes, &stream,      &fence};
+    return &table;
+}
+
+} // namespace paradize::normals::PARADIZE_WIDTH

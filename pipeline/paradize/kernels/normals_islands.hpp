@@ -1,0 +1,51 @@
+// Slopes of texels near the border of their UV island.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "normals_lines.hpp"
+#include "normals_sweep.hpp"
+
+namespace paradize::normals {
+
+// Redoes the texels of a row whose taps leave their island. One per thread; see normals_from_heights.
+class IslandRows {
+  public:
+    IslandRows(std::span<const float> heights, std::span<const std::int32_t> islands, std::size_t rows,
+               std::size_t columns, const Settings &settings);
+
+    // Writes over the texels of row y that have such taps.
+    void patch(std::size_t y, Encoding encoding, std::uint8_t *codes);
+
+  private:
+    struct Place {
+        std::size_t at;
+        bool same; // on the map and of the same island
+    };
+    struct IdLine {
+        std::vector<std::int32_t> ids;          // extended by the depth on both sides
+        std::vector<std::uint8_t> along_breaks; // whether an id within `reach` columns differs
+        std::vector<std::uint8_t> cross_breaks; // whether an id within `across` columns differs
+        std::ptrdiff_t held;
+    };
+
+    const IdLine &line(std::ptrdiff_t y);
+    void breaks(const IdLine &line, int within, std::vector<std::uint8_t> &to) const;
+    void mark(std::size_t y);
+    Place place(std::size_t x, std::size_t y, std::ptrdiff_t dx, std::ptrdiff_t dy) const;
+    double slope(std::size_t x, std::size_t y, bool down) const;
+
+    std::span<const float> heights_;
+    std::span<const std::int32_t> islands_;
+    std::size_t rows_;
+    std::size_t columns_;
+    Settings settings_;
+    std::size_t depth_;
+    std::vector<IdLine> lines_;
+    std::vector<std::uint8_t> marked_;
+};
+
+} // namespace paradize::normals
