@@ -1,12 +1,17 @@
-// Python face of the reference kernels that metrics measure with. kernels/reference.py checks what goes in.
+// Python face of the reference kernels that metrics measure with. kernels/reference.py and
+// kernels/reference_maps.py check what goes in.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/vector.h>
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "reference_distance.hpp"
 #include "reference_frames.hpp"
+#include "reference_maps.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
@@ -15,6 +20,10 @@ namespace {
 
 template <typename T>
 using Rows = nb::ndarray<const T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Bytes = nb::ndarray<const std::uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Values = nb::ndarray<const float, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using Islands = nb::ndarray<const std::int32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Any = nb::ndarray<nb::ro, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 
 nb::tuple surface_distance(Rows<float> from, Rows<std::uint32_t> from_triangles, Rows<float> to,
                            Rows<std::uint32_t> to_triangles, std::uint64_t samples, unsigned threads) {
@@ -38,10 +47,124 @@ nb::object angles_deg(Rows<float> a, Rows<float> b) {
     return nb::cast(nb::ndarray<nb::numpy, double>(out->data(), {out->size()}, owner));
 }
 
+// (format, channels, rows, columns, levels)
+struct Texture {
+    Texture(int format, std::size_t channels, std::size_t rows, std::size_t columns,
+            const std::vector<Bytes> &levels)
+        : view{static_cast<reference::Texels>(format), channels, {rows, columns}, {}} {
+        for (const Bytes &level : levels) {
+            view.levels.emplace_back(level.data(), level.size());
+        }
+    }
+    reference::TextureView view;
+};
+
+reference::Ground ground(const Rows<float> &heights, std::vector<double> derivative,
+                         std::vector<double> smooth, std::pair<double, double> scale,
+                         std::pair<bool, bool> wrap, bool green_down, const nb::object &islands) {
+    reference::Ground out;
+    out.heights = {heights.data(), heights.size()};
+    out.size = {heights.shape(0), heights.shape(1)};
+    out.spectral = derivative.empty();
+    out.derivative = std::move(derivative);
+    out.smooth = std::move(smooth);
+    out.scale_x = scale.first;
+    out.scale_y = scale.second;
+    out.wrap_x = wrap.first;
+    out.wrap_y = wrap.second;
+    out.green_down = green_down;
+    if (!islands.is_none()) {
+        const auto ids = nb::cast<Islands>(islands); // the caller holds the array
+        out.islands = {ids.data(), ids.size()};
+    }
+    return out;
+}
+
+using Found = std::vector<reference::LevelError>;
+
+// One tuple a level: count, sum, p99, max, sum of alpha's squares, count of alpha's texels.
+nb::list told(const Found &found) {
+    nb::list out;
+    for (const reference::LevelError &level : found) {
+        out.append(nb::make_tuple(level.count, level.sum, level.p99, level.max, level.alpha_squares,
+                                  level.alpha_count));
+    }
+    return out;
+}
+
+nb::list normal_levels(const Texture &texture, const reference::Ground &truth, bool offsets, int threads) {
+    Found found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = offsets ? reference::offset_levels(texture.view, truth, threads)
+                        : reference::normal_levels(texture.view, truth, threads);
+    }
+    return told(found);
+}
+
+nb::list filter_angles(const reference::Ground &a, const reference::Ground &b, int threads) {
+    Found found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = {reference::filter_angles(a, b, threads)};
+    }
+    return told(found);
+}
+
+nb::list value_levels(const Texture &texture, Values values, int threads) {
+    Found found;
+    {
+        nb::gil_scoped_release unlocked;
+        found =
+            reference::value_levels(texture.view, {values.data(), values.size()}, values.shape(2), threads);
+    }
+    return told(found);
+}
+
+nb::list gloss_levels(const Texture &texture, Values gloss, const reference::Ground &truth, int threads) {
+    Found found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = reference::gloss_levels(texture.view, {gloss.data(), gloss.size()}, truth, threads);
+    }
+    return told(found);
+}
+
+nb::list color_levels(const Texture &texture, Any pixels, bool encoded, double cutoff, int threads) {
+    using Kind = reference::Pixels::Kind;
+    Kind kind = Kind::f32;
+    if (pixels.dtype() == nb::dtype<std::uint8_t>()) {
+        kind = Kind::u8;
+    } else if (pixels.dtype() == nb::dtype<std::uint16_t>()) {
+        kind = Kind::u16;
+    } else if (pixels.dtype() != nb::dtype<float>()) {
+        throw nb::type_error("pixels are uint8, uint16 or float32");
+    }
+    const reference::Pixels view{kind, pixels.data(), pixels.shape(2), encoded};
+    Found found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = reference::color_levels(texture.view, view, cutoff, threads);
+    }
+    return told(found);
+}
+
 } // namespace
 
 NB_MODULE(_reference, m) {
     m.doc() = "Reference kernels for metrics.";
     m.def("surface_distance", &surface_distance);
     m.def("angles_deg", &angles_deg);
+    nb::class_<Texture>(m, "Texture")
+        .def(nb::init<int, std::size_t, std::size_t, std::size_t, const std::vector<Bytes> &>(),
+             nb::keep_alive<1, 6>());
+    nb::class_<reference::Ground>(m, "Ground");
+    m.def("ground", &ground, nb::arg("heights"), nb::arg("derivative"), nb::arg("smooth"), nb::arg("scale"),
+          nb::arg("wrap"), nb::arg("green_down"), nb::arg("islands").none(), nb::keep_alive<0, 1>(),
+          nb::keep_alive<0, 7>());
+    m.def("normal_levels", &normal_levels);
+    m.def("filter_angles", &filter_angles);
+    m.def("value_levels", &value_levels);
+    m.def("gloss_levels", &gloss_levels);
+    m.def("color_levels", &color_levels);
 }

@@ -1,8 +1,10 @@
-"""The error of every mip level of a baked map against float64 references.
+"""The error of every mip level of a baked map against float64 references, level 0 first.
 
-Level 0's truth is computed from the source in float64; the truth of level k is the area mean of level 0's
-over the area of each of its texels (not a mean of means, which differs for odd sizes). Nothing here is shared
-with the stages that made the texture.
+Level 0's truth is computed from the source in float64; the truth of level k is the mean of level 0's over the
+area of each of its texels (not a mean of means, which is another where sizes are odd). Decoders, filters,
+curves and means are the reference kernels' own: nothing is shared with the stages that made the texture.
+Angles are degrees; PSNR is in dB of a peak of 1, at most LOSSLESS_DB; p99 is the smallest error that 99 of 100
+do not pass. All numbers have six significant digits.
 """
 
 from __future__ import annotations
@@ -11,176 +13,178 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from paradize.metrics.angle import angles_deg, rebuilt, reference_normals
-from paradize.metrics.psnr import psnr_db
+from paradize.kernels import reference_maps
+from paradize.metrics.filters import EXACT, taps
+from paradize.metrics.psnr import psnr_of
 from paradize.metrics.texels import decode_texels
 
 if TYPE_CHECKING:
-
     import numpy.typing as npt
 
     from paradize.data import Texture
+    from paradize.kernels.reference_maps import Error
 
     F32 = npt.NDArray[np.float32]
-    F64 = npt.NDArray[np.float64]
     I32 = npt.NDArray[np.int32]
+
+# How the kernels read a texture's format: name and, of plain texels, channels. Others are decoded first.
+_TEXELS = {
+    "R8_UNORM": ("unorm8", 1),
+    "RG8_UNORM": ("unorm8", 2),
+    "RG8_SNORM": ("snorm8", 2),
+    "RGBA8_UNORM": ("unorm8", 4),
+    "RGBA8_SRGB": ("unorm8", 4),
+    "R16_UNORM": ("unorm16", 1),
+    "RG16_UNORM": ("unorm16", 2),
+    "RG16_SNORM": ("snorm16", 2),
+    "R32F": ("float32", 1),
+    "BC1_RGB_UNORM": ("bc1", 0),
+    "BC1_RGB_SRGB": ("bc1", 0),
+    "BC3_UNORM": ("bc3", 0),
+    "BC3_SRGB": ("bc3", 0),
+    "BC4_UNORM": ("bc4", 0),
+    "BC5_UNORM": ("bc5", 0),
+    "BC5_SNORM": ("bc5_signed", 0),
+}
 
 
 def _six(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def _along(values: F64, size: int) -> F64:
-    """Area means along axis 0, down to `size`."""
-    n = values.shape[0]
-    edge = np.arange(size + 1) * n
-    first = edge[:-1] // size
-    out = np.zeros((size, *values.shape[1:]))
-    for step in range(-(-n // size) + 1):
-        texel = first + step
-        low, high = np.maximum(edge[:-1], texel * size), np.minimum(edge[1:], (texel + 1) * size)
-        weight = np.maximum(high - low, 0) / n
-        out += values[np.minimum(texel, n - 1)] * weight.reshape(-1, *([1] * (values.ndim - 1)))
-    return out
+def _view(texture: Texture) -> reference_maps.Texture:
+    """The texture for the kernels."""
+    if texture.format in _TEXELS:
+        name, channels = _TEXELS[texture.format]
+        return reference_maps.Texture(name, texture.height, texture.width, texture.levels, channels)
+    decoded = [decode_texels(texture, level) for level in range(len(texture.levels))]
+    levels = [np.ascontiguousarray(level, "<f4").tobytes() for level in decoded]
+    return reference_maps.Texture("float32", texture.height, texture.width, levels, decoded[0].shape[2])
 
 
-def _mean(values: F64, level: int) -> F64:
-    rows, columns = (max(1, size >> level) for size in values.shape[:2])
-    return _along(_along(values, rows).swapaxes(0, 1), columns).swapaxes(0, 1)
+def _angles(error: Error) -> dict[str, float]:
+    mean = error.sum / error.count if error.count else 0.0
+    return {"mean_deg": _six(mean), "p99_deg": _six(error.p99), "max_deg": _six(error.max)}
 
 
-def _rank(errors: F64) -> tuple[float, float]:
-    flat = np.sort(errors.ravel())
-    return _six(float(flat[min(flat.size - 1, (flat.size * 99 + 99) // 100 - 1)])), _six(float(flat[-1]))
+def _differences(error: Error) -> dict[str, float]:
+    found = {"psnr_db": _psnr(error.sum, error.count), "p99": _six(error.p99), "max": _six(error.max)}
+    if error.alpha_count:
+        found["alpha_psnr_db"] = _psnr(error.alpha_squares, error.alpha_count)
+    return found
 
 
-def _angles(texture: Texture, level: int, truth: F64, inside: npt.NDArray[np.bool_]) -> dict[str, float]:
-    angles = angles_deg(rebuilt(decode_texels(texture, level)[:, :, :2]), truth)[inside]
-    if angles.size == 0:
-        return {"mean_deg": 0.0, "p99_deg": 0.0, "max_deg": 0.0}
-    p99, largest = _rank(angles)
-    return {"mean_deg": _six(float(angles.sum()) / angles.size), "p99_deg": p99, "max_deg": largest}
+def _psnr(squares: float, count: int) -> float:
+    return _six(psnr_of(squares / count if count else 0.0))
 
 
-def _normalised(means: F64) -> F64:
-    length = np.sqrt((means * means).sum(axis=2, keepdims=True))
-    return np.where(length > 1e-7, means / np.where(length > 1e-7, length, 1.0), [0.0, 0.0, 1.0])
-
-
-def _truth(heights: F32, settings: dict[str, Any]) -> F64:
-    return reference_normals(heights, 0, heights.shape[0], **settings)
-
-
-def _inside(islands: I32 | None, shape: tuple[int, int], reach: int = 4) -> F64:
-    if islands is None:
-        return np.ones(shape)
-    wide = np.pad(islands, reach, constant_values=-2)
-    out = islands >= 0
-    for j in range(2 * reach + 1):
-        for i in range(2 * reach + 1):
-            out = out & (wide[j : j + shape[0], i : i + shape[1]] == islands)
-    return out.astype(np.float64)
+def _ground(
+    heights: F32,
+    slope_scale: tuple[float, float],
+    wrap: tuple[bool, bool],
+    filter_name: str,
+    green_down: bool = False,
+    islands: I32 | None = None,
+) -> reference_maps.Ground:
+    return reference_maps.Ground(
+        heights,
+        taps=taps(filter_name),
+        scale=slope_scale,
+        wrap=wrap,
+        green_down=green_down,
+        islands=islands,
+    )
 
 
 def normal_levels(
-    texture: Texture, heights: F32, *, slope_scale: tuple[float, float], wrap: tuple[bool, bool],
-    filter_name: str, green_down: bool = False, islands: I32 | None = None,
-) -> list[dict[str, float]]:  # fmt: skip
-    """mean_deg, p99_deg, max_deg of every level of a normal map of heights (h, w), level 0 first."""
-    settings = {
-        "slope_scale": slope_scale, "wrap": wrap, "filter_name": filter_name, "green_down": green_down
-    }  # fmt: skip
-    truth, inside = _truth(heights, settings), _inside(islands, heights.shape)
-    return [
-        _angles(texture, k, _normalised(_mean(truth, k)), _mean(inside, k) > 1 - 1e-9)
-        for k in range(len(texture.levels))
-    ]
+    texture: Texture,
+    heights: F32,
+    *,
+    slope_scale: tuple[float, float],
+    wrap: tuple[bool, bool],
+    filter_name: str,
+    green_down: bool = False,
+    islands: I32 | None = None,
+) -> list[dict[str, float]]:
+    """mean_deg, p99_deg and max_deg of every level of a normal map of heights (h, w).
+
+    The truth is what the filter makes of the heights, in float64: it measures arithmetic, mips and storage;
+    filter_error tells what the filter itself costs. Levels average normals, then normalise them; where they
+    cancel out the truth is (0, 0, 1). islands (h, w): measured are texels all of whose taps, and all of whose
+    area, lie on one island (elsewhere filters and gutters are another matter); a level without such a texel
+    has errors of 0.
+    """
+    ground = _ground(heights, slope_scale, wrap, filter_name, green_down, islands)
+    return [_angles(level) for level in reference_maps.normal_levels(_view(texture), ground)]
 
 
 def dudv_levels(
-    texture: Texture, heights: F32, *, slope_scale: tuple[float, float], wrap: tuple[bool, bool],
-    filter_name: str, green_down: bool = False, islands: I32 | None = None,
-) -> list[dict[str, float]]:  # fmt: skip
-    """The same of a du/dv map: x and y of the normals less their mean."""
-    settings = {
-        "slope_scale": slope_scale, "wrap": wrap, "filter_name": filter_name, "green_down": green_down
-    }  # fmt: skip
-    inside = _inside(islands, heights.shape)
-    xy = _truth(heights, settings)[:, :, :2]
-    xy = xy - xy.mean(axis=(0, 1))
-    return [
-        _angles(texture, k, rebuilt(_mean(xy, k)), _mean(inside, k) > 1 - 1e-9)
-        for k in range(len(texture.levels))
-    ]
+    texture: Texture,
+    heights: F32,
+    *,
+    slope_scale: tuple[float, float],
+    wrap: tuple[bool, bool],
+    filter_name: str,
+    green_down: bool = False,
+    islands: I32 | None = None,
+) -> list[dict[str, float]]:
+    """The same of a du/dv map: x and y of the normals less their mean (over the islands), averaged; angles
+    are those of the vectors that a shader would rebuild from them."""
+    ground = _ground(heights, slope_scale, wrap, filter_name, green_down, islands)
+    return [_angles(level) for level in reference_maps.normal_levels(_view(texture), ground, offsets=True)]
 
 
-def _values(decoded: npt.NDArray[np.floating], truth: F64) -> dict[str, float]:
-    p99, largest = _rank(np.abs(decoded - truth))
-    return {"psnr_db": _six(psnr_db(decoded, truth)), "p99": p99, "max": largest}
+def filter_error(
+    heights: F32, *, slope_scale: tuple[float, float], wrap: tuple[bool, bool], filter_name: str
+) -> dict[str, float]:
+    """mean_deg, p99_deg and max_deg between the normals of a filter and those of the eighth-order one.
+
+    Of heights of 16 bits and more whose waves are longer than some 8 texels, the eighth-order filter is the
+    truth within a thousandth of a degree, and this is the error of the filter. Of 8-bit heights it is not:
+    it follows every step of the source, and a filter that smooths them over is farther from it and nearer to
+    the ground that the picture was taken of. Then this tells only how far the two are apart.
+    """
+    return _angles(
+        reference_maps.filter_angles(
+            _ground(heights, slope_scale, wrap, filter_name), _ground(heights, slope_scale, wrap, EXACT)
+        )
+    )
 
 
 def value_levels(texture: Texture, level0: F32) -> list[dict[str, float]]:
-    """psnr_db, p99, max (absolute differences) of every level of linear data (h, w, c), 0..1."""
-    truth = level0.astype(np.float64)
-    return [_values(decode_texels(texture, k), _mean(truth, k)) for k in range(len(texture.levels))]
+    """psnr_db, p99 and max (absolute differences) of every level of linear data (h, w, c)."""
+    return [_differences(level) for level in reference_maps.value_levels(_view(texture), level0)]
 
 
 def gloss_levels(
-    texture: Texture, gloss: F32, heights: F32, *, slope_scale: tuple[float, float], wrap: tuple[bool, bool],
-    filter_name: str, green_down: bool = False, islands: I32 | None = None,
-) -> list[dict[str, float]]:  # fmt: skip
-    """psnr_db, p99, max of every level of gloss (h, w, 2): R averaged, G widened by what the normals lose."""
-    del islands
-    settings = {
-        "slope_scale": slope_scale, "wrap": wrap, "filter_name": filter_name, "green_down": green_down
-    }  # fmt: skip
-    exact = gloss.astype(np.float64)
-    rough = 1.0 - exact[:, :, 1]
-    joined = np.dstack([exact[:, :, 0], rough * rough * rough * rough, _truth(heights, settings)])
-    out = []
-    for k in range(len(texture.levels)):
-        mean = _mean(joined, k)
-        total = np.ones(mean.shape[:2])
-        square = (mean[:, :, 2:] * mean[:, :, 2:]).sum(axis=2)
-        some = square > 1e-12
-        r = np.sqrt(square[some])
-        lost = np.maximum(0.0, 2.0 * (1.0 - square[some]) / (r * (3.0 - square[some])))
-        total[some] = np.minimum(1.0, mean[:, :, 1][some] + lost)
-        smooth = 1.0 - np.sqrt(np.sqrt(total)) if k else exact[:, :, 1]
-        out.append(_values(decode_texels(texture, k), np.dstack([mean[:, :, 0], smooth])))
-    return out
+    texture: Texture,
+    gloss: F32,
+    heights: F32,
+    *,
+    slope_scale: tuple[float, float],
+    wrap: tuple[bool, bool],
+    filter_name: str,
+    green_down: bool = False,
+    islands: I32 | None = None,
+) -> list[dict[str, float]]:
+    """psnr_db, p99 and max of every level of gloss (h, w, 2), both channels together.
 
-
-def _decoded(v: F64) -> F64:
-    return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)
-
-
-def _encoded(v: F64) -> F64:
-    return np.where(v <= 0.0031308, v * 12.92, 1.055 * v ** (1 / 2.4) - 0.055)
+    R's truth is averaged. G's, a smoothness s of roughness alpha = (1 - s)^2, averages alpha^2, twice the
+    variance of slopes, and adds what averaging takes out of the heights' normals. islands as normal_levels.
+    """
+    ground = _ground(heights, slope_scale, wrap, filter_name, green_down, islands)
+    return [_differences(level) for level in reference_maps.gloss_levels(_view(texture), gloss, ground)]
 
 
 def color_levels(
     texture: Texture, pixels: npt.NDArray[Any], *, encoded: bool, alpha_cutoff: float | None
 ) -> list[dict[str, float]]:
-    """psnr_db, p99, max of every level's colour, in sRGB-encoded values, and alpha_psnr_db where the texture
-    has alpha. pixels (h, w, 3 | 4) u8, u16 or f32; encoded: they are sRGB-encoded, else linear light."""
-    top = {"u": {1: 255.0, 2: 65535.0}}.get(pixels.dtype.kind, {}).get(pixels.dtype.itemsize, 1.0)
-    exact = np.clip(pixels.astype(np.float64) / top, 0.0, 1.0)
-    light = _decoded(exact[:, :, :3]) if encoded else exact[:, :, :3]
-    alpha = exact[:, :, 3:] if exact.shape[2] == 4 else np.ones((*exact.shape[:2], 1))
-    share = np.count_nonzero(alpha >= np.float32(alpha_cutoff)) / alpha.size if alpha_cutoff else 0.0
-    out = []
-    for k in range(len(texture.levels)):
-        opaque = _mean(alpha, k)
-        safe = np.where(opaque > 0, opaque, 1.0)
-        mean = np.where(opaque > 0, _mean(light * alpha, k) / safe, _mean(light, k))
-        decoded = decode_texels(texture, k)
-        truth = _encoded(mean) if k or not encoded else exact[:, :, :3]
-        found = _values(decoded[:, :, :3], truth)
-        if exact.shape[2] == 4:
-            wanted = int(share * opaque.size + 0.5) if alpha_cutoff else 0
-            least = np.sort(opaque.ravel())[::-1][wanted - 1] if wanted else 0.0
-            factor = min(16.0, max(1 / 16, alpha_cutoff / least)) if k and alpha_cutoff and least > 0 else 1.0
-            found["alpha_psnr_db"] = _six(psnr_db(decoded[:, :, 3:], np.minimum(1.0, opaque * factor)))
-        out.append(found)
-    return out
+    """psnr_db, p99 and max of every level's colour, in sRGB-encoded values; alpha_psnr_db where pixels have
+    alpha.
+
+    pixels (h, w, 3 | 4) uint8, uint16 or float32: sRGB-encoded, or linear light; beyond 0..1 they count as
+    clipped. Levels average linear light, weighted by alpha. alpha_cutoff: from level 1 on alpha keeps level
+    0's share of texels at or above it, by a factor; None, and 0: alpha is averaged.
+    """
+    found = reference_maps.color_levels(_view(texture), pixels, encoded=encoded, alpha_cutoff=alpha_cutoff)
+    return [_differences(level) for level in found]

@@ -21,7 +21,11 @@ def psnr_db(
     The logarithm is Decimal's, which is the same on every machine; numpy's and libm's are not.
     """
     difference = decoded.astype(np.float64) - truth
-    mean = float((difference * difference).sum()) / difference.size / (peak * peak)
-    if mean <= 1e-12:
+    return psnr_of(float((difference * difference).sum()) / difference.size / (peak * peak))
+
+
+def psnr_of(mean_square: float) -> float:
+    """The same of a mean squared error whose peak is 1."""
+    if mean_square <= 1e-12:
         return LOSSLESS_DB
-    return float(-10 * Decimal(mean).log10())
+    return float(-10 * Decimal(mean_square).log10())

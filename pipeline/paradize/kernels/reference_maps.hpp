@@ -1,0 +1,62 @@
+// The error of every mip level of a baked map against float64 area means of level 0's truth. For metrics
+// only.
+//
+// Results do not depend on the number of threads: sums are taken row by row in the order of rows, percentiles
+// are exact. Memory: some rows per thread and level, and two of a hundred of a level's errors.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "reference_maps_ground.hpp"
+#include "reference_maps_tally.hpp"
+#include "reference_maps_texels.hpp"
+
+namespace paradize::reference {
+
+struct TextureView {
+    Texels format;
+    std::size_t channels; // of the plain formats
+    Size size;
+    std::vector<std::span<const std::uint8_t>> levels; // level 0 first, each level_bytes long
+};
+
+// Angles in degrees between the normals that a shader rebuilds from the texture's first two channels and the
+// normals of the ground, averaged and normalised. Texels near borders of islands are left out.
+std::vector<LevelError> normal_levels(const TextureView &texture, const Ground &ground, int threads);
+
+// The same of du/dv: x and y of the ground's normals less their mean over the map (over the islands).
+std::vector<LevelError> offset_levels(const TextureView &texture, const Ground &ground, int threads);
+
+// Angles between the normals of one ground by two filters: of level 0 alone.
+LevelError filter_angles(const Ground &ground, const Ground &other, int threads);
+
+// Squared and absolute differences from values (rows, columns, channels).
+std::vector<LevelError> value_levels(const TextureView &texture, std::span<const float> values,
+                                     std::size_t channels, int threads);
+
+// The same of gloss (rows, columns, 2): channel 0 averaged; channel 1, smoothness s of roughness
+// alpha = (1 - s)^2, by averaging alpha^2 and adding 2 (1 - r^2) / (r (3 - r^2)), r the length of the
+// averaged normal, up to 1. Source: D. Neubelt and M. Pettineo, "Crafting a next-gen material pipeline for
+// The Order: 1886", 2013.
+std::vector<LevelError> gloss_levels(const TextureView &texture, std::span<const float> gloss,
+                                     const Ground &ground, int threads);
+
+struct Pixels {
+    enum class Kind { u8, u16, f32 };
+    Kind kind;
+    const void *data; // (rows, columns, channels): 3, or 4 with alpha last; integers stand for 0..1
+    std::size_t channels;
+    bool encoded; // by the sRGB curve; else linear light. Values beyond 0..1 count as clipped.
+};
+
+// Squared and absolute differences of colour in sRGB-encoded values. Truth: linear light averaged, weighted
+// by alpha (by area alone where all is transparent). Alpha: averaged; with a cutoff above 0, from level 1 on
+// by a factor in 1/16..16 that keeps level 0's share of texels at or above it, up to 1. Source of that: I.
+// Castano, "Computing alpha mipmaps", 2010.
+std::vector<LevelError> color_levels(const TextureView &texture, const Pixels &pixels, double cutoff,
+                                     int threads);
+
+} // namespace paradize::reference

@@ -1,0 +1,171 @@
+#include <algorithm>
+
+#include "maps_parallel.hpp"
+#include "reference_maps_angle.hpp"
+#include "reference_maps_judges.hpp"
+
+namespace paradize::reference {
+namespace {
+
+// Planes x, y and z of vectors of one row.
+class Vectors {
+  public:
+    explicit Vectors(std::size_t columns) : values_(3 * columns) {}
+    Directions of(std::size_t columns) {
+        return {values_.data(), values_.data() + columns, values_.data() + 2 * columns};
+    }
+
+  private:
+    std::vector<double> values_;
+};
+
+// Truth: planes x, y, z of averaged normals; or, of du/dv, x and y. Then a mask, where there are islands.
+class AngleJudge final : public MapJudge {
+  public:
+    AngleJudge(const TextureView &texture, bool offsets, bool masked, RowSums &sums)
+        : MapJudge(texture, 1, sums), offsets_(offsets), masked_(masked), truth_(texture.size.columns),
+          found_(texture.size.columns), xy_(2 * texture.size.columns), angles_(texture.size.columns) {}
+
+    void row(std::size_t level, std::size_t y, const double *truth) override {
+        const std::size_t count = columns(level);
+        const Directions exact = truth_.of(count);
+        const Directions baked = found_.of(count);
+        if (offsets_) {
+            rebuild(truth, truth + count, count, exact);
+        } else {
+            normalise(truth, truth + count, truth + 2 * count, count, exact);
+        }
+        decoded(level, y, 0, xy_.data());
+        decoded(level, y, 1, xy_.data() + count);
+        rebuild(xy_.data(), xy_.data() + count, count, baked);
+        angles_between(exact, baked, count, angles_.data());
+        const std::size_t planes = offsets_ ? 2 : 3;
+        const std::size_t kept = masked_ ? only_inside(angles_.data(), truth + planes * count, count) : count;
+        take(level, y, {angles_.data(), kept}, ordered_sum({angles_.data(), kept}));
+    }
+
+  private:
+    bool offsets_;
+    bool masked_;
+    Vectors truth_;
+    Vectors found_;
+    std::vector<double> xy_;
+    std::vector<double> angles_;
+};
+
+// x and y of normals less a mean, and the mask where there is one.
+class OffsetRows final : public Rows {
+  public:
+    OffsetRows(const GroundRows &ground, std::size_t columns, double mean_x, double mean_y)
+        : ground_(ground), columns_(columns), mean_x_(mean_x), mean_y_(mean_y),
+          planes_(ground.channels() * columns) {}
+    std::size_t channels() const override { return ground_.channels() - 1; }
+    std::unique_ptr<Rows> fresh() const override { return std::make_unique<OffsetRows>(*this); }
+    void row(std::size_t y, double *out) override {
+        ground_.row(y, planes_.data());
+        for (std::size_t i = 0; i < columns_; ++i) {
+            out[i] = planes_[i] - mean_x_;
+            out[columns_ + i] = planes_[columns_ + i] - mean_y_;
+        }
+        std::copy(planes_.begin() + static_cast<std::ptrdiff_t>(3 * columns_), planes_.end(),
+                  out + 2 * columns_);
+    }
+
+  private:
+    GroundRows ground_;
+    std::size_t columns_;
+    double mean_x_;
+    double mean_y_;
+    std::vector<double> planes_;
+};
+
+struct Mean {
+    double x;
+    double y;
+};
+
+// The mean x and y of normals, over the islands' insides where there are islands.
+Mean mean_of(const GroundRows &ground, Size size, int threads) {
+    std::vector<double> sum_x(size.rows);
+    std::vector<double> sum_y(size.rows);
+    std::vector<double> counts(size.rows);
+    maps::for_rows(size.rows, threads, [&](std::size_t first, std::size_t last) {
+        const std::unique_ptr<Rows> rows = ground.fresh();
+        std::vector<double> planes(rows->channels() * size.columns);
+        for (std::size_t y = first; y < last; ++y) {
+            rows->row(y, planes.data());
+            double *x_plane = planes.data();
+            double *y_plane = x_plane + size.columns;
+            counts[y] = static_cast<double>(size.columns);
+            if (rows->channels() == 4) {
+                const double *mask = planes.data() + 3 * size.columns;
+                for (std::size_t i = 0; i < size.columns; ++i) {
+                    x_plane[i] *= mask[i];
+                    y_plane[i] *= mask[i];
+                }
+                counts[y] = ordered_sum({mask, size.columns});
+            }
+            sum_x[y] = ordered_sum({x_plane, size.columns});
+            sum_y[y] = ordered_sum({y_plane, size.columns});
+        }
+    });
+    const double count = std::max(1.0, ordered_sum(counts));
+    return {ordered_sum(sum_x) / count, ordered_sum(sum_y) / count};
+}
+
+} // namespace
+
+std::vector<LevelError> normal_levels(const TextureView &texture, const Ground &ground, int threads) {
+    const GroundRows truth(ground, threads);
+    const bool masked = !ground.islands.empty();
+    return judged(texture, truth, threads,
+                  [&](RowSums &sums) { return std::make_unique<AngleJudge>(texture, false, masked, sums); });
+}
+
+std::vector<LevelError> offset_levels(const TextureView &texture, const Ground &ground, int threads) {
+    const GroundRows normals(ground, threads);
+    const Mean mean = mean_of(normals, ground.size, threads);
+    const OffsetRows truth(normals, ground.size.columns, mean.x, mean.y);
+    const bool masked = !ground.islands.empty();
+    return judged(texture, truth, threads,
+                  [&](RowSums &sums) { return std::make_unique<AngleJudge>(texture, true, masked, sums); });
+}
+
+LevelError filter_angles(const Ground &ground, const Ground &other, int threads) {
+    const GroundRows one(ground, threads);
+    const GroundRows two(other, threads);
+    const std::size_t columns = ground.size.columns;
+    const std::size_t keep = above_p99(ground.heights.size());
+    std::vector<double> sums(ground.size.rows);
+    std::vector<Largest> largest(static_cast<std::size_t>(std::max(1, threads)), Largest(keep));
+    maps::for_rows(largest.size(), static_cast<int>(largest.size()), [&](std::size_t begin, std::size_t end) {
+        for (std::size_t part = begin; part < end; ++part) {
+            const std::unique_ptr<Rows> a = one.fresh();
+            const std::unique_ptr<Rows> b = two.fresh();
+            std::vector<double> first(a->channels() * columns);
+            std::vector<double> second(b->channels() * columns);
+            std::vector<double> angles(columns);
+            const std::size_t last = ground.size.rows * (part + 1) / largest.size();
+            for (std::size_t y = ground.size.rows * part / largest.size(); y < last; ++y) {
+                a->row(y, first.data());
+                b->row(y, second.data());
+                angles_between({first.data(), first.data() + columns, first.data() + 2 * columns},
+                               {second.data(), second.data() + columns, second.data() + 2 * columns}, columns,
+                               angles.data());
+                sums[y] = ordered_sum(angles);
+                largest[part].add(angles);
+            }
+        }
+    });
+    for (std::size_t part = 1; part < largest.size(); ++part) {
+        largest[0].join(largest[part]);
+    }
+    LevelError out;
+    out.count = ground.heights.size();
+    out.sum = ordered_sum(sums);
+    out.p99 = largest[0].kth(keep);
+    out.max = largest[0].kth(1);
+    return out;
+}
+
+} // namespace paradize::reference

@@ -1,0 +1,154 @@
+#include <algorithm>
+#include <cmath>
+
+#include "maps_parallel.hpp"
+#include "reference_maps_judges.hpp"
+
+namespace paradize::reference {
+namespace {
+
+// Floats (rows, columns, channels) as planes of doubles.
+class ValueRows final : public Rows {
+  public:
+    ValueRows(std::span<const float> values, std::size_t columns, std::size_t channels)
+        : values_(values), columns_(columns), channels_(channels) {}
+    std::size_t channels() const override { return channels_; }
+    std::unique_ptr<Rows> fresh() const override { return std::make_unique<ValueRows>(*this); }
+    void row(std::size_t y, double *out) override {
+        const float *from = &values_[y * columns_ * channels_];
+        for (std::size_t c = 0; c < channels_; ++c) {
+            for (std::size_t x = 0; x < columns_; ++x) {
+                out[c * columns_ + x] = from[x * channels_ + c];
+            }
+        }
+    }
+
+  private:
+    std::span<const float> values_;
+    std::size_t columns_;
+    std::size_t channels_;
+};
+
+class ValueJudge final : public MapJudge {
+  public:
+    ValueJudge(const TextureView &texture, std::size_t channels, RowSums &sums)
+        : MapJudge(texture, channels, sums), channels_(channels), found_(channels * texture.size.columns),
+          errors_(found_.size()), squares_(found_.size()) {}
+
+    void row(std::size_t level, std::size_t y, const double *truth) override {
+        const std::size_t count = columns(level);
+        for (std::size_t c = 0; c < channels_; ++c) {
+            decoded(level, y, c, &found_[c * count]);
+        }
+        const std::size_t all = channels_ * count;
+        const double sum = differences(truth, found_.data(), all, errors_.data(), squares_.data());
+        take(level, y, {errors_.data(), all}, sum);
+    }
+
+  private:
+    std::size_t channels_;
+    std::vector<double> found_;
+    std::vector<double> errors_;
+    std::vector<double> squares_;
+};
+
+PARADIZE_CLONES void to_variance(const double *__restrict smoothness, std::size_t count,
+                                 double *__restrict variance) {
+    for (std::size_t i = 0; i < count; ++i) {
+        const double rough = 1.0 - smoothness[i];
+        const double alpha = rough * rough;
+        variance[i] = alpha * alpha;
+    }
+}
+
+// widen: whether the normals' loss of length counts (not at level 0, where it is rounding alone).
+PARADIZE_CLONES void to_smoothness(const double *__restrict variance, const double *__restrict x,
+                                   const double *__restrict y, const double *__restrict z, double widen,
+                                   std::size_t count, double *__restrict smoothness) {
+    for (std::size_t i = 0; i < count; ++i) {
+        const double square = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
+        const double r = std::sqrt(square);
+        const double short_of = 1.0 - square > 0.0 ? 1.0 - square : 0.0;
+        const double lost = widen * (2.0 * short_of / ((r > 1e-6 ? r : 1e-6) * (3.0 - square)));
+        const double total = variance[i] + lost;
+        smoothness[i] = 1.0 - std::sqrt(std::sqrt(total < 1.0 ? total : 1.0));
+    }
+}
+
+// Planes of intensity, squared roughness, and the ground's normals (with their mask, where there is one).
+class GlossRows final : public Rows {
+  public:
+    GlossRows(std::span<const float> gloss, const GroundRows &ground, std::size_t columns)
+        : gloss_(gloss, columns, 2), ground_(ground), columns_(columns), smoothness_(columns) {}
+    std::size_t channels() const override { return 2 + ground_.channels(); }
+    std::unique_ptr<Rows> fresh() const override { return std::make_unique<GlossRows>(*this); }
+    void row(std::size_t y, double *out) override {
+        gloss_.row(y, out);
+        std::copy_n(out + columns_, columns_, smoothness_.begin());
+        to_variance(smoothness_.data(), columns_, out + columns_);
+        ground_.row(y, out + 2 * columns_);
+    }
+
+  private:
+    ValueRows gloss_;
+    GroundRows ground_;
+    std::size_t columns_;
+    std::vector<double> smoothness_;
+};
+
+class GlossJudge final : public MapJudge {
+  public:
+    GlossJudge(const TextureView &texture, bool masked, RowSums &sums)
+        : MapJudge(texture, 2, sums), masked_(masked), truth_(texture.size.columns),
+          found_(texture.size.columns), errors_(2 * texture.size.columns), squares_(texture.size.columns) {}
+
+    void row(std::size_t level, std::size_t y, const double *truth) override {
+        const std::size_t count = columns(level);
+        to_smoothness(truth + count, truth + 2 * count, truth + 3 * count, truth + 4 * count,
+                      level == 0 ? 0.0 : 1.0, count, truth_.data());
+        std::size_t kept = 0;
+        double sum = 0.0;
+        for (std::size_t c = 0; c < 2; ++c) {
+            decoded(level, y, c, found_.data());
+            double *errors = &errors_[kept];
+            differences(c == 0 ? truth : truth_.data(), found_.data(), count, errors, squares_.data());
+            std::size_t inside = count;
+            if (masked_) {
+                inside = only_inside(errors, truth + 5 * count, count);
+                for (std::size_t i = 0; i < inside; ++i) {
+                    squares_[i] = errors[i] * errors[i];
+                }
+            }
+            sum += ordered_sum({squares_.data(), inside});
+            kept += inside;
+        }
+        take(level, y, {errors_.data(), kept}, sum);
+    }
+
+  private:
+    bool masked_;
+    std::vector<double> truth_;
+    std::vector<double> found_;
+    std::vector<double> errors_;
+    std::vector<double> squares_;
+};
+
+} // namespace
+
+std::vector<LevelError> value_levels(const TextureView &texture, std::span<const float> values,
+                                     std::size_t channels, int threads) {
+    const ValueRows truth(values, texture.size.columns, channels);
+    return judged(texture, truth, threads,
+                  [&](RowSums &sums) { return std::make_unique<ValueJudge>(texture, channels, sums); });
+}
+
+std::vector<LevelError> gloss_levels(const TextureView &texture, std::span<const float> gloss,
+                                     const Ground &ground, int threads) {
+    const GroundRows normals(ground, threads);
+    const GlossRows truth(gloss, normals, texture.size.columns);
+    const bool masked = !ground.islands.empty();
+    return judged(texture, truth, threads,
+                  [&](RowSums &sums) { return std::make_unique<GlossJudge>(texture, masked, sums); });
+}
+
+} // namespace paradize::reference
