@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace paradize {
 
@@ -18,6 +19,13 @@ int choose_lod(std::span<const float> errors_m, float distance_m, float pixels_a
         }
     }
     return 0;
+}
+
+glm::vec2 parallax_of(const assets::Material &material) {
+    const glm::vec2 asked(material.parallax_scale, material.parallax_bias);
+    const float reach = 0.5F * std::abs(asked.x) + std::abs(asked.y);
+    const float limit = material.parallax_limit.value_or(reach);
+    return reach > limit ? asked * (limit / reach) : asked;
 }
 
 Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(file), streamer_(streamer) {

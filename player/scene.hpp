@@ -7,6 +7,7 @@
 #include "view.hpp"
 
 #include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include <span>
@@ -70,6 +71,10 @@ class Scene {
     std::vector<Object> objects_;
     std::size_t instance_count_ = 0;
 };
+
+/// Scale and bias of a material's parallax: as asked, or both made smaller so that the steepest look, which
+/// moves a sample by scale / 2 + |bias|, stays within the limit.
+glm::vec2 parallax_of(const assets::Material &material);
 
 /// The coarsest level whose error, seen from `distance_m`, covers no more than `error_px` pixels.
 /// errors_m: level 0 first, growing. Returns 0 when none is coarse enough.

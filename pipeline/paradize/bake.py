@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize import bake_makers
+from paradize.bake_borders import object_gutters
 from paradize.bake_manifest import build_manifest, mesh_facts
 from paradize.bake_record import SCENE_FILE, BakeReport, record_name, remember, unchanged_bake
 from paradize.engine.code import code_digest
@@ -26,7 +27,7 @@ from paradize.engine.workers import Job, Outcome, run_jobs
 from paradize.errors import GroupedError, ParadizeError, SceneError, SourceError
 from paradize.flight import Flight, plan_flight
 from paradize.formats.scene_manifest import encode_scene
-from paradize.require import Look, Order, Want, require
+from paradize.require import Look, Order, Want, meet, require
 from paradize.scene import METRICS, Scene, load_scene
 
 OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only files that a sweep may remove
@@ -106,7 +107,7 @@ def _bake(
     _run(store, [task for task in tasks if task.status == "baked"], stamps, jobs, tier, told)
     report = _report(scene, out, tasks)
     if not report.errors:
-        _commit(scene, scene_path, flight, out, tasks, report)
+        _commit(store, scene, scene_path, flight, out, tasks, report, jobs, force)
     # What was edited meanwhile is not remembered, so that the next bake looks at everything anew.
     if not report.errors and all(stamp(path) == old for path, old in stamps.items()):
         remember(store, name, report, list(stamps), absent, memory)
@@ -274,9 +275,18 @@ def over_budget(budget: dict[str, float], errors: dict[str, float]) -> list[str]
 
 
 def _commit(
-    scene: Scene, scene_path: Path, flight: Flight, out: Path, tasks: list[_Task], report: BakeReport
+    store: Store,
+    scene: Scene,
+    scene_path: Path,
+    flight: Flight,
+    out: Path,
+    tasks: list[_Task],
+    report: BakeReport,
+    jobs: int,
+    force: bool,
 ) -> None:
-    """Builds scene.json and publishes everything; adds what goes wrong to the report's errors."""
+    """Measures the gutters, builds scene.json and publishes everything; adds what goes wrong to the report's
+    errors."""
     entries: dict[str, dict[str, Any]] = {}
     files: dict[str, tuple[bytes, str]] = {}
     facts = {}
@@ -307,7 +317,17 @@ def _commit(
         if report.errors:
             return
         report.warnings += [f"flight: {text}" for text in over_budget(scene.budget, flight_errors)]
-        manifest = encode_scene(build_manifest(scene, flight, flight_errors, entries, facts))
+        objects = {item.name: facts[f"{item.name}_mesh"] for item in scene.objects}
+        bounds = {name: (known.center, known.radius_m) for name, known in objects.items()}
+        met = meet(scene, flight, bounds)
+        names = {name: list(known.materials) for name, known in objects.items()}
+        texels = {name: files[entry["file"]][0] for name, entry in entries.items()}
+        hashes = {name: entry["sha256"] for name, entry in entries.items()}
+        gutters, errors = object_gutters(store, scene, met, names, texels, hashes, jobs, force)
+        report.errors += errors
+        if errors:
+            return
+        manifest = encode_scene(build_manifest(scene, flight, flight_errors, entries, facts, met, gutters))
         _publish(out, files, manifest)
     except ParadizeError as error:
         report.errors.append(error)

@@ -11,7 +11,7 @@ from typing import Any
 from paradize.errors import FormatError
 from paradize.flight import PI, Flight, Vec, sine_cosine
 from paradize.formats.scene_manifest import FORMAT, VERSION
-from paradize.require import first_needed
+from paradize.require import Met
 from paradize.scene import ObjectMaterial, Scene, SceneObject
 
 # What the first frames need first: the sky, then the ground, then things; colour before relief.
@@ -80,17 +80,26 @@ def build_manifest(
     flight_errors: dict[str, float],
     artifacts: dict[str, dict[str, Any]],
     facts: dict[str, MeshFacts],
+    met: dict[str, Met],
+    gutters: dict[str, dict[str, Any]],
 ) -> dict[str, Any]:
-    """The manifest. artifacts: name -> its entry without first_needed_s; facts: by the artifact's name."""
-    bounds = {
-        item.name: (facts[f"{item.name}_mesh"].center, facts[f"{item.name}_mesh"].radius_m)
-        for item in scene.objects
-    }
-    needed = first_needed(scene, flight, bounds)
-    entries = {
-        name: entry | {"first_needed_s": needed.get(name.rpartition("_")[0], 0.0)}
-        for name, entry in artifacts.items()
-    }
+    """The manifest. artifacts: name -> its entry, as bake.py has it; facts: by the artifact's name; met and
+    gutters (as bake_gutter.measure_gutters returns them): by the object's name."""
+    entries = {}
+    for name, entry in artifacts.items():
+        owner, _, key = name.rpartition("_")
+        gutter = gutters[owner]["maps"].get(key) if owner in gutters else None
+        entries[name] = (
+            {"levels": []}
+            | entry
+            | {
+                "first_needed_s": met[owner].first_s if owner in met else 0.0,
+                "max_level": gutter["max_level"] if gutter else None,
+                "gutter": {fact: value for fact, value in gutter.items() if fact != "max_level"}
+                if gutter
+                else None,
+            }
+        )
     head = scene.head
     return {
         "format": FORMAT,
@@ -117,7 +126,10 @@ def build_manifest(
         "refraction": _plain(scene.refraction) if scene.refraction else None,
         "terrain": _terrain(scene, entries, facts),
         "water": _water(scene),
-        "objects": [_object(item, entries, facts[f"{item.name}_mesh"]) for item in scene.objects],
+        "objects": [
+            _object(item, entries, facts[f"{item.name}_mesh"], gutters.get(item.name))
+            for item in scene.objects
+        ],
         "particles": [_plain(item) for item in scene.particles],
         "sound": {"artifact": "sound", "volume": scene.sound.volume} if scene.sound else None,
         "flight": flight.as_json() | {"errors": flight_errors},
@@ -176,9 +188,14 @@ def _water(scene: Scene) -> dict[str, Any] | None:
     }
 
 
-def _object(item: SceneObject, entries: dict[str, Any], facts: MeshFacts) -> dict[str, Any]:
+def _object(
+    item: SceneObject, entries: dict[str, Any], facts: MeshFacts, gutters: dict[str, Any] | None
+) -> dict[str, Any]:
+    limits = gutters["limits"] if gutters else {}
     materials = {
-        name: {"color": list(base)} | _plain(item.materials.get(name, ObjectMaterial()))
+        name: {"color": list(base)}
+        | _plain(item.materials.get(name, ObjectMaterial()))
+        | {"parallax_limit": limits.get(name)}
         for name, base in facts.materials.items()
     }
     return {
@@ -188,6 +205,7 @@ def _object(item: SceneObject, entries: dict[str, Any], facts: MeshFacts) -> dic
         "normal": _present(f"{item.name}_normal", entries),
         "height": _present(f"{item.name}_height", entries),
         "gloss": _present(f"{item.name}_gloss", entries),
+        "repeat": bool(gutters["repeat"]) if gutters else True,
         "center": list(facts.center),
         "radius_m": facts.radius_m,
         "lods": [{"node": node, "error_m": error_m} for node, error_m in facts.lods],

@@ -290,13 +290,15 @@ def plan_flight(settings: FlightSettings) -> Flight:
 
 @dataclass(frozen=True)
 class Sighting:
-    """How a sphere is met by the flight: nearest distance from the eye to its surface and when, and when it
-    is first inside the view cone (0 where it never is)."""
+    """How a sphere is met by the flight: nearest distance from the eye to its surface and when, when it is
+    first inside the view cone (0 where it never is), and the farthest distance of its far side while it is
+    (0 likewise)."""
 
     nearest_m: float
     nearest_s: float
     first_seen_s: float
     seen: bool
+    farthest_seen_m: float
 
 
 def sight(
@@ -310,6 +312,7 @@ def sight(
     sin_half = tangent * cos_half
     best = [(float("inf"), 0.0)] * len(spheres)
     first: list[float | None] = [None] * len(spheres)
+    farthest = [0.0] * len(spheres)
     count = max(1, round(flight.duration_s / step_s))
     for i in range(count):
         t = flight.duration_s * i / count
@@ -319,14 +322,15 @@ def sight(
         for j, (center, radius) in enumerate(spheres):
             away = _distance(eye, center)
             best[j] = min(best[j], (max(0.0, away - radius), t))
-            if first[j] is None:
+            if first[j] is None or away + radius > farthest[j]:
                 along = 0.0
                 for e, c, f in zip(eye, center, ahead, strict=True):
                     along += (c - e) * f
                 aside = sqrt(max(0.0, away * away - along * along))
                 if away <= radius or (along > -radius and aside * cos_half - along * sin_half <= radius):
-                    first[j] = t
+                    first[j] = t if first[j] is None else first[j]
+                    farthest[j] = max(farthest[j], away + radius)
     return [
-        Sighting(near, when, seen_s or 0.0, seen_s is not None)
-        for (near, when), seen_s in zip(best, first, strict=True)
+        Sighting(near, when, seen_s or 0.0, seen_s is not None, far)
+        for (near, when), seen_s, far in zip(best, first, farthest, strict=True)
     ]

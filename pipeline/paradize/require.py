@@ -183,13 +183,23 @@ def _object(found: Requirements, item: SceneObject, look: Look) -> None:
     )
 
 
-def first_needed(scene: Scene, flight: Flight, bounds: dict[str, tuple[Vec, float]]) -> dict[str, float]:
-    """Second of the flight at which each object, by name, is first in view; the end for those never seen.
+@dataclass(frozen=True)
+class Met:
+    """How the flight meets an object, all its instances: first_s: the second at which it is first in view,
+    the end of the flight where it never is. pixel_m: how many metres of it the largest pixel covers, seen
+    squarely at its farthest, per metre of the mesh; None where it is never seen."""
+
+    first_s: float
+    pixel_m: float | None
+
+
+def meet(scene: Scene, flight: Flight, bounds: dict[str, tuple[Vec, float]]) -> dict[str, Met]:
+    """How the flight meets each object, by name; the mirror and what is seen through water count too.
 
     bounds: center (metres, in the object's space) and radius (metres) by the object's name.
     """
     spheres: list[tuple[Vec, float]] = []
-    owners: list[str] = []
+    owners: list[tuple[str, float]] = []
     for item in scene.objects:
         (x, y, z), radius = bounds[item.name]
         for instance in item.instances:
@@ -199,11 +209,17 @@ def first_needed(scene: Scene, flight: Flight, bounds: dict[str, tuple[Vec, floa
             spheres.append(
                 ((px + s * (x * cosine + z * sine), py + s * y, pz + s * (z * cosine - x * sine)), s * radius)
             )
-            owners.append(item.name)
+            owners.append((item.name, s))
     width, height = scene.head.viewport
-    needed = {item.name: flight.duration_s for item in scene.objects}
+    found = {item.name: Met(flight.duration_s, None) for item in scene.objects}
     sightings = sight(flight, scene.flight.fov_deg, width / height, spheres)
-    for owner, sighting in zip(owners, sightings, strict=True):
+    sine, cosine = sine_cosine(0.5 * scene.flight.fov_deg)
+    views = [scene.reflection, scene.refraction] if scene.water else []
+    rows = height * min([1.0, *(view.scale for view in views if view)])
+    for (owner, s), sighting in zip(owners, sightings, strict=True):
         if sighting.seen:
-            needed[owner] = min(needed[owner], sighting.first_seen_s)
-    return needed
+            was = found[owner]
+            pixel_m = 2.0 * sighting.farthest_seen_m * (sine / cosine) / rows / s
+            first_s = min(was.first_s, sighting.first_seen_s)
+            found[owner] = Met(first_s, max(was.pixel_m or 0.0, pixel_m))
+    return found

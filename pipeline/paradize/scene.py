@@ -181,6 +181,7 @@ class SceneObject:
     strength: float = number(
         1.0, low=0.0, high=100.0, unit="% of the width"
     )  # bumps from the colour; 0: none
+    bleed: float = number(0.1, low=0.0, high=1.0, unit="of the range")  # what neighbours in the map may add
     gloss_groups: tuple[str, ...] = texts(())  # only these groups or materials shine; empty: all that do
     materials: dict[str, ObjectMaterial] = named_tables(ObjectMaterial, key="material")
     instances: tuple[Instance, ...] = tables(Instance, least=1, key="instance")

@@ -77,7 +77,10 @@ class SceneReader {
             }
             artifact.bytes = static_cast<std::uint64_t>(entry.integer_or("bytes", 0, 1LL << 40, 0));
             artifact.first_needed_s = entry.number_or("first_needed_s", 0.0, 86400.0, 0.0);
-            entry.ignore({"sha256", "tier", "errors"}); // for `paradize check`
+            if (entry.has("max_level")) {
+                artifact.max_level = static_cast<int>(entry.integer("max_level", 0, 31));
+            }
+            entry.ignore({"sha256", "tier", "errors", "levels", "gutter"}); // for `paradize check`
             entry.done();
             out_.artifacts.push_back(std::move(artifact));
         }

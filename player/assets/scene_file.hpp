@@ -25,6 +25,7 @@ struct Artifact {
     ArtifactKind kind = ArtifactKind::mesh;
     std::uint64_t bytes = 0;
     double first_needed_s = 0.0;
+    std::optional<int> max_level; // the coarsest mip to sample; beyond it neighbours bleed in
 };
 
 struct Sun {
@@ -85,6 +86,7 @@ struct Material {
     glm::vec3 color{1.0F}; // linear; the colour map times this
     float parallax_scale = 0.0F;
     float parallax_bias = 0.0F;
+    std::optional<float> parallax_limit; // how far a sample may be moved, of the map's sides
     float specular = 0.0F;
     float smoothness = 0.3F;
     bool two_sided = false;
@@ -106,6 +108,7 @@ struct Object {
     std::string name, mesh, color, normal, height, gloss; // artifacts; empty: none
     glm::vec3 center{0.0F};                               // bounding sphere in the mesh's space
     float radius_m = 1.0F;
+    bool repeat = true;          // its maps tile, else they end at their edges
     std::vector<ObjectLod> lods; // level 0, the finest, first
     std::vector<Material> materials;
     std::vector<Placement> instances;

@@ -15,6 +15,9 @@ Material material(const JsonObject &from, const std::string &name) {
     value.color = triple(from, "color", 0.0, 1e4);
     value.parallax_scale = real_or(from, "parallax_scale", 0.0, 10.0, value.parallax_scale);
     value.parallax_bias = real_or(from, "parallax_bias", -10.0, 10.0, value.parallax_bias);
+    if (from.has("parallax_limit")) {
+        value.parallax_limit = real(from, "parallax_limit", 0.0, 100.0);
+    }
     value.specular = real_or(from, "specular", 0.0, 1e3, value.specular);
     value.smoothness = real_or(from, "smoothness", 0.0, 1.0, value.smoothness);
     value.two_sided = from.boolean_or("two_sided", value.two_sided);
@@ -41,6 +44,7 @@ void read_objects(const JsonObject &root, SceneFile &out) {
         value.normal = maybe_artifact(out, from, "normal", ArtifactKind::texture);
         value.height = maybe_artifact(out, from, "height", ArtifactKind::texture);
         value.gloss = maybe_artifact(out, from, "gloss", ArtifactKind::texture);
+        value.repeat = from.boolean_or("repeat", value.repeat);
         value.center = triple(from, "center", -far_m, far_m);
         value.radius_m = real(from, "radius_m", 0.0, far_m);
         for (const JsonObject &lod : from.objects("lods", 64)) {

@@ -76,7 +76,7 @@ Renderbuffer make_renderbuffer(unsigned internal_format, int width_px, int heigh
     return buffer;
 }
 
-Sampler make_sampler(Wrap wrap, Filter filter, float anisotropy) {
+Sampler make_sampler(Wrap wrap, Filter filter, float anisotropy, std::optional<int> max_level) {
     Sampler sampler = Sampler::create();
     const unsigned name = sampler.name();
     const GLint edge = wrap == Wrap::repeat ? GL_REPEAT : GL_CLAMP_TO_EDGE;
@@ -94,6 +94,9 @@ Sampler make_sampler(Wrap wrap, Filter filter, float anisotropy) {
         float limit = 1.0F;
         glGetFloatv(GL_MAX_TEXTURE_MAX_ANISOTROPY_EXT, &limit);
         glSamplerParameterf(name, GL_TEXTURE_MAX_ANISOTROPY_EXT, std::min(anisotropy, limit));
+    }
+    if (max_level) {
+        glSamplerParameterf(name, GL_TEXTURE_MAX_LOD, static_cast<float>(*max_level));
     }
     return sampler;
 }

@@ -3,6 +3,8 @@
 
 #include "gl/handle.hpp"
 
+#include <optional>
+
 namespace paradize::gl {
 
 /// A texture without mips to draw into and to sample afterwards: clamped, linear filter.
@@ -18,8 +20,9 @@ Renderbuffer make_renderbuffer(unsigned internal_format, int width_px, int heigh
 /// How a texture is read. Parameters of samplers win over those of textures.
 enum class Wrap { repeat, clamp };
 enum class Filter { nearest, linear, mipmapped };
-/// `anisotropy` is clamped to what the device offers; 1 is none.
-Sampler make_sampler(Wrap wrap, Filter filter, float anisotropy = 1.0F);
+/// `anisotropy` is clamped to what the device offers; 1 is none. `max_level`: no coarser mip is read, however
+/// small the picture of the texture; none: all are.
+Sampler make_sampler(Wrap wrap, Filter filter, float anisotropy = 1.0F, std::optional<int> max_level = {});
 
 /// Binds a texture and optionally a sampler (0: the texture's own parameters) to a texture unit.
 void bind_texture(unsigned unit, unsigned target, unsigned texture, unsigned sampler = 0);

@@ -1,7 +1,5 @@
 #include "passes/objects_pass.hpp"
 
-#include "gl/texture.hpp"
-
 #include <epoxy/gl.h>
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
@@ -28,7 +26,6 @@ void sides(bool both) {
 ObjectsPass::ObjectsPass(const PassSetup &setup)
     : depth_(setup.shaders, "depth.vert", "depth.frag"),
       program_(setup.shaders, "object.vert", "object.frag"), surroundings_(setup, program_),
-      sampler_(gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, setup.anisotropy)),
       depth_model_at_(depth_.location("u_model")), depth_cutoff_at_(depth_.location("u_alpha_cutoff")),
       model_at_(program_.location("u_model")), scale_at_(program_.location("u_scale")),
       maps_at_(program_.location("u_maps")), base_color_at_(program_.location("u_base_color")),
@@ -40,6 +37,30 @@ ObjectsPass::ObjectsPass(const PassSetup &setup)
     program_.set_unit("u_normal", unit_normal);
     program_.set_unit("u_height", unit_height);
     program_.set_unit("u_gloss", unit_gloss);
+    for (const Object &object : setup.scene.objects()) {
+        const assets::Object &file = *object.file;
+        const gl::Wrap wrap = file.repeat ? gl::Wrap::repeat : gl::Wrap::clamp;
+        const auto of = [&](const std::string &map) {
+            const assets::Artifact *artifact = setup.scene.file().find_artifact(map);
+            return sampler(wrap, artifact != nullptr ? artifact->max_level : std::nullopt, setup.anisotropy);
+        };
+        object_samplers_.push_back({of(file.color), of(file.normal), of(file.height), of(file.gloss)});
+    }
+}
+
+unsigned ObjectsPass::sampler(gl::Wrap wrap, std::optional<int> max_level, float anisotropy) {
+    for (const KnownSampler &known : samplers_) {
+        if (known.wrap == wrap && known.max_level == max_level) {
+            return known.sampler.name();
+        }
+    }
+    samplers_.push_back(
+        {wrap, max_level, gl::make_sampler(wrap, gl::Filter::mipmapped, anisotropy, max_level)});
+    return samplers_.back().sampler.name();
+}
+
+const ObjectsPass::MapSamplers &ObjectsPass::samplers_of(const Frame &frame, const Object &object) const {
+    return object_samplers_[static_cast<std::size_t>(&object - frame.scene.objects().data())];
 }
 
 void ObjectsPass::draw_depth(const Frame &frame) {
@@ -48,7 +69,7 @@ void ObjectsPass::draw_depth(const Frame &frame) {
     for (const DrawItem &item : frame.visible(ViewKind::light)) {
         const Object &object = *item.object;
         if (object.color != nullptr) {
-            object.color->bind(unit_color, sampler_.name());
+            object.color->bind(unit_color, samplers_of(frame, object)[unit_color]);
         }
         gl::Program::set(depth_model_at_, item.instance->model);
         for (std::size_t m = 0; m < object.materials.size(); ++m) {
@@ -76,9 +97,10 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
     }
     for (const DrawItem &item : frame.visible(view.kind)) {
         const Object &object = *item.object;
+        const MapSamplers &samplers = samplers_of(frame, object);
         const auto bind = [&](const StreamedTexture *texture, unsigned unit) {
             if (texture != nullptr) {
-                texture->bind(unit, sampler_.name());
+                texture->bind(unit, samplers[unit]);
             }
             return texture != nullptr ? 1.0F : 0.0F;
         };
@@ -93,7 +115,7 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
             const assets::Material &material = object.materials[m];
             sides(material.two_sided);
             gl::Program::set(base_color_at_, material.color);
-            gl::Program::set(parallax_at_, glm::vec2(material.parallax_scale, material.parallax_bias));
+            gl::Program::set(parallax_at_, parallax_of(material));
             gl::Program::set(shine_at_, glm::vec2(material.specular, material.smoothness));
             gl::Program::set(cutoff_at_, material.alpha_cutoff);
             gl::Program::set(translucency_at_, material.two_sided ? leaf_translucency : 0.0F);

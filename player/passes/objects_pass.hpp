@@ -3,8 +3,14 @@
 
 #include "gl/handle.hpp"
 #include "gl/program.hpp"
+#include "gl/texture.hpp"
 #include "passes/pass.hpp"
 #include "passes/surroundings.hpp"
+#include "scene.hpp"
+
+#include <array>
+#include <optional>
+#include <vector>
 
 namespace paradize {
 
@@ -19,7 +25,18 @@ class ObjectsPass : public Pass {
     gl::Program depth_;
     gl::Program program_;
     Surroundings surroundings_;
-    gl::Sampler sampler_;
+    /// How one object's maps are read: sampler names, as in Unit.
+    using MapSamplers = std::array<unsigned, 4>;
+    const MapSamplers &samplers_of(const Frame &frame, const Object &object) const;
+    unsigned sampler(gl::Wrap wrap, std::optional<int> max_level, float anisotropy);
+
+    struct KnownSampler {
+        gl::Wrap wrap;
+        std::optional<int> max_level;
+        gl::Sampler sampler;
+    };
+    std::vector<KnownSampler> samplers_;
+    std::vector<MapSamplers> object_samplers_; // by object, in the scene's order
     int depth_model_at_ = -1, depth_cutoff_at_ = -1;
     int model_at_ = -1, scale_at_ = -1, maps_at_ = -1, base_color_at_ = -1, parallax_at_ = -1, shine_at_ = -1,
         cutoff_at_ = -1;

@@ -112,6 +112,9 @@ def write_scene(folder: Path, *, bare: bool = False, **changes: Any) -> Path:
             "bytes": len(data),
             "tier": "balanced",
             "errors": {},
+            "levels": [],
+            "max_level": None,
+            "gutter": None,
             "first_needed_s": 0.0,
         }
     manifest = _manifest(artifacts, bare) | changes
@@ -124,6 +127,7 @@ def _manifest(artifacts: dict[str, Any], bare: bool) -> dict[str, Any]:
         "color": [1.0, 1.0, 1.0],
         "parallax_scale": 0.0,
         "parallax_bias": 0.0,
+        "parallax_limit": None,
         "specular": 0.2,
         "smoothness": 0.5,
         "two_sided": False,
@@ -166,6 +170,7 @@ def _manifest(artifacts: dict[str, Any], bare: bool) -> dict[str, Any]:
                 "normal": None,
                 "height": None,
                 "gloss": None,
+                "repeat": True,
                 "center": [0.0, 1.0, 0.0],
                 "radius_m": 1.7321,
                 "lods": [{"node": "lod0", "error_m": 0.0}, {"node": "lod1", "error_m": 0.05}],

@@ -116,15 +116,27 @@ def _or_null(item: Check) -> Check:
 _real, _positive, _share = _number(), _number(0.0), _number(0.0, 1.0)
 _vec2, _vec3 = _list(_real, size=2), _list(_real, size=3)
 _cubic = _list(_real, size=4)
+_level = _whole(0, 31)
 _view = _or_null(_table(scale=_number(1e-3, 16.0)))
 _material = _table(
     color=_vec3,
     parallax_scale=_real,
     parallax_bias=_real,
+    parallax_limit=_or_null(_positive),
     specular=_positive,
     smoothness=_share,
     two_sided=_flag,
     alpha_cutoff=_share,
+)
+_gutter = _table(
+    islands=_whole(1, 1 << 31),
+    needed_texels=_positive,
+    width_texels=_or_null(_positive),
+    level_in_use=_level,
+    level_by_width=_whole(-1, 31),
+    bound=_share,
+    bleed_p99=_list(_positive, least=1),
+    bleed_max=_list(_positive, least=1),
 )
 
 _manifest = _table(
@@ -143,7 +155,10 @@ _manifest = _table(
             bytes=_whole(1, 1 << 60),
             tier=_text,
             errors=_map(_real),
+            levels=_list(_map(_real)),
             first_needed_s=_positive,
+            max_level=_or_null(_level),
+            gutter=_or_null(_gutter),
         )
     ),
     streaming=_list(_text),
@@ -201,6 +216,7 @@ _manifest = _table(
             normal=_or_null(_text),
             height=_or_null(_text),
             gloss=_or_null(_text),
+            repeat=_flag,
             center=_vec3,
             radius_m=_positive,
             lods=_list(_table(node=_text, error_m=_positive), least=1),

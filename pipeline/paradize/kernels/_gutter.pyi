@@ -16,9 +16,7 @@ def walk(
     source: Array,
     owner: Array,
     repeat: bool,
-    walked: Array,
-    reach_x: float,
-    reach_y: float,
+    reach: Array,
     result: Array,
     threads: int,
 ) -> None: ...

@@ -60,37 +60,36 @@ nb::tuple smallest_gap(const In<std::uint8_t> &inside, const In<std::int32_t> &s
     return nb::make_tuple(gap, pair[0], pair[1]);
 }
 
-// result: (levels, 8) float64: mean, p99, p99 of all, worst, x, y, island, samples.
+// result: (levels, 8) float64: mean, p99, p99 of all, worst, x, y, island, samples; of so many levels.
 void walk(const In<float> &texels, std::size_t channels, int kind, const In<std::uint8_t> &inside,
-          const In<std::int32_t> &source, const In<std::int32_t> &owner, bool repeat,
-          const In<std::uint8_t> &walked, double reach_x, double reach_y, const Out<double> &result,
-          int threads) {
+          const In<std::int32_t> &source, const In<std::int32_t> &owner, bool repeat, const In<double> &reach,
+          const Out<double> &result, int threads) {
     const gutter::Layout layout = layout_of(inside, source, owner, repeat);
-    if (walked.size() > 0) {
-        const auto islands = static_cast<std::int64_t>(walked.size());
-        need(std::all_of(owner.data(), owner.data() + owner.size(),
-                         [&](std::int32_t id) { return id < islands; }),
-             "an island is out of range");
-    }
     need(kind >= 0 && kind <= 2, "no such kind");
     need(channels >= 1 && channels <= 4 && (kind != 2 || channels == 2), "a kind with so many channels");
-    need(reach_x >= 0.0 && reach_y >= 0.0 && reach_x < 1e6 && reach_y < 1e6, "the reach is out of range");
+    const auto islands = static_cast<std::int64_t>(reach.size());
+    need(
+        std::all_of(owner.data(), owner.data() + owner.size(), [&](std::int32_t id) { return id < islands; }),
+        "an island is out of range");
+    need(std::all_of(reach.data(), reach.data() + reach.size(), [](double r) { return r <= 1e3; }),
+         "a reach is out of range");
+    const std::size_t levels = result.size() / 8;
+    need(levels >= 1 && result.size() == levels * 8, "the result has the wrong size");
     std::size_t rows = inside.shape(0);
     std::size_t columns = inside.shape(1);
     std::size_t count = rows * columns;
-    std::size_t levels = 1;
-    while (rows > 1 || columns > 1) {
+    for (std::size_t level = 1; level < levels; ++level) {
+        need(rows > 1 || columns > 1, "more levels than there are");
         rows = std::max<std::size_t>(1, rows / 2);
         columns = std::max<std::size_t>(1, columns / 2);
         count += rows * columns;
-        ++levels;
     }
     need(texels.size() == count * channels, "the chain is not whole");
-    need(result.size() == levels * 8, "the result has the wrong size");
-    const gutter::Chain chain{{texels.data(), texels.size()}, inside.shape(0), inside.shape(1), channels};
+    const gutter::Chain chain{
+        {texels.data(), texels.size()}, inside.shape(0), inside.shape(1), channels, levels};
     nb::gil_scoped_release unlocked;
-    const auto found = gutter::walk(chain, static_cast<gutter::Kind>(kind), layout,
-                                    {walked.data(), walked.size()}, reach_x, reach_y, threads);
+    const auto found =
+        gutter::walk(chain, static_cast<gutter::Kind>(kind), layout, {reach.data(), reach.size()}, threads);
     double *to = result.data();
     for (const gutter::Found &level : found) {
         for (const double value : {level.mean, level.p99, level.all_p99, level.worst,

@@ -27,8 +27,8 @@ THREADS = default_threads(2)
 
 @dataclass(frozen=True)
 class Layout:
-    """Level 0's texels. inside: (h, w) bool, a triangle touches the texel. source: (h, w) int32, flat index of
-    the nearest inside texel. owner: (h, w) int32 >= 0, the island of that texel. repeat: whether samples
+    """Level 0's texels. inside: (h, w) bool, a triangle touches the texel. source: (h, w) int32, flat index
+    of the nearest inside texel. owner: (h, w) int32 >= 0, the island of that texel. repeat: whether samples
     beyond the edge come from the other side."""
 
     inside: npt.NDArray[np.bool_]
@@ -85,28 +85,25 @@ def walk(
     levels: Sequence[F32],
     kind: str,
     layout: Layout,
+    reach: npt.NDArray[np.float64],
     *,
-    reach: tuple[float, float] = (0.0, 0.0),
-    walked: npt.NDArray[np.bool_] | None = None,
     threads: int = THREADS,
 ) -> list[Bleed]:
-    """What samples along the islands' borders see of others, for each level of a whole mip chain.
+    """What samples along the islands' borders see of others, for each level given.
 
-    levels: (h, w, c) float32 each, the finest first. kind: "value", "color" (linear light, 3 channels or 4
-    with alpha) or "normal" (x, y). reach: how far beyond the border samples may go, in texels of level 0, along
-    (x, y). walked: which islands (by number) are walked; None: all.
+    levels: (h, w, c) float32 each, the finest first, as many of a mip chain as are to be walked. kind:
+    "value", "color" (linear light, 3 channels or 4 with alpha) or "normal" (x, y). reach: (islands,)
+    float64, how far beyond its border samples of an island may go, as a share of the map's sides; negative:
+    not walked.
     """
-    channels = levels[0].shape[2]
     flat = [np.ascontiguousarray(level, np.float32).ravel() for level in levels]
     result = np.empty((len(levels), 8), np.float64)
     _gutter.walk(
         np.concatenate(flat),
-        channels,
+        levels[0].shape[2],
         KINDS.index(kind),
         *layout.arrays(),
-        np.ascontiguousarray(np.empty(0, np.uint8) if walked is None else walked, np.uint8),
-        float(reach[0]),
-        float(reach[1]),
+        np.ascontiguousarray(reach, np.float64),
         result,
         threads,
     )

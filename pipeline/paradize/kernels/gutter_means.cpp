@@ -6,6 +6,9 @@
 namespace paradize::gutter {
 namespace {
 
+// Added to alpha where colours are weighted by it, so that what is wholly transparent still has a colour.
+constexpr float least_alpha = 1e-4F;
+
 // The cells of a finer line that cell `i` of `coarse` covers, with the lengths covered, in finer cells.
 struct Cover {
     std::size_t first = 0;
@@ -45,8 +48,9 @@ Means::Means(const Chain &chain, Kind kind, const Layout &layout)
             part.sum[c] = value[c];
         }
         if (kind == Kind::color && channels_ == 4) {
+            part.sum[3] += least_alpha;
             for (std::size_t c = 0; c < 3; ++c) {
-                part.sum[c] *= value[3];
+                part.sum[c] *= part.sum[3];
             }
         } else if (kind == Kind::normal) {
             part.sum[2] = std::sqrt(std::max(0.0F, 1.0F - value[0] * value[0] - value[1] * value[1]));
@@ -117,7 +121,7 @@ double Means::own(std::size_t texel, std::int32_t island, const float *value, st
     }
     float divisor = part.share;
     if (kind_ == Kind::color && channels == 4) {
-        mean[3] = part.sum[3] / part.share;
+        mean[3] = part.sum[3] / part.share - least_alpha;
         divisor = part.sum[3];
     } else if (kind_ == Kind::normal) {
         divisor =

@@ -33,15 +33,14 @@ double sign_of(double v) {
 
 // The texels of a border: inside, with a neighbour that is outside or another island's. Sorted by island.
 std::vector<std::uint32_t> border_of(const Layout &layout, std::size_t rows, std::size_t columns,
-                                     std::span<const std::uint8_t> walked) {
+                                     std::span<const double> reach) {
     std::vector<std::uint32_t> found;
     const auto h = static_cast<std::int64_t>(rows);
     const auto w = static_cast<std::int64_t>(columns);
     for (std::int64_t y = 0; y < h; ++y) {
         for (std::int64_t x = 0; x < w; ++x) {
             const auto here = static_cast<std::size_t>(y * w + x);
-            if (layout.inside[here] == 0 ||
-                (!walked.empty() && walked[static_cast<std::size_t>(layout.owner[here])] == 0)) {
+            if (layout.inside[here] == 0 || reach[static_cast<std::size_t>(layout.owner[here])] < 0.0) {
                 continue;
             }
             bool edge = false;
@@ -170,9 +169,9 @@ Found judged(std::vector<float> &errors, const std::vector<std::uint32_t> &borde
 
 } // namespace
 
-std::vector<Found> walk(const Chain &chain, Kind kind, const Layout &layout,
-                        std::span<const std::uint8_t> walked, double reach_x, double reach_y, int threads) {
-    const std::vector<std::uint32_t> border = border_of(layout, chain.rows, chain.columns, walked);
+std::vector<Found> walk(const Chain &chain, Kind kind, const Layout &layout, std::span<const double> reach,
+                        int threads) {
+    const std::vector<std::uint32_t> border = border_of(layout, chain.rows, chain.columns, reach);
     constexpr std::size_t each = directions.size();
     std::vector<Found> found;
     std::vector<float> errors(border.size() * each);
@@ -189,6 +188,10 @@ std::vector<Found> walk(const Chain &chain, Kind kind, const Layout &layout,
             for (std::size_t b = from; b < to; ++b) {
                 const std::size_t texel = border[b];
                 const std::int32_t island = layout.owner[texel];
+                const double reach_x =
+                    reach[static_cast<std::size_t>(island)] * static_cast<double>(chain.columns);
+                const double reach_y =
+                    reach[static_cast<std::size_t>(island)] * static_cast<double>(chain.rows);
                 const double cx = static_cast<double>(texel % chain.columns) + 0.5;
                 const double cy = static_cast<double>(texel / chain.columns) + 0.5;
                 for (std::size_t d = 0; d < each; ++d) {
@@ -233,7 +236,7 @@ std::vector<Found> walk(const Chain &chain, Kind kind, const Layout &layout,
             }
         });
         found.push_back(judged(errors, border, layout, chain.columns));
-        if (rows == 1 && columns == 1) {
+        if (found.size() == chain.levels) {
             return found;
         }
         begin += rows * columns * chain.channels;

@@ -15,13 +15,14 @@ namespace paradize::gutter {
 //   normal: x and y in, z is rebuilt; half the chord between the two unit vectors (1: opposite)
 enum class Kind { value, color, normal };
 
-// A whole mip chain: level 0 first, each half the size of the one before (rounded down, at least 1), row 0 at
-// the top, `channels` floats a texel.
+// The first `levels` of a mip chain: level 0 first, each half the size of the one before (rounded down, at
+// least 1), row 0 at the top, `channels` floats a texel.
 struct Chain {
     std::span<const float> texels;
     std::size_t rows;
     std::size_t columns;
     std::size_t channels;
+    std::size_t levels;
 };
 
 // Level 0's texels, rows * columns each.
@@ -60,13 +61,13 @@ std::vector<std::int32_t> touching(std::span<const std::int32_t> ids, std::size_
 double smallest_gap(const Layout &layout, std::size_t rows, std::size_t columns,
                     std::span<std::int64_t, 2> pair);
 
-// Walks the border of every island that `walked` names (1 by island; empty: all) at every level: from each of
-// its outermost texels, samples at the texel's corners and edges and `reach_x`, `reach_y` texels (of level 0)
-// beyond, in eight directions, filtered bilinearly, against the same sample without foreign texels. What a
-// level should hold of each island is the area mean of the island's own texels of level 0, its gutter
-// included, the gutter being its nearest texel. Texels that lie wholly inside are taken as they are, so that
-// compression alone is no bleeding.
-std::vector<Found> walk(const Chain &chain, Kind kind, const Layout &layout,
-                        std::span<const std::uint8_t> walked, double reach_x, double reach_y, int threads);
+// Walks every island's border at every level of the chain: from each of its outermost texels, samples at the
+// texel's corners and edges and `reach` (by island; a share of the map's sides) beyond, in eight directions,
+// filtered bilinearly, against the same sample without foreign texels. What a level should hold of each
+// island is the area mean of the island's own texels of level 0, its gutter included, the gutter being its
+// nearest texel. Texels that lie wholly inside are taken as they are, so that compression alone is no
+// bleeding. An island of negative reach is not walked.
+std::vector<Found> walk(const Chain &chain, Kind kind, const Layout &layout, std::span<const double> reach,
+                        int threads);
 
 } // namespace paradize::gutter
