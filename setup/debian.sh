@@ -29,18 +29,33 @@ done
 [ ${#missing[@]} -gt 0 ] || exit 0
 
 if ! command -v apt-get >/dev/null; then
+    wanted=()
+    for package in "${missing[@]}"; do
+        [[ $package == *\? ]] || wanted+=("$package")
+    done
+    [ ${#wanted[@]} -gt 0 ] || exit 0
     echo "These are missing, and this system has no apt-get; install what your system calls them:" >&2
-    printf '    %s\n' "${missing[@]}" >&2
+    printf '    %s\n' "${wanted[@]}" >&2
     exit 1
 fi
 as_root=()
 if [ "$(id -u)" -ne 0 ]; then
     if ! command -v sudo >/dev/null; then
-        echo "These are missing; install them as root: apt-get install ${missing[*]}" >&2
+        echo "These are missing; install them as root: apt-get install ${missing[*]%\?}" >&2
         exit 1
     fi
     as_root=(sudo)
 fi
-echo "installing: ${missing[*]}"
 "${as_root[@]}" apt-get update -qq
+wanted=()
+for package in "${missing[@]}"; do
+    if [[ $package != *\? ]]; then
+        wanted+=("$package")
+    elif apt-cache policy "${package%\?}" | grep -q 'Candidate: [0-9]'; then
+        wanted+=("${package%\?}")
+    fi
+done
+missing=("${wanted[@]}")
+[ ${#missing[@]} -gt 0 ] || exit 0
+echo "installing: ${missing[*]}"
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null

@@ -51,6 +51,41 @@ def test_only_the_asked_list_is_installed(tmp_path: Path) -> None:
     assert "other-package" not in asked
 
 
+def apt(tmp_path: Path, candidate: str) -> dict[str, str]:
+    """An apt that writes down what it is asked for, and knows one version of every package, or none."""
+    return {
+        "apt-get": f'echo "$@" >>{tmp_path}/asked',
+        "apt-cache": f'echo "  Candidate: {candidate}"',
+        "sudo": '"$@"',
+    }
+
+
+OPTIONAL = MISSING + "run command:no-browser browser?\n"
+
+
+@pytest.mark.parametrize(("candidate", "there"), [("1.2-3", True), ("(none)", False)])
+def test_a_package_that_can_be_done_without_is_asked_for_where_apt_has_it(
+    tmp_path: Path, candidate: str, there: bool
+) -> None:
+    result = run_debian(tmp_path, OPTIONAL, apt(tmp_path, candidate))
+    assert result.returncode == 0, result.stderr
+    asked = (tmp_path / "asked").read_text().split()
+    assert "some-package" in asked
+    assert ("browser" in asked) == there
+    assert "browser?" not in asked
+
+
+def test_only_packages_that_can_be_done_without_missing_is_no_fault(tmp_path: Path) -> None:
+    result = run_debian(tmp_path, "run command:no-browser browser?\n", apt(tmp_path, "(none)"))
+    assert (result.returncode, result.stdout) == (0, "")
+    assert "install" not in (tmp_path / "asked").read_text()
+
+
+def test_only_packages_that_can_be_done_without_missing_is_no_fault_without_apt(tmp_path: Path) -> None:
+    result = run_debian(tmp_path, "run command:no-browser browser?\n", {})
+    assert (result.returncode, result.stderr) == (0, "")
+
+
 def test_without_apt_the_exact_list_is_printed(tmp_path: Path) -> None:
     result = run_debian(tmp_path, MISSING, {})
     assert result.returncode == 1

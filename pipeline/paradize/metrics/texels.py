@@ -27,6 +27,8 @@ _PLAIN = {
     "RGBA8_UNORM": (np.uint8, 4, 255.0),
     "RGBA8_SRGB": (np.uint8, 4, 255.0),
     "R16_UNORM": (np.uint16, 1, 65535.0),
+    "RG16_UNORM": (np.uint16, 2, 65535.0),
+    "RG16_SNORM": (np.int16, 2, 32767.0),
     "RGBA16F": (np.float16, 4, 1.0),
     "R32F": (np.float32, 1, 1.0),
 }
