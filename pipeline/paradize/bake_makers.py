@@ -59,7 +59,7 @@ def make_terrain(sources: Sources, settings: Settings, tier: str) -> list[Produc
 
 def make_color(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """Colour map -> KTX2."""
-    from paradize.bake_maps import bake_color
+    from paradize.bake_color import bake_color
 
     made = bake_color(
         sources["image"],
@@ -122,7 +122,7 @@ def _slope_scale(path: Path, settings: Settings) -> tuple[float, float] | None:
 
 def make_cubemap(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """Six faces, +X -X +Y -Y +Z -Z -> KTX2 cube map."""
-    from paradize.bake_maps import bake_cubemap
+    from paradize.bake_cubemap import bake_cubemap
 
     made = bake_cubemap([sources[f"face{i}"] for i in range(6)])
     return [_texture("sky", made)]
@@ -158,9 +158,9 @@ Maker = Callable[[Sources, Settings, str], list[Product]]
 MAKERS: dict[str, tuple[str, Maker]] = {
     "mesh": ("paradize.bake_mesh", make_mesh),
     "terrain": ("paradize.bake_terrain", make_terrain),
-    "color": ("paradize.bake_maps", make_color),
+    "color": ("paradize.bake_color", make_color),
     "maps": ("paradize.bake_maps", make_maps),
-    "cubemap": ("paradize.bake_maps", make_cubemap),
+    "cubemap": ("paradize.bake_cubemap", make_cubemap),
     "sound": ("paradize.bake_sound", make_sound),
     "flight": ("paradize.metrics.flight", make_flight),
 }

@@ -2,7 +2,9 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <vector>
 
@@ -63,7 +65,7 @@ TEST_CASE("halving keeps the mean of any size") {
         for (std::size_t columns = 1; columns <= 7; ++columns) {
             const auto image = ramp(rows * columns * 2);
             std::vector<float> half(maps::half_size(rows) * maps::half_size(columns) * 2);
-            maps::halve(image, rows, columns, 2, half, 2);
+            maps::halve(image, {rows, 0, maps::half_size(rows)}, columns, 2, half, 2);
             double before = 0.0;
             double after = 0.0;
             for (std::size_t i = 0; i < image.size(); i += 2) {
@@ -114,29 +116,75 @@ TEST_CASE("UVs that are no layout are refused and never leave the map") {
 }
 
 TEST_CASE("colour survives linear light and back at every code") {
-    std::vector<float> codes(256);
-    std::vector<std::uint8_t> back(256);
+    std::vector<std::uint8_t> codes(256);
+    std::vector<float> shares(256);
     for (std::size_t i = 0; i < 256; ++i) {
-        codes[i] = static_cast<float>(i) / 255.0F;
+        codes[i] = static_cast<std::uint8_t>(i);
+        shares[i] = static_cast<float>(i) / 255.0F;
     }
-    for (const int bits : {8, 32}) {
-        std::vector<float> linear(256);
-        maps::srgb_to_linear(codes, 1, bits, linear, 1);
-        maps::linear_to_srgb8(linear, 1, back, 1);
+    std::vector<float> linear(256);
+    std::vector<float> computed(256);
+    maps::linear_light<std::uint8_t>(codes, 1, true, linear, 1);
+    maps::linear_light<float>(shares, 1, true, computed, 1);
+    std::vector<std::uint8_t> back(4 * 256);
+    for (const std::vector<float> &light : {linear, computed}) {
+        maps::rgba_codes<float>(light, 1, false, back, 2);
         for (std::size_t i = 0; i < 256; ++i) {
-            CHECK(back[i] == i);
+            CHECK(back[4 * i] == i);
+            CHECK(back[4 * i + 2] == i);
+            CHECK(back[4 * i + 3] == 255);
+        }
+    }
+}
+
+TEST_CASE("codes halved at once are what linear light halved is") {
+    for (std::size_t channels = 1; channels <= 4; ++channels) {
+        std::vector<std::uint8_t> codes(6 * 8 * channels);
+        for (std::size_t i = 0; i < codes.size(); ++i) {
+            codes[i] = static_cast<std::uint8_t>(i * 37 % 256);
+        }
+        std::vector<float> linear(codes.size());
+        std::vector<float> halved(codes.size() / 4);
+        std::vector<float> found(codes.size() / 4);
+        maps::linear_light<std::uint8_t>(codes, channels, true, linear, 1);
+        const maps::HalfRows half{6, 0, 3};
+        (channels % 2 == 0 ? maps::halve_with_alpha : maps::halve)(linear, half, 8, channels, halved, 1);
+        maps::halved_light(codes, 6, 8, channels, found, 2);
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            CHECK(found[i] == doctest::Approx(halved[i]).epsilon(1e-6));
+        }
+    }
+}
+
+TEST_CASE("a band of rows is halved as the whole is") {
+    for (const std::size_t rows : {1U, 2U, 7U, 12U, 13U}) {
+        const std::vector<float> image = ramp(rows * 5 * 2);
+        const std::size_t count = maps::half_size(rows);
+        std::vector<float> whole(count * 2 * 2);
+        maps::halve(image, {rows, 0, count}, 5, 2, whole, 1);
+        for (std::size_t first = 0; first < count; ++first) {
+            const maps::HalfRows half{rows, first, 1};
+            std::vector<float> found(2 * 2);
+            const std::span<const float> band{&image[2 * first * 5 * 2], maps::rows_below(half) * 5 * 2};
+            maps::halve(band, half, 5, 2, found, 1);
+            for (std::size_t i = 0; i < found.size(); ++i) {
+                CHECK(found[i] == whole[first * 4 + i]);
+            }
         }
     }
 }
 
 TEST_CASE("du/dv codes sum to zero whatever the values") {
     for (std::size_t count = 1; count <= 40; ++count) {
-        std::vector<float> offsets = ramp(2 * count);
-        for (float &value : offsets) {
+        std::vector<float> vectors = ramp(3 * count);
+        for (float &value : vectors) {
             value = value * 2.6F - 1.3F; // beyond the range too
         }
         std::vector<std::int8_t> codes(2 * count);
-        maps::balanced_snorm8(offsets, codes);
+        std::vector<std::int8_t> rest(2 * count);
+        const std::array<double, 2> mean = {0.2, -0.4};
+        maps::dudv_codes(vectors, mean, codes, rest, 1);
+        maps::balance(codes, rest);
         for (std::size_t c = 0; c < 2; ++c) {
             int sum = 0;
             for (std::size_t i = 0; i < count; ++i) {

@@ -8,7 +8,8 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from paradize.bake_maps import bake_color, bake_cubemap
+from paradize.bake_color import bake_color
+from paradize.bake_cubemap import bake_cubemap
 from paradize.errors import SourceError
 from paradize.formats.ktx2 import decode_ktx2
 from paradize.metrics.texels import decode_texels

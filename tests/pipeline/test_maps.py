@@ -14,7 +14,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from paradize.bake_maps import bake_color, bake_maps
+from paradize.bake_color import bake_color
+from paradize.bake_maps import bake_maps
 from paradize.data import Image
 from paradize.errors import BakeError
 from paradize.formats.ktx2 import decode_ktx2, full_level_count
@@ -22,7 +23,7 @@ from paradize.kernels import maps
 from paradize.kernels.maps import Levels
 from paradize.metrics.angle import angles_deg, rebuilt, reference_normals
 from paradize.metrics.texels import decode_texels
-from paradize.stages.dudv import dudv_map
+from paradize.stages.dudv import DudvLevels
 from paradize.stages.gloss import GlossSettings, gloss_map
 from paradize.stages.height import height_from_color, height_from_height
 from tests.pipeline.heights import FILTERS, normals, save, waves
@@ -74,17 +75,32 @@ def test_gloss_shines_only_inside_its_mask() -> None:
 
 @settings(deadline=None, max_examples=25)
 @given(st.integers(0, 1000), st.integers(1, 20), st.integers(1, 20), st.floats(0.01, 100))
-def test_dudv_has_no_mean_before_and_after_quantisation(
+def test_dudv_codes_sum_to_zero_and_no_code_is_further_than_one_from_its_value(
     seed: int, rows: int, columns: int, scale: float
 ) -> None:
     heights = np.random.default_rng(seed).random((rows, columns), np.float32)
     found = normals(heights, scale=(scale, scale))
-    offsets = dudv_map(found)
-    assert np.abs(offsets.astype(np.float64).mean(axis=(0, 1))).max() < 1e-7
-    codes = maps.balanced_snorm8(offsets)
+    mean = found[:, :, :2].astype(np.float64).mean(axis=(0, 1))
+    made = DudvLevels(rows, columns, 1, (float(mean[0]), float(mean[1])))
+    for first in range(0, rows, 4):
+        made.put(0, first, found[first : first + 4])
+    codes = np.frombuffer(made.levels()[0], np.int8).reshape(rows, columns, 2)
     assert (codes.astype(np.int64).sum(axis=(0, 1)) == 0).all()
+    offsets = found[:, :, :2] - mean
     if np.abs(offsets).max() <= 1:
         assert np.abs(codes - offsets * 127.0).max() <= 1.5 + 1e-4
+
+
+def test_dudv_codes_that_rounding_moved_furthest_are_moved_back_first() -> None:
+    values = np.zeros((1, 8, 3), np.float32)
+    values[0, :, 0] = np.float32([0.45, 0.3, 0.4, 0.1, 2.0, -1.0, -1.0, 0.2]) / np.float32(127)
+    codes, rest = maps.dudv_codes(values, (0.0, 0.0))
+    codes[0, 5:, 0] -= 1  # the sum is 0 + 2 - 2 - 3: three are to be moved up
+    before = codes.copy()
+    maps.balance(codes, rest)
+    assert codes[:, :, 0].sum() == 0
+    moved = np.flatnonzero(codes[0, :, 0] != before[0, :, 0])
+    assert list(moved) == [0, 1, 2]
 
 
 def test_dudv_is_the_normal_maps_x_and_y_less_their_mean_in_every_level(tmp_path: Path) -> None:
@@ -118,6 +134,8 @@ def picture(tmp_path: Path) -> Path:
 def test_all_four_maps_come_with_every_mip_and_their_measured_error(picture: Path) -> None:
     made = bake_maps(picture)
     assert list(made) == ["normal", "height", "gloss", "dudv"]
+    assert made["height"].filter is None
+    assert made["normal"].filter == made["dudv"].filter == made["gloss"].filter
     expected = {
         "normal": ("BC5_SNORM", "normal_p99_deg"),
         "height": ("BC4_UNORM", "height_psnr_db"),
@@ -129,7 +147,8 @@ def test_all_four_maps_come_with_every_mip_and_their_measured_error(picture: Pat
         assert (product.format, product.metric, product.width, product.height) == (fmt, metric, 96, 64)
         assert product.errors[metric] == product.error
         texture = decode_ktx2(product.data, name)
-        assert len(texture.levels) == full_level_count(96, 64)
+        assert len(texture.levels) == len(product.levels) == full_level_count(96, 64)
+        assert product.errors[f"{name}_max_deg" if "deg" in metric else f"{name}_max"] > 0
 
 
 def test_a_size_that_blocks_do_not_divide_stays_uncompressed(tmp_path: Path) -> None:
@@ -209,11 +228,15 @@ def test_an_8_bit_height_source_is_warned_about(tmp_path: Path) -> None:
     assert bake_maps(wide, source="height", only=["height"])["height"].warnings == []
 
 
-def test_a_tier_that_maps_do_not_have_is_told(picture: Path) -> None:
-    assert bake_maps(picture, only=["normal"], tier="fast")["normal"].tier == "fast"
-    exact = bake_maps(picture, only=["normal"], tier="exact")["normal"]
-    assert exact.tier == "balanced"
-    assert any("'exact'" in warning for warning in exact.warnings)
+def test_maps_are_of_the_tier_that_was_asked_for(picture: Path) -> None:
+    errors = {}
+    for tier in ("fast", "balanced", "exact"):
+        made = bake_maps(picture, tier=tier)
+        assert {product.tier for product in made.values()} == {tier}
+        assert not any("tier" in warning for product in made.values() for warning in product.warnings)
+        errors[tier] = made["height"].error
+    assert errors["fast"] < errors["balanced"] <= errors["exact"]
+    assert bake_color(picture, tier="exact").format == "BC7_SRGB"
 
 
 @pytest.mark.parametrize(
@@ -238,15 +261,20 @@ def test_settings_that_make_no_sense_are_refused(picture: Path, wrong: dict[str,
 def test_the_same_bytes_with_one_thread_and_with_many(picture: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(0)
     image = rng.random((37, 29, 4), np.float32)
+    codes = (image * 255).astype(np.uint8)
     plane = np.ascontiguousarray(image[:, :, 0])
     for threads in (2, 3, 64):
         for call in (
-            lambda t: maps.srgb_to_linear(image, source_bits=32, threads=t),
-            lambda t: maps.linear_to_srgb8(image, threads=t),
+            lambda t: maps.linear_light(image, encoded=True, threads=t),
+            lambda t: maps.linear_light(codes, encoded=True, threads=t),
+            lambda t: maps.halved_light(codes[:36, :28], threads=t),
+            lambda t: maps.rgba_codes(image, encoded=False, threads=t),
             lambda t: maps.luminance(image, threads=t),
             lambda t: maps.apply_levels(plane, Levels(gamma=2.2), threads=t),
             lambda t: maps.halve(image, threads=t),
             lambda t: maps.halve(image, with_alpha=True, threads=t),
+            lambda t: maps.normalise(image[:, :, :3], threads=t),
+            lambda t: maps.dudv_codes(image[:, :, :3], (0.4, 0.5), threads=t),
             lambda t: maps.nearest_covered(plane > 0.9, wrap=(True, False), threads=t),
             lambda t: maps.snorm8(image, threads=t),
             *(
@@ -263,12 +291,9 @@ def test_the_same_bytes_with_one_thread_and_with_many(picture: Path, monkeypatch
 
 BAKE = """
 import hashlib, json, sys
-import json
-import os
-import subprocess
-import sys
 from pathlib import Path
-from paradize.bake_maps import bake_color, bake_maps
+from paradize.bake_color import bake_color
+from paradize.bake_maps import bake_maps
 made = {**bake_maps(Path(sys.argv[1]), strength=5.0, wrap="repeat"), "color": bake_color(Path(sys.argv[1]))}
 print(json.dumps({k: [hashlib.sha256(p.data).hexdigest(), p.errors] for k, p in made.items()}))
 """

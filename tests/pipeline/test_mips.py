@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +14,7 @@ from paradize.kernels import maps
 from paradize.stages import mips
 from paradize.stages.cubemap import cube_mips, directions
 from paradize.stages.gloss import GlossSettings, gloss_map
+from paradize.stages.sweep import level_count, sweep
 
 
 def area_mean(image: np.ndarray, rows: int, columns: int) -> np.ndarray:
@@ -32,13 +34,62 @@ def area_mean(image: np.ndarray, rows: int, columns: int) -> np.ndarray:
     return along(half.swapaxes(0, 1), columns).swapaxes(0, 1)
 
 
+def chain(
+    image: np.ndarray,
+    make: Callable[[dict[str, np.ndarray], int], np.ndarray] | None = None,
+    **more: np.ndarray,
+) -> list[np.ndarray]:
+    """Every level of a sweep over an image (h, w, c), named "normal", and what else belongs to it."""
+    height, width = image.shape[:2]
+    bundle = {"normal": image, **more}
+    levels: dict[int, dict[int, np.ndarray]] = {}
+
+    def visit(level: int, first: int, rows: dict[str, np.ndarray]) -> None:
+        assert first % 4 == 0
+        levels.setdefault(level, {})[first] = rows["normal"] if make is None else make(rows, level)
+
+    def source(first: int, last: int) -> dict[str, np.ndarray]:
+        return {name: array[first:last] for name, array in bundle.items()}
+
+    sweep(height, width, source, visit, halve=mips.half_maps)
+    return [np.concatenate([rows for _, rows in sorted(levels[k].items())]) for k in sorted(levels)]
+
+
+def colors(
+    values: np.ndarray, *, encoded: bool = False, alpha_cutoff: float | None = None
+) -> list[np.ndarray]:
+    """Every level of color_rows: codes (h, w, 4)."""
+    height, width = values.shape[:2]
+    count = level_count(height, width)
+    levels = [np.zeros((max(1, height >> k), max(1, width >> k), 4), np.uint8) for k in range(count)]
+
+    def told(level: int, first: int, rows: np.ndarray) -> None:
+        levels[level][first : first + len(rows)] = rows
+
+    mips.color_rows(values, told, encoded=encoded, alpha_cutoff=alpha_cutoff)
+    return levels
+
+
+@pytest.mark.parametrize(
+    "size", [(1, 1), (1, 700), (700, 1), (640, 512), (333, 1000), (52, 4096), (3000, 90)]
+)
+def test_bands_give_the_levels_that_whole_images_give(size: tuple[int, int]) -> None:
+    image = np.random.default_rng(5).random((*size, 3), np.float32)
+    levels = chain(image)
+    assert len(levels) == max(size).bit_length()
+    whole = image
+    for level in levels:
+        assert np.array_equal(level, whole)
+        whole = maps.halve(whole)
+
+
 @settings(deadline=None, max_examples=60)
 @given(st.integers(0, 1000), st.integers(1, 17), st.integers(1, 17), st.integers(1, 4))
 def test_every_level_is_the_mean_of_the_areas_below_it(
     seed: int, rows: int, columns: int, channels: int
 ) -> None:
     image = np.random.default_rng(seed).random((rows, columns, channels), np.float32)
-    levels = mips.scalar_mips(image)
+    levels = chain(image)
     assert levels[-1].shape[:2] == (1, 1)
     for above, level in pairwise(levels):
         assert level.shape[:2] == (max(1, above.shape[0] // 2), max(1, above.shape[1] // 2))
@@ -57,39 +108,63 @@ def test_a_tiles_mips_are_the_middle_of_its_repetitions_mips(
     assert np.array_equal(maps.halve(tile), middle)
 
 
-def test_colour_is_averaged_in_linear_light() -> None:
-    checker = np.zeros((2, 2, 3), np.float32)
-    checker[0, 0] = checker[1, 1] = 1
-    linear = maps.srgb_to_linear(checker, source_bits=8)
-    codes = maps.linear_to_srgb8(mips.color_mips(linear)[1])
-    assert (codes == 188).all()  # half the light; averaging the codes would give 128
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_colour_is_averaged_in_linear_light(dtype: type) -> None:
+    checker = np.zeros((2, 2, 3), dtype)
+    checker[0, 0] = checker[1, 1] = 1 if dtype == np.float32 else np.iinfo(dtype).max
+    codes = colors(checker, encoded=True)[1]
+    assert codes.tolist() == [[[188, 188, 188, 255]]]  # half the light; averaging codes would give 128
+
+
+@pytest.mark.parametrize("size", [(64, 96), (37, 41), (1, 64), (104, 6)])
+@pytest.mark.parametrize("channels", [3, 4])
+def test_every_colour_level_is_the_nearest_code_of_the_mean_light(
+    size: tuple[int, int], channels: int
+) -> None:
+    values = np.random.default_rng(2).integers(0, 256, (*size, channels), dtype=np.uint8)
+    share = values.astype(np.float64) / 255
+    light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)[:, :, :3]
+    alpha = share[:, :, 3:] if channels == 4 else np.ones((*size, 1))
+    for level, codes in enumerate(colors(values, encoded=True)):
+        shape = codes.shape[:2]
+        if any(side % (1 << level) and side > 1 for side in size):
+            break  # below an odd size a level is the mean of the one before, not quite of level 0
+        if not level:
+            assert np.array_equal(codes[:, :, :channels], values)
+            continue
+        opaque = area_mean(alpha, *shape)
+        mean = area_mean(light * alpha, *shape) / np.maximum(opaque, 1e-9)
+        wanted = np.where(mean <= 0.0031308, mean * 12.92, 1.055 * mean ** (1 / 2.4) - 0.055) * 255
+        assert np.abs(codes[:, :, :3] - wanted).max() < 0.505
+        assert np.abs(codes[:, :, 3:] - opaque * 255).max() < 0.505
 
 
 def test_every_8_bit_code_survives_linear_light() -> None:
-    codes = np.arange(256, dtype=np.float32).reshape(16, 16, 1) / 255
-    back = maps.linear_to_srgb8(maps.srgb_to_linear(codes, source_bits=8))
-    assert np.array_equal(back.ravel(), np.arange(256))
+    codes = np.arange(256, dtype=np.uint8).reshape(16, 16, 1)
+    back = maps.rgba_codes(maps.linear_light(codes, encoded=True), encoded=False)
+    assert np.array_equal(back[:, :, 0], codes[:, :, 0])
 
 
 def test_transparent_texels_do_not_tint_their_neighbours() -> None:
     image = np.float32([[[1, 0, 0, 1], [0, 1, 0, 0]], [[0, 1, 0, 0], [0, 1, 0, 0]]])
-    level = mips.color_mips(image)[1][0, 0]
-    assert np.allclose(level, [1, 0, 0, 0.25])
+    assert colors(image)[1].tolist() == [[[255, 0, 0, 64]]]
+    assert colors((image * 255).astype(np.uint8), encoded=True)[1].tolist() == [[[255, 0, 0, 64]]]
     clear = np.float32([[[0.2, 0.4, 0.6, 0], [0.4, 0.6, 0.8, 0]]])
-    assert np.allclose(mips.color_mips(clear)[1][0, 0], [0.3, 0.5, 0.7, 0])
+    light = maps.halve(clear, with_alpha=True)
+    assert np.allclose(light[0, 0], [0.3, 0.5, 0.7, 0])
 
 
 def test_cut_outs_keep_their_coverage_in_every_mip() -> None:
     rng = np.random.default_rng(4)
-    image = np.ones((64, 64, 4), np.float32)
-    image[:, :, 3] = rng.random((64, 64)) < 0.3  # thin and scattered, as fronds are
-    share = image[:, :, 3].mean()
-    kept = mips.color_mips(image, alpha_cutoff=0.5)
-    plain = mips.color_mips(image)
+    image = np.full((64, 64, 4), 255, np.uint8)
+    image[:, :, 3] *= rng.random((64, 64)) < 0.3  # thin and scattered, as fronds are
+    share = (image[:, :, 3] >= 128).mean()
+    kept = colors(image, encoded=True, alpha_cutoff=0.5)
+    plain = colors(image, encoded=True)
     for level in range(1, 5):
         count = kept[level][:, :, 3].size
-        assert abs((kept[level][:, :, 3] >= 0.5).mean() - share) <= 1.5 / count + 0.06
-    assert (plain[3][:, :, 3] >= 0.5).mean() < share / 2  # without care they vanish
+        assert abs((kept[level][:, :, 3] >= 128).mean() - share) <= 1.5 / count + 0.06
+    assert (plain[3][:, :, 3] >= 128).mean() < share / 2  # without care they vanish
 
 
 def test_normals_are_averaged_before_they_are_normalised() -> None:
@@ -97,7 +172,7 @@ def test_normals_are_averaged_before_they_are_normalised() -> None:
     vectors = rng.normal(size=(8, 8, 3)).astype(np.float32)
     vectors[:, :, 2] = np.abs(vectors[:, :, 2]) + 0.1
     unit = maps.normalise(vectors)
-    found = mips.normal_mips(mips.normal_means(unit))
+    found = chain(unit, mips.unit_rows)
     for level in range(1, 4):
         mean = area_mean(unit, 8 >> level, 8 >> level)
         expected = mean / np.sqrt((mean * mean).sum(axis=2, keepdims=True))
@@ -106,20 +181,20 @@ def test_normals_are_averaged_before_they_are_normalised() -> None:
 
 def test_normals_that_cancel_out_fall_back_to_up() -> None:
     opposed = np.float32([[[1, 0, 0], [-1, 0, 0]], [[0, 1, 0], [0, -1, 0]]])
-    assert np.array_equal(mips.normal_mips(mips.normal_means(opposed))[1], np.float32([[[0, 0, 1]]]))
+    assert np.array_equal(chain(opposed, mips.unit_rows)[1], np.float32([[[0, 0, 1]]]))
 
 
 def test_smoothness_falls_where_normals_disagree_and_stays_where_they_agree() -> None:
     gloss = gloss_map(np.full((8, 8), 0.5, np.float32), GlossSettings(smoothness=(0.8, 0.8)))
     up = np.broadcast_to(np.float32([0, 0, 1]), (8, 8, 3)).copy()
-    calm = mips.gloss_mips(gloss, mips.normal_means(up))
+    calm = chain(up, mips.gloss_rows, **mips.gloss_bundle(gloss))
     for level in calm:
         assert np.abs(level[:, :, 1] - 0.8).max() < 1e-6
         assert np.abs(level[:, :, 0] - 0.5).max() < 1e-6
     rough = up.copy()
     rough[::2, :, :] = np.float32([0.6, 0, 0.8])
     rough[1::2, :, :] = np.float32([-0.6, 0, 0.8])
-    choppy = mips.gloss_mips(gloss, mips.normal_means(rough))
+    choppy = chain(rough, mips.gloss_rows, **mips.gloss_bundle(gloss))
     assert (choppy[1][:, :, 1] < 0.3).all()
     assert np.abs(choppy[1][:, :, 0] - 0.5).max() < 1e-6, "specular intensity is not widened"
     # The widened roughness is the wave's own: slopes of +-0.75 along one axis; isotropic, half of it on each.
@@ -134,7 +209,7 @@ def test_smoothness_never_grows_down_the_chain_of_an_even_gloss(seed: int) -> No
     vectors = rng.normal(size=(16, 16, 3)).astype(np.float32)
     vectors[:, :, 2] = np.abs(vectors[:, :, 2]) + 0.5
     gloss = np.full((16, 16, 2), 0.7, np.float32)
-    levels = mips.gloss_mips(gloss, mips.normal_means(maps.normalise(vectors)))
+    levels = chain(maps.normalise(vectors), mips.gloss_rows, **mips.gloss_bundle(gloss))
     for level in levels:
         assert (level[:, :, 1] <= np.float32(0.7) + 1e-6).all()
         assert (level[:, :, 1] >= 0).all()

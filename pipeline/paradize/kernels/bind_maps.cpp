@@ -4,6 +4,7 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
 
+#include <array>
 #include <stdexcept>
 #include <string>
 
@@ -43,22 +44,35 @@ void need(bool condition, const char *what) {
     }
 }
 
-void srgb_to_linear(const In<float> &pixels, std::size_t channels, int source_bits, const Out<float> &result,
-                    int threads) {
+template <typename T>
+void linear_light(const In<T> &pixels, std::size_t channels, bool encoded, const Out<float> &result,
+                  int threads) {
     need(channels >= 1 && channels <= 4 && pixels.size() % channels == 0,
          "channels do not divide the pixels");
     const auto to = out(result, pixels.size());
     nb::gil_scoped_release unlocked;
-    maps::srgb_to_linear(in(pixels), channels, source_bits, to, threads);
+    maps::linear_light<T>(in(pixels), channels, encoded, to, threads);
 }
 
-void linear_to_srgb8(const In<float> &pixels, std::size_t channels, const Out<std::uint8_t> &result,
-                     int threads) {
+void halved_light(const In<std::uint8_t> &pixels, const Out<float> &result, int threads) {
+    need(pixels.ndim() == 3 && pixels.shape(2) >= 1 && pixels.shape(2) <= 4,
+         "the image is not (rows, columns, 1 to 4 channels)");
+    const std::size_t rows = pixels.shape(0);
+    const std::size_t columns = pixels.shape(1);
+    need(rows % 2 == 0 && columns % 2 == 0, "the size is odd");
+    const auto to = out(result, pixels.size() / 4);
+    nb::gil_scoped_release unlocked;
+    maps::halved_light(in(pixels), rows, columns, pixels.shape(2), to, threads);
+}
+
+template <typename T>
+void rgba_codes(const In<T> &pixels, std::size_t channels, bool encoded, const Out<std::uint8_t> &result,
+                int threads) {
     need(channels >= 1 && channels <= 4 && pixels.size() % channels == 0,
          "channels do not divide the pixels");
-    const auto to = out(result, pixels.size());
+    const auto to = out(result, pixels.size() / channels * 4);
     nb::gil_scoped_release unlocked;
-    maps::linear_to_srgb8(in(pixels), channels, to, threads);
+    maps::rgba_codes<T>(in(pixels), channels, encoded, to, threads);
 }
 
 void luminance(const In<float> &pixels, std::size_t channels, const Out<float> &result, int threads) {
@@ -91,19 +105,19 @@ void normals_from_heights(const In<float> &heights, const In<std::int32_t> &isla
                                threads);
 }
 
-void halve(const In<float> &image, bool with_alpha, const Out<float> &result, int threads) {
-    need(image.ndim() == 3, "the image is not (rows, columns, channels)");
-    const std::size_t rows = image.shape(0);
+void halve(const In<float> &image, std::size_t rows, std::size_t first, bool with_alpha,
+           const Out<float> &result, int threads) {
+    need(image.ndim() == 3 && result.ndim() == 3, "the images are not (rows, columns, channels)");
+    const maps::HalfRows half{rows, first, result.shape(0)};
     const std::size_t columns = image.shape(1);
     const std::size_t channels = image.shape(2);
+    need(rows >= 1 && columns >= 1 && first <= maps::half_size(rows) &&
+             half.count <= maps::half_size(rows) - first && image.shape(0) == maps::rows_below(half),
+         "these are not the rows that the next level's are made of");
     need(!with_alpha || channels == 2 || channels == 4, "no alpha channel");
-    const auto to = out(result, maps::half_size(rows) * maps::half_size(columns) * channels);
+    const auto to = out(result, half.count * maps::half_size(columns) * channels);
     nb::gil_scoped_release unlocked;
-    if (with_alpha) {
-        maps::halve_with_alpha(in(image), rows, columns, channels, to, threads);
-    } else {
-        maps::halve(in(image), rows, columns, channels, to, threads);
-    }
+    (with_alpha ? maps::halve_with_alpha : maps::halve)(in(image), half, columns, channels, to, threads);
 }
 
 void normalise(const In<float> &vectors, const Out<float> &result, int threads) {
@@ -172,18 +186,22 @@ void snorm8(const In<float> &values, const Out<std::int8_t> &result, int threads
     maps::snorm8(in(values), to, threads);
 }
 
-void centred_xy(const In<float> &normals, const Out<float> &result) {
-    need(normals.size() % 3 == 0, "normals have three parts");
-    const auto to = out(result, normals.size() / 3 * 2);
+void dudv_codes(const In<float> &vectors, double mean_x, double mean_y, const Out<std::int8_t> &codes,
+                const Out<std::int8_t> &rest, int threads) {
+    need(vectors.size() % 3 == 0, "vectors have three parts");
+    const auto to = out(codes, vectors.size() / 3 * 2);
+    const auto left = out(rest, codes.size());
+    const std::array<double, 2> mean = {mean_x, mean_y};
     nb::gil_scoped_release unlocked;
-    maps::centred_xy(in(normals), to);
+    maps::dudv_codes(in(vectors), mean, to, left, threads);
 }
 
-void balanced_snorm8(const In<float> &values, const Out<std::int8_t> &result) {
-    need(values.size() % 2 == 0, "du/dv has two parts");
-    const auto to = out(result, values.size());
+void balance(const Out<std::int8_t> &codes, const Out<std::int8_t> &rest) {
+    need(codes.size() % 2 == 0, "codes have two channels");
+    const auto to = out(codes, codes.size());
+    const auto left = out(rest, codes.size());
     nb::gil_scoped_release unlocked;
-    maps::balanced_snorm8(in(values), to);
+    maps::balance(to, left);
 }
 
 // One elementary function over an array; `second` is the other argument of pow and atan2.
@@ -226,8 +244,13 @@ void elementary(const std::string &name, const In<double> &first, const In<doubl
 
 NB_MODULE(_maps, m) {
     m.doc() = "Map kernels: colour, normals, mips, gutters, codes.";
-    m.def("srgb_to_linear", &srgb_to_linear);
-    m.def("linear_to_srgb8", &linear_to_srgb8);
+    m.def("linear_light", &linear_light<std::uint8_t>);
+    m.def("linear_light", &linear_light<std::uint16_t>);
+    m.def("linear_light", &linear_light<float>);
+    m.def("halved_light", &halved_light);
+    m.def("rgba_codes", &rgba_codes<std::uint8_t>);
+    m.def("rgba_codes", &rgba_codes<std::uint16_t>);
+    m.def("rgba_codes", &rgba_codes<float>);
     m.def("luminance", &luminance);
     m.def("apply_levels", &apply_levels);
     m.def("normals_from_heights", &normals_from_heights);
@@ -240,7 +263,7 @@ NB_MODULE(_maps, m) {
     m.def("rasterise", &rasterise);
     m.def("nearest_covered", &nearest_covered);
     m.def("snorm8", &snorm8);
-    m.def("centred_xy", &centred_xy);
-    m.def("balanced_snorm8", &balanced_snorm8);
+    m.def("dudv_codes", &dudv_codes);
+    m.def("balance", &balance);
     m.def("elementary", &elementary);
 }

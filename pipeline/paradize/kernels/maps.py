@@ -1,4 +1,4 @@
-"""Checked numpy face of the map kernels. Every function returns a new array and leaves its inputs alone.
+"""Checked numpy face of the map kernels. Functions return new arrays; only `balance` changes its inputs.
 
 Images are (h, w, c) float32 or (h, w) float32 planes, row 0 at the top. Wrong shapes and types raise
 ValueError: they are faults of the program, not of a source file. Results do not depend on `threads`.
@@ -36,22 +36,45 @@ def _f32(array: npt.NDArray[Any], *, shape: Sequence[int | None], name: str) -> 
     return np.ascontiguousarray(array)
 
 
-def srgb_to_linear(pixels: F32, *, source_bits: int, threads: int = THREADS) -> F32:
-    """Encoded sRGB (h, w, c) -> linear light; alpha, the last of 2 or 4 channels, is copied.
+_CODES = (np.uint8, np.uint16, np.float32)
 
-    source_bits 8 or 16 says that every value is an integer over 255 or 65535 (a table serves then); 32: any.
+
+def _texels(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """(h, w, 1..4) uint8, uint16 or float32, contiguous."""
+    if values.dtype not in _CODES or values.ndim != 3 or values.size == 0 or values.shape[2] > 4:
+        raise ValueError(f"texels have shape {values.shape} of {values.dtype}")
+    return np.ascontiguousarray(values)
+
+
+def linear_light(values: npt.NDArray[Any], *, encoded: bool, threads: int = THREADS) -> F32:
+    """Codes or floats (h, w, 1..4) -> linear light (h, w, c); alpha, the last of 2 or 4, is not transformed.
+
+    encoded: colour is sRGB, else linear already. Codes are shares of their largest.
     """
-    pixels = _f32(pixels, shape=(None, None, None), name="pixels")
-    out = np.empty_like(pixels)
-    _maps.srgb_to_linear(pixels, pixels.shape[2], source_bits, out, threads)
+    values = _texels(values)
+    out = np.empty(values.shape, np.float32)
+    _maps.linear_light(values, values.shape[2], encoded, out, threads)
     return out
 
 
-def linear_to_srgb8(pixels: F32, *, threads: int = THREADS) -> npt.NDArray[np.uint8]:
-    """Linear light (h, w, c) -> nearest 8-bit sRGB codes; alpha is rounded as it is; clamped to 0..1."""
-    pixels = _f32(pixels, shape=(None, None, None), name="pixels")
-    out = np.empty(pixels.shape, np.uint8)
-    _maps.linear_to_srgb8(pixels, pixels.shape[2], out, threads)
+def halved_light(codes: npt.NDArray[np.uint8], *, threads: int = THREADS) -> F32:
+    """sRGB codes (h, w, 1..4) uint8, h and w even -> linear means of 2 x 2 texels, weighted by alpha."""
+    if codes.dtype != np.uint8:
+        raise ValueError(f"codes are {codes.dtype}, not uint8")
+    codes = _texels(codes)
+    out = np.empty((codes.shape[0] // 2, codes.shape[1] // 2, codes.shape[2]), np.float32)
+    _maps.halved_light(codes, out, threads)
+    return out
+
+
+def rgba_codes(values: npt.NDArray[Any], *, encoded: bool, threads: int = THREADS) -> npt.NDArray[np.uint8]:
+    """Codes or floats (h, w, 1..4) -> nearest 8-bit sRGB codes (h, w, 4): grey becomes three channels,
+    what has no alpha is opaque. encoded: colour is sRGB already, else linear. Clamped to 0..1."""
+    values = _texels(values)
+    if encoded and values.dtype == np.uint8 and values.shape[2] == 4:
+        return values
+    out = np.empty((*values.shape[:2], 4), np.uint8)
+    _maps.rgba_codes(values, values.shape[2], encoded, out, threads)
     return out
 
 
@@ -145,11 +168,29 @@ def half_size(size: int) -> int:
     return max(1, size // 2)
 
 
-def halve(image: F32, *, with_alpha: bool = False, threads: int = THREADS) -> F32:
-    """Area means (half_size(h), half_size(w), c) of (h, w, c); with_alpha: weighted by the last channel."""
+def rows_below(rows: int, first: int, last: int) -> tuple[int, int]:
+    """The rows [begin, end) of an image of so many that the next level's rows [first, last) are made of."""
+    return (0, 1) if rows == 1 else (2 * first, 2 * last + rows % 2)
+
+
+def halve(
+    image: F32,
+    *,
+    with_alpha: bool = False,
+    rows: int | None = None,
+    first: int = 0,
+    threads: int = THREADS,
+) -> F32:
+    """Area means (half_size(h), half_size(w), c) of (h, w, c); with_alpha: weighted by the last channel.
+
+    rows: the image is a band of one with so many rows (see rows_below); `first` is the next level's row that
+    the result begins with.
+    """
     image = _f32(image, shape=(None, None, None), name="image")
-    out = np.empty((half_size(image.shape[0]), half_size(image.shape[1]), image.shape[2]), np.float32)
-    _maps.halve(image, with_alpha, out, threads)
+    whole = image.shape[0] if rows is None else rows
+    count = 1 if whole == 1 else (image.shape[0] - whole % 2) // 2
+    out = np.empty((count, half_size(image.shape[1]), image.shape[2]), np.float32)
+    _maps.halve(image, whole, first, with_alpha, out, threads)
     return out
 
 
@@ -231,17 +272,22 @@ def snorm8(values: F32, *, threads: int = THREADS) -> npt.NDArray[np.int8]:
     return out
 
 
-def centred_xy(normals: F32) -> F32:
-    """x and y (h, w, 2) of normals (h, w, 3), less their mean over the map."""
-    normals = _f32(normals, shape=(None, None, 3), name="normals")
-    out = np.empty((*normals.shape[:2], 2), np.float32)
-    _maps.centred_xy(normals, out)
-    return out
+def dudv_codes(
+    vectors: F32, mean: tuple[float, float], *, threads: int = THREADS
+) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.int8]]:
+    """x and y of vectors (h, w, 3) less their mean -> SNORM codes (h, w, 2), and what rounding left of each
+    in steps of 1/64 code (what `balance` takes)."""
+    vectors = _f32(vectors, shape=(None, None, 3), name="vectors")
+    codes = np.empty((*vectors.shape[:2], 2), np.int8)
+    rest = np.empty_like(codes)
+    _maps.dudv_codes(vectors, mean[0], mean[1], codes, rest, threads)
+    return codes, rest
 
 
-def balanced_snorm8(values: F32) -> npt.NDArray[np.int8]:
-    """Codes (h, w, 2) of values (h, w, 2), within one of the nearest; their sums are exactly zero."""
-    values = _f32(values, shape=(None, None, 2), name="values")
-    out = np.empty(values.shape, np.int8)
-    _maps.balanced_snorm8(values, out)
-    return out
+def balance(codes: npt.NDArray[np.int8], rest: npt.NDArray[np.int8]) -> None:
+    """Moves codes (h, w, 2), in place, by at most one each until each channel's sum is exactly zero; `rest`,
+    as dudv_codes gives it, says which go first, and is changed along."""
+    for array in (codes, rest):
+        if array.dtype != np.int8 or array.shape != codes.shape or not array.flags.c_contiguous:
+            raise ValueError(f"codes and rests have shapes {codes.shape}, {rest.shape}")
+    _maps.balance(codes, rest)

@@ -3,8 +3,7 @@
 #include "maps_parallel.hpp"
 
 #include <algorithm>
-#include <cstdlib>
-#include <vector>
+#include <array>
 
 namespace paradize::maps {
 namespace {
@@ -14,32 +13,43 @@ std::int8_t snorm_code(float v) {
     return static_cast<std::int8_t>(scaled < 0.0F ? scaled - 0.5F : scaled + 0.5F);
 }
 
-// Moves up to |sum| codes of channel c by one against the sign of `sum`; returns what that adds to the sum.
-std::int64_t move_codes(std::span<const float> in, std::span<std::int8_t> out, std::size_t c,
+constexpr int rest_steps = 64; // of one code
+
+// What rounding left of v, within what int8 holds.
+std::int8_t rest_of(float v, std::int8_t code) {
+    const float left = (v * 127.0F - static_cast<float>(code)) * static_cast<float>(rest_steps);
+    return static_cast<std::int8_t>(left < -127.0F ? -127.0F : (left > 127.0F ? 127.0F : left));
+}
+
+// One round over channel c: moves up to |sum| codes by one against the sign of `sum`; returns what that adds.
+std::int64_t move_codes(std::span<std::int8_t> codes, std::span<std::int8_t> rest, std::size_t c,
                         std::int64_t sum) {
     const int step = sum > 0 ? -1 : 1;
-    // How much rounding added in the direction that is to be undone; the largest go first.
-    const auto gain = [&](std::size_t i) {
-        return static_cast<float>(-step) * (static_cast<float>(out[2 * i + c]) - in[2 * i + c] * 127.0F);
-    };
-    std::vector<std::uint32_t> order;
-    order.reserve(in.size() / 2);
-    for (std::size_t i = 0; i < in.size() / 2; ++i) {
-        if (out[2 * i + c] != 127 * step) {
-            order.push_back(static_cast<std::uint32_t>(i));
+    // How much a move brings a code towards its value: the rest in the direction of the move.
+    const auto gain = [&](std::size_t i) { return static_cast<std::size_t>(128 + step * rest[i]); };
+    const auto movable = [&](std::size_t i) { return codes[i] != 127 * step; };
+    std::array<std::size_t, 256> counts{};
+    for (std::size_t i = c; i < codes.size(); i += 2) {
+        counts[gain(i)] += movable(i) ? 1 : 0;
+    }
+    auto left = static_cast<std::size_t>(sum > 0 ? sum : -sum);
+    std::size_t level = counts.size(); // everything from `level` on moves, and `left` of the one below
+    while (level > 0 && counts[level - 1] <= left) {
+        left -= counts[--level];
+    }
+    std::int64_t moved = 0;
+    for (std::size_t i = c; i < codes.size(); i += 2) {
+        const std::size_t g = gain(i);
+        const bool partly = g + 1 == level && left > 0;
+        if (!movable(i) || (g < level && !partly)) {
+            continue;
         }
+        left -= g < level ? 1 : 0;
+        codes[i] = static_cast<std::int8_t>(codes[i] + step);
+        rest[i] = static_cast<std::int8_t>(std::clamp(rest[i] - step * rest_steps, -127, 127));
+        moved += step;
     }
-    const std::size_t moves = std::min(order.size(), static_cast<std::size_t>(std::abs(sum)));
-    const auto first = [&](std::uint32_t a, std::uint32_t b) {
-        const float ga = gain(a);
-        const float gb = gain(b);
-        return ga != gb ? ga > gb : a < b;
-    };
-    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(moves), order.end(), first);
-    for (std::size_t k = 0; k < moves; ++k) {
-        out[2 * order[k] + c] = static_cast<std::int8_t>(out[2 * order[k] + c] + step);
-    }
-    return static_cast<std::int64_t>(moves) * step;
+    return moved;
 }
 
 } // namespace
@@ -52,31 +62,28 @@ void snorm8(std::span<const float> in, std::span<std::int8_t> out, int threads) 
     });
 }
 
-void centred_xy(std::span<const float> normals, std::span<float> out) {
-    const std::size_t count = normals.size() / 3;
-    for (std::size_t c = 0; c < 2; ++c) {
-        double sum = 0.0;
-        for (std::size_t i = 0; i < count; ++i) {
-            sum += normals[3 * i + c];
+void dudv_codes(std::span<const float> vectors, std::span<const double> mean, std::span<std::int8_t> codes,
+                std::span<std::int8_t> rest, int threads) {
+    for_rows(codes.size() / 2, threads, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            for (std::size_t c = 0; c < 2; ++c) {
+                const auto v = static_cast<float>(vectors[3 * i + c] - mean[c]);
+                const std::int8_t code = snorm_code(v);
+                codes[2 * i + c] = code;
+                rest[2 * i + c] = rest_of(v, code);
+            }
         }
-        const double mean = sum / static_cast<double>(count);
-        for (std::size_t i = 0; i < count; ++i) {
-            out[2 * i + c] = static_cast<float>(normals[3 * i + c] - mean);
-        }
-    }
+    });
 }
 
-void balanced_snorm8(std::span<const float> in, std::span<std::int8_t> out) {
-    const std::size_t count = in.size() / 2;
+void balance(std::span<std::int8_t> codes, std::span<std::int8_t> rest) {
     for (std::size_t c = 0; c < 2; ++c) {
         std::int64_t sum = 0;
-        for (std::size_t i = 0; i < count; ++i) {
-            out[2 * i + c] = snorm_code(in[2 * i + c]);
-            sum += out[2 * i + c];
+        for (std::size_t i = c; i < codes.size(); i += 2) {
+            sum += codes[i];
         }
-        // One pass is enough unless values beyond the range were cut off.
         while (sum != 0) {
-            sum += move_codes(in, out, c, sum);
+            sum += move_codes(codes, rest, c, sum);
         }
     }
 }

@@ -46,6 +46,50 @@ PARADIZE_CLONES void halve_even_row(const float *__restrict above, const float *
     }
 }
 
+// A run of vectors, a lane each, so that loops over them become SIMD. What is beyond the run is (0, 0, 1).
+constexpr std::size_t run = 64;
+struct Vectors {
+    std::array<double, run> x;
+    std::array<double, run> y;
+    std::array<double, run> z;
+    std::array<double, run> value;
+};
+
+Vectors taken(const float *in, std::size_t count) {
+    Vectors v{};
+    v.z.fill(1.0);
+    for (std::size_t i = 0; i < count; ++i) {
+        v.x[i] = in[3 * i];
+        v.y[i] = in[3 * i + 1];
+        v.z[i] = in[3 * i + 2];
+    }
+    return v;
+}
+
+PARADIZE_CLONES void unit(Vectors &v) {
+    for (std::size_t i = 0; i < run; ++i) {
+        const double length = std::sqrt(v.x[i] * v.x[i] + v.y[i] * v.y[i] + v.z[i] * v.z[i]);
+        const bool lost = !(length > 1e-7);
+        const double divisor = lost ? 1.0 : length;
+        v.x[i] = lost ? 0.0 : v.x[i] / divisor;
+        v.y[i] = lost ? 0.0 : v.y[i] / divisor;
+        v.z[i] = lost ? 1.0 : v.z[i] / divisor;
+    }
+}
+
+// value: squared roughness becomes smoothness.
+PARADIZE_CLONES void widen(Vectors &v) {
+    for (std::size_t i = 0; i < run; ++i) {
+        const double square = v.x[i] * v.x[i] + v.y[i] * v.y[i] + v.z[i] * v.z[i];
+        const double length = std::sqrt(square);
+        const double divisor = square > 1e-12 ? length * (3.0 - square) : 1.0;
+        const double lost = square < 1.0 - 1e-6 ? 2.0 * (1.0 - square) / divisor : 0.0;
+        const double sum = v.value[i] + lost;
+        const double total = square > 1e-12 && sum < 1.0 ? sum : 1.0;
+        v.value[i] = 1.0 - std::sqrt(std::sqrt(total));
+    }
+}
+
 void halve_even(std::size_t channels, const float *above, const float *below, std::size_t columns,
                 float *out) {
     switch (channels) {
@@ -66,12 +110,11 @@ void halve_even(std::size_t channels, const float *above, const float *below, st
 
 } // namespace
 
-void halve(std::span<const float> in, std::size_t rows, std::size_t columns, std::size_t channels,
+void halve(std::span<const float> in, const HalfRows &half, std::size_t columns, std::size_t channels,
            std::span<float> out, int threads) {
-    const std::size_t out_rows = half_size(rows);
     const std::size_t out_columns = half_size(columns);
-    const bool even = rows % 2 == 0 && columns % 2 == 0 && channels <= 4;
-    for_rows(out_rows, threads, [&](std::size_t begin, std::size_t end) {
+    const bool even = half.rows % 2 == 0 && columns % 2 == 0 && channels <= 4;
+    for_rows(half.count, threads, [&](std::size_t begin, std::size_t end) {
         for (std::size_t y = begin; y < end; ++y) {
             float *to = &out[y * out_columns * channels];
             if (even) {
@@ -79,7 +122,8 @@ void halve(std::span<const float> in, std::size_t rows, std::size_t columns, std
                 halve_even(channels, above, above + columns * channels, out_columns, to);
                 continue;
             }
-            const Area down = area(y, rows);
+            const Area down = area(half.first + y, half.rows);
+            const std::size_t top = down.first - 2 * half.first;
             for (std::size_t x = 0; x < out_columns; ++x) {
                 const Area across = area(x, columns);
                 for (std::size_t c = 0; c < channels; ++c) {
@@ -87,8 +131,7 @@ void halve(std::span<const float> in, std::size_t rows, std::size_t columns, std
                     for (std::size_t j = 0; j < down.count; ++j) {
                         double line = 0.0;
                         for (std::size_t i = 0; i < across.count; ++i) {
-                            const std::size_t at =
-                                ((down.first + j) * columns + across.first + i) * channels + c;
+                            const std::size_t at = ((top + j) * columns + across.first + i) * channels + c;
                             line += across.weight[i] * in[at];
                         }
                         sum += down.weight[j] * line;
@@ -100,13 +143,14 @@ void halve(std::span<const float> in, std::size_t rows, std::size_t columns, std
     });
 }
 
-void halve_with_alpha(std::span<const float> in, std::size_t rows, std::size_t columns, std::size_t channels,
-                      std::span<float> out, int threads) {
+void halve_with_alpha(std::span<const float> in, const HalfRows &half, std::size_t columns,
+                      std::size_t channels, std::span<float> out, int threads) {
     const std::size_t out_columns = half_size(columns);
     const std::size_t colors = channels - 1;
-    for_rows(half_size(rows), threads, [&](std::size_t begin, std::size_t end) {
+    for_rows(half.count, threads, [&](std::size_t begin, std::size_t end) {
         for (std::size_t y = begin; y < end; ++y) {
-            const Area down = area(y, rows);
+            const Area down = area(half.first + y, half.rows);
+            const std::size_t top = down.first - 2 * half.first;
             for (std::size_t x = 0; x < out_columns; ++x) {
                 const Area across = area(x, columns);
                 std::array<double, 3> weighted{};
@@ -114,7 +158,7 @@ void halve_with_alpha(std::span<const float> in, std::size_t rows, std::size_t c
                 double alpha = 0.0;
                 for (std::size_t j = 0; j < down.count; ++j) {
                     for (std::size_t i = 0; i < across.count; ++i) {
-                        const float *texel = &in[((down.first + j) * columns + across.first + i) * channels];
+                        const float *texel = &in[((top + j) * columns + across.first + i) * channels];
                         const double weight = down.weight[j] * across.weight[i];
                         const double opaque = weight * texel[colors];
                         alpha += opaque;
@@ -136,19 +180,15 @@ void halve_with_alpha(std::span<const float> in, std::size_t rows, std::size_t c
 
 void normalise(std::span<const float> in, std::span<float> out, int threads) {
     for_rows(in.size() / 3, threads, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = 3 * begin; i < 3 * end; i += 3) {
-            const double x = in[i];
-            const double y = in[i + 1];
-            const double z = in[i + 2];
-            const double length = std::sqrt(x * x + y * y + z * z);
-            if (length > 1e-7) {
-                out[i] = static_cast<float>(x / length);
-                out[i + 1] = static_cast<float>(y / length);
-                out[i + 2] = static_cast<float>(z / length);
-            } else {
-                out[i] = 0.0F;
-                out[i + 1] = 0.0F;
-                out[i + 2] = 1.0F;
+        for (std::size_t at = begin; at < end; at += run) {
+            const std::size_t count = std::min(run, end - at);
+            Vectors v = taken(&in[3 * at], count);
+            unit(v);
+            for (std::size_t i = 0; i < count; ++i) {
+                float *to = &out[3 * (at + i)];
+                to[0] = static_cast<float>(v.x[i]);
+                to[1] = static_cast<float>(v.y[i]);
+                to[2] = static_cast<float>(v.z[i]);
             }
         }
     });
@@ -182,19 +222,16 @@ void smoothness_to_variance(std::span<const float> smoothness, std::span<float> 
 void widened_smoothness(std::span<const float> variance, std::span<const float> averages,
                         std::span<float> smoothness, int threads) {
     for_rows(variance.size(), threads, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const double x = averages[3 * i];
-            const double y = averages[3 * i + 1];
-            const double z = averages[3 * i + 2];
-            const double square = x * x + y * y + z * z;
-            double total = 1.0;
-            if (square > 1e-12) {
-                const double length = std::sqrt(square);
-                const double lost =
-                    square < 1.0 - 1e-6 ? 2.0 * (1.0 - square) / (length * (3.0 - square)) : 0.0;
-                total = std::min(1.0, variance[i] + lost);
+        for (std::size_t at = begin; at < end; at += run) {
+            const std::size_t count = std::min(run, end - at);
+            Vectors v = taken(&averages[3 * at], count);
+            for (std::size_t i = 0; i < count; ++i) {
+                v.value[i] = variance[at + i];
             }
-            smoothness[i] = static_cast<float>(1.0 - std::sqrt(std::sqrt(total)));
+            widen(v);
+            for (std::size_t i = 0; i < count; ++i) {
+                smoothness[at + i] = static_cast<float>(v.value[i]);
+            }
         }
     });
 }

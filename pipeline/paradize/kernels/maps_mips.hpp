@@ -12,15 +12,27 @@ constexpr std::size_t half_size(std::size_t size) {
     return size > 1 ? size / 2 : 1;
 }
 
-// in: rows * columns * channels floats. out: half_size(rows) * half_size(columns) * channels, area means.
-// An area never passes an edge, so a periodic map stays periodic.
-void halve(std::span<const float> in, std::size_t rows, std::size_t columns, std::size_t channels,
+// Which rows of the next level are made: `count` of them from `first` on, of an image of `rows` rows in all.
+struct HalfRows {
+    std::size_t rows;
+    std::size_t first;
+    std::size_t count;
+};
+
+// How many rows of the image, from row 2 * first on, those of the next level are made of.
+constexpr std::size_t rows_below(const HalfRows &half) {
+    return half.rows == 1 ? 1 : 2 * half.count + half.rows % 2;
+}
+
+// in: rows_below(half) * columns * channels floats. out: half.count * half_size(columns) * channels, area
+// means. An area never passes an edge, so a periodic map stays periodic.
+void halve(std::span<const float> in, const HalfRows &half, std::size_t columns, std::size_t channels,
            std::span<float> out, int threads);
 
 // The same for colour with alpha in the last of 2 or 4 channels: colour is weighted by alpha (by area alone
 // where all of it is transparent), alpha by area.
-void halve_with_alpha(std::span<const float> in, std::size_t rows, std::size_t columns, std::size_t channels,
-                      std::span<float> out, int threads);
+void halve_with_alpha(std::span<const float> in, const HalfRows &half, std::size_t columns,
+                      std::size_t channels, std::span<float> out, int threads);
 
 // in: n * 3 vectors. out: the same with length 1; a sum of zero becomes (0, 0, 1).
 void normalise(std::span<const float> in, std::span<float> out, int threads);

@@ -1,8 +1,12 @@
-"""Float mip chains -> Texture: block-compressed where level 0 divides by four, plain bytes elsewhere."""
+"""Rows of float or code texels -> the bytes of a texture's levels, written band by band.
+
+Which format a map takes is told by FORMATS: the first is the default where level 0 divides by four (WebGL's
+rule for blocks), the next are what a budget falls back on.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
@@ -10,82 +14,106 @@ from paradize.data import Texture
 from paradize.kernels import bcn, maps
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import numpy.typing as npt
 
     F32 = npt.NDArray[np.float32]
 
-
+_Quality = Literal["fast", "balanced", "exact"]
+# Map -> its formats, from the smallest to the most exact.
+FORMATS: dict[str, tuple[str, ...]] = {
+    "color": ("BC1_RGB_SRGB", "BC7_SRGB", "RGBA8_SRGB"),
+    "color with alpha": ("BC3_SRGB", "BC7_SRGB", "RGBA8_SRGB"),
+    "normal": ("BC5_SNORM", "RG8_SNORM", "RG16_SNORM"),
+    "height": ("BC4_UNORM", "R8_UNORM", "R16_UNORM"),
+    "gloss": ("BC5_UNORM", "RG8_UNORM", "RG16_UNORM"),
+    "dudv": ("RG8_SNORM",),
+}
 # tier -> searches around a block's endpoints (kernels/bcn_encode.hpp): each gains a little less.
 PASSES = {"fast": 0, "balanced": 1, "exact": 4}
+_BLOCK_BYTES = {"BC1": 8, "BC3": 16, "BC4": 8, "BC5": 16, "BC7": 16}
+_TEXEL_BYTES = {"R8": 1, "RG8": 2, "R16": 2, "RG16": 4, "RGBA8": 4}
 
 
-def _divides(level: npt.NDArray[np.generic]) -> bool:
-    height, width = level.shape[:2]
-    return bool(height % 4 == 0 and width % 4 == 0)
+def formats_of(name: str, height: int, width: int, *, tier: str = "balanced") -> tuple[str, ...]:
+    """The formats that a map of this size may take, the one of the tier first; no blocks where level 0 does
+    not divide by four."""
+    known = FORMATS[name]
+    if tier == "exact" and "BC7_SRGB" in known:
+        known = known[known.index("BC7_SRGB") :]
+    if height % 4 or width % 4:
+        known = tuple(fmt for fmt in known if not fmt.startswith("BC"))
+    return known
 
 
-def _texture(name: str, level: F32, levels: list[bytes]) -> Texture:
-    return Texture(name, level.shape[1], level.shape[0], tuple(levels))
+def snorm(values: F32, top: int) -> npt.NDArray[Any]:
+    """Nearest codes -top..top of values within -1..1; top is 127 or 32767."""
+    if top == 127:
+        return maps.snorm8(values, threads=1)
+    scaled = np.clip(values, np.float32(-1), np.float32(1)).astype(np.float64) * top
+    return np.rint(scaled).astype(np.int16)
 
 
-def _blocks(levels: Sequence[F32], tier: str, *, signed: bool) -> list[bytes]:
-    return [bcn.encode_values(level, signed=signed, passes=PASSES[tier]) for level in levels]
+def unorm(values: F32, top: int) -> npt.NDArray[Any]:
+    """Nearest codes 0..top of values within 0..1; top is 255 or 65535."""
+    inside = np.clip(values, np.float32(0), np.float32(1))
+    if top == 255:
+        return (inside * np.float32(255) + np.float32(0.5)).astype(np.uint8)
+    return (inside.astype(np.float64) * top + 0.5).astype(np.uint16)
 
 
-def unorm8(values: F32) -> npt.NDArray[np.uint8]:
-    """Nearest codes 0..255 of values 0..1."""
-    return (np.clip(values, np.float32(0), np.float32(1)) * np.float32(255) + np.float32(0.5)).astype(
-        np.uint8
-    )
+def encode_rows(values: npt.NDArray[Any], fmt: str, *, tier: str = "balanced", threads: int = 1) -> bytes:
+    """The bytes of rows (n, w, c): of colour formats RGBA codes (n, w, 4) uint8; of signed ones x and y,
+    -1..1, and what follows them is ignored; of others values 0..1. A block format's rows start at a multiple
+    of four, and end at one or at the end of the level."""
+    if fmt == "RGBA8_SRGB":
+        return values.tobytes()
+    if fmt == "BC1_RGB_SRGB":
+        return bcn.encode_bc1(values, quality=cast("_Quality", tier), threads=threads)
+    if fmt == "BC3_SRGB":
+        return bcn.encode_bc3(values, quality=cast("_Quality", tier), threads=threads)
+    if fmt == "BC7_SRGB":
+        from paradize.kernels.bc7 import encode_bc7
+
+        return encode_bc7(values, quality=cast("_Quality", tier), threads=threads)
+    signed = fmt.endswith("SNORM")
+    if signed:
+        values = values[:, :, :2]
+    if fmt.startswith("BC"):
+        values = np.ascontiguousarray(values)
+        return bcn.encode_values(values, signed=signed, quality=cast("_Quality", tier), threads=threads)
+    wide = "16" in fmt
+    if signed:
+        return snorm(np.ascontiguousarray(values), 32767 if wide else 127).tobytes()
+    return unorm(values, 65535 if wide else 255).tobytes()
 
 
-def encode_color(
-    levels: Sequence[F32], level0: npt.NDArray[np.uint8] | None = None, *, tier: str = "balanced"
-) -> Texture:
-    """Linear colour (h, w, 3 or 4) -> BC1_RGB_SRGB, BC3_SRGB with alpha, RGBA8_SRGB where they cannot be.
+class LevelWriter:
+    """The bytes of every level of a texture, filled band by band by whichever thread has one."""
 
-    level0: (h, w, 3 or 4) uint8 sRGB codes for level 0, where the source had them (no round trip).
-    """
-    alpha = levels[0].shape[2] == 4
-    block = _divides(levels[0])
-    encode = bcn.encode_bc3 if alpha else bcn.encode_bc1
-    out = []
-    for index, level in enumerate(levels):
-        codes = level0 if index == 0 and level0 is not None else maps.linear_to_srgb8(level)
-        if not alpha:
-            codes = np.concatenate([codes, np.full_like(codes[:, :, :1], 255)], axis=2)
-        if block:
-            out.append(encode(codes, passes=PASSES[tier]))
-        else:
-            out.append(codes.tobytes())
-    name = ("BC3_SRGB" if alpha else "BC1_RGB_SRGB") if block else "RGBA8_SRGB"
-    return _texture(name, levels[0], out)
+    def __init__(self, fmt: str, height: int, width: int, count: int) -> None:
+        self.format, self.height, self.width = fmt, height, width
+        self._blocks = fmt.startswith("BC")
+        kind = fmt.partition("_")[0]
+        self._unit = _BLOCK_BYTES[kind] if self._blocks else _TEXEL_BYTES[kind]
+        self.levels = [
+            np.zeros((self._rows(max(1, height >> k)), self._row_bytes(k)), np.uint8) for k in range(count)
+        ]
 
+    def _rows(self, texels: int) -> int:
+        return -(-texels // 4) if self._blocks else texels
 
-def encode_height(levels: Sequence[F32], *, tier: str = "balanced") -> Texture:
-    """Heights (h, w, 1) 0..1 -> BC4_UNORM or R8_UNORM."""
-    if _divides(levels[0]):
-        return _texture("BC4_UNORM", levels[0], _blocks(levels, tier, signed=False))
-    return _texture("R8_UNORM", levels[0], [unorm8(level).tobytes() for level in levels])
+    def _row_bytes(self, level: int) -> int:
+        return self._rows(max(1, self.width >> level)) * self._unit
 
+    def put(self, level: int, first: int, data: bytes) -> None:
+        """The bytes of rows that begin with the level's row `first`, a multiple of four for blocks."""
+        rows = np.frombuffer(data, np.uint8).reshape(-1, self._row_bytes(level))
+        at = first // 4 if self._blocks else first
+        self.levels[level][at : at + len(rows)] = rows
 
-def encode_gloss(levels: Sequence[F32], *, tier: str = "balanced") -> Texture:
-    """Gloss (h, w, 2) 0..1 -> BC5_UNORM or RG8_UNORM."""
-    if _divides(levels[0]):
-        return _texture("BC5_UNORM", levels[0], _blocks(levels, tier, signed=False))
-    return _texture("RG8_UNORM", levels[0], [unorm8(level).tobytes() for level in levels])
-
-
-def encode_normal(levels: Sequence[F32], *, tier: str = "balanced") -> Texture:
-    """Unit normals (h, w, 3) -> BC5_SNORM or RG8_SNORM of x and y."""
-    flat = [np.ascontiguousarray(level[:, :, :2]) for level in levels]
-    if _divides(levels[0]):
-        return _texture("BC5_SNORM", levels[0], _blocks(flat, tier, signed=True))
-    return _texture("RG8_SNORM", levels[0], [maps.snorm8(level).tobytes() for level in flat])
-
-
-def encode_dudv(levels: Sequence[F32]) -> Texture:
-    """Du/dv (h, w, 2) -> RG8_SNORM whose codes sum to exactly zero in every level."""
-    return _texture("RG8_SNORM", levels[0], [maps.balanced_snorm8(level).tobytes() for level in levels])
+    def texture(self) -> Texture:
+        """The texture; the writer is empty afterwards."""
+        done = []
+        while self.levels:
+            done.append(self.levels.pop(0).tobytes())
+        return Texture(self.format, self.width, self.height, tuple(done))

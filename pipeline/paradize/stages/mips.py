@@ -6,68 +6,130 @@ edge, so a periodic map stays periodic. All chains are float32; quantisation com
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from paradize.kernels import maps
+from paradize.stages.sweep import bands_of, level_count, run, sweep
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import numpy.typing as npt
 
+    from paradize.stages.sweep import Bundle
+
     F32 = npt.NDArray[np.float32]
+    Rows = Callable[[int, int, npt.NDArray[np.uint8]], None]  # level, its first row, RGBA codes (n, w, 4)
 
 
-def scalar_mips(image: F32) -> list[F32]:
-    """Plain means of linear data (h, w, c)."""
-    levels = [image]
-    while max(levels[-1].shape[:2]) > 1:
-        levels.append(maps.halve(levels[-1]))
-    return levels
+def color_rows(
+    values: npt.NDArray[Any], told: Rows, *, encoded: bool, alpha_cutoff: float | None = None
+) -> None:
+    """Tells 8-bit sRGB codes (n, w, 4) of every level of a colour picture (h, w, 1..4), in bands.
 
-
-def color_mips(linear: F32, *, alpha_cutoff: float | None = None) -> list[F32]:
-    """Means of linear light (h, w, 3), or (h, w, 4) with colour weighted by alpha.
-
-    alpha_cutoff, 0..1: every level keeps level 0's share of texels at or above it, by a factor on its alpha
-    (cut-outs do not thin out). None: alpha is averaged only.
+    values: codes uint8 or uint16, or floats; encoded: sRGB, else linear light. Level 0 keeps its codes; the
+    others are means of linear light, weighted by alpha where there is alpha. alpha_cutoff, 0..1: every level
+    keeps level 0's share of texels at or above it, by a factor on its alpha (cut-outs do not thin out).
     """
-    if linear.shape[2] == 3:
-        return scalar_mips(linear)
-    levels = [linear]
-    while max(levels[-1].shape[:2]) > 1:
-        levels.append(maps.halve(levels[-1], with_alpha=True))
-    if alpha_cutoff is None:
-        return levels
-    share = int(np.count_nonzero(linear[:, :, 3] >= np.float32(alpha_cutoff))) / linear[:, :, 3].size
-    return [linear, *(_covered(level, share, alpha_cutoff) for level in levels[1:])]
+    height, width, channels = values.shape
+    keep = alpha_cutoff is not None and channels in (2, 4)
+    levels = _empty_levels(height, width, channels) if keep else []
+
+    def visit(level: int, first: int, bundle: Bundle) -> None:
+        rows = bundle["color"]
+        if level and keep:
+            levels[level - 1][first : first + len(rows)] = rows
+            return
+        told(level, first, maps.rgba_codes(rows, encoded=encoded and not level, threads=1))
+
+    def halve(bundle: Bundle, level: int, rows: int, first: int) -> Bundle:
+        return {"color": _half_color(bundle["color"], level, rows, first, encoded)}
+
+    sweep(height, width, lambda first, last: {"color": values[first:last]}, visit, halve=halve)
+    if keep:
+        share = _share(values, float(alpha_cutoff or 0.0))
+        for k, level in enumerate(levels):
+            _covered_rows(level, share, float(alpha_cutoff or 0.0), k + 1, told)
 
 
-def _covered(level: F32, share: float, cutoff: float) -> F32:
-    alpha = np.ascontiguousarray(level[:, :, 3])
+def _half_color(rows: npt.NDArray[Any], level: int, count: int, first: int, encoded: bool) -> F32:
+    """Half of a band of level 0's values, or of another level's linear light."""
+    if level == 0:
+        if encoded and rows.dtype == np.uint8 and count % 2 == 0 and rows.shape[1] % 2 == 0:
+            return maps.halved_light(rows, threads=1)
+        rows = maps.linear_light(rows, encoded=encoded, threads=1)
+        rows = np.clip(rows, np.float32(0), np.float32(1), out=rows)
+    with_alpha = rows.shape[2] in (2, 4)
+    return maps.halve(rows, with_alpha=with_alpha, rows=count, first=first, threads=1)
+
+
+def _empty_levels(height: int, width: int, channels: int) -> list[F32]:
+    return [
+        np.empty((max(1, height >> k), max(1, width >> k), channels), np.float32)
+        for k in range(1, level_count(height, width))
+    ]
+
+
+def _share(values: npt.NDArray[Any], cutoff: float) -> float:
+    """The share of texels whose alpha is at or above the cutoff."""
+    alpha = values[:, :, -1]
+    if alpha.dtype == np.float32:
+        passing = np.count_nonzero(alpha >= np.float32(cutoff))
+    else:
+        top = np.float32(np.iinfo(alpha.dtype).max)
+        codes = np.arange(int(top) + 1, dtype=np.float32) / top  # which codes pass, as floats would
+        passing = np.count_nonzero((codes >= np.float32(cutoff))[alpha])
+    return int(passing) / alpha.size
+
+
+def _covered_rows(level: F32, share: float, cutoff: float, index: int, told: Rows) -> None:
+    alpha = np.ascontiguousarray(level[:, :, -1])
     factor = np.float32(maps.coverage_factor(alpha, fraction=share, cutoff=cutoff))
-    out = level.copy()
-    out[:, :, 3] = np.minimum(alpha * factor, np.float32(1))
-    return out
+
+    def work(band: tuple[int, int]) -> None:
+        rows = level[band[0] : band[1]]
+        rows[:, :, -1] = np.minimum(rows[:, :, -1] * factor, np.float32(1))
+        told(index, band[0], maps.rgba_codes(rows, encoded=False, threads=1))
+
+    run(work, bands_of(*level.shape[:2]))
 
 
-def normal_means(normals: F32) -> list[F32]:
-    """Means of unit normals (h, w, 3), not normalised: what they lost in length tells how they disagree."""
-    return scalar_mips(normals)
+def unit_rows(bundle: Bundle, level: int) -> F32:
+    """Unit normals of a band of a level's means; where they cancel out, (0, 0, 1)."""
+    return bundle["normal"] if level == 0 else maps.normalise(bundle["normal"], threads=1)
 
 
-def normal_mips(means: list[F32]) -> list[F32]:
-    """The means with length 1; where they cancel out, (0, 0, 1)."""
-    return [means[0], *(maps.normalise(level) for level in means[1:])]
+def gloss_rows(bundle: Bundle, level: int) -> F32:
+    """Gloss (n, w, 2) of a band that holds "normal", "specular" and "variance" (see gloss_bundle).
+
+    Specular is averaged; smoothness comes from the averaged variance of slopes, widened at every level above
+    the first by what averaging took out of the normals.
+    """
+    variance = np.ascontiguousarray(bundle["variance"][:, :, 0])
+    if level == 0:
+        smooth = bundle["smoothness"][:, :, 0]
+    else:
+        smooth = maps.widened_smoothness(variance, bundle["normal"], threads=1)
+    return np.stack([bundle["specular"][:, :, 0], smooth], axis=2)
 
 
-def gloss_mips(gloss: F32, means: list[F32]) -> list[F32]:
-    """Chains of gloss (h, w, 2): R is averaged; G's roughness is averaged as a variance of slopes, and
-    widened by the variance that averaging took out of the normals (`means`, as normal_means gives them)."""
-    specular = scalar_mips(np.ascontiguousarray(gloss[:, :, :1]))
-    variance = scalar_mips(maps.smoothness_to_variance(np.ascontiguousarray(gloss[:, :, 1]))[:, :, None])
-    levels = [gloss]
-    for level in range(1, len(specular)):
-        smooth = maps.widened_smoothness(np.ascontiguousarray(variance[level][:, :, 0]), means[level])
-        levels.append(np.ascontiguousarray(np.dstack([specular[level][:, :, 0], smooth])))
-    return levels
+def gloss_bundle(gloss: F32) -> Bundle:
+    """What is averaged of gloss (n, w, 2): specular, and smoothness as squared roughness."""
+    smoothness = np.ascontiguousarray(gloss[:, :, 1])
+    return {
+        "specular": np.ascontiguousarray(gloss[:, :, :1]),
+        "variance": maps.smoothness_to_variance(smoothness, threads=1)[:, :, None],
+        "smoothness": smoothness[:, :, None],
+    }
+
+
+def half_maps(bundle: Bundle, level: int, rows: int, first: int) -> Bundle:
+    """Area means of a band of maps (see stages.sweep); smoothness ends at level 0, its variance goes on."""
+    del level
+    return {
+        name: maps.halve(array, rows=rows, first=first, threads=1)
+        for name, array in bundle.items()
+        if name != "smoothness"
+    }

@@ -1,0 +1,167 @@
+"""A colour picture -> an sRGB texture with mips in linear light, each level with its measured error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.bake_product import (
+    LevelErrors,
+    MapProduct,
+    flat_errors,
+    one_of,
+    within_budget,
+    wraps_of,
+)
+from paradize.data import Image, Texture
+from paradize.errors import BakeError, SourceError
+from paradize.formats.ktx2 import encode_ktx2
+from paradize.metrics.levels import color_levels
+from paradize.readers.image import read_image
+from paradize.readers.obj import read_obj
+from paradize.stages import gutter
+from paradize.stages.compress import PASSES, LevelWriter, encode_rows, formats_of
+from paradize.stages.mips import color_rows
+from paradize.stages.sweep import level_count
+
+Values = npt.NDArray[Any]
+TIERS = tuple(PASSES)
+
+
+def bake_color(
+    path: Path,
+    *,
+    alpha: Path | None = None,
+    wrap: str | tuple[str, str] = "clamp",
+    tier: str = "balanced",
+    alpha_cutoff: float = 0.5,
+    uv: Path | None = None,
+    budget: Mapping[str, float] | None = None,
+    zstd: int | None = None,
+    measure: bool = True,
+) -> MapProduct:
+    """The picture at `path` as an sRGB texture with mips in linear light.
+
+    alpha: another picture whose luminance (or alpha) replaces the alpha. wrap: "repeat" or "clamp", or one
+    for each of (x, y). tier: "exact" is BC7. alpha_cutoff, 0..1: each mip keeps the share of texels that pass
+    it. uv: an OBJ whose UV layout the picture follows; its gutters are filled. Opaque pictures have no alpha
+    in the texture. budget: metric -> worst value; where blocks exceed it, a more exact format is taken. zstd:
+    level of supercompression. measure: False leaves out errors (and with them the budget).
+    Raises SourceError and BakeError.
+    """
+    one_of("tier", [] if tier in TIERS else [tier], TIERS)
+    if not 0.0 <= alpha_cutoff <= 1.0:
+        raise BakeError(f"the alpha cutoff is {alpha_cutoff}; 0 to 1 is the range")
+    wraps = wraps_of(wrap)
+    image = read_image(path)
+    rows, columns = image.values.shape[:2]
+    warnings = []
+    if image.values.dtype == np.float32 and float(image.values.max()) > 1.0:
+        warnings.append(f"{path}: brighter than 1 in places; a colour texture holds 0..1")
+    values = _with_alpha(image, alpha)
+    values = spread(values, wraps)
+    if uv is not None:
+        values = _filled(values, uv, wraps)
+    encoded = image.color_space == "srgb"
+    cutoff = alpha_cutoff if values.shape[2] == 4 else None
+
+    def make(fmt: str) -> tuple[Texture, LevelErrors]:
+        texture = color_texture(values, fmt, encoded=encoded, alpha_cutoff=cutoff, tier=tier)
+        if not measure:
+            return texture, []
+        return texture, color_levels(texture, values, encoded=encoded, alpha_cutoff=cutoff)
+
+    def errors_of(made: tuple[Texture, LevelErrors]) -> dict[str, float]:
+        return flat_errors("color", made[1][0]) if made[1] else {}
+
+    name = "color with alpha" if values.shape[2] == 4 else "color"
+    formats = formats_of(name, rows, columns, tier=tier)
+    (texture, levels), reason = within_budget(formats, make, errors_of, budget or {})
+    errors = errors_of((texture, levels))
+    return MapProduct(
+        encode_ktx2(texture, zstd_level=zstd),
+        columns,
+        rows,
+        texture.format,
+        errors.get("color_psnr_db", 0.0),
+        "color_psnr_db" if errors else None,
+        tier,
+        errors,
+        warnings,
+        levels,
+        reason=reason,
+    )
+
+
+def color_texture(
+    values: Values, fmt: str, *, encoded: bool, alpha_cutoff: float | None, tier: str
+) -> Texture:
+    """Every level of a colour picture (h, w, 1..4), codes or floats, in a colour format."""
+    height, width = values.shape[:2]
+    writer = LevelWriter(fmt, height, width, level_count(height, width))
+
+    def told(level: int, first: int, codes: npt.NDArray[np.uint8]) -> None:
+        writer.put(level, first, encode_rows(codes, fmt, tier=tier))
+
+    color_rows(values, told, encoded=encoded, alpha_cutoff=alpha_cutoff)
+    return writer.texture()
+
+
+def spread(values: Values, wraps: tuple[bool, bool]) -> Values:
+    """Texels that are wholly transparent take the colour of the nearest visible one: what lies under them is
+    chance, and would show as a fringe in filtering, as a cliff in heights. Alpha stays."""
+    if values.shape[2] not in (2, 4):
+        return values
+    source = gutter.gutter_source(values[:, :, -1] > 0, wraps)
+    if source is None:
+        return values
+    filled = gutter.fill_gutter(values, source)
+    filled[:, :, -1] = values[:, :, -1]
+    return filled
+
+
+def _filled(values: Values, uv: Path, wraps: tuple[bool, bool]) -> Values:
+    """The picture with the gutters of the OBJ's UV layout filled."""
+    mesh = read_obj(uv).mesh
+    islands = gutter.island_map(mesh, height=values.shape[0], width=values.shape[1], file=uv)
+    return gutter.fill_gutter(values, gutter.gutter_source(islands >= 0, wraps))
+
+
+def _with_alpha(image: Image, alpha: Path | None) -> Values:
+    """Colour (h, w, 3), or (h, w, 4) where anything is not opaque; codes where the file has codes."""
+    values: Values = image.values
+    rows, columns, channels = values.shape
+    if channels < 3:  # grey becomes red, green and blue
+        color = np.repeat(values[:, :, :1], 3, axis=2)
+        values = color if channels == 1 else np.concatenate([color, values[:, :, 1:]], axis=2)
+    if alpha is not None:
+        own = _alpha_of(alpha, rows, columns)
+        if own.dtype != values.dtype:
+            values = Image(values, image.color_space, image.source_bits).pixels
+            own = Image(own, "data", 32).pixels
+        values = np.concatenate([values[:, :, :3], own], axis=2)
+    if values.shape[2] == 4 and bool((values[:, :, 3] >= _top(values)).all()):
+        values = np.ascontiguousarray(values[:, :, :3])
+    return values
+
+
+def _top(values: Values) -> float:
+    """What stands for 1."""
+    return 1.0 if values.dtype == np.float32 else float(np.iinfo(values.dtype).max)
+
+
+def _alpha_of(path: Path, rows: int, columns: int) -> Values:
+    """The alpha (h, w, 1) of a picture: its own, or its brightness as it is stored."""
+    values: Values = read_image(path, color_space="data").values
+    if values.shape[:2] != (rows, columns):
+        what = f"{values.shape[1]} x {values.shape[0]} texels; its colour map has {columns} x {rows}"
+        raise SourceError(what, file=path, mend="give both one size")
+    if values.shape[2] in (2, 4):
+        own = values[:, :, -1:]
+        if bool((own < _top(values)).any()):
+            return own
+    return values[:, :, :1]

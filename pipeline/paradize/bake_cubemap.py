@@ -1,0 +1,57 @@
+"""Six pictures -> a cube map with mips and its measured error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.bake_product import MapProduct, six
+from paradize.errors import SourceError
+from paradize.formats.ktx2 import encode_ktx2
+from paradize.kernels.maps import linear_light
+from paradize.metrics.texels import decode_texels
+from paradize.readers.image import read_image
+from paradize.stages import cubemap
+
+F32 = npt.NDArray[np.float32]
+
+
+def bake_cubemap(paths: Sequence[Path]) -> MapProduct:
+    """Six square pictures of one size, a power of two, +X -X +Y -Y +Z -Z, as a half-float cube map with mips.
+
+    sRGB pictures are linearised. The error is the largest of any channel, relative to the texel's brightest.
+    Raises SourceError.
+    """
+    if len(paths) != 6:
+        raise SourceError(f"a cube map has six faces, not {len(paths)}")
+    faces: list[F32] = []
+    warnings: list[str] = []
+    for path in paths:
+        image = read_image(path)
+        rows, columns, channels = image.values.shape
+        size = faces[0].shape[0] if faces else rows
+        if rows != columns or rows & (rows - 1) or rows != size:
+            what = f"{columns} x {rows} texels; faces are square, powers of two, and of one size ({size})"
+            raise SourceError(what, file=path)
+        pixels = linear_light(image.values, encoded=image.color_space == "srgb")
+        if image.source_bits == 8:
+            warnings.append(f"{path}: 8 bits per channel; a sky shows bands")
+        if float(pixels.max()) > cubemap.HALF_MAX:
+            warnings.append(f"{path}: brighter than {cubemap.HALF_MAX:g}, which half floats end at")
+        faces.append(np.repeat(pixels[:, :, :1], 3, axis=2) if channels < 3 else pixels[:, :, :3])
+    stack = np.stack(faces)
+    texture = cubemap.encode_cube(cubemap.cube_mips(stack))
+    worst = 0.0
+    for face in range(6):
+        truth = stack[face].astype(np.float64)
+        gap = np.abs(decode_texels(texture, 0, face)[:, :, :3] - truth).max(axis=2)
+        worst = max(worst, float((gap / np.maximum(np.abs(truth).max(axis=2), 1e-4)).max()))
+    error = six(worst)
+    size = stack.shape[1]
+    return MapProduct(
+        encode_ktx2(texture), size, size, texture.format, error, "sky_max_relative", "balanced",
+        {"sky_max_relative": error}, warnings,
+    )  # fmt: skip

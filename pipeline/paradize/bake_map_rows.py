@@ -1,0 +1,137 @@
+"""The maps of one picture: heights, normals, gloss of any rows, and what is averaged of them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.stages import gutter
+from paradize.stages.gloss import GlossSettings, gloss_map
+from paradize.stages.height import luminance_plane
+from paradize.stages.mips import gloss_bundle
+from paradize.stages.normal import normal_map
+
+if TYPE_CHECKING:
+    from paradize.data import Image
+    from paradize.stages.sweep import Bundle
+
+F32 = npt.NDArray[np.float32]
+I32 = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the map's UV islands lie: ids (h, w) int32, -1 outside; source: where each gutter texel comes
+    from; mask: texels that shine, all where it is None."""
+
+    islands: I32
+    source: I32 | None
+    mask: npt.NDArray[np.bool_] | None
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Heights and how slopes are taken of them.
+
+    heights: (h, w) float32. slopes: slope of one unit of height from texel to texel along (x, y). wrap:
+    whether (x, y) repeat.
+    """
+
+    heights: F32
+    slopes: tuple[float, float]
+    wrap: tuple[bool, bool]
+    filter_name: str
+    green_down: bool
+    islands: I32 | None
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What the metrics ask for beside the heights."""
+        return {
+            "slope_scale": self.slopes,
+            "wrap": self.wrap,
+            "filter_name": self.filter_name,
+            "green_down": self.green_down,
+            "islands": self.islands,
+        }
+
+
+class MapRows:
+    """Rows of every map of a picture, level 0.
+
+    names: the maps that will be asked for. low, span: a height map's zero and one among the heights. picture:
+    where brightness comes from; the heights where it is None. Where there is a UV layout, gutters are filled,
+    which needs whole maps; elsewhere nothing but the heights is held.
+    """
+
+    def __init__(
+        self,
+        ground: Ground,
+        names: tuple[str, ...],
+        unit: tuple[float, float],
+        picture: Image | None,
+        gloss: GlossSettings,
+        layout: Layout | None,
+    ) -> None:
+        self.ground, self.names = ground, names
+        self._unit, self._picture, self._gloss, self._layout = unit, picture, gloss, layout
+        self._whole: Bundle = {}
+        if layout is not None and layout.source is not None:
+            height = ground.heights.shape[0]
+            for name in ("normal", "height", "gloss"):
+                self._whole[name] = gutter.fill_gutter(self._made(name, 0, height), layout.source)
+
+    def rows(self, name: str, first: int, last: int) -> F32:
+        """Rows of "normal" (n, w, 3), unit; "height" (n, w, 1), 0..1; or "gloss" (n, w, 2)."""
+        if name in self._whole:
+            return self._whole[name][first:last]
+        return self._made(name, first, last)
+
+    def bundle(self, names: Collection[str], first: int, last: int) -> Bundle:
+        """What belongs to the rows of some maps (see stages.sweep)."""
+        bundle: Bundle = {}
+        if "normal" in names or "gloss" in names:
+            bundle["normal"] = self.rows("normal", first, last)
+        if "height" in names:
+            bundle["height"] = self.rows("height", first, last)
+        if "gloss" in names:
+            bundle |= gloss_bundle(self.rows("gloss", first, last))
+        return bundle
+
+    def _made(self, name: str, first: int, last: int) -> F32:
+        if name == "normal":
+            return self._normals(first, last)
+        if name == "height":
+            return self._heights(first, last)[:, :, None]
+        mask = None if self._layout is None or self._layout.mask is None else self._layout.mask[first:last]
+        return gloss_map(self._brightness(first, last), self._gloss, mask)
+
+    def _heights(self, first: int, last: int) -> F32:
+        low, span = self._unit
+        rows = self.ground.heights[first:last]
+        if (low, span) == (0.0, 1.0):
+            return rows
+        return ((rows.astype(np.float64) - low) / span).astype(np.float32)
+
+    def _brightness(self, first: int, last: int) -> F32:
+        if self._picture is None:
+            return self._heights(first, last)
+        part: Any = self._picture.values[first:last]
+        return luminance_plane(replace(self._picture, values=part))
+
+    def _normals(self, first: int, last: int) -> F32:
+        if "normal" not in self._whole:
+            ground = self.ground
+            self._whole["normal"] = normal_map(
+                ground.heights,
+                slope_scale=ground.slopes,
+                wrap=ground.wrap,
+                filter_name=ground.filter_name,
+                green_down=ground.green_down,
+                islands=ground.islands,
+            )
+        return self._whole["normal"][first:last]
