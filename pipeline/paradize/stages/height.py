@@ -17,10 +17,7 @@ F32 = npt.NDArray[np.float32]
 
 def luminance_plane(image: Image) -> F32:
     """Luminance (h, w) of the picture's linear light; alpha is ignored. Data pictures count as linear."""
-    pixels = image.pixels
-    if image.color_space == "srgb":
-        pixels = maps.srgb_to_linear(pixels, source_bits=image.source_bits)
-    return maps.luminance(pixels)
+    return maps.luminance(maps.linear_light(image.values, encoded=image.color_space == "srgb"))
 
 
 def height_from_color(image: Image, levels: Levels | None = None) -> F32:
