@@ -31,6 +31,12 @@ def as_dds(fourcc: bytes, data: bytes, height: int, width: int) -> bytes:
     return head.tobytes() + data
 
 
+def interleaved(first: bytes, second: bytes) -> bytes:
+    """BC4 blocks of two channels as BC5."""
+    halves = [np.frombuffer(data, np.uint8).reshape(-1, 8) for data in (first, second)]
+    return np.concatenate(halves, axis=1).tobytes()
+
+
 @pytest.mark.parametrize(
     ("fourcc", "name", "channels"),
     [
@@ -123,10 +129,61 @@ def test_a_photograph_keeps_its_quality(corpus: Path) -> None:
     assert psnr_db(bc4, green) > 45.0
 
 
+def test_bands_of_block_rows_are_the_image() -> None:
+    rng = np.random.default_rng(10)
+    rgba = rng.integers(0, 256, (22, 30, 4), dtype=np.uint8)
+    assert bcn.encode_bc3(rgba[:12]) + bcn.encode_bc3(rgba[12:]) == bcn.encode_bc3(rgba)
+    normals = rng.random((22, 30, 3), np.float32)
+    bands = [bcn.encode_values(normals[at : at + 8, :, :2], signed=True) for at in (0, 8, 16)]
+    assert b"".join(bands) == bcn.encode_values(normals[:, :, :2].copy(), signed=True)
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.int8, np.float32])
+@pytest.mark.parametrize("channels", [1, 2])
+def test_strides_between_texels_and_rows_are_free(kind: type, channels: int) -> None:
+    rng = np.random.default_rng(11)
+    signed = kind == np.int8
+    for texel in range(channels, 6):
+        for width in (3, 70):
+            whole = (rng.random((9, width + 2, texel)) * 200 - (100 if signed else 0)).astype(kind)
+            some = whole[::2, 1:-1, :channels]
+            packed = bcn.encode_values(some.copy(), signed=signed)
+            assert bcn.encode_values(some, signed=signed) == packed
+    flipped = whole[::-1, ::-1, :channels]
+    assert bcn.encode_values(flipped, signed=signed) == bcn.encode_values(flipped.copy(), signed=signed)
+
+
+def test_codes_of_integers_are_the_floats_of_the_same_value() -> None:
+    codes = np.arange(256, dtype=np.uint8).reshape(16, 16, 1)
+    as_float = codes.astype(np.float32) / np.float32(255)
+    for values in (codes, codes.astype(np.uint16) * 257):
+        ours = decoded("BC4_UNORM", bcn.encode_values(values, signed=False), 16, 16)
+        assert (
+            np.abs(ours - decoded("BC4_UNORM", bcn.encode_values(as_float, signed=False), 16, 16)).max()
+            < 1e-3
+        )
+    signed = codes.view(np.int8)
+    data = bcn.encode_values(signed, signed=True)
+    assert np.abs(decoded("BC5_SNORM", interleaved(data, data), 16, 16)[:, :, :1] * 127 - signed).max() < 4
+
+
+def test_colour_without_alpha_is_colour_of_alpha_255() -> None:
+    rgb = np.random.default_rng(12).integers(0, 256, (11, 70, 3), dtype=np.uint8)
+    rgba = np.concatenate([rgb, np.full_like(rgb[:, :, :1], 255)], axis=2)
+    assert bcn.encode_bc1(rgb) == bcn.encode_bc1(rgba)
+    assert bcn.encode_bc3(rgb) == bcn.encode_bc3(rgba)
+
+
 def test_wrong_arrays_are_refused() -> None:
     with pytest.raises(ValueError, match="shape"):
-        bcn.encode_bc1(np.zeros((4, 4, 3), np.uint8))
+        bcn.encode_bc1(np.zeros((4, 4, 2), np.uint8))
     with pytest.raises(ValueError, match="shape"):
         bcn.encode_values(np.zeros((4, 4, 3), np.float32), signed=False)
     with pytest.raises(ValueError, match="shape"):
         bcn.encode_bc3(np.zeros((0, 4, 4), np.uint8))
+    with pytest.raises(ValueError, match="int8"):
+        bcn.encode_values(np.zeros((4, 4, 1), np.int8), signed=False)
+    with pytest.raises(ValueError, match="uint8"):
+        bcn.encode_values(np.zeros((4, 4, 1), np.uint8), signed=True)
+    with pytest.raises(ValueError, match="quality"):
+        bcn.encode_bc1(np.zeros((4, 4, 4), np.uint8), quality="best")

@@ -1,4 +1,4 @@
-"""Native block compressors; bcn.py is their checked face. A call writes `blocks`."""
+"""Native block compressors; bcn.py is their checked face. quality: 0 fast, 1 balanced, 2 exact."""
 
 from typing import Any, TypeAlias
 
@@ -6,5 +6,5 @@ import numpy.typing as npt
 
 Array: TypeAlias = npt.NDArray[Any]
 
-def encode_color(rgba: Array, with_alpha: bool, passes: int, blocks: Array, threads: int) -> None: ...
-def encode_values(values: Array, is_signed: bool, passes: int, blocks: Array, threads: int) -> None: ...
+def encode_color(rgba: Array, with_alpha: bool, quality: int, threads: int) -> bytes: ...
+def encode_values(values: Array, is_signed: bool, quality: int, threads: int) -> bytes: ...

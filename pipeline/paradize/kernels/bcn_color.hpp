@@ -1,214 +1,201 @@
-// The colour of a block (BC1): two 5:6:5 endpoints and one of four places between them for every texel.
+// The colours of a block (BC1): two 5:6:5 ends and one of four places between them for every texel.
 #pragma once
 
+#include "bcn_encode.hpp"
 #include "bcn_lanes.hpp"
-#include "bcn_solid.hpp"
 
 namespace paradize::bcn::PARADIZE_WIDTH {
 
-struct Color {
-    float v[3]; // 0..255
+constexpr float code_top[3] = {31.0F, 63.0F, 31.0F};
+constexpr float code_unit[3] = {255.0F / 31.0F, 255.0F / 63.0F, 255.0F / 31.0F};
+
+// Texels less their block's mean, in 8-bit codes; the sum of their squares.
+struct ColorBlocks {
+    Lanes v[3][texels];
+    Lanes mean[3];
+    Lanes square;
 };
 
-struct Packed {
-    int v[3]; // 0..31, 0..63, 0..31
+// Two ends, a point of color space each: codes 0..31, 0..63, 0..31, or texel values less the mean.
+struct Ends {
+    Lanes a[3];
+    Lanes b[3];
 };
 
-struct ColorBlock {
-    Lanes v[3]; // 0..255
+// What a choice of places (0 at b, 3 at a) leaves: their sums with each other and with the texels.
+struct Places {
+    Lanes q;
+    Lanes qq;
+    Lanes qv[3];
+    Lanes error; // squared, of the ends that the places were chosen for
 };
-
-PARADIZE_INLINE float top_of(int channel) {
-    return channel == 1 ? 63.0F : 31.0F;
-}
-
-PARADIZE_INLINE Packed pack(const Color &c) {
-    Packed p;
-    for (int k = 0; k < 3; ++k) {
-        p.v[k] = static_cast<int>(rounded(c.v[k] * (top_of(k) / 255.0F), top_of(k)));
-    }
-    return p;
-}
-
-PARADIZE_INLINE Color unpack(const Packed &p) {
-    Color c;
-    for (int k = 0; k < 3; ++k) {
-        c.v[k] = static_cast<float>(p.v[k]) * (255.0F / top_of(k));
-    }
-    return c;
-}
 
 struct ColorFit {
-    Packed a;
-    Packed b;
-    Lanes q; // place of each texel: 0 at b, 3 at a
-    float error;
+    Ends codes;
+    Lanes error;
 };
 
-// The place of every texel between the ends, and the squared error that is left.
-PARADIZE_INLINE void measure(const ColorBlock &block, ColorFit &fit) {
-    const Color a = unpack(fit.a);
-    const Color b = unpack(fit.b);
-    Color d;
+PARADIZE_INLINE void centred(const ColorBlocks &blocks, const Ends &codes, Ends &out) {
     for (int k = 0; k < 3; ++k) {
-        d.v[k] = a.v[k] - b.v[k];
-    }
-    const float square = d.v[0] * d.v[0] + d.v[1] * d.v[1] + d.v[2] * d.v[2];
-    const float to_step = square > 0.0F ? 3.0F / square : 0.0F;
-    const Lanes r = block.v[0] - b.v[0];
-    const Lanes g = block.v[1] - b.v[1];
-    const Lanes l = block.v[2] - b.v[2];
-    rounded((r * d.v[0] + g * d.v[1] + l * d.v[2]) * to_step, 3.0F, fit.q);
-    const Lanes t = fit.q * (1.0F / 3.0F);
-    const Lanes er = r - t * d.v[0];
-    const Lanes eg = g - t * d.v[1];
-    const Lanes el = l - t * d.v[2];
-    fit.error = sum(er * er + eg * eg + el * el);
-}
-
-// Endpoints by least squares for the places that the texels have; false where the places do not determine
-// them.
-PARADIZE_INLINE bool refit(const ColorBlock &block, const Lanes &q, Color &a, Color &b) {
-    const Lanes t = q * (1.0F / 3.0F);
-    const float n = static_cast<float>(texels);
-    const float st = sum(t);
-    const float determinant = n * sum(t * t) - st * st;
-    if (!(determinant > 1e-3F)) {
-        return false;
-    }
-    for (int k = 0; k < 3; ++k) {
-        const float sv = sum(block.v[k]);
-        const float slope = (n * sum(t * block.v[k]) - st * sv) / determinant;
-        b.v[k] = (sv - slope * st) / n;
-        a.v[k] = b.v[k] + slope;
-    }
-    return true;
-}
-
-// The direction of largest variance through the mean, by power iteration from the channel that varies most.
-PARADIZE_INLINE void principal_ends(const ColorBlock &block, Color &a, Color &b) {
-    Color mean;
-    Lanes d[3];
-    for (int k = 0; k < 3; ++k) {
-        mean.v[k] = sum(block.v[k]) * (1.0F / static_cast<float>(texels));
-        d[k] = block.v[k] - mean.v[k];
-    }
-    float covariance[3][3];
-    for (int j = 0; j < 3; ++j) {
-        for (int k = j; k < 3; ++k) {
-            covariance[j][k] = covariance[k][j] = sum(d[j] * d[k]);
-        }
-    }
-    int widest = 1;
-    widest = covariance[0][0] > covariance[widest][widest] ? 0 : widest;
-    widest = covariance[2][2] > covariance[widest][widest] ? 2 : widest;
-    float axis[3] = {covariance[widest][0], covariance[widest][1], covariance[widest][2]};
-    for (int turn = 0; turn < 6; ++turn) {
-        float next[3];
-        float peak = 0.0F;
-        for (int k = 0; k < 3; ++k) {
-            next[k] = covariance[k][0] * axis[0] + covariance[k][1] * axis[1] + covariance[k][2] * axis[2];
-            const float size = next[k] < 0.0F ? -next[k] : next[k];
-            peak = size > peak ? size : peak;
-        }
-        if (!(peak > 1e-12F)) {
-            break;
-        }
-        for (int k = 0; k < 3; ++k) {
-            axis[k] = next[k] / peak;
-        }
-    }
-    const float square = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2];
-    const Lanes along = d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
-    const float scale = square > 0.0F ? 1.0F / square : 0.0F;
-    const float low = smallest(along) * scale;
-    const float high = largest(along) * scale;
-    for (int k = 0; k < 3; ++k) {
-        a.v[k] = mean.v[k] + axis[k] * high;
-        b.v[k] = mean.v[k] + axis[k] * low;
+        out.a[k] = codes.a[k] * code_unit[k] - blocks.mean[k];
+        out.b[k] = codes.b[k] * code_unit[k] - blocks.mean[k];
     }
 }
 
-// Principal axis, then least squares until it gains nothing, then `passes` times every channel of each end
-// one code up and down.
-PARADIZE_INLINE void fit_ends(const ColorBlock &block, int passes, ColorFit &best) {
-    Color a;
-    Color b;
-    principal_ends(block, a, b);
-    best.a = pack(a);
-    best.b = pack(b);
-    measure(block, best);
-    for (int turn = 0; turn < 3 && refit(block, best.q, a, b); ++turn) {
-        ColorFit next;
-        next.a = pack(a);
-        next.b = pack(b);
-        measure(block, next);
-        if (!(next.error < best.error)) {
-            break;
-        }
-        best = next;
-    }
-    for (int pass = 0; pass < passes; ++pass) {
-        const float before = best.error;
-        for (int k = 0; k < 12; ++k) {
-            ColorFit next = best;
-            int &code = k < 6 ? next.a.v[k / 2] : next.b.v[k / 2 - 3];
-            code += k % 2 == 0 ? -1 : 1;
-            if (code < 0 || code > static_cast<int>(top_of(k / 2 % 3))) {
-                continue;
-            }
-            measure(block, next);
-            if (next.error < best.error) {
-                best = next;
-            }
-        }
-        if (!(best.error < before)) {
-            return;
-        }
-    }
+// The line that places texels: place = clamped(sum of v * weight - offset).
+struct Ruler {
+    Lanes weight[3];
+    Lanes offset;
+};
+
+PARADIZE_INLINE void make_ruler(const Ends &ends, Ruler &ruler) {
+    const Lanes r = ends.a[0] - ends.b[0];
+    const Lanes g = ends.a[1] - ends.b[1];
+    const Lanes b = ends.a[2] - ends.b[2];
+    const Lanes square = r * r + g * g + b * b;
+    const Lanes scale = square > Lanes{} ? 3.0F / (square > Lanes{} ? square : splat(1.0F)) : Lanes{};
+    ruler.weight[0] = r * scale;
+    ruler.weight[1] = g * scale;
+    ruler.weight[2] = b * scale;
+    ruler.offset = ends.b[0] * ruler.weight[0] + ends.b[1] * ruler.weight[1] + ends.b[2] * ruler.weight[2];
 }
 
-// passes: of the search around the endpoints. out: 8 bytes, four-colour mode.
-PARADIZE_INLINE void encode_color(const ColorBlock &block, const SolidTables &solid, int passes,
-                                  std::uint8_t *out) {
-    ColorFit best;
-    bool flat = true;
-    for (int k = 0; k < 3; ++k) {
-        flat = flat && smallest(block.v[k]) == largest(block.v[k]);
-    }
-    if (flat) {
-        for (int k = 0; k < 3; ++k) {
-            const SolidPair pair = solid.pairs[k == 1 ? 1 : 0][static_cast<int>(block.v[k][0])];
-            best.a.v[k] = pair.a;
-            best.b.v[k] = pair.b;
-        }
-        best.q = Lanes{} + 2.0F;
-    } else {
-        fit_ends(block, passes, best);
-    }
-    const unsigned a = static_cast<unsigned>(best.a.v[0] << 11 | best.a.v[1] << 5 | best.a.v[2]);
-    const unsigned b = static_cast<unsigned>(best.b.v[0] << 11 | best.b.v[1] << 5 | best.b.v[2]);
-    const bool swapped = a < b;
-    const unsigned first = swapped ? b : a;
-    const unsigned second = swapped ? a : b;
-    const Whole place = __builtin_convertvector(best.q, Whole);
-    const Whole step = swapped ? place : 3 - place; // thirds from the first end on
-    const Whole zero = {};
-    // Stored: 0 first, 1 second, 2 a third on, 3 two thirds on.
-    Whole index = step == 0 ? zero : (step == 3 ? zero + 1 : step + 1);
-    if (a == b) {
-        index = zero;
-    }
-    std::uint32_t bits = 0;
+PARADIZE_INLINE Lanes along(const ColorBlocks &blocks, const Ruler &ruler, std::size_t i) {
+    return clamped(blocks.v[0][i] * ruler.weight[0] + blocks.v[1][i] * ruler.weight[1] +
+                       blocks.v[2][i] * ruler.weight[2] - ruler.offset,
+                   3.0F);
+}
+
+// The nearest place of every texel between two ends, and the squared error that is left.
+PARADIZE_STEP void place(const ColorBlocks &blocks, const Ends &ends, Places &places) {
+    Ruler ruler;
+    make_ruler(ends, ruler);
+    Lanes q_sum = {}, qq = {}, qr = {}, qg = {}, qb = {};
     for (std::size_t i = 0; i < texels; ++i) {
-        bits |= static_cast<std::uint32_t>(index[i]) << (2 * i);
+        const Lanes q = nearest(along(blocks, ruler, i));
+        q_sum += q;
+        qq += q * q;
+        qr += q * blocks.v[0][i];
+        qg += q * blocks.v[1][i];
+        qb += q * blocks.v[2][i];
     }
-    out[0] = static_cast<std::uint8_t>(first);
-    out[1] = static_cast<std::uint8_t>(first >> 8);
-    out[2] = static_cast<std::uint8_t>(second);
-    out[3] = static_cast<std::uint8_t>(second >> 8);
-    for (std::size_t i = 0; i < 4; ++i) {
-        out[4 + i] = static_cast<std::uint8_t>(bits >> (8 * i));
+    places.q = q_sum;
+    places.qq = qq;
+    places.qv[0] = qr;
+    places.qv[1] = qg;
+    places.qv[2] = qb;
+    // The texels' own sum is zero, which leaves the squares and what the places meet.
+    Lanes error = blocks.square;
+    for (int k = 0; k < 3; ++k) {
+        const Lanes step = (ends.a[k] - ends.b[k]) * (1.0F / 3.0F);
+        error +=
+            step * (step * qq - 2.0F * places.qv[k]) + ends.b[k] * (2.0F * step * q_sum + 16.0F * ends.b[k]);
+    }
+    places.error = error;
+}
+
+// Codes whose point two thirds from b to a is nearest to one value: a third of a code apart, ends adjacent.
+PARADIZE_INLINE void solid_codes(const Lanes &value, int k, Lanes &a, Lanes &b) {
+    const Lanes thirds = nearest(clamped(value * (3.0F / code_unit[k]), 3.0F * code_top[k]));
+    const Lanes whole = floored((thirds + 0.5F) * (1.0F / 3.0F));
+    const Lanes rest = thirds - 3.0F * whole;
+    a = rest > 1.5F ? whole + 1.0F : whole;
+    b = rest == 1.0F ? whole + 1.0F : whole;
+}
+
+// Ends by least squares for the places that the texels have, both rounded to codes together: for each of the
+// codes about the best a, the b that then is best. Where the places are all one: the nearest of one colour.
+template <int Options>
+PARADIZE_STEP void refit(const ColorBlocks &blocks, const Places &places, Ends &codes) {
+    const Lanes determinant = places.qq * 16.0F - places.q * places.q;
+    const auto spread = determinant > 0.5F;
+    const Lanes inverse = 16.0F / (spread ? determinant : splat(1.0F));
+    // Sums of the weights of a (place / 3) and of b.
+    const Lanes aa = places.qq * (1.0F / 9.0F);
+    const Lanes ab = places.q * (1.0F / 3.0F) - aa;
+    const Lanes bb = 16.0F - places.q * (2.0F / 3.0F) + aa;
+    const Lanes lean = ab / (spread ? bb : splat(1.0F));
+    const Lanes left = aa - ab * lean; // of the error, where b follows a
+    for (int k = 0; k < 3; ++k) {
+        const Lanes step = places.qv[k] * inverse;
+        const Lanes start = blocks.mean[k] - step * places.q * (1.0F / 16.0F);
+        const Lanes best_b = start * (1.0F / code_unit[k]);
+        const Lanes best_a = (start + step * 3.0F) * (1.0F / code_unit[k]);
+        const Lanes first = floored(least(most(best_a, splat(-4.0F)), splat(code_top[k] + 4.0F)));
+        Lanes least_error = splat(1e30F);
+        Lanes a = {}, b = {};
+        for (int option = 0; option < Options; ++option) {
+            const Lanes try_a = clamped(first + static_cast<float>(option - (Options - 2) / 2), code_top[k]);
+            const Lanes off_a = try_a - best_a;
+            const Lanes follow = best_b - lean * off_a;
+            const Lanes try_b = nearest(clamped(follow, code_top[k]));
+            const Lanes off_b = try_b - follow;
+            const Lanes error = left * (off_a * off_a) + bb * (off_b * off_b);
+            const auto better = error < least_error;
+            least_error = better ? error : least_error;
+            a = better ? try_a : a;
+            b = better ? try_b : b;
+        }
+        Lanes solid_a, solid_b;
+        solid_codes(blocks.mean[k], k, solid_a, solid_b);
+        codes.a[k] = spread ? a : solid_a;
+        codes.b[k] = spread ? b : solid_b;
+    }
+}
+
+PARADIZE_INLINE void keep(const Ends &codes, const Lanes &error, ColorFit &best) {
+    const auto better = error < best.error;
+    for (int k = 0; k < 3; ++k) {
+        best.codes.a[k] = better ? codes.a[k] : best.codes.a[k];
+        best.codes.b[k] = better ? codes.b[k] : best.codes.b[k];
+    }
+    best.error = better ? error : best.error;
+}
+
+// The direction of the largest variance: the covariance to its eighth power, whose columns all point there.
+PARADIZE_STEP void principal_axis(const ColorBlocks &blocks, Lanes (&axis)[3]) {
+    Lanes rr = {}, rg = {}, rb = {}, gg = {}, gb = {}, bb = {};
+    for (std::size_t i = 0; i < texels; ++i) {
+        const Lanes r = blocks.v[0][i], g = blocks.v[1][i], b = blocks.v[2][i];
+        rr += r * r;
+        rg += r * g;
+        rb += r * b;
+        gg += g * g;
+        gb += g * b;
+        bb += b * b;
+    }
+    const Lanes trace = rr + gg + bb;
+    const Lanes scale = trace > Lanes{} ? 1.0F / (trace > Lanes{} ? trace : splat(1.0F)) : Lanes{};
+    rr *= scale, rg *= scale, rb *= scale, gg *= scale, gb *= scale, bb *= scale;
+    for (int turn = 0; turn < 3; ++turn) {
+        const Lanes a = rr * rr + rg * rg + rb * rb, b = rr * rg + rg * gg + rb * gb;
+        const Lanes c = rr * rb + rg * gb + rb * bb, d = rg * rg + gg * gg + gb * gb;
+        const Lanes e = rg * rb + gg * gb + gb * bb, f = rb * rb + gb * gb + bb * bb;
+        rr = a, rg = b, rb = c, gg = d, gb = e, bb = f;
+    }
+    const auto red = rr > gg;
+    const Lanes top = red ? rr : gg;
+    const auto blue = bb > top;
+    axis[0] = blue ? rb : (red ? rr : rg);
+    axis[1] = blue ? gb : (red ? rg : gg);
+    axis[2] = blue ? bb : (red ? rb : gb);
+}
+
+// The outermost texels along an axis through the mean.
+PARADIZE_STEP void axis_ends(const ColorBlocks &blocks, const Lanes (&axis)[3], Ends &ends) {
+    Lanes low = splat(1e30F), high = splat(-1e30F);
+    for (std::size_t i = 0; i < texels; ++i) {
+        const Lanes t = blocks.v[0][i] * axis[0] + blocks.v[1][i] * axis[1] + blocks.v[2][i] * axis[2];
+        low = least(low, t);
+        high = most(high, t);
+    }
+    const Lanes square = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2];
+    const Lanes scale = square > Lanes{} ? 1.0F / (square > Lanes{} ? square : splat(1.0F)) : Lanes{};
+    low *= scale;
+    high *= scale;
+    for (int k = 0; k < 3; ++k) {
+        ends.a[k] = axis[k] * high;
+        ends.b[k] = axis[k] * low;
     }
 }
 

@@ -1,56 +1,126 @@
-// The sixteen texels of a block, side by side, as one vector of the compiler's: each translation unit that
-// includes this compiles it for another instruction set, under another name (PARADIZE_WIDTH), and all give
-// the same bits: the operations are IEEE's, nothing is fused, and sums are taken in one fixed order.
+// Several blocks side by side: lane i of every vector belongs to block i. Each translation unit that includes
+// this compiles it for another instruction set, under another name (PARADIZE_WIDTH) and with as many lanes as
+// that set has (PARADIZE_LANES). A block's result depends on its own lane only, the operations are IEEE's and
+// nothing is fused: all give the same bits.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <utility>
 
 #define PARADIZE_INLINE static inline __attribute__((always_inline))
+// Long steps that many callers share: one copy of each, so that they compile quickly and stay in the cache.
+#define PARADIZE_STEP static __attribute__((noinline))
 
 namespace paradize::bcn::PARADIZE_WIDTH {
 
-constexpr std::size_t texels = 16;
-typedef float Lanes __attribute__((vector_size(64)));
-typedef float Lanes8 __attribute__((vector_size(32)));
-typedef float Lanes4 __attribute__((vector_size(16)));
-typedef std::int32_t Whole __attribute__((vector_size(64)));
+constexpr std::size_t lanes = PARADIZE_LANES; // blocks at once
+constexpr std::size_t texels = 16;            // of a block
+typedef float Lanes __attribute__((vector_size(4 * PARADIZE_LANES)));
+typedef std::int32_t Whole __attribute__((vector_size(4 * PARADIZE_LANES)));
 
-PARADIZE_INLINE float sum(const Lanes &a) {
-    const Lanes8 b = __builtin_shufflevector(a, a, 0, 1, 2, 3, 4, 5, 6, 7) +
-                     __builtin_shufflevector(a, a, 8, 9, 10, 11, 12, 13, 14, 15);
-    const Lanes4 c = __builtin_shufflevector(b, b, 0, 1, 2, 3) + __builtin_shufflevector(b, b, 4, 5, 6, 7);
-    return (c[0] + c[2]) + (c[1] + c[3]);
+PARADIZE_INLINE Lanes splat(float v) {
+    return Lanes{} + v;
 }
 
-PARADIZE_INLINE float smallest(const Lanes &a) {
-    const Lanes8 low = __builtin_shufflevector(a, a, 0, 1, 2, 3, 4, 5, 6, 7);
-    const Lanes8 high = __builtin_shufflevector(a, a, 8, 9, 10, 11, 12, 13, 14, 15);
-    const Lanes8 b = low < high ? low : high;
-    const Lanes4 left = __builtin_shufflevector(b, b, 0, 1, 2, 3);
-    const Lanes4 right = __builtin_shufflevector(b, b, 4, 5, 6, 7);
-    const Lanes4 c = left < right ? left : right;
-    const float d = c[0] < c[2] ? c[0] : c[2];
-    const float e = c[1] < c[3] ? c[1] : c[3];
-    return d < e ? d : e;
+PARADIZE_INLINE Lanes least(const Lanes &a, const Lanes &b) {
+    return a < b ? a : b;
 }
 
-PARADIZE_INLINE float largest(const Lanes &a) {
-    return -smallest(-a);
+PARADIZE_INLINE Lanes most(const Lanes &a, const Lanes &b) {
+    return a > b ? a : b;
 }
 
-// v rounded to the nearest integer within [0, top], for v > -1e9.
-PARADIZE_INLINE float rounded(float v, float top) {
-    const float clamped = v < 0.0F ? 0.0F : (v > top ? top : v);
-    return static_cast<float>(static_cast<int>(clamped + 0.5F));
+// Within [0, top]; what is not a number becomes 0.
+PARADIZE_INLINE Lanes clamped(const Lanes &v, float top) {
+    return least(most(v, Lanes{}), splat(top));
 }
 
-PARADIZE_INLINE void rounded(const Lanes &v, float top, Lanes &out) {
-    const Lanes zero = {};
-    const Lanes ceiling = zero + top;
-    const Lanes above = v < zero ? zero : v;
-    const Lanes clamped = above > ceiling ? ceiling : above;
-    out = __builtin_convertvector(__builtin_convertvector(clamped + 0.5F, Whole), Lanes);
+// The sum's last bits hold v rounded to the nearest integer (ties to even), for v in [0, 2^21].
+constexpr float to_whole = 12582912.0F; // 1.5 * 2^23
+
+PARADIZE_INLINE Lanes nearest(const Lanes &v) {
+    return (v + to_whole) - to_whole;
+}
+
+// The same as an integer, of the low `bits` bits.
+PARADIZE_INLINE Whole nearest_bits(const Lanes &v, int bits) {
+    const Lanes sum = v + to_whole;
+    Whole out;
+    std::memcpy(&out, &sum, sizeof(out));
+    return out & ((1 << bits) - 1);
+}
+
+PARADIZE_INLINE Lanes floored(const Lanes &v) {
+    const Lanes whole = nearest(v);
+    return whole > v ? whole - 1.0F : whole;
+}
+
+PARADIZE_INLINE Whole to_int(const Lanes &v) {
+    return __builtin_convertvector(v, Whole);
+}
+
+PARADIZE_INLINE Lanes to_float(const Whole &v) {
+    return __builtin_convertvector(v, Lanes);
+}
+
+// Whether any lane of a comparison's result holds.
+PARADIZE_INLINE bool any(const Whole &mask) {
+    std::int64_t halves[sizeof(Whole) / 8];
+    std::memcpy(halves, &mask, sizeof(mask));
+    std::int64_t all = 0;
+    for (const std::int64_t half : halves) {
+        all |= half;
+    }
+    return all != 0;
+}
+
+template <typename Vector, std::size_t... I>
+PARADIZE_INLINE Vector evens(const Vector &a, const Vector &b, std::index_sequence<I...>) {
+    return __builtin_shufflevector(a, b, (2 * I)...);
+}
+
+template <typename Vector, std::size_t... I>
+PARADIZE_INLINE Vector odds(const Vector &a, const Vector &b, std::index_sequence<I...>) {
+    return __builtin_shufflevector(a, b, (2 * I + 1)...);
+}
+
+template <std::size_t From, typename Vector, std::size_t... I>
+PARADIZE_INLINE Vector zipped(const Vector &a, const Vector &b, std::index_sequence<I...>) {
+    return __builtin_shufflevector(a, b, (From + I / 2 + (I % 2) * lanes)...);
+}
+
+using Each = std::make_index_sequence<lanes>;
+
+// in: 4 * lanes values in a row; out[x]: every fourth from the x-th.
+template <typename Vector>
+PARADIZE_INLINE void every_fourth(const Vector (&in)[4], Vector (&out)[4]) {
+    const Vector e0 = evens(in[0], in[1], Each{});
+    const Vector e1 = evens(in[2], in[3], Each{});
+    const Vector o0 = odds(in[0], in[1], Each{});
+    const Vector o1 = odds(in[2], in[3], Each{});
+    out[0] = evens(e0, e1, Each{});
+    out[1] = evens(o0, o1, Each{});
+    out[2] = odds(e0, e1, Each{});
+    out[3] = odds(o0, o1, Each{});
+}
+
+// Stores for every block its words one after another.
+PARADIZE_INLINE void store_blocks(const Whole &first, const Whole &second, std::uint8_t *out) {
+    const Whole low = zipped<0>(first, second, Each{});
+    const Whole high = zipped<lanes / 2>(first, second, Each{});
+    std::memcpy(out, &low, sizeof(low));
+    std::memcpy(out + sizeof(low), &high, sizeof(high));
+}
+
+PARADIZE_INLINE void store_blocks(const Whole (&words)[4], std::uint8_t *out) {
+    const Whole even0 = zipped<0>(words[0], words[2], Each{});
+    const Whole even1 = zipped<lanes / 2>(words[0], words[2], Each{});
+    const Whole odd0 = zipped<0>(words[1], words[3], Each{});
+    const Whole odd1 = zipped<lanes / 2>(words[1], words[3], Each{});
+    store_blocks(even0, odd0, out);
+    store_blocks(even1, odd1, out + 2 * sizeof(Whole));
 }
 
 } // namespace paradize::bcn::PARADIZE_WIDTH

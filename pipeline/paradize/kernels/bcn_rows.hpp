@@ -1,56 +1,83 @@
-// Whole rows of blocks, compiled once per instruction set: include after defining PARADIZE_WIDTH.
+// Whole rows of blocks, compiled once per instruction set: include after defining PARADIZE_WIDTH and
+// PARADIZE_LANES.
 #pragma once
 
-#include "bcn_color.hpp"
+#include "bcn_fit.hpp"
+#include "bcn_load.hpp"
 #include "bcn_single.hpp"
 
 namespace paradize::bcn::PARADIZE_WIDTH {
 
-// Where texel i of a block lies; the last row and column repeat beyond the edge.
-PARADIZE_INLINE std::size_t texel_at(std::size_t row, std::size_t column, std::size_t i, std::size_t rows,
-                                     std::size_t columns) {
-    const std::size_t y = 4 * row + i / 4;
-    const std::size_t x = 4 * column + i % 4;
-    return (y < rows ? y : rows - 1) * columns + (x < columns ? x : columns - 1);
+// Calls encode(column, out) for groups of `lanes` blocks of one row; the last group writes beside its row,
+// and what is of this row is copied.
+template <std::size_t BlockBytes, typename Encode>
+static inline void over_row(std::size_t columns, std::uint8_t *out, Encode &&encode) {
+    const std::size_t across = (columns + 3) / 4;
+    for (std::size_t block = 0; block < across; block += lanes) {
+        std::uint8_t *to = out + block * BlockBytes;
+        if (block + lanes <= across) {
+            encode(4 * block, to);
+        } else {
+            std::uint8_t some[lanes * BlockBytes];
+            encode(4 * block, some);
+            std::memcpy(to, some, (across - block) * BlockBytes);
+        }
+    }
 }
 
-// One row of blocks of rgba bytes -> BC1, or BC3 with alpha.
-void color_row(const std::uint8_t *rgba, std::size_t row, std::size_t rows, std::size_t columns,
-               bool with_alpha, int passes, const SolidTables &solid, std::uint8_t *out) {
-    for (std::size_t column = 0; column < (columns + 3) / 4; ++column) {
-        ColorBlock block;
-        Lanes alpha;
+template <bool WithAlpha>
+static void color_row_of(const Texels &from, std::size_t row, Quality quality, std::uint8_t *out) {
+    over_row<WithAlpha ? 16 : 8>(from.columns, out, [&](std::size_t column, std::uint8_t *to) {
+        Whole words[texels];
+        load_colors(from, 4 * row, column, words);
+        ColorBlocks blocks;
         for (std::size_t i = 0; i < texels; ++i) {
-            const std::uint8_t *texel = rgba + 4 * texel_at(row, column, i, rows, columns);
-            block.v[0][i] = static_cast<float>(texel[0]);
-            block.v[1][i] = static_cast<float>(texel[1]);
-            block.v[2][i] = static_cast<float>(texel[2]);
-            alpha[i] = static_cast<float>(texel[3]);
+            blocks.v[0][i] = to_float(words[i] & 255);
+            blocks.v[1][i] = to_float(words[i] >> 8 & 255);
+            blocks.v[2][i] = to_float(words[i] >> 16 & 255);
         }
-        if (with_alpha) {
-            encode_single(alpha, {0.0F, 255.0F}, passes, out);
-            out += 8;
+        Whole stored[4];
+        encode_color(blocks, quality, stored[2], stored[3]);
+        if constexpr (WithAlpha) {
+            ValueBlocks alpha;
+            for (std::size_t i = 0; i < texels; ++i) {
+                alpha.v[i] = to_float(words[i] >> 24 & 255);
+            }
+            encode_single(alpha, {0.0F, 255.0F}, quality, stored[0], stored[1]);
+            store_blocks(stored, to);
+        } else {
+            store_blocks(stored[2], stored[3], to);
         }
-        encode_color(block, solid, passes, out);
-        out += 8;
-    }
+    });
 }
 
-// One row of blocks of one or two channels of floats -> BC4 or BC5.
-void single_row(const float *values, std::size_t channels, std::size_t row, std::size_t rows,
-                std::size_t columns, bool is_signed, int passes, std::uint8_t *out) {
+template <std::size_t Channels>
+static void value_row_of(const Texels &from, std::size_t row, bool is_signed, Quality quality,
+                         std::uint8_t *out) {
     const CodeRange range = is_signed ? CodeRange{-127.0F, 127.0F} : CodeRange{0.0F, 255.0F};
-    for (std::size_t column = 0; column < (columns + 3) / 4; ++column) {
-        for (std::size_t c = 0; c < channels; ++c) {
-            Lanes v;
-            for (std::size_t i = 0; i < texels; ++i) {
-                const float code = values[channels * texel_at(row, column, i, rows, columns) + c] * range.top;
-                v[i] = code < range.bottom ? range.bottom : (code > range.top ? range.top : code);
-            }
-            encode_single(v, range, passes, out);
-            out += 8;
+    over_row<8 * Channels>(from.columns, out, [&](std::size_t column, std::uint8_t *to) {
+        ValueBlocks blocks[Channels];
+        load_values(from, 4 * row, column, range.bottom, range.top, blocks);
+        Whole stored[4];
+        for (std::size_t c = 0; c < Channels; ++c) {
+            encode_single(blocks[c], range, quality, stored[2 * c], stored[2 * c + 1]);
         }
-    }
+        if constexpr (Channels == 2) {
+            store_blocks(stored, to);
+        } else {
+            store_blocks(stored[0], stored[1], to);
+        }
+    });
+}
+
+// One row of blocks of colours -> BC1, or BC3 with alpha.
+void color_row(const Texels &from, std::size_t row, bool with_alpha, Quality quality, std::uint8_t *out) {
+    (with_alpha ? color_row_of<true> : color_row_of<false>)(from, row, quality, out);
+}
+
+// One row of blocks of one or two channels -> BC4 or BC5.
+void value_row(const Texels &from, std::size_t row, bool is_signed, Quality quality, std::uint8_t *out) {
+    (from.channels == 2 ? value_row_of<2> : value_row_of<1>)(from, row, is_signed, quality, out);
 }
 
 } // namespace paradize::bcn::PARADIZE_WIDTH

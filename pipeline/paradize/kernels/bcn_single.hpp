@@ -1,16 +1,10 @@
-// One channel of a block (BC4): two 8-bit endpoints and a 3-bit place between them for every texel.
+// One channel of a block (BC4): two 8-bit ends and a 3-bit place between them for every texel.
 #pragma once
 
+#include "bcn_encode.hpp"
 #include "bcn_lanes.hpp"
 
 namespace paradize::bcn::PARADIZE_WIDTH {
-
-// The endpoints of a block in code units and the squared error that they leave.
-struct Endpoints {
-    float low;
-    float high;
-    float error;
-};
 
 // The range of codes: 0..255, or -127..127.
 struct CodeRange {
@@ -18,154 +12,285 @@ struct CodeRange {
     float top;
 };
 
-PARADIZE_INLINE float rounded_code(float v, CodeRange range) {
-    return rounded(v - range.bottom, range.top - range.bottom) + range.bottom;
-}
+// Texels less their block's mean, in codes.
+struct ValueBlocks {
+    Lanes v[texels];
+    Lanes mean;
+    Lanes square; // sum of v^2
+    Lanes low;    // codes of the least and the largest, not rounded
+    Lanes high;
+};
 
-// Squared error of `steps` + 1 evenly spaced values from low to high; with Extremes the range's ends count
-// too.
-template <bool Extremes>
-PARADIZE_INLINE float single_error(const Lanes &v, float low, float high, CodeRange range) {
-    constexpr float steps = Extremes ? 5.0F : 7.0F;
-    const float width = high - low;
-    const float to_step = width > 0.0F ? steps / width : 0.0F;
-    const float from_step = width * (1.0F / steps);
+struct ValuePlaces {
     Lanes q;
-    rounded((v - low) * to_step, steps, q);
-    const Lanes d = v - (low + q * from_step);
-    Lanes square = d * d;
-    if constexpr (Extremes) {
-        const Lanes bottom = (v - range.bottom) * (v - range.bottom);
-        const Lanes top = (v - range.top) * (v - range.top);
-        square = bottom < square ? bottom : square;
-        square = top < square ? top : square;
-    }
-    return sum(square);
+    Lanes qq;
+    Lanes qv;
+    Lanes count;  // texels that have a place; the others take an end of the range
+    Lanes sum;    // of their v
+    Lanes square; // of their v
+    Lanes error;  // squared, of all
+};
+
+// Ends in codes, low < high (or equal, where six values do), and the squared error that they leave.
+struct ValueFit {
+    Lanes low;
+    Lanes high;
+    Lanes error;
+};
+
+PARADIZE_INLINE Lanes within(const Lanes &v, const Lanes &bottom, const Lanes &top) {
+    return least(most(v, bottom), top);
 }
 
-// The least-squares line through the texels, given the step that each takes between low and high; rounded to
-// codes.
-PARADIZE_INLINE Endpoints refit(const Lanes &v, float low, float high, CodeRange range) {
-    constexpr float steps = 7.0F;
-    const float to_step = high > low ? steps / (high - low) : 0.0F;
-    Lanes q;
-    rounded((v - low) * to_step, steps, q);
-    q = q * (1.0F / steps);
-    const float n = static_cast<float>(texels);
-    const float sq = sum(q);
-    const float determinant = n * sum(q * q) - sq * sq;
-    if (!(determinant > 1e-3F)) {
-        return {low, high, 0.0F};
+// Places of every texel on `Steps` + 1 even values from low to high. Five steps leave room for the range's
+// own ends, which a texel takes where they are nearer.
+template <int Steps>
+PARADIZE_STEP void place(const ValueBlocks &blocks, const Lanes &low_code, const Lanes &high_code,
+                         CodeRange range, ValuePlaces &places) {
+    constexpr float steps = Steps;
+    const Lanes low = low_code - blocks.mean;
+    const Lanes width = high_code - low_code;
+    const auto wide = width > Lanes{};
+    const Lanes scale = wide ? steps / (wide ? width : splat(1.0F)) : Lanes{};
+    const Lanes step = width * (1.0F / steps);
+    const Lanes offset = low * scale;
+    places.q = places.qq = places.qv = places.count = places.sum = places.square = Lanes{};
+    if constexpr (Steps == 7) {
+        for (std::size_t i = 0; i < texels; ++i) {
+            const Lanes q = nearest(clamped(blocks.v[i] * scale - offset, steps));
+            places.q += q;
+            places.qq += q * q;
+            places.qv += q * blocks.v[i];
+        }
+        places.count = splat(16.0F);
+        places.square = blocks.square;
+        places.error = blocks.square + step * (step * places.qq - 2.0F * places.qv) +
+                       low * (2.0F * step * places.q + 16.0F * low);
+    } else {
+        const Lanes bottom = range.bottom - blocks.mean;
+        const Lanes top = range.top - blocks.mean;
+        places.error = Lanes{};
+        for (std::size_t i = 0; i < texels; ++i) {
+            const Lanes v = blocks.v[i];
+            const Lanes q = nearest(clamped(v * scale - offset, steps));
+            const Lanes off = v - (low + q * step);
+            const Lanes own = off * off;
+            const Lanes from_end = least((v - bottom) * (v - bottom), (top - v) * (top - v));
+            const auto between = own <= from_end;
+            const Lanes here = between ? splat(1.0F) : Lanes{};
+            const Lanes q_here = q * here;
+            const Lanes v_here = v * here;
+            places.error += between ? own : from_end;
+            places.count += here;
+            places.sum += v_here;
+            places.square += v_here * v_here;
+            places.q += q_here;
+            places.qq += q_here * q_here;
+            places.qv += q_here * v_here;
+        }
     }
-    const float sv = sum(v);
-    const float slope = (n * sum(q * v) - sq * sv) / determinant;
-    const float start = (sv - slope * sq) / n;
-    return {rounded_code(start, range), rounded_code(start + slope, range), 0.0F};
 }
 
-// Walks to better endpoints, a code at a time, until no neighbour is better (at most `passes` passes).
-template <bool Extremes>
-PARADIZE_INLINE void descend(const Lanes &v, CodeRange range, int passes, Endpoints &best) {
-    for (int pass = 0; pass < passes && best.error > 0.0F; ++pass) {
-        const Endpoints start = best;
-        for (int k = 0; k < 9; ++k) {
-            const float low = start.low + static_cast<float>(k % 3 - 1);
-            const float high = start.high + static_cast<float>(k / 3 - 1);
-            if (k == 4 || low < range.bottom || high > range.top || low >= high) {
-                continue;
-            }
-            const float error = single_error<Extremes>(v, low, high, range);
-            if (error < best.error) {
-                best = {low, high, error};
-            }
-        }
-        if (best.low == start.low && best.high == start.high) {
-            return;
+// Ends by least squares for the places that the texels have, rounded to codes together: for each of the codes
+// about the best low end, the high end that then is best. Where the places do not tell, low and high stay.
+template <int Steps, int Options>
+PARADIZE_STEP void refit(const ValueBlocks &blocks, const ValuePlaces &places, CodeRange range, Lanes &low,
+                         Lanes &high) {
+    constexpr float steps = Steps;
+    const Lanes determinant = places.qq * places.count - places.q * places.q;
+    const auto spread = determinant > 0.5F;
+    const Lanes inverse = 1.0F / (spread ? determinant : splat(1.0F));
+    const Lanes step = (places.qv * places.count - places.q * places.sum) * inverse;
+    const Lanes start = (places.sum - step * places.q) / most(places.count, splat(1.0F));
+    const Lanes best_low = blocks.mean + start;
+    const Lanes best_high = best_low + step * steps;
+    const Lanes hh = places.qq * (1.0F / (steps * steps));
+    const Lanes lh = places.q * (1.0F / steps) - hh;
+    const Lanes ll = places.count - places.q * (2.0F / steps) + hh;
+    const Lanes lean = lh / (spread ? hh : splat(1.0F));
+    const Lanes left = ll - lh * lean; // of the error, where high follows low
+    const Lanes bottom = splat(range.bottom), top = splat(range.top);
+    const Lanes first = floored(within(best_low, bottom - 4.0F, top + 4.0F));
+    Lanes least_error = splat(1e30F);
+    Lanes found_low = low, found_high = high;
+    for (int option = 0; option < Options; ++option) {
+        const Lanes try_low = within(first + static_cast<float>(option - (Options - 2) / 2), bottom, top);
+        const Lanes off_low = try_low - best_low;
+        const Lanes follow = best_high - lean * off_low;
+        const Lanes try_high = nearest(within(follow, bottom, top));
+        const Lanes off_high = try_high - follow;
+        const Lanes error = left * (off_low * off_low) + hh * (off_high * off_high);
+        const auto better = (error < least_error) & (try_low < try_high) & spread;
+        least_error = better ? error : least_error;
+        found_low = better ? try_low : found_low;
+        found_high = better ? try_high : found_high;
+    }
+    low = found_low;
+    high = found_high;
+}
+
+PARADIZE_INLINE void keep(const Lanes &low, const Lanes &high, const Lanes &error, ValueFit &best) {
+    const auto better = error < best.error;
+    best.low = better ? low : best.low;
+    best.high = better ? high : best.high;
+    best.error = better ? error : best.error;
+}
+
+// Least squares and places in turns from the ends given; the best are kept.
+template <int Steps, int Options>
+PARADIZE_STEP void settle(const ValueBlocks &blocks, CodeRange range, int turns, Lanes low, Lanes high,
+                          ValueFit &best) {
+    ValuePlaces places;
+    place<Steps>(blocks, low, high, range, places);
+    keep(low, high, places.error, best);
+    for (int turn = 0; turn < turns; ++turn) {
+        refit<Steps, Options>(blocks, places, range, low, high);
+        place<Steps>(blocks, low, high, range, places);
+        keep(low, high, places.error, best);
+    }
+}
+
+// All ends within `reach` codes of the best ones.
+template <int Steps>
+PARADIZE_STEP void search(const ValueBlocks &blocks, CodeRange range, int reach, ValueFit &best) {
+    const Lanes low = best.low, high = best.high;
+    for (int down = -reach; down <= reach; ++down) {
+        for (int up = -reach; up <= reach; ++up) {
+            const Lanes try_low = low + static_cast<float>(down);
+            const Lanes try_high = high + static_cast<float>(up);
+            const auto allowed = (try_low >= range.bottom) & (try_high <= range.top) & (try_low < try_high);
+            ValuePlaces places;
+            place<Steps>(blocks, try_low, try_high, range, places);
+            keep(try_low, try_high, allowed ? places.error : splat(1e30F), best);
         }
     }
 }
 
-// The ends of what lies between the range's own ends; false where nothing does.
-PARADIZE_INLINE bool inner_ends(const Lanes &v, CodeRange range, Endpoints &ends) {
-    const Lanes zero = {};
-    const Lanes bottom = zero + (range.bottom + 0.5F);
-    const Lanes top = zero + (range.top - 0.5F);
-    const Lanes highest = zero + range.top;
-    const Lanes lowest = zero + range.bottom;
-    const Lanes for_low = v < bottom ? highest : (v > top ? highest : v);
-    const Lanes for_high = v < bottom ? lowest : (v > top ? lowest : v);
-    ends.low = smallest(for_low);
-    ends.high = largest(for_high);
-    return ends.low <= ends.high;
+constexpr int turns_of(Quality quality) {
+    return quality == Quality::fast ? 1 : 3;
+}
+constexpr int exact_reach = 3;
+
+// Eight values from low to high.
+PARADIZE_STEP void fit_eight(const ValueBlocks &blocks, CodeRange range, Quality quality, ValueFit &best) {
+    Lanes low = nearest(blocks.low);
+    Lanes high = nearest(blocks.high);
+    // A block within one code still has room on that side of it where its mean lies.
+    const auto flat = low == high;
+    const auto below = ((blocks.mean < low) & (low > range.bottom)) | (high >= range.top);
+    low = flat & below ? low - 1.0F : low;
+    high = flat & ~below ? high + 1.0F : high;
+    best = {low, high, splat(1e30F)};
+    settle<7, 2>(blocks, range, turns_of(quality), low, high, best);
+    if (quality == Quality::exact) {
+        search<7>(blocks, range, exact_reach, best);
+    }
 }
 
-// v: sixteen values in code units within the range. passes: of the search around the endpoints. out: 8 bytes.
-PARADIZE_INLINE void encode_single(const Lanes &v, CodeRange range, int passes, std::uint8_t *out) {
-    const float low = smallest(v);
-    const float high = largest(v);
-    Endpoints plain{rounded_code(low, range), rounded_code(high, range), 0.0F};
-    if (plain.low ==
-        plain.high) { // a flat block still has room on either side for what lies between two codes
-        if (plain.high < range.top) {
-            plain.high += 1.0F;
-        } else {
-            plain.low -= 1.0F;
-        }
+// Six values and the range's own ends, for blocks that touch those; the error of other lanes is never less.
+PARADIZE_STEP void fit_six(const ValueBlocks &blocks, CodeRange range, Quality quality, const Whole &touches,
+                           ValueFit &best) {
+    const Lanes bottom = range.bottom + 0.5F - blocks.mean;
+    const Lanes top = range.top - 0.5F - blocks.mean;
+    Lanes low = splat(1e30F), high = splat(-1e30F);
+    for (std::size_t i = 0; i < texels; ++i) { // the ends of what lies between the range's own
+        const auto inside = (blocks.v[i] >= bottom) & (blocks.v[i] <= top);
+        low = least(low, inside ? blocks.v[i] : splat(1e30F));
+        high = most(high, inside ? blocks.v[i] : splat(-1e30F));
     }
-    plain.error = single_error<false>(v, plain.low, plain.high, range);
-    if (plain.error > 0.0F) {
-        Endpoints fit = refit(v, plain.low, plain.high, range);
-        if (fit.low < fit.high) {
-            fit.error = single_error<false>(v, fit.low, fit.high, range);
-            plain = fit.error < plain.error ? fit : plain;
-        }
-        descend<false>(v, range, passes, plain);
+    const auto some = low <= high;
+    low = nearest(some ? low + blocks.mean : splat(range.bottom));
+    high = nearest(some ? high + blocks.mean : splat(range.bottom));
+    best = {low, high, splat(1e30F)};
+    settle<5, 2>(blocks, range, turns_of(quality), low, high, best);
+    if (quality == Quality::exact) {
+        search<5>(blocks, range, exact_reach, best);
     }
-    // The other mode: six values and the ends of the range, for blocks that touch the ends.
-    bool extremes = false;
-    Endpoints spread{range.bottom, range.bottom, 0.0F};
-    if (plain.error > 0.0F && (low < range.bottom + 0.5F || high > range.top - 0.5F)) {
-        if (inner_ends(v, range, spread)) {
-            spread.low = rounded_code(spread.low, range);
-            spread.high = rounded_code(spread.high, range);
-        } else { // nothing but ends
-            spread.low = spread.high = range.bottom;
-        }
-        spread.error = single_error<true>(v, spread.low, spread.high, range);
-        if (spread.error < 4.0F * plain.error) {
-            descend<true>(v, range, passes, spread);
-        }
-        extremes = spread.error < plain.error;
-    }
+    best.error = touches ? best.error : splat(1e30F);
+}
 
-    const Endpoints best = extremes ? spread : plain;
-    const float steps = extremes ? 5.0F : 7.0F;
-    const float to_step = best.high > best.low ? steps / (best.high - best.low) : 0.0F;
-    Lanes q;
-    rounded((v - best.low) * to_step, steps, q);
-    const Whole step = __builtin_convertvector(q, Whole);
-    const Whole zero = {};
-    Whole index;
-    if (!extremes) { // stored high first: 0 is high, 1 is low, 2..7 go from high to low
-        index = step == 7 ? zero : (step == 0 ? zero + 1 : 8 - step);
-    } else { // stored low first: 0 is low, 1 is high, 2..5 go from low to high, 6 and 7 are the ends
-        const Lanes d = v - (best.low + q * ((best.high - best.low) * (1.0F / steps)));
-        const Lanes own = d * d;
-        const Lanes bottom = (v - range.bottom) * (v - range.bottom);
-        const Lanes top = (v - range.top) * (v - range.top);
-        index = step == 0 ? zero : (step == 5 ? zero + 1 : step + 1);
-        index = bottom < own ? zero + 6 : index;
-        index = top < (bottom < own ? bottom : own) ? zero + 7 : index;
+// Place of a texel -> the index that is stored: 0 and 1 are the ends, then from the first to the second.
+template <int Steps>
+PARADIZE_INLINE Whole stored(const Whole &from_first) {
+    const Whole next = from_first + 1;
+    return from_first == 0 ? Whole{} : (from_first == Steps ? Whole{} + 1 : next);
+}
+
+struct ValueWords {
+    Whole first;
+    Whole second;
+};
+
+PARADIZE_INLINE void add_index(const Whole &index, int i, ValueWords &words) {
+    if (i < 5) {
+        words.first |= index << (16 + 3 * i);
+    } else if (i == 5) {
+        words.first |= index << 31;
+        words.second |= index >> 1;
+    } else {
+        words.second |= index << (3 * i - 16);
     }
-    std::uint64_t bits = 0;
+}
+
+// blocks.v: codes within the range. Makes them relative to their mean.
+PARADIZE_STEP void encode_single(ValueBlocks &blocks, CodeRange range, Quality quality, Whole &first,
+                                 Whole &second) {
+    Lanes sum = blocks.v[0], low = blocks.v[0], high = blocks.v[0];
+    for (std::size_t i = 1; i < texels; ++i) {
+        sum += blocks.v[i];
+        low = least(low, blocks.v[i]);
+        high = most(high, blocks.v[i]);
+    }
+    blocks.mean = sum * (1.0F / 16.0F);
+    blocks.low = low;
+    blocks.high = high;
+    blocks.square = Lanes{};
     for (std::size_t i = 0; i < texels; ++i) {
-        bits |= static_cast<std::uint64_t>(index[i]) << (3 * i);
+        blocks.v[i] -= blocks.mean;
+        blocks.square += blocks.v[i] * blocks.v[i];
     }
-    out[0] = static_cast<std::uint8_t>(static_cast<int>(extremes ? best.low : best.high));
-    out[1] = static_cast<std::uint8_t>(static_cast<int>(extremes ? best.high : best.low));
-    for (std::size_t i = 0; i < 6; ++i) {
-        out[2 + i] = static_cast<std::uint8_t>(bits >> (8 * i));
+    ValueFit eight;
+    fit_eight(blocks, range, quality, eight);
+
+    ValueWords words = {};
+    {
+        const Lanes scale = 7.0F / (eight.high - eight.low);
+        const Lanes offset = (eight.high - blocks.mean) * scale;
+        for (std::size_t i = 0; i < texels; ++i) { // places from the high end, which is stored first
+            const Lanes q = clamped(offset - blocks.v[i] * scale, 7.0F);
+            add_index(stored<7>(nearest_bits(q, 3)), static_cast<int>(i), words);
+        }
+        words.first |= (to_int(eight.high) & 255) | (to_int(eight.low) & 255) << 8;
     }
+    const Whole touches = ((low < range.bottom + 0.5F) | (high > range.top - 0.5F)) & (eight.error > 1e-3F);
+    if (any(touches)) {
+        ValueFit six;
+        fit_six(blocks, range, quality, touches, six);
+        ValueWords other = {};
+        const Lanes width = six.high - six.low;
+        const auto wide = width > Lanes{};
+        const Lanes scale = wide ? 5.0F / (wide ? width : splat(1.0F)) : Lanes{};
+        const Lanes start = six.low - blocks.mean;
+        const Lanes bottom = range.bottom - blocks.mean;
+        const Lanes top = range.top - blocks.mean;
+        for (std::size_t i = 0; i < texels; ++i) { // places from the low end, which is stored first
+            const Lanes v = blocks.v[i];
+            const Lanes q = clamped((v - start) * scale, 5.0F);
+            const Lanes off = v - (start + nearest(q) * (width * (1.0F / 5.0F)));
+            const Lanes to_bottom = (v - bottom) * (v - bottom);
+            const Lanes to_top = (top - v) * (top - v);
+            const auto end = off * off > least(to_bottom, to_top);
+            const Whole index =
+                end ? (to_bottom <= to_top ? Whole{} + 6 : Whole{} + 7) : stored<5>(nearest_bits(q, 3));
+            add_index(index, static_cast<int>(i), other);
+        }
+        other.first |= (to_int(six.low) & 255) | (to_int(six.high) & 255) << 8;
+        const auto better = six.error < eight.error;
+        words.first = better ? other.first : words.first;
+        words.second = better ? other.second : words.second;
+    }
+    first = words.first;
+    second = words.second;
 }
 
 } // namespace paradize::bcn::PARADIZE_WIDTH

@@ -1,4 +1,5 @@
-// Python face of the block compressors. Outputs are arrays that the caller made; sizes are checked here.
+// Python face of the block compressors. Sizes are checked here; arrays may have any strides between texels
+// and between rows, the channels of a texel lie one after another.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
@@ -11,38 +12,70 @@ using namespace paradize;
 
 namespace {
 
-template <typename T>
-using In = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
-using Blocks = nb::ndarray<std::uint8_t, nb::c_contig, nb::device::cpu>;
+using Array = nb::ndarray<nb::ro, nb::ndim<3>, nb::device::cpu>;
 
-std::span<std::uint8_t> checked(bool fits, const Blocks &blocks, std::size_t rows, std::size_t columns,
-                                std::size_t block_bytes) {
-    if (!fits || rows == 0 || columns == 0 || blocks.size() != bcn::blocks(rows, columns) * block_bytes) {
-        throw std::invalid_argument("the image's shape, or the output's size, is wrong");
+bcn::Texels texels_of(const Array &array, bcn::Texels::Kind kind) {
+    const std::size_t bytes = array.itemsize();
+    const auto size = static_cast<std::ptrdiff_t>(bytes);
+    if (array.shape(0) == 0 || array.shape(1) == 0 || (array.stride(2) != 1 && array.shape(2) != 1)) {
+        throw std::invalid_argument("the image is empty, or a texel's channels do not lie one after another");
     }
-    return {blocks.data(), blocks.size()};
+    return {array.data(),          kind,           array.shape(0),
+            array.shape(1),        array.shape(2), array.stride(0) * size,
+            array.stride(1) * size};
 }
 
-void encode_color(const In<std::uint8_t> &rgba, bool with_alpha, int passes, const Blocks &blocks,
-                  int threads) {
-    const bool fits = rgba.ndim() == 3 && rgba.shape(2) == 4;
-    const std::size_t rows = fits ? rgba.shape(0) : 0;
-    const std::size_t columns = fits ? rgba.shape(1) : 0;
-    const auto to = checked(fits, blocks, rows, columns, with_alpha ? 16 : 8);
-    nb::gil_scoped_release unlocked;
-    const std::span<const std::uint8_t> from{rgba.data(), rgba.size()};
-    (with_alpha ? bcn::encode_bc3 : bcn::encode_bc1)(from, rows, columns, passes, to, threads);
+bcn::Quality quality_of(int quality) {
+    if (quality < 0 || quality > 2) {
+        throw std::invalid_argument("the quality is 0, 1 or 2");
+    }
+    return static_cast<bcn::Quality>(quality);
 }
 
-void encode_values(const In<float> &values, bool is_signed, int passes, const Blocks &blocks, int threads) {
-    const bool fits = values.ndim() == 3 && (values.shape(2) == 1 || values.shape(2) == 2);
-    const std::size_t rows = fits ? values.shape(0) : 0;
-    const std::size_t columns = fits ? values.shape(1) : 0;
-    const std::size_t channels = fits ? values.shape(2) : 0;
-    const auto to = checked(fits, blocks, rows, columns, 8 * channels);
+// Bytes for Python that nothing was written to yet, filled without its lock.
+template <typename Encode>
+nb::bytes filled(std::size_t bytes, Encode &&encode) {
+    nb::bytes out = nb::steal<nb::bytes>(PyBytes_FromStringAndSize(nullptr, static_cast<Py_ssize_t>(bytes)));
+    if (!out.is_valid()) {
+        throw nb::python_error();
+    }
+    auto *data = reinterpret_cast<std::uint8_t *>(PyBytes_AS_STRING(out.ptr()));
     nb::gil_scoped_release unlocked;
-    const std::span<const float> from{values.data(), values.size()};
-    (channels == 1 ? bcn::encode_bc4 : bcn::encode_bc5)(from, rows, columns, is_signed, passes, to, threads);
+    encode(std::span<std::uint8_t>(data, bytes));
+    return out;
+}
+
+nb::bytes encode_color(const Array &rgba, bool with_alpha, int quality, int threads) {
+    if (rgba.dtype() != nb::dtype<std::uint8_t>() || (rgba.shape(2) != 3 && rgba.shape(2) != 4)) {
+        throw std::invalid_argument("colours are (h, w, 3 or 4) uint8");
+    }
+    const bcn::Texels texels = texels_of(rgba, bcn::Texels::Kind::unorm8);
+    const bcn::Quality tier = quality_of(quality);
+    const std::size_t bytes = bcn::blocks(texels.rows, texels.columns) * (with_alpha ? 16 : 8);
+    return filled(bytes, [&](std::span<std::uint8_t> out) {
+        (with_alpha ? bcn::encode_bc3 : bcn::encode_bc1)(texels, tier, out, threads);
+    });
+}
+
+nb::bytes encode_values(const Array &values, bool is_signed, int quality, int threads) {
+    using Kind = bcn::Texels::Kind;
+    const nb::dlpack::dtype type = values.dtype();
+    const bool floats = type == nb::dtype<float>();
+    const bool codes = type == nb::dtype<std::int8_t>();
+    const bool bytes8 = type == nb::dtype<std::uint8_t>();
+    if ((values.shape(2) != 1 && values.shape(2) != 2) || (codes && !is_signed) ||
+        (!floats && !codes && (is_signed || (!bytes8 && type != nb::dtype<std::uint16_t>())))) {
+        throw std::invalid_argument(
+            "values are (h, w, 1 or 2) float32, int8 where signed, or uint8 or uint16 "
+            "where not");
+    }
+    const Kind kind = floats ? Kind::float32 : codes ? Kind::snorm8 : bytes8 ? Kind::unorm8 : Kind::unorm16;
+    const bcn::Texels texels = texels_of(values, kind);
+    const bcn::Quality tier = quality_of(quality);
+    const std::size_t bytes = bcn::blocks(texels.rows, texels.columns) * 8 * texels.channels;
+    return filled(bytes, [&](std::span<std::uint8_t> out) {
+        bcn::encode_values(texels, is_signed, tier, out, threads);
+    });
 }
 
 } // namespace

@@ -1,0 +1,139 @@
+// The tiers of a block's colour: which ends are tried, and how the best become bytes.
+#pragma once
+
+#include "bcn_partition.hpp"
+
+namespace paradize::bcn::PARADIZE_WIDTH {
+
+// Ends by least squares for `places`, then the places for those ends, `turns` times; the best are kept.
+template <int Options>
+PARADIZE_STEP void settle(const ColorBlocks &blocks, Places &places, int turns, ColorFit &best) {
+    for (int turn = 0; turn < turns; ++turn) {
+        Ends codes;
+        Ends ends;
+        refit<Options>(blocks, places, codes);
+        centred(blocks, codes, ends);
+        place(blocks, ends, places);
+        keep(codes, places.error, best);
+    }
+}
+
+// The corners of the block's box of colours, each channel's ends in the order that its covariance with the
+// one of largest range has.
+PARADIZE_STEP void box_codes(const ColorBlocks &blocks, const Lanes (&axis)[3], Ends &codes) {
+    for (int k = 0; k < 3; ++k) {
+        Lanes low = blocks.v[k][0], high = blocks.v[k][0];
+        for (std::size_t i = 1; i < texels; ++i) {
+            low = least(low, blocks.v[k][i]);
+            high = most(high, blocks.v[k][i]);
+        }
+        low = nearest(clamped((low + blocks.mean[k]) * (1.0F / code_unit[k]), code_top[k]));
+        high = nearest(clamped((high + blocks.mean[k]) * (1.0F / code_unit[k]), code_top[k]));
+        const auto falls = axis[k] < Lanes{};
+        codes.a[k] = falls ? low : high;
+        codes.b[k] = falls ? high : low;
+    }
+}
+
+PARADIZE_STEP void try_codes(const ColorBlocks &blocks, const Ends &codes, Places &places, ColorFit &best) {
+    Ends ends;
+    centred(blocks, codes, ends);
+    place(blocks, ends, places);
+    keep(codes, places.error, best);
+}
+
+// Every channel of each end one code up and down, `passes` times.
+PARADIZE_STEP void descend(const ColorBlocks &blocks, int passes, ColorFit &best) {
+    for (int pass = 0; pass < passes; ++pass) {
+        const Lanes before = best.error;
+        for (int move = 0; move < 12; ++move) {
+            Ends codes = best.codes;
+            const int k = move / 4;
+            Lanes &code = move & 2 ? codes.b[k] : codes.a[k];
+            code = clamped(code + (move & 1 ? 1.0F : -1.0F), code_top[k]);
+            Places places;
+            try_codes(blocks, codes, places, best);
+        }
+        if (!any(best.error < before)) {
+            return;
+        }
+    }
+}
+
+PARADIZE_STEP void fit_color(const ColorBlocks &blocks, Quality quality, ColorFit &best) {
+    best.error = splat(1e30F);
+    for (int k = 0; k < 3; ++k) {
+        best.codes.a[k] = best.codes.b[k] = Lanes{};
+    }
+    Lanes axis[3];
+    Ends ends;
+    Places places;
+    principal_axis(blocks, axis);
+    axis_ends(blocks, axis, ends);
+    place(blocks, ends, places);
+    settle<2>(blocks, places, 2, best);
+    if (quality != Quality::fast) {
+        settle<2>(blocks, places, 2, best);
+        Ends codes;
+        box_codes(blocks, axis, codes);
+        try_codes(blocks, codes, places, best);
+        for (int k = 0; k < 3; ++k) {
+            solid_codes(blocks.mean[k], k, codes.a[k], codes.b[k]);
+        }
+        try_codes(blocks, codes, places, best);
+        settle<4>(blocks, places, 1, best);
+    }
+    if (quality == Quality::exact) {
+        best_partition(blocks, axis, places);
+        settle<4>(blocks, places, 3, best);
+        descend(blocks, 4, best);
+    }
+}
+
+// The two words of every block.
+PARADIZE_STEP void pack_color(const ColorBlocks &blocks, const ColorFit &fit, Whole &first, Whole &second) {
+    const Whole a = to_int(fit.codes.a[0] * 2048.0F + fit.codes.a[1] * 32.0F + fit.codes.a[2]);
+    const Whole b = to_int(fit.codes.b[0] * 2048.0F + fit.codes.b[1] * 32.0F + fit.codes.b[2]);
+    const auto swap = a < b; // the larger first: four colours
+    Ends codes;
+    for (int k = 0; k < 3; ++k) {
+        codes.a[k] = swap ? fit.codes.b[k] : fit.codes.a[k];
+        codes.b[k] = swap ? fit.codes.a[k] : fit.codes.b[k];
+    }
+    Ends ends;
+    centred(blocks, codes, ends);
+    Ruler ruler;
+    make_ruler(ends, ruler);
+    // Places counted from a: 0 at a, 3 at b.
+    Whole places = {};
+    for (std::size_t i = 0; i < texels; ++i) {
+        places |= nearest_bits(3.0F - along(blocks, ruler, i), 2) << (2 * static_cast<int>(i));
+    }
+    // Stored: 0 is a, 1 is b, 2 a third from a, 3 two thirds.
+    const Whole ones = Whole{} + 0x55555555;
+    const Whole high = (places >> 1) & ones;
+    const Whole low = places & ones;
+    const Whole index = ((high ^ low) << 1) | high;
+    second = a == b ? Whole{} : index;
+    first = swap ? (b | a << 16) : (a | b << 16);
+}
+
+PARADIZE_STEP void encode_color(ColorBlocks &blocks, Quality quality, Whole &first, Whole &second) {
+    blocks.square = Lanes{};
+    for (int k = 0; k < 3; ++k) {
+        Lanes sum = {};
+        for (std::size_t i = 0; i < texels; ++i) {
+            sum += blocks.v[k][i];
+        }
+        blocks.mean[k] = sum * (1.0F / 16.0F);
+        for (std::size_t i = 0; i < texels; ++i) {
+            blocks.v[k][i] -= blocks.mean[k];
+            blocks.square += blocks.v[k][i] * blocks.v[k][i];
+        }
+    }
+    ColorFit fit;
+    fit_color(blocks, quality, fit);
+    pack_color(blocks, fit, first, second);
+}
+
+} // namespace paradize::bcn::PARADIZE_WIDTH
