@@ -24,12 +24,11 @@ from paradize.metrics.levels import color_levels
 from paradize.readers.image import read_image
 from paradize.readers.obj import read_obj
 from paradize.stages import gutter
-from paradize.stages.compress import PASSES, LevelWriter, encode_rows, formats_of
+from paradize.stages.compress import TIERS, LevelWriter, encode_rows, formats_of
 from paradize.stages.mips import color_rows
 from paradize.stages.sweep import level_count
 
 Values = npt.NDArray[Any]
-TIERS = tuple(PASSES)
 
 
 def bake_color(

@@ -25,7 +25,7 @@ from paradize.kernels.maps import Levels
 from paradize.readers.image import read_image
 from paradize.readers.obj import read_obj
 from paradize.stages import gutter
-from paradize.stages.compress import PASSES
+from paradize.stages.compress import TIERS
 from paradize.stages.gloss import GlossSettings
 from paradize.stages.height import height_from_color, height_from_height
 from paradize.stages.normal import derivative_filter
@@ -33,7 +33,6 @@ from paradize.stages.sweep import bands_of, run
 
 F32 = npt.NDArray[np.float32]
 MAPS = ("normal", "height", "gloss", "dudv")
-TIERS = tuple(PASSES)
 MAX_STRENGTH = 1e6
 
 

@@ -28,8 +28,7 @@ FORMATS: dict[str, tuple[str, ...]] = {
     "gloss": ("BC5_UNORM", "RG8_UNORM", "RG16_UNORM"),
     "dudv": ("RG8_SNORM",),
 }
-# tier -> searches around a block's endpoints (kernels/bcn_encode.hpp): each gains a little less.
-PASSES = {"fast": 0, "balanced": 1, "exact": 4}
+TIERS = ("fast", "balanced", "exact")  # how long encoders search; kernels/bcn.py, kernels/bc7.py
 _BLOCK_BYTES = {"BC1": 8, "BC3": 16, "BC4": 8, "BC5": 16, "BC7": 16}
 _TEXEL_BYTES = {"R8": 1, "RG8": 2, "R16": 2, "RG16": 4, "RGBA8": 4}
 
@@ -79,7 +78,6 @@ def encode_rows(values: npt.NDArray[Any], fmt: str, *, tier: str = "balanced", t
     if signed:
         values = values[:, :, :2]
     if fmt.startswith("BC"):
-        values = np.ascontiguousarray(values)
         return bcn.encode_values(values, signed=signed, quality=cast("_Quality", tier), threads=threads)
     wide = "16" in fmt
     if signed:
