@@ -1,4 +1,5 @@
-// Python face of the derivative filters' kernels. Shapes are checked in kernels/filter.py; sizes here once more.
+// Python face of the derivative filters' kernels. Shapes are checked in kernels/filter.py; sizes here once
+// more.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/tuple.h>
@@ -48,8 +49,8 @@ predict_errors(const In<float> &heights, const In<std::int32_t> &islands, int so
     need(derivative.size() % filter::reach == 0 &&
              smooth.size() == derivative.size() / filter::reach * (filter::reach + 1),
          "the filters' weights have the wrong sizes");
-    const filter::Map map{in(heights), heights.shape(0), heights.shape(1), in(islands),
-                          source_bits, wrap_x,           wrap_y};
+    const filter::Map map{in(heights), heights.shape(0), heights.shape(1), in(islands), source_bits, wrap_x,
+                          wrap_y};
     filter::Prediction found;
     {
         nb::gil_scoped_release unlocked;

@@ -1,7 +1,7 @@
 """Checked numpy face of the derivative filters' kernels. Inputs are left alone.
 
-Heights are (h, w) float32 and finite. Wrong shapes and types raise ValueError: they are faults of the program,
-not of a source file. Results do not depend on `threads`.
+Heights are (h, w) float32 and finite. Wrong shapes and types raise ValueError: they are faults of the
+program, not of a source file. Results do not depend on `threads`.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ class Prediction:
     """What filters would err by on a map: root mean square errors of the slope, in heights per texel.
 
     errors: one per filter; spectral: the spectral derivative's. step: the distance between neighbouring
-    values that the map was found to have, 0 for none. repeats: whether it goes on over its wrapped edges as it
-    does within.
+    values that the map was found to have, 0 for none. repeats: whether it goes on over its wrapped edges as
+    it does within.
     """
 
     errors: tuple[float, ...]

@@ -11,8 +11,8 @@
 namespace paradize::filter {
 namespace {
 
-constexpr std::size_t largest_patch = 64;
-constexpr std::size_t patches_per_axis = 6;
+constexpr std::size_t largest_patch = 128;
+constexpr std::size_t patches_per_axis = 4;
 constexpr std::size_t batch = 2 * lanes; // real patches of one transform
 
 std::size_t patch_size(std::size_t n, std::size_t limit) {
@@ -42,8 +42,8 @@ bool on_one_island(const Map &map, const Patches &patches, const Patch &patch) {
     }
     const std::int32_t id = map.islands[patch.y * map.columns + patch.x];
     for (std::size_t y = 0; y < patches.height; ++y) {
-        const auto row = map.islands.begin() +
-                         static_cast<std::ptrdiff_t>((patch.y + y) * map.columns + patch.x);
+        const auto row =
+            map.islands.begin() + static_cast<std::ptrdiff_t>((patch.y + y) * map.columns + patch.x);
         if (!std::all_of(row, row + static_cast<std::ptrdiff_t>(patches.width),
                          [id](std::int32_t other) { return other == id; })) {
             return false;
@@ -70,7 +70,8 @@ Patches patches_of(const Map &map) {
     return {};
 }
 
-// Centred coordinates of one axis, their squares less the mean, and a Hann window.
+// Centred coordinates of one axis, their squares less the mean, and a window whose spectrum falls
+// off fast (Hann's, squared).
 struct Axis {
     std::vector<double> u;
     std::vector<double> q;
@@ -87,7 +88,7 @@ struct Axis {
             mean += u[i] * u[i] / count;
             if (n > 1) {
                 const double s = mathx::sin(mathx::pi * (static_cast<double>(i) + 0.5) / count);
-                window[i] = s * s;
+                window[i] = s * s * s * s;
             }
         }
         for (std::size_t i = 0; i < n; ++i) {
@@ -190,8 +191,7 @@ std::vector<double> power_spectrum(const Map &map, const Patches &patches) {
         }
     }
     std::vector<double> mean(bins);
-    const double scale =
-        0.5 / (static_cast<double>(patches.at.size()) * along_y.power * along_x.power);
+    const double scale = 0.5 / (static_cast<double>(patches.at.size()) * along_y.power * along_x.power);
     for (std::size_t y = 0; y < rows; ++y) {
         for (std::size_t x = 0; x < columns; ++x) {
             const std::size_t mirror = (rows - y) % rows * columns + (columns - x) % columns;
@@ -204,7 +204,9 @@ std::vector<double> power_spectrum(const Map &map, const Patches &patches) {
 // Median power where both frequencies are high: no white noise is stronger.
 double corner(const std::vector<double> &power, std::size_t rows, std::size_t columns) {
     std::vector<double> found;
-    const auto high = [](std::size_t i, std::size_t n) { return n == 1 || (8 * i >= 3 * n && 8 * i <= 5 * n); };
+    const auto high = [](std::size_t i, std::size_t n) {
+        return n == 1 || (8 * i >= 3 * n && 8 * i <= 5 * n);
+    };
     for (std::size_t y = 0; y < rows; ++y) {
         for (std::size_t x = 0; x < columns; ++x) {
             if (high(y, rows) && high(x, columns)) {
@@ -251,6 +253,46 @@ struct Waves {
     // Whether bin i alternates from texel to texel: it has no slope that texels could tell.
     bool alternates(std::size_t i) const { return 2 * i == number.size(); }
 };
+
+// Half of a spectrum: the other half mirrors it, and is counted in the weights.
+struct Spectrum {
+    Spectrum(std::size_t all_rows, std::size_t columns_)
+        : rows(all_rows / 2 + 1), columns(columns_), signal(rows * columns, 0.0), noise(rows * columns, 0.0) {
+    }
+
+    std::size_t rows;
+    std::size_t columns;
+    std::vector<double> signal;
+    std::vector<double> noise;
+};
+
+// Truncation and noise of a filter over the spectrum, in eight sums side by side, each in the order of the
+// bins.
+double square_error(const Spectrum &spectrum, const Waves &wx, const Waves &wy, const Response &rx,
+                    const Response &ry) {
+    constexpr std::size_t side = 8;
+    std::array<double, side> sums{};
+    const auto add = [&](std::size_t x, std::size_t y, double &sum) {
+        const std::size_t i = y * spectrum.columns + x;
+        const double hx = rx.slope[x] * ry.smooth[y];
+        const double hy = ry.slope[y] * rx.smooth[x];
+        const double ex = hx - wx.number[x];
+        const double ey = hy - wy.number[y];
+        sum += spectrum.signal[i] * (ex * ex + ey * ey) + spectrum.noise[i] * (hx * hx + hy * hy);
+    };
+    for (std::size_t y = 0; y < spectrum.rows; ++y) {
+        std::size_t x = 0;
+        for (; x + side <= spectrum.columns; x += side) {
+            for (std::size_t k = 0; k < side; ++k) {
+                add(x + k, y, sums[k]);
+            }
+        }
+        for (; x < spectrum.columns; ++x) {
+            add(x, y, sums[0]);
+        }
+    }
+    return ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]));
+}
 
 // Whether lines of n texels go on over their ends as they do within: by fourth differences, which a jump of
 // height or of slope makes large.
@@ -311,35 +353,27 @@ Prediction predict_errors(const Map &map, std::span<const double> derivative,
     }
     const Waves wx(columns);
     const Waves wy(rows);
-    const auto bins = static_cast<double>(rows * columns);
-    const auto sum = [&](const auto &error) {
-        double total = 0.0;
-        for (std::size_t y = 0; y < rows; ++y) {
-            for (std::size_t x = 0; x < columns; ++x) {
-                if (!wx.alternates(x) && !wy.alternates(y)) {
-                    total += error(y, x);
-                }
+    Spectrum spectrum(rows, columns);
+    for (std::size_t y = 0; y < spectrum.rows; ++y) {
+        const bool once = y == 0; // the rows below the middle mirror those above
+        for (std::size_t x = 0; x < columns; ++x) {
+            if (!wx.alternates(x) && !wy.alternates(y)) {
+                const double weight = (once ? 1.0 : 2.0) / static_cast<double>(rows * columns);
+                spectrum.signal[y * columns + x] = weight * signal[y * columns + x];
+                spectrum.noise[y * columns + x] = weight * noise[y * columns + x];
             }
         }
-        return total / bins;
-    };
+    }
     for (std::size_t f = 0; f < filters; ++f) {
         const auto d = derivative.subspan(f * reach, reach);
         const auto s = smooth.subspan(f * (reach + 1), reach + 1);
-        const Response rx = response(d, s, columns, wx.sines, wx.cosines);
-        const Response ry = response(d, s, rows, wy.sines, wy.cosines);
-        out.errors[f] = sum([&](std::size_t y, std::size_t x) {
-            const double hx = rx.slope[x] * ry.smooth[y];
-            const double hy = ry.slope[y] * rx.smooth[x];
-            const double ex = hx - wx.number[x];
-            const double ey = hy - wy.number[y];
-            const std::size_t i = y * columns + x;
-            return signal[i] * (ex * ex + ey * ey) + noise[i] * (hx * hx + hy * hy);
-        });
+        out.errors[f] = square_error(spectrum, wx, wy, response(d, s, columns, wx.sines, wx.cosines),
+                                     response(d, s, rows, wy.sines, wy.cosines));
     }
-    out.spectral = sum([&](std::size_t y, std::size_t x) {
-        return noise[y * columns + x] * (wx.number[x] * wx.number[x] + wy.number[y] * wy.number[y]);
-    });
+    const auto perfect = [](const Waves &waves) {
+        return Response{waves.number, std::vector<double>(waves.number.size(), 1.0)};
+    };
+    out.spectral = square_error(spectrum, wx, wy, perfect(wx), perfect(wy));
     return out;
 }
 

@@ -11,10 +11,10 @@ namespace paradize::filter {
 namespace {
 
 constexpr std::size_t levels_at_most = 8;
-constexpr int sweeps = 30;         // per level
-constexpr float gentle = 0.5F;     // steps per texel^2: where the source's bend halves its weight
-constexpr float rate = 1.0F / 32;  // one over the largest eigenvalue of the squared second differences
-constexpr std::size_t pad = 2;     // texels beyond a line's ends that a pass reads
+constexpr int sweeps = 30;        // per level
+constexpr float gentle = 0.5F;    // steps per texel^2: where the source's bend halves its weight
+constexpr float rate = 1.0F / 32; // one over the largest eigenvalue of the squared second differences
+constexpr std::size_t pad = 2;    // texels beyond a line's ends that a pass reads
 
 struct Grid {
     std::size_t rows;
@@ -91,8 +91,7 @@ PARADIZE_CLONES void descend(const float *__restrict y, const float *__restrict 
                              float momentum, std::size_t n, float *__restrict v, float *__restrict next) {
     for (std::size_t x = 0; x < n; ++x) {
         const float *b = bx + x;
-        const float slope =
-            ((*(b - 1) - b[0]) + (b[1] - b[0])) + ((by0[x] - by1[x]) + (by2[x] - by1[x]));
+        const float slope = ((*(b - 1) - b[0]) + (b[1] - b[0])) + ((by0[x] - by1[x]) + (by2[x] - by1[x]));
         const float low = source[x] - half;
         const float high = source[x] + half;
         float value = y[x] - rate * slope;
@@ -106,8 +105,8 @@ PARADIZE_CLONES void descend(const float *__restrict y, const float *__restrict 
 class Level {
   public:
     Level(const Grid &grid, std::span<const float> source, float step, int threads)
-        : grid_(grid), source_(source), step_(step), threads_(threads), weight_(grid.size()),
-          y_(grid.size()), next_(grid.size()) {
+        : grid_(grid), source_(source), step_(step), threads_(threads), weight_(grid.size()), y_(grid.size()),
+          next_(grid.size()) {
         weigh_bends();
     }
 
@@ -138,7 +137,8 @@ class Level {
         return &plane[grid_.row(y) * grid_.columns];
     }
 
-    // weight_ = 1 / (1 + (e / gentle^2)^2) with e the squared bends of the softened source, averaged over 5 x 5.
+    // weight_ = 1 / (1 + (e / gentle^2)^2) with e the squared bends of the softened source, averaged over 5
+    // x 5.
     void weigh_bends() {
         const std::size_t n = grid_.columns;
         const auto across = [&](const float *from, float a, float b, float c, std::vector<float> &room,
@@ -231,7 +231,7 @@ class Level {
     float step_;
     int threads_;
     std::vector<float> weight_;
-    std::vector<float> y_;    // where the next gradient is taken
+    std::vector<float> y_; // where the next gradient is taken
     std::vector<float> next_;
 };
 

@@ -16,7 +16,8 @@ struct Turn {
     double im;
 };
 
-// e^(-2 pi i j / n) with its angle reduced to an eighth of a turn, so that it is right to the last bit or two.
+// e^(-2 pi i j / n) with its angle reduced to an eighth of a turn, so that it is right to the last bit or
+// two.
 Turn turn(std::uint64_t j, std::uint64_t n) {
     const std::uint64_t eighth = 8 * (j % n) / n;
     const std::uint64_t even = (eighth + 1) / 2; // the nearest quarter turn

@@ -2,8 +2,8 @@
 //
 // Sources: T. G. Stockham, "High-speed convolution and correlation", 1966 (the order without bit reversal);
 // L. I. Bluestein, "A linear filtering approach to the computation of discrete Fourier transform", 1970
-// (lengths with a large prime factor). Twiddles come from mathx.hpp; every lane is computed alike, so the bits
-// depend on neither the vector width nor the number of threads.
+// (lengths with a large prime factor). Twiddles come from mathx.hpp; every lane is computed alike, so the
+// bits depend on neither the vector width nor the number of threads.
 #pragma once
 
 #include <cstddef>
@@ -23,8 +23,8 @@ class Fft {
     std::size_t size() const { return n_; }
     std::size_t scratch_size() const; // doubles that forward() wants beside the data
 
-    // data: n * element doubles, replaced by the transform sum_j x[j] e^(-2 pi i j k / n). The inverse is this
-    // with real and imaginary parts exchanged before and after, divided by n.
+    // data: n * element doubles, replaced by the transform sum_j x[j] e^(-2 pi i j k / n). The inverse is
+    // this with real and imaginary parts exchanged before and after, divided by n.
     void forward(double *data, double *scratch) const;
 
   private:

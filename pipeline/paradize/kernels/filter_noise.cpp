@@ -23,8 +23,8 @@ std::vector<float> sample(const Map &map, const Patches &patches) {
     for (const Patch &patch : patches.at) {
         for (std::size_t i = 0; i < count; ++i) {
             const std::size_t at = count == area ? i : i * 37 % area;
-            values.push_back(map.heights[(patch.y + at / patches.width) * map.columns + patch.x +
-                                         at % patches.width]);
+            values.push_back(
+                map.heights[(patch.y + at / patches.width) * map.columns + patch.x + at % patches.width]);
         }
     }
     std::sort(values.begin(), values.end());
@@ -77,8 +77,8 @@ std::vector<double> widened(const std::vector<double> &from, std::size_t rows, s
     for (std::size_t y = 0; y < rows; ++y) {
         for (std::size_t x = 0; x < columns; ++x) {
             both[y * columns + x] =
-                0.5 * across[y * columns + x] + 0.25 * (across[(y + 1) % rows * columns + x] +
-                                                        across[(y + rows - 1) % rows * columns + x]);
+                0.5 * across[y * columns + x] +
+                0.25 * (across[(y + 1) % rows * columns + x] + across[(y + rows - 1) % rows * columns + x]);
         }
     }
     return both;
@@ -117,9 +117,9 @@ Steps steps_of(const Map &map, const Patches &patches) {
         return {step, step * step / 12.0, step > 0.0};
     }
     if (map.source_bits > 16) { // float32 itself rounds to 24 bits
-        const double largest =
-            values.empty() ? 0.0
-                           : std::max(std::abs(static_cast<double>(values.front())), std::abs(static_cast<double>(values.back())));
+        const double largest = values.empty() ? 0.0
+                                              : std::max(std::abs(static_cast<double>(values.front())),
+                                                         std::abs(static_cast<double>(values.back())));
         const double step = largest * 0x1p-24;
         return {0.0, step * step / 12.0, false};
     }

@@ -1,7 +1,7 @@
 """Heights of a coarse source, smooth again: each stays within half a step of what the source said.
 
-Source of the method: see kernels/filter_destep.hpp. Done on request only: what lies between two steps is a guess,
-the one that bends least.
+Source of the method: see kernels/filter_destep.hpp. Done on request only: what lies between two steps is a
+guess, the one that bends least.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ STEP_8_BIT = 1.0 / 255.0  # of an 8-bit picture whose codes stand for 0..1
 def destep(heights: F32, step: float = STEP_8_BIT, *, wrap: tuple[bool, bool] = (False, False)) -> F32:
     """Heights (h, w) float32, each exactly within step / 2 of its source, in units of the heights.
 
-    step: the distance of neighbouring values of the source, above 0. wrap: whether the map repeats along (x, y).
-    A constant stays; a ramp in steps becomes a slope; where the source bends by more than about half a step per
-    texel its values stay as they are. Call it on what the file holds, before levels bend the steps. Raises
-    BakeError for a step that is none.
+    step: the distance of neighbouring values of the source, above 0. wrap: whether the map repeats along (x,
+    y). A constant stays; a ramp in steps becomes a slope; where the source bends by more than about half a
+    step per texel its values stay as they are. Call it on what the file holds, before levels bend the steps.
+    Raises BakeError for a step that is none.
     """
     if not 0.0 < step < np.inf:
         raise BakeError(f"a step of {step} cannot be smoothed", mend="give the distance of two source values")

@@ -2,9 +2,9 @@
 
 "central", "fourth", "eighth": central differences of that order. "scharr": H. Scharr, "Optimale Operatoren in
 der digitalen Bildverarbeitung", 2000. "smooth<r>", "quintic<r>", "septic<r>": the slope at the centre of the
-polynomial of degree 3, 5 or 7 that fits the 2 r + 1 texels along it best, smoothed across by the same fit, for
-heights with coarse steps: A. Savitzky and M. J. E. Golay, "Smoothing and differentiation of data by simplified
-least squares procedures", 1964. "spectral": kernels/filter_spectral.hpp; it has no taps.
+polynomial of degree 3, 5 or 7 that fits the 2 r + 1 texels along it best, smoothed across by the same fit,
+for heights with coarse steps: A. Savitzky and M. J. E. Golay, "Smoothing and differentiation of data by
+simplified least squares procedures", 1964. "spectral": kernels/filter_spectral.hpp; it has no taps.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ def _solve(matrix: list[list[Fraction]], right: list[Fraction]) -> list[Fraction
 
 
 def _fitted(radius: int, powers: tuple[int, ...]) -> list[Fraction]:
-    """Weights of the texels 0..radius that give the coefficient of the first power in the least-squares fit of
-    these powers, all even or all odd, to 2 radius + 1 texels."""
+    """Weights of the texels 0..radius that give the coefficient of the first power in the least-squares fit
+    of these powers, all even or all odd, to 2 radius + 1 texels."""
     texels = range(-radius, radius + 1)
     moments = [[Fraction(sum(k ** (p + q) for k in texels)) for q in powers] for p in powers]
     weights = _solve(moments, [Fraction(1), *[Fraction(0)] * (len(powers) - 1)])
@@ -122,9 +122,9 @@ def choose_filter(
 ) -> str:
     """The name of the filter that errs least on the heights (h, w), by its own prediction.
 
-    source_bits: 8, 16 or 32, of the file that the heights came from. tier: "fast" is "central" without a look;
-    "balanced" the best taps; "exact" also "spectral", where the map repeats on both axes and its edges meet.
-    islands: (h, w) int32 as of `normal_map`. Raises BakeError for a tier that is none.
+    source_bits: 8, 16 or 32, of the file that the heights came from. tier: "fast" is "central" without a
+    look; "balanced" the best taps; "exact" also "spectral", where the map repeats on both axes and its edges
+    meet. islands: (h, w) int32 as of `normal_map`. Raises BakeError for a tier that is none.
     """
     if tier not in TIERS:
         raise BakeError(f"no tier {tier!r}", mend=f"one of {', '.join(TIERS)}")
