@@ -11,7 +11,8 @@ import numpy.typing as npt
 from paradize.bake_map_rows import MapRows
 from paradize.bake_product import MapProduct, six
 from paradize.formats.png import encode_png
-from paradize.metrics.angle import filter_angle, normal_error
+from paradize.metrics.angle import normal_error
+from paradize.metrics.levels import filter_error
 from paradize.metrics.psnr import psnr_db
 from paradize.stages.compress import unorm
 from paradize.stages.sweep import bands_of, level_count, run, sweep
@@ -116,7 +117,7 @@ def _errors(name: str, rows: MapRows, codes: Codes) -> dict[str, float]:
     )
     errors = {f"{name}_p99_deg": found.p99, f"{name}_mean_deg": found.mean, f"{name}_max_deg": found.max}
     if name == "normal":
-        errors["normal_filter_deg"] = filter_angle(
+        errors["normal_filter_deg"] = filter_error(
             ground.heights, slope_scale=ground.slopes, wrap=ground.wrap, filter_name=ground.filter_name
-        )
+        )["mean_deg"]
     return errors

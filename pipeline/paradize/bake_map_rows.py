@@ -13,7 +13,7 @@ from paradize.stages import gutter
 from paradize.stages.gloss import GlossSettings, gloss_map
 from paradize.stages.height import luminance_plane
 from paradize.stages.mips import gloss_bundle
-from paradize.stages.normal import normal_map
+from paradize.stages.normal import prepare
 
 if TYPE_CHECKING:
     from paradize.data import Image
@@ -50,7 +50,7 @@ class Ground:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """What the metrics ask for beside the heights."""
+        """What normals are made with, and measured with, beside the heights."""
         return {
             "slope_scale": self.slopes,
             "wrap": self.wrap,
@@ -79,6 +79,7 @@ class MapRows:
     ) -> None:
         self.ground, self.names = ground, names
         self._unit, self._picture, self._gloss, self._layout = unit, picture, gloss, layout
+        self._normals = prepare(ground.heights, **ground.settings)
         self._whole: Bundle = {}
         if layout is not None and layout.source is not None:
             height = ground.heights.shape[0]
@@ -104,7 +105,7 @@ class MapRows:
 
     def _made(self, name: str, first: int, last: int) -> F32:
         if name == "normal":
-            return self._normals(first, last)
+            return self._normals.rows(first, last)
         if name == "height":
             return self._heights(first, last)[:, :, None]
         mask = None if self._layout is None or self._layout.mask is None else self._layout.mask[first:last]
@@ -122,16 +123,3 @@ class MapRows:
             return self._heights(first, last)
         part: Any = self._picture.values[first:last]
         return luminance_plane(replace(self._picture, values=part))
-
-    def _normals(self, first: int, last: int) -> F32:
-        if "normal" not in self._whole:
-            ground = self.ground
-            self._whole["normal"] = normal_map(
-                ground.heights,
-                slope_scale=ground.slopes,
-                wrap=ground.wrap,
-                filter_name=ground.filter_name,
-                green_down=ground.green_down,
-                islands=ground.islands,
-            )
-        return self._whole["normal"][first:last]

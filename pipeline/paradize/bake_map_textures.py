@@ -12,8 +12,7 @@ from paradize.bake_map_rows import MapRows
 from paradize.bake_product import LevelErrors, MapProduct, beyond, flat_errors
 from paradize.data import Texture
 from paradize.formats.ktx2 import encode_ktx2
-from paradize.metrics.angle import filter_angle
-from paradize.metrics.levels import dudv_levels, gloss_levels, normal_levels, value_levels
+from paradize.metrics.levels import dudv_levels, filter_error, gloss_levels, normal_levels, value_levels
 from paradize.stages.compress import LevelWriter, encode_rows, formats_of
 from paradize.stages.dudv import DudvLevels
 from paradize.stages.mips import gloss_rows, half_maps, unit_rows
@@ -130,7 +129,7 @@ def _flat(name: str, rows: MapRows, levels: LevelErrors) -> dict[str, float]:
     errors = flat_errors(name, levels[0])
     if name == "normal":
         ground = rows.ground
-        errors["normal_filter_deg"] = filter_angle(
+        errors["normal_filter_deg"] = filter_error(
             ground.heights, slope_scale=ground.slopes, wrap=ground.wrap, filter_name=ground.filter_name
-        )
+        )["mean_deg"]
     return errors

@@ -26,9 +26,10 @@ from paradize.readers.image import read_image
 from paradize.readers.obj import read_obj
 from paradize.stages import gutter
 from paradize.stages.compress import TIERS
+from paradize.stages.destep import destep_pixels
+from paradize.stages.filters import FILTER_NAMES, choose_filter
 from paradize.stages.gloss import GlossSettings
 from paradize.stages.height import height_from_color, height_from_height
-from paradize.stages.normal import derivative_filter
 from paradize.stages.sweep import bands_of, run
 
 F32 = npt.NDArray[np.float32]
@@ -47,6 +48,7 @@ def bake_maps(
     fmt: str = "ktx2",
     tier: str = "balanced",
     filter_name: str = "auto",
+    destep: bool = False,
     uv: Path | None = None,
     gloss_groups: Collection[str] | None = None,
     slope_scale: float | tuple[float, float] | None = None,
@@ -62,13 +64,16 @@ def bake_maps(
     the map's width high, -1e6..1e6. slope_scale replaces it: amplitude in metres over the texel's size in
     metres, along (x, y).
     wrap: "repeat" or "clamp", or one for each of (x, y). green: "up" or "down", of normal and du/dv. fmt:
-    "ktx2", with all mips, or "png". filter_name: the derivative filter; "auto" looks at
-    the heights. uv: an OBJ whose UV layout the picture follows: slopes stay inside islands, gutters are filled.
+    "ktx2", with all mips, or "png". filter_name: the derivative filter; "auto" looks at the heights. destep:
+    smooth the steps of an 8-bit source, within half a step. uv: an OBJ whose UV layout the picture follows:
+    slopes stay inside islands, gutters are filled.
     gloss_groups: groups or materials of that OBJ that shine; None: all. levels shape the height, gloss the
     gloss. budget: metric -> worst value; where blocks exceed it, a more exact format is taken. zstd: level of
     supercompression. measure: False leaves out errors (and with them the budget).
     Raises SourceError for what cannot be read, BakeError for settings that cannot be met.
     """
+    names = ("auto", *FILTER_NAMES)
+    one_of("filter", [] if filter_name in names else [filter_name], names)
     one_of("map", [name for name in only if name not in MAPS], MAPS)
     _check(path, source, strength, green, fmt, tier)
     wraps = wraps_of(wrap)
@@ -80,9 +85,14 @@ def bake_maps(
     layout = None if uv is None else _layout(uv, rows, columns, wraps, gloss_groups)
     if source == "color":
         image = replace(image, values=spread(image.values, wraps))
+    if destep:
+        image, told = _without_steps(image, path, wraps)
+        warnings = told if source == "height" else [*warnings, *told]
     heights = _heights(image, source, levels)
+    islands = None if layout is None else layout.islands
     if filter_name == "auto":
-        filter_name = derivative_filter(tier, image.source_bits)
+        bits = 32 if destep else image.source_bits
+        filter_name = choose_filter(heights, bits, wraps, tier, islands)
     if slope_scale is None:
         slope = strength / 100.0 * columns
         slopes = (slope, slope)
@@ -92,7 +102,6 @@ def bake_maps(
     if source == "height":
         unit, ranged = _unit(heights, path)
         warnings += ranged
-    islands = None if layout is None else layout.islands
     ground = Ground(heights, slopes, wraps, filter_name, green == "down", islands)
     picture = image if source == "color" and levels is not None else None
     del image  # the codes of a height map are not needed any more
@@ -114,6 +123,16 @@ def _warnings(path: Path, image: Image, source: str) -> list[str]:
     if source == "height" and image.source_bits == 8:
         return [f"{path}: heights of 8 bits stand in 255 steps; save it with 16 bits or as float"]
     return []
+
+
+def _without_steps(image: Image, path: Path, wraps: tuple[bool, bool]) -> tuple[Image, list[str]]:
+    """The picture as floats whose steps of 8 bits are smoothed; with a warning where it has none."""
+    if image.values.dtype != np.uint8:
+        return image, [f"{path}: has no steps of 8 bits to smooth"]
+    pixels = image.pixels
+    colors = 1 if pixels.shape[2] < 3 else 3
+    pixels[:, :, :colors] = destep_pixels(pixels[:, :, :colors], wrap=wraps)
+    return replace(image, values=pixels), []
 
 
 def _layout(
