@@ -18,12 +18,25 @@ import numpy.typing as npt
 from paradize.data import Mesh, Texture
 from paradize.formats.glb import decode_glb
 from paradize.formats.ktx2 import decode_ktx2
-from paradize.kernels import mathx
-from paradize.kernels.gutter import Bleed, walk
+from paradize.kernels.gutter import Bleed, linear_light, walk
 from paradize.metrics.texels import decode_texels
 from paradize.stages import gutter
 
 F32 = npt.NDArray[np.float32]
+
+# What `paradize check` walks with.
+__all__ = [
+    "KINDS",
+    "Borders",
+    "find_borders",
+    "is_safe",
+    "measure_gutters",
+    "reach_of",
+    "sampled_levels",
+    "walk",
+]
+
+is_safe, reach_of = gutter.is_safe, gutter.parallax_reach
 
 KINDS = {"color": "color", "normal": "normal", "height": "value", "gloss": "value"}
 _STEPS = 6  # bisections: the reach given is within 1/64 of what there is
@@ -48,9 +61,11 @@ class Borders:
         return found
 
 
-def find_borders(mesh: Mesh, *, width: int, height: int, repeat: bool, file: object = None) -> Borders:
-    """Raises BakeError for UVs that are no layout."""
+def find_borders(mesh: Mesh, *, width: int, height: int, repeat: bool, file: object = None) -> Borders | None:
+    """None where the UVs cover no texel. Raises BakeError for UVs that are no layout."""
     islands = gutter.find_islands(mesh, height=height, width=width, repeat=repeat, file=file)
+    if islands is None:
+        return None
     materials: dict[str, npt.NDArray[np.int32]] = {}
     for group in mesh.groups:
         ids = islands.of_triangle[group.first : group.first + group.count]
@@ -65,7 +80,7 @@ def sampled_levels(texture: Texture, name: str) -> list[F32]:
     levels = [decode_texels(texture, level) for level in range(len(texture.levels))]
     if name == "color":
         for level in levels:
-            level[:, :, :3] = mathx.srgb_to_linear(level[:, :, :3])
+            level[:, :, :3] = linear_light(level[:, :, :3])
         opaque = levels[0].shape[2] == 4 and bool((levels[0][:, :, 3] >= 1).all())
         return [level[:, :, :3] for level in levels] if opaque else levels
     return [np.ascontiguousarray(level[:, :, : 2 if name == "normal" else 1]) for level in levels]
@@ -98,10 +113,16 @@ def measure_gutters(
     decoded = {key: decode_ktx2(data, f"{name}_{key}") for key, data in textures.items()}
     chains = {key: sampled_levels(texture, key) for key, texture in decoded.items()}
     sizes = {(texture.width, texture.height) for texture in decoded.values()}
-    borders = {
-        size: find_borders(mesh, width=size[0], height=size[1], repeat=around, file=name) for size in sizes
+    of_size = {
+        size: find_borders(mesh, width=size[0], height=size[1], repeat=around, file=name)
+        for size in sorted(sizes)
     }
-    of_map = {key: borders[texture.width, texture.height] for key, texture in decoded.items()}
+    of_map: dict[str, Borders] = {}
+    for key, texture in decoded.items():
+        found_borders = of_size[texture.width, texture.height]
+        if found_borders is None:
+            return {"repeat": True, "limits": limits, "maps": dict.fromkeys(textures)}
+        of_map[key] = found_borders
     given = dict(asked)
     if "height" in textures:
         for material, reach in asked.items():

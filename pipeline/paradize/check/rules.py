@@ -51,6 +51,18 @@ RULES: dict[str, Rule] = {
         "a GLB without a node that draws a mesh shows nothing",
         "export it with its meshes",
     ),
+    "PZ221": Rule(
+        "error",
+        "gutter bleeds",
+        "beside a UV island a sample sees what is not the island's own",
+        "bake again; move the islands apart, or accept more with the object's bleed",
+    ),
+    "PZ222": Rule(
+        "error",
+        "parallax leaves its gutter",
+        "the steepest look moves a sample out of its UV island's gutter",
+        "bake again, or make the material's parallax_scale smaller",
+    ),
     "PZ301": Rule("error", "mip chain incomplete", "levels down to 1 x 1 are missing or short", "bake again"),
     "PZ302": Rule("error", "texel not a number", "NaN or infinity in a float texture", "mend the source"),
     "PZ303": Rule(

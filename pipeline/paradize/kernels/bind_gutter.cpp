@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "gutter_walk.hpp"
+#include "mathx.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
@@ -36,6 +37,25 @@ gutter::Layout layout_of(const In<std::uint8_t> &inside, const In<std::int32_t> 
         need(owner.data()[i] >= 0, "a texel has no owner");
     }
     return {{inside.data(), count}, {source.data(), count}, {owner.data(), count}, repeat};
+}
+
+// Encoded sRGB in 0..1 -> linear light, from a table of 4096 steps, straight between them.
+void linear_light(const In<float> &values, const Out<float> &result) {
+    need(values.size() == result.size(), "arrays differ in size");
+    constexpr std::size_t steps = 4096;
+    std::array<float, steps + 2> table{};
+    for (std::size_t i = 0; i <= steps; ++i) {
+        table[i] = static_cast<float>(mathx::srgb_to_linear(static_cast<double>(i) / steps));
+    }
+    table[steps + 1] = table[steps];
+    const float *from = values.data();
+    float *to = result.data();
+    nb::gil_scoped_release unlocked;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const float at = (from[i] > 0.0F ? std::min(from[i], 1.0F) : 0.0F) * static_cast<float>(steps);
+        const auto k = static_cast<std::size_t>(at);
+        to[i] = table[k] + (at - static_cast<float>(k)) * (table[k + 1] - table[k]);
+    }
 }
 
 void touching(const In<std::int32_t> &ids, std::size_t count, bool repeat, const Out<std::int32_t> &names) {
@@ -104,6 +124,7 @@ void walk(const In<float> &texels, std::size_t channels, int kind, const In<std:
 
 NB_MODULE(_gutter, m) {
     m.doc() = "Gutter kernels: islands that touch, gaps between islands, the walk along their borders.";
+    m.def("linear_light", &linear_light);
     m.def("touching", &touching);
     m.def("smallest_gap", &smallest_gap);
     m.def("walk", &walk);

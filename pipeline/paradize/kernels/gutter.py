@@ -64,6 +64,14 @@ class Bleed:
     samples: int
 
 
+def linear_light(values: F32) -> F32:
+    """Encoded sRGB -> linear light, any shape, within 1e-6; what lies outside 0..1 is taken as its end."""
+    values = np.ascontiguousarray(values, np.float32)
+    result = np.empty_like(values)
+    _gutter.linear_light(values, result)
+    return result
+
+
 def touching(ids: I32, count: int, *, repeat: bool) -> I32:
     """A name (count,) for each island of ids (h, w; -1 outside, below count): one name for islands between
     which no whole texel lies, directly or through others."""

@@ -117,12 +117,12 @@ class Islands:
     width_texels: float | None
 
 
-def find_islands(mesh: Mesh, *, height: int, width: int, repeat: bool, file: object = None) -> Islands:
+def find_islands(mesh: Mesh, *, height: int, width: int, repeat: bool, file: object = None) -> Islands | None:
     """The islands of a mesh's UV layout on a map of height x width texels. repeat: whether the map repeats.
-    Raises BakeError for UVs that are no layout, or that cover no texel."""
+    None where the UVs cover no texel. Raises BakeError for UVs that are no layout."""
     drawn = island_map(mesh, height=height, width=width, file=file)
     if mesh.uvs is None or not (drawn >= 0).any():
-        raise BakeError("the UVs cover no texel", file=file, mend="unwrap the mesh")
+        return None
     ids = maps.uv_islands(mesh.uvs, mesh.triangles)
     names = gutter.touching(drawn, int(ids.max()) + 1, repeat=repeat)
     inside = drawn >= 0

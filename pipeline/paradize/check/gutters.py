@@ -1,0 +1,92 @@
+"""Walks the borders of every object's UV islands on the published maps: at every level in use, squarely and
+at the steepest parallax offset, no sample may see what is not the island's own (see stages/gutter.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from paradize.bake_gutter import KINDS, Borders, find_borders, is_safe, reach_of, sampled_levels, walk
+from paradize.check.files import read_file
+from paradize.check.rules import Finding
+from paradize.data import Texture
+from paradize.errors import ParadizeError
+from paradize.formats.glb import decode_glb
+from paradize.formats.ktx2 import decode_ktx2
+
+
+def check_gutters(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
+    """The findings in a manifest's objects, whose files lie in `folder`; what cannot be read is left to other
+    rules."""
+    for item in manifest["objects"]:
+        names = {key: item[key] for key in KINDS if item[key] is not None}
+        names = {key: name for key, name in names.items() if manifest["artifacts"][name]["gutter"]}
+        if not names:
+            continue
+        glb = _read(manifest, folder, item["mesh"])
+        try:
+            mesh = decode_glb(glb)[0].mesh
+            textures = {key: decode_ktx2(_read(manifest, folder, name)) for key, name in names.items()}
+            sizes = {(texture.width, texture.height) for texture in textures.values() if mesh.uvs is not None}
+            borders = {
+                (width, height): find_borders(mesh, width=width, height=height, repeat=item["repeat"])
+                for width, height in sizes
+            }
+        except ParadizeError:
+            continue
+        given = _given(item, item["height"] is not None)
+        for key, texture in textures.items():
+            at = borders.get((texture.width, texture.height))
+            if at is not None:
+                artifact = manifest["artifacts"][names[key]]
+                yield from _walk(at, texture, key, names[key], given, artifact, folder)
+
+
+def _read(manifest: dict[str, Any], folder: Path, name: str) -> bytes:
+    try:
+        return read_file(folder / manifest["artifacts"][name]["file"])
+    except OSError:
+        return b""
+
+
+def _given(item: dict[str, Any], relief: bool) -> dict[str, float]:
+    """How far the player moves samples, by material: what is asked, within the limit."""
+    found = {}
+    for name, material in item["materials"].items():
+        reach = reach_of(material["parallax_scale"], material["parallax_bias"]) if relief else 0.0
+        limit = material["parallax_limit"]
+        found[name] = reach if limit is None else min(reach, limit)
+    return found
+
+
+def _walk(
+    borders: Borders,
+    texture: Texture,
+    key: str,
+    name: str,
+    given: Mapping[str, float],
+    artifact: dict[str, Any],
+    folder: Path,
+) -> Iterator[Finding]:
+    bound = artifact["gutter"]["bound"]
+    count = len(texture.levels) if artifact["max_level"] is None else artifact["max_level"] + 1
+    levels = sampled_levels(texture, key)[:count]
+    far = borders.reach(given)
+    steep = walk(levels, KINDS[key], borders.islands.layout, far)
+    flat = steep
+    if any(not is_safe(found, bound) for found in steep) and (far > 0.0).any():
+        flat = walk(levels, KINDS[key], borders.islands.layout, far.clip(max=0.0))
+    for level, (here, moved) in enumerate(zip(flat, steep, strict=True)):
+        if not is_safe(here, bound):
+            code, found = "PZ221", here
+        elif not is_safe(moved, bound):
+            code, found = "PZ222", moved
+        else:
+            continue
+        what = (
+            f"beside an island samples are off by up to {found.worst:.3g} of the range, one in a hundred by "
+            f"{found.all_p99:.3g} or more; {bound:g} is accepted"
+        )
+        place = f"{name} level {level} texel ({found.x >> level}, {found.y >> level})"
+        yield Finding(code, str(folder / artifact["file"]), what, place)
