@@ -35,3 +35,23 @@ def normals_from_slopes(
     threads: int,
     width: int,
 ) -> bool: ...
+def material_maps(
+    color: Array,
+    derivative: Array,
+    smooth: Array,
+    scale_x: float,
+    scale_y: float,
+    wrap_x: bool,
+    wrap_y: bool,
+    green_down: bool,
+    height_levels: Array,
+    gloss_levels: Array,
+    gloss: Array,
+    encoded: bool,
+    height: Array,
+    normal: Array,
+    shine: Array,
+    dudv: Array,
+    threads: int,
+    width: int,
+) -> bool: ...

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "normals_field.hpp"
+#include "normals_material.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
@@ -103,6 +104,59 @@ bool normals_from_slopes(const In<float> &dx, const In<float> &dy, double scale_
     return true;
 }
 
+maps::Levels levels_of(const In<double> &v) {
+    need(v.size() == 6, "levels have six numbers");
+    const double *at = v.data();
+    need(at[0] != at[1] && at[2] > 0.0, "black equals white, or gamma is not positive");
+    return {at[0], at[1], at[2], at[3], at[4], at[5] != 0.0};
+}
+
+bool material_maps(const nb::ndarray<nb::ro, nb::c_contig, nb::device::cpu> &color,
+                   const In<double> &derivative, const In<double> &smooth, double scale_x, double scale_y,
+                   bool wrap_x, bool wrap_y, bool green_down, const In<double> &height_levels,
+                   const In<double> &gloss_levels, const In<float> &gloss, bool encoded,
+                   const Out<std::uint16_t> &height, const Out<std::uint8_t> &normal,
+                   const Out<std::uint8_t> &shine, const Out<std::int8_t> &dudv, int threads, int width) {
+    need(color.ndim() == 3 && color.size() > 0, "the colour is not (rows, columns, channels)");
+    const auto shape = [&](std::size_t axis) { return color.shape(axis); };
+    need(shape(2) == 3 || shape(2) == 4, "the colour has neither 3 nor 4 channels");
+    const bool bytes = color.dtype() == nb::dtype<std::uint8_t>();
+    const bool words = color.dtype() == nb::dtype<std::uint16_t>();
+    need(bytes || words || color.dtype() == nb::dtype<float>(), "the colour is of another type");
+    const std::size_t texels = shape(0) * shape(1);
+    need(height.size() == texels && normal.size() == 3 * texels && shine.size() == 2 * texels &&
+             dudv.size() == 2 * texels,
+         "an output array has the wrong size");
+    need(gloss.size() == 4, "gloss has four numbers");
+    const normals::ColorView view{bytes ? static_cast<const std::uint8_t *>(color.data()) : nullptr,
+                                  words ? static_cast<const std::uint16_t *>(color.data()) : nullptr,
+                                  bytes || words ? nullptr : static_cast<const float *>(color.data()),
+                                  shape(0),
+                                  shape(1),
+                                  shape(2)};
+    const float *g = gloss.data();
+    const normals::MaterialSettings settings{
+        settings_of(derivative, smooth, scale_x, scale_y, wrap_x, wrap_y, green_down),
+        levels_of(height_levels),
+        levels_of(gloss_levels),
+        g[0],
+        g[1],
+        g[2],
+        g[3],
+        encoded};
+    const normals::MaterialOut to{{height.data(), texels},
+                                  {normal.data(), 3 * texels},
+                                  {shine.data(), 2 * texels},
+                                  {dudv.data(), 2 * texels}};
+    nb::gil_scoped_release unlocked;
+    try {
+        normals::material_maps(view, settings, to, threads, width_of(width));
+    } catch (const normals::NotFinite &) {
+        return false;
+    }
+    return true;
+}
+
 } // namespace
 
 NB_MODULE(_normals, m) {
@@ -110,4 +164,5 @@ NB_MODULE(_normals, m) {
     m.def("has_width", &has_width);
     m.def("normals_from_heights", &normals_from_heights);
     m.def("normals_from_slopes", &normals_from_slopes);
+    m.def("material_maps", &material_maps);
 }

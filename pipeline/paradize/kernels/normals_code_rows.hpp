@@ -14,19 +14,45 @@ PARADIZE_INLINE Pairs height_lanes(const Lanes &h) {
     return __builtin_convertvector(__builtin_convertvector(code, Whole), Pairs);
 }
 
-static void height_codes(const float *heights, std::size_t n, std::uint16_t *to) {
+static void height_codes(const float *heights, std::size_t n, std::uint8_t *to) {
     for (std::size_t x = 0; x < n; x += lanes) {
         const Pairs codes = height_lanes(load(heights + x));
-        std::memcpy(to + x, &codes, sizeof(codes));
+        std::memcpy(to + 2 * x, &codes, sizeof(codes));
     }
 }
 
-PARADIZE_INLINE Whole byte_code(const Lanes &v) {
-    const Lanes zero = {};
-    const Lanes one = zero + 1.0F;
-    const Lanes above = v < zero ? zero : v;
-    const Lanes clamped = above > one ? one : above;
-    return __builtin_convertvector(clamped * 255.0F + 0.5F, Whole);
+// Into 0..1. (In place: vectors wider than the instruction set's are not returned alike everywhere.)
+template <typename Vector>
+PARADIZE_INLINE void unit(Vector &v) {
+    const Vector zero = {};
+    const Vector one = zero + 1;
+    v = v < zero ? zero : v;
+    v = v > one ? one : v;
+}
+
+static void clamp(const float *values, std::size_t n, float *to) {
+    for (std::size_t x = 0; x < n; x += lanes) {
+        Lanes v = load(values + x);
+        unit(v);
+        store(to + x, v);
+    }
+}
+
+static void levels(const float *values, std::size_t n, const Linear &levels, float *to) {
+    for (std::size_t x = 0; x < n; x += lanes) {
+        const Wide v = __builtin_convertvector(load(values + x), Wide);
+        Wide t = (v - levels.black) / levels.range;
+        unit(t);
+        t = (t - 0.5) * levels.contrast + 0.5 + levels.brightness;
+        unit(t);
+        t = levels.invert ? 1.0 - t : t;
+        store(to + x, __builtin_convertvector(t, Lanes));
+    }
+}
+
+PARADIZE_INLINE Whole byte_code(Lanes v) {
+    unit(v);
+    return __builtin_convertvector(v * 255.0F + 0.5F, Whole);
 }
 
 static void gloss_codes(const float *t, std::size_t n, const float *low, const float *step,
@@ -99,20 +125,21 @@ PARADIZE_INLINE Whole shifted(const Bits &unorm, const Bits &low, std::int32_t s
 }
 
 static void shifted_codes(const std::uint8_t *rgb, const std::uint8_t *rest, std::size_t n,
-                          const std::int32_t *shift, std::uint32_t *more, std::int8_t *to) {
+                          const std::int32_t *shift, std::uint32_t *more, std::uint8_t *to) {
     for (std::size_t x = 0; x < n; x += lanes) {
         const Whole keep = first_lanes(n - x);
         const Bits words = load_rgb(rgb + 3 * x);
         const Bits low = load_pairs(rest + 2 * x);
         const Whole u = shifted(words & 255U, low & 255U, shift[0], keep, more[0]);
         const Whole v = shifted((words >> 8) & 255U, low >> 8, shift[1], keep, more[1]);
-        store_pairs(reinterpret_cast<std::uint8_t *>(to) + 2 * x, ((Bits)u & 255U) | ((Bits)v << 8));
+        store_pairs(to + 2 * x, ((Bits)u & 255U) | ((Bits)v << 8));
     }
 }
 
 const Kernels *kernels() {
-    static constexpr Kernels table{&copy,        &along,        &row,           &from_slopes, &height_codes,
-                                   &gloss_codes, &count_levels, &shifted_codes, &stream,      &fence};
+    static constexpr Kernels table{&copy,         &along,         &row,          &from_slopes,
+                                   &clamp,        &levels,        &height_codes, &gloss_codes,
+                                   &count_levels, &shifted_codes, &stream,       &fence};
     return &table;
 }
 

@@ -71,6 +71,15 @@ struct RowJob {
     int across;
 };
 
+// Levels without their gamma: ((v - black) / range clamped - 1/2) contrast + 1/2 + brightness, clamped.
+struct Linear {
+    double black;
+    double range;
+    double contrast;
+    double brightness;
+    bool invert;
+};
+
 // The row functions of one instruction set.
 struct Kernels {
     // Copies n floats; false when one is not finite.
@@ -82,16 +91,19 @@ struct Kernels {
     // The same from slopes; both may be read for `margin` floats beyond their end.
     bool (*from_slopes)(const float *dx, const float *dy, std::size_t n, float left, float down,
                         Encoding encoding, const RowOut &out);
-    // Heights 0..1 -> 65535 h, nearest.
-    void (*height_codes)(const float *heights, std::size_t n, std::uint16_t *to);
+    // Values within 0..1.
+    void (*clamp)(const float *values, std::size_t n, float *to);
+    void (*levels)(const float *values, std::size_t n, const Linear &levels, float *to);
+    // Heights 0..1 -> 65535 h, nearest, two bytes each.
+    void (*height_codes)(const float *heights, std::size_t n, std::uint8_t *to);
     // Two codes 0..255 of low + t (high - low), nearest, for each of n values t.
     void (*gloss_codes)(const float *t, std::size_t n, const float *low, const float *step, std::uint8_t *to);
     // counts[16 c + k] += how many of the n texels have fine[2 i + c] >= 16 k.
     void (*count_levels)(const std::uint8_t *fine, std::size_t n, std::uint32_t *counts);
-    // The fine codes that rgb and rest (2 per texel) hold, shifted[c] added, >> 8. Where the byte shifted out
-    // is 240 or more the first more[c] are one higher. May overwrite `rest`.
+    // (the fine codes that rgb and rest, 2 per texel, hold + shift[c]) >> 8; where the byte shifted out is
+    // 240 or above the first more[c] are one higher. `to` may be `rest`.
     void (*shifted_codes)(const std::uint8_t *rgb, const std::uint8_t *rest, std::size_t n,
-                          const std::int32_t *shifted, std::uint32_t *more, std::int8_t *to);
+                          const std::int32_t *shift, std::uint32_t *more, std::uint8_t *to);
     // Copies bytes past the caches; `fence` after the last.
     void (*stream)(std::uint8_t *to, const std::uint8_t *from, std::size_t bytes);
     void (*fence)();
