@@ -24,15 +24,16 @@ MAX_REACH = 64  # texels that a filter may touch on each side
 
 
 class Error(NamedTuple):
-    """What a level's `count` numbers are together. sum: of the angles, or of the squared differences; p99,
-    max: of the angles or the absolute differences, p99 the smallest that 99 of 100 do not pass."""
+    """What the errors of a level, `number` of them, are together. sum: of the angles, or of the squared
+    differences; p99, max: of the angles or the absolute differences, p99 the smallest that 99 of 100 do not
+    pass."""
 
-    count: int
+    number: int
     sum: float
     p99: float
     max: float
     alpha_squares: float
-    alpha_count: int
+    alpha_number: int
 
 
 class Texture:

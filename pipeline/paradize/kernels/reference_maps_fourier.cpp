@@ -11,7 +11,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr std::size_t together = 16; // columns that are read from a row at once
+constexpr std::size_t together = 16; // lines that are read at once, an even number
 
 // e^(-2 pi i part / whole)
 Complex root(std::size_t part, std::size_t whole) {
@@ -115,32 +115,43 @@ void Fourier::slopes(std::span<double> a, std::span<double> b) {
     }
 }
 
-std::vector<float> column_slopes(std::span<const float> heights, std::size_t rows, std::size_t columns,
-                                 int threads) {
-    std::vector<float> out(rows * columns);
-    const Fourier plan(rows);
-    maps::for_rows((columns + together - 1) / together, threads, [&](std::size_t begin, std::size_t end) {
+namespace {
+
+// `count` lines of `length` numbers, `next` apart and their numbers `step` apart -> their slopes, at most
+// `together` lines at once.
+void slopes_along(std::span<const float> heights, std::size_t count, std::size_t next, std::size_t length,
+                  std::size_t step, std::span<float> out, int threads) {
+    const Fourier plan(length);
+    maps::for_rows((count + together - 1) / together, threads, [&](std::size_t begin, std::size_t end) {
         Fourier fourier = plan;
-        std::vector<double> lines(together * rows);
+        std::vector<double> lines(together * length);
         for (std::size_t group = begin; group < end; ++group) {
             const std::size_t first = group * together;
-            const std::size_t count = std::min(together, columns - first);
+            const std::size_t some = std::min(together, count - first);
             std::fill(lines.begin(), lines.end(), 0.0);
-            for (std::size_t y = 0; y < rows; ++y) {
-                for (std::size_t i = 0; i < count; ++i) {
-                    lines[i * rows + y] = heights[y * columns + first + i];
+            for (std::size_t k = 0; k < length; ++k) {
+                for (std::size_t i = 0; i < some; ++i) {
+                    lines[i * length + k] = heights[(first + i) * next + k * step];
                 }
             }
-            for (std::size_t i = 0; i < count; i += 2) {
-                fourier.slopes({&lines[i * rows], rows}, {&lines[(i + 1) * rows], rows});
+            for (std::size_t i = 0; i < some; i += 2) {
+                fourier.slopes({&lines[i * length], length}, {&lines[(i + 1) * length], length});
             }
-            for (std::size_t y = 0; y < rows; ++y) {
-                for (std::size_t i = 0; i < count; ++i) {
-                    out[y * columns + first + i] = static_cast<float>(lines[i * rows + y]);
+            for (std::size_t k = 0; k < length; ++k) {
+                for (std::size_t i = 0; i < some; ++i) {
+                    out[(first + i) * next + k * step] = static_cast<float>(lines[i * length + k]);
                 }
             }
         }
     });
+}
+
+} // namespace
+
+Slopes spectral_slopes(std::span<const float> heights, std::size_t rows, std::size_t columns, int threads) {
+    Slopes out{std::vector<float>(heights.size()), std::vector<float>(heights.size())};
+    slopes_along(heights, rows, columns, columns, 1, out.x, threads);
+    slopes_along(heights, columns, 1, rows, columns, out.y, threads);
     return out;
 }
 

@@ -33,8 +33,11 @@ class Fourier {
     std::vector<Complex> wide_;
 };
 
-// Slopes along the columns of heights (rows, columns), float32.
-std::vector<float> column_slopes(std::span<const float> heights, std::size_t rows, std::size_t columns,
-                                 int threads);
+// Slopes along x and along y of periodic heights (rows, columns), each a plane of float32.
+struct Slopes {
+    std::vector<float> x;
+    std::vector<float> y;
+};
+Slopes spectral_slopes(std::span<const float> heights, std::size_t rows, std::size_t columns, int threads);
 
 } // namespace paradize::reference

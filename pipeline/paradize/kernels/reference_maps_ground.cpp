@@ -87,12 +87,10 @@ GroundRows::GroundRows(const Ground &ground, int threads)
     : ground_(ground), reach_(std::max(ground.derivative.size(), ground.smooth.size() - 1)),
       lines_(2 * reach_ + 1, std::vector<double>(ground.size.columns + 2 * reach_)),
       held_(lines_.size(), unheld), work_(ground.size.columns + 2 * reach_), dx_(ground.size.columns),
-      dy_(ground.size.columns), pair_at_(ground.size.rows) {
+      dy_(ground.size.columns) {
     if (ground.spectral) {
-        fourier_.emplace(ground.size.columns);
-        pair_.resize(2 * ground.size.columns);
-        columns_ = std::make_shared<const std::vector<float>>(
-            column_slopes(ground.heights, ground.size.rows, ground.size.columns, threads));
+        slopes_ = std::make_shared<const Slopes>(
+            spectral_slopes(ground.heights, ground.size.rows, ground.size.columns, threads));
     }
 }
 
@@ -158,25 +156,11 @@ void GroundRows::filtered(std::ptrdiff_t y) {
     }
 }
 
-// dx_ and dy_ of row y by the spectrum. Rows are transformed two at a time.
-void GroundRows::transformed(std::size_t y) {
-    const std::size_t columns = ground_.size.columns;
-    const std::size_t first = y / 2 * 2;
-    if (pair_at_ != first) {
-        pair_at_ = first;
-        const std::size_t second = std::min(first + 1, ground_.size.rows - 1);
-        widen(&ground_.heights[first * columns], columns, pair_.data());
-        widen(&ground_.heights[second * columns], columns, pair_.data() + columns);
-        fourier_->slopes({pair_.data(), columns}, {pair_.data() + columns, columns});
-    }
-    std::copy_n(pair_.begin() + static_cast<std::ptrdiff_t>((y - first) * columns), columns, dx_.begin());
-    widen(columns_->data() + y * columns, columns, dy_.data());
-}
-
 void GroundRows::row(std::size_t y, double *out) {
     const std::size_t columns = ground_.size.columns;
     if (ground_.spectral) {
-        transformed(y);
+        widen(&slopes_->x[y * columns], columns, dx_.data());
+        widen(&slopes_->y[y * columns], columns, dy_.data());
     } else {
         filtered(static_cast<std::ptrdiff_t>(y));
     }

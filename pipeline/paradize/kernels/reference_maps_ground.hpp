@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -34,7 +33,7 @@ struct Ground {
 // island together with all that its taps touch, else 0.
 class GroundRows final : public Rows {
   public:
-    // threads: of the columns' transforms, where the filter is the spectral one.
+    // threads: of the transforms, where the filter is the spectral one.
     GroundRows(const Ground &ground, int threads);
     std::size_t channels() const override { return ground_.islands.empty() ? 3 : 4; }
     void row(std::size_t y, double *out) override;
@@ -43,7 +42,6 @@ class GroundRows final : public Rows {
   private:
     const double *padded(std::ptrdiff_t y);
     void filtered(std::ptrdiff_t y);
-    void transformed(std::size_t y);
     void inside(std::size_t y, double *out) const;
 
     Ground ground_;
@@ -53,10 +51,7 @@ class GroundRows final : public Rows {
     std::vector<double> work_;
     std::vector<double> dx_;
     std::vector<double> dy_;
-    std::optional<Fourier> fourier_;
-    std::vector<double> pair_; // slopes along x of two rows
-    std::size_t pair_at_;
-    std::shared_ptr<const std::vector<float>> columns_; // slopes along y, where the filter is spectral
+    std::shared_ptr<const Slopes> slopes_; // where the filter is the spectral one
 };
 
 } // namespace paradize::reference

@@ -1,9 +1,7 @@
 """The angle, in degrees, between a decoded normal map and normals computed in float64 from its heights.
 
-The reference shares no line with the stage: slopes by shifted arrays, angles by an arc tangent of its own
-(numpy's differs between CPUs). It applies the derivative filter of the tier that was used, so it measures
-arithmetic and storage; filter_angle tells beside it how far that filter is from the eighth-order one, whose
-error is below a thousandth of a degree from a wavelength of 8 texels on.
+The same as levels.py measures natively, for arrays that are no texture; and, in numpy, the float64 normals
+themselves. The angle's arc tangent is its own: numpy's differs between CPUs.
 """
 
 from __future__ import annotations
@@ -13,19 +11,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from paradize.kernels import reference_maps
+from paradize.metrics.filters import taps
+from paradize.metrics.levels import filter_error, six
+
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     F64 = npt.NDArray[np.float64]
     I32 = npt.NDArray[np.int32]
-
-# Weights of h[+k] - h[-k] for k = 1, 2, ...
-_WEIGHTS = {
-    "central": (1 / 2,),
-    "fourth": (2 / 3, -1 / 12),
-    "eighth": (4 / 5, -1 / 5, 4 / 105, -1 / 280),
-}
-_BAND = 256  # rows at a time: a 16384 x 16384 map is measured in little memory
 
 
 @dataclass(frozen=True)
@@ -37,35 +31,32 @@ class AngleError:
     max: float
 
 
-def _padded(rows: F64, top: int, bottom: int, reach: int, wrap_x: bool) -> F64:
-    """The rows with `reach` columns more on each side: repeated, or reflected oddly about the edge texel."""
-    width = rows.shape[1]
-    left = np.arange(-reach, 0)
-    right = np.arange(width, width + reach)
-    if wrap_x:
-        return np.concatenate([rows[:, left % width], rows, rows[:, right % width]], axis=1)
-    near = np.clip(-left, 0, width - 1)
-    far = np.clip(2 * (width - 1) - right, 0, width - 1)
-    before = 2.0 * rows[:, :1] - rows[:, near]
-    after = 2.0 * rows[:, -1:] - rows[:, far]
-    return np.concatenate([before, rows, after], axis=1)
+def _extended(values: F64, reach: int, wrap: bool) -> F64:
+    """The values with `reach` more before and after, along axis 0: repeated, or reflected oddly about the
+    last."""
+    n = len(values)
+    at = np.arange(-reach, n + reach)
+    if wrap:
+        return np.asarray(values[at % n])
+    edge = np.clip(at, 0, n - 1)
+    mirrored = values[np.clip(2 * edge - at, 0, n - 1)]
+    outside = (edge != at).reshape(-1, *([1] * (values.ndim - 1)))
+    return np.asarray(np.where(outside, 2.0 * values[edge] - mirrored, mirrored))
 
 
-def _window(
-    heights: npt.NDArray[np.float32], first: int, last: int, reach: int, wrap: tuple[bool, bool]
-) -> F64:
-    """Rows first - reach .. last + reach and the columns beside them, float64."""
-    count = heights.shape[0]
-    rows = np.arange(first - reach, last + reach)
-    if wrap[1]:
-        band = heights[rows % count].astype(np.float64)
-    else:
-        about = np.clip(rows, 0, count - 1)
-        mirrored = np.clip(2 * about - rows, 0, count - 1)
-        band = heights[mirrored].astype(np.float64)
-        outside = rows != about
-        band[outside] = 2.0 * heights[about[outside]].astype(np.float64) - band[outside]
-    return _padded(band, first, last, reach, wrap[0])
+def _slope(values: F64, derivative: tuple[float, ...], smooth: tuple[float, ...]) -> F64:
+    """Slope along axis 0 of values that are extended on both axes by as much as the filter reaches."""
+    reach = max(len(derivative), len(smooth) - 1)
+    rows, columns = (size - 2 * reach for size in values.shape)
+
+    def part(k: int, j: int) -> F64:
+        return values[reach + k : reach + k + rows, reach + j : reach + j + columns]
+
+    total = np.zeros((rows, columns))
+    for k, weight in enumerate(derivative, start=1):
+        for j in range(1 - len(smooth), len(smooth)):
+            total = total + weight * smooth[abs(j)] * (part(k, j) - part(-k, j))
+    return total
 
 
 def reference_normals(
@@ -78,26 +69,16 @@ def reference_normals(
     filter_name: str,
     green_down: bool = False,
 ) -> F64:
-    """Unit normals (last - first, w, 3) float64 of the rows first..last of heights (h, w)."""
-    reach = 1 if filter_name == "scharr" else len(_WEIGHTS[filter_name])
-    window = _window(heights, first, last, reach, wrap)
-    count, width = last - first, heights.shape[1]
-
-    def shifted(dy: int, dx: int) -> F64:
-        return window[reach + dy : reach + dy + count, reach + dx : reach + dx + width]
-
-    if filter_name == "scharr":
-        dx = (3.0 * (shifted(-1, 1) - shifted(-1, -1)) + 10.0 * (shifted(0, 1) - shifted(0, -1))) / 32.0
-        dx = dx + 3.0 * (shifted(1, 1) - shifted(1, -1)) / 32.0
-        dy = (3.0 * (shifted(1, -1) - shifted(-1, -1)) + 10.0 * (shifted(1, 0) - shifted(-1, 0))) / 32.0
-        dy = dy + 3.0 * (shifted(1, 1) - shifted(-1, 1)) / 32.0
-    else:
-        dx, dy = np.zeros((count, width)), np.zeros((count, width))
-        for k, weight in enumerate(_WEIGHTS[filter_name], start=1):
-            dx = dx + weight * (shifted(0, k) - shifted(0, -k))
-            dy = dy + weight * (shifted(k, 0) - shifted(-k, 0))
-    dx = dx * slope_scale[0]
-    dy = dy * (-slope_scale[1] if green_down else slope_scale[1])
+    """Unit normals (last - first, w, 3) float64 of the rows first..last of heights (h, w), by any filter that
+    has taps. In numpy: for tests and small maps."""
+    found = taps(filter_name)
+    if found is None:
+        raise ValueError(f"the filter {filter_name!r} has no taps")
+    reach = max(len(found[0]), len(found[1]) - 1)
+    tall = _extended(heights.astype(np.float64), reach, wrap[1])[first : last + 2 * reach]
+    window = _extended(tall.T, reach, wrap[0])
+    dx = _slope(window, *found).T * slope_scale[0]
+    dy = _slope(np.ascontiguousarray(window.T), *found) * (-slope_scale[1] if green_down else slope_scale[1])
     largest = np.maximum(np.maximum(np.abs(dx), np.abs(dy)), 1.0)
     dx, dy, z = dx / largest, dy / largest, 1.0 / largest
     length = np.sqrt(dx * dx + dy * dy + z * z)
@@ -145,21 +126,6 @@ def rebuilt(xy: npt.NDArray[np.floating]) -> F64:
     return np.stack([x / length, y / length, z / length], axis=-1)
 
 
-def summary(angles: F64) -> AngleError:
-    """Mean, 99th percentile (the smallest angle that 99 of 100 do not pass) and largest of angles in
-    degrees."""
-    if angles.size == 0:
-        return AngleError(0.0, 0.0, 0.0)
-    flat = angles.ravel()
-    rank = min(flat.size - 1, (flat.size * 99 + 99) // 100 - 1)
-    p99 = float(np.partition(flat, rank)[rank])
-    return AngleError(_six(float(flat.sum()) / flat.size), _six(p99), _six(float(flat.max())))
-
-
-def _six(value: float) -> float:
-    return float(f"{value:.6g}")
-
-
 def normal_error(
     decoded_xy: npt.NDArray[np.floating],
     heights: npt.NDArray[np.float32],
@@ -171,39 +137,22 @@ def normal_error(
     islands: I32 | None = None,
     less_mean: bool = False,
 ) -> AngleError:
-    """How far the decoded x and y (h, w, 2) are from the heights' (h, w) normals.
-
-    islands: only texels whose 5 x 5 neighbours are of the same island are measured (elsewhere the filter is
-    another). less_mean: the decoded map is du/dv, whose mean was taken out.
-    """
-    count = heights.shape[0]
-    bands = [(first, min(first + _BAND, count)) for first in range(0, count, _BAND)]
-
-    def reference(first: int, last: int) -> F64:
-        return reference_normals(
-            heights,
-            first,
-            last,
-            slope_scale=slope_scale,
-            wrap=wrap,
-            filter_name=filter_name,
-            green_down=green_down,
-        )
-
-    mean = np.zeros(2)
-    if less_mean:
-        for first, last in bands:
-            mean = mean + reference(first, last)[:, :, :2].sum(axis=(0, 1))
-        mean = mean / heights.size
-    inside = _inside(islands, wrap) if islands is not None else None
-    found = []
-    for first, last in bands:
-        truth = reference(first, last)
-        if less_mean:
-            truth = rebuilt(truth[:, :, :2] - mean)
-        angles = angles_deg(rebuilt(decoded_xy[first:last]), truth)
-        found.append(angles.ravel() if inside is None else angles[inside[first:last]])
-    return summary(np.concatenate(found))
+    """How far the decoded x and y (h, w, 2) are from the heights' (h, w) normals: level 0 as levels.py's
+    normal_levels measures it. less_mean: the decoded map is du/dv, whose mean was taken out."""
+    ground = reference_maps.Ground(
+        heights,
+        taps=taps(filter_name),
+        scale=slope_scale,
+        wrap=wrap,
+        green_down=green_down,
+        islands=islands,
+    )
+    level = np.ascontiguousarray(decoded_xy, "<f4")
+    height, width = level.shape[:2]
+    view = reference_maps.Texture("float32", height, width, [level.data.cast("B")], 2)
+    found = reference_maps.normal_levels(view, ground, offsets=less_mean)[0]
+    mean = found.sum / found.number if found.number else 0.0
+    return AngleError(six(mean), six(found.p99), six(found.max))
 
 
 def filter_angle(
@@ -213,30 +162,6 @@ def filter_angle(
     wrap: tuple[bool, bool],
     filter_name: str,
 ) -> float:
-    """Mean degrees between the normals of a filter and those of the eighth-order one: what the tier's
-    filter costs."""
-    total, count = 0.0, heights.shape[0]
-    for first in range(0, count, _BAND):
-        last = min(first + _BAND, count)
-        pair = [
-            reference_normals(heights, first, last, slope_scale=slope_scale, wrap=wrap, filter_name=name)
-            for name in (filter_name, "eighth")
-        ]
-        total += float(angles_deg(pair[0], pair[1]).sum())
-    return _six(total / heights.size)
-
-
-def _inside(islands: I32, wrap: tuple[bool, bool]) -> npt.NDArray[np.bool_]:
-    """Texels (h, w) on an island, all of whose 5 x 5 neighbours are of it."""
-    out = islands >= 0
-    rows, columns = np.arange(islands.shape[0]), np.arange(islands.shape[1])
-    for step in (-2, -1, 1, 2):
-        for axis, index in ((0, rows), (1, columns)):
-            size = len(index)
-            moved = (index + step) % size if wrap[1 - axis] else np.clip(index + step, 0, size - 1)
-            out &= np.take(islands, moved, axis=axis) == islands
-    diagonal = out.copy()
-    for step in (-2, -1, 1, 2):
-        moved = (columns + step) % len(columns) if wrap[0] else np.clip(columns + step, 0, len(columns) - 1)
-        diagonal &= np.take(out, moved, axis=1)
-    return diagonal
+    """The mean of levels.py's filter_error alone."""
+    found = filter_error(heights, slope_scale=slope_scale, wrap=wrap, filter_name=filter_name)
+    return found["mean_deg"]

@@ -6,7 +6,9 @@ and of +-1, +-2, ... across it.
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
+from functools import cache
 from math import factorial
 from typing import TypeAlias
 
@@ -14,6 +16,25 @@ Taps: TypeAlias = tuple[tuple[float, ...], tuple[float, ...]]
 
 SPECTRAL = "spectral"
 EXACT = "eighth"  # its error is below a thousandth of a degree from a wavelength of 8 texels on
+_ORDERS = {"central": 1, "fourth": 2, EXACT: 4}
+_FITS = {"smooth": 3, "quintic": 5, "septic": 7}  # degrees of the polynomials that are fitted
+_FIT = re.compile(f"({'|'.join(_FITS)})([1-9][0-9]?)")
+
+
+@cache
+def taps(name: str) -> Taps | None:
+    """The taps of a filter by its name; None for the spectral one. Raises KeyError for a name unknown."""
+    if name == SPECTRAL:
+        return None
+    if name == "scharr":
+        return central_weights(1), (10 / 16, 3 / 16)
+    fit = _FIT.fullmatch(name)
+    if fit is None:
+        return central_weights(_ORDERS[name]), (1.0,)
+    degree, radius = _FITS[fit[1]], int(fit[2])
+    if 2 * radius < degree:
+        raise KeyError(name)
+    return fitted_weights(radius, degree)
 
 
 def central_weights(reach: int) -> tuple[float, ...]:
@@ -29,13 +50,25 @@ def central_weights(reach: int) -> tuple[float, ...]:
     )
 
 
-_ORDERS = {"central": 1, "fourth": 2, EXACT: 4}
+def fitted_weights(radius: int, degree: int) -> Taps:
+    """Slope (of h[+k] - h[-k]) and value at the centre of the polynomial that fits 2 radius + 1 texels best,
+    by polynomials p_0, p_1, ... that are orthogonal on them: p_(j+1)(x) = x p_j(x) - b_j p_(j-1)(x).
 
-
-def taps(name: str) -> Taps | None:
-    """The taps of a filter by its name; None for the spectral one. Raises KeyError for a name unknown."""
-    if name == SPECTRAL:
-        return None
-    if name == "scharr":
-        return central_weights(1), (10 / 16, 3 / 16)
-    return central_weights(_ORDERS[name]), (1.0,)
+    Source: P. A. Gorry, "General least-squares smoothing and differentiation by the convolution
+    (Savitzky-Golay) method", 1990.
+    """
+    texels = range(-radius, radius + 1)
+    before, here = [Fraction(0)] * len(texels), [Fraction(1)] * len(texels)
+    slope_before, slope_here = Fraction(0), Fraction(0)  # at the centre
+    slope, value = [Fraction(0)] * len(texels), [Fraction(0)] * len(texels)
+    last_norm = Fraction(0)
+    for _ in range(degree + 1):
+        norm = sum((p * p for p in here), Fraction(0))
+        centre = here[radius]
+        slope = [total + slope_here * p / norm for total, p in zip(slope, here, strict=True)]
+        value = [total + centre * p / norm for total, p in zip(value, here, strict=True)]
+        b = norm / last_norm if last_norm else Fraction(0)
+        after = [x * p - b * q for x, p, q in zip(texels, here, before, strict=True)]
+        slope_before, slope_here = slope_here, centre - b * slope_before
+        before, here, last_norm = here, after, norm
+    return tuple(map(float, slope[radius + 1 :])), tuple(map(float, value[radius:]))

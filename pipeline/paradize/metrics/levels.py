@@ -3,8 +3,8 @@
 Level 0's truth is computed from the source in float64; the truth of level k is the mean of level 0's over the
 area of each of its texels (not a mean of means, which is another where sizes are odd). Decoders, filters,
 curves and means are the reference kernels' own: nothing is shared with the stages that made the texture.
-Angles are degrees; PSNR is in dB of a peak of 1, at most LOSSLESS_DB; p99 is the smallest error that 99 of 100
-do not pass. All numbers have six significant digits.
+Angles are degrees; PSNR is in dB of a peak of 1, at most LOSSLESS_DB; p99 is the smallest error that 99 of
+100 do not pass. All numbers have six significant digits.
 """
 
 from __future__ import annotations
@@ -48,7 +48,8 @@ _TEXELS = {
 }
 
 
-def _six(value: float) -> float:
+def six(value: float) -> float:
+    """Rounded to six significant digits."""
     return float(f"{value:.6g}")
 
 
@@ -63,19 +64,19 @@ def _view(texture: Texture) -> reference_maps.Texture:
 
 
 def _angles(error: Error) -> dict[str, float]:
-    mean = error.sum / error.count if error.count else 0.0
-    return {"mean_deg": _six(mean), "p99_deg": _six(error.p99), "max_deg": _six(error.max)}
+    mean = error.sum / error.number if error.number else 0.0
+    return {"mean_deg": six(mean), "p99_deg": six(error.p99), "max_deg": six(error.max)}
 
 
 def _differences(error: Error) -> dict[str, float]:
-    found = {"psnr_db": _psnr(error.sum, error.count), "p99": _six(error.p99), "max": _six(error.max)}
-    if error.alpha_count:
-        found["alpha_psnr_db"] = _psnr(error.alpha_squares, error.alpha_count)
+    found = {"psnr_db": _psnr(error.sum, error.number), "p99": six(error.p99), "max": six(error.max)}
+    if error.alpha_number:
+        found["alpha_psnr_db"] = _psnr(error.alpha_squares, error.alpha_number)
     return found
 
 
 def _psnr(squares: float, count: int) -> float:
-    return _six(psnr_of(squares / count if count else 0.0))
+    return six(psnr_of(squares / count if count else 0.0))
 
 
 def _ground(
