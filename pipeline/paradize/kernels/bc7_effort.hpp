@@ -8,8 +8,12 @@
 
 namespace paradize::bc7 {
 
-// Passes: refinements of the ends after the first. The others count the partitions, 0..16, whose ends are
-// fitted, of the mode named; the best by bc7_rank.hpp's estimate come first.
+constexpr int most_kept = 16;
+
+// Passes: refinements of the ends after the first. A mode's number: how many partitions, 0..most_kept, are
+// fitted, the best by bc7_rank.hpp's estimate first. A trial is left out where the estimate times `doubt`
+// reaches what the block already has, and a block whose squared error (0..255, summed) is `enough` or less is
+// not looked at again.
 struct Effort {
     int passes6;
     int passes;
@@ -20,20 +24,39 @@ struct Effort {
     int mode7;
     int rotations;        // of modes 4 and 5, 0..4, for blocks with alpha
     int opaque_rotations; // the same for opaque blocks
-    float enough;         // a block with this squared error (0..255, summed) or less is not looked at again
-
-    // Whether there is more to try than mode 6.
-    bool more(bool opaque) const {
-        return opaque ? mode1 + mode3 + mode0 + mode2 + opaque_rotations > 0 : mode7 + rotations > 0;
-    }
+    float enough;
+    float enough_for_three; // the same for partitions of three subsets
+    float doubt;
 };
 
-// Of the qualities fast, balanced, exact.
+// Of the qualities fast, balanced, exact: measured in tests/bench/rows_bc7.py.
 constexpr std::array<Effort, 3> efforts{{
-    {2, 1, 1, 0, 0, 0, 0, 1, 0, 200.0F},
-    {2, 1, 2, 1, 0, 0, 1, 1, 0, 30.0F},
-    {3, 2, 8, 4, 4, 4, 8, 4, 1, 0.0F},
+    {2, 1, 1, 0, 0, 0, 0, 1, 0, 120.0F, 120.0F, 0.6F},
+    {2, 2, 2, 1, 0, 0, 1, 1, 1, 10.0F, 10.0F, 0.5F},
+    {3, 2, 6, 4, 4, 4, 6, 4, 4, 0.0F, 60.0F, 0.3F},
 }};
+
+// The best candidates of a block in one family, best first.
+struct Ranked {
+    float estimate[most_kept];
+    std::uint8_t number[most_kept];
+};
+
+// A block while it is searched: which one of its row, what squared error its bytes now have, what is to be
+// tried. Families: partitions of two subsets for 8 and for 4 places, of three for 8 and for 4, rotations.
+struct Task {
+    std::uint32_t column;
+    float error;
+    Ranked ranked[5];
+};
+
+constexpr std::size_t most_tasks = 256;
+
+// Room for the blocks of a row, or of a part of it.
+struct Scratch {
+    Task tasks[most_tasks];
+    std::uint16_t jobs[most_tasks];
+};
 
 // One block's choice; codes hold their low bits. Colour and alpha ends [subset][end][channel].
 struct Choice {

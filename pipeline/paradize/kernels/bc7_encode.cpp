@@ -1,6 +1,6 @@
 #include "bc7_encode.hpp"
 
-#include <vector>
+#include <memory>
 
 #include "bc7_effort.hpp"
 #include "bc7_picture.hpp"
@@ -11,7 +11,7 @@ namespace paradize::bc7 {
 // The same rows compiled for several instruction sets (bc7_rows_*.cpp).
 #define PARADIZE_ROWS(width)                                                                                 \
     namespace width {                                                                                        \
-    void encode_row(const Picture &picture, std::size_t row, const Effort &effort, std::uint32_t *scratch,   \
+    void encode_row(const Picture &picture, std::size_t row, const Effort &effort, Scratch &scratch,         \
                     std::uint8_t *out);                                                                      \
     }
 
@@ -48,9 +48,9 @@ void encode(std::span<const std::uint8_t> rgba, std::size_t rows, std::size_t co
     const std::size_t across = picture.across();
     const Effort &effort = efforts[static_cast<std::size_t>(quality)];
     maps::for_rows(picture.down(), threads, [&](std::size_t first, std::size_t last) {
-        std::vector<std::uint32_t> scratch(2 * across);
+        const auto scratch = std::make_unique<Scratch>();
         for (std::size_t row = first; row < last; ++row) {
-            run(picture, row, effort, scratch.data(), &out[row * across * 16]);
+            run(picture, row, effort, *scratch, &out[row * across * 16]);
         }
     });
 }

@@ -36,7 +36,7 @@ PARADIZE_INLINE void clear(Best &best) {
 // Takes what was found where it is better, and says where that was.
 template <int Channels, int Subsets>
 PARADIZE_INLINE Whole offer(const Found<Channels, Subsets> &found, const Lanes &error, int mode,
-                            const Whole &partition, int rotation, int selector, Best &best) {
+                            const Whole &partition, const Whole &rotation, int selector, Best &best) {
     const Whole better = error < best.error;
     if (!any(better)) {
         return better;
@@ -44,7 +44,7 @@ PARADIZE_INLINE Whole offer(const Found<Channels, Subsets> &found, const Lanes &
     best.error = better ? error : best.error;
     best.mode = better ? Whole{} + mode : best.mode;
     best.partition = better ? partition : best.partition;
-    best.rotation = better ? Whole{} + rotation : best.rotation;
+    best.rotation = better ? rotation : best.rotation;
     best.selector = better ? Whole{} + selector : best.selector;
     for (int s = 0; s < Subsets; ++s) {
         for (int c = 0; c < Channels; ++c) {
@@ -71,10 +71,20 @@ static void try_mode6(const Block &block, const Products<Channels> &products, in
     first_ends<Channels>(values, nullptr, products.total, ends[0]);
     Found<Channels, 1> found;
     fit<S>(values, members, &products.total, ends, passes, found);
-    const Whole better = offer(found, found.error, 6, Whole{}, 0, 0, best);
+    offer(found, found.error, 6, Whole{}, Whole{}, 0, best);
+    // The box's diagonal is seldom better, but then by much of what little there is.
+    for (int c = 0; c < Channels; ++c) {
+        ends[0].a[c] = ends[0].b[c] = block.v[c][0];
+        for (int t = 1; t < texels; ++t) {
+            ends[0].a[c] = smaller(ends[0].a[c], block.v[c][t]);
+            ends[0].b[c] = larger(ends[0].b[c], block.v[c][t]);
+        }
+    }
+    fit<S>(values, members, &products.total, ends, passes - 1, found);
+    offer(found, found.error, 6, Whole{}, Whole{}, 0, best);
     if constexpr (Channels == 3) {
         for (auto &end : best.code[0]) {
-            end[3] = better ? all(255.0F) : end[3];
+            end[3] = all(255.0F);
         }
     }
 }
@@ -122,21 +132,21 @@ static void try_partition(const Block &block, const Products<S::Channels> &produ
     }
     Found<C, S::Subsets> found;
     fit<S>(values, members, sums, ends, passes, found);
-    offer(found, found.error, mode, partition, 0, 0, best);
+    offer(found, found.error, mode, partition, Whole{}, 0, best);
 }
 
-// One channel by itself, as modes 4 and 5 have it.
+// The last channel by itself, as modes 4 and 5 have it.
 template <int Bits, int Steps>
-PARADIZE_INLINE void fit_alone(const Block &block, int channel, int passes, Found<1, 1> &found) {
-    const Lanes(*const values[1])[texels] = {&block.v[channel]};
+PARADIZE_INLINE void fit_alone(const Block &block, int passes, Found<1, 1> &found) {
+    const Lanes(*const values[1])[texels] = {&block.v[3]};
     Sums<1> sums;
     clear(sums);
     sums.count = all(static_cast<float>(texels));
-    Ends<1> ends[1] = {{{block.v[channel][0]}, {block.v[channel][0]}}};
+    Ends<1> ends[1] = {{{block.v[3][0]}, {block.v[3][0]}}};
     for (int t = 0; t < texels; ++t) {
-        sums.value[0] += block.v[channel][t];
-        ends[0].a[0] = smaller(ends[0].a[0], block.v[channel][t]);
-        ends[0].b[0] = larger(ends[0].b[0], block.v[channel][t]);
+        sums.value[0] += block.v[3][t];
+        ends[0].a[0] = smaller(ends[0].a[0], block.v[3][t]);
+        ends[0].b[0] = larger(ends[0].b[0], block.v[3][t]);
     }
     fit<Shape<1, Bits, Low::none, Steps, 1>>(values, Members<1>{}, &sums, ends, passes, found);
 }
@@ -147,8 +157,8 @@ PARADIZE_INLINE void fit_colors(const Lanes (*const *values)[texels], const Sums
     fit<Shape<3, Bits, Low::none, Steps, 1>>(values, Members<1>{}, &sums, &ends, passes, found);
 }
 
-PARADIZE_INLINE void offer_apart(const Found<3, 1> &colors, const Found<1, 1> &alone, int mode, int rotation,
-                                 int selector, Best &best) {
+PARADIZE_INLINE void offer_apart(const Found<3, 1> &colors, const Found<1, 1> &alone, int mode,
+                                 const Whole &rotation, int selector, Best &best) {
     const Whole better = offer(colors, colors.error + alone.error, mode, Whole{}, rotation, selector, best);
     best.code[0][0][3] = better ? alone.code[0].a[0] : best.code[0][0][3];
     best.code[0][1][3] = better ? alone.code[0].b[0] : best.code[0][1][3];
@@ -157,101 +167,39 @@ PARADIZE_INLINE void offer_apart(const Found<3, 1> &colors, const Found<1, 1> &a
     }
 }
 
-// Modes 4 and 5 with alpha in the place of the channel `rotation - 1`, which stands alone; 0: alpha alone.
-static void try_apart(const Block &block, const Products<4> &products, int rotation, int passes, Best &best) {
-    const int alone = rotation == 0 ? 3 : rotation - 1;
-    const Lanes(*values[3])[texels];
-    int from[3];
-    for (int c = 0; c < 3; ++c) {
-        from[c] = c == alone ? 3 : c;
-        values[c] = &block.v[from[c]];
-    }
-    Sums<3> sums;
-    sums.count = products.total.count;
-    for (int k = 0; k < 3; ++k) {
-        sums.value[k] = products.total.value[from[k]];
-        for (int j = 0; j <= k; ++j) {
-            const int low = from[j] < from[k] ? from[j] : from[k];
-            const int high = from[j] < from[k] ? from[k] : from[j];
-            sums.product[pair(j, k)] = products.total.product[pair(low, high)];
+// Alpha changes places with the channel `rotation - 1`; 0: none does.
+PARADIZE_INLINE void rotate(const Block &block, const Whole &rotation, Block &out) {
+    for (int t = 0; t < texels; ++t) {
+        out.v[3][t] = block.v[3][t];
+        for (int c = 0; c < 3; ++c) {
+            const Whole moved = rotation == c + 1;
+            out.v[c][t] = moved ? block.v[3][t] : block.v[c][t];
+            out.v[3][t] = moved ? block.v[c][t] : out.v[3][t];
         }
     }
+}
+
+// Modes 4 and 5: three channels on a line, the fourth alone.
+static void try_apart(const Block &plain, const Whole &rotation, int passes, Best &best) {
+    Block block;
+    rotate(plain, rotation, block);
+    const Lanes(*const values[3])[texels] = {&block.v[0], &block.v[1], &block.v[2]};
+    Products<3> products;
+    make_products(block, products);
+    const Sums<3> &sums = products.total;
     Ends<3> ends;
     first_ends<3>(values, nullptr, sums, ends);
     Found<3, 1> colors;
     Found<1, 1> single;
     fit_colors<7, 3>(values, sums, ends, passes, colors);
-    fit_alone<8, 3>(block, alone, passes, single);
+    fit_alone<8, 3>(block, passes, single);
     offer_apart(colors, single, 5, rotation, 0, best);
     fit_colors<5, 3>(values, sums, ends, passes, colors);
-    fit_alone<6, 7>(block, alone, passes, single);
+    fit_alone<6, 7>(block, passes, single);
     offer_apart(colors, single, 4, rotation, 0, best);
     fit_colors<5, 7>(values, sums, ends, passes, colors);
-    fit_alone<6, 3>(block, alone, passes, single);
+    fit_alone<6, 3>(block, passes, single);
     offer_apart(colors, single, 4, rotation, 1, best);
-}
-
-// Everything that the effort names, for opaque blocks.
-static void try_opaque(const Block &block, const Effort &effort, Best &best) {
-    Products<3> products;
-    make_products(block, products);
-    try_mode6(block, products, effort.passes6, best);
-    if (!any(best.error > effort.enough)) {
-        return;
-    }
-    if (effort.mode1 + effort.mode3 > 0) {
-        Kept fine;
-        Kept coarse;
-        rank<2>(block, products, partitions, fine, effort.mode1, partitions, coarse, effort.mode3);
-        for (int i = 0; i < effort.mode1; ++i) {
-            try_partition<Shape<3, 7, Low::shared, 7, 2>>(block, products, 1, fine.partition[i],
-                                                          effort.passes, best);
-        }
-        for (int i = 0; i < effort.mode3; ++i) {
-            try_partition<Shape<3, 8, Low::own, 3, 2>>(block, products, 3, coarse.partition[i], effort.passes,
-                                                       best);
-        }
-    }
-    if (effort.mode0 + effort.mode2 > 0) {
-        Kept fine;
-        Kept coarse;
-        rank<3>(block, products, effort.mode2 > 0 ? partitions : partitions_of_mode0, fine, effort.mode0,
-                partitions_of_mode0, coarse, effort.mode2);
-        for (int i = 0; i < effort.mode0; ++i) {
-            try_partition<Shape<3, 5, Low::own, 7, 3>>(block, products, 0, fine.partition[i], effort.passes,
-                                                       best);
-        }
-        for (int i = 0; i < effort.mode2; ++i) {
-            try_partition<Shape<3, 5, Low::none, 3, 3>>(block, products, 2, coarse.partition[i],
-                                                        effort.passes, best);
-        }
-    }
-    if (effort.opaque_rotations > 0) {
-        Products<4> four;
-        make_products(block, four);
-        for (int rotation = 0; rotation < effort.opaque_rotations; ++rotation) {
-            try_apart(block, four, rotation, effort.passes, best);
-        }
-    }
-}
-
-// The same for blocks that have alpha.
-static void try_alpha(const Block &block, const Effort &effort, Best &best) {
-    Products<4> products;
-    make_products(block, products);
-    try_mode6(block, products, effort.passes6, best);
-    for (int rotation = 0; rotation < effort.rotations; ++rotation) {
-        try_apart(block, products, rotation, effort.passes, best);
-    }
-    if (effort.mode7 > 0 && any(best.error > effort.enough)) {
-        Kept fine;
-        Kept coarse;
-        rank<2>(block, products, partitions, fine, 0, 0, coarse, effort.mode7);
-        for (int i = 0; i < effort.mode7; ++i) {
-            try_partition<Shape<4, 6, Low::own, 3, 2>>(block, products, 7, coarse.partition[i], effort.passes,
-                                                       best);
-        }
-    }
 }
 
 } // namespace paradize::bc7::PARADIZE_WIDTH

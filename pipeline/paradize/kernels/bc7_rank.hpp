@@ -3,10 +3,9 @@
 #pragma once
 
 #include "bc7_axis.hpp"
+#include "bc7_effort.hpp"
 
 namespace paradize::bc7::PARADIZE_WIDTH {
-
-constexpr int most_kept = 16;
 
 // The best partitions of each block so far, best first.
 struct Kept {
@@ -55,12 +54,14 @@ PARADIZE_INLINE void add_bits(const Block &block, const Products<Channels> &prod
     sums.count = all(static_cast<float>(count));
 }
 
-// Fine and coarse: of the spread along the lines, what 8 and what 4 places leave.
+// What 8 and what 4 places leave of the spread along a line that the texels fill evenly.
+constexpr float left_fine = 1.0F / 49.0F;
+constexpr float left_coarse = 1.0F / 9.0F;
+
+// Fine: for 8 places, among the first fine_among partitions; coarse: for 4 places, among all of `among`.
 template <int Subsets, int Channels>
 static void rank(const Block &block, const Products<Channels> &products, int among, Kept &fine,
                  int fine_count, int fine_among, Kept &coarse, int coarse_count) {
-    constexpr float left_fine = 1.0F / 49.0F;
-    constexpr float left_coarse = 1.0F / 9.0F;
     clear(fine, fine_count);
     clear(coarse, coarse_count);
     for (int partition = 0; partition < among; ++partition) {
@@ -84,6 +85,34 @@ static void rank(const Block &block, const Products<Channels> &products, int amo
             keep(fine, fine_count, spread - along * (1.0F - left_fine), partition);
         }
         keep(coarse, coarse_count, spread - along * (1.0F - left_coarse), partition);
+    }
+}
+
+// The four choices of the channel that stands alone in modes 4 and 5: its number in `partition`, as the
+// rotation is written.
+static void rank_alone(const Products<4> &products, Kept &kept, int count) {
+    clear(kept, count);
+    for (int rotation = 0; rotation < 4; ++rotation) {
+        const int alone = rotation == 0 ? 3 : rotation - 1;
+        int from[3];
+        for (int c = 0; c < 3; ++c) {
+            from[c] = c < alone ? c : c + 1;
+        }
+        Sums<3> sums;
+        sums.count = products.total.count;
+        for (int k = 0; k < 3; ++k) {
+            sums.value[k] = products.total.value[from[k]];
+            for (int j = 0; j <= k; ++j) {
+                sums.product[pair(j, k)] = products.total.product[pair(from[j], from[k])];
+            }
+        }
+        Axis<3> axis;
+        find_axis(sums, 2, axis);
+        const Lanes value = products.total.value[alone];
+        const Lanes single = products.total.product[pair(alone, alone)] - value * value / sums.count;
+        const Lanes most = larger(axis.along, single);
+        const Lanes least = smaller(axis.along, single);
+        keep(kept, count, axis.spread - axis.along + most * left_fine + least * left_coarse, rotation);
     }
 }
 

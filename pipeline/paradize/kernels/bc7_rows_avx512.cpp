@@ -2,6 +2,7 @@
 // AVX-512.
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #include "bc7_pack.hpp"
