@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 
-from paradize.kernels import maps
+from paradize.stages.normal import normal_map
 
 FILTERS = ("central", "scharr", "fourth")
 
@@ -21,9 +21,9 @@ def normals(
     green_down: bool = False,
     islands: np.ndarray | None = None,
 ) -> np.ndarray:
-    return maps.normals_from_heights(
+    return normal_map(
         np.ascontiguousarray(heights, np.float32),
-        scale=scale,
+        slope_scale=scale,
         filter_name=filter_name,
         wrap=wrap,
         green_down=green_down,
@@ -42,6 +42,45 @@ def waves(rows: int, columns: int, seed: int, wavelength: float = 12.0) -> np.nd
         ky = rng.integers(-rows // wavelength, rows // wavelength + 1)
         heights += np.sin(2 * np.pi * (kx * x / columns + ky * y / rows) + rng.random() * 6)
     return heights.astype(np.float32)
+
+
+def sinusoids(
+    size: int, shortest: float, longest: float, seed: int, *, rms_slope: float = 1.0, count: int = 40
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Heights (size, size) of `count` periodic sinusoids of such wavelengths in texels, and their true slopes
+    along x and down y, float64. Every sinusoid is as steep; together they have the slope given."""
+    rng = np.random.default_rng(seed)
+    spectrum = np.zeros((size, size), np.complex128)
+    for _ in range(count):
+        wavelength, angle = rng.uniform(shortest, longest), rng.uniform(0, 2 * np.pi)
+        kx, ky = (int(np.rint(size / wavelength * f(angle))) for f in (np.cos, np.sin))
+        kx = kx or int(ky == 0)
+        amplitude = rms_slope / (np.hypot(kx, ky) * 2 * np.pi / size * np.sqrt(count / 2))
+        spectrum[ky % size, kx % size] += size * size * amplitude * np.exp(1j * rng.uniform(0, 2 * np.pi))
+    k = np.fft.fftfreq(size) * 2 * np.pi
+    parts = (spectrum, 1j * k[None, :] * spectrum, 1j * k[:, None] * spectrum)
+    heights, dx, dy = (np.fft.ifft2(part).real for part in parts)
+    return heights, dx, dy
+
+
+def rounded(heights: np.ndarray, bits: int) -> tuple[np.ndarray, float]:
+    """Heights as a file of so many bits holds them, 0..1 float32, and how high 1 stands."""
+    low, span = heights.min(), heights.max() - heights.min()
+    unit = (heights - low) / span
+    top = 2.0**bits - 1
+    return (unit if bits == 32 else np.rint(unit * top) / top).astype(np.float32), float(span)
+
+
+def up(dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
+    """Unit normals (h, w, 3) float64, green up, of slopes along x and down y."""
+    vectors = np.dstack([-dx, dy, np.ones_like(dx)])
+    return vectors / np.sqrt((vectors * vectors).sum(axis=2, keepdims=True))
+
+
+def angles_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Degrees between unit vectors (..., 3), right for small ones too."""
+    a, b = a.astype(np.float64), b.astype(np.float64)
+    return np.degrees(2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
 
 
 def save(path: Path, pixels: np.ndarray, kind: object = oiio.UINT8) -> Path:

@@ -8,11 +8,51 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from paradize.data import Group, Mesh
-from paradize.errors import BakeError
+from paradize.errors import BakeError, SourceError
 from paradize.kernels import maps
-from paradize.metrics.angle import angles_deg, reference_normals
-from paradize.stages import gutter
-from tests.pipeline.heights import FILTERS, normals, waves
+from paradize.metrics.angle import angles_deg
+from paradize.stages import filters, gutter, normal
+from tests.pipeline.heights import normals, sinusoids, up, waves
+
+FILTERS = ("central", "scharr", "fourth", "eighth", "smooth2", "quintic4", "septic7", "smooth16")
+
+
+def padded(heights: np.ndarray, reach: int, axis: int, wrap: bool) -> np.ndarray:
+    """float64 heights with `reach` more at both ends of an axis: repeated, or turned about the edge."""
+    line = np.moveaxis(heights.astype(np.float64), axis, 0)
+    n = len(line)
+    at = np.arange(-reach, n + reach)
+    if wrap:
+        return np.moveaxis(line[at % n], 0, axis)
+    edge = np.clip(at, 0, n - 1)
+    mirrored = np.clip(2 * edge - at, 0, n - 1)
+    shape = (-1, *[1] * (line.ndim - 1))
+    inside = (edge == at).reshape(shape)
+    return np.moveaxis(np.where(inside, line[edge], 2 * line[edge] - line[mirrored]), 0, axis)
+
+
+def reference_normals(
+    heights: np.ndarray, name: str, *, scale: tuple[float, float], wrap: tuple[bool, bool]
+) -> np.ndarray:
+    """float64 normals by whole-array shifts: what a filter's taps mean."""
+    taps = filters.FILTERS[name]
+    slopes = []
+    for axis, repeats, across in ((1, wrap[0], wrap[1]), (0, wrap[1], wrap[0])):
+        reach, wide = len(taps.derivative), len(taps.smooth) - 1
+        n, m = heights.shape[axis], heights.shape[1 - axis]
+        h = padded(padded(heights, reach, axis, repeats), wide, 1 - axis, across)
+
+        def part(array: np.ndarray, first: int, count: int, axis: int) -> np.ndarray:
+            return np.take(array, range(first, first + count), axis=axis)
+
+        s = taps.smooth[0] * part(h, wide, m, 1 - axis)
+        for k in range(1, wide + 1):
+            s = s + taps.smooth[k] * (part(h, wide - k, m, 1 - axis) + part(h, wide + k, m, 1 - axis))
+        d = np.zeros(heights.shape)
+        for k, weight in enumerate(taps.derivative, start=1):
+            d += weight * (part(s, reach + k, n, axis) - part(s, reach - k, n, axis))
+        slopes.append(d)
+    return up(slopes[0] * scale[0], slopes[1] * scale[1])
 
 
 @pytest.mark.parametrize("name", FILTERS)
@@ -29,7 +69,7 @@ def test_flat_ground_is_exactly_up(
 
 @pytest.mark.parametrize("name", FILTERS)
 def test_a_ramp_has_one_normal_up_to_the_edges_and_green_points_up_the_image(name: str) -> None:
-    y, x = np.mgrid[0:9, 0:11].astype(np.float32)
+    y, x = np.mgrid[0:19, 0:33].astype(np.float32)
     found = normals(0.5 * x - 0.25 * y, filter_name=name)
     expected = np.array([-0.5, -0.25, 1.0]) / np.sqrt(0.25 + 0.0625 + 1)
     assert np.abs(found - expected).max() < 1e-6
@@ -52,9 +92,7 @@ def test_a_ramp_of_89_9_degrees_is_right(name: str) -> None:
 def test_scaling_heights_scales_slopes(seed: int, name: str, factor: float) -> None:
     heights = waves(8, 10, seed, 4.0).astype(np.float64)
     one = normals(heights, scale=(factor, factor), filter_name=name, wrap=(True, True)).astype(np.float64)
-    truth = reference_normals(
-        heights.astype(np.float32), 0, 8, slope_scale=(factor, factor), wrap=(True, True), filter_name=name
-    )
+    truth = reference_normals(heights.astype(np.float32), name, scale=(factor, factor), wrap=(True, True))
     assert angles_deg(one, truth).max() < 2e-3
     assert np.abs((one * one).sum(axis=2) - 1).max() < 1e-6
     assert (one[:, :, 2] >= 0).all()
@@ -77,9 +115,10 @@ def test_a_wrapped_tile_is_the_middle_of_its_three_by_three_repetition(
 ) -> None:
     tile = np.random.default_rng(seed).random((rows, columns), np.float32)
     wrapped = normals(tile, filter_name=name, scale=(20, 20), wrap=(True, True))
-    repeated = normals(np.tile(tile, (5, 5)), filter_name=name, scale=(20, 20))
-    middle = repeated[2 * rows : 3 * rows, 2 * columns : 3 * columns]
-    assert np.array_equal(wrapped, middle)
+    times = 2 * (16 // min(rows, columns) + 1) + 1  # so that no tap of the middle one leaves the map
+    repeated = normals(np.tile(tile, (times, times)), filter_name=name, scale=(20, 20))
+    y, x = times // 2 * rows, times // 2 * columns
+    assert np.array_equal(wrapped, repeated[y : y + rows, x : x + columns])
 
 
 @settings(deadline=None, max_examples=20)
@@ -97,36 +136,82 @@ def test_normals_agree_with_an_independent_float64_computation(name: str) -> Non
     heights = waves(33, 47, 7, 5.0)
     for wrap in [(False, False), (True, False), (False, True), (True, True)]:
         found = normals(heights, filter_name=name, scale=(2.0, 3.0), wrap=wrap).astype(np.float64)
-        truth = reference_normals(heights, 0, 33, slope_scale=(2.0, 3.0), wrap=wrap, filter_name=name)
+        truth = reference_normals(heights, name, scale=(2.0, 3.0), wrap=wrap)
         assert angles_deg(found, truth).max() < 1e-3
 
 
+@pytest.mark.parametrize("name", [*FILTERS, "spectral"])
+def test_bands_of_rows_are_the_rows_of_the_whole(name: str) -> None:
+    heights = waves(40, 32, 3, 6.0)
+    settings = {"slope_scale": (2.0, 3.0), "wrap": (True, True), "filter_name": name}
+    whole = normal.normal_map(heights, **settings)
+    ground = normal.prepare(heights, **settings)
+    for first, last in [(0, 7), (7, 8), (8, 40)]:
+        assert np.array_equal(ground.rows(first, last), whole[first:last])
+        assert np.array_equal(normal.normal_rows(heights, first, last, **settings), whole[first:last])
+    codes = ground.rows(3, 9, encoding="snorm8")
+    assert np.abs(codes / 127.0 - whole[3:9, :, :2]).max() < 0.5001 / 127
+
+
 def test_fourth_order_normals_of_smooth_heights_are_within_a_tenth_of_a_degree_of_the_truth() -> None:
-    rng = np.random.default_rng(1)
-    n = 256
-    y, x = np.mgrid[0:n, 0:n] * (2 * np.pi / n)
-    heights, dx, dy = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
-    for _ in range(40):
-        wavelength = rng.uniform(8, 64)
-        angle = rng.uniform(0, 2 * np.pi)
-        kx, ky = np.rint(n / wavelength * np.cos(angle)), np.rint(n / wavelength * np.sin(angle))
-        k = np.hypot(kx, ky) * 2 * np.pi / n
-        phase = rng.uniform(0, 2 * np.pi)
-        amplitude = 1 / (k * np.sqrt(20))
-        heights += amplitude * np.sin(kx * x + ky * y + phase)
-        slope = amplitude * np.cos(kx * x + ky * y + phase) * 2 * np.pi / n
-        dx += slope * kx
-        dy += slope * ky
-    truth = np.dstack([-dx, dy, np.ones_like(dx)])
-    truth /= np.sqrt((truth * truth).sum(axis=2, keepdims=True))
+    heights, dx, dy = sinusoids(256, 8, 64, 1)
     means = {
         name: angles_deg(
-            normals(heights, filter_name=name, wrap=(True, True)).astype(np.float64), truth
+            normals(heights, filter_name=name, wrap=(True, True)).astype(np.float64), up(dx, dy)
         ).mean()
-        for name in FILTERS
+        for name in ("central", "fourth", "eighth", "spectral")
     }
+    assert means["spectral"] < 1e-3
+    assert means["eighth"] < 0.01
     assert means["fourth"] < 0.1
     assert means["fourth"] < means["central"] < 2
+
+
+@pytest.mark.parametrize("name", FILTERS)
+@pytest.mark.parametrize("size", [1e-30, 1.0, 1e30])
+def test_heights_of_any_size_give_the_normals_of_their_slopes(name: str, size: float) -> None:
+    heights = waves(20, 24, 5, 6.0)
+    found = normals(heights * np.float32(size), filter_name=name, scale=(1 / size, 1 / size))
+    plain = normals(heights, filter_name=name)
+    assert np.abs(found - plain).max() < 1e-5
+
+
+@pytest.mark.parametrize("name", ["central", "smooth5"])
+def test_a_height_that_is_no_number_is_refused_with_its_place(name: str) -> None:
+    heights = np.zeros((12, 9), np.float32)
+    for bad in (np.nan, np.inf, -np.inf):
+        heights[4, 7] = bad
+        with pytest.raises(SourceError, match="row 4, column 7"):
+            normals(heights, filter_name=name)
+
+
+def test_waves_of_two_texels_have_no_slope_whatever_the_filter() -> None:
+    heights = np.tile(np.float32([0, 1]), (8, 8))
+    for name in (*FILTERS, "spectral"):
+        found = normals(heights, filter_name=name, wrap=(True, True))
+        assert np.abs(found - np.float32([0, 0, 1])).max() < 1e-6
+
+
+def test_a_step_is_a_slope_beside_it_and_flat_ground_beyond_the_reach() -> None:
+    heights = np.zeros((8, 64), np.float32)
+    heights[:, 32:] = 1
+    for name in FILTERS:
+        found = normals(heights, filter_name=name)
+        reach = len(filters.FILTERS[name].derivative)
+        assert np.array_equal(found[:, : 32 - reach, 0], np.zeros((8, 32 - reach)))
+        assert np.array_equal(found[:, 32 + reach :, 0], np.zeros((8, 32 - reach)))
+        assert (found[:, 31:33, 0] < -0.05).all()
+
+
+def test_the_spectral_filter_is_refused_where_the_map_ends_or_has_islands() -> None:
+    heights = waves(8, 8, 1)
+    for wrap, axis in [((False, True), "along x"), ((True, False), "along y"), ((False, False), "x and y")]:
+        with pytest.raises(BakeError, match=axis):
+            normals(heights, filter_name="spectral", wrap=wrap)
+    with pytest.raises(BakeError, match="islands"):
+        normals(heights, filter_name="spectral", wrap=(True, True), islands=np.zeros(heights.shape, np.int32))
+    with pytest.raises(BakeError, match=r"'sobel'.*central"):
+        normals(heights, filter_name="sobel")
 
 
 # Islands and gutters
@@ -193,14 +278,14 @@ def test_the_mask_holds_the_groups_named_by_group_or_material_and_unknown_names_
 
 @pytest.mark.parametrize("name", FILTERS)
 def test_no_slope_crosses_from_one_island_to_another(name: str) -> None:
-    islands = np.zeros((12, 16), np.int32)
-    islands[:, 8:] = 1
-    y, x = np.mgrid[0:12, 0:16].astype(np.float32)
+    islands = np.zeros((24, 40), np.int32)
+    islands[:, 20:] = 1
+    y, x = np.mgrid[0:24, 0:40].astype(np.float32)
     left, right = 0.25 * x, 100 - 0.5 * y
     heights = np.where(islands == 0, left, right)
     found = normals(heights, filter_name=name, islands=islands)
-    assert np.abs(found[:, :8] - normals(left, filter_name=name)[:, :8]).max() < 1e-6
-    assert np.abs(found[:, 8:] - normals(right, filter_name=name)[:, 8:]).max() < 1e-6
+    assert np.abs(found[:, :20] - normals(left, filter_name=name)[:, :20]).max() < 1e-5
+    assert np.abs(found[:, 20:] - normals(right, filter_name=name)[:, 20:]).max() < 1e-5
 
 
 @settings(deadline=None, max_examples=40)

@@ -130,7 +130,9 @@ def choose_filter(
         raise BakeError(f"no tier {tier!r}", mend=f"one of {', '.join(TIERS)}")
     if tier == "fast":
         return "central"
-    names = _BY_REACH
+    # A filter that is longer than the map would read nothing but reflections of its edges.
+    longest = min((size - 1 for size in heights.shape if size > 1), default=1)
+    names = [name for name in _BY_REACH if len(FILTERS[name].derivative) <= longest]
     taps = [(FILTERS[name].derivative, FILTERS[name].smooth) for name in names]
     found = kernel.predict_errors(heights, taps, source_bits=source_bits, wrap=wrap, islands=islands)
     best, error = names[0], found.errors[0]
