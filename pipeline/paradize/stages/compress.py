@@ -12,6 +12,7 @@ import numpy as np
 
 from paradize.data import Texture
 from paradize.kernels import bcn, maps
+from paradize.kernels.bc7 import encode_bc7
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -71,8 +72,6 @@ def encode_rows(values: npt.NDArray[Any], fmt: str, *, tier: str = "balanced", t
     if fmt == "BC3_SRGB":
         return bcn.encode_bc3(values, quality=cast("_Quality", tier), threads=threads)
     if fmt == "BC7_SRGB":
-        from paradize.kernels.bc7 import encode_bc7
-
         return encode_bc7(values, quality=cast("_Quality", tier), threads=threads)
     signed = fmt.endswith("SNORM")
     if signed:
