@@ -10,8 +10,8 @@ namespace paradize::filter {
 namespace {
 
 constexpr std::size_t values_per_patch = 256;
-constexpr std::size_t span = 4; // a slope is fitted to 2 * span + 1 texels each way
-constexpr std::size_t every = 4;
+constexpr std::size_t span = 8; // a slope is fitted to 2 * span + 1 texels each way
+constexpr std::size_t every = 12;
 constexpr int harmonics = 8;
 
 // Values of the patches, a few hundred of each, spread by a stride that shares no factor with its size.
@@ -58,28 +58,41 @@ Slope plane(const Map &map, std::size_t y, std::size_t x) {
     return {sx / squares, sy / squares};
 }
 
-std::size_t bin_of(double cycles, std::size_t n) {
-    const double whole = cycles - std::floor(cycles);
-    return static_cast<std::size_t>(whole * static_cast<double>(n) + 0.5) % n;
+// The two bins about a frequency in cycles per texel, aliased, and the share of the second.
+struct Bins {
+    std::size_t first;
+    std::size_t second;
+    double share;
+};
+
+Bins bins_of(double cycles, std::size_t n) {
+    const double at = (cycles - std::floor(cycles)) * static_cast<double>(n);
+    const double whole = std::floor(at);
+    const auto first = static_cast<std::size_t>(whole) % n;
+    return {first, (first + 1) % n, at - whole};
 }
 
-// Each bin shares with its neighbours: a slope that changes within the patch widens its lines.
-std::vector<double> widened(const std::vector<double> &from, std::size_t rows, std::size_t columns) {
+void add_line(std::vector<double> &lines, std::size_t columns, const Bins &y, const Bins &x, double mass) {
+    lines[y.first * columns + x.first] += mass * (1.0 - y.share) * (1.0 - x.share);
+    lines[y.first * columns + x.second] += mass * (1.0 - y.share) * x.share;
+    lines[y.second * columns + x.first] += mass * y.share * (1.0 - x.share);
+    lines[y.second * columns + x.second] += mass * y.share * x.share;
+}
+
+// What the patches' window, Hann's squared, makes of a line: the squares of 1 4 6 4 1, their sum one.
+double through_window(const double *line, std::size_t i, std::size_t n, std::size_t apart) {
+    const auto at = [&](std::size_t k) { return line[(i + k) % n * apart]; };
+    return (36.0 * at(0) + 16.0 * (at(1) + at(n - 1)) + (at(2) + at(2 * n - 2))) / 70.0;
+}
+
+std::vector<double> windowed(const std::vector<double> &from, std::size_t rows, std::size_t columns) {
     std::vector<double> across(from.size());
     std::vector<double> both(from.size());
-    for (std::size_t y = 0; y < rows; ++y) {
-        for (std::size_t x = 0; x < columns; ++x) {
-            const double *row = &from[y * columns];
-            across[y * columns + x] =
-                0.5 * row[x] + 0.25 * (row[(x + 1) % columns] + row[(x + columns - 1) % columns]);
-        }
+    for (std::size_t i = 0; i < from.size(); ++i) {
+        across[i] = through_window(&from[i / columns * columns], i % columns, columns, 1);
     }
-    for (std::size_t y = 0; y < rows; ++y) {
-        for (std::size_t x = 0; x < columns; ++x) {
-            both[y * columns + x] =
-                0.5 * across[y * columns + x] +
-                0.25 * (across[(y + 1) % rows * columns + x] + across[(y + rows - 1) % rows * columns + x]);
-        }
+    for (std::size_t i = 0; i < from.size(); ++i) {
+        both[i] = through_window(&across[i % columns], i / columns, rows, columns);
     }
     return both;
 }
@@ -146,13 +159,13 @@ std::vector<double> noise_spectrum(const Map &map, const Patches &patches, const
                 const Slope slope = plane(map, patch.y + y, patch.x + x);
                 const double gx = slope.x / steps.step;
                 const double gy = slope.y / steps.step;
-                if (std::max(std::abs(gx), std::abs(gy)) > 2.0) {
+                if (!(std::max(std::abs(gx), std::abs(gy)) <= 2.0)) {
                     continue; // aliased all over
                 }
                 for (int m = 1; m <= harmonics; ++m) {
                     const double mass = 0.25 / (mathx::pi * mathx::pi * m * m); // half of a line's power
-                    lines[bin_of(m * gy, rows) * columns + bin_of(m * gx, columns)] += mass;
-                    lines[bin_of(-m * gy, rows) * columns + bin_of(-m * gx, columns)] += mass;
+                    add_line(lines, columns, bins_of(m * gy, rows), bins_of(m * gx, columns), mass);
+                    add_line(lines, columns, bins_of(-m * gy, rows), bins_of(-m * gx, columns), mass);
                     kept += 2.0 * mass;
                 }
             }
@@ -161,7 +174,7 @@ std::vector<double> noise_spectrum(const Map &map, const Patches &patches, const
     if (places == 0.0) {
         return white;
     }
-    lines = widened(lines, rows, columns);
+    lines = windowed(lines, rows, columns);
     const double each = steps.step * steps.step * static_cast<double>(bins) / places;
     const double rest = steps.step * steps.step * (1.0 / 12.0 - kept / places);
     for (std::size_t i = 0; i < bins; ++i) {

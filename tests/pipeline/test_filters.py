@@ -1,0 +1,319 @@
+"""Promises of the derivative filters, of `auto` that picks among them, and of the spectral one."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from paradize.errors import BakeError
+from paradize.kernels import filter as kernel
+from paradize.stages.filters import FILTER_NAMES, FILTERS, choose_filter, taps_of
+from paradize.stages.normal import TIERS, normal_map
+from tests.pipeline.heights import angles_between, rounded, sinusoids, up
+
+BOTH = (True, True)
+
+
+def mean_angle(
+    heights: np.ndarray, span: float, truth: np.ndarray, name: str, wrap: tuple[bool, bool] = BOTH
+) -> float:
+    found = normal_map(heights, slope_scale=(span, span), wrap=wrap, filter_name=name)
+    return float(angles_between(found, truth).mean())
+
+
+# Taps
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_every_filter_is_exact_on_planes_and_on_quadratics(name: str) -> None:
+    taps = FILTERS[name]
+    k = np.arange(1, len(taps.derivative) + 1)
+    assert 2 * (taps.derivative * k).sum() == pytest.approx(1, abs=1e-12)
+    assert taps.smooth[0] + 2 * taps.smooth[1:].sum() == pytest.approx(1, abs=1e-12)
+    assert len(taps.derivative) <= kernel.REACH
+    assert len(taps.smooth) <= kernel.REACH + 1
+
+
+@pytest.mark.parametrize(("family", "degree"), [("smooth", 3), ("quintic", 5), ("septic", 7)])
+def test_fitted_filters_are_the_least_squares_polynomials(family: str, degree: int) -> None:
+    for name in (name for name in FILTERS if name.startswith(family)):
+        radius = int(name.removeprefix(family))
+        k = np.arange(-radius, radius + 1)
+        fit = np.linalg.pinv(np.vander(k / radius, degree + 1, increasing=True))
+        assert np.allclose(FILTERS[name].derivative, fit[1][radius + 1 :] / radius, atol=1e-9)
+        assert np.allclose(FILTERS[name].smooth, fit[0][radius:], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "degree"), [("central", 2), ("fourth", 4), ("eighth", 8), ("smooth6", 4), ("septic9", 8)]
+)
+def test_filters_have_the_order_that_their_names_say(name: str, degree: int) -> None:
+    taps = FILTERS[name]
+    k = np.arange(1, len(taps.derivative) + 1) / len(taps.derivative)
+    for odd in range(3, degree + 1, 2):
+        assert abs(2 * (taps.derivative * k**odd).sum()) < 1e-9
+    assert abs(2 * (taps.derivative * k ** (degree + 1)).sum()) > 1e-6
+
+
+def test_an_unknown_filter_names_those_that_are_known() -> None:
+    with pytest.raises(BakeError, match=r"'sobel'.*eighth"):
+        taps_of("sobel")
+    with pytest.raises(BakeError, match="no taps"):
+        taps_of("spectral")
+    assert set(FILTER_NAMES) == {*FILTERS, "spectral"}
+
+
+# auto
+
+# wavelengths, bits, the largest mean error in degrees that `balanced` may make at an rms slope of 1 over 512
+# texels. The best plain filter (Sobel, Scharr, Farid and Simoncelli, orders 2 to 8) makes, in this order:
+# 1.58, 1.77 and 0.91 from 8 bits; below 0.001, 0.0013 and 0.23 from floats.
+COLUMNS = [
+    (32, 256, 8, 0.5),
+    (8, 64, 8, 1.0),
+    (4, 16, 8, 1.1),
+    (32, 256, 16, 0.02),
+    (8, 64, 16, 0.05),
+    (4, 16, 16, 0.3),
+    (32, 256, 32, 0.001),
+    (8, 64, 32, 0.01),
+    (4, 16, 32, 0.3),
+]
+
+
+@pytest.mark.parametrize(("shortest", "longest", "bits", "limit"), COLUMNS)
+def test_auto_is_as_good_as_the_best_filter_of_every_column(
+    shortest: int, longest: int, bits: int, limit: float
+) -> None:
+    for seed in range(2):
+        field, dx, dy = sinusoids(512, shortest, longest, seed)
+        heights, span = rounded(field, bits)
+        truth = up(dx, dy)
+        found = {
+            tier: mean_angle(heights, span, truth, choose_filter(heights, bits, BOTH, tier))
+            for tier in ("fast", "balanced", "exact")
+        }
+        assert found["balanced"] <= limit
+        assert found["exact"] <= found["balanced"] * 1.02 + 0.001
+        assert found["balanced"] < found["fast"]
+        plain = ["scharr", "fourth", "eighth", "septic4", "smooth5", "quintic8", "smooth10", "quintic16"]
+        best = min(mean_angle(heights, span, truth, name) for name in plain)
+        assert found["balanced"] <= best * 1.4 + 0.002
+
+
+@pytest.mark.parametrize("size", [96, 200, 512])
+@pytest.mark.parametrize("rms_slope", [0.05, 0.5, 3.0])
+def test_auto_keeps_its_promise_over_sizes_slopes_and_seeds(size: int, rms_slope: float) -> None:
+    for seed in range(10, 12 if size == 512 else 16):
+        for shortest, longest in [(32, min(256, size)), (8, 64), (4, 16)]:
+            field, dx, dy = sinusoids(size, shortest, longest, seed, rms_slope=rms_slope)
+            truth = up(dx, dy)
+            for bits in (8, 32):
+                heights, span = rounded(field, bits)
+                name = choose_filter(heights, bits, (False, False))
+                found = mean_angle(heights, span, truth, name)
+                plain = ["central", "scharr", "eighth", "smooth3"]
+                best = min(mean_angle(heights, span, truth, other) for other in plain)
+                assert found <= best * 1.15 + 0.002, (seed, shortest, bits, name)
+
+
+def test_eight_bit_data_in_a_file_of_sixteen_bits_or_floats_is_seen() -> None:
+    field, dx, dy = sinusoids(512, 32, 256, 3)
+    heights, span = rounded(field, 8)
+    names = {choose_filter(heights, bits, BOTH) for bits in (8, 16, 32)}
+    assert len(names) == 1
+    assert mean_angle(heights, span, up(dx, dy), names.pop()) < 0.5
+    found = kernel.predict_errors(heights, [], source_bits=16, wrap=BOTH)
+    assert found.step == pytest.approx(1 / 255, rel=0.2)
+
+
+def test_gentle_terraces_are_smoothed_and_floats_are_not() -> None:
+    y, x = np.mgrid[0:256, 0:256]
+    ramp = (0.11 * x + 0.07 * y).astype(np.float32)
+    assert len(taps_of(choose_filter(np.rint(ramp) / np.float32(255), 8, (False, False))).derivative) >= 8
+    field, _, _ = sinusoids(256, 5, 20, 1)
+    assert choose_filter(field.astype(np.float32), 32, (False, False)) == "eighth"
+
+
+def test_a_mask_of_two_values_is_not_taken_for_noise() -> None:
+    rng = np.random.default_rng(0)
+    mask = np.kron(rng.integers(0, 2, (32, 32)), np.ones((8, 8))).astype(np.float32)
+    for bits in (8, 16, 32):
+        assert len(taps_of(choose_filter(mask, bits, BOTH)).derivative) <= 5
+
+
+def test_spectral_is_exact_s_where_the_edges_meet_and_never_elsewhere() -> None:
+    field, _, _ = sinusoids(256, 4, 16, 2)
+    heights = field.astype(np.float32)
+    assert choose_filter(heights, 32, BOTH, "exact") == "spectral"
+    assert choose_filter(heights, 32, BOTH, "balanced") != "spectral"
+    assert choose_filter(heights, 32, (True, False), "exact") != "spectral"
+    islands = np.zeros(heights.shape, np.int32)
+    assert choose_filter(heights, 32, BOTH, "exact", islands) != "spectral"
+    torn = heights[:, :250].copy()  # said to repeat, but its edges do not meet
+    assert choose_filter(torn, 32, BOTH, "exact") != "spectral"
+    tilted = heights + np.linspace(0, 30, 256, dtype=np.float32)[:, None]
+    assert choose_filter(tilted, 32, BOTH, "exact") != "spectral"
+
+
+def test_tiers_are_what_was_asked_and_fast_never_looks() -> None:
+    assert all(asked == used for asked, used in TIERS.items())
+    assert choose_filter(np.zeros((4, 4), np.float32), 8, BOTH, "fast") == "central"
+    with pytest.raises(BakeError, match="'best'"):
+        choose_filter(np.zeros((4, 4), np.float32), 8, BOTH, "best")
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 40), (40, 1), (2, 300), (3, 3), (5, 9), (17, 4), (65, 130)])
+@pytest.mark.parametrize("size", [0.0, 1e-30, 1.0, 1e30])
+def test_auto_takes_maps_of_any_shape_and_size(shape: tuple[int, int], size: float) -> None:
+    heights = np.random.default_rng(1).random(shape, np.float32) * np.float32(size)
+    for bits in (8, 16, 32):
+        name = choose_filter(heights, bits, (False, True))
+        assert len(taps_of(name).derivative) <= max(1, min((n - 1 for n in shape if n > 1), default=1))
+        found = normal_map(heights, slope_scale=(1, 1), wrap=(False, True), filter_name=name)
+        assert np.isfinite(found).all()
+
+
+@settings(deadline=None, max_examples=15)
+@given(st.integers(0, 1000), st.floats(0.01, 100.0))
+def test_auto_does_not_care_how_high_a_float_map_stands(seed: int, factor: float) -> None:
+    field, _, _ = sinusoids(64, 4, 32, seed)
+    heights = field.astype(np.float32)
+    turned = np.ascontiguousarray(heights.T)
+    name = choose_filter(heights, 32, (False, False))
+    assert choose_filter(heights * np.float32(2.0**7), 32, (False, False)) == name
+    errors = [
+        kernel.predict_errors(plane, [(t.derivative, t.smooth) for t in FILTERS.values()], **settings_of())
+        for plane in (heights, turned)
+    ]
+    assert np.allclose(errors[0].errors, errors[1].errors, rtol=1e-9)
+
+
+def settings_of() -> dict[str, object]:
+    return {"source_bits": 32, "wrap": (False, False)}
+
+
+def test_auto_looks_at_islands_one_by_one() -> None:
+    field, _, _ = sinusoids(256, 32, 128, 5)
+    heights, _ = rounded(field, 8)
+    islands = np.full(heights.shape, -1, np.int32)
+    islands[:, :120], islands[:, 130:] = 0, 1
+    jumping = np.where(islands == 1, heights + np.float32(40), heights)
+    jumping[islands < 0] = np.random.default_rng(0).random(int((islands < 0).sum()), np.float32)
+    alone = len(taps_of(choose_filter(heights, 8, (False, False))).derivative)
+    aware = len(taps_of(choose_filter(jumping, 8, (False, False), islands=islands)).derivative)
+    assert aware >= alone / 2
+    nowhere = np.full(heights.shape, -1, np.int32)
+    assert choose_filter(heights, 8, (False, False), islands=nowhere) in FILTERS
+
+
+def test_a_look_costs_the_same_whatever_the_size() -> None:
+    heights = np.random.default_rng(0).random((4096, 1024), np.float32)
+    choose_filter(heights, 32, BOTH)
+    times = []
+    for _ in range(5):
+        start = time.perf_counter()
+        choose_filter(heights, 32, BOTH, "exact")
+        times.append(time.perf_counter() - start)
+    assert min(times) < 0.05  # some 3 ms on an idle machine; looking at all texels would take a second
+
+
+SAME = """
+import numpy as np
+from paradize.kernels import filter as kernel
+from paradize.stages.filters import FILTERS
+rng = np.random.default_rng(0)
+heights = (rng.integers(0, 256, (150, 131)) / 255).astype(np.float32)
+taps = [(t.derivative, t.smooth) for t in FILTERS.values()]
+found = kernel.predict_errors(heights, taps, source_bits=8, wrap=(True, True))
+dx, dy = kernel.spectral_slopes(heights)
+import hashlib
+v = kernel.destep(heights, step=1 / 255, wrap=(True, False))
+print(found, *(hashlib.sha256(a.tobytes()).hexdigest() for a in (dx, dy, v)))
+"""
+
+
+def test_predictions_spectra_and_de_stepping_have_the_same_bits_without_wide_instructions() -> None:
+    plain = {
+        "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
+        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA",
+    }
+    said = [
+        subprocess.run([sys.executable, "-c", SAME], env=env, capture_output=True, text=True, check=True)
+        for env in ({}, plain)
+    ]
+    assert said[0].stdout == said[1].stdout
+
+
+# Spectral
+
+
+def fourier_slopes(heights: np.ndarray, axis: int) -> np.ndarray:
+    n = heights.shape[axis]
+    k = np.fft.fftfreq(n) * 2 * np.pi
+    if n % 2 == 0:
+        k[n // 2] = 0
+    shape = [1, 1]
+    shape[axis] = n
+    spectrum = np.fft.fft(heights.astype(np.float64), axis=axis)
+    return np.asarray(np.fft.ifft(spectrum * 1j * k.reshape(shape), axis=axis).real)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.integers(1, 140), st.integers(1, 140), st.integers(0, 100))
+def test_spectral_slopes_are_those_of_a_fourier_transform_of_any_length(
+    rows: int, columns: int, seed: int
+) -> None:
+    heights = np.random.default_rng(seed).random((rows, columns), np.float32)
+    dx, dy = kernel.spectral_slopes(heights)
+    for found, axis in ((dx, 1), (dy, 0)):
+        assert np.abs(found - fourier_slopes(heights, axis)).max() < 1e-6
+
+
+@pytest.mark.parametrize("n", [127, 509, 1021, 1024, 2 * 509, 3 * 5 * 7 * 11, 31 * 31, 37 * 16])
+def test_spectral_slopes_of_long_lines_keep_double_precision(n: int) -> None:
+    heights = np.random.default_rng(n).random((3, n), np.float32)
+    dx, _ = kernel.spectral_slopes(heights)
+    truth = fourier_slopes(heights, 1)
+    assert np.abs(dx - truth).max() <= np.abs(truth).max() * 2.0**-23
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (6, 35), (37, 41), (64, 64)])
+@pytest.mark.parametrize("level", [0.1, 1e30, -3e-30])
+def test_spectral_slopes_of_flat_ground_are_exactly_zero(shape: tuple[int, int], level: float) -> None:
+    dx, dy = kernel.spectral_slopes(np.full(shape, level, np.float32))
+    assert not dx.any()
+    assert not dy.any()
+
+
+def test_spectral_slopes_do_not_depend_on_threads_and_leave_the_heights() -> None:
+    heights = np.random.default_rng(2).random((77, 130), np.float32)
+    kept = heights.copy()
+    one = kernel.spectral_slopes(heights, threads=1)
+    for threads in (2, 3, 5):
+        many = kernel.spectral_slopes(heights, threads=threads)
+        assert all(np.array_equal(a, b) for a, b in zip(one, many, strict=True))
+    assert np.array_equal(heights, kept)
+
+
+@pytest.mark.parametrize(
+    ("array", "what"),
+    [
+        (np.zeros((4, 4)), "float64"),
+        (np.zeros((4,), np.float32), r"\(4,\)"),
+        (np.zeros((0, 4), np.float32), r"\(0, 4\)"),
+    ],
+)
+def test_arrays_of_another_kind_are_refused(array: np.ndarray, what: str) -> None:
+    with pytest.raises(ValueError, match=what):
+        kernel.spectral_slopes(array)
+    with pytest.raises(ValueError, match=what):
+        kernel.predict_errors(array, [], source_bits=8, wrap=BOTH)
+    with pytest.raises(ValueError, match=what):
+        kernel.destep(array, step=0.1, wrap=BOTH)
