@@ -18,8 +18,7 @@ PARADIZE_STEP void settle(const ColorBlocks &blocks, Places &places, int turns, 
     }
 }
 
-// The corners of the block's box of colours, each channel's ends in the order that its covariance with the
-// one of largest range has.
+// The corners of the block's box of colours, each channel's ends in the order that the axis has.
 PARADIZE_STEP void box_codes(const ColorBlocks &blocks, const Lanes (&axis)[3], Ends &codes) {
     for (int k = 0; k < 3; ++k) {
         Lanes low = blocks.v[k][0], high = blocks.v[k][0];
@@ -60,33 +59,52 @@ PARADIZE_STEP void descend(const ColorBlocks &blocks, int passes, ColorFit &best
     }
 }
 
+// Least squares from the outermost texels along an axis, each end drawn towards the mean by a factor.
+PARADIZE_INLINE void start_from(const ColorBlocks &blocks, const Ends &outer, float draw_a, float draw_b,
+                                ColorFit &best) {
+    Ends ends;
+    for (int k = 0; k < 3; ++k) {
+        ends.a[k] = outer.a[k] * draw_a;
+        ends.b[k] = outer.b[k] * draw_b;
+    }
+    Places places;
+    place(blocks, ends, places);
+    settle<2>(blocks, places, 2, best);
+}
+
+// Least squares ends where it began: what is gained comes from the number of starts. One near the ends of the
+// cloud is fast; starts that leave one end's outliers to themselves are balanced; the exact tier adds further
+// ones, every partition, and a search of each channel.
 PARADIZE_STEP void fit_color(const ColorBlocks &blocks, Quality quality, ColorFit &best) {
     best.error = splat(1e30F);
     for (int k = 0; k < 3; ++k) {
         best.codes.a[k] = best.codes.b[k] = Lanes{};
     }
     Lanes axis[3];
-    Ends ends;
-    Places places;
+    Ends outer;
     principal_axis(blocks, axis);
-    axis_ends(blocks, axis, ends);
-    place(blocks, ends, places);
-    settle<2>(blocks, places, 2, best);
-    if (quality != Quality::fast) {
-        settle<2>(blocks, places, 2, best);
-        Ends codes;
-        box_codes(blocks, axis, codes);
-        try_codes(blocks, codes, places, best);
-        for (int k = 0; k < 3; ++k) {
-            solid_codes(blocks.mean[k], k, codes.a[k], codes.b[k]);
-        }
-        try_codes(blocks, codes, places, best);
-        settle<4>(blocks, places, 1, best);
+    axis_ends(blocks, axis, outer);
+    start_from(blocks, outer, 0.875F, 0.875F, best);
+    if (quality == Quality::fast) {
+        return;
     }
+    start_from(blocks, outer, 1.0F, 0.67F, best);
+    start_from(blocks, outer, 0.67F, 1.0F, best);
+    Ends codes;
+    Places places;
+    box_codes(blocks, axis, codes);
+    try_codes(blocks, codes, places, best);
+    for (int k = 0; k < 3; ++k) {
+        solid_codes(blocks.mean[k], k, codes.a[k], codes.b[k]);
+    }
+    try_codes(blocks, codes, places, best);
+    settle<2>(blocks, places, 1, best);
     if (quality == Quality::exact) {
+        start_from(blocks, outer, 1.0F, 0.4F, best);
+        start_from(blocks, outer, 0.4F, 1.0F, best);
         best_partition(blocks, axis, places);
         settle<4>(blocks, places, 3, best);
-        descend(blocks, 4, best);
+        descend(blocks, 2, best);
     }
 }
 

@@ -166,10 +166,34 @@ PARADIZE_STEP void search(const ValueBlocks &blocks, CodeRange range, int reach,
     }
 }
 
-constexpr int turns_of(Quality quality) {
-    return quality == Quality::fast ? 1 : 3;
+// Where else the ends may start: how many steps inside the outermost texels, the low end and the high one.
+struct Inset {
+    float low;
+    float high;
+};
+
+constexpr Inset some_insets[] = {{0.5F, 0.5F}, {1.0F, 0.0F}, {0.0F, 1.0F}, {-0.5F, -0.5F}};
+constexpr Inset all_insets[] = {{0.5F, 0.0F}, {0.0F, 0.5F},  {1.0F, 1.0F},  {2.0F, 0.0F},
+                                {0.0F, 2.0F}, {-0.5F, 0.0F}, {0.0F, -0.5F}, {-1.0F, -1.0F},
+                                {1.0F, 2.0F}, {2.0F, 1.0F},  {-0.5F, 1.0F}, {1.0F, -0.5F}};
+
+// Least squares from ends moved inwards, `turns` times from each.
+template <int Steps, std::size_t N>
+PARADIZE_INLINE void start_elsewhere(const ValueBlocks &blocks, CodeRange range, const Inset (&insets)[N],
+                                     int turns, ValueFit &best) {
+    const Lanes step = (blocks.high - blocks.low) * (1.0F / Steps);
+    const Lanes bottom = splat(range.bottom), top = splat(range.top);
+    for (const Inset &inset : insets) {
+        const Lanes low = nearest(within(blocks.low + inset.low * step, bottom, top));
+        const Lanes high = nearest(within(blocks.high - inset.high * step, bottom, top));
+        const auto wide = low < high;
+        settle<Steps, 2>(blocks, range, turns, wide ? low : best.low, wide ? high : best.high, best);
+    }
 }
-constexpr int exact_reach = 3;
+
+constexpr int turns_of(Quality quality) {
+    return quality == Quality::fast ? 1 : 2;
+}
 
 // Eight values from low to high.
 PARADIZE_STEP void fit_eight(const ValueBlocks &blocks, CodeRange range, Quality quality, ValueFit &best) {
@@ -182,8 +206,12 @@ PARADIZE_STEP void fit_eight(const ValueBlocks &blocks, CodeRange range, Quality
     high = flat & ~below ? high + 1.0F : high;
     best = {low, high, splat(1e30F)};
     settle<7, 2>(blocks, range, turns_of(quality), low, high, best);
+    if (quality != Quality::fast) {
+        start_elsewhere<7>(blocks, range, some_insets, 1, best);
+    }
     if (quality == Quality::exact) {
-        search<7>(blocks, range, exact_reach, best);
+        start_elsewhere<7>(blocks, range, all_insets, 2, best);
+        search<7>(blocks, range, 2, best);
     }
 }
 
@@ -204,7 +232,7 @@ PARADIZE_STEP void fit_six(const ValueBlocks &blocks, CodeRange range, Quality q
     best = {low, high, splat(1e30F)};
     settle<5, 2>(blocks, range, turns_of(quality), low, high, best);
     if (quality == Quality::exact) {
-        search<5>(blocks, range, exact_reach, best);
+        search<5>(blocks, range, 2, best);
     }
     best.error = touches ? best.error : splat(1e30F);
 }
