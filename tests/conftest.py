@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+os.environ.setdefault("PARADIZE_REPORT", "")  # tests bake much: sheets are drawn where one asks for them
+
 ROOT = Path(__file__).resolve().parent.parent
 
 # Tests render as CI does: no display, no sound card, no newer OpenGL than the player asks for.

@@ -15,9 +15,10 @@ PACKAGE = ROOT / "pipeline/paradize"
 GROUND = {"data", "errors", "kernels"}
 LAYERS = {
     # room: what it may import (besides itself and the ground)
-    "cli": {"tradeoff", "check", "report", "bake", "scene", "engine"},
+    "cli": {"tradeoff", "check", "explain", "report", "bake", "scene", "engine"},
     "check": {"bake", "formats", "metrics", "scene"},
-    "report": {"bake", "formats", "metrics", "scene"},
+    "explain": {"bake", "require", "scene", "formats"},
+    "report": {"bake", "engine", "formats", "metrics", "scene"},
     "bake": {"require", "engine", "readers", "stages", "formats", "metrics", "scene", "flight"},
     "require": {"scene", "flight"},
     "flight": {"scene"},

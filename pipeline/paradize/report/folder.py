@@ -1,0 +1,155 @@
+"""The sheets of a baked folder: a PNG for each material and the sky, drawn anew where something changed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from paradize.engine.publish import write_whole
+from paradize.errors import ParadizeError
+from paradize.formats.ktx2 import decode_ktx2
+from paradize.report.sheet import Ground, SheetMap, draw_sheet, draw_sky
+
+RECORD = "sheets.json"
+MAPS = ("color", "height", "normal", "gloss", "dudv")
+
+
+@dataclass
+class Sheets:
+    """What was done. drawn: files written now; warnings: sheets that could not be drawn, and why."""
+
+    drawn: list[Path] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+
+def draw_folder(baked: Path, folder: Path) -> Sheets:
+    """Draws the sheets of the scene in `baked` into `folder`, as <material>.png; those whose maps, errors and
+    code are those of the sheet that stands there are left. Sheets of materials that are gone are removed.
+
+    Never raises for a sheet that fails: it is told in the warnings, and the others are drawn.
+    """
+    done = Sheets()
+    try:
+        scene = json.loads((baked / "scene.json").read_bytes())
+        known = _record(folder)
+        record: dict[str, str] = {}
+        for name, entries in _materials(scene).items():
+            ground = _ground(scene, name)
+            key = _key(scene["name"], entries, ground)
+            path = folder / f"{name}.png"
+            if known.get(name) == key and path.is_file():
+                record[name] = key
+                continue
+            if _attempt(done, name, partial(_draw, baked, scene, name, entries, ground), path):
+                record[name] = key
+        for name in known.keys() - record.keys():
+            if name not in _materials(scene):
+                (folder / f"{name}.png").unlink(missing_ok=True)
+        if record != known:
+            text = json.dumps(record, indent=1, sort_keys=True).encode()
+            write_whole(folder / RECORD, text, durable=False)
+    except (OSError, ValueError, KeyError, TypeError, ParadizeError) as error:
+        done.warnings.append(f"no contact sheets in {folder}: {error}")
+    return done
+
+
+def draw_maps(files: dict[str, bytes], title: str, told: dict[str, Any], folder: Path, tiles: bool) -> Sheets:
+    """The sheet of what `paradize maps` made, as <title>.png. files: KTX2 by file name; told: its JSON."""
+    done = Sheets()
+
+    def draw() -> bytes:
+        maps = {}
+        for name, entry in told["maps"].items():
+            data = files[Path(entry["file"]).name]
+            errors = entry.get("errors") or {entry["metric"]: entry["error"]}
+            texture = decode_ktx2(data, entry["file"])
+            maps[name] = SheetMap(
+                texture, len(data), str(entry.get("tier", "")), errors, entry.get("levels") or []
+            )
+        return draw_sheet(title, _subtitle("maps", maps), maps, Ground(tiles))
+
+    _attempt(done, title, draw, folder / f"{title}.png")
+    return done
+
+
+def _attempt(done: Sheets, name: str, draw: Callable[[], bytes], path: Path) -> bool:
+    try:
+        write_whole(path, draw(), durable=False)
+    except Exception as error:  # a picture for the eye: whatever is wrong with it, the bake stands
+        done.warnings.append(f"contact sheet {name}: {type(error).__name__}: {error}")
+        return False
+    done.drawn.append(path)
+    return True
+
+
+def _record(folder: Path) -> dict[str, str]:
+    try:
+        known = json.loads((folder / RECORD).read_bytes())
+    except (OSError, ValueError):
+        return {}
+    return known if isinstance(known, dict) else {}
+
+
+def _materials(scene: dict[str, Any]) -> dict[str, dict[str, dict[str, Any]]]:
+    """Material -> map -> its artifact's entry, from names <material>_<map>; a cube map stands alone."""
+    found: dict[str, dict[str, dict[str, Any]]] = {}
+    for name, entry in scene["artifacts"].items():
+        material, _, kind = name.rpartition("_")
+        if entry["kind"] == "texture" and kind in MAPS and material:
+            found.setdefault(material, {})[kind] = entry
+        elif entry["kind"] == "cubemap":
+            found[name] = {"cubemap": entry}
+    return {name: {k: maps[k] for k in (*MAPS, "cubemap") if k in maps} for name, maps in found.items()}
+
+
+def _ground(scene: dict[str, Any], name: str) -> Ground:
+    """How a material lies and what it is where it has no map, as the scene says."""
+    terrain, water = scene.get("terrain"), scene.get("water")
+    if terrain and terrain.get("sand_color") == f"{name}_color":
+        return Ground(True, specular=terrain["specular"], smoothness=terrain["smoothness"])
+    if terrain and terrain.get("effect_color") == f"{name}_color":
+        return Ground(False, specular=terrain["specular"], smoothness=terrain["smoothness"])
+    if water and water.get("normal") == f"{name}_normal":
+        deep, shallow = water["deep_color"], water["shallow_color"]
+        color = tuple(0.7 * a + 0.3 * b for a, b in zip(deep, shallow, strict=True))
+        return Ground(True, (color[0], color[1], color[2]), water["specular"], water["smoothness"])
+    for item in scene.get("objects", ()):
+        if item.get("normal") == f"{name}_normal" or item.get("color") == f"{name}_color":
+            material = next(iter(item["materials"].values()), None)
+            if material:
+                r, g, b = material["color"]
+                return Ground(False, (r, g, b), material["specular"], material["smoothness"])
+    return Ground()
+
+
+def _key(scene: str, entries: dict[str, dict[str, Any]], ground: Ground) -> str:
+    code = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+    told = json.dumps([scene, entries, repr(ground)], sort_keys=True).encode()
+    return hashlib.sha256(hashlib.sha256(code).digest() + told).hexdigest()
+
+
+def _draw(
+    baked: Path, scene: dict[str, Any], name: str, entries: dict[str, dict[str, Any]], ground: Ground
+) -> bytes:
+    maps = {}
+    for kind, entry in entries.items():
+        texture = decode_ktx2((baked / entry["file"]).read_bytes(), entry["file"])
+        maps[kind] = SheetMap(
+            texture, entry["bytes"], entry["tier"], entry["errors"], entry.get("levels") or []
+        )
+    subtitle = _subtitle(scene["name"], maps)
+    if "cubemap" in maps:
+        return draw_sky(name, subtitle, maps["cubemap"], scene["exposure"])
+    return draw_sheet(name, subtitle, maps, ground)
+
+
+def _subtitle(scene: str, maps: dict[str, SheetMap]) -> str:
+    total = sum(entry.bytes for entry in maps.values())
+    largest = max(max(entry.texture.width, entry.texture.height) for entry in maps.values())
+    what = "1 map" if len(maps) == 1 else f"{len(maps)} maps"
+    return f"{scene}   -   {what}, up to {largest} texels a side, {total / (1 << 20):.1f} MiB with all mips"

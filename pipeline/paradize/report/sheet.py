@@ -1,0 +1,362 @@
+"""A contact sheet: the maps of one material as the hardware reads them, their mips and errors, and all lit.
+
+Pillow draws; nothing here reaches an artifact.
+"""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from paradize.metrics.texels import decode_texels
+from paradize.report.shade import Material, flat_preview, sphere_preview, to_codes, to_light
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from paradize.data import Texture
+
+    F32 = npt.NDArray[np.float32]
+    U8 = npt.NDArray[np.uint8]
+
+_PAPER, _INK, _PALE, _LINE = (24, 25, 28), (236, 236, 232), (150, 152, 156), (58, 60, 66)
+_MARGIN, _GAP = 40, 24
+_PREVIEW = 640  # pixels
+_PANEL = 312
+_THUMBS = 7  # mips in a strip
+_COLUMNS = 3
+_ZOOM = 2  # pixels a texel in the close view
+_LARGEST = 1024  # texels a side of the mip that is shown; level 0 is shown in the close view
+
+
+@dataclass(frozen=True)
+class SheetMap:
+    """One map of a material. tier, errors (metric -> value) and levels (one dict of errors a level) as
+    measured; bytes: its file's."""
+
+    texture: Texture
+    bytes: int
+    tier: str
+    errors: dict[str, float]
+    levels: list[dict[str, float]] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What the material is where it has no map. tiles: it repeats, and is shown on a sphere."""
+
+    tiles: bool = False
+    color: tuple[float, float, float] = (0.5, 0.5, 0.5)
+    specular: float = 0.5
+    smoothness: float = 0.5
+
+
+def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    return ImageFont.load_default(size)
+
+
+def _shown_level(texture: Texture, largest: int) -> int:
+    """The finest level of at most `largest` texels a side."""
+    level = 0
+    while max(texture.width, texture.height) >> level > largest and level + 1 < len(texture.levels):
+        level += 1
+    return level
+
+
+def _rebuilt(xy: F32) -> F32:
+    """Unit normals (h, w, 3) of x and y."""
+    z = np.sqrt(np.maximum(0.0, 1.0 - (xy * xy).sum(axis=2, keepdims=True)))
+    out = np.concatenate([xy, z], axis=2)
+    length = np.sqrt((out * out).sum(axis=2, keepdims=True))
+    unit: F32 = (out / np.maximum(length, 1e-6)).astype(np.float32)
+    return unit
+
+
+def _codes(values: F32) -> U8:
+    out: U8 = np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
+    return out
+
+
+def _grey(values: F32) -> U8:
+    codes = _codes(values)
+    return np.repeat(codes[:, :, None], 3, axis=2)
+
+
+def _picture(kind: str, decoded: F32) -> U8:
+    """How a map is shown: colour and grey as they are, signed values with zero in the middle."""
+    if kind == "color":
+        return _codes(decoded[:, :, :3])
+    if kind == "normal":
+        return _codes(_rebuilt(decoded[:, :, :2]) * 0.5 + 0.5)
+    if kind == "dudv":
+        most = max(1e-6, float(np.abs(decoded[:, :, :2]).max()))
+        signed = decoded[:, :, :2] / most * 0.5 + 0.5
+        return _codes(np.dstack([signed, np.full(signed.shape[:2], 0.5, np.float32)]))
+    if kind == "alpha":
+        return _grey(decoded[:, :, 3])
+    return _grey(decoded[:, :, 1 if kind == "smoothness" else 0])
+
+
+_TITLES = {
+    "color": "colour",
+    "alpha": "alpha",
+    "normal": "normal, green up",
+    "height": "height",
+    "specular": "gloss R: specular intensity",
+    "smoothness": "gloss G: smoothness",
+    "dudv": "du/dv, stretched",
+}
+
+
+def _panels(maps: dict[str, SheetMap]) -> list[tuple[str, str]]:
+    """(map, how it is shown) in the order of the sheet."""
+    out: list[tuple[str, str]] = []
+    for name in ("color", "height", "normal", "gloss", "dudv"):
+        if name not in maps:
+            continue
+        if name == "gloss":
+            out += [(name, "specular"), (name, "smoothness")]
+        else:
+            out.append((name, name))
+        if name == "color" and _holes(maps[name].texture):
+            out.append((name, "alpha"))
+    return out
+
+
+def _holes(texture: Texture) -> bool:
+    """Whether any texel of a colour map lets light through."""
+    decoded = decode_texels(texture, _shown_level(texture, 256))
+    return decoded.shape[2] == 4 and float(decoded[:, :, 3].min()) < 1.0
+
+
+def _fit(picture: U8, width: int, height: int) -> Image.Image:
+    """A picture as large as fits: enlarged texel by texel, made smaller smoothly."""
+    image = Image.fromarray(picture)
+    scale = min(width / image.width, height / image.height)
+    size = max(1, round(image.width * scale)), max(1, round(image.height * scale))
+    way = Image.Resampling.NEAREST if scale >= 1 else Image.Resampling.BOX
+    return image.resize(size, way)
+
+
+def _close_view(texture: Texture, size: int) -> F32:
+    """`size` x `size` texels of level 0's middle, fewer where there are fewer."""
+    rows, columns = min(size, texture.height), min(size, texture.width)
+    edge = 4 if texture.format.startswith("BC") else 1
+    top = (texture.height - rows) // 2 // edge * edge
+    per_row = len(texture.levels[0]) // -(-texture.height // edge)
+    bands = -(-rows // edge)
+    band = texture.levels[0][top // edge * per_row : (top // edge + bands) * per_row]
+    part = type(texture)(texture.format, texture.width, min(bands * edge, texture.height - top), (band,))
+    left = (texture.width - columns) // 2
+    return decode_texels(part)[:rows, left : left + columns]
+
+
+def lit_preview(maps: dict[str, SheetMap], ground: Ground, size: int = _PREVIEW) -> U8:
+    """The material lit, at most (size, size, 3) sRGB bytes, from its decoded maps."""
+    found = {
+        name: decode_texels(entry.texture, _shown_level(entry.texture, _LARGEST))
+        for name, entry in maps.items()
+        if name in ("color", "normal", "gloss")
+    }
+    color, gloss = found.get("color"), found.get("gloss")
+    srgb = color is not None and maps["color"].texture.format.endswith("_SRGB")
+    material = Material(
+        color=None if color is None else to_light(color[:, :, :3]) if srgb else color[:, :, :3],
+        alpha=None if color is None or color.shape[2] < 4 else np.ascontiguousarray(color[:, :, 3]),
+        normal=_rebuilt(found["normal"][:, :, :2]) if "normal" in found else None,
+        specular=None if gloss is None else np.ascontiguousarray(gloss[:, :, 0]),
+        smoothness=None if gloss is None else np.ascontiguousarray(gloss[:, :, 1]),
+        base=ground.color,
+        base_specular=ground.specular,
+        base_smoothness=ground.smoothness,
+    )
+    if ground.tiles:
+        return sphere_preview(material, size)
+    texture = next(iter(maps.values())).texture
+    longest = max(texture.width, texture.height)
+    return flat_preview(
+        material, max(1, size * texture.width // longest), max(1, size * texture.height // longest)
+    )
+
+
+_UNITS = {"deg": "\u00b0", "db": " dB"}
+
+
+def _told(name: str, value: float, kind: str) -> str:
+    """`normal_p99_deg` of a normal map -> `p99 1.94\u00b0`."""
+    words = name.removeprefix(f"{kind}_").split("_")
+    unit = _UNITS.get(words[-1], "")
+    text = f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
+    return f"{' '.join(words[:-1] if unit else words)} {text}{unit}"
+
+
+def error_lines(kind: str, entry: SheetMap) -> list[str]:
+    """The measured errors of a map as lines of text: of the whole, then of each level where it is known."""
+    if not entry.errors:
+        return ["no error was measured"]
+    lines = [_told(name, value, kind) for name, value in entry.errors.items()]
+    if entry.levels:
+        key = next(
+            (k for k in ("p99_deg", "psnr_db") if k in entry.levels[0]), next(iter(entry.levels[0]), "")
+        )
+        values = [f"{level[key]:.3g}" for level in entry.levels if key in level]
+        unit = _UNITS.get(key.rpartition("_")[2], "").strip()
+        lines.append(f"{key.rpartition('_')[0] or key} by level, {unit}: {' '.join(values)}")
+    return lines
+
+
+class _Sheet:
+    """A canvas that grows downwards."""
+
+    def __init__(self, width: int) -> None:
+        self.image = Image.new("RGB", (width, 4000), _PAPER)
+        self.draw = ImageDraw.Draw(self.image)
+        self.bottom = 0  # of all that was drawn
+        self.lowest = 0  # of what stands in the columns
+
+    def text(
+        self, at: tuple[int, int], text: str, size: int, color: tuple[int, int, int] = _INK, width: int = 0
+    ) -> int:
+        """Draws text, broken at spaces so that it stays within `width`; the y below it."""
+        font, (x, y) = _font(size), at
+        for line in self._broken(text, font, width) if width else [text]:
+            self.draw.text((x, y), line, font=font, fill=color)
+            y += round(size * 1.35)
+        self.bottom = max(self.bottom, y)
+        return y
+
+    def _broken(self, text: str, font: ImageFont.FreeTypeFont | ImageFont.ImageFont, width: int) -> list[str]:
+        lines = [""]
+        for word in text.split(" "):
+            longer = f"{lines[-1]} {word}".strip()
+            if lines[-1] and self.draw.textlength(longer, font=font) > width:
+                lines.append(word)
+            else:
+                lines[-1] = longer
+        return lines
+
+    def paste(self, picture: Image.Image, at: tuple[int, int], box: tuple[int, int]) -> None:
+        """A picture in the middle of a box with a thin frame."""
+        x, y = at
+        self.draw.rectangle((x - 1, y - 1, x + box[0], y + box[1]), outline=_LINE)
+        self.image.paste(picture, (x + (box[0] - picture.width) // 2, y + (box[1] - picture.height) // 2))
+        self.bottom = max(self.bottom, y + box[1])
+
+    def png(self) -> bytes:
+        out = io.BytesIO()
+        self.image.crop((0, 0, self.image.width, self.bottom + _MARGIN)).save(out, "PNG", compress_level=3)
+        return out.getvalue()
+
+
+def _draw_panel(sheet: _Sheet, at: tuple[int, int], kind: str, entry: SheetMap, shape: float) -> None:
+    """shape: height over width of the boxes."""
+    texture = entry.texture
+    x, y = at
+    y = sheet.text((x, y), _TITLES[kind], 19)
+    size = f"{texture.width} x {texture.height}"
+    told = f"{entry.bytes / (1 << 20):.2f} MiB" if entry.bytes >= 1 << 19 else f"{entry.bytes / 1024:.1f} KiB"
+    y = sheet.text((x, y), f"{texture.format}   {size}   {told}", 14, _PALE) + 4
+    first = _shown_level(texture, _LARGEST // 2)
+    tall = round(_PANEL * shape)
+    sheet.paste(_fit(_picture(kind, decode_texels(texture, first)), _PANEL, tall), (x, y), (_PANEL, tall))
+    y += tall + 8
+    edge = (_PANEL - 4 * (_THUMBS - 1)) // _THUMBS
+    low = max(1, round(edge * shape))
+    finest = _shown_level(texture, 128)
+    for index, level in enumerate(range(finest, min(finest + _THUMBS, len(texture.levels)))):
+        left = x + index * (edge + 4)
+        sheet.paste(_fit(_picture(kind, decode_texels(texture, level)), edge, low), (left, y), (edge, low))
+        sheet.text((left, y + low + 1), str(level), 11, _PALE)
+
+
+def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], ground: Ground) -> bytes:
+    """The sheet of one material as PNG. maps: any of color, normal, height, gloss, dudv."""
+    panels = _panels(maps)
+    columns = min(_COLUMNS, len(panels))
+    left = _MARGIN + _PREVIEW + 2 * _GAP
+    sheet = _Sheet(left + max(1, columns) * (_PANEL + _GAP) - _GAP + _MARGIN)
+    sheet.text((_MARGIN, 28), title, 44)
+    top = sheet.text((_MARGIN + 2, 86), subtitle, 17, _PALE) + 16
+
+    preview = Image.fromarray(lit_preview(maps, ground))
+    sheet.paste(preview, (_MARGIN, top), (_PREVIEW, preview.height))
+    y = sheet.text((_MARGIN, top + preview.height + 8), _about(ground), 14, _PALE, _PREVIEW) + 10
+    _draw_close(sheet, y, maps)
+
+    shape = max(min(1.0, m.texture.height / m.texture.width) for m in maps.values())
+    height = round((_PANEL + _PANEL / _THUMBS) * shape) + 96
+    for index, (name, kind) in enumerate(panels):
+        at = left + index % _COLUMNS * (_PANEL + _GAP), top - 8 + index // _COLUMNS * height
+        _draw_panel(sheet, at, kind, maps[name], shape)
+    low = top - 8 + -(-len(panels) // _COLUMNS) * height + 12
+    for index, (name, entry) in enumerate(maps.items()):
+        if index % columns == 0 and index:
+            low = sheet.lowest + 16
+        x = left + index % columns * (_PANEL + _GAP)
+        y = sheet.text((x, low), f"{name.replace('color', 'colour')}, {entry.tier}", 17)
+        for line in error_lines(name, entry):
+            y = sheet.text((x, y), line, 15, _PALE, _PANEL)
+        sheet.lowest = max(sheet.lowest, y)
+    return sheet.png()
+
+
+def _draw_close(sheet: _Sheet, top: int, maps: dict[str, SheetMap]) -> None:
+    """Two maps from so near that each texel is seen."""
+    half = (_PREVIEW - _GAP) // 2
+    close = [name for name in ("color", "normal", "height", "gloss") if name in maps][:2]
+    for index, name in enumerate(close):
+        x = _MARGIN + index * (half + _GAP)
+        view = _picture(name, _close_view(maps[name].texture, half // _ZOOM))
+        enlarged = Image.fromarray(view).resize(
+            (view.shape[1] * _ZOOM, view.shape[0] * _ZOOM), Image.Resampling.NEAREST
+        )
+        sheet.paste(enlarged, (x, top), (half, half))
+        title = _TITLES.get(name, _TITLES["specular"])
+        sheet.text((x, top + half + 6), f"{title}: the middle of level 0, {_ZOOM} x", 14, _PALE)
+
+
+def _about(ground: Ground) -> str:
+    shape = "a sphere, two tiles across" if ground.tiles else "the whole map, seen from above"
+    return f"lit in linear light from what the hardware reads: {shape}; light from the upper left"
+
+
+def draw_sky(title: str, subtitle: str, entry: SheetMap, exposure: float) -> bytes:
+    """The sheet of a cube map: its faces laid out as a cross, and the mips of the front."""
+    texture = entry.texture
+    edge = 300
+    level = _shown_level(texture, 512)
+    sheet = _Sheet(2 * _MARGIN + 4 * edge)
+    sheet.text((_MARGIN, 28), title, 44)
+    top = sheet.text((_MARGIN + 2, 86), subtitle, 17, _PALE) + 16
+
+    def face(index: int, at: int) -> U8:
+        light = decode_texels(texture, at, index)[:, :, :3]
+        return to_codes(light * exposure / (1.0 + light * exposure) * np.float32(1.25))
+
+    places = {
+        0: (2, 1, "+X"),
+        1: (0, 1, "-X"),
+        2: (1, 0, "+Y"),
+        3: (1, 2, "-Y"),
+        4: (1, 1, "+Z"),
+        5: (3, 1, "-Z"),
+    }
+    for index, (i, j, name) in places.items():
+        at = _MARGIN + i * edge, top + j * edge
+        sheet.paste(_fit(face(index, level), edge, edge), at, (edge, edge))
+        sheet.draw.text(
+            (at[0] + 10, at[1] + 8), name, font=_font(20), fill=_INK, stroke_width=2, stroke_fill=_PAPER
+        )
+    y = top + 3 * edge + 16
+    for index, mip in enumerate(range(level + 1, min(level + 9, len(texture.levels)))):
+        x = _MARGIN + index * 124
+        sheet.paste(_fit(face(4, mip), 112, 112), (x, y), (112, 112))
+        sheet.text((x, y + 114), f"+Z, level {mip}", 13, _PALE)
+    y += 140
+    for line in error_lines("sky", entry):
+        y = sheet.text((_MARGIN, y), line, 15, _PALE, 4 * edge)
+    return sheet.png()
