@@ -80,7 +80,7 @@ nb::tuple smallest_gap(const In<std::uint8_t> &inside, const In<std::int32_t> &s
     return nb::make_tuple(gap, pair[0], pair[1]);
 }
 
-// result: (levels, 8) float64: mean, p99, p99 of all, worst, x, y, island, samples; of so many levels.
+// result: (levels, 9) float64: mean, p99, p99 of all, worst, x, y, island, samples, own; of so many levels.
 void walk(const In<float> &texels, std::size_t channels, int kind, const In<std::uint8_t> &inside,
           const In<std::int32_t> &source, const In<std::int32_t> &owner, bool repeat, const In<double> &reach,
           const Out<double> &result, int threads) {
@@ -93,8 +93,8 @@ void walk(const In<float> &texels, std::size_t channels, int kind, const In<std:
         "an island is out of range");
     need(std::all_of(reach.data(), reach.data() + reach.size(), [](double r) { return r <= 1e3; }),
          "a reach is out of range");
-    const std::size_t levels = result.size() / 8;
-    need(levels >= 1 && result.size() == levels * 8, "the result has the wrong size");
+    const std::size_t levels = result.size() / 9;
+    need(levels >= 1 && result.size() == levels * 9, "the result has the wrong size");
     std::size_t rows = inside.shape(0);
     std::size_t columns = inside.shape(1);
     std::size_t count = rows * columns;
@@ -112,9 +112,10 @@ void walk(const In<float> &texels, std::size_t channels, int kind, const In<std:
         gutter::walk(chain, static_cast<gutter::Kind>(kind), layout, {reach.data(), reach.size()}, threads);
     double *to = result.data();
     for (const gutter::Found &level : found) {
-        for (const double value : {level.mean, level.p99, level.all_p99, level.worst,
-                                   static_cast<double>(level.x), static_cast<double>(level.y),
-                                   static_cast<double>(level.island), static_cast<double>(level.samples)}) {
+        for (const double value :
+             {level.mean, level.p99, level.all_p99, level.worst, static_cast<double>(level.x),
+              static_cast<double>(level.y), static_cast<double>(level.island),
+              static_cast<double>(level.samples), level.own}) {
             *to++ = value;
         }
     }

@@ -52,7 +52,8 @@ class Layout:
 @dataclass(frozen=True)
 class Bleed:
     """What one level's walk found, as shares of the range (0..1). worst: of any sample, from the border texel
-    (x, y) of level 0; p99, mean: of the island that fares worst; all_p99: of all samples together."""
+    (x, y) of level 0; p99, mean: of the island that fares worst; all_p99: of all samples together. own: how
+    much of the worst sample is its own island's."""
 
     mean: float
     p99: float
@@ -62,6 +63,7 @@ class Bleed:
     y: int
     island: int
     samples: int
+    own: float
 
 
 def linear_light(values: F32) -> F32:
@@ -105,7 +107,7 @@ def walk(
     not walked.
     """
     flat = [np.ascontiguousarray(level, np.float32).ravel() for level in levels]
-    result = np.empty((len(levels), 8), np.float64)
+    result = np.empty((len(levels), 9), np.float64)
     _gutter.walk(
         np.concatenate(flat),
         levels[0].shape[2],
@@ -116,6 +118,6 @@ def walk(
         threads,
     )
     return [
-        Bleed(row[0], row[1], row[2], row[3], int(row[4]), int(row[5]), int(row[6]), int(row[7]))
+        Bleed(row[0], row[1], row[2], row[3], int(row[4]), int(row[5]), int(row[6]), int(row[7]), row[8])
         for row in result.tolist()
     ]

@@ -126,8 +126,8 @@ double difference(const std::array<double, 4> &seen, const std::array<double, 4>
     return kind == Kind::color && channels == 4 ? largest * std::clamp(own[3], 0.0, 1.0) : largest;
 }
 
-Found judged(std::vector<float> &errors, const std::vector<std::uint32_t> &border, const Layout &layout,
-             std::size_t columns) {
+Found judged(std::vector<float> &errors, const std::vector<float> &shares,
+             const std::vector<std::uint32_t> &border, const Layout &layout, std::size_t columns) {
     constexpr std::size_t each = directions.size();
     Found found;
     found.samples = static_cast<std::int64_t>(errors.size());
@@ -136,6 +136,7 @@ Found judged(std::vector<float> &errors, const std::vector<std::uint32_t> &borde
     }
     const auto worst = std::max_element(errors.begin(), errors.end());
     found.worst = static_cast<double>(*worst);
+    found.own = static_cast<double>(shares[static_cast<std::size_t>(worst - errors.begin())]);
     const std::uint32_t texel = border[static_cast<std::size_t>(worst - errors.begin()) / each];
     found.x = static_cast<std::int64_t>(texel % columns);
     found.y = static_cast<std::int64_t>(texel / columns);
@@ -167,6 +168,46 @@ Found judged(std::vector<float> &errors, const std::vector<std::uint32_t> &borde
     return found;
 }
 
+// One level on its way: its texels, and what each should hold.
+struct Level {
+    const float *texels;
+    std::size_t rows, columns, channels;
+    const Means &means;
+};
+
+struct Sample {
+    float error = 0.0F;
+    float share = 0.0F; // how much of it is the island's own
+};
+
+// At (x, y) in texels of the level. home: what the island holds where the sample comes from, which stands for
+// its own where it sees nothing of it any more.
+Sample sampled(const Level &level, double x, double y, std::int32_t island, Kind kind, bool repeat,
+               const Texel &home) {
+    const Taps taps = taps_at(x, y, level.rows, level.columns, repeat);
+    std::array<double, 4> seen{};
+    std::array<double, 4> own{};
+    double weight = 0.0;
+    for (std::size_t k = 0; k < 4; ++k) {
+        if (taps.weight[k] == 0.0) {
+            continue;
+        }
+        const float *value = level.texels + taps.at[k] * level.channels;
+        Texel mean{};
+        const double share =
+            taps.weight[k] * level.means.own(taps.at[k], island, value, level.channels, mean);
+        for (std::size_t c = 0; c < level.channels; ++c) {
+            seen[c] += taps.weight[k] * static_cast<double>(value[c]);
+            own[c] += share * static_cast<double>(mean[c]);
+        }
+        weight += share;
+    }
+    for (std::size_t c = 0; c < level.channels; ++c) {
+        own[c] = weight > 1e-9 ? own[c] / weight : static_cast<double>(home[c]);
+    }
+    return {static_cast<float>(difference(seen, own, kind, level.channels)), static_cast<float>(weight)};
+}
+
 } // namespace
 
 std::vector<Found> walk(const Chain &chain, Kind kind, const Layout &layout, std::span<const double> reach,
@@ -175,71 +216,43 @@ std::vector<Found> walk(const Chain &chain, Kind kind, const Layout &layout, std
     constexpr std::size_t each = directions.size();
     std::vector<Found> found;
     std::vector<float> errors(border.size() * each);
+    std::vector<float> shares(errors.size());
+    const auto width = static_cast<double>(chain.columns);
+    const auto height = static_cast<double>(chain.rows);
     std::size_t rows = chain.rows;
     std::size_t columns = chain.columns;
-    std::size_t begin = 0;
-    Means first(chain, kind, layout);
-    Means means = first;
+    const float *texels = chain.texels.data();
+    Means means(chain, kind, layout);
+    const Means first = means;
     while (true) {
-        const float *level = chain.texels.data() + begin;
-        const double sx = static_cast<double>(columns) / static_cast<double>(chain.columns);
-        const double sy = static_cast<double>(rows) / static_cast<double>(chain.rows);
+        const Level level{texels, rows, columns, chain.channels, means};
+        const double sx = static_cast<double>(columns) / width;
+        const double sy = static_cast<double>(rows) / height;
         maps::for_rows(border.size(), threads, [&](std::size_t from, std::size_t to) {
             for (std::size_t b = from; b < to; ++b) {
                 const std::size_t texel = border[b];
                 const std::int32_t island = layout.owner[texel];
-                const double reach_x =
-                    reach[static_cast<std::size_t>(island)] * static_cast<double>(chain.columns);
-                const double reach_y =
-                    reach[static_cast<std::size_t>(island)] * static_cast<double>(chain.rows);
+                const double far = reach[static_cast<std::size_t>(island)];
                 const double cx = static_cast<double>(texel % chain.columns) + 0.5;
                 const double cy = static_cast<double>(texel / chain.columns) + 0.5;
+                Texel home{};
+                first.own(texel, island, chain.texels.data() + texel * chain.channels, chain.channels, home);
                 for (std::size_t d = 0; d < each; ++d) {
+                    // The texel's edge, half a pixel (half a texel of this level) beyond, and the reach.
                     const Direction &way = directions[d];
-                    const double x = cx + 0.5 * sign_of(way.x) + reach_x * way.x;
-                    const double y = cy + 0.5 * sign_of(way.y) + reach_y * way.y;
-                    const Taps taps = taps_at(x * sx, y * sy, rows, columns, layout.repeat);
-                    std::array<double, 4> seen{};
-                    std::array<double, 4> own{};
-                    double weight = 0.0;
-                    for (std::size_t k = 0; k < 4; ++k) {
-                        if (taps.weight[k] == 0.0) {
-                            continue;
-                        }
-                        const float *value = level + taps.at[k] * chain.channels;
-                        for (std::size_t c = 0; c < chain.channels; ++c) {
-                            seen[c] += taps.weight[k] * static_cast<double>(value[c]);
-                        }
-                        Texel mean{};
-                        const double share =
-                            taps.weight[k] * means.own(taps.at[k], island, value, chain.channels, mean);
-                        for (std::size_t c = 0; c < chain.channels; ++c) {
-                            own[c] += share * static_cast<double>(mean[c]);
-                        }
-                        weight += share;
-                    }
-                    if (weight <=
-                        1e-9) { // the sample has left its island: what it left is what it should see
-                        Texel mean{};
-                        first.own(texel, island, chain.texels.data() + texel * chain.channels, chain.channels,
-                                  mean);
-                        for (std::size_t c = 0; c < chain.channels; ++c) {
-                            own[c] = static_cast<double>(mean[c]);
-                        }
-                        weight = 1.0;
-                    }
-                    for (std::size_t c = 0; c < chain.channels; ++c) {
-                        own[c] /= weight;
-                    }
-                    errors[b * each + d] = static_cast<float>(difference(seen, own, kind, chain.channels));
+                    const double x = cx + 0.5 * sign_of(way.x) + (0.5 / sx + far * width) * way.x;
+                    const double y = cy + 0.5 * sign_of(way.y) + (0.5 / sy + far * height) * way.y;
+                    const Sample sample = sampled(level, x * sx, y * sy, island, kind, layout.repeat, home);
+                    errors[b * each + d] = sample.error;
+                    shares[b * each + d] = sample.share;
                 }
             }
         });
-        found.push_back(judged(errors, border, layout, chain.columns));
+        found.push_back(judged(errors, shares, border, layout, chain.columns));
         if (found.size() == chain.levels) {
             return found;
         }
-        begin += rows * columns * chain.channels;
+        texels += rows * columns * chain.channels;
         means = means.halved();
         rows = std::max<std::size_t>(1, rows / 2);
         columns = std::max<std::size_t>(1, columns / 2);

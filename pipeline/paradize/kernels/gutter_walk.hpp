@@ -38,7 +38,8 @@ struct Layout {
 };
 
 // What was found at one level. `worst` of any sample, at level-0 texel (x, y), `p99` and `mean` of the island
-// that fares worst by its 99th percentile, `all_p99` of all samples.
+// that fares worst by its 99th percentile, `all_p99` of all samples. own: how much of the worst sample is its
+// own island's.
 struct Found {
     double mean = 0.0;
     double p99 = 0.0;
@@ -48,6 +49,7 @@ struct Found {
     std::int64_t y = -1;
     std::int64_t island = -1;
     std::int64_t samples = 0;
+    double own = 1.0;
 };
 
 // Islands between which no whole texel lies, as one: ids (rows * columns; -1 outside) -> a name for each of
@@ -62,11 +64,11 @@ double smallest_gap(const Layout &layout, std::size_t rows, std::size_t columns,
                     std::span<std::int64_t, 2> pair);
 
 // Walks every island's border at every level of the chain: from each of its outermost texels, samples at the
-// texel's corners and edges and `reach` (by island; a share of the map's sides) beyond, in eight directions,
-// filtered bilinearly, against the same sample without foreign texels. What a level should hold of each
-// island is the area mean of the island's own texels of level 0, its gutter included, the gutter being its
-// nearest texel. Texels that lie wholly inside are taken as they are, so that compression alone is no
-// bleeding. An island of negative reach is not walked.
+// texel's corners and edges, half a pixel and `reach` (by island; a share of the map's sides) beyond, in
+// eight directions, filtered bilinearly, against the same sample without foreign texels. What a level should
+// hold of each island is the area mean of the island's own texels of level 0, its gutter included, the gutter
+// being its nearest texel. Texels that lie wholly inside are taken as they are, so that compression alone is
+// no bleeding. An island of negative reach is not walked.
 std::vector<Found> walk(const Chain &chain, Kind kind, const Layout &layout, std::span<const double> reach,
                         int threads);
 

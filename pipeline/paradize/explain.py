@@ -1,0 +1,208 @@
+"""`paradize explain`: of each artifact, which pass of the scene asked for it and why, when the flight first
+needs it, and for an object's maps how wide their gutters are, how wide they should be, and which number
+decides.
+
+Reads the scene, and scene.json of the last bake where there is one.
+"""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from paradize.bake import looks_of
+from paradize.bake_record import SCENE_FILE
+from paradize.errors import FormatError, SceneError
+from paradize.formats.scene_manifest import decode_scene
+from paradize.require import Order, Want, require
+from paradize.scene import Scene, load_scene
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """scene: its name. folder: where the last bake is looked for; baked: whether there is one, and why not.
+    artifacts: told as --json prints them."""
+
+    scene: str
+    folder: Path
+    baked: bool
+    why_not: str
+    artifacts: list[dict[str, Any]]
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that --json prints."""
+        return {
+            "scene": self.scene,
+            "folder": str(self.folder),
+            "baked": self.baked,
+            "why_not": self.why_not or None,
+            "artifacts": self.artifacts,
+        }
+
+
+def explain(scene_path: Path, artifact: str | None = None, out: Path | None = None) -> Explanation:
+    """Explains every artifact of a scene, or one. out: the folder of its bake (default: build/assets/<name>).
+
+    Raises SceneError for a scene that cannot be read and for an artifact that it does not ask for.
+    """
+    scene = load_scene(scene_path)
+    folder = out or Path("build/assets") / scene.head.name
+    wanted = {
+        want.artifact: (order, want)
+        for order in require(scene, looks_of(scene, scene_path)[0]).orders
+        for want in order.wants
+    }
+    if artifact is not None and artifact not in wanted:
+        near = difflib.get_close_matches(artifact, wanted, n=1)
+        mend = f"did you mean {near[0]}? There are " if near else "there are "
+        raise SceneError(
+            f"asks for no artifact {artifact!r}", file=scene_path, mend=mend + ", ".join(sorted(wanted))
+        )
+    manifest, why_not = _last_bake(folder)
+    names = [artifact] if artifact is not None else list(wanted)
+    told = [_told(scene, *wanted[name], manifest) for name in names]
+    return Explanation(scene.head.name, folder, manifest is not None, why_not, told)
+
+
+def _last_bake(folder: Path) -> tuple[dict[str, Any] | None, str]:
+    """The manifest of the last bake, or None and why."""
+    path = folder / SCENE_FILE
+    try:
+        return decode_scene(path.read_bytes(), path), ""
+    except OSError:
+        return None, f"there is no bake in {folder}: seconds, errors and gutters are not known before"
+    except FormatError as error:
+        return None, f"{error}; bake it again"
+
+
+def _told(scene: Scene, order: Order, want: Want, manifest: dict[str, Any] | None) -> dict[str, Any]:
+    entry = manifest["artifacts"].get(want.artifact) if manifest else None
+    told: dict[str, Any] = {
+        "name": want.artifact,
+        "kind": want.kind,
+        "passes": list(want.passes),
+        "reason": want.reason,
+        "sources": {role: str(path) for role, path in order.sources.items()},
+        "settings": order.settings,
+        "first_needed_s": None,
+        "gutter": None,
+    }
+    if entry is None:
+        return told
+    told |= {key: entry[key] for key in ("first_needed_s", "file", "bytes", "tier", "errors", "levels")}
+    owner = next((o for o in (manifest or {})["objects"] if want.artifact in o.values()), None)
+    if entry["gutter"] is not None and owner is not None:
+        told["gutter"] = entry["gutter"] | {
+            "max_level": entry["max_level"],
+            "levels": len(entry["gutter"]["bleed_p99"]),
+            "parallax": _parallax(owner),
+        }
+        told["decides"] = _decides(told["gutter"])
+    return told
+
+
+def _parallax(owner: dict[str, Any]) -> dict[str, Any]:
+    """By material: what is asked of parallax, and what is given (scale and bias)."""
+    found = {}
+    for name, material in owner["materials"].items():
+        scale, bias, limit = (material[f"parallax_{key}"] for key in ("scale", "bias", "limit"))
+        reach = 0.5 * abs(scale) + abs(bias)
+        share = 1.0 if limit is None or reach <= limit else limit / reach
+        found[name] = {
+            "asked": [scale, bias],
+            "given": [scale * share, bias * share],
+            "reach": reach,
+            "limit": limit,
+        }
+    return found
+
+
+def _decides(gutter: dict[str, Any]) -> list[str]:
+    """In words: which number decides how far the map may be sampled."""
+    p99, worst, bound = gutter["bleed_p99"], gutter["bleed_max"], gutter["bound"]
+    last, safe, in_use = len(p99) - 1, gutter["max_level"], gutter["level_in_use"]
+    words = []
+    if gutter["width_texels"] is None:
+        words.append("one island: nothing foreign can bleed in")
+    elif gutter["level_by_width"] >= in_use:
+        words.append(f"the width alone is enough for level {in_use}, the coarsest that the flight uses")
+    else:
+        by_width = gutter["level_by_width"]
+        reached = f"for level {by_width} at most" if by_width >= 0 else "for no level"
+        words.append(f"the width alone is enough {reached}; the colours of neighbours decide")
+    if safe is None:
+        words.append(
+            f"at every level at most {max(p99):.3g} bleeds in (99 of 100 samples; {bound:g} is accepted), "
+            "so that none is left out"
+        )
+        return words
+    after = safe + 1
+    if p99[after] > bound:
+        words.append(
+            f"level {after} would bleed by {p99[after]:.3g} (99 of 100 samples; {bound:g} is accepted), so "
+            f"level {safe} of {last} is the last that is sampled"
+        )
+    else:
+        words.append(
+            f"at level {after} a sample would be off by {worst[after]:.3g} (none may be by more than "
+            f"{2.5 * bound:g}), so level {safe} of {last} is the last that is sampled"
+        )
+    if safe < in_use:
+        words.append(
+            f"the flight would use level {in_use}: the object may shimmer from afar; move its islands apart, "
+            "paint neighbours alike, or accept more with the object's bleed; islands are not repacked, for "
+            "their maps are painted pictures"
+        )
+    return words
+
+
+def render(explanation: Explanation, *, details: bool) -> str:
+    """As text: a paragraph for each artifact; details: with sources, settings and every level."""
+    lines = []
+    for told in explanation.artifacts:
+        lines += _text(told, details)
+    if explanation.why_not:
+        lines.append(explanation.why_not)
+    return "\n".join(lines)
+
+
+def _text(told: dict[str, Any], details: bool) -> list[str]:
+    asked = f"asked for by {_passes(told['passes'])}" if told["passes"] else "heard, not drawn"
+    lines = [f"{told['name']}: {told['reason']}", f"  {asked}"]
+    if told["first_needed_s"] is not None:
+        lines[-1] += f"; first needed at second {told['first_needed_s']:g} of the flight"
+    if details:
+        lines += [f"  {role}: {path}" for role, path in told["sources"].items()]
+        lines += [f"  {key} = {value}" for key, value in told["settings"].items()]
+        if "errors" in told:
+            lines.append(f"  {told['file']}, {told['bytes']} bytes, tier {told['tier']}")
+            lines += [f"  {metric} {value:g}" for metric, value in told["errors"].items()]
+    gutter = told["gutter"]
+    if gutter is None:
+        return lines
+    width = gutter["width_texels"]
+    has = "alone on the map" if width is None else f"{width:g} texels at the narrowest"
+    lines.append(
+        f"  gutter: {gutter['islands']} islands, {has}; {gutter['needed_texels']:g} needed for level "
+        f"{gutter['level_in_use']} and the steepest parallax"
+    )
+    lines += [f"  {words}" for words in told["decides"]]
+    for name, parallax in gutter["parallax"].items():
+        if parallax["reach"] > 0.0:
+            scale, bias = parallax["asked"]
+            given = parallax["given"]
+            how = "given" if given == parallax["asked"] else f"given {given[0]:.4g} (bias {given[1]:.4g})"
+            lines.append(f"  parallax of {name}: scale {scale:g} (bias {bias:g}) asked, {how}")
+    if details:
+        lines.append("  level  99 of 100  largest")
+        for level, (p99, worst) in enumerate(zip(gutter["bleed_p99"], gutter["bleed_max"], strict=True)):
+            lines.append(f"  {level:5d}  {p99:9.4f}  {worst:7.4f}")
+    return lines
+
+
+def _passes(names: list[str]) -> str:
+    if len(names) == 1:
+        return f"the {names[0]} pass"
+    return f"the passes {', '.join(names[:-1])} and {names[-1]}"
