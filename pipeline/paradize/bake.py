@@ -32,7 +32,9 @@ from paradize.scene import METRICS, Scene, load_scene
 
 OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only files that a sweep may remove
 
-_TOLD = {"sha256", "suffix", "tier", "errors", "warnings"}  # what the store knows of a product
+# What the store knows of a product.
+_MEASURED = ("tier", "errors", "levels", "format", "reason", "filter")  # what a row tells of it
+_TOLD = {"sha256", "suffix", "warnings", *_MEASURED}
 
 Told = Callable[[str, int, int], None]  # what was just done, how many are done, of how many
 
@@ -42,6 +44,7 @@ class _Task:
     """An order on its way: its key, the sources' hashes, and what it gave (products by name)."""
 
     order: Order
+    settings: dict[str, Any]
     key: str
     status: str = "reused"
     seconds: float = 0.0
@@ -94,13 +97,13 @@ def _bake(
     told: Told | None,
 ) -> BakeReport:
     flight = plan_flight(scene.flight)
-    looks, libraries, absent = _looks(scene, scene_path)
+    looks, libraries, absent = looks_of(scene, scene_path)
     orders = [*require(scene, looks).orders, _flight_order(scene, flight)]
     last = store.get_bake(name)
     memory = FileMemory.from_json(last["memory"] if isinstance(last, dict) and "memory" in last else None)
     inputs = [*libraries, *(path for order in orders for path in order.sources.values())]
     stamps = {path: stamp(path) for path in inputs} | {scene_path.resolve(): was}
-    tasks = [_task(order, memory, tier) for order in orders]
+    tasks = [_task(order, memory, tier, scene.budget) for order in orders]
     for task in tasks:
         if force or not _recall(store, task):
             task.status = "baked"
@@ -114,7 +117,7 @@ def _bake(
     return report
 
 
-def _looks(scene: Scene, scene_path: Path) -> tuple[dict[str, Look], list[Path], list[Path]]:
+def looks_of(scene: Scene, scene_path: Path) -> tuple[dict[str, Look], list[Path], list[Path]]:
     """The look of each object by name: the colour map that the scene or the OBJ's materials name, else their
     own colours; the files that were read for it, and those that were looked for in vain. Raises SceneError,
     or GroupedError, for objects whose materials name several colour maps."""
@@ -159,17 +162,25 @@ def _flight_order(scene: Scene, flight: Flight) -> Order:
     return Order("flight", "flight", {}, settings, (Want("flight", "", "flight", "the camera's path"),))
 
 
-def _settings(order: Order) -> dict[str, Any]:
-    if order.maker != "maps":
+def _settings(order: Order, budget: dict[str, float]) -> dict[str, Any]:
+    """What the maker is told, and its task's key hashes: also the part of the budget that decides formats."""
+    owners = {"color": ("color", "alpha"), "maps": ("normal", "dudv", "height", "gloss")}.get(order.maker)
+    if owners is None:
         return order.settings
-    return order.settings | {"only": [want.product for want in order.wants]}
+    limits = {metric: limit for metric, limit in budget.items() if metric.partition("_")[0] in owners}
+    limits.pop("normal_filter_deg", None)  # no format betters it
+    settings = order.settings | {"budget": limits}
+    if order.maker == "maps":
+        settings["only"] = [want.product for want in order.wants]
+    return settings
 
 
-def _task(order: Order, memory: FileMemory, tier: str) -> _Task:
+def _task(order: Order, memory: FileMemory, tier: str, budget: dict[str, float]) -> _Task:
     module, maker = bake_makers.MAKERS[order.maker]
     sources = {role: memory.sha256(path) for role, path in order.sources.items()}
     code = [code_digest(module), hash_file(Path(bake_makers.__file__))]
-    return _Task(order, key_of(maker.__name__, code, sources, _settings(order), tier))
+    settings = _settings(order, budget)
+    return _Task(order, settings, key_of(maker.__name__, code, sources, settings, tier))
 
 
 def _recall(store: Store, task: _Task) -> bool:
@@ -221,6 +232,10 @@ def _run(
                     "suffix": product.suffix,
                     "tier": product.tier,
                     "errors": product.errors,
+                    "levels": product.levels,
+                    "format": product.format,
+                    "reason": product.reason,
+                    "filter": product.filter,
                     "warnings": product.warnings,
                 }
             store.put_product(task.key, task.products)
@@ -231,7 +246,7 @@ def _run(
         Job(
             task.order.name,
             bake_makers.MAKERS[task.order.maker][1],
-            {"sources": task.order.sources, "settings": _settings(task.order), "tier": tier},
+            {"sources": task.order.sources, "settings": task.settings, "tier": tier},
         )
         for task in tasks
     ]
@@ -251,10 +266,11 @@ def _report(scene: Scene, out: Path, tasks: list[_Task]) -> BakeReport:
                 continue
             row: dict[str, Any] = {"name": want.artifact, "file": None, "sha256": None, "bytes": 0}
             row |= {"tier": None, "errors": {}, "status": task.status, "seconds": round(task.seconds, 3)}
+            row |= {"levels": [], "format": None, "reason": None, "filter": None}
             if product:
                 file = f"{want.artifact}-{product['sha256'][:8]}.{product['suffix']}"
                 row |= {"file": file, "sha256": product["sha256"], "bytes": len(task.data[want.product])}
-                row |= {"tier": product["tier"], "errors": product["errors"]}
+                row |= {key: product[key] for key in _MEASURED}
             row["over"] = over_budget(scene.budget, row["errors"])
             report.warnings += [f"{want.artifact}: {text}" for text in row["over"]]
             report.artifacts.append(row)
@@ -302,7 +318,7 @@ def _commit(
                 row = rows[want.artifact]
                 files[row["file"]] = (data, row["sha256"])
                 entries[want.artifact] = {"file": row["file"], "kind": want.kind} | {
-                    key: row[key] for key in ("sha256", "bytes", "tier", "errors")
+                    key: row[key] for key in ("sha256", "bytes", "tier", "errors", "levels")
                 }
                 if want.kind == "mesh":
                     facts[want.artifact] = mesh_facts(data, row["file"])

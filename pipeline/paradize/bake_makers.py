@@ -17,7 +17,8 @@ Settings = dict[str, Any]
 
 @dataclass(frozen=True)
 class Product:
-    """One artifact's bytes. name: which of its order's products. errors: metric -> value, six digits."""
+    """One artifact's bytes. name: which of its order's products. errors: metric -> value, six digits. Of
+    textures levels, format, reason and filter are as in bake_product.MapProduct."""
 
     name: str
     data: bytes
@@ -25,6 +26,10 @@ class Product:
     tier: str
     errors: dict[str, float]
     warnings: list[str] = field(default_factory=list)
+    levels: list[dict[str, float]] = field(default_factory=list)
+    format: str | None = None
+    reason: str | None = None
+    filter: str | None = None
 
 
 def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
@@ -68,15 +73,17 @@ def make_color(sources: Sources, settings: Settings, tier: str) -> list[Product]
         tier=tier,
         alpha_cutoff=settings["alpha_cutoff"],
         uv=_layout(sources),
+        budget=settings["budget"],
     )
     return [_texture("color", made)]
 
 
 def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """Colour or height map -> the asked ones of normal, height, gloss and du/dv, each KTX2."""
-    from paradize.bake_maps import bake_maps
+    from paradize.bake_maps import bake_maps, relief_levels
 
     layout = _layout(sources)
+    relief = settings["relief"]
     made = bake_maps(
         sources["image"],
         only=settings["only"],
@@ -89,6 +96,10 @@ def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         uv=layout,
         gloss_groups=(settings.get("gloss_groups") or None) if layout else None,
         slope_scale=_slope_scale(sources["image"], settings),
+        filter_name=relief["filter"],
+        destep=relief["destep"],
+        levels=relief_levels(relief),
+        budget=settings["budget"],
     )
     return [_texture(name, made[name]) for name in settings["only"]]
 
@@ -146,7 +157,10 @@ def make_flight(sources: Sources, settings: Settings, tier: str) -> list[Product
 
 def _texture(name: str, made: Any) -> Product:
     errors = {metric: _six(value) for metric, value in made.errors.items()}
-    return Product(name, made.data, "ktx2", made.tier, errors, list(made.warnings))
+    return Product(
+        name, made.data, "ktx2", made.tier, errors, list(made.warnings),
+        made.levels, made.format, made.reason, made.filter,
+    )  # fmt: skip
 
 
 def _six(value: float) -> float:

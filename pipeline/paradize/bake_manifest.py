@@ -184,7 +184,7 @@ def _water(scene: Scene) -> dict[str, Any] | None:
     told = _plain(water)
     told["scroll_per_s"] = told.pop("scroll")
     return {"normal": "water_normal", "dudv": "water_dudv"} | {
-        key: value for key, value in told.items() if key not in {"waves", "wave_strength"}
+        key: value for key, value in told.items() if key not in {"waves", "wave_strength", "wave_relief"}
     }
 
 

@@ -7,7 +7,7 @@ normals are green up, du/dv is signed and without mean, gloss holds specular int
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -108,6 +108,17 @@ def bake_maps(
     rows = MapRows(ground, tuple(only), unit, picture, gloss or GlossSettings(), layout)
     bake = ktx2_maps if fmt == "ktx2" else png_maps
     return bake(rows, tier=tier, warnings=warnings, budget=budget or {}, zstd=zstd, measure=measure)
+
+
+def relief_levels(relief: Mapping[str, Any]) -> Levels | None:
+    """The levels in a table of settings (black, white, gamma, contrast, brightness, invert); None where they
+    change nothing. Raises BakeError for levels that make no sense."""
+    told = {item.name: relief[item.name] for item in fields(Levels)}
+    try:
+        levels = Levels(**told)
+    except ValueError as error:
+        raise BakeError(str(error), mend="black and white differ, and gamma is 0.001 or more") from None
+    return None if levels == Levels() else levels
 
 
 def _check(path: Path, source: str, strength: float, green: str, fmt: str, tier: str) -> None:

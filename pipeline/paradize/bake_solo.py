@@ -69,9 +69,11 @@ def solo_maps(
     tier: str,
     uv: Path | None,
     gloss_groups: list[str] | None,
+    relief: dict[str, Any],
+    zstd: int | None = None,
 ) -> Made:
-    """`paradize maps`: a file `<stem>_<map>.<fmt>` for each map in `only`."""
-    from paradize.bake_maps import bake_maps
+    """`paradize maps`: a file `<stem>_<map>.<fmt>` for each map in `only`. relief: as scene.Relief."""
+    from paradize.bake_maps import bake_maps, relief_levels
 
     made = bake_maps(
         path,
@@ -84,6 +86,10 @@ def solo_maps(
         tier=tier,
         uv=uv,
         gloss_groups=gloss_groups,
+        filter_name=relief["filter"],
+        destep=relief["destep"],
+        levels=relief_levels(relief),
+        zstd=zstd,
     )
     files, maps, rows, warnings = {}, {}, [], []
     for name in only:
@@ -97,8 +103,11 @@ def solo_maps(
             "format": product.format,
             "error": product.error,
             "metric": product.metric,
+            "errors": product.errors,
+            "levels": product.levels,
+            "filter": product.filter,
         }
         errors = {} if product.metric is None else {product.metric: product.error}
-        rows.append((file, getattr(product, "tier", tier), errors, len(product.data)))
+        rows.append((file, product.tier, errors, len(product.data)))
         warnings += product.warnings
     return Made(files, {"maps": maps, "warnings": list(dict.fromkeys(warnings))}, rows)

@@ -79,6 +79,17 @@ def _names(text: str) -> list[str]:
     return names
 
 
+_FILTER_HELP = "auto (looks at the heights), central, scharr, fourth, eighth, smooth2 to smooth16, spectral"
+
+
+def _filter(text: str) -> str:
+    from paradize.scene import FILTERS
+
+    if text not in FILTERS:
+        raise argparse.ArgumentTypeError(f"{text!r} is no filter; {_FILTER_HELP}")
+    return text
+
+
 def parser() -> argparse.ArgumentParser:
     """The whole command line, as DESIGN's contract has it."""
     top = _Parser(
@@ -143,6 +154,29 @@ def parser() -> argparse.ArgumentParser:
     sub.add_argument(
         "--gloss-groups", type=_names, metavar="A,B", help="only these groups of the layout shine"
     )
+    sub.add_argument("--report", type=Path, metavar="DIR", help="draw a contact sheet there, as <IN>.png")
+    sub.add_argument("--filter", type=_filter, default="auto", metavar="F", help=_FILTER_HELP)
+    sub.add_argument(
+        "--destep", action="store_true", help="smooth the steps of an 8-bit source, within half a step"
+    )
+    for name, default, low, text in (
+        ("black", 0.0, -1e6, "the value that becomes 0"),
+        ("white", 1.0, -1e6, "the value that becomes 1"),
+        ("gamma", 1.0, 1e-3, "above 1 lifts the middle of the heights"),
+        ("contrast", 1.0, -1e6, "about one half"),
+        ("brightness", 0.0, -1e6, "added to the heights"),
+    ):
+        what = f"{text} ({default:g})"
+        sub.add_argument(f"--{name}", type=_number(low, 1e6), default=default, metavar="X", help=what)
+    sub.add_argument("--invert", action="store_true", help="white is low")
+    sub.add_argument(
+        "--zstd",
+        type=_whole(1, 22),
+        nargs="?",
+        const=10,
+        metavar="LEVEL",
+        help="supercompress KTX2 (level 10)",
+    )
     common(sub)
 
     sub = command("terrain", _terrain, "Bake a heightmap into a GLB under a bound on its vertical error.")
@@ -166,6 +200,12 @@ def parser() -> argparse.ArgumentParser:
         help="metres; 0: exact (default: a thousandth of H)",
     )
     common(sub)
+
+    sub = command("explain", _explain, "Say why each artifact of a scene exists, and what limits it.")
+    sub.add_argument("scene", type=Path, metavar="SCENE.toml")
+    sub.add_argument("artifact", nargs="?", metavar="ARTIFACT", help="this one in detail (default: all)")
+    sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="where it was baked")
+    sub.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
     sub = command("check", _check, "Check baked scenes (folders or scene.json), GLB and KTX2 files.")
     sub.add_argument("paths", type=Path, nargs="+", metavar="PATH")
@@ -244,14 +284,33 @@ def _bake(arguments: argparse.Namespace) -> int:
             force=arguments.force,
             told=_Progress().told,
         )
-    _bake_table(report, sys.stderr if arguments.json else sys.stdout)
+    stream = sys.stderr if arguments.json else sys.stdout
+    _bake_table(report, stream)
+    sheets = _sheets(report, stream)
     for warning in report.warnings:
         _say(f"paradize: warning: {warning}")
     if arguments.json:
-        _print_json(report.as_json())
+        _print_json(report.as_json() | {"sheets": sheets})
     if report.errors:
         _complain(report.errors)
     return 1 if report.errors else 0
+
+
+def _sheets(report: Any, stream: Any) -> list[str]:
+    """Draws the contact sheets of what was baked into $PARADIZE_REPORT (build/report; empty: none), in a
+    folder named as the baked one; the files drawn. With nothing baked one look tells that they are there."""
+    root = os.environ.get("PARADIZE_REPORT", "build/report")
+    folder = Path(root) / report.out.resolve().name
+    if not root or report.errors or not (report.count("baked") or not (folder / "sheets.json").is_file()):
+        return []
+    from paradize.report.folder import draw_folder
+
+    done = draw_folder(report.out, folder)
+    report.warnings += done.warnings
+    if done.drawn:
+        many = "sheet" if len(done.drawn) == 1 else "sheets"
+        _print(one_line(f"{len(done.drawn)} contact {many} drawn in {folder}"), stream)
+    return [str(path) for path in done.drawn]
 
 
 def _bake_table(report: Any, stream: Any) -> None:
@@ -296,6 +355,13 @@ def _solo(
     made = outcome.value
     for name, data in made.files.items():
         write_whole(out or arguments.out / name, data)
+    if getattr(arguments, "report", None):
+        from paradize.report.folder import draw_maps
+
+        tiles = arguments.wrap == "repeat" and arguments.uv is None
+        sheets = draw_maps(made.files, arguments.input.stem, made.told, arguments.report, tiles)
+        made.told["warnings"] += sheets.warnings
+        made.told["sheets"] = [str(path) for path in sheets.drawn]
     seconds = time.monotonic() - start
     rows = [
         (name, tier, errors_text(errors, {}), str(size) if size else "-", f"{seconds:.2f}")
@@ -326,10 +392,15 @@ def _mesh(arguments: argparse.Namespace) -> int:
 
 
 def _maps_command(arguments: argparse.Namespace) -> int:
+    if arguments.report and arguments.fmt != "ktx2":
+        raise BakeError("a contact sheet is drawn of KTX2 maps", mend="leave out --format png or --report")
     from paradize.bake_solo import solo_maps
 
-    keys = ("only", "source", "strength", "wrap", "green", "fmt", "uv", "gloss_groups")
-    return _solo(arguments, solo_maps, {key: getattr(arguments, key) for key in keys}, None)
+    keys = ("only", "source", "strength", "wrap", "green", "fmt", "uv", "gloss_groups", "zstd")
+    settings = {key: getattr(arguments, key) for key in keys}
+    relief = ("black", "white", "gamma", "contrast", "brightness", "invert", "filter", "destep")
+    settings["relief"] = {key: getattr(arguments, key) for key in relief}
+    return _solo(arguments, solo_maps, settings, None)
 
 
 def _terrain(arguments: argparse.Namespace) -> int:
@@ -350,6 +421,17 @@ def _check(arguments: argparse.Namespace) -> int:
     findings = check_paths(arguments.paths)
     _print(render(findings, "json" if arguments.json else arguments.fmt))
     return 1 if any(finding.severity == "error" for finding in findings) else 0
+
+
+def _explain(arguments: argparse.Namespace) -> int:
+    from paradize.explain import explain, render
+
+    explanation = explain(arguments.scene, arguments.artifact, arguments.out)
+    if arguments.json:
+        _print_json(explanation.as_json())
+    else:
+        _print(render(explanation, details=arguments.artifact is not None))
+    return 0
 
 
 def _terminated(number: int, frame: object) -> NoReturn:

@@ -7,7 +7,7 @@ Each order names the pass that asked. What nothing reads is not here, so it is n
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +17,14 @@ from paradize.scene import Scene, SceneObject, Terrain, Water
 
 @dataclass(frozen=True)
 class Want:
-    """One artifact: its name, its kind (as in scene.json), which of its order's products it is, and why."""
+    """One artifact: its name, its kind (as in scene.json), which of its order's products it is, why it is
+    wanted, and the player's passes that read it (none: it is heard)."""
 
     artifact: str
     kind: str
     product: str
     reason: str
+    passes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -63,13 +65,16 @@ def require(scene: Scene, looks: dict[str, Look]) -> Requirements:
     found = Requirements()
     if scene.sky:
         faces = {f"face{i}": path for i, path in enumerate(scene.sky.faces)}
-        found.add("sky", "cubemap", faces, [Want("sky", "cubemap", "sky", "the sky and the water's mirror")])
+        readers = ("sky", *(name for name in ("terrain", "objects", "water") if getattr(scene, name)))
+        want = Want("sky", "cubemap", "sky", "the sky and the water's mirror", readers)
+        found.add("sky", "cubemap", faces, [want])
+    views = tuple(name for name in ("shadow", "reflection", "refraction") if getattr(scene, name))
     if scene.terrain:
-        _terrain(found, scene.terrain)
+        _terrain(found, scene.terrain, views)
     if scene.water:
         _water(found, scene.water)
     for item in scene.objects:
-        _object(found, item, looks[item.name])
+        _object(found, item, looks[item.name], views)
     if scene.sound:
         want = Want("sound", "sound", "sound", "the sound of the scene")
         found.add("sound", "sound", {"file": scene.sound.file}, [want])
@@ -82,18 +87,21 @@ def _color(
     sources: dict[str, Path],
     wrap: str,
     reason: str,
+    passes: tuple[str, ...],
     alpha_cutoff: float = 0.5,
 ) -> None:
-    want = Want(f"{name}_color", "texture", "color", reason)
+    want = Want(f"{name}_color", "texture", "color", reason, passes)
     found.add(f"{name} colour", "color", sources, [want], wrap=wrap, alpha_cutoff=alpha_cutoff)
 
 
-def _terrain(found: Requirements, terrain: Terrain) -> None:
+def _terrain(found: Requirements, terrain: Terrain, views: tuple[str, ...]) -> None:
+    ground = ("terrain",)
+    why = "the terrain, its shadow and its mirror image"
     found.add(
         "terrain",
         "terrain",
         {"heightmap": terrain.heightmap},
-        [Want("terrain_mesh", "mesh", "mesh", "the terrain, its shadow and its mirror image")],
+        [Want("terrain_mesh", "mesh", "mesh", why, ("terrain", *views))],
         size_x_m=terrain.size_m[0],
         size_z_m=terrain.size_m[1],
         height_m=terrain.height_m,
@@ -101,28 +109,30 @@ def _terrain(found: Requirements, terrain: Terrain) -> None:
         max_error_m=terrain.max_error_m,
         sand_repeat=terrain.sand_repeat,
     )
-    _color(found, "sand", {"image": terrain.sand_color}, "repeat", "the terrain's sand pattern")
+    _color(found, "sand", {"image": terrain.sand_color}, "repeat", "the terrain's sand pattern", ground)
     if terrain.sand_strength > 0.0:
         found.add(
             "sand maps",
             "maps",
             {"image": terrain.sand_height or terrain.sand_color},
-            [Want("sand_normal", "texture", "normal", "the sand's grain in the light")],
+            [Want("sand_normal", "texture", "normal", "the sand's grain in the light", ground)],
             source="height" if terrain.sand_height else "color",
             strength=terrain.sand_strength,
+            relief=asdict(terrain.sand_relief),
             wrap="repeat",
         )
     if terrain.effect_color:
-        _color(found, "effect", {"image": terrain.effect_color}, "clamp", "the terrain's effect map")
+        _color(found, "effect", {"image": terrain.effect_color}, "clamp", "the terrain's effect map", ground)
     relief = terrain.effect_height or terrain.effect_color
     if relief and terrain.effect_strength > 0.0:
         found.add(
             "effect maps",
             "maps",
             {"image": relief},
-            [Want("effect_normal", "texture", "normal", "ripples, shells and starfish in the light")],
+            [Want("effect_normal", "texture", "normal", "ripples, shells and starfish in the light", ground)],
             source="height" if terrain.effect_height else "color",
             strength=terrain.effect_strength,
+            relief=asdict(terrain.effect_relief),
             wrap="clamp",
             size_m=list(terrain.size_m),
         )
@@ -134,22 +144,26 @@ def _water(found: Requirements, water: Water) -> None:
         "maps",
         {"image": water.waves},
         [
-            Want("water_normal", "texture", "normal", "the light on the waves"),
-            Want("water_dudv", "texture", "dudv", "the waves that shake reflection and refraction"),
+            Want("water_normal", "texture", "normal", "the light on the waves", ("water",)),
+            Want(
+                "water_dudv", "texture", "dudv", "the waves that shake reflection and refraction", ("water",)
+            ),
         ],
         source="height",
         strength=water.wave_strength,
+        relief=asdict(water.wave_relief),
         wrap="repeat",
     )
 
 
-def _object(found: Requirements, item: SceneObject, look: Look) -> None:
-    name = item.name
+def _object(found: Requirements, item: SceneObject, look: Look, views: tuple[str, ...]) -> None:
+    name, things = item.name, ("objects",)
+    why = f"the object {name}, its shadow and its mirror image"
     found.add(
         f"{name} mesh",
         "mesh",
         {"mesh": item.mesh},
-        [Want(f"{name}_mesh", "mesh", "mesh", f"the object {name}, its shadow and its mirror image")],
+        [Want(f"{name}_mesh", "mesh", "mesh", why, (*things, *views))],
         lods=item.lods,
         max_error=item.max_error,
         atlas=look.color_map is not None,  # a map needs a UV layout
@@ -161,16 +175,20 @@ def _object(found: Requirements, item: SceneObject, look: Look) -> None:
     layout = {"layout": item.mesh} if item.wrap == "clamp" else {}
     cutoffs = [material.alpha_cutoff for material in item.materials.values() if material.alpha_cutoff > 0.0]
     sources = {"image": look.color_map, **alpha, **layout}
-    _color(found, name, sources, item.wrap, f"the object {name}", min(cutoffs, default=0.5))
+    _color(
+        found, name, sources, item.wrap, f"the object {name}", (*things, *views), min(cutoffs, default=0.5)
+    )
     maps = []
     if item.strength > 0.0:
-        maps.append(Want(f"{name}_normal", "texture", "normal", f"bumps on {name}"))
+        maps.append(Want(f"{name}_normal", "texture", "normal", f"bumps on {name}", things))
     deep = [key for key, material in item.materials.items() if material.parallax_scale != 0.0]
     if deep:
-        maps.append(Want(f"{name}_height", "texture", "height", f"parallax of {name}'s {', '.join(deep)}"))
+        why = f"parallax of {name}'s {', '.join(deep)}"
+        maps.append(Want(f"{name}_height", "texture", "height", why, things))
     shiny = [key for key, material in item.materials.items() if material.specular > 0.0]
     if shiny:
-        maps.append(Want(f"{name}_gloss", "texture", "gloss", f"highlights on {name}'s {', '.join(shiny)}"))
+        why = f"highlights on {name}'s {', '.join(shiny)}"
+        maps.append(Want(f"{name}_gloss", "texture", "gloss", why, things))
     found.add(
         f"{name} maps",
         "maps",
@@ -178,6 +196,7 @@ def _object(found: Requirements, item: SceneObject, look: Look) -> None:
         maps,
         source="color",
         strength=item.strength,
+        relief=asdict(item.relief),
         wrap=item.wrap,
         gloss_groups=list(item.gloss_groups) if layout else [],
     )

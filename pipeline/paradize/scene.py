@@ -60,6 +60,20 @@ METRICS = {
 }
 
 
+# The derivative filters of normal maps (stages/filters.py); "auto" looks at the heights and picks one.
+FILTERS = (
+    "auto",
+    "central",
+    "scharr",
+    "fourth",
+    "eighth",
+    *(f"smooth{radius}" for radius in range(2, 17)),
+    *(f"quintic{radius}" for radius in range(3, 17)),
+    *(f"septic{radius}" for radius in range(4, 17)),
+    "spectral",
+)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Head:
     name: str = identifier()
@@ -111,6 +125,20 @@ class View:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Relief:
+    """How a picture becomes heights, and heights slopes. Levels apply in this order, to 0..1."""
+
+    black: float = number(0.0, low=-1e6, high=1e6)  # what becomes 0
+    white: float = number(1.0, low=-1e6, high=1e6)  # what becomes 1; another number than black
+    gamma: float = number(1.0, low=1e-3, high=1e6)  # above 1 lifts the middle
+    contrast: float = number(1.0, low=-1e6, high=1e6)  # about one half
+    brightness: float = number(0.0, low=-1e6, high=1e6)  # added
+    invert: bool = flag(False)
+    filter: str = choice("auto", among=FILTERS)  # the derivative filter
+    destep: bool = flag(False)  # smooth the steps of an 8-bit picture, within half a step
+
+
+@dataclass(frozen=True, kw_only=True)
 class Terrain:
     heightmap: Path = source()
     size_m: tuple[float, float] = vector(size=2, low=1e-6, high=FAR, unit="m")  # x, z: first to last pixel
@@ -121,9 +149,11 @@ class Terrain:
     sand_repeat: float = number(1.0, low=1e-3, high=1e5)  # nb: how often the sand lies along X
     sand_height: Path | None = source(None)
     sand_strength: float = number(0.0, low=0.0, high=100.0, unit="% of the width")  # 0: no sand normal map
+    sand_relief: Relief = table(Relief, Relief)
     effect_color: Path | None = source(None)
     effect_height: Path | None = source(None)  # else the effect map's normals come from its colour
     effect_strength: float = number(1.0, low=0.0, high=100.0, unit="% of the width")
+    effect_relief: Relief = table(Relief, Relief)
     mix_low_m: float = number(0.0, low=-FAR, high=FAR, unit="m")  # below: effect only
     mix_high_m: float = number(2.0, low=-FAR, high=FAR, unit="m")  # above: sand only
     specular: float = number(0.05, low=0.0, high=10.0)
@@ -137,6 +167,7 @@ class Terrain:
 class Water:
     waves: Path = source()  # a tileable height map
     wave_strength: float = number(1.0, low=1e-6, high=100.0, unit="% of the width")
+    wave_relief: Relief = table(Relief, Relief)
     level_m: float = number(0.0, low=-FAR, high=FAR, unit="m")
     size_m: float = number(1000.0, low=1e-3, high=FAR, unit="m")  # side of the square of water
     tile: float = number(40.0, low=1e-3, high=1e5)  # how often the waves lie along it
@@ -181,7 +212,8 @@ class SceneObject:
     strength: float = number(
         1.0, low=0.0, high=100.0, unit="% of the width"
     )  # bumps from the colour; 0: none
-    bleed: float = number(0.1, low=0.0, high=1.0, unit="of the range")  # what neighbours in the map may add
+    bleed: float = number(0.125, low=0.0, high=1.0, unit="of the range")  # what neighbours in the map may add
+    relief: Relief = table(Relief, Relief)
     gloss_groups: tuple[str, ...] = texts(())  # only these groups or materials shine; empty: all that do
     materials: dict[str, ObjectMaterial] = named_tables(ObjectMaterial, key="material")
     instances: tuple[Instance, ...] = tables(Instance, least=1, key="instance")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from paradize.engine import workers
 from paradize.engine.workers import Job, Outcome, run_jobs
 from paradize.kernels import maps
 from paradize.kernels.threads import VARIABLE, default_threads
+from paradize.scene import Relief
 from tests.pipeline.scenes import make_cove
 
 
@@ -71,6 +73,7 @@ def test_the_same_bytes_and_measures_with_any_number_of_threads(sources: Path) -
                     "tier": "balanced",
                     "uv": sources / "post.obj",
                     "gloss_groups": None,
+                    "relief": asdict(Relief()),
                 },
             ),
             Job(
