@@ -127,7 +127,7 @@ def test_a_sheet_s_errors_have_their_units_and_every_level() -> None:
     levels = [{"mean_deg": 0.1, "p99_deg": 1.94}, {"mean_deg": 0.2, "p99_deg": 2.5}]
     texture = chain("RG8_SNORM", np.zeros((2, 2, 2), np.int8))
     lines = error_lines("normal", SheetMap(texture, 10, "exact", {"normal_p99_deg": 1.94}, levels))
-    assert lines == ["p99 1.94°", "p99 by level, °: 1.94 2.5"]
+    assert lines == ["p99 1.94°", "p99 by level, °: 1.94 2.50"]
     assert error_lines("color", entry(plain((0, 0, 0, 255)), color_psnr_db=41.5)) == ["psnr 41.5 dB"]
     assert error_lines("color", entry(plain((0, 0, 0, 255)))) == ["no error was measured"]
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _PAPER, _INK, _PALE, _LINE = (24, 25, 28), (236, 236, 232), (150, 152, 156), (58, 60, 66)
 _MARGIN, _GAP = 40, 24
 _PREVIEW = 640  # pixels
-_PANEL = 312
+_PANEL, _LARGE_PANEL = 312, 470  # the large one where there are at most two
 _THUMBS = 7  # mips in a strip
 _COLUMNS = 3
 _ZOOM = 2  # pixels a texel in the close view
@@ -203,7 +203,8 @@ def error_lines(kind: str, entry: SheetMap) -> list[str]:
         key = next(
             (k for k in ("p99_deg", "psnr_db") if k in entry.levels[0]), next(iter(entry.levels[0]), "")
         )
-        values = [f"{level[key]:.3g}" for level in entry.levels if key in level]
+        digits = 1 if key == "psnr_db" else 2
+        values = [f"{level[key]:.{digits}f}" for level in entry.levels if key in level]
         unit = _UNITS.get(key.rpartition("_")[2], "").strip()
         lines.append(f"{key.rpartition('_')[0] or key} by level, {unit}: {' '.join(values)}")
     return lines
@@ -252,8 +253,10 @@ class _Sheet:
         return out.getvalue()
 
 
-def _draw_panel(sheet: _Sheet, at: tuple[int, int], kind: str, entry: SheetMap, shape: float) -> None:
-    """shape: height over width of the boxes."""
+def _draw_panel(
+    sheet: _Sheet, at: tuple[int, int], kind: str, entry: SheetMap, wide: int, shape: float
+) -> None:
+    """wide: width of the boxes; shape: their height over it."""
     texture = entry.texture
     x, y = at
     y = sheet.text((x, y), _TITLES[kind], 19)
@@ -261,10 +264,10 @@ def _draw_panel(sheet: _Sheet, at: tuple[int, int], kind: str, entry: SheetMap, 
     told = f"{entry.bytes / (1 << 20):.2f} MiB" if entry.bytes >= 1 << 19 else f"{entry.bytes / 1024:.1f} KiB"
     y = sheet.text((x, y), f"{texture.format}   {size}   {told}", 14, _PALE) + 4
     first = _shown_level(texture, _LARGEST // 2)
-    tall = round(_PANEL * shape)
-    sheet.paste(_fit(_picture(kind, decode_texels(texture, first)), _PANEL, tall), (x, y), (_PANEL, tall))
+    tall = round(wide * shape)
+    sheet.paste(_fit(_picture(kind, decode_texels(texture, first)), wide, tall), (x, y), (wide, tall))
     y += tall + 8
-    edge = (_PANEL - 4 * (_THUMBS - 1)) // _THUMBS
+    edge = (wide - 4 * (_THUMBS - 1)) // _THUMBS
     low = max(1, round(edge * shape))
     finest = _shown_level(texture, 128)
     for index, level in enumerate(range(finest, min(finest + _THUMBS, len(texture.levels)))):
@@ -276,9 +279,10 @@ def _draw_panel(sheet: _Sheet, at: tuple[int, int], kind: str, entry: SheetMap, 
 def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], ground: Ground) -> bytes:
     """The sheet of one material as PNG. maps: any of color, normal, height, gloss, dudv."""
     panels = _panels(maps)
-    columns = min(_COLUMNS, len(panels))
+    columns = max(1, min(_COLUMNS, len(panels)))
     left = _MARGIN + _PREVIEW + 2 * _GAP
-    sheet = _Sheet(left + max(1, columns) * (_PANEL + _GAP) - _GAP + _MARGIN)
+    wide = _PANEL if len(panels) > 2 else _LARGE_PANEL
+    sheet = _Sheet(left + columns * (wide + _GAP) - _GAP + _MARGIN)
     sheet.text((_MARGIN, 28), title, 44)
     top = sheet.text((_MARGIN + 2, 86), subtitle, 17, _PALE) + 16
 
@@ -288,18 +292,20 @@ def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], ground: Gro
     _draw_close(sheet, y, maps)
 
     shape = max(min(1.0, m.texture.height / m.texture.width) for m in maps.values())
-    height = round((_PANEL + _PANEL / _THUMBS) * shape) + 96
+    height = round((wide + wide / _THUMBS) * shape) + 96
     for index, (name, kind) in enumerate(panels):
-        at = left + index % _COLUMNS * (_PANEL + _GAP), top - 8 + index // _COLUMNS * height
-        _draw_panel(sheet, at, kind, maps[name], shape)
-    low = top - 8 + -(-len(panels) // _COLUMNS) * height + 12
+        at = left + index % columns * (wide + _GAP), top - 8 + index // columns * height
+        _draw_panel(sheet, at, kind, maps[name], wide, shape)
+    low = top - 8 + -(-len(panels) // columns) * height + 12
     for index, (name, entry) in enumerate(maps.items()):
         if index % columns == 0 and index:
             low = sheet.lowest + 16
-        x = left + index % columns * (_PANEL + _GAP)
-        y = sheet.text((x, low), f"{name.replace('color', 'colour')}, {entry.tier}", 17)
+        x = left + index % columns * (wide + _GAP)
+        y = sheet.text(
+            (x, low), ", ".join(filter(None, (_TITLES.get(name, name).split(",")[0], entry.tier))), 17
+        )
         for line in error_lines(name, entry):
-            y = sheet.text((x, y), line, 15, _PALE, _PANEL)
+            y = sheet.text((x, y), line, 15, _PALE, wide)
         sheet.lowest = max(sheet.lowest, y)
     return sheet.png()
 
@@ -320,8 +326,8 @@ def _draw_close(sheet: _Sheet, top: int, maps: dict[str, SheetMap]) -> None:
 
 
 def _about(ground: Ground) -> str:
-    shape = "a sphere, two tiles across" if ground.tiles else "the whole map, seen from above"
-    return f"lit in linear light from what the hardware reads: {shape}; light from the upper left"
+    shape = "a sphere, two tiles across" if ground.tiles else "the whole map from above"
+    return f"lit in linear light from what the hardware reads: {shape}, sun from the upper left"
 
 
 def draw_sky(title: str, subtitle: str, entry: SheetMap, exposure: float) -> bytes:
