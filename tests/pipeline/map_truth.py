@@ -1,0 +1,121 @@
+"""What metrics.levels promises, once more in numpy float64 and by the shortest way: for small maps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from paradize.data import Texture
+from paradize.metrics.angle import angles_deg, rebuilt
+from paradize.metrics.texels import decode_texels
+
+BLOCK_BYTES = {"BC1_RGB_SRGB": 8, "BC3_SRGB": 16, "BC4_UNORM": 8, "BC5_UNORM": 16, "BC5_SNORM": 16}
+TEXEL_BYTES = {
+    "R8_UNORM": 1,
+    "RG8_UNORM": 2,
+    "RG8_SNORM": 2,
+    "RGBA8_SRGB": 4,
+    "R16_UNORM": 2,
+    "RG16_UNORM": 4,
+    "RG16_SNORM": 4,
+    "R32F": 4,
+}
+
+
+def sizes(rows: int, columns: int) -> list[tuple[int, int]]:
+    """Of every level, level 0 first."""
+    return [(max(1, rows >> k), max(1, columns >> k)) for k in range(max(rows, columns).bit_length())]
+
+
+def random_texture(name: str, rows: int, columns: int, seed: int = 1) -> Texture:
+    """Any bytes: every block and code that there can be."""
+    rng = np.random.default_rng(seed)
+    levels = []
+    for down, across in sizes(rows, columns):
+        if name in BLOCK_BYTES:
+            count = -(-down // 4) * -(-across // 4) * BLOCK_BYTES[name]
+        else:
+            count = down * across * TEXEL_BYTES[name]
+        levels.append(rng.integers(0, 256, count, dtype=np.uint8).tobytes())
+    return Texture(name, columns, rows, tuple(levels))
+
+
+def area_matrix(size: int, to: int) -> np.ndarray:
+    """(to, size): the share that each of `size` texels has in each of `to` equal parts of the whole."""
+    edges = np.linspace(0.0, size, to + 1)
+    texels = np.arange(size)
+    overlap = np.minimum(edges[1:, None], texels + 1) - np.maximum(edges[:-1, None], texels)
+    return np.maximum(overlap, 0.0) * to / size
+
+
+def mean(values: np.ndarray, level: int) -> np.ndarray:
+    """The area mean (h, w, c) of values (h, w, c) at a level."""
+    rows, columns = (max(1, size >> level) for size in values.shape[:2])
+    down, across = area_matrix(values.shape[0], rows), area_matrix(values.shape[1], columns)
+    return np.einsum("lk,ikc->ilc", across, np.einsum("ij,jkc->ikc", down, values))
+
+
+def normalised(means: np.ndarray) -> np.ndarray:
+    length = np.sqrt((means * means).sum(axis=2, keepdims=True))
+    return np.where(length > 1e-7, means / np.maximum(length, 1e-300), [0.0, 0.0, 1.0])
+
+
+def p99(errors: np.ndarray) -> float:
+    flat = np.sort(errors.ravel())
+    return float(flat[min(flat.size - 1, -(-flat.size * 99 // 100) - 1)])
+
+
+def angles(texture: Texture, truths: list[np.ndarray], masks: list[np.ndarray] | None = None) -> list[dict]:
+    """What normal_levels tells, of unit vectors (h, w, 3) per level."""
+    out = []
+    for level, truth in enumerate(truths):
+        found = angles_deg(rebuilt(decode_texels(texture, level)[:, :, :2]), truth)
+        found = found.ravel() if masks is None else found[masks[level]]
+        if found.size == 0:
+            found = np.zeros(1)
+        out.append({"mean_deg": found.mean(), "p99_deg": p99(found), "max_deg": found.max()})
+    return out
+
+
+def psnr(squares: np.ndarray) -> float:
+    return float(min(120.0, -10 * np.log10(max(1e-12, squares.mean()))))
+
+
+def differences(found: np.ndarray, truth: np.ndarray) -> dict[str, float]:
+    apart = np.abs(found.astype(np.float64) - truth)
+    return {"psnr_db": psnr(apart * apart), "p99": p99(apart), "max": float(apart.max())}
+
+
+def decode_srgb(v: np.ndarray) -> np.ndarray:
+    return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)
+
+
+def encode_srgb(v: np.ndarray) -> np.ndarray:
+    return np.where(v <= 0.0031308, v * 12.92, 1.055 * v ** (1 / 2.4) - 0.055)
+
+
+def colors(texture: Texture, pixels: np.ndarray, encoded: bool, cutoff: float | None) -> list[dict[str, Any]]:
+    """What color_levels tells."""
+    top = {np.dtype(np.uint8): 255.0, np.dtype(np.uint16): 65535.0}.get(pixels.dtype, 1.0)
+    exact = np.clip(pixels / np.float64(top), 0.0, 1.0)
+    light = decode_srgb(exact[:, :, :3]) if encoded else exact[:, :, :3]
+    alpha = exact[:, :, 3:] if exact.shape[2] == 4 else np.ones((*exact.shape[:2], 1))
+    out = []
+    for level in range(len(texture.levels)):
+        opaque = mean(alpha, level)
+        weighted = mean(light * alpha, level) / np.maximum(opaque, 1e-300)
+        truth = encode_srgb(np.where(opaque > 0, weighted, mean(light, level)))
+        decoded = decode_texels(texture, level)
+        found: dict[str, Any] = differences(decoded[:, :, :3], truth)
+        if exact.shape[2] == 4:
+            if cutoff is not None and level > 0:
+                share = (alpha.astype(np.float32) >= np.float32(cutoff)).mean()
+                wanted = int(share * opaque.size + 0.5)
+                least = np.sort(opaque.ravel())[::-1][wanted - 1] if wanted else 0.0
+                if least > 0:
+                    opaque = np.minimum(1.0, opaque * np.clip(cutoff / least, 1 / 16, 16))
+            apart = decoded[:, :, 3:].astype(np.float64) - opaque
+            found["alpha_psnr_db"] = psnr(apart * apart)
+        out.append(found)
+    return out

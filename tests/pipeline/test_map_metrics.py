@@ -1,0 +1,435 @@
+"""Promises of the metrics of maps: every level against float64, closed forms, exact percentiles, threads."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from paradize.data import Texture
+from paradize.kernels import reference_maps
+from paradize.metrics import levels
+from paradize.metrics.angle import reference_normals
+from paradize.metrics.filters import central_weights, fitted_weights, taps
+from paradize.metrics.psnr import LOSSLESS_DB
+from paradize.metrics.texels import decode_texels
+from tests.pipeline import map_truth as truth
+from tests.pipeline.heights import waves
+
+SHAPES = [(1, 1), (1, 9), (9, 1), (2, 3), (16, 64), (37, 53), (68, 132), (201, 3)]
+FILTERS = ["central", "scharr", "fourth", "eighth", "smooth3", "septic6"]
+WRAPS = [(False, False), (True, False), (False, True), (True, True)]
+
+
+def near(found: list[dict[str, float]], wanted: list[dict[str, float]], slack: float = 1e-5) -> None:
+    """slack: the six digits that are told, and the float32 of the decoder in numpy."""
+    assert len(found) == len(wanted)
+    for level, (one, other) in enumerate(zip(found, wanted, strict=True)):
+        assert one.keys() == other.keys()
+        for key, value in other.items():
+            assert one[key] == pytest.approx(value, rel=slack, abs=1e-6), (level, key)
+
+
+def ground(
+    heights: np.ndarray, name: str = "fourth", wrap: tuple[bool, bool] = (True, True)
+) -> dict[str, Any]:
+    return {"slope_scale": (2.0, 3.0), "wrap": wrap, "filter_name": name}
+
+
+def some_heights(rows: int, columns: int) -> np.ndarray:
+    return np.random.default_rng(5).random((rows, columns), np.float32)
+
+
+def settled(heights: np.ndarray, settings: dict[str, Any]) -> np.ndarray:
+    return reference_normals(heights, 0, len(heights), **settings)
+
+
+# Against numpy
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("name", FILTERS)
+def test_normals_of_every_level_agree_with_numpy(shape: tuple[int, int], name: str) -> None:
+    heights = some_heights(*shape)
+    for wrap in WRAPS:
+        settings = ground(heights, name, wrap) | {"green_down": wrap[0]}
+        exact = settled(heights, settings)
+        texture = truth.random_texture("BC5_SNORM", *shape)
+        chain = [truth.normalised(truth.mean(exact, k)) for k in range(len(texture.levels))]
+        near(levels.normal_levels(texture, heights, **settings), truth.angles(texture, chain))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_dudv_of_every_level_agrees_with_numpy(shape: tuple[int, int]) -> None:
+    heights = some_heights(*shape)
+    settings = ground(heights)
+    xy = settled(heights, settings)[:, :, :2]
+    xy = xy - xy.mean(axis=(0, 1))
+    texture = truth.random_texture("RG8_SNORM", *shape)
+    chain = [truth.rebuilt(truth.mean(xy, k)) for k in range(len(texture.levels))]
+    near(levels.dudv_levels(texture, heights, **settings), truth.angles(texture, chain))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize(
+    "name", ["R8_UNORM", "RG8_UNORM", "BC4_UNORM", "BC5_UNORM", "R16_UNORM", "RG16_SNORM"]
+)
+def test_values_of_every_level_agree_with_numpy(shape: tuple[int, int], name: str) -> None:
+    texture = truth.random_texture(name, *shape)
+    channels = decode_texels(texture).shape[2]
+    values = np.random.default_rng(2).random((*shape, channels), np.float32)
+    wanted = [
+        truth.differences(decode_texels(texture, k), truth.mean(values.astype(np.float64), k))
+        for k in range(len(texture.levels))
+    ]
+    near(levels.value_levels(texture, values), wanted)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_gloss_of_every_level_agrees_with_numpy(shape: tuple[int, int]) -> None:
+    heights, gloss = some_heights(*shape) * 0.1, np.random.default_rng(3).random((*shape, 2), np.float32)
+    settings = ground(heights)
+    texture = truth.random_texture("BC5_UNORM", *shape)
+    wide = gloss.astype(np.float64)
+    joined = np.dstack([wide[:, :, 0], (1 - wide[:, :, 1]) ** 4, settled(heights, settings)])
+    wanted = []
+    for k in range(len(texture.levels)):
+        found = truth.mean(joined, k)
+        r = np.sqrt((found[:, :, 2:] ** 2).sum(axis=2))
+        lost = 2 * np.maximum(0, 1 - r * r) / (r * (3 - r * r)) if k else 0.0
+        smooth = 1 - np.minimum(1, found[:, :, 1] + lost) ** 0.25
+        wanted.append(truth.differences(decode_texels(texture, k), np.dstack([found[:, :, 0], smooth])))
+    near(levels.gloss_levels(texture, gloss, heights, **settings), wanted)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.float32])
+def test_colours_of_every_level_agree_with_numpy(shape: tuple[int, int], kind: type) -> None:
+    rng = np.random.default_rng(4)
+    for name, channels in (("BC1_RGB_SRGB", 3), ("BC3_SRGB", 4), ("RGBA8_SRGB", 4)):
+        pixels = rng.random((*shape, channels), np.float32) * np.float32(1.1)
+        if channels == 4:
+            pixels[:, :, 3] *= rng.random(shape) > 0.5
+        if kind is not np.float32:
+            pixels = (np.minimum(pixels, 1) * np.iinfo(kind).max).astype(kind)
+        texture = truth.random_texture(name, *shape)
+        for encoded in (True, False):
+            for cutoff in (None, 0.4):
+                found = levels.color_levels(texture, pixels, encoded=encoded, alpha_cutoff=cutoff)
+                near(found, truth.colors(texture, pixels, encoded, cutoff))
+
+
+@pytest.mark.parametrize("name", [*truth.BLOCK_BYTES, *truth.TEXEL_BYTES])
+def test_native_decoders_agree_with_numpy_on_any_bytes(name: str) -> None:
+    if name == "R32F":
+        texture = Texture(name, 5, 3, (np.arange(15, dtype="<f4").tobytes(),))
+    else:
+        texture = truth.random_texture(name, 61, 83, seed=9)
+    decoded = decode_texels(texture).astype(np.float32)
+    one = Texture(texture.format, texture.width, texture.height, texture.levels[:1])
+    if name.endswith("SRGB"):
+        found = levels.color_levels(one, decoded, encoded=True, alpha_cutoff=None)[0]
+        assert found.get("alpha_psnr_db", 120.0) == 120.0
+    else:
+        found = levels.value_levels(one, decoded)[0]
+    assert found["max"] < 2e-7
+    assert found["psnr_db"] == LOSSLESS_DB
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 12), (12, 1), (7, 9), (16, 64), (45, 50)])
+def test_spectral_slopes_are_those_of_numpys_transform(shape: tuple[int, int]) -> None:
+    heights = some_heights(*shape)
+    slopes = []
+    for axis, size in ((1, shape[1]), (0, shape[0])):
+        waves_of = np.fft.fftfreq(size) * size
+        waves_of[np.abs(waves_of) * 2 == size] = 0
+        factor = (2j * np.pi / size * waves_of).reshape([-1 if k == axis else 1 for k in range(2)])
+        slopes.append(np.fft.ifft(np.fft.fft(heights.astype(np.float64), axis=axis) * factor, axis=axis).real)
+    normals = truth.normalised(np.dstack([-2.0 * slopes[0], 3.0 * slopes[1], np.ones(shape)]))
+    texture = truth.random_texture("RG8_SNORM", *shape)
+    chain = [truth.normalised(truth.mean(normals, k)) for k in range(len(texture.levels))]
+    near(levels.normal_levels(texture, heights, **ground(heights, "spectral")), truth.angles(texture, chain))
+
+
+# Closed forms
+
+
+@pytest.mark.parametrize("degrees", [1e-4, 0.5, 30.0, 89.0])
+def test_normals_tilted_by_a_known_angle_are_that_far_off(degrees: float) -> None:
+    heights = np.zeros((24, 40), np.float32)
+    tilted = np.array([np.sin(np.radians(degrees)), 0.0])
+    level = np.broadcast_to(tilted, (24, 40, 2)).astype("<f4")
+    view = reference_maps.Texture("float32", 24, 40, [level.tobytes()], 2)
+    flat = reference_maps.Ground(heights, taps=taps("fourth"), scale=(1.0, 1.0), wrap=(True, True))
+    found = reference_maps.normal_levels(view, flat)[0]
+    for value in (found.sum / found.number, found.p99, found.max):
+        assert value == pytest.approx(degrees, rel=1e-5)
+
+
+def test_noise_of_a_known_size_has_its_psnr() -> None:
+    values = np.full((64, 64, 1), 100 / 255, np.float32)
+    signs = np.where(np.random.default_rng(1).random((64, 64)) < 0.5, -1, 1)
+    texture = Texture("R8_UNORM", 64, 64, ((100 + 10 * signs).astype(np.uint8).tobytes(),))
+    found = levels.value_levels(texture, values)[0]
+    assert found["psnr_db"] == pytest.approx(-20 * np.log10(10 / 255), abs=1e-4)
+    assert found["p99"] == pytest.approx(10 / 255, rel=1e-5)
+
+
+def chain_of(values: np.ndarray, name: str, top: float) -> Texture:
+    """A texture of 8-bit codes whose levels are area means."""
+    kind = np.int8 if name.endswith("SNORM") else np.uint8
+    codes = [
+        np.rint(truth.mean(values, k) * top).astype(kind) for k in range(len(truth.sizes(*values.shape[:2])))
+    ]
+    return Texture(name, values.shape[1], values.shape[0], tuple(level.tobytes() for level in codes))
+
+
+@pytest.mark.parametrize("shape", [(32, 48), (37, 53)])
+def test_one_wrong_level_is_the_one_that_is_told(shape: tuple[int, int]) -> None:
+    values = np.random.default_rng(8).random((*shape, 2))
+    texture = chain_of(values, "RG8_UNORM", 255.0)
+    sound = levels.value_levels(texture, values.astype(np.float32))
+    assert all(level["max"] < 0.51 / 255 for level in sound)
+    for wrong in range(len(texture.levels)):
+        bent = list(texture.levels)
+        bent[wrong] = bytes(255 - code for code in bent[wrong])
+        found = levels.value_levels(
+            Texture("RG8_UNORM", shape[1], shape[0], tuple(bent)), values.astype(np.float32)
+        )
+        assert [k for k, level in enumerate(found) if level != sound[k]] == [wrong]
+
+
+def test_means_of_means_of_odd_sizes_are_told_as_errors() -> None:
+    """11 texels to 5 to 2: texel 2 of the 5 straddles the middle of the 11."""
+    values = np.zeros((1, 11, 1))
+    values[0, 4:6] = 1.0
+    once = truth.area_matrix(11, 5) @ values[0, :, 0]
+    twice = truth.area_matrix(5, 2) @ once
+    rows = [values[0, :, 0], once, twice, [values.mean()]]
+    texture = Texture(
+        "R8_UNORM", 11, 1, tuple(np.rint(np.array(r) * 255).astype(np.uint8).tobytes() for r in rows)
+    )
+    found = levels.value_levels(texture, values.astype(np.float32))
+    exact = truth.area_matrix(11, 2) @ values[0, :, 0]
+    assert found[1]["max"] < 0.51 / 255
+    assert found[2]["max"] == pytest.approx(np.abs(twice - exact).max(), abs=0.51 / 255)
+    assert found[2]["max"] > 0.05
+
+
+def test_normals_that_cancel_out_are_measured_against_plus_z() -> None:
+    heights = np.float32([[0.0, 1e30], [0.0, 1e30]])  # wrapped: slopes of nothing; ends: all one way
+    texture = Texture("RG8_SNORM", 2, 2, (bytes(8), bytes(2)))
+    wrapped = levels.normal_levels(texture, heights, **ground(heights))
+    assert [level["max_deg"] for level in wrapped] == [0.0, 0.0]
+    sawtooth = np.float32([[0, 1e30, 2e30, 1e30]])
+    texture = Texture("RG8_SNORM", 4, 1, (bytes([129, 0, 0, 0, 127, 0, 0, 0]), bytes(4), bytes(2)))
+    found = levels.normal_levels(texture, sawtooth, **ground(sawtooth, "central"))
+    assert found[2]["max_deg"] == pytest.approx(0.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 8), (8, 1), (5, 7)])
+@pytest.mark.parametrize("level", [0.0, -3.0, 3e38])
+def test_flat_ground_has_no_error_at_all(shape: tuple[int, int], level: float) -> None:
+    heights = np.full(shape, level, np.float32)
+    zero = Texture("RG8_SNORM", shape[1], shape[0], tuple(bytes(2 * a * b) for a, b in truth.sizes(*shape)))
+    for name in [*FILTERS, "spectral"]:
+        for measure in (levels.normal_levels, levels.dudv_levels):
+            for found in measure(zero, heights, **ground(heights, name)):
+                assert (
+                    found["max_deg"] == 0.0
+                    if name != "spectral"
+                    else found["max_deg"] < 1e-3 * (1 + abs(level))
+                )
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e6, 1e30])
+def test_slopes_of_any_size_are_measured(scale: float) -> None:
+    heights = waves(24, 32, 3, 6.0)
+    settings = ground(heights) | {"slope_scale": (scale, scale)}
+    normals = settled(heights, settings)
+    texture = chain_of(normals[:, :, :2], "RG8_SNORM", 127.0)
+    one = Texture("RG8_SNORM", 32, 24, texture.levels[:1])
+    found = levels.normal_levels(one, heights, **settings)[0]
+    assert np.isfinite([*found.values()]).all()
+    near([found], truth.angles(one, [normals]))
+
+
+# Percentiles, threads, islands, refusals
+
+
+@pytest.mark.parametrize("count", [1, 2, 99, 100, 101, 199, 200, 201, 5000])
+def test_percentiles_are_exact(count: int) -> None:
+    order = np.random.default_rng(count).permutation(count)
+    values = ((order + 1) / (count + 1)).astype(np.float32).reshape(1, count, 1)
+    zero = Texture("R8_UNORM", count, 1, (bytes(count),))
+    found = reference_maps.value_levels(
+        reference_maps.Texture("unorm8", 1, count, zero.levels, 1), values, threads=3
+    )[0]
+    ranked = np.sort(values.ravel())
+    assert found.p99 == ranked[-(-count * 99 // 100) - 1]
+    assert found.max == ranked[-1]
+    assert (ranked <= found.p99).sum() * 100 >= 99 * count
+
+
+def test_many_equal_errors_do_not_disturb_a_percentile() -> None:
+    values = np.repeat(np.float32([0.25, 0.5, 0.75]), [9000, 985, 15]).reshape(100, 100, 1)
+    view = reference_maps.Texture("unorm8", 100, 100, [bytes(10000)], 1)
+    for seed in range(3):
+        shuffled = np.random.default_rng(seed).permutation(values.ravel()).reshape(values.shape)
+        found = reference_maps.value_levels(view, shuffled, threads=1 + seed)[0]
+        assert (found.p99, found.max) == (0.5, 0.75)
+
+
+def measured(threads: int) -> list[Any]:
+    """One of every face, on sizes that halve evenly, in part, and never."""
+    out: list[Any] = []
+    for shape in [(256, 128), (260, 100), (63, 127)]:
+        heights, gloss = some_heights(*shape), np.random.default_rng(1).random((*shape, 2), np.float32)
+        islands = np.arange(shape[1], dtype=np.int32)[None, :].repeat(shape[0], 0) // 40 - 1
+        one = reference_maps.Ground(heights, taps=taps("septic6"), scale=(1, 1), wrap=(True, False))
+        two = reference_maps.Ground(heights, taps=None, scale=(1, 1), wrap=(True, True))
+        three = reference_maps.Ground(
+            heights, taps=taps("central"), scale=(1, 1), wrap=(False, False), islands=islands
+        )
+        signed = truth.random_texture("BC5_SNORM", *shape)
+        view = reference_maps.Texture("bc5_signed", *shape, signed.levels)
+        for found in (one, two, three):
+            out.append(reference_maps.normal_levels(view, found, threads=threads))
+            out.append(reference_maps.normal_levels(view, found, offsets=True, threads=threads))
+            out.append(reference_maps.gloss_levels(view, gloss, found, threads=threads))
+        out.append(reference_maps.filter_angles(one, two, threads=threads))
+        out.append(reference_maps.value_levels(view, gloss, threads=threads))
+        pixels = np.random.default_rng(1).integers(0, 256, (*shape, 4), np.uint8)
+        color = reference_maps.Texture("bc3", *shape, truth.random_texture("BC3_SRGB", *shape).levels)
+        out.append(
+            reference_maps.color_levels(color, pixels, encoded=True, alpha_cutoff=0.5, threads=threads)
+        )
+    return out
+
+
+def test_threads_do_not_change_a_bit() -> None:
+    assert measured(1) == measured(2) == measured(7)
+
+
+def test_older_cpus_give_the_same_bits(root: Path) -> None:
+    script = "from tests.pipeline.test_map_metrics import measured; print(measured(2))"
+    old = {
+        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA",
+        "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
+    }
+    found = subprocess.run(
+        [sys.executable, "-c", script], env={**os.environ, **old}, cwd=root, capture_output=True, text=True
+    )
+    assert found.returncode == 0, found.stderr
+    assert found.stdout.strip() == str(measured(2))
+
+
+@pytest.mark.parametrize("name", ["central", "scharr", "smooth3"])
+@pytest.mark.parametrize("wrap", WRAPS)
+def test_texels_whose_taps_or_area_leave_their_island_are_not_measured(
+    name: str, wrap: tuple[bool, bool]
+) -> None:
+    shape = (32, 48)
+    heights = some_heights(*shape)
+    islands = np.full(shape, -1, np.int32)
+    islands[2:20, 3:22], islands[4:32, 22:40], islands[:, 44:] = 0, 1, 2
+    settings = ground(heights, name, wrap)
+    reach = max(len(taps(name)[0]), len(taps(name)[1]) - 1)
+    rows, columns = (
+        np.arange(-reach, n + reach) % n
+        if wrap[1 - axis]
+        else np.clip(np.arange(-reach, n + reach), 0, n - 1)
+        for axis, n in enumerate(shape)
+    )
+    if not wrap[1]:
+        rows = mirrored(shape[0], reach)
+    if not wrap[0]:
+        columns = mirrored(shape[1], reach)
+    inside = islands >= 0
+    for j in range(2 * reach + 1):
+        for i in range(2 * reach + 1):
+            inside &= islands[np.ix_(rows[j : j + shape[0]], columns[i : i + shape[1]])] == islands
+    texture = truth.random_texture("RG8_SNORM", *shape)
+    exact = settled(heights, settings)
+    count = len(texture.levels)
+    masks = [truth.mean(inside[:, :, None].astype(float), k)[:, :, 0] > 1 - 1e-9 for k in range(count)]
+    assert masks[0].any() and masks[1].any() and not masks[-1].any()
+    chain = [truth.normalised(truth.mean(exact, k)) for k in range(count)]
+    found = levels.normal_levels(texture, heights, **settings, islands=islands)
+    near(found, truth.angles(texture, chain, masks))
+
+
+def mirrored(size: int, reach: int) -> np.ndarray:
+    at = np.arange(-reach, size + reach)
+    edge = np.clip(at, 0, size - 1)
+    return np.clip(2 * edge - at, 0, size - 1)
+
+
+def test_a_filter_error_is_nothing_for_the_filter_it_is_measured_by_and_grows_with_steepness() -> None:
+    heights = waves(64, 64, 2, 10.0)
+    errors = {
+        name: levels.filter_error(heights, slope_scale=(1, 1), wrap=(True, True), filter_name=name)
+        for name in ("eighth", "fourth", "central", "spectral")
+    }
+    assert errors["eighth"] == {"mean_deg": 0.0, "p99_deg": 0.0, "max_deg": 0.0}
+    assert errors["spectral"]["max_deg"] < 0.1
+    assert 0 < errors["fourth"]["mean_deg"] < errors["central"]["mean_deg"] < errors["central"]["p99_deg"]
+    assert errors["central"]["p99_deg"] <= errors["central"]["max_deg"]
+
+
+def test_weights_are_exact_for_the_polynomials_that_they_are_made_for() -> None:
+    assert central_weights(4) == (4 / 5, -1 / 5, 4 / 105, -1 / 280)
+    k = np.arange(1, 7)
+    for degree in (3, 5, 7):
+        slope, value = fitted_weights(6, degree)
+        for power in range(degree + 1):
+            line = np.float64(power % 2) * 2 * (k.astype(np.float64) ** power)
+            assert (slope * line).sum() == pytest.approx(1.0 if power == 1 else 0.0, abs=1e-9)
+            even = np.float64(power % 2 == 0) * 2 * (k.astype(np.float64) ** power)
+            centre = value[0] if power == 0 else 0.0
+            wanted = 1.0 if power == 0 else 0.0
+            assert centre + (np.array(value[1:]) * even).sum() == pytest.approx(wanted, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: reference_maps.Texture("unorm8", 4, 4, [bytes(15)], 1),
+        lambda: reference_maps.Texture("bc9", 4, 4, [bytes(16)], 1),
+        lambda: reference_maps.Texture("unorm8", 0, 4, [b""], 1),
+        lambda: reference_maps.Ground(np.zeros((2, 2)), taps=None, scale=(1, 1), wrap=(True, False)),
+        lambda: reference_maps.Ground(np.zeros((2, 2)), taps=([], [1.0]), scale=(1, 1), wrap=(True, True)),
+        lambda: reference_maps.Ground(np.zeros((0, 2)), taps=None, scale=(1, 1), wrap=(True, True)),
+        lambda: levels.value_levels(Texture("R8_UNORM", 2, 2, (bytes(4),)), np.zeros((2, 3, 1), np.float32)),
+        lambda: levels.value_levels(Texture("R8_UNORM", 2, 2, (bytes(4),)), np.zeros((2, 2, 2), np.float32)),
+        lambda: taps("smooth1"),
+        lambda: taps("sobel"),
+    ],
+)
+def test_what_does_not_fit_is_refused(wrong: Callable[[], Any]) -> None:
+    with pytest.raises((ValueError, KeyError)):
+        wrong()
+
+
+def test_a_large_map_is_measured_in_little_memory(root: Path) -> None:
+    """2048^2 normals, 22 MB of heights and texture: measuring adds some rows and the largest errors alone."""
+    script = (
+        "import numpy as np, resource\n"
+        "from paradize.metrics import levels\n"
+        "from tests.pipeline.map_truth import random_texture\n"
+        "heights = np.zeros((2048, 2048), np.float32)\n"
+        "texture = random_texture('BC5_SNORM', 2048, 2048)\n"
+        "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        "settings = dict(slope_scale=(1, 1), wrap=(True, True), filter_name='fourth')\n"
+        "levels.normal_levels(texture, heights, **settings)\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)\n"
+    )
+    found = subprocess.run([sys.executable, "-c", script], cwd=root, capture_output=True, text=True)
+    assert found.returncode == 0, found.stderr
+    assert int(found.stdout) < 12 * 1024
