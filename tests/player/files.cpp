@@ -145,7 +145,8 @@ std::string SceneText::str() const {
            R"("name": "test", "exposure": 1.0, "viewport": [64, 36], "lod_error_px": 1.0, "poster_s": 1.0,
 "artifacts": {"sky": {"file": "sky.ktx2", "kind": "cubemap", "sha256": "", "bytes": 0, "tier": "balanced",
   "errors": {}, "first_needed_s": 0},
- "quad_mesh": {"file": "quad_mesh.glb", "kind": "mesh"}, "quad_color": {"file": "quad_color.ktx2", "kind": "texture"}},
+ "quad_mesh": {"file": "quad_mesh.glb", "kind": "mesh"}, "quad_color": {"file": "quad_color.ktx2", "kind": "texture",
+  "levels": [], "max_level": 3, "gutter": {"islands": 1}}},
 "streaming": )" +
            streaming + R"(,
 "sun": {"direction": [0, 1, 0], "color": [1, 1, 1], "intensity": 3, "angular_diameter_rad": 0.0093},
@@ -153,9 +154,10 @@ std::string SceneText::str() const {
 "sky": {"cubemap": "sky"}, "shadow": )" +
            shadow + R"(, "reflection": {"scale": 0.5}, "refraction": null, "terrain": null, "water": null,
 "objects": [{"name": "quad", "mesh": "quad_mesh", "color": )" +
-           color + R"(, "normal": null, "height": null, "gloss": null,
+           color + R"(, "normal": null, "height": null, "gloss": null, "repeat": false,
  "center": [0, 0, 0], "radius_m": 1.5, "lods": [{"node": "lod0", "error_m": 0}, {"node": "lod1", "error_m": 0.1}],
- "materials": {"leaf": {"color": [1, 1, 1], "parallax_scale": 0, "parallax_bias": 0, "specular": 0.5, "smoothness": 0.7,
+ "materials": {"leaf": {"color": [1, 1, 1], "parallax_scale": 0, "parallax_bias": 0,
+  "parallax_limit": 0.25, "specular": 0.5, "smoothness": 0.7,
   "two_sided": true, "alpha_cutoff": 0.5}},
  "instances": [{"position": [0, 0, 0], "yaw_rad": 0.5, "scale": 2.0}]}],
 "particles": [], "sound": null,

@@ -160,3 +160,17 @@ TEST_CASE("shaders: missing files and includes that leave the folder are refused
     CHECK_THROWS_AS(library.source("y.frag"), Error);
     CHECK_THROWS_AS(library.source("z.frag"), Error);
 }
+
+TEST_CASE("sampler: no mip coarser than the last one given is read") {
+    if (!test::have_context()) {
+        return;
+    }
+    const auto coarsest = [](const gl::Sampler &sampler) {
+        float level = 0.0F;
+        glGetSamplerParameterfv(sampler.name(), GL_TEXTURE_MAX_LOD, &level);
+        return level;
+    };
+    CHECK(coarsest(gl::make_sampler(gl::Wrap::clamp, gl::Filter::mipmapped, 1.0F, 3)) == 3.0F);
+    CHECK(coarsest(gl::make_sampler(gl::Wrap::clamp, gl::Filter::mipmapped, 1.0F, 0)) == 0.0F);
+    CHECK(coarsest(gl::make_sampler(gl::Wrap::clamp, gl::Filter::mipmapped)) >= 1000.0F);
+}

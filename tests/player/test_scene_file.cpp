@@ -1,10 +1,13 @@
 #include "assets/scene_file.hpp"
 #include "error.hpp"
 #include "files.hpp"
+#include "scene.hpp"
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <chrono>
+#include <string>
 
 using namespace paradize;
 
@@ -32,6 +35,10 @@ TEST_CASE("scene.json: what it says is what the player holds") {
     CHECK(scene.artifacts[scene.streaming[0]].name == "sky");
     CHECK(scene.flight.segments.size() == 2);
     CHECK(scene.find_artifact("none") == nullptr);
+    CHECK(scene.find_artifact("quad_color")->max_level == 3);
+    CHECK_FALSE(scene.find_artifact("sky")->max_level.has_value());
+    CHECK_FALSE(scene.objects[0].repeat);
+    CHECK(scene.objects[0].materials[0].parallax_limit == 0.25F);
 }
 
 TEST_CASE("scene.json: another version is refused with what to do") {
@@ -65,6 +72,37 @@ TEST_CASE("scene.json: numbers out of range, references to nothing and holes are
     text.color = "null";
     text.streaming = R"(["nothing"])";
     check_refused(text, "scene.json: streaming: names \"nothing\", which is no artifact");
+}
+
+TEST_CASE("scene.json: a level or a limit that cannot be is refused with its place") {
+    for (const auto &[from, to, place] :
+         {std::array<std::string, 3>{"\"max_level\": 3", "\"max_level\": -1",
+                                     "artifacts.quad_color.max_level"},
+          {"\"max_level\": 3", "\"max_level\": 2.5", "artifacts.quad_color.max_level"},
+          {"\"parallax_limit\": 0.25", "\"parallax_limit\": -0.1",
+           "objects[0].materials.leaf.parallax_limit"}}) {
+        std::string text = test::SceneText().str();
+        text.replace(text.find(from), from.size(), to);
+        CHECK_THROWS_WITH_AS(assets::parse_scene(text, "scene.json"),
+                             doctest::Contains(("scene.json: " + place + ": ").c_str()), Error);
+    }
+}
+
+TEST_CASE("parallax: what is asked within the limit, and beyond it all of it made smaller alike") {
+    assets::Material material;
+    material.parallax_scale = 0.2F;
+    material.parallax_bias = -0.1F; // reaches 0.2
+    CHECK(parallax_of(material) == glm::vec2(0.2F, -0.1F));
+    material.parallax_limit = 0.3F;
+    CHECK(parallax_of(material) == glm::vec2(0.2F, -0.1F));
+    material.parallax_limit = 0.05F;
+    const glm::vec2 held = parallax_of(material);
+    CHECK(held.x == doctest::Approx(0.05F));
+    CHECK(held.y == doctest::Approx(-0.025F));
+    material.parallax_limit = 0.0F;
+    CHECK(parallax_of(material) == glm::vec2(0.0F));
+    material.parallax_scale = material.parallax_bias = 0.0F;
+    CHECK(parallax_of(material) == glm::vec2(0.0F)); // no division by nothing
 }
 
 TEST_CASE("scene.json: a text cut anywhere is refused") {
