@@ -107,11 +107,11 @@ def _read_signed(codes: Codes) -> F32:
 
 
 def _errors(name: str, rows: MapRows, codes: Codes) -> dict[str, float]:
-    ground, height = rows.ground, codes.shape[0]
+    ground = rows.ground
     if name == "height":
-        return {"height_psnr_db": psnr_db(codes / 65535.0, rows.rows("height", 0, height))}
+        return {"height_psnr_db": psnr_db(codes / 65535.0, rows.whole("height"))}
     if name == "gloss":
-        return {"gloss_psnr_db": psnr_db(codes[:, :, :2] / 255.0, rows.rows("gloss", 0, height))}
+        return {"gloss_psnr_db": psnr_db(codes[:, :, :2] / 255.0, rows.whole("gloss"))}
     found = normal_error(
         _read_signed(codes[:, :, :2]), ground.heights, **ground.settings, less_mean=name == "dudv"
     )

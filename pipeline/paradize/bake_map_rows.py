@@ -14,6 +14,7 @@ from paradize.stages.gloss import GlossSettings, gloss_map
 from paradize.stages.height import luminance_plane
 from paradize.stages.mips import gloss_bundle
 from paradize.stages.normal import prepare
+from paradize.stages.sweep import bands_of, run
 
 if TYPE_CHECKING:
     from paradize.data import Image
@@ -82,15 +83,27 @@ class MapRows:
         self._normals = prepare(ground.heights, **ground.settings)
         self._whole: Bundle = {}
         if layout is not None and layout.source is not None:
-            height = ground.heights.shape[0]
             for name in ("normal", "height", "gloss"):
-                self._whole[name] = gutter.fill_gutter(self._made(name, 0, height), layout.source)
+                self._whole[name] = gutter.fill_gutter(self.whole(name), layout.source)
 
     def rows(self, name: str, first: int, last: int) -> F32:
         """Rows of "normal" (n, w, 3), unit; "height" (n, w, 1), 0..1; or "gloss" (n, w, 2)."""
         if name in self._whole:
             return self._whole[name][first:last]
         return self._made(name, first, last)
+
+    def whole(self, name: str) -> F32:
+        """All rows, made in bands: what lies in between stays small."""
+        if name in self._whole:
+            return self._whole[name]
+        height, width = self.ground.heights.shape
+        out = np.empty((height, width, {"normal": 3, "height": 1, "gloss": 2}[name]), np.float32)
+
+        def work(band: tuple[int, int]) -> None:
+            out[band[0] : band[1]] = self._made(name, *band)
+
+        run(work, bands_of(height, width))
+        return out
 
     def bundle(self, names: Collection[str], first: int, last: int) -> Bundle:
         """What belongs to the rows of some maps (see stages.sweep)."""

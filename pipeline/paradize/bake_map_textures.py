@@ -43,14 +43,17 @@ def ktx2_maps(
     for name in [*textures, *(["dudv"] if "dudv" in rows.names else [])]:
         texture = textures.pop(name) if name in textures else _dudv(rows, mean)
         levels, reason = _errors(name, rows, texture) if measure else [], None
+        errors = flat_errors(name, levels[0]) if measure else {}
         for fmt in formats[name][1:]:
-            over = beyond(_flat(name, rows, levels), budget)
+            over = beyond(errors, budget)
             if not over:
                 break
             reason = f"{texture.format} exceeds the budget: {', '.join(over)}"
             texture = _textures(rows, {name: fmt}, tier)[0][name]
             levels = _errors(name, rows, texture)
-        errors = _flat(name, rows, levels)
+            errors = flat_errors(name, levels[0])
+        if name == "normal" and measure:
+            errors["normal_filter_deg"] = _filter_error(rows)
         metric = next(iter(errors), None)
         done[name] = MapProduct(
             encode_ktx2(texture, zstd_level=zstd),
@@ -113,23 +116,18 @@ def _dudv(rows: MapRows, mean: Mean) -> Texture:
 def _errors(name: str, rows: MapRows, texture: Texture) -> LevelErrors:
     """What was measured of every level."""
     ground = rows.ground
-    height = ground.heights.shape[0]
     if name == "height":
-        return value_levels(texture, rows.rows("height", 0, height))
+        return value_levels(texture, rows.whole("height"))
     if name == "gloss":
-        return gloss_levels(texture, rows.rows("gloss", 0, height), ground.heights, **ground.settings)
+        return gloss_levels(texture, rows.whole("gloss"), ground.heights, **ground.settings)
     measured = dudv_levels if name == "dudv" else normal_levels
     return measured(texture, ground.heights, **ground.settings)
 
 
-def _flat(name: str, rows: MapRows, levels: LevelErrors) -> dict[str, float]:
-    """Level 0's errors by the names of budgets; of normals also what the filter alone costs."""
-    if not levels:
-        return {}
-    errors = flat_errors(name, levels[0])
-    if name == "normal":
-        ground = rows.ground
-        errors["normal_filter_deg"] = filter_error(
-            ground.heights, slope_scale=ground.slopes, wrap=ground.wrap, filter_name=ground.filter_name
-        )["mean_deg"]
-    return errors
+def _filter_error(rows: MapRows) -> float:
+    """Mean degrees between the filter's normals and the exact ones: what the filter alone costs."""
+    ground = rows.ground
+    found = filter_error(
+        ground.heights, slope_scale=ground.slopes, wrap=ground.wrap, filter_name=ground.filter_name
+    )
+    return found["mean_deg"]

@@ -105,17 +105,21 @@ def encode_ktx2(
         offsets[level] = aligned(end, alignment(fmt, scheme))
         end = offsets[level] + len(stored[level])
 
-    out = bytearray(end)
-    out[: len(IDENTIFIER)] = IDENTIFIER
+    head = bytearray(key_values_at + len(key_values))
+    head[: len(IDENTIFIER)] = IDENTIFIER
     HEADER.pack_into(
-        out, len(IDENTIFIER),
+        head, len(IDENTIFIER),
         fmt.vk, fmt.type_size, width, height, 0, 0, faces, count, scheme,
         descriptor_at, len(described), key_values_at, len(key_values), 0, 0,
     )  # fmt: skip
     for level, data in enumerate(stored):
         entry = (offsets[level], len(data), len(texture.levels[level]))
-        LEVEL.pack_into(out, HEADER_END + LEVEL.size * level, *entry)
-        out[offsets[level] : offsets[level] + len(data)] = data
-    out[descriptor_at:key_values_at] = described
-    out[key_values_at : key_values_at + len(key_values)] = key_values
-    return bytes(out)
+        LEVEL.pack_into(head, HEADER_END + LEVEL.size * level, *entry)
+    head[descriptor_at:key_values_at] = described
+    head[key_values_at:] = key_values
+    parts: list[bytes | bytearray] = [head]  # joined once: the levels may be large
+    at = len(head)
+    for level in reversed(range(count)):
+        parts += [bytes(offsets[level] - at), stored[level]]
+        at = offsets[level] + len(stored[level])
+    return b"".join(parts)
