@@ -240,11 +240,11 @@ def material_maps(
 
     One sweep down the rows, a second for du/dv: less than three times the time of the normals alone. What
     stages.height, .normal, .gloss and .dudv make one after the other, bit for bit; but du/dv, which is within
-    9/16 of a code of the normal's x and y less one mean, where theirs may put other texels right to sum to
+    5/8 of a code of the normal's x and y less one mean, where theirs may put other texels right to sum to
     zero. Nothing is filled: pictures with a UV layout or with transparent texels go the way of the stages.
 
     encoded: the colour is sRGB, else linear light; codes are shares of their largest. levels: luminance to
-    height; gloss_levels: luminance to t; specular, smoothness: their values (at t = 0, at t = 1), within 0..1.
+    height; gloss_levels: luminance to t; specular, smoothness: their values (at t = 0, at t = 1), in 0..1.
     The rest as in normals_from_heights. out: see empty_maps.
     Raises SourceError for a colour whose luminance is not finite, with its row and column.
     """

@@ -7,8 +7,6 @@
 namespace paradize::normals {
 namespace {
 
-constexpr std::size_t levels = 16;
-
 std::int64_t floor_divide(std::int64_t a, std::int64_t b) {
     return a / b - (a % b < 0 ? 1 : 0);
 }
@@ -30,8 +28,8 @@ Shift balance(const FineCounts &counts, std::size_t columns, std::size_t channel
             total[k] += at(row, k);
         }
     }
-    // With a shift of 256 t + 16 s the codes sum to whole + n t + (how many have a low byte of 256 - 16 s or
-    // above). The largest shift whose sum is not above zero:
+    // With a shift of 256 t + step s the codes sum to whole + n t + (how many have a low byte of 256 - step s
+    // or above). The largest shift whose sum is not above zero:
     const auto n = static_cast<std::int64_t>(rows * columns);
     const std::int64_t t = floor_divide(-counts.sums.whole[channel], n);
     const std::int64_t base = counts.sums.whole[channel] + n * t;
@@ -41,7 +39,7 @@ Shift balance(const FineCounts &counts, std::size_t columns, std::size_t channel
     }
     const std::int64_t missing = -(base + total[levels - s]);
     Shift shift;
-    shift.by = static_cast<std::int32_t>(256 * t + 16 * static_cast<std::int64_t>(s));
+    shift.by = static_cast<std::int32_t>(256 * t + static_cast<std::int64_t>(level_step * s));
     const std::int32_t highest = ((counts.sums.high[channel] + shift.by) >> 8) + (missing > 0 ? 1 : 0);
     if (highest > 127 || ((counts.sums.low[channel] + shift.by) >> 8) < -127) {
         shift.cut_off = true;

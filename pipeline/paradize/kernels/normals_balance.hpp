@@ -12,12 +12,12 @@ namespace paradize::normals {
 // What the first sweep knows of the fine codes f of a map.
 struct FineCounts {
     FineSums sums;
-    // Of each row, for x and then y: how many texels have (f & 255) >= 16 k, k = 0 .. 15.
+    // Of each row, for x and then y: how many texels have (f & 255) >= level_step k.
     std::vector<std::uint32_t> levels;
 };
 
 // code = (f + shift) >> 8, and one more for the first more[row] texels of each row, from the left, whose
-// shifted-out byte is 240 or above. These are spread over the rows by how many such texels each has.
+// shifted-out byte is of the highest level. These are spread over the rows by how many such texels each has.
 struct Shift {
     std::int32_t by = 0;
     std::vector<std::uint32_t> more;

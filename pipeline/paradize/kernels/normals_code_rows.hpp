@@ -30,22 +30,14 @@ PARADIZE_INLINE void unit(Vector &v) {
     v = v > one ? one : v;
 }
 
-static void clamp(const float *values, std::size_t n, float *to) {
-    for (std::size_t x = 0; x < n; x += lanes) {
-        Lanes v = load(values + x);
-        unit(v);
-        store(to + x, v);
-    }
-}
-
-static void levels(const float *values, std::size_t n, const Linear &levels, float *to) {
+static void apply_levels(const float *values, std::size_t n, const Linear &line, float *to) {
     for (std::size_t x = 0; x < n; x += lanes) {
         const Wide v = __builtin_convertvector(load(values + x), Wide);
-        Wide t = (v - levels.black) / levels.range;
+        Wide t = (v - line.black) / line.range;
         unit(t);
-        t = (t - 0.5) * levels.contrast + 0.5 + levels.brightness;
+        t = (t - 0.5) * line.contrast + 0.5 + line.brightness;
         unit(t);
-        t = levels.invert ? 1.0 - t : t;
+        t = line.invert ? 1.0 - t : t;
         store(to + x, __builtin_convertvector(t, Lanes));
     }
 }
@@ -65,49 +57,53 @@ static void gloss_codes(const float *t, std::size_t n, const float *low, const f
     }
 }
 
-// Bytes side by side: a comparison adds one to as many counters.
-typedef std::uint8_t Bytes __attribute__((vector_size(4 * PARADIZE_LANES)));
+// Sums of the bytes at even and at odd places.
+PARADIZE_INLINE void add_bytes(const Bytes &counters, std::uint32_t &even, std::uint32_t &odd) {
+    std::uint64_t words[sizeof(Bytes) / 8];
+    std::memcpy(words, &counters, sizeof(words));
+    constexpr std::uint64_t low = 0x00ff00ff00ff00ffU;
+    constexpr std::uint64_t ones = 0x0001000100010001U; // the product's highest part is the sum of four
+    for (const std::uint64_t word : words) {
+        even += static_cast<std::uint32_t>(((word & low) * ones) >> 48);
+        odd += static_cast<std::uint32_t>((((word >> 8) & low) * ones) >> 48);
+    }
+}
 
 static void count_levels(const std::uint8_t *fine, std::size_t n, std::uint32_t *counts) {
     constexpr std::size_t wide = sizeof(Bytes);
-    constexpr int levels = 16;
     std::size_t x = 0;
     while (x + wide <= 2 * n) {
         Bytes found[levels] = {};
         for (int step = 0; step < 255 && x + wide <= 2 * n; ++step, x += wide) {
             Bytes v;
             std::memcpy(&v, fine + x, wide);
-            for (int k = 1; k < levels; ++k) {
-                found[k] -= (Bytes)(v >= static_cast<std::uint8_t>(16 * k));
+            for (std::size_t k = 1; k < levels; ++k) {
+                count_from(found[k], v, static_cast<std::uint8_t>(level_step * k));
             }
         }
-        for (int k = 1; k < levels; ++k) {
-            for (std::size_t i = 0; i < wide; ++i) {
-                counts[16 * (i & 1) + static_cast<std::size_t>(k)] += found[k][i];
-            }
+        for (std::size_t k = 1; k < levels; ++k) {
+            add_bytes(found[k], counts[k], counts[levels + k]);
         }
     }
     for (; x < 2 * n; ++x) {
-        for (int k = 1; k <= fine[x] / 16; ++k) {
-            ++counts[16 * (x & 1) + static_cast<std::size_t>(k)];
+        for (std::size_t k = 1; k <= fine[x] / level_step; ++k) {
+            ++counts[levels * (x & 1) + k];
         }
     }
     counts[0] += static_cast<std::uint32_t>(n);
-    counts[16] += static_cast<std::uint32_t>(n);
+    counts[levels] += static_cast<std::uint32_t>(n);
 }
 
-// One channel: the shifted codes, and one more for the first `more` whose shifted-out byte is 240 or above.
+// One channel: the shifted codes, and one more for the first `more` whose shifted-out byte is of
+// the highest level.
 PARADIZE_INLINE Whole shifted(const Bits &unorm, const Bits &low, std::int32_t shift, const Whole &keep,
                               std::uint32_t &more) {
     const Whole d = (Whole)unorm - 128;
     const Whole moved = 255 * d + (((Whole)low + d) & 255) + shift;
     Whole code = moved >> 8;
     if (more > 0) {
-        Whole bump = ((moved & 255) >= 240) & keep;
-        std::uint32_t found = 0;
-        for (std::size_t i = 0; i < lanes; ++i) {
-            found += static_cast<std::uint32_t>(-bump[i]);
-        }
+        Whole bump = ((moved & 255) >= static_cast<std::int32_t>(256 - level_step)) & keep;
+        std::uint32_t found = count(bump);
         if (found > more) {
             std::uint32_t left = more;
             for (std::size_t i = 0; i < lanes; ++i) {
@@ -137,9 +133,9 @@ static void shifted_codes(const std::uint8_t *rgb, const std::uint8_t *rest, std
 }
 
 const Kernels *kernels() {
-    static constexpr Kernels table{&copy,         &along,         &row,          &from_slopes,
-                                   &clamp,        &levels,        &height_codes, &gloss_codes,
-                                   &count_levels, &shifted_codes, &stream,       &fence};
+    static constexpr Kernels table{&copy,          &along,        &row,         &from_slopes,
+                                   &apply_levels,  &height_codes, &gloss_codes, &count_levels,
+                                   &shifted_codes, &stream,       &fence};
     return &table;
 }
 

@@ -59,6 +59,35 @@ PARADIZE_INLINE Whole first_lanes(std::size_t n) {
     return index < static_cast<std::int32_t>(n < lanes ? n : lanes);
 }
 
+// Bytes side by side.
+typedef std::uint8_t Bytes __attribute__((vector_size(4 * PARADIZE_LANES)));
+
+// One more where v >= least.
+PARADIZE_INLINE void count_from(Bytes &counters, const Bytes &v, std::uint8_t least) {
+#if PARADIZE_LANES == 16
+    const __mmask64 found = _mm512_cmpge_epu8_mask((__m512i)v, _mm512_set1_epi8(static_cast<char>(least)));
+    counters = (Bytes)_mm512_mask_sub_epi8((__m512i)counters, found, (__m512i)counters, _mm512_set1_epi8(-1));
+#else
+    counters -= (Bytes)(v >= least);
+#endif
+}
+
+// How many lanes are -1; the others are 0.
+PARADIZE_INLINE std::uint32_t count(const Whole &mask) {
+#if PARADIZE_LANES == 16
+    return static_cast<std::uint32_t>(__builtin_popcount(_mm512_movepi32_mask((__m512i)mask)));
+#elif PARADIZE_LANES == 8
+    return static_cast<std::uint32_t>(
+        __builtin_popcount(static_cast<unsigned>(_mm256_movemask_ps((__m256)mask))));
+#else
+    std::uint32_t found = 0;
+    for (std::size_t i = 0; i < lanes; ++i) {
+        found += static_cast<std::uint32_t>(-mask[i]);
+    }
+    return found;
+#endif
+}
+
 // Three bytes of each lane (red lowest), 3 * lanes in all; writes up to 16 bytes more.
 PARADIZE_INLINE void store_rgb(std::uint8_t *to, const Bits &words) {
 #if PARADIZE_LANES == 16

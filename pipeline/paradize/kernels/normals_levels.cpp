@@ -1,5 +1,8 @@
 #include "normals_levels.hpp"
 
+#include <algorithm>
+#include <array>
+
 #include "mathx.hpp"
 #include "normals_sweep.hpp"
 
@@ -10,7 +13,8 @@ constexpr std::array<float, 3> weights = {0.2126F, 0.7152F, 0.0722F};
 
 } // namespace
 
-Luminance::Luminance(const ColorView &color, bool encoded) : color_(color), encoded_(encoded) {
+Luminance::Luminance(const ColorView &color, bool encoded, bool widest)
+    : color_(color), encoded_(encoded), lookup_(widest && color.bytes != nullptr && has_byte_lookup()) {
     const auto light = [&](std::size_t code, double top) {
         const double share = static_cast<double>(code) / top;
         return static_cast<float>(encoded ? mathx::srgb_to_linear(share) : share);
@@ -20,6 +24,7 @@ Luminance::Luminance(const ColorView &color, bool encoded) : color_(color), enco
             shares_[c][code] = weights[c] * light(code, 255.0);
         }
     }
+    planes_ = planes_of(shares_);
     if (color.words != nullptr) {
         table_.resize(65536);
         for (std::size_t code = 0; code < table_.size(); ++code) {
@@ -36,7 +41,13 @@ void Luminance::row(std::size_t y, float *to) const {
         const float *red = shares_[0].data();
         const float *green = shares_[1].data();
         const float *blue = shares_[2].data();
-        for (const std::uint8_t *v = color_.bytes + begin; v != color_.bytes + end; v += channels) {
+        const std::uint8_t *v = color_.bytes + begin;
+        if (lookup_) {
+            const std::size_t done = light_of_bytes(v, color_.columns, channels, planes_, to);
+            v += done * channels;
+            to += done;
+        }
+        for (; v != color_.bytes + end; v += channels) {
             *to++ = red[v[0]] + green[v[1]] + blue[v[2]];
         }
         return;
@@ -60,15 +71,20 @@ void Luminance::row(std::size_t y, float *to) const {
     }
 }
 
-LevelRow::LevelRow(const maps::Levels &levels, bool exact_unit, const Kernels &kernels)
+bool Luminance::exact_unit() const {
+    // (t - 1/2) + 1/2 in double is t again where t, a float, is zero or at least 2^-31: codes' are.
+    return color_.bytes != nullptr && shares_[0][255] + shares_[1][255] + shares_[2][255] <= 1.0F;
+}
+
+LevelRow::LevelRow(const maps::Levels &levels, const Luminance &luminance, const Kernels &kernels)
     : levels_(levels),
-      neutral_(exact_unit && levels.black == 0.0 && levels.white == 1.0 && levels.gamma == 1.0 &&
+      neutral_(luminance.exact_unit() && levels.black == 0.0 && levels.white == 1.0 && levels.gamma == 1.0 &&
                levels.contrast == 1.0 && levels.brightness == 0.0 && !levels.invert),
       kernels_(kernels) {}
 
 void LevelRow::apply(const float *from, std::size_t n, float *to) const {
     if (neutral_) {
-        kernels_.clamp(from, n, to);
+        std::copy_n(from, n, to);
         return;
     }
     const double range = levels_.white - levels_.black;

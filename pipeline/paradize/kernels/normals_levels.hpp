@@ -1,10 +1,10 @@
 // Rows of luminance and of levels.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <vector>
 
+#include "normals_light.hpp"
 #include "normals_material.hpp"
 
 namespace paradize::normals {
@@ -12,23 +12,30 @@ namespace paradize::normals {
 // Colour rows -> Rec. 709 luminance of their linear light, as maps::linear_light and maps::luminance.
 class Luminance {
   public:
-    Luminance(const ColorView &color, bool encoded);
+    // widest: whether wider lookups may be used where this CPU has them.
+    Luminance(const ColorView &color, bool encoded, bool widest);
 
     // Row y as floats. Throws NotFinite.
     void row(std::size_t y, float *to) const;
 
+    // Whether every luminance is within 0..1 and so coarse that neutral levels leave it as it is.
+    bool exact_unit() const;
+
   private:
     ColorView color_;
     bool encoded_;
-    std::array<std::array<float, 256>, 3> shares_{}; // of bytes: of each channel, weight times linear light
-    std::vector<float> table_;                       // of words: linear light
+    bool lookup_;
+    Shares shares_{}; // of bytes: of each channel, weight times linear light
+    SharePlanes planes_{};
+    std::vector<float> table_; // of words: linear light
 };
 
 // The levels of a row, as maps::apply_levels.
 class LevelRow {
   public:
-    // exact_unit: the values are those of bytes, so that neutral levels need no arithmetic.
-    LevelRow(const maps::Levels &levels, bool exact_unit, const Kernels &kernels);
+    LevelRow(const maps::Levels &levels, const Luminance &luminance, const Kernels &kernels);
+    // Whether the levels leave every value as it is.
+    bool neutral() const { return neutral_; }
     void apply(const float *from, std::size_t n, float *to) const;
 
   private:

@@ -20,14 +20,20 @@ class ColorRows final : public Source {
     ColorRows(const Luminance &luminance, const MaterialSettings &settings, const ColorView &color,
               const MaterialOut &out, std::size_t first, std::size_t last, const Kernels &kernels)
         : luminance_(luminance), settings_(settings), columns_(color.columns), out_(out), first_(first),
-          last_(last), kernels_(kernels), height_levels_(settings.height, color.floats == nullptr, kernels),
-          gloss_levels_(settings.gloss, color.floats == nullptr, kernels), light_(columns_ + margin),
+          last_(last), kernels_(kernels), height_levels_(settings.height, luminance, kernels),
+          gloss_levels_(settings.gloss, luminance, kernels), light_(columns_ + margin),
           shine_(columns_ + margin), height_store_(2 * columns_, out.height.size_bytes(), kernels),
           gloss_store_(2 * columns_, out.gloss.size(), kernels) {}
 
     void read(std::size_t y, float *to) override {
+        if (height_levels_.neutral()) {
+            luminance_.row(y, to);
+            light_here_ = to;
+            return;
+        }
         luminance_.row(y, light_.data());
         height_levels_.apply(light_.data(), columns_, to);
+        light_here_ = light_.data();
     }
 
     void read_own(std::size_t y, float *to) override {
@@ -37,10 +43,14 @@ class ColorRows final : public Source {
         }
         kernels_.height_codes(to, columns_, height_store_.row());
         height_store_.flush(reinterpret_cast<std::uint8_t *>(out_.height.data() + y * columns_));
-        gloss_levels_.apply(light_.data(), columns_, shine_.data());
+        const float *shine = light_here_;
+        if (!gloss_levels_.neutral()) {
+            gloss_levels_.apply(light_here_, columns_, shine_.data());
+            shine = shine_.data();
+        }
         const float low[2] = {settings_.specular_low, settings_.smoothness_low};
         const float step[2] = {settings_.specular_step, settings_.smoothness_step};
-        kernels_.gloss_codes(shine_.data(), columns_, low, step, gloss_store_.row());
+        kernels_.gloss_codes(shine, columns_, low, step, gloss_store_.row());
         gloss_store_.flush(out_.gloss.data() + 2 * y * columns_);
     }
 
@@ -55,6 +65,7 @@ class ColorRows final : public Source {
     LevelRow height_levels_;
     LevelRow gloss_levels_;
     std::vector<float> light_;
+    const float *light_here_ = nullptr; // the luminance of the row read last
     std::vector<float> shine_;
     RowStore height_store_;
     RowStore gloss_store_;
@@ -91,9 +102,9 @@ void material_maps(const ColorView &color, const MaterialSettings &settings, con
                    int threads, Width width) {
     const Kernels &kernels = need_kernels(width);
     const std::size_t columns = color.columns;
-    const Luminance luminance(color, settings.encoded);
+    const Luminance luminance(color, settings.encoded, width == Width::widest);
     FineCounts counts;
-    counts.levels.resize(32 * color.rows);
+    counts.levels.resize(2 * levels * color.rows);
     std::mutex adding;
     maps::for_rows(color.rows, threads, [&](std::size_t from, std::size_t to) {
         ColorRows source(luminance, settings, color, out, from, to, kernels);
@@ -104,7 +115,7 @@ void material_maps(const ColorView &color, const MaterialSettings &settings, con
         for (std::size_t y = from; y < to; ++y) {
             sweep.row(y, Encoding::fine, {normal.row(), rest.row(), &sums});
             normal.flush(out.normal.data() + 3 * y * columns);
-            kernels.count_levels(rest.row(), columns, &counts.levels[32 * y]);
+            kernels.count_levels(rest.row(), columns, &counts.levels[2 * levels * y]);
             rest.flush(reinterpret_cast<std::uint8_t *>(out.dudv.data()) + 2 * y * columns);
         }
         const std::lock_guard<std::mutex> alone(adding);

@@ -41,7 +41,7 @@ struct MaterialOut {
 };
 
 // The luminance of the colour's linear light makes the heights (0..1) and the gloss. The normals are those of
-// normals_from_heights, of the heights before they become codes. A du/dv code is within 9/16 of 127 (x - c),
+// normals_from_heights, of the heights before they become codes. A du/dv code is within 5/8 of 127 (x - c),
 // where c, the same for all texels, makes the sum zero; where that leaves -127..127 they are cut off and c is
 // larger. Throws NotFinite for a luminance that is not finite.
 void material_maps(const ColorView &color, const MaterialSettings &settings, const MaterialOut &out,

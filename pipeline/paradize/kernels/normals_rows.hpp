@@ -128,12 +128,19 @@ struct FineLanes {
     Whole low = Whole{} + std::numeric_limits<std::int32_t>::max();
     Whole high = Whole{} + std::numeric_limits<std::int32_t>::min();
 
+    template <bool all>
     __attribute__((always_inline)) inline void add(const Whole &code, const Whole &keep) {
-        whole += (code >> 8) & keep;
-        const Whole lower = keep & (code < low);
-        low = lower ? code : low;
-        const Whole higher = keep & (code > high);
-        high = higher ? code : high;
+        if constexpr (all) {
+            whole += code >> 8;
+            low = code < low ? code : low;
+            high = code > high ? code : high;
+        } else {
+            whole += (code >> 8) & keep;
+            const Whole lower = keep & (code < low);
+            low = lower ? code : low;
+            const Whole higher = keep & (code > high);
+            high = higher ? code : high;
+        }
     }
 
     void into(FineSums &sums, int channel) const {
@@ -153,10 +160,12 @@ struct Writer {
     Bits worst = {};
     FineLanes fine[encoding == Encoding::fine ? 2 : 1];
 
+    // all: every lane is a texel; else those that `keep` says.
+    template <bool all>
     __attribute__((always_inline)) inline void put(std::size_t x, const Lanes &nx, const Lanes &ny,
                                                    const Whole &keep) {
         const Lanes square = nx * nx + ny * ny + 1.0F;
-        const Bits bits = (Bits)square & (Bits)keep;
+        const Bits bits = all ? (Bits)square : (Bits)square & (Bits)keep;
         worst = bits > worst ? bits : worst;
         const Lanes inverse = 1.0F / root(square);
         if constexpr (encoding == Encoding::float3) {
@@ -177,8 +186,8 @@ struct Writer {
         if constexpr (encoding == Encoding::fine) {
             const Whole fx = (ix + ((-ix) >> 7) + (1 << 14)) >> 15;
             const Whole fy = (iy + ((-iy) >> 7) + (1 << 14)) >> 15;
-            fine[0].add(fx, keep);
-            fine[1].add(fy, keep);
+            fine[0].template add<all>(fx, keep);
+            fine[1].template add<all>(fy, keep);
             store_pairs(out.fine + 2 * x, ((Bits)fx & 255U) | ((Bits)fy << 8));
         }
     }
@@ -199,17 +208,16 @@ struct Writer {
 template <Encoding encoding, typename Slopes>
 static bool run_row(const Slopes &slopes, std::size_t columns, const RowOut &out) {
     Writer<encoding> writer(out);
-    const Whole all = Whole{} - 1;
     Lanes nx;
     Lanes ny;
     std::size_t x = 0;
     for (; x + lanes <= columns; x += lanes) {
         slopes.at(x, nx, ny);
-        writer.put(x, nx, ny, all);
+        writer.template put<true>(x, nx, ny, Whole{});
     }
     if (x < columns) {
         slopes.at(x, nx, ny);
-        writer.put(x, nx, ny, first_lanes(columns - x));
+        writer.template put<false>(x, nx, ny, first_lanes(columns - x));
     }
     return writer.end();
 }

@@ -48,6 +48,10 @@ struct FineSums {
     }
 };
 
+// Low bytes of fine codes are counted in so many levels.
+constexpr std::size_t levels = 8;
+constexpr std::size_t level_step = 256 / levels;
+
 // Where a row goes. Every function writes up to `slack` bytes beyond the row's end.
 constexpr std::size_t slack = 256;
 struct RowOut {
@@ -91,14 +95,13 @@ struct Kernels {
     // The same from slopes; both may be read for `margin` floats beyond their end.
     bool (*from_slopes)(const float *dx, const float *dy, std::size_t n, float left, float down,
                         Encoding encoding, const RowOut &out);
-    // Values within 0..1.
-    void (*clamp)(const float *values, std::size_t n, float *to);
+    // to = levels of the values.
     void (*levels)(const float *values, std::size_t n, const Linear &levels, float *to);
     // Heights 0..1 -> 65535 h, nearest, two bytes each.
     void (*height_codes)(const float *heights, std::size_t n, std::uint8_t *to);
     // Two codes 0..255 of low + t (high - low), nearest, for each of n values t.
     void (*gloss_codes)(const float *t, std::size_t n, const float *low, const float *step, std::uint8_t *to);
-    // counts[16 c + k] += how many of the n texels have fine[2 i + c] >= 16 k.
+    // counts[levels c + k] += how many of the n texels have fine[2 i + c] >= level_step k.
     void (*count_levels)(const std::uint8_t *fine, std::size_t n, std::uint32_t *counts);
     // (the fine codes that rgb and rest, 2 per texel, hold + shift[c]) >> 8; where the byte shifted out is
     // 240 or above the first more[c] are one higher. `to` may be `rest`.
