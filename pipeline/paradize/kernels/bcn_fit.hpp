@@ -18,7 +18,7 @@ PARADIZE_STEP void settle(const ColorBlocks &blocks, Places &places, int turns, 
     }
 }
 
-// The corners of the block's box of colours, each channel's ends in the order that the axis has.
+// Codes of the least and the largest of each channel; b takes the largest where the channel falls along axis.
 PARADIZE_STEP void box_codes(const ColorBlocks &blocks, const Lanes (&axis)[3], Ends &codes) {
     for (int k = 0; k < 3; ++k) {
         Lanes low = blocks.v[k][0], high = blocks.v[k][0];
@@ -72,6 +72,23 @@ PARADIZE_INLINE void start_from(const ColorBlocks &blocks, const Ends &outer, fl
     settle<2>(blocks, places, 2, best);
 }
 
+// Blocks whose colours stand nearer to each other than codes do: ends a code apart on either side serve them
+// better than the nearest codes to their own.
+constexpr float narrow_square = 16 * 9.0F; // three 8-bit codes from the mean
+
+// Least squares from the nearest ends of one colour, the mean; for the lanes that are asked for.
+PARADIZE_STEP void start_solid(const ColorBlocks &blocks, const Whole &asked, ColorFit &best) {
+    Ends codes;
+    for (int k = 0; k < 3; ++k) {
+        solid_codes(blocks.mean[k], k, codes.a[k], codes.b[k]);
+    }
+    ColorFit fit{codes, splat(1e30F)};
+    Places places;
+    try_codes(blocks, codes, places, fit);
+    settle<2>(blocks, places, 1, fit);
+    keep(fit.codes, asked ? fit.error : splat(1e30F), best);
+}
+
 // Least squares ends where it began: what is gained comes from the number of starts. One near the ends of the
 // cloud is fast; starts that leave one end's outliers to themselves are balanced; the exact tier adds further
 // ones, every partition, and a search of each channel.
@@ -86,6 +103,10 @@ PARADIZE_STEP void fit_color(const ColorBlocks &blocks, Quality quality, ColorFi
     axis_ends(blocks, axis, outer);
     start_from(blocks, outer, 0.875F, 0.875F, best);
     if (quality == Quality::fast) {
+        const Whole narrow = blocks.square < narrow_square;
+        if (any(narrow)) {
+            start_solid(blocks, narrow, best);
+        }
         return;
     }
     start_from(blocks, outer, 1.0F, 0.67F, best);
@@ -94,11 +115,14 @@ PARADIZE_STEP void fit_color(const ColorBlocks &blocks, Quality quality, ColorFi
     Places places;
     box_codes(blocks, axis, codes);
     try_codes(blocks, codes, places, best);
-    for (int k = 0; k < 3; ++k) {
-        solid_codes(blocks.mean[k], k, codes.a[k], codes.b[k]);
+    for (int k = 0; k < 3; ++k) { // the box's grey diagonal, so that the simplest encoder is never better
+        const auto falls = axis[k] < Lanes{};
+        const Lanes a = codes.a[k];
+        codes.a[k] = falls ? codes.b[k] : a;
+        codes.b[k] = falls ? a : codes.b[k];
     }
     try_codes(blocks, codes, places, best);
-    settle<2>(blocks, places, 1, best);
+    start_solid(blocks, Whole{} == 0, best);
     if (quality == Quality::exact) {
         start_from(blocks, outer, 1.0F, 0.4F, best);
         start_from(blocks, outer, 0.4F, 1.0F, best);

@@ -1,0 +1,238 @@
+"""How good the block compressors' tiers are: against the naive encoder, the best there is, and peers."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from paradize.data import Texture
+from paradize.kernels import bcn
+from paradize.metrics.texels import decode_texels
+
+# sha256 of what the tiers make of one picture: other bytes are another version of the encoder.
+GOLDEN = {
+    "bc3 fast": "afc0f71da95c371fd8722af319cf2f3f4db6a2e406c8c3415a94e985e06068b9",
+    "bc3 balanced": "e3d0364f97508cc8e35bf5c2e0d7c5e4d1329e947db17daf0414e817143b402b",
+    "bc3 exact": "1f090528ae31c13c5f7c0465906219b55ff48f65bad453c7bbb816de479c499b",
+    "bc5 fast": "3b1a487089a813dd9445ca0d06cba29a0220f57550b745f5b5d2237a8c22502f",
+    "bc5 balanced": "92c73a6a0694152091fde99a9e436fc645e9922ff08a88a20deff4661ba2859c",
+    "bc5 exact": "84c1f6cf721b327ae272f9d8ca2f3a4044279f56f8d95d1710f34504565a3483",
+}
+
+
+def decoded(name: str, data: bytes, height: int, width: int) -> np.ndarray:
+    """In codes: 0..255, or -127..127."""
+    texels = decode_texels(Texture(name, width, height, (data,))).astype(np.float64)
+    return texels * (127 if name.endswith("SNORM") else 255)
+
+
+def of_blocks(errors: np.ndarray) -> np.ndarray:
+    """Squared errors (h, w, c) summed over each block."""
+    height, width = errors.shape[:2]
+    return errors.reshape(height // 4, 4, width // 4, -1).sum(axis=(1, 3)).ravel()
+
+
+def bc1_errors(rgb: np.ndarray, quality: str) -> np.ndarray:
+    found = decoded("BC1_RGB_UNORM", bcn.encode_bc1(rgb, quality=quality), *rgb.shape[:2])
+    return of_blocks(np.square(found[:, :, :3] - rgb))
+
+
+def bc4_errors(values: np.ndarray, quality: str) -> np.ndarray:
+    """values (h, w, 1) float32, -1..1."""
+    one = np.frombuffer(bcn.encode_values(values, signed=True, quality=quality), np.uint8).reshape(-1, 8)
+    found = decoded("BC5_SNORM", np.concatenate([one, one], axis=1).tobytes(), *values.shape[:2])
+    return of_blocks(np.square(found[:, :, :1] - values.astype(np.float64) * 127))
+
+
+def naive_bc1(rgb: np.ndarray) -> np.ndarray:
+    """Errors of four colours between the codes of the least and the largest of each channel."""
+    blocks = rgb.reshape(rgb.shape[0] // 4, 4, -1, 4, 3).transpose(0, 2, 1, 3, 4).reshape(-1, 16, 3)
+    tops = np.array([31, 63, 31])
+    ends = [np.rint(edge / 255 * tops) * 255 / tops for edge in (blocks.min(axis=1), blocks.max(axis=1))]
+    palette = np.stack([ends[0] + (ends[1] - ends[0]) * k / 3 for k in range(4)], axis=1)
+    return np.square(blocks[:, :, None] - palette[:, None]).sum(axis=3).min(axis=2).sum(axis=1)
+
+
+def naive_bc4(values: np.ndarray) -> np.ndarray:
+    codes = values.astype(np.float64)[:, :, 0] * 127
+    blocks = codes.reshape(codes.shape[0] // 4, 4, -1, 4).transpose(0, 2, 1, 3).reshape(-1, 16)
+    low, high = np.rint(blocks.min(axis=1)), np.rint(blocks.max(axis=1))
+    palette = low[:, None] + (high - low)[:, None] * np.arange(8) / 7
+    return np.square(blocks[:, :, None] - palette[:, None]).min(axis=2).sum(axis=1)
+
+
+def random_values(seed: int) -> np.ndarray:
+    """(64, 64, 1) float32, -1..1: blocks of every width, noisy, of few values, and touching the ends."""
+    rng = np.random.default_rng(seed)
+    width = 10 ** rng.uniform(-3, 0.4, (16, 1, 16, 1))
+    start = rng.uniform(-1.2, 1, (16, 1, 16, 1))
+    shape = rng.random((16, 4, 16, 4))
+    shape = np.where(rng.random((16, 1, 16, 1)) < 0.3, np.rint(shape * 2) / 2, shape)
+    return (start + width * shape).clip(-1, 1).astype(np.float32).reshape(64, 64, 1)
+
+
+def random_colours(seed: int) -> np.ndarray:
+    """(64, 64, 3) uint8: a line of every length and direction through each block, and noise about it."""
+    rng = np.random.default_rng(seed)
+    start, direction = rng.uniform(0, 255, (2, 16, 1, 16, 1, 3))
+    length = 10 ** rng.uniform(-2, 0, (16, 1, 16, 1, 1))
+    noise = 10 ** rng.uniform(-1, 2, (16, 1, 16, 1, 1))
+    along = rng.random((16, 4, 16, 4, 1)) * length
+    colours = start + (direction - start) * along + noise * rng.normal(size=(16, 4, 16, 4, 3))
+    return colours.clip(0, 255).astype(np.uint8).reshape(64, 64, 3)
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.integers(0, 2**32))
+def test_no_block_of_values_is_worse_than_the_naive_one_or_at_a_later_tier(seed: int) -> None:
+    values = random_values(seed)
+    last = naive_bc4(values)
+    for quality in bcn.QUALITIES:
+        errors = bc4_errors(values, quality)
+        assert (errors <= last * (1 + 1e-4) + 0.02).all()  # sums in single precision, of up to 2e5
+        last = errors
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.integers(0, 2**32))
+def test_no_block_of_colours_is_worse_at_a_later_tier(seed: int) -> None:
+    colours = random_colours(seed)
+    fast, balanced, exact = (bc1_errors(colours, quality) for quality in bcn.QUALITIES)
+    assert (balanced <= fast * (1 + 1e-4) + 0.1).all()
+    assert (exact <= balanced * (1 + 1e-4) + 0.1).all()
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.integers(0, 2**32))
+def test_no_block_of_colours_is_worse_than_the_naive_one(seed: int) -> None:
+    colours = random_colours(seed)
+    naive = naive_bc1(colours)
+    assert bc1_errors(colours, "fast").sum() < naive.sum()
+    for quality in ("balanced", "exact"):
+        assert (bc1_errors(colours, quality) <= naive * (1 + 1e-4) + 0.1).all()
+
+
+@pytest.mark.parametrize("quality", bcn.QUALITIES)
+def test_two_colours_are_each_as_near_as_their_codes(quality: str) -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        pair = rng.integers(0, 256, (2, 3))
+        which = rng.integers(0, 2, (4, 4))
+        colours = pair[which].astype(np.uint8)
+        tops = np.array([31, 63, 31])
+        nearest = np.rint(pair / 255 * tops) * 255 / tops
+        best = np.square(nearest[which] - colours).sum()
+        assert bc1_errors(colours, quality).sum() <= best + 0.1
+
+
+@pytest.mark.parametrize("quality", bcn.QUALITIES)
+def test_black_and_white_stay_themselves(quality: str) -> None:
+    colours = np.zeros((8, 8, 3), np.uint8)
+    colours[2:5, 3:] = 255
+    assert (
+        np.abs(decoded("BC1_RGB_UNORM", bcn.encode_bc1(colours, quality=quality), 8, 8) - colours).max()
+        < 1e-3
+    )
+
+
+@pytest.mark.parametrize("quality", bcn.QUALITIES)
+def test_a_slow_gradient_has_no_bands(quality: str) -> None:
+    ramp = np.linspace(40, 72, 1024)
+    colours = np.repeat(np.rint(ramp)[None, :, None], 3, axis=2).repeat(4, axis=0).astype(np.uint8)
+    found = decoded("BC1_RGB_UNORM", bcn.encode_bc1(colours, quality=quality), 4, 1024)[:, :, :3]
+    assert np.abs(found - colours).max() < 2.5  # a code of red is 8.2 apart
+    assert len(np.unique(found[:, :, 0].round(3))) >= 10  # of 32 / 2.74 that thirds of a code have
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.integers(0, 2**32))
+def test_alpha_of_a_cut_out_is_exact(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    rgba = rng.integers(0, 256, (16, 16, 4), dtype=np.uint8)
+    rgba[:, :, 3] = rng.integers(0, 2, (16, 16)) * 255
+    for quality in bcn.QUALITIES:
+        found = decoded("BC3_UNORM", bcn.encode_bc3(rgba, quality=quality), 16, 16)
+        assert (np.abs(found[:, :, 3] - rgba[:, :, 3]) < 1e-4).all()
+
+
+@pytest.mark.parametrize("quality", bcn.QUALITIES)
+def test_flat_normals_are_exactly_flat_beside_steep_ones(quality: str) -> None:
+    normals = np.zeros((16, 16, 3), np.float32)
+    normals[:, :, 2] = 1
+    normals[4:8, 8:12] = (0.6, -0.8, 0)
+    data = bcn.encode_values(normals[:, :, :2], signed=True, quality=quality)
+    found = decoded("BC5_SNORM", data, 16, 16)
+    flat = (normals[:, :, :2] == 0).all(axis=2)
+    assert (found[flat] == 0).all()
+
+
+def test_the_exact_tier_of_values_is_nearly_the_best_there_is() -> None:
+    rng = np.random.default_rng(5)
+    codes = rng.integers(0, 24, (64, 1, 1)) + rng.random((64, 4, 4)) * rng.uniform(2, 30, (64, 1, 1))
+    low, high = np.meshgrid(np.arange(64), np.arange(64), indexing="ij")
+    pairs = np.stack([low[low < high], high[low < high]], axis=1).astype(np.float64)
+    palettes = pairs[:, :1] + (pairs[:, 1:] - pairs[:, :1]) * np.arange(8) / 7
+    best, ours = 0.0, dict.fromkeys(bcn.QUALITIES, 0.0)
+    for block in codes:
+        step = (pairs[:, 1] - pairs[:, 0]) / 7
+        place = np.rint((block.reshape(1, 16) - pairs[:, :1]) / step[:, None]).clip(0, 7)
+        gaps = block.reshape(1, 16) - np.take_along_axis(palettes, place.astype(np.int64), axis=1)
+        best += np.square(gaps).sum(axis=1).min()
+        for quality in bcn.QUALITIES:
+            ours[quality] += bc4_errors((block / 127).astype(np.float32)[:, :, None], quality).sum()
+    assert ours["exact"] <= best * 1.02
+    assert ours["balanced"] <= best * 1.15
+    assert ours["fast"] <= best * 1.4
+
+
+def test_the_bytes_are_those_of_every_other_machine() -> None:
+    y, x = np.mgrid[:60, :76]
+    rgba = np.stack([x * 3 + y, (x * y) % 251, x * x // 24, 255 - y * 4], axis=2).astype(np.uint8)
+    values = (rgba[:, :, :2].astype(np.float32) - np.float32(128)) / np.float32(128)
+    found = {}
+    for quality in bcn.QUALITIES:
+        found[f"bc3 {quality}"] = hashlib.sha256(bcn.encode_bc3(rgba, quality=quality)).hexdigest()
+        data = bcn.encode_values(values, signed=True, quality=quality)
+        found[f"bc5 {quality}"] = hashlib.sha256(data).hexdigest()
+    assert found == GOLDEN
+
+
+@pytest.mark.deep
+def test_every_picture_is_as_far_ahead_of_the_peers_as_promised(corpus: Path) -> None:
+    etcpak = pytest.importorskip("etcpak", reason="peers are of the bench: run `make bench` once")
+    quicktex = pytest.importorskip("quicktex", reason="peers are of the bench: run `make bench` once")
+    encoder = pytest.importorskip("quicktex.s3tc.bc1").BC1Encoder(5)
+    seen = 0
+    for path in sorted(corpus.rglob("*.jpg")):
+        source = oiio.ImageInput.open(str(path))
+        if source is None:
+            oiio.geterror()
+            continue
+        if source.spec().nchannels != 3 or min(source.spec().width, source.spec().height) < 64:
+            continue
+        pixels = source.read_image(0, 0, 0, 3, oiio.UINT8)
+        if pixels is None:
+            source.geterror()
+            continue
+        height, width = (side // 4 * 4 for side in pixels.shape[:2])
+        rgb = pixels[:height, :width]
+        rgba = np.dstack([rgb, np.full((height, width), 255, np.uint8)])
+        errors = [
+            np.square(decoded("BC1_RGB_UNORM", data, height, width)[:, :, :3] - rgb).mean()
+            for data in (
+                bcn.encode_bc1(rgba, quality="fast"),
+                etcpak.compress_bc1(rgba.tobytes(), width, height),
+                encoder.encode(quicktex.RawTexture.frombytes(rgba.tobytes(), width, height)).tobytes(),
+            )
+        ]
+        ours, theirs, quick = (10 * np.log10(255**2 / max(error, 1e-6)) for error in errors)
+        assert ours >= theirs + 1.5 or theirs > 60, path.name
+        assert ours >= quick - 0.5, path.name
+        seen += 1
+    assert seen > 10
