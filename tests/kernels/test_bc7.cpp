@@ -112,11 +112,9 @@ TEST_CASE("every mode fills its 128 bits and anchors stay small") {
         bc7::Choice choice{};
         choice.mode = mode;
         choice.partition = facts.partition_bits == 4 ? 15 : (facts.partition_bits == 6 ? 63 : 0);
-        const int top = (1 << facts.index_bits) - 1;
-        for (int t = 0; t < bc7::texels; ++t) {
-            choice.index[t] = top; // so every subset's ends change places
-            choice.second[t] = (1 << facts.second_bits) - 1;
-        }
+        // The largest indices, so that every subset's ends change places.
+        choice.index = std::uint64_t{0x1111111111111111} * ((1U << facts.index_bits) - 1);
+        choice.second = std::uint64_t{0x1111111111111111} * ((1U << facts.second_bits) - 1);
         for (int s = 0; s < facts.subsets; ++s) {
             for (int c = 0; c < channels; ++c) {
                 choice.code[s][1][c] = 1; // a low bit where the mode has them

@@ -1,4 +1,4 @@
-// How much is tried for a block, and what was chosen for it.
+// How much is tried for a block, and what is kept while it is.
 #pragma once
 
 #include <array>
@@ -56,17 +56,7 @@ constexpr std::size_t most_tasks = 256;
 struct Scratch {
     Task tasks[most_tasks];
     std::uint16_t jobs[most_tasks];
-};
-
-// One block's choice; codes hold their low bits. Colour and alpha ends [subset][end][channel].
-struct Choice {
-    int mode;
-    int partition;
-    int rotation;
-    int selector;
-    int code[3][2][4];
-    int index[texels];
-    int second[texels];
+    std::uint8_t kinds[most_tasks];
 };
 
 } // namespace paradize::bc7

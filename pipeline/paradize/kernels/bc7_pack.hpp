@@ -5,6 +5,17 @@
 
 namespace paradize::bc7 {
 
+// One block's choice; codes hold their low bits. Indices: four bits for each texel, the first lowest.
+struct Choice {
+    int mode;
+    int partition;
+    int rotation;
+    int selector;
+    int code[3][2][4]; // [subset][end][channel]
+    std::uint64_t index;
+    std::uint64_t second; // of the channel that stands alone, in modes 4 and 5
+};
+
 // Writes 16 bytes. Turns a subset's ends round where its anchor's index needs its highest bit.
 void pack(Choice &choice, std::uint8_t *out);
 

@@ -11,16 +11,18 @@ namespace paradize::bc7::PARADIZE_WIDTH {
 // The kind of a block of a row: of one colour, opaque, or with alpha.
 enum class Kind { solid, opaque, alpha };
 
-static Kind kind_of(const Picture &picture, std::size_t row, std::size_t column) {
-    const std::uint32_t first = picture.texel(row, column, 0);
+// Solid blocks are written at once.
+PARADIZE_INLINE Kind kind_of(const Picture &picture, std::size_t row, std::size_t column, std::uint8_t *out) {
+    std::uint32_t block[texels];
+    picture.block(row, column, block);
     std::uint32_t differ = 0;
-    std::uint32_t common = first;
+    std::uint32_t common = block[0];
     for (int t = 1; t < texels; ++t) {
-        const std::uint32_t texel = picture.texel(row, column, t);
-        differ |= texel ^ first;
-        common &= texel;
+        differ |= block[t] ^ block[0];
+        common &= block[t];
     }
     if (differ == 0) {
+        pack_solid(block[0], out + 16 * column);
         return Kind::solid;
     }
     return common >> 24 == 255 ? Kind::opaque : Kind::alpha;
@@ -31,20 +33,18 @@ void encode_row(const Picture &picture, std::size_t row, const Effort &effort, S
                 std::uint8_t *out) {
     for (std::size_t first = 0; first < picture.across(); first += most_tasks) {
         const std::size_t left = picture.across() - first;
-        const std::size_t last = first + (left < most_tasks ? left : most_tasks);
-        for (const Kind kind : {Kind::solid, Kind::opaque, Kind::alpha}) {
+        const std::size_t blocks = left < most_tasks ? left : most_tasks;
+        for (std::size_t i = 0; i < blocks; ++i) {
+            scratch.kinds[i] = static_cast<std::uint8_t>(kind_of(picture, row, first + i, out));
+        }
+        for (const Kind kind : {Kind::opaque, Kind::alpha}) {
             std::size_t count = 0;
-            for (std::size_t column = first; column < last; ++column) {
-                if (kind_of(picture, row, column) != kind) {
-                    continue;
+            for (std::size_t i = 0; i < blocks; ++i) {
+                if (scratch.kinds[i] == static_cast<std::uint8_t>(kind)) {
+                    scratch.tasks[count].column = static_cast<std::uint32_t>(first + i);
+                    scratch.tasks[count].error = 1e29F;
+                    ++count;
                 }
-                if (kind == Kind::solid) {
-                    pack_solid(picture.texel(row, column, 0), out + 16 * column);
-                    continue;
-                }
-                scratch.tasks[count].column = static_cast<std::uint32_t>(column);
-                scratch.tasks[count].error = 1e29F;
-                ++count;
             }
             if (count > 0) {
                 const Search search{picture, row, effort, scratch, count, out};

@@ -23,8 +23,10 @@ PARADIZE_INLINE void load(const Search &search, const std::uint16_t *jobs, std::
     alignas(64) std::uint32_t packed[texels][lanes];
     for (std::size_t lane = 0; lane < lanes; ++lane) {
         const Task &task = search.scratch.tasks[jobs[lane < count ? lane : count - 1]];
+        std::uint32_t block_texels[texels];
+        search.picture.block(search.row, task.column, block_texels);
         for (int t = 0; t < texels; ++t) {
-            packed[t][lane] = search.picture.texel(search.row, task.column, t);
+            packed[t][lane] = block_texels[t];
         }
     }
     for (int t = 0; t < texels; ++t) {
@@ -36,35 +38,51 @@ PARADIZE_INLINE void load(const Search &search, const std::uint16_t *jobs, std::
     }
 }
 
-PARADIZE_INLINE void choose(const Best &best, int lane, Choice &choice) {
-    choice.mode = best.mode[lane];
-    choice.partition = best.partition[lane];
-    choice.rotation = best.rotation[lane];
-    choice.selector = best.selector[lane];
-    for (int s = 0; s < 3; ++s) {
-        for (int end = 0; end < 2; ++end) {
-            for (int c = 0; c < 4; ++c) {
-                choice.code[s][end][c] = static_cast<int>(best.code[s][end][c][lane]);
-            }
-        }
+// Sixteen indices as four bits each: of the first eight texels and of the others.
+PARADIZE_INLINE void join(const Lanes *index, Whole &low, Whole &high) {
+    low = high = Whole{};
+    for (int t = 0; t < 8; ++t) {
+        low |= __builtin_convertvector(index[t], Whole) << (4 * t);
+        high |= __builtin_convertvector(index[t + 8], Whole) << (4 * t);
     }
-    for (int t = 0; t < texels; ++t) {
-        choice.index[t] = static_cast<int>(best.index[t][lane]);
-        choice.second[t] = static_cast<int>(best.second[t][lane]);
-    }
+}
+
+PARADIZE_INLINE std::uint64_t joined(const Whole &low, const Whole &high, int lane) {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(high[lane])) << 32 |
+           static_cast<std::uint32_t>(low[lane]);
 }
 
 // Writes the bytes of the blocks that became better.
 PARADIZE_INLINE void settle(const Search &search, const std::uint16_t *jobs, std::size_t count,
                             const Best &best) {
-    for (std::size_t lane = 0; lane < count; ++lane) {
+    Whole low;
+    Whole high;
+    Whole second_low;
+    Whole second_high;
+    join(best.index, low, high);
+    join(best.second, second_low, second_high);
+    for (int lane = 0; lane < static_cast<int>(count); ++lane) {
         Task &task = search.scratch.tasks[jobs[lane]];
-        if (best.error[lane] < task.error) {
-            task.error = best.error[lane];
-            Choice choice;
-            choose(best, static_cast<int>(lane), choice);
-            pack(choice, search.out + 16 * std::size_t{task.column});
+        if (!(best.error[lane] < task.error)) {
+            continue;
         }
+        task.error = best.error[lane];
+        Choice choice;
+        choice.mode = best.mode[lane];
+        choice.partition = best.partition[lane];
+        choice.rotation = best.rotation[lane];
+        choice.selector = best.selector[lane];
+        const Mode &mode = modes[static_cast<std::size_t>(choice.mode)];
+        for (int s = 0; s < mode.subsets; ++s) {
+            for (int end = 0; end < 2; ++end) {
+                for (int c = 0; c < 4; ++c) {
+                    choice.code[s][end][c] = static_cast<int>(best.code[s][end][c][lane]);
+                }
+            }
+        }
+        choice.index = joined(low, high, lane);
+        choice.second = joined(second_low, second_high, lane);
+        pack(choice, search.out + 16 * std::size_t{task.column});
     }
 }
 
