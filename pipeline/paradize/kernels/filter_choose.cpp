@@ -219,6 +219,71 @@ double corner(const std::vector<double> &power, std::size_t rows, std::size_t co
     return *middle;
 }
 
+// Means over 5 x 5 bins, around the spectrum.
+std::vector<double> softened(const std::vector<double> &from, std::size_t rows, std::size_t columns) {
+    std::vector<double> across(from.size(), 0.0);
+    std::vector<double> both(from.size(), 0.0);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+        for (std::size_t k = 0; k < 5; ++k) {
+            const std::size_t x = (i % columns + k + columns * 2 - 2) % columns;
+            across[i] += 0.2 * from[i / columns * columns + x];
+        }
+    }
+    for (std::size_t i = 0; i < from.size(); ++i) {
+        for (std::size_t k = 0; k < 5; ++k) {
+            const std::size_t y = (i / columns + k + rows * 2 - 2) % rows;
+            both[i] += 0.2 * across[y * columns + i % columns];
+        }
+    }
+    return both;
+}
+
+// The spectrum less the noise, where it stands out of it alone or with its neighbours: the fewer patches
+// there are that share no texel, the farther chance lifts a bin.
+std::vector<double> beyond_noise(const std::vector<double> &power, const std::vector<double> &noise,
+                                 const Patches &patches, const Map &map) {
+    const auto area = static_cast<double>(patches.height * patches.width);
+    const double apart = std::clamp(1.5 * static_cast<double>(map.rows * map.columns) / area, 1.0,
+                                    static_cast<double>(patches.at.size()));
+    const double alone = 1.5 + 6.0 / std::sqrt(apart);
+    const double together = 1.5 + 3.0 / std::sqrt(apart);
+    const std::vector<double> soft = softened(power, patches.height, patches.width);
+    const std::vector<double> soft_noise = softened(noise, patches.height, patches.width);
+    std::vector<double> out(power.size(), 0.0);
+    for (std::size_t i = 0; i < power.size(); ++i) {
+        if (power[i] > alone * noise[i] || soft[i] > together * soft_noise[i]) {
+            out[i] = power[i] - noise[i]; // negative ones too: their sum is what counts
+        }
+    }
+    return out;
+}
+
+// What is as strong at the highest frequencies goes on beyond them, and was folded back when the map was
+// sampled: half of the power at the edge of the spectrum, and less within, as if it fell with the square of
+// the frequency. It moves from the signal to the noise, because nobody can tell its slope.
+void take_aliases(std::vector<double> &signal, std::vector<double> &noise, std::size_t rows,
+                  std::size_t columns) {
+    const auto frequency = [](std::size_t i, std::size_t n) {
+        return static_cast<double>(std::min(i, n - i)) / static_cast<double>(n);
+    };
+    double edge = 0.0;
+    double count = 0.0;
+    for (std::size_t i = 0; i < signal.size(); ++i) {
+        if (std::max(frequency(i / columns, rows), frequency(i % columns, columns)) >= 0.45) {
+            edge += signal[i];
+            count += 1.0;
+        }
+    }
+    edge = count > 0.0 ? std::max(edge, 0.0) / count : 0.0;
+    for (std::size_t i = 0; i < signal.size(); ++i) {
+        const double f = std::max(frequency(i / columns, rows), frequency(i % columns, columns));
+        const double folded =
+            std::clamp(0.125 * edge / ((1.0 - f) * (1.0 - f)), 0.0, std::max(signal[i], 0.0));
+        signal[i] -= folded;
+        noise[i] += folded;
+    }
+}
+
 // What a filter answers along and across at the wave numbers of one axis of a patch.
 struct Response {
     std::vector<double> slope;
@@ -346,11 +411,9 @@ Prediction predict_errors(const Map &map, std::span<const double> derivative,
         steps.variance = std::min(steps.variance, corner(signal, rows, columns));
     }
     out.step = steps.step;
-    const std::vector<double> noise = noise_spectrum(map, patches, steps);
-    const double factor = 1.5 + 4.0 / std::sqrt(static_cast<double>(patches.at.size()));
-    for (std::size_t i = 0; i < signal.size(); ++i) {
-        signal[i] = signal[i] > factor * noise[i] ? signal[i] - noise[i] : 0.0;
-    }
+    std::vector<double> noise = noise_spectrum(map, patches, steps);
+    signal = beyond_noise(signal, noise, patches, map);
+    take_aliases(signal, noise, rows, columns);
     const Waves wx(columns);
     const Waves wy(rows);
     Spectrum spectrum(rows, columns);

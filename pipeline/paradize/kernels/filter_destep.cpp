@@ -79,8 +79,8 @@ PARADIZE_CLONES void bend_squares(const float *__restrict above, const float *__
 PARADIZE_CLONES void weigh(std::size_t n, float *__restrict energy) {
     constexpr float inverse = 1.0F / (gentle * gentle);
     for (std::size_t x = 0; x < n; ++x) {
-        const float e = std::min(energy[x] * inverse, 1e15F);
-        energy[x] = 1.0F / (1.0F + e * e);
+        const float e = std::min(energy[x] * inverse, 1e12F);
+        energy[x] = 1.0F / (1.0F + e * e * e);
     }
 }
 
@@ -137,7 +137,7 @@ class Level {
         return &plane[grid_.row(y) * grid_.columns];
     }
 
-    // weight_ = 1 / (1 + (e / gentle^2)^2) with e the squared bends of the softened source, averaged over 5
+    // weight_ = 1 / (1 + (e / gentle^2)^3) with e the squared bends of the softened source, averaged over 5
     // x 5.
     void weigh_bends() {
         const std::size_t n = grid_.columns;
