@@ -34,6 +34,8 @@ OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only files t
 
 # What the store knows of a product.
 _MEASURED = ("tier", "errors", "levels", "format", "reason", "filter")  # what a row tells of it
+ZSTD_LEVEL = 10  # of supercompressed textures
+TEXTURES = ("color", "maps", "cubemap")  # the makers of textures
 _TOLD = {"sha256", "suffix", "warnings", *_MEASURED}
 
 Told = Callable[[str, int, int], None]  # what was just done, how many are done, of how many
@@ -103,7 +105,7 @@ def _bake(
     memory = FileMemory.from_json(last["memory"] if isinstance(last, dict) and "memory" in last else None)
     inputs = [*libraries, *(path for order in orders for path in order.sources.values())]
     stamps = {path: stamp(path) for path in inputs} | {scene_path.resolve(): was}
-    tasks = [_task(order, memory, tier, scene.budget) for order in orders]
+    tasks = [_task(order, memory, tier, scene) for order in orders]
     for task in tasks:
         if force or not _recall(store, task):
             task.status = "baked"
@@ -162,24 +164,26 @@ def _flight_order(scene: Scene, flight: Flight) -> Order:
     return Order("flight", "flight", {}, settings, (Want("flight", "", "flight", "the camera's path"),))
 
 
-def _settings(order: Order, budget: dict[str, float]) -> dict[str, Any]:
-    """What the maker is told, and its task's key hashes: also the part of the budget that decides formats."""
+def _settings(order: Order, scene: Scene) -> dict[str, Any]:
+    """What the maker is told, and its task's key hashes: also whether textures are supercompressed, and the
+    part of the budget that decides formats."""
+    packed = {"zstd": ZSTD_LEVEL} if scene.head.zstd and order.maker in TEXTURES else {}
     owners = {"color": ("color", "alpha"), "maps": ("normal", "dudv", "height", "gloss")}.get(order.maker)
     if owners is None:
-        return order.settings
-    limits = {metric: limit for metric, limit in budget.items() if metric.partition("_")[0] in owners}
+        return order.settings | packed
+    limits = {metric: limit for metric, limit in scene.budget.items() if metric.partition("_")[0] in owners}
     limits.pop("normal_filter_deg", None)  # no format betters it
-    settings = order.settings | {"budget": limits}
+    settings = order.settings | packed | {"budget": limits}
     if order.maker == "maps":
         settings["only"] = [want.product for want in order.wants]
     return settings
 
 
-def _task(order: Order, memory: FileMemory, tier: str, budget: dict[str, float]) -> _Task:
+def _task(order: Order, memory: FileMemory, tier: str, scene: Scene) -> _Task:
     module, maker = bake_makers.MAKERS[order.maker]
     sources = {role: memory.sha256(path) for role, path in order.sources.items()}
     code = [code_digest(module), hash_file(Path(bake_makers.__file__))]
-    settings = _settings(order, budget)
+    settings = _settings(order, scene)
     return _Task(order, settings, key_of(maker.__name__, code, sources, settings, tier))
 
 

@@ -19,10 +19,11 @@ from paradize.stages import cubemap
 F32 = npt.NDArray[np.float32]
 
 
-def bake_cubemap(paths: Sequence[Path]) -> MapProduct:
+def bake_cubemap(paths: Sequence[Path], *, zstd: int | None = None) -> MapProduct:
     """Six square pictures of one size, a power of two, +X -X +Y -Y +Z -Z, as a half-float cube map with mips.
 
     sRGB pictures are linearised. The error is the largest of any channel, relative to the texel's brightest.
+    zstd: level of supercompression.
     Raises SourceError.
     """
     if len(paths) != 6:
@@ -51,7 +52,8 @@ def bake_cubemap(paths: Sequence[Path]) -> MapProduct:
         worst = max(worst, float((gap / np.maximum(np.abs(truth).max(axis=2), 1e-4)).max()))
     error = six(worst)
     size = stack.shape[1]
+    data = encode_ktx2(texture, zstd_level=zstd)
     return MapProduct(
-        encode_ktx2(texture), size, size, texture.format, error, "sky_max_relative", "balanced",
+        data, size, size, texture.format, error, "sky_max_relative", "balanced",
         {"sky_max_relative": error}, warnings,
     )  # fmt: skip

@@ -74,6 +74,7 @@ def make_color(sources: Sources, settings: Settings, tier: str) -> list[Product]
         alpha_cutoff=settings["alpha_cutoff"],
         uv=_layout(sources),
         budget=settings["budget"],
+        zstd=settings.get("zstd"),
     )
     return [_texture("color", made)]
 
@@ -100,6 +101,7 @@ def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         destep=relief["destep"],
         levels=relief_levels(relief),
         budget=settings["budget"],
+        zstd=settings.get("zstd"),
     )
     return [_texture(name, made[name]) for name in settings["only"]]
 
@@ -135,7 +137,7 @@ def make_cubemap(sources: Sources, settings: Settings, tier: str) -> list[Produc
     """Six faces, +X -X +Y -Y +Z -Z -> KTX2 cube map."""
     from paradize.bake_cubemap import bake_cubemap
 
-    made = bake_cubemap([sources[f"face{i}"] for i in range(6)])
+    made = bake_cubemap([sources[f"face{i}"] for i in range(6)], zstd=settings.get("zstd"))
     return [_texture("sky", made)]
 
 

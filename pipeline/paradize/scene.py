@@ -81,6 +81,7 @@ class Head:
     viewport: tuple[int, int] = vector((1280, 720), size=2, low=16, high=16384, unit="pixels", integers=True)
     lod_error_px: float = number(1.0, low=0.01, high=100.0, unit="pixels")
     poster_s: float = number(0.0, low=0.0, high=86_400.0, unit="s")
+    zstd: bool = flag(False)  # textures as Zstandard frames: smaller files, inflated while they load
 
 
 @dataclass(frozen=True, kw_only=True)
