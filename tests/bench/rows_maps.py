@@ -1,4 +1,4 @@
-"""Normals and mips beside numpy and OpenImageIO."""
+"""Mip chains and whole bakes of pictures beside OpenImageIO."""
 
 from __future__ import annotations
 
@@ -8,79 +8,127 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 
-from paradize.kernels import maps
-from paradize.stages.mips import color_mips
-from row import Row, median_ms
+from paradize.bake_color import bake_color, color_texture
+from paradize.bake_maps import bake_maps
+from paradize.metrics.levels import color_levels
+from paradize.stages.mips import color_rows
+from row import Row, pair_ms
+
+SIZE = 4096
 
 
-def waves(size: int) -> tuple[np.ndarray, np.ndarray]:
-    """A periodic field of 40 sinusoids of 8 to 64 texels, and its exact unit normals in float64."""
-    rng = np.random.default_rng(7)
+def picture(size: int) -> np.ndarray:
+    """A periodic colour picture of waves and grain, (size, size, 3) sRGB codes."""
+    rng = np.random.default_rng(5)
     x = np.arange(size) / size * 2 * np.pi
-    heights = np.zeros((size, size))
-    slope_x, slope_y = np.zeros_like(heights), np.zeros_like(heights)
-    for _ in range(40):
-        wavelength = 2 ** rng.uniform(3, 6)
-        angle, phase = rng.uniform(0, 2 * np.pi, 2)
-        kx, ky = np.round(size / wavelength * np.array([np.cos(angle), np.sin(angle)]))
-        amplitude = wavelength / (2 * np.pi) / np.sqrt(20)
-        inside = kx * x[None, :] + ky * x[:, None] + phase
-        heights += amplitude * np.sin(inside)
-        slope_x += amplitude * kx * 2 * np.pi / size * np.cos(inside)
-        slope_y += amplitude * ky * 2 * np.pi / size * np.cos(inside)
-    normals = np.stack([-slope_x, slope_y, np.ones_like(heights)], axis=2)
-    return heights.astype(np.float32), normals / np.linalg.norm(normals, axis=2, keepdims=True)
+    values = np.zeros((size, size, 3), np.float32)
+    for channel in range(3):
+        for _ in range(5):
+            kx, ky = rng.integers(-size // 16, size // 16, 2)
+            phase = rng.uniform(0, 2 * np.pi)
+            wave = np.sin(kx * x[None, :] + phase), np.cos(kx * x[None, :] + phase)
+            values[:, :, channel] += wave[0] * np.cos(ky * x[:, None]) + wave[1] * np.sin(ky * x[:, None])
+    values = 128 + 20 * values + rng.integers(-12, 13, values.shape)
+    return values.clip(0, 255).astype(np.uint8)
 
 
-def degrees(a: np.ndarray, b: np.ndarray) -> str:
-    cross = np.linalg.norm(np.cross(a.astype(np.float64), b), axis=2)
-    angle = np.degrees(np.arctan2(cross, (a * b).sum(axis=2)))
-    return f"mean {angle.mean():.3f}, p99 {np.percentile(angle, 99):.3f} deg"
+def save(path: Path, values: np.ndarray) -> Path:
+    height, width, channels = values.shape
+    kind = oiio.UINT16 if values.dtype == np.uint16 else oiio.UINT8
+    target = oiio.ImageOutput.create(str(path))
+    assert target.open(str(path), oiio.ImageSpec(width, height, channels, kind))
+    assert target.write_image(values)
+    assert target.close()
+    return path
 
 
-def bench_normals(runs: int) -> Row:
-    size = 2048
-    heights, exact = waves(size)
-
-    def numpy_central() -> np.ndarray:
-        dx = (np.roll(heights, -1, 1) - np.roll(heights, 1, 1)) * 0.5
-        dy = (np.roll(heights, -1, 0) - np.roll(heights, 1, 0)) * 0.5
-        normals = np.stack([-dx, dy, np.ones_like(heights)], axis=2)
-        return normals / np.sqrt((normals * normals).sum(axis=2, keepdims=True))
-
-    def ours() -> np.ndarray:
-        return maps.normals_from_heights(heights, scale=(1.0, 1.0), filter_name="fourth", wrap=(True, True))
-
-    times = median_ms(ours, runs), median_ms(numpy_central, runs)
-    return Row(
-        f"normals from heights, {size}^2 float", times[0], "numpy, central differences", times[1],
-        degrees(ours(), exact), degrees(numpy_central(), exact),
-    )  # fmt: skip
+def decoded(path: Path) -> None:
+    """What OpenImageIO alone takes to decode a file, in the file's own type."""
+    source = oiio.ImageInput.open(str(path))
+    spec = source.spec()
+    assert source.read_image(0, 0, 0, spec.nchannels, spec.format) is not None
+    source.close()
 
 
-def bench_mips(runs: int) -> Row:
-    size = 2048
-    rng = np.random.default_rng(3)
-    linear = rng.random((size, size, 3), dtype=np.float32)
-    image = oiio.ImageBuf(linear)
+def encoded(light: np.ndarray) -> np.ndarray:
+    """sRGB values 0..1 of linear light."""
+    return np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055)
 
-    def peer() -> oiio.ImageBuf:
-        level, side = image, size
+
+def chain_errors(codes: np.ndarray, levels: list[np.ndarray]) -> str:
+    """How far the levels' sRGB codes are from those of the mean light in float64, in codes: mean and max."""
+    share = codes.astype(np.float64) / 255
+    light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    mean, worst, count, largest = light, 0.0, 0, 0.0
+    for level in levels:
+        height, width = level.shape[:2]
+        mean = mean.reshape(height, 2, width, 2, 3).mean(axis=(1, 3))
+        off = np.abs(level[:, :, :3].astype(np.float64) - encoded(mean) * 255)
+        worst, count, largest = worst + float(off.sum()), count + off.size, max(largest, float(off.max()))
+    return f"mean {worst / count:.3f}, max {largest:.2f} codes"
+
+
+def bench_mips(runs: int, codes: np.ndarray) -> Row:
+    image = oiio.ImageBuf(codes)
+
+    def ours() -> list[np.ndarray]:
+        levels = [np.empty((SIZE >> k, SIZE >> k, 4), np.uint8) for k in range(1, SIZE.bit_length())]
+
+        def told(level: int, first: int, rows: np.ndarray) -> None:
+            if level:
+                levels[level - 1][first : first + len(rows)] = rows
+
+        color_rows(codes, told, encoded=True)
+        return levels
+
+    def peer() -> list[oiio.ImageBuf]:
+        levels, side = [image], SIZE
         while side > 1:
             side //= 2
-            level = oiio.ImageBufAlgo.resize(level, filtername="box", roi=oiio.ROI(0, side, 0, side))
-        return level
+            roi = oiio.ROI(0, side, 0, side)
+            levels.append(oiio.ImageBufAlgo.resize(levels[-1], filtername="box", roi=roi))
+        return levels[1:]
 
-    exact = linear.astype(np.float64).mean(axis=(0, 1))
-    ours_error = np.abs(color_mips(linear)[-1].reshape(-1)[:3] - exact).max()
-    peer_error = np.abs(peer().get_pixels(oiio.FLOAT).reshape(-1)[:3] - exact).max()
-    times = median_ms(lambda: color_mips(linear), runs), median_ms(peer, max(1, runs // 3))
+    theirs = [level.get_pixels(oiio.UINT8) for level in peer()]
+    ours_ms, peer_ms = pair_ms(ours, peer, runs)
     return Row(
-        f"linear mip chain, {size}^2 RGB float", times[0], "OpenImageIO resize, box", times[1],
-        f"last level off by {ours_error:.1e}", f"{peer_error:.1e}",
+        f"sRGB codes -> mip chain in linear light, {SIZE}^2", ours_ms,
+        "OpenImageIO resize, box, of the codes", peer_ms,
+        chain_errors(codes, ours()), chain_errors(codes, theirs), 10.0,
     )  # fmt: skip
+
+
+def bench_png(runs: int, path: Path, codes: np.ndarray) -> Iterator[Row]:
+    ours, peer = pair_ms(lambda: bake_color(path, measure=False), lambda: decoded(path), runs)
+    level0 = bake_color(path).levels[0]
+    yield Row(
+        f"PNG of {SIZE}^2 on disk -> BC1 KTX2 with all mips", ours, "OpenImageIO decodes it alone", peer,
+        f"{level0['psnr_db']:.2f} dB", "", 0.5,
+    )  # fmt: skip
+    texture = color_texture(codes, "BC1_RGB_SRGB", encoded=True, alpha_cutoff=None, tier="balanced")
+    ours, peer = pair_ms(
+        lambda: color_levels(texture, codes, encoded=True, alpha_cutoff=None), lambda: decoded(path), runs
+    )
+    yield Row(
+        "  the errors of all its levels, beside that", ours, "OpenImageIO decodes it alone", peer, "", ""
+    )
+
+
+def bench_maps(runs: int, path: Path) -> Iterator[Row]:
+    """Whole bakes of a 16-bit height map, with and without errors."""
+    work = f"PNG of {SIZE // 2}^2, 16 bits -> normal, height, gloss, du/dv KTX2"
+    for measure, more in ((False, ""), (True, ", every level measured")):
+        ours, peer = pair_ms(
+            lambda measure=measure: bake_maps(path, source="height", wrap="repeat", measure=measure),
+            lambda: decoded(path),
+            runs,
+        )
+        yield Row(work + more, ours, "OpenImageIO decodes it alone", peer, "", "")
 
 
 def rows(runs: int, folder: Path) -> Iterator[Row]:
-    yield bench_normals(runs)
-    yield bench_mips(runs)
+    codes = picture(SIZE)
+    yield bench_mips(runs, codes)
+    yield from bench_png(runs, save(folder / "color.png", codes), codes)
+    heights = codes[: SIZE // 2, : SIZE // 2, :1].astype(np.uint16) * 256
+    yield from bench_maps(max(1, runs // 3), save(folder / "height.png", heights))
