@@ -148,6 +148,26 @@ def no_mesh(scene: Path) -> None:
     (scene / "empty.glb").write_bytes(bare_glb({"asset": {"version": "2.0"}}))
 
 
+def packed(edit: Callable[[bytearray, int], None] = lambda data, at: None) -> Callable[[Path], None]:
+    """A supercompressed texture, changed: edit(file's bytes, where level 0's frame starts)."""
+
+    def fault(scene: Path) -> None:
+        file = file_of(scene, "post_color")
+        data = bytearray(encode_ktx2(decode_ktx2(file.read_bytes()), zstd_level=3))
+        edit(data, struct.unpack_from("<Q", data, 80)[0])
+        replace(scene, "post_color", bytes(data))
+
+    return fault
+
+
+def no_frame(data: bytearray, at: int) -> None:
+    data[at] ^= 0xFF
+
+
+def other_length(data: bytearray, at: int) -> None:
+    struct.pack_into("<Q", data, 96, 1 << 40)
+
+
 def short_chain(scene: Path) -> None:
     data = bytearray(file_of(scene, "sand_color").read_bytes())
     struct.pack_into("<I", data, 40, struct.unpack_from("<I", data, 40)[0] - 1)
@@ -206,6 +226,8 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ208", "a mesh file without meshes", no_mesh),
     ("PZ301", "the last mip missing", short_chain),
     ("PZ301", "level 0 cut short", cut_texture),
+    ("PZ102", "a supercompressed texture whose frame is damaged", packed(no_frame)),
+    ("PZ301", "a supercompressed texture that lies about its length", packed(other_length)),
     ("PZ302", "a texel of NaN", nan_sky),
     ("PZ303", "a normal map in sRGB", color_as_normal),
     ("PZ401", "a terrain worse than its budget", manifest(lambda m: m["budget"].update(terrain_max_m=1e-9))),
@@ -213,6 +235,11 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ402", "an artifact that no pass reads", manifest(lambda m: m.update(sky=None))),
     ("PZ403", "a jump in the camera path", manifest(jump)),
 ]
+
+
+def test_a_supercompressed_texture_has_no_fault(scene: Path) -> None:
+    packed()(scene)
+    assert not [f for f in check_paths([scene]) if f.severity == "error"]
 
 
 def flip(path: Path) -> None:
@@ -238,7 +265,9 @@ def test_the_rule_fires_and_no_other_error_does(
 
 
 def test_every_rule_has_a_planted_fault() -> None:
-    assert {code for code, _, _ in PLANTED} == set(RULES)
+    from tests.pipeline.test_gutters import GUTTER_FAULTS
+
+    assert {code for code, _, _ in (*PLANTED, *GUTTER_FAULTS)} == set(RULES)
 
 
 def test_a_thousand_equal_findings_are_one_line_with_a_count(scene: Path) -> None:
