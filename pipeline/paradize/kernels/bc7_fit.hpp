@@ -1,45 +1,17 @@
 // Ends and indices of a block's subsets in one mode: start from the principal axis, round the ends to the
 // mode's codes, give every texel its nearest place, refit the ends by least squares (after S. Brown's
-// description of "squish", 2006), and repeat. Rounding looks at what it costs the texels: the squared error
-// is a quadratic form of the ends for fixed places, so all low bits are tried without another look at the
-// texels.
+// description of "squish", 2006), and repeat.
 #pragma once
 
 #include "bc7_axis.hpp"
+#include "bc7_codes.hpp"
 
 namespace paradize::bc7::PARADIZE_WIDTH {
-
-// How the low bits of the codes are chosen.
-enum class Low { none, shared, own, ones };
-
-// Bits: of a code, with the low bit. Steps: the largest index.
-template <int Channels_, int Bits_, Low Low_, int Steps_, int Subsets_>
-struct Shape {
-    static constexpr int Channels = Channels_;
-    static constexpr int Bits = Bits_;
-    static constexpr Low low = Low_;
-    static constexpr int Steps = Steps_;
-    static constexpr int Subsets = Subsets_;
-};
 
 // Which texels belong to subset 1 and to subset 2; the others belong to subset 0.
 template <int Subsets>
 struct Members {
     Whole of[Subsets > 1 ? Subsets - 1 : 1][texels];
-};
-
-template <int Channels>
-struct Ends {
-    Lanes a[Channels];
-    Lanes b[Channels];
-};
-
-// The squared error of moving the ends by (x, y) from where least squares put them is
-// aa x^2 + 2 ab x y + bb y^2 in every channel.
-struct Cost {
-    Lanes aa;
-    Lanes ab;
-    Lanes bb;
 };
 
 // What was found for a block: codes of the ends, with their low bits, and every texel's index.
@@ -49,72 +21,6 @@ struct Found {
     Ends<Channels> code[Subsets];
     Lanes index[texels];
 };
-
-// The value of codes, 0..255.
-template <int Bits>
-PARADIZE_INLINE Lanes value_of(const Lanes &code) {
-    static_assert(Bits >= 5 && Bits <= 8);
-    if constexpr (Bits == 8) {
-        return code;
-    }
-    constexpr float up = 1 << (8 - Bits);
-    constexpr float down = 1.0F / static_cast<float>(1 << (2 * Bits - 8));
-    return code * up + below(code * down);
-}
-
-// The nearest code of a value, 0..255 or a little beyond; low: its low bit, or -1 where it is free.
-template <int Bits>
-PARADIZE_INLINE Lanes code_of(const Lanes &value, int low) {
-    constexpr float top = (1 << Bits) - 1;
-    if (low < 0) {
-        return nearest(clamped(value * (top / 255.0F), top));
-    }
-    constexpr float half_top = (1 << (Bits - 1)) - 1;
-    const float bit = static_cast<float>(low);
-    return nearest(clamped((value * (top / 255.0F) - bit) * 0.5F, half_top)) * 2.0F + bit;
-}
-
-// Rounds one end, and then the other to what suits the first best; returns the cost.
-template <int Channels, int Bits>
-PARADIZE_INLINE Lanes round_ends(const Ends<Channels> &wanted, const Cost &cost, const Lanes &lean, int low_a,
-                                 int low_b, Ends<Channels> &code) {
-    Lanes sum = Lanes{};
-    for (int c = 0; c < Channels; ++c) {
-        code.a[c] = code_of<Bits>(wanted.a[c], low_a);
-        const Lanes x = value_of<Bits>(code.a[c]) - wanted.a[c];
-        code.b[c] = code_of<Bits>(wanted.b[c] - lean * x, low_b);
-        const Lanes y = value_of<Bits>(code.b[c]) - wanted.b[c];
-        sum += cost.aa * x * x + 2.0F * cost.ab * x * y + cost.bb * y * y;
-    }
-    return sum;
-}
-
-template <typename S>
-PARADIZE_INLINE void round_to_codes(const Ends<S::Channels> &wanted, const Cost &cost,
-                                    Ends<S::Channels> &code) {
-    constexpr int C = S::Channels;
-    const Lanes lean = cost.bb > 1e-3F ? cost.ab / cost.bb : Lanes{};
-    if constexpr (S::low == Low::none) {
-        round_ends<C, S::Bits>(wanted, cost, lean, -1, -1, code);
-    } else if constexpr (S::low == Low::ones) {
-        round_ends<C, S::Bits>(wanted, cost, lean, 1, 1, code);
-    } else {
-        Lanes best = round_ends<C, S::Bits>(wanted, cost, lean, 0, 0, code);
-        for (int choice = 1; choice < 4; ++choice) {
-            if (S::low == Low::shared && choice != 3) {
-                continue;
-            }
-            Ends<C> other;
-            const Lanes price = round_ends<C, S::Bits>(wanted, cost, lean, choice & 1, choice >> 1, other);
-            const Whole better = price < best;
-            best = better ? price : best;
-            for (int c = 0; c < C; ++c) {
-                code.a[c] = better ? other.a[c] : code.a[c];
-                code.b[c] = better ? other.b[c] : code.b[c];
-            }
-        }
-    }
-}
 
 // Sums over a subset's texels of their weights 0..64, the squares, and the products with the values.
 template <int Channels>

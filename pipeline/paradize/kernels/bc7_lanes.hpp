@@ -52,7 +52,7 @@ PARADIZE_INLINE bool any(const Whole &mask) {
     return bits != 0;
 }
 
-// The texels of as many blocks as there are lanes: 0..255, and whether the block is opaque everywhere.
+// The texels of as many blocks as there are lanes: red, green, blue, alpha, 0..255.
 struct Block {
     Lanes v[4][texels];
 };
