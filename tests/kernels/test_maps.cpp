@@ -12,7 +12,6 @@
 #include "maps_color.hpp"
 #include "maps_gutter.hpp"
 #include "maps_mips.hpp"
-#include "maps_normal.hpp"
 
 using namespace paradize;
 
@@ -27,38 +26,6 @@ std::vector<float> ramp(std::size_t count) {
 }
 
 } // namespace
-
-TEST_CASE("normals of any size, filter, border and thread count are unit vectors of the same bits") {
-    for (const auto filter : {maps::Filter::central, maps::Filter::scharr, maps::Filter::fourth}) {
-        for (std::size_t rows = 1; rows <= 6; ++rows) {
-            for (std::size_t columns = 1; columns <= 6; ++columns) {
-                for (const bool wrap : {false, true}) {
-                    const auto heights = ramp(rows * columns);
-                    std::vector<std::int32_t> islands(rows * columns);
-                    for (std::size_t i = 0; i < islands.size(); ++i) {
-                        islands[i] = static_cast<std::int32_t>(i % 3) - 1;
-                    }
-                    const maps::NormalSettings settings{3.0, 5.0, filter, wrap, wrap, false};
-                    std::vector<float> one(rows * columns * 3);
-                    std::vector<float> many(rows * columns * 3);
-                    for (const bool aware : {false, true}) {
-                        const std::span<const std::int32_t> ids =
-                            aware ? std::span<const std::int32_t>(islands) : std::span<const std::int32_t>();
-                        maps::normals_from_heights(heights, rows, columns, ids, settings, one, 1);
-                        maps::normals_from_heights(heights, rows, columns, ids, settings, many, 4);
-                        CHECK(one == many);
-                        for (std::size_t i = 0; i < one.size(); i += 3) {
-                            const double length = static_cast<double>(one[i]) * one[i] +
-                                                  static_cast<double>(one[i + 1]) * one[i + 1] +
-                                                  static_cast<double>(one[i + 2]) * one[i + 2];
-                            CHECK(length == doctest::Approx(1.0).epsilon(1e-5));
-                        }
-                    }
-                }
-            }
-        }
-    }
-}
 
 TEST_CASE("halving keeps the mean of any size") {
     for (std::size_t rows = 1; rows <= 7; ++rows) {

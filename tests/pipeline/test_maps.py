@@ -26,7 +26,7 @@ from paradize.metrics.texels import decode_texels
 from paradize.stages.dudv import DudvLevels
 from paradize.stages.gloss import GlossSettings, gloss_map
 from paradize.stages.height import height_from_color, height_from_height
-from tests.pipeline.heights import FILTERS, normals, save, waves
+from tests.pipeline.heights import normals, save, waves
 
 
 def test_height_is_the_luminance_of_linear_light() -> None:
@@ -277,12 +277,6 @@ def test_the_same_bytes_with_one_thread_and_with_many(picture: Path, monkeypatch
             lambda t: maps.dudv_codes(image[:, :, :3], (0.4, 0.5), threads=t),
             lambda t: maps.nearest_covered(plane > 0.9, wrap=(True, False), threads=t),
             lambda t: maps.snorm8(image, threads=t),
-            *(
-                lambda t, name=name: maps.normals_from_heights(
-                    plane, scale=(9, 9), filter_name=name, wrap=(True, False), threads=t
-                )
-                for name in FILTERS
-            ),
         ):
             assert np.array_equal(call(1), call(threads))
     first = {name: product.data for name, product in bake_maps(picture).items()}

@@ -21,18 +21,6 @@ def apply_levels(
     result: Array,
     threads: int,
 ) -> None: ...
-def normals_from_heights(
-    heights: Array,
-    islands: Array,
-    scale_x: float,
-    scale_y: float,
-    filter: int,  # noqa: A002
-    wrap_x: bool,
-    wrap_y: bool,
-    green_down: bool,
-    result: Array,
-    threads: int,
-) -> None: ...
 def halve(image: Array, rows: int, first: int, with_alpha: bool, result: Array, threads: int) -> None: ...
 def normalise(vectors: Array, result: Array, threads: int) -> None: ...
 def coverage_factor(alpha: Array, fraction: float, cutoff: float) -> float: ...

@@ -12,7 +12,6 @@
 #include "maps_color.hpp"
 #include "maps_gutter.hpp"
 #include "maps_mips.hpp"
-#include "maps_normal.hpp"
 #include "mathx.hpp"
 
 namespace nb = nanobind;
@@ -89,20 +88,6 @@ void apply_levels(const In<float> &values, double black, double white, double ga
     const auto to = out(result, values.size());
     nb::gil_scoped_release unlocked;
     maps::apply_levels(in(values), {black, white, gamma, contrast, brightness, invert}, to, threads);
-}
-
-void normals_from_heights(const In<float> &heights, const In<std::int32_t> &islands, double scale_x,
-                          double scale_y, int filter, bool wrap_x, bool wrap_y, bool green_down,
-                          const Out<float> &result, int threads) {
-    need(heights.ndim() == 2, "heights are not two-dimensional");
-    need(islands.size() == 0 || islands.size() == heights.size(), "islands and heights differ in size");
-    need(filter >= 0 && filter <= 2, "no such filter");
-    const auto to = out(result, heights.size() * 3);
-    const maps::NormalSettings settings{scale_x, scale_y, static_cast<maps::Filter>(filter),
-                                        wrap_x,  wrap_y,  green_down};
-    nb::gil_scoped_release unlocked;
-    maps::normals_from_heights(in(heights), heights.shape(0), heights.shape(1), in(islands), settings, to,
-                               threads);
 }
 
 void halve(const In<float> &image, std::size_t rows, std::size_t first, bool with_alpha,
@@ -243,7 +228,7 @@ void elementary(const std::string &name, const In<double> &first, const In<doubl
 } // namespace
 
 NB_MODULE(_maps, m) {
-    m.doc() = "Map kernels: colour, normals, mips, gutters, codes.";
+    m.doc() = "Map kernels: colour, mips, gutters, codes.";
     m.def("linear_light", &linear_light<std::uint8_t>);
     m.def("linear_light", &linear_light<std::uint16_t>);
     m.def("linear_light", &linear_light<float>);
@@ -253,7 +238,6 @@ NB_MODULE(_maps, m) {
     m.def("rgba_codes", &rgba_codes<float>);
     m.def("luminance", &luminance);
     m.def("apply_levels", &apply_levels);
-    m.def("normals_from_heights", &normals_from_heights);
     m.def("halve", &halve);
     m.def("normalise", &normalise);
     m.def("coverage_factor", &coverage_factor);

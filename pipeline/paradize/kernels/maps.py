@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 F32 = npt.NDArray[np.float32]
 I32 = npt.NDArray[np.int32]
 
-FILTERS = ("central", "scharr", "fourth")
 THREADS = default_threads(2)
 
 
@@ -121,42 +120,6 @@ def apply_levels(values: F32, levels: Levels, *, threads: int = THREADS) -> F32:
         levels.contrast,
         levels.brightness,
         levels.invert,
-        out,
-        threads,
-    )
-    return out
-
-
-def normals_from_heights(
-    heights: F32,
-    *,
-    scale: tuple[float, float],
-    filter_name: str,
-    wrap: tuple[bool, bool],
-    green_down: bool = False,
-    islands: I32 | None = None,
-    threads: int = THREADS,
-) -> F32:
-    """Unit normals (h, w, 3), green up, of heights (h, w).
-
-    scale: slope of one unit of height from texel to texel along (x, y). filter_name: one of FILTERS. wrap:
-    whether (x, y) repeat. islands: (h, w) int32, one id per UV island, -1 outside; no slope crosses borders.
-    """
-    heights = _f32(heights, shape=(None, None), name="heights")
-    if islands is None:
-        islands = np.empty((0,), np.int32)
-    elif islands.shape != heights.shape or islands.dtype != np.int32:
-        raise ValueError(f"islands have shape {islands.shape} of {islands.dtype}; heights {heights.shape}")
-    out = np.empty((*heights.shape, 3), np.float32)
-    _maps.normals_from_heights(
-        heights,
-        np.ascontiguousarray(islands),
-        scale[0],
-        scale[1],
-        FILTERS.index(filter_name),
-        wrap[0],
-        wrap[1],
-        green_down,
         out,
         threads,
     )
