@@ -27,7 +27,8 @@ def solo_mesh(path: Path, *, lods: int, max_error: float | None, atlas: bool, ti
 
     made = bake_mesh(path, lods=lods, max_error=max_error, tier=tier, atlas=atlas)
     if atlas and not made.report["atlas"]:
-        made.report["warnings"].append(f"{path}: has texture coordinates; no atlas made")
+        what = "has texture coordinates, which its maps are painted for; no atlas made"
+        made.report["warnings"].append(f"{path}: {what}; take them out of the OBJ for a new layout")
     rows = []
     for i, level in enumerate(made.report["lods"]):
         errors = {"surface_max": level["error_max"], "surface_rms": level["error_rms"]}
