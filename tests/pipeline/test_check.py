@@ -18,6 +18,7 @@ import pytest
 from paradize.bake import bake
 from paradize.check import RULES, Finding, check_paths, render
 from paradize.check.rules import gathered
+from paradize.data import Texture
 from paradize.formats.ktx2 import decode_ktx2, encode_ktx2
 from tests.pipeline.scenes import make_cove
 
@@ -188,6 +189,16 @@ def nan_sky(scene: Path) -> None:
     replace(scene, "sky", encode_ktx2(other(texture, levels=(bytes(level), *texture.levels[1:]))))
 
 
+def turned_dudv(scene: Path) -> None:
+    texture = decode_ktx2(file_of(scene, "water_dudv").read_bytes())
+    turned = [(-np.frombuffer(level, np.int8)).tobytes() for level in texture.levels]
+    replace(
+        scene,
+        "water_dudv",
+        encode_ktx2(Texture(texture.format, texture.width, texture.height, tuple(turned))),
+    )
+
+
 def color_as_normal(scene: Path) -> None:
     replace(scene, "sand_normal", file_of(scene, "sand_color").read_bytes())
 
@@ -229,6 +240,7 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ102", "a supercompressed texture whose frame is damaged", packed(no_frame)),
     ("PZ301", "a supercompressed texture that lies about its length", packed(other_length)),
     ("PZ302", "a texel of NaN", nan_sky),
+    ("PZ212", "du/dv turned about", turned_dudv),
     ("PZ303", "a normal map in sRGB", color_as_normal),
     ("PZ401", "a terrain worse than its budget", manifest(lambda m: m["budget"].update(terrain_max_m=1e-9))),
     ("PZ401", "a path worse than its budget", manifest(lambda m: m["budget"].update(path_ripple_max=0))),
@@ -265,9 +277,10 @@ def test_the_rule_fires_and_no_other_error_does(
 
 
 def test_every_rule_has_a_planted_fault() -> None:
+    from tests.pipeline.test_check_maps import MAP_FAULTS
     from tests.pipeline.test_gutters import GUTTER_FAULTS
 
-    assert {code for code, _, _ in (*PLANTED, *GUTTER_FAULTS)} == set(RULES)
+    assert {code for code, _, _ in (*PLANTED, *GUTTER_FAULTS, *MAP_FAULTS)} == set(RULES)
 
 
 def test_a_thousand_equal_findings_are_one_line_with_a_count(scene: Path) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from paradize.bake_record import SCENE_FILE
 from paradize.check.files import read_file
+from paradize.check.maps import folder_maps
 from paradize.check.meshes import check_mesh
 from paradize.check.rules import Finding, gathered
 from paradize.check.scenes import check_scene
@@ -37,6 +38,7 @@ def _check(path: Path) -> Iterator[Finding]:
             yield Finding("PZ101", str(path), f"holds no {SCENE_FILE}, GLB or KTX2")
         for file in files:
             yield from _check(file)
+        yield from folder_maps(files)
         return
     if path.name == SCENE_FILE:
         yield from check_scene(path)

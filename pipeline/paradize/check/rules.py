@@ -51,6 +51,30 @@ RULES: dict[str, Rule] = {
         "a GLB without a node that draws a mesh shows nothing",
         "export it with its meshes",
     ),
+    "PZ211": Rule(
+        "error",
+        "du/dv drifts",
+        "a du/dv map whose mean is not zero pulls reflections to one side",
+        "bake again",
+    ),
+    "PZ212": Rule(
+        "error",
+        "du/dv is not its normal map's",
+        "what shakes the picture is not what lights the waves",
+        "bake both from one source",
+    ),
+    "PZ213": Rule(
+        "error",
+        "mip level shows something else",
+        "a level is not the mean of the finest one: it would change colour, tilt or place with distance",
+        "bake again",
+    ),
+    "PZ214": Rule(
+        "error",
+        "gloss does not widen",
+        "a level is smoother than its averaged normals allow, and would sparkle from afar",
+        "bake gloss and normal from one source",
+    ),
     "PZ221": Rule(
         "error",
         "gutter bleeds",

@@ -10,6 +10,7 @@ from typing import Any
 from paradize.bake import OURS, over_budget
 from paradize.check.files import read_file
 from paradize.check.gutters import check_gutters
+from paradize.check.maps import scene_maps
 from paradize.check.meshes import check_mesh
 from paradize.check.rules import Finding
 from paradize.check.textures import check_texture
@@ -37,6 +38,7 @@ def check_scene(path: Path) -> Iterator[Finding]:
         yield from _over(manifest["budget"], artifact["errors"], file, name)
     yield from _over(manifest["budget"], manifest["flight"]["errors"], file, "flight")
     yield from check_gutters(manifest, path.parent)
+    yield from scene_maps(manifest, path.parent)
     yield from _unused(path.parent, manifest, file)
     yield from _path(manifest["flight"], file)
 

@@ -1,0 +1,220 @@
+"""Rules over maps that belong together, as far as the baked files alone can prove a fault.
+
+Blocks store maps with noise, so these rules speak only where the difference is beyond what any sound encoder
+leaves; how exact a map is, its measured errors tell.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.check.files import read_file
+from paradize.check.rules import Finding
+from paradize.data import Texture
+from paradize.errors import FormatError
+from paradize.formats.ktx2 import decode_ktx2
+from paradize.metrics.angle import rebuilt
+from paradize.metrics.texels import decode_texels
+
+F64 = npt.NDArray[np.float64]
+
+KINDS = ("normal", "dudv", "gloss", "height", "color")
+_NAMED = re.compile(r"(.+)_(normal|dudv|gloss|height|color)\.ktx2")
+_CODES: dict[str, tuple[Any, int]] = {"RG8_SNORM": (np.int8, -127), "RG16_SNORM": (np.dtype("<i2"), -32767)}
+_FEW = 0.02  # of a level's texels: fewer that are off may be the blocks' noise
+_APART = 0.03  # of the range, beside a part of the level's own contrast: how far areas of two levels may be
+_CONTRAST = 0.3
+_AGREED = 0.8  # length of averaged normals from which on their direction tells something
+_ROUGH = 0.06  # of smoothness: how far a level may be above what its normals allow
+
+
+@dataclass(frozen=True)
+class Map:
+    """A decoded file and its name."""
+
+    file: str
+    texture: Texture
+
+
+def scene_maps(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
+    """The findings in the maps of water, ground and objects of a manifest whose files lie in `folder`."""
+    terrain, water = manifest["terrain"], manifest["water"]
+    surfaces: list[dict[str, str | None]] = []
+    if terrain:
+        for ground in ("sand", "effect"):
+            surfaces.append({kind: terrain[f"{ground}_{kind}"] for kind in ("color", "normal")})
+    if water:
+        surfaces.append({kind: water[kind] for kind in ("normal", "dudv")})
+    surfaces += [{kind: item[kind] for kind in KINDS if kind in item} for item in manifest["objects"]]
+    for surface in surfaces:
+        files = {kind: folder / manifest["artifacts"][name]["file"] for kind, name in surface.items() if name}
+        yield from check_maps(_read(files))
+
+
+def folder_maps(files: Sequence[Path]) -> Iterator[Finding]:
+    """The same of files named as `paradize maps` names them: <stem>_normal.ktx2 and so on."""
+    surfaces: dict[str, dict[str, Path]] = {}
+    for file in files:
+        if match := _NAMED.fullmatch(file.name):
+            surfaces.setdefault(match[1], {})[match[2]] = file
+    for surface in surfaces.values():
+        yield from check_maps(_read(surface))
+
+
+def _read(files: Mapping[str, Path]) -> dict[str, Map]:
+    """The textures of files that can be read; what is wrong with others is told by other rules."""
+    found = {}
+    for kind, file in files.items():
+        try:
+            found[kind] = Map(str(file), decode_ktx2(read_file(file)))
+        except (OSError, FormatError):
+            continue
+    return found
+
+
+def check_maps(maps: Mapping[str, Map]) -> Iterator[Finding]:
+    """The findings in the maps of one surface, by kind (those of KINDS that there are), all made of one
+    source."""
+    for kind, found in maps.items():
+        srgb = found.texture.format.endswith("_SRGB")  # of any other map: another rule's finding
+        if found.texture.faces == 1 and "F" not in found.texture.format and srgb == (kind == "color"):
+            yield from _levels(found, kind)
+    normal, dudv, gloss = (maps.get(kind) for kind in ("normal", "dudv", "gloss"))
+    if dudv is not None:
+        yield from _drift(dudv)
+    if normal is not None and dudv is not None and _alike(normal, dudv):
+        yield from _offsets(normal, dudv)
+    if normal is not None and gloss is not None and _alike(normal, gloss):
+        yield from _widening(normal, gloss)
+
+
+def _alike(a: Map, b: Map) -> bool:
+    one, other = a.texture, b.texture
+    return (one.width, one.height, one.faces) == (other.width, other.height, other.faces) and all(
+        decode_texels(texture, len(texture.levels) - 1).shape[2] >= 2 for texture in (one, other)
+    )
+
+
+def _drift(dudv: Map) -> Iterator[Finding]:
+    texture = dudv.texture
+    if texture.format not in _CODES:
+        return
+    kind, least = _CODES[texture.format]
+    for level, data in enumerate(texture.levels):
+        codes = np.maximum(np.frombuffer(data, kind).astype(np.int64), least).reshape(-1, 2)
+        sums = codes.sum(axis=0).tolist()
+        if any(sums):
+            what = f"the codes of x and y add up to {sums[0]} and {sums[1]}, not to 0"
+            yield Finding("PZ211", dudv.file, what, f"level {level}")
+
+
+def _offsets(normal: Map, dudv: Map) -> Iterator[Finding]:
+    xy = decode_texels(normal.texture)[:, :, :2].astype(np.float64)
+    found = decode_texels(dudv.texture)[:, :, :2].astype(np.float64)
+    height, width = xy.shape[:2]
+    slack = np.full(xy.shape, 3.0 / 127.0)
+    if normal.texture.format.startswith("BC") and height % 4 == 0 and width % 4 == 0:
+        blocks = xy.reshape(height // 4, 4, width // 4, 4, 2)
+        ranges = blocks.max(axis=(1, 3)) - blocks.min(axis=(1, 3))
+        slack += 0.12 * ranges.repeat(4, axis=0).repeat(4, axis=1)
+    apart = np.abs(found - (xy - xy.mean(axis=(0, 1))))
+    off = (apart > slack).any(axis=2)
+    if off.mean() > _FEW:
+        y, x = np.unravel_index(int(apart.max(axis=2).argmax()), off.shape)
+        what = (
+            f"{100 * off.mean():.0f} % of the texels differ from {normal.file}, by {apart.max():.2f} at worst"
+        )
+        yield Finding("PZ212", dudv.file, what, f"texel {x}, {y}")
+
+
+def _half(values: F64) -> F64:
+    """Means along axis 0 of two texels each, of an odd number of parts of three."""
+    n = len(values)
+    if n % 2 == 0 or n == 1:
+        return np.asarray((values[0::2] + values[1::2]) / 2.0) if n > 1 else values
+    part = np.arange(n // 2, dtype=np.float64).reshape(-1, *([1] * (values.ndim - 1)))
+    before, after = n // 2 - part, part + 1.0
+    return np.asarray((before * values[0:-1:2] + (n // 2) * values[1::2] + after * values[2::2]) / n)
+
+
+def _means(values: F64) -> Iterator[F64]:
+    """Means of values (h, w, c) at every level from 0 on, each of the one before."""
+    yield values
+    while max(values.shape[:2]) > 1:
+        values = _half(_half(values).swapaxes(0, 1)).swapaxes(0, 1)
+        yield values
+
+
+def _content(texture: Texture, level: int, kind: str) -> F64:
+    """What levels may be compared by: its area means mean something, and no stage widens or scales it. The
+    last channel weighs the others."""
+    values = decode_texels(texture, level).astype(np.float64)
+    weight = np.ones((*values.shape[:2], 1))
+    if kind in ("normal", "dudv"):
+        return np.dstack([rebuilt(values[:, :, :2]), weight])
+    if texture.format.endswith("_SRGB"):
+        if texture.format != "BC1_RGB_SRGB":
+            weight = values[:, :, 3:]
+        encoded = values[:, :, :3]
+        light = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+        return np.dstack([light * weight, weight])
+    return np.dstack([values[:, :, :1], weight])  # of gloss the intensity: smoothness widens
+
+
+def _levels(found: Map, kind: str) -> Iterator[Finding]:
+    """Each level shows, over areas of some 4 of its texels, what level 0 shows there."""
+    texture = found.texture
+    wanted = list(_means(_content(texture, 0, kind)))
+    for level in range(1, len(texture.levels)):
+        coarse = min(level + 1, len(wanted) - 1)
+        means = [*islice(_means(_content(texture, level, kind)), 2)][-1]
+        seen = (wanted[coarse][:, :, -1] > 0.25) & (means[:, :, -1] > 0.25)
+        if kind in ("normal", "dudv"):  # where normals disagree, each level's weigh differently
+            seen &= np.square(wanted[coarse][:, :, :3]).sum(axis=2) > _AGREED * _AGREED
+        if not seen.any():
+            continue
+        truth, here = (_shown(values[seen], kind) for values in (wanted[coarse], means))
+        contrast = float(np.sqrt(np.square(truth - truth.mean(axis=0)).mean()))
+        apart = float(np.sqrt(np.square(truth - here).mean()))
+        if apart > _APART + _CONTRAST * contrast:
+            what = f"differs from level 0 by {apart:.3f} (root mean square, linear)"
+            yield Finding("PZ213", found.file, what, f"level {level}")
+            return
+
+
+def _shown(values: F64, kind: str) -> F64:
+    """(n, c): directions of normals; else values over their weight."""
+    if kind in ("normal", "dudv"):
+        length = np.sqrt(np.square(values[:, :3]).sum(axis=1, keepdims=True))
+        return np.asarray(values[:, :3] / np.maximum(length, 1e-3))
+    return np.asarray(values[:, :-1] / values[:, -1:])
+
+
+def _widening(normal: Map, gloss: Map) -> Iterator[Finding]:
+    """Smoothness is nowhere above what averaged roughness and the normals' disagreement leave of it, with
+    slack for what blocks add to both."""
+    rough = 1.0 - decode_texels(gloss.texture)[:, :, 1:2].astype(np.float64)
+    vectors = rebuilt(decode_texels(normal.texture)[:, :, :2])
+    joined = np.dstack([rough * rough * rough * rough, vectors])
+    for level, means in enumerate(_means(joined)):
+        if level == 0 or level >= len(gloss.texture.levels):
+            continue
+        square = np.minimum(1.0, np.square(means[:, :, 1:]).sum(axis=2))
+        r = np.maximum(np.sqrt(square), 1e-6)
+        lost = np.maximum(0.0, 0.7 * 2.0 * (1.0 - square) / (r * (3.0 - square)) - 0.004)
+        most = 1.0 - np.sqrt(np.sqrt(np.minimum(1.0, 0.9 * means[:, :, 0] + lost)))
+        found = decode_texels(gloss.texture, level)[:, :, 1]
+        off = found > most + _ROUGH
+        if off.mean() > _FEW:
+            y, x = np.unravel_index(int((found - most).argmax()), off.shape)
+            what = f"smoothness {found[y, x]:.2f} where normals leave {most[y, x]:.2f}"
+            yield Finding("PZ214", gloss.file, what, f"level {level} texel {x}, {y}", int(off.sum()))
+            return
