@@ -9,11 +9,12 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import select
 import shutil
 import subprocess
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,7 @@ FLAGS = (
     "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",  # nobody is asked for anything
     "--log-level=3",
 )
+PATIENCE_S = 60
 TYPES = {
     ".html": "text/html",
     ".js": "text/javascript",
@@ -94,15 +96,31 @@ class Browser:
     """One page. `complaints` holds every error and warning of the console and every uncaught exception."""
 
     def __init__(self, program: str, profile: Path) -> None:
+        self._rest = b""
+        self._count = 0
+        self._session: str | None = None
+        self.complaints: list[str] = []
+        # Root has no sandbox, nor has anybody in some containers: our own pages are shown without.
+        for flags in ([], ["--no-sandbox"]) if os.geteuid() else (["--no-sandbox"],):
+            self._start(program, [*FLAGS, *flags, f"--user-data-dir={profile}"])
+            try:
+                target = self.call("Target.createTarget", url="about:blank")["targetId"]
+                break
+            except (OSError, EOFError):
+                self._end()
+        else:
+            raise EOFError(f"{program} does not start")
+        self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ("Runtime", "Log", "Page"):
+            self.call(f"{domain}.enable")
+
+    def _start(self, program: str, flags: list[str]) -> None:
         to_browser, self._write = os.pipe()
         self._read, from_browser = os.pipe()
         # The protocol is spoken over 3 and 4; the shell puts the pipes there, wherever they were.
         pipes = [fcntl.fcntl(pipe, fcntl.F_DUPFD, 10) for pipe in (to_browser, from_browser)]
         os.close(to_browser)
         os.close(from_browser)
-        flags = [*FLAGS, f"--user-data-dir={profile}"]
-        if os.geteuid() == 0:
-            flags.append("--no-sandbox")  # root cannot have one
         shell = f'exec "$0" "$@" 3<&{pipes[0]} 4>&{pipes[1]}'
         self._process = subprocess.Popen(
             ["bash", "-c", shell, program, *flags, "about:blank"],
@@ -110,22 +128,15 @@ class Browser:
         )  # fmt: skip
         for pipe in pipes:
             os.close(pipe)
-        self._rest = b""
-        self._count = 0
-        self._session: str | None = None
-        self.complaints: list[str] = []
-        target = self.call("Target.createTarget", url="about:blank")["targetId"]
-        self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-        for domain in ("Runtime", "Log", "Page"):
-            self.call(f"{domain}.enable")
 
     def close(self) -> None:
         """Ends the browser."""
-        try:
-            self._session = None
+        self._session = None
+        with suppress(OSError, EOFError):
             self.call("Browser.close")
-        except (OSError, EOFError):
-            self._process.kill()
+        self._end()
+
+    def _end(self) -> None:
         os.close(self._write)
         os.close(self._read)
         try:
@@ -136,6 +147,8 @@ class Browser:
 
     def _next(self) -> dict[str, Any]:
         while b"\0" not in self._rest:
+            if not select.select([self._read], [], [], PATIENCE_S)[0]:
+                raise TimeoutError(f"the browser says nothing for {PATIENCE_S} s")
             more = os.read(self._read, 1 << 16)
             if not more:
                 raise EOFError("the browser has gone")
