@@ -20,18 +20,6 @@ if TYPE_CHECKING:
     F32 = npt.NDArray[np.float32]
     I32 = npt.NDArray[np.int32]
 
-TIERS = {"fast": "fast", "balanced": "balanced", "exact": "exact"}  # asked -> used
-
-
-def derivative_filter(tier: str, source_bits: int) -> str:
-    """The filter of a tier for heights that nobody looked at: "central", "scharr" or "fourth".
-
-    stages.filters.choose_filter looks.
-    """
-    if TIERS[tier] == "fast":
-        return "central"
-    return "scharr" if source_bits <= 8 else "fourth"
-
 
 @dataclass(frozen=True)
 class Normals:
