@@ -146,6 +146,12 @@ def test_more_effort_is_never_worse_by_a_picture(name: str) -> None:
     assert found == sorted(found) and found[2] > found[0] + 0.3, found
 
 
+def test_every_mode_is_of_use() -> None:
+    rgba = np.concatenate([picture(256, 256, alpha=alpha, seed=4) for alpha in (False, True)])
+    first = np.frombuffer(encode_bc7(rgba, quality="exact"), np.uint8).reshape(-1, 16)[:, 0].astype(int)
+    assert set(np.unique(first & -first)) == {1 << mode for mode in range(8)}
+
+
 def test_the_same_blocks_as_ever() -> None:
     # A change here changes every artifact of tier exact: it must be meant.
     golden = {"fast": "94d483a5532c7633", "balanced": "b7f1714f3d16051d", "exact": "b6c4f274b6f2829a"}
