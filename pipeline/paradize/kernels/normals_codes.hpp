@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 namespace paradize::normals {
 
@@ -16,12 +17,12 @@ inline std::uint8_t unorm_code(float v) {
     return static_cast<std::uint8_t>((i + ((-i) >> 8) + (1 << 30)) >> 23);
 }
 
-// 127 v, nearest, halves away from zero. (127 v = 128 v - v.)
+// 127 v, nearest, halves away from zero. (127 v = 128 v - v; -|v| 2^31 is exact where a border is.)
 inline std::int8_t snorm_code(float v) {
-    const std::int32_t i = fixed_point(v);
-    const std::int32_t magnitude = i < 0 ? -i : i;
-    const std::int32_t code = (magnitude + ((-magnitude) >> 7) + (1 << 22)) >> 23;
-    return static_cast<std::int8_t>(i < 0 ? -code : code);
+    const auto n = v <= -1.0F || v >= 1.0F ? std::numeric_limits<std::int32_t>::min()
+                                           : static_cast<std::int32_t>((v < 0.0F ? v : -v) * 0x1p31F);
+    const std::int32_t code = ((n >> 7) - n + (1 << 23)) >> 24;
+    return static_cast<std::int8_t>(v < 0.0F ? -code : code);
 }
 
 // 256 * 127 v, nearest: a snorm code with eight bits more. Its low byte beside unorm_code(v) is enough to

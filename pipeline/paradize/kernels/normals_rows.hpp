@@ -116,10 +116,13 @@ PARADIZE_INLINE Bits unorm_codes(const Whole &i) {
     return (Bits)(i + ((-i) >> 8) + (1 << 30)) >> 23;
 }
 
-PARADIZE_INLINE Whole snorm_codes(const Whole &i) {
-    const Whole negative = i >> 31;
-    const Whole magnitude = (i ^ negative) - negative;
-    const Whole code = (magnitude + ((-magnitude) >> 7) + (1 << 22)) >> 23;
+// 127 v of v 2^30, nearest. -|v| 2^31 is a whole number for every v up to 1, and beyond 1 becomes that of 1.
+PARADIZE_INLINE Whole snorm_codes(const Lanes &v) {
+    const Whole negative = (Whole)v >> 31;
+    const Lanes below = (Lanes)((Bits)v | 0x80000000U);
+    const Lanes limit = Lanes{} - 0x1p30F;
+    const Whole n = __builtin_convertvector((below < limit ? limit : below) * 2.0F, Whole);
+    const Whole code = ((n >> 7) - n + (1 << 23)) >> 24;
     return (code ^ negative) - negative;
 }
 
@@ -143,7 +146,7 @@ struct FineLanes {
         }
     }
 
-    void into(FineSums &sums, int channel) const {
+    __attribute__((always_inline)) inline void into(FineSums &sums, int channel) const {
         for (std::size_t i = 0; i < lanes; ++i) {
             sums.whole[channel] += whole[i];
             sums.low[channel] = low[i] < sums.low[channel] ? low[i] : sums.low[channel];
@@ -174,13 +177,15 @@ struct Writer {
             return;
         }
         const Lanes scaled = inverse * 0x1p30F; // exact: what follows are the float's own bits
-        const Whole ix = __builtin_convertvector(nx * scaled, Whole);
-        const Whole iy = __builtin_convertvector(ny * scaled, Whole);
+        const Lanes x30 = nx * scaled;
+        const Lanes y30 = ny * scaled;
         auto *codes = static_cast<std::uint8_t *>(out.codes);
         if constexpr (encoding == Encoding::snorm8) {
-            store_pairs(codes + 2 * x, ((Bits)snorm_codes(ix) & 255U) | ((Bits)snorm_codes(iy) << 8));
+            store_pairs(codes + 2 * x, ((Bits)snorm_codes(x30) & 255U) | ((Bits)snorm_codes(y30) << 8));
             return;
         }
+        const Whole ix = __builtin_convertvector(x30, Whole);
+        const Whole iy = __builtin_convertvector(y30, Whole);
         const Whole iz = __builtin_convertvector(scaled, Whole);
         store_rgb(codes + 3 * x, unorm_codes(ix) | unorm_codes(iy) << 8 | unorm_codes(iz) << 16);
         if constexpr (encoding == Encoding::fine) {
@@ -192,7 +197,8 @@ struct Writer {
         }
     }
 
-    bool end() const {
+    // Inlined, so that nobody else knows the address of what is summed up, and it stays in registers.
+    __attribute__((always_inline)) inline bool end() const {
         std::uint32_t most = 0;
         for (std::size_t i = 0; i < lanes; ++i) {
             most = worst[i] > most ? worst[i] : most;
