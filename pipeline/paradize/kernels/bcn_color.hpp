@@ -136,10 +136,16 @@ PARADIZE_STEP void refit(const ColorBlocks &blocks, const Places &places, Ends &
             a = better ? try_a : a;
             b = better ? try_b : b;
         }
-        Lanes solid_a, solid_b;
-        solid_codes(blocks.mean[k], k, solid_a, solid_b);
-        codes.a[k] = spread ? a : solid_a;
-        codes.b[k] = spread ? b : solid_b;
+        codes.a[k] = a;
+        codes.b[k] = b;
+    }
+    if (any(~spread)) {
+        for (int k = 0; k < 3; ++k) {
+            Lanes a, b;
+            solid_codes(blocks.mean[k], k, a, b);
+            codes.a[k] = spread ? codes.a[k] : a;
+            codes.b[k] = spread ? codes.b[k] : b;
+        }
     }
 }
 

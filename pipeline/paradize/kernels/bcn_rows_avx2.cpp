@@ -7,6 +7,8 @@
 #include <utility>
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#include <immintrin.h>
+
 #pragma GCC push_options
 #pragma GCC target("avx2")
 #define PARADIZE_WIDTH avx2
