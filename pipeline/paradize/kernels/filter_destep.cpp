@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t levels_at_most = 8;
 constexpr int sweeps = 50;        // per level
-constexpr float gentle = 0.5F;    // steps per texel^2: where the source's bend halves its weight
+constexpr float gentle = 0.7F;    // steps per texel^2: where the source's bend halves its weight
 constexpr float rate = 1.0F / 32; // one over the largest eigenvalue of the squared second differences
 constexpr std::size_t pad = 2;    // texels beyond a line's ends that a pass reads
 

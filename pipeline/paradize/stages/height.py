@@ -1,5 +1,13 @@
 """Heights 0..1 from a picture: the luminance of its linear light, then levels.
 
+For encoded red, green and blue: linear light l = ((v + 0.055) / 1.055)^2.4, v / 12.92 up to 0.04045 (IEC
+61966-2-1); luminance y = 0.2126 r + 0.7152 g + 0.0722 b; then, in this order, with the numbers of `Levels`:
+  t = clamp((y - black) / (white - black))     black and white point; swapped they invert
+  t = t^(1 / gamma)                            gamma above 1 lifts the middle
+  t = clamp((t - 1/2) contrast + 1/2 + brightness)
+  t = 1 - t                                    where invert
+clamp is to 0..1. Linear light and luminance are float32; the levels run in float64 and are rounded once.
+
 Source of the weights: ITU-R BT.709-6, "Parameter values for the HDTV standards", 2015.
 """
 
