@@ -146,6 +146,84 @@ def test_a_targa_cut_before_its_last_texel_is_refused(tmp_path: Path, compressio
             read_image(path)
 
 
+def test_codes_stay_the_files_codes_and_no_float_copy_is_kept(tmp_path: Path) -> None:
+    for kind, dtype in ((oiio.UINT8, np.uint8), (oiio.UINT16, np.uint16)):
+        codes = (np.arange(4 * 5 * 3) * 211 % 256).reshape(4, 5, 3).astype(dtype)
+        image = read_image(write(tmp_path / "a.png", codes, kind))
+        assert image.values.dtype == dtype
+        assert np.array_equal(image.values, codes)
+        assert image.pixels is not image.pixels
+
+
+def pgm(body: bytes, *, top: int = 9, size: str = "4 2") -> bytes:
+    return f"P5\n# by hand\n{size}\n{top}\n".encode() + body
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "message"),
+    [
+        ("a.pgm", pgm(bytes(7)), "7 bytes of texels; its header promises 8"),
+        ("b.pgm", pgm(bytes([0, 9, 10, 0, 0, 0, 0, 0])), "a value of 10; its header says 9"),
+        ("c.pgm", b"P2\n4 2\n9\n1 2 3 4 5 6 7\n", "7 values; its header promises 8"),
+        ("d.pgm", b"P2\n4 2\n9\n1 2 3 4 5 6 7 10\n", "no number in 0..9"),
+    ],
+)
+def test_a_portable_map_that_contradicts_its_header_is_refused(
+    tmp_path: Path, name: str, data: bytes, message: str
+) -> None:
+    path = tmp_path / name
+    path.write_bytes(data)
+    with pytest.raises(SourceError, match=message):
+        read_image(path)
+    path.write_bytes(pgm(bytes(range(8))))
+    assert np.array_equal(np.rint(read_image(path).pixels[:, :, 0] * 9), np.arange(8).reshape(2, 4))
+
+
+def test_a_jpeg_without_its_end_is_refused_wherever_it_is_cut(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    path = write(tmp_path / "a.jpg", rng.integers(0, 256, (48, 48, 3), dtype=np.uint8), oiio.UINT8)
+    data = path.read_bytes()
+    read_image(path)
+    for length in [*range(len(data) // 2, len(data) - 2, 37), len(data) - 1]:
+        path.write_bytes(data[:length])
+        with pytest.raises(SourceError):
+            read_image(path)
+
+
+def test_a_bitmap_whose_texels_leave_its_palette_or_its_file_is_refused(tmp_path: Path) -> None:
+    head = (
+        b"BM"
+        + struct.pack("<IHHI", 0, 0, 0, 62)
+        + struct.pack("<IiiHHIIiiII", 40, 4, 2, 1, 8, 0, 0, 0, 0, 2, 0)
+    )
+    palette, rows = bytes([0, 0, 0, 0, 255, 255, 255, 0]), bytes([0, 1, 0, 1, 1, 0, 1, 0])
+    path = tmp_path / "a.bmp"
+    path.write_bytes(head + palette + rows)
+    assert read_image(path).values[:, :, 0].tolist() == [[255, 0, 255, 0], [0, 255, 0, 255]]
+    for body, message in (
+        (bytes([0, 1, 0, 2, 1, 0, 1, 0]), "its palette has 2"),
+        (rows[:6], "damaged or cut"),
+    ):
+        path.write_bytes(head + palette + body)
+        with pytest.raises(SourceError, match=message):
+            read_image(path)
+
+
+def test_a_tiff_whose_strips_leave_the_file_is_refused(tmp_path: Path) -> None:
+    codes = np.random.default_rng(2).integers(0, 256, (32, 32, 3), dtype=np.uint8)
+    path = write(tmp_path / "a.tif", codes, oiio.UINT8)
+    data = bytearray(path.read_bytes())
+    (at,) = struct.unpack_from("<I", data, 4)
+    for k in range(struct.unpack_from("<H", data, at)[0]):
+        tag, _, count, value = struct.unpack_from("<HHII", data, at + 2 + 12 * k)
+        if tag == 279:  # the strips' lengths: the last one grows beyond the file
+            where = at + 10 + 12 * k if count == 1 else value + 4 * (count - 1)
+            struct.pack_into("<I", data, where, 10 * len(data))
+    path.write_bytes(data)
+    with pytest.raises(SourceError, match="damaged or cut"):
+        read_image(path)
+
+
 def test_what_is_no_picture_is_refused(tmp_path: Path) -> None:
     (tmp_path / "empty.png").write_bytes(b"")
     (tmp_path / "text.png").write_text("this is no picture")
