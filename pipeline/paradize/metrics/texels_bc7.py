@@ -28,7 +28,7 @@ class _Mode(NamedTuple):
     alpha: int
     p_per_end: int
     p_per_subset: int
-    index: int
+    indices: int
     second: int
 
 
@@ -42,11 +42,11 @@ _MODES = (
     _Mode(1, 0, 0, 0, 7, 7, 1, 0, 4, 0),
     _Mode(2, 6, 0, 0, 5, 5, 1, 0, 2, 0),
 )
-_AT_ONCE = 1 << 13  # blocks whose bits are spread out together: some 20 MB
+_AT_ONCE = 1 << 13  # blocks decoded together: some 20 MB
 _WEIGHTS = {
-    2: np.array([0, 21, 43, 64], np.int32),
-    3: np.array([0, 9, 18, 27, 37, 46, 55, 64], np.int32),
-    4: np.array([0, 4, 9, 13, 17, 21, 26, 30, 34, 38, 43, 47, 51, 55, 60, 64], np.int32),
+    2: np.array([0, 21, 43, 64], np.uint16),
+    3: np.array([0, 9, 18, 27, 37, 46, 55, 64], np.uint16),
+    4: np.array([0, 4, 9, 13, 17, 21, 26, 30, 34, 38, 43, 47, 51, 55, 60, 64], np.uint16),
 }
 
 # The subsets of the texels, row by row of the block, and behind each the anchors of subsets 1 and 2.
@@ -103,32 +103,36 @@ _TABLES = {
 
 
 class _Reader:
-    """Fields of many blocks of one mode, from the lowest bit up. bits: (n, 128) of 0 and 1."""
+    """Fields of many blocks of one mode, from the lowest bit up. blocks: (n, 16) uint8."""
 
     def __init__(self, blocks: U8, start: int) -> None:
-        self.bits = np.unpackbits(blocks, axis=1, bitorder="little").astype(np.int32)
+        words = np.ascontiguousarray(blocks).view("<u8").astype(np.uint64)
+        self.low, self.high = words[:, 0], words[:, 1]
         self.at = start
+
+    def _section(self, count: int) -> npt.NDArray[np.uint64]:
+        """The next `count` bits, 63 at most, as (n,) uint64."""
+        at, self.at = self.at, self.at + count
+        if at >= 64:
+            section = self.high >> np.uint64(at - 64)
+        elif at == 0:
+            section = self.low
+        else:
+            section = (self.low >> np.uint64(at)) | (self.high << np.uint64(64 - at))
+        return section & np.uint64((1 << count) - 1)
 
     def take(self, count: int) -> Ints:
         """The next `count` bits as (n,) int32."""
-        field = self.bits[:, self.at : self.at + count]
-        self.at += count
-        value: Ints = (field << np.arange(count, dtype=np.int32)).sum(axis=1, dtype=np.int32)
-        return value
+        return self._section(count).astype(np.int32)
 
     def take_indices(self, count: int, anchors: Ints) -> Ints:
         """Sixteen indices of `count` bits (n, 16); those of the anchors (n, subsets) are a bit shorter."""
-        anchored = np.zeros((len(self.bits), 16), bool)
-        np.put_along_axis(anchored, anchors.astype(np.int64), True, axis=1)
-        widths = count - anchored.astype(np.int32)
-        starts = self.at + np.cumsum(widths, axis=1) - widths
-        index = np.zeros_like(widths)
-        for bit in range(count):
-            place = np.minimum(starts + bit, 127)
-            read = np.take_along_axis(self.bits, place, axis=1)
-            index |= np.where(bit < widths, read << bit, 0)
-        self.at += 16 * count - anchors.shape[1]
-        return index
+        section = self._section(16 * count - anchors.shape[1])
+        before = (np.arange(16) > anchors[:, :, None]).sum(axis=1)
+        widths = count - (np.arange(16) == anchors[:, :, None]).any(axis=1)
+        index = section[:, None] >> (count * np.arange(16) - before).astype(np.uint64)
+        cut: Ints = index.astype(np.int32) & ((1 << widths) - 1).astype(np.int32)
+        return cut
 
 
 def _expanded(codes: Ints, bits: int) -> Ints:
@@ -140,7 +144,7 @@ def _expanded(codes: Ints, bits: int) -> Ints:
 
 def _ends(reader: _Reader, mode: _Mode) -> Ints:
     """The ends (n, subsets, 2, 4) as values 0..255; alpha is 255 in a mode that has none."""
-    ends = np.full((len(reader.bits), mode.subsets, 2, 4), 255, np.int32)
+    ends = np.full((len(reader.low), mode.subsets, 2, 4), 255, np.int32)
     channels = 4 if mode.alpha else 3
     for channel in range(channels):
         for subset in range(mode.subsets):
@@ -160,11 +164,18 @@ def _ends(reader: _Reader, mode: _Mode) -> Ints:
     return ends
 
 
-def _between(ends: Ints, index: Ints, bits: int) -> Ints:
-    """Texels (n, 16, c) from the ends of their subsets (n, 16, 2, c) and their indices (n, 16)."""
+def _between(ends: U8, index: Ints, bits: int) -> U8:
+    """Texels (n, 16, 4) from the ends of their subsets (n, 16, 2, 4) and their indices (n, 16)."""
     weight = _WEIGHTS[bits][index][:, :, None]
-    value: Ints = (ends[:, :, 0] * (64 - weight) + ends[:, :, 1] * weight + 32) >> 6
-    return value
+    sixty_fourths = ends[:, :, 0] * (64 - weight) + ends[:, :, 1] * weight + np.uint16(32)
+    return (sixty_fourths >> 6).astype(np.uint8)
+
+
+def _owned(ends: Ints, owner: U8) -> U8:
+    """The ends (n, 16, 2, 4) of every texel's subset, from those of the subsets (n, subsets, 2, 4)."""
+    eight_bytes = ends.astype(np.uint8).reshape(len(ends), -1).view(np.uint64)
+    own = np.take_along_axis(eight_bytes, owner.astype(np.int64), axis=1)
+    return own.view(np.uint8).reshape(len(ends), 16, 2, 4)
 
 
 def _decode_mode(blocks: U8, number: int) -> U8:
@@ -176,9 +187,9 @@ def _decode_mode(blocks: U8, number: int) -> U8:
     selector = reader.take(mode.selector)
     owner, anchors = _TABLES[mode.subsets]
     ends = _ends(reader, mode)
-    own = np.take_along_axis(ends, owner[partition].astype(np.int64)[:, :, None, None], axis=1)
-    index = reader.take_indices(mode.index, anchors[partition])
-    texels = _between(own, index, mode.index)
+    own = _owned(ends, owner[partition])
+    index = reader.take_indices(mode.indices, anchors[partition])
+    texels = _between(own, index, mode.indices)
     if mode.second:
         second = reader.take_indices(mode.second, np.zeros((len(blocks), 1), np.int32))
         other = _between(own, second, mode.second)
@@ -192,7 +203,7 @@ def _decode_mode(blocks: U8, number: int) -> U8:
                 texels[turned, :, 3].copy(),
                 texels[turned, :, channel].copy(),
             )
-    return texels.astype(np.uint8)
+    return texels
 
 
 def decode_bc7(blocks: U8) -> U8:
