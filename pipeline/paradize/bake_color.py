@@ -127,7 +127,7 @@ def _filled(values: Values, uv: Path, wraps: tuple[bool, bool]) -> Values:
     """The picture with the gutters of the OBJ's UV layout filled."""
     mesh = read_obj(uv).mesh
     islands = gutter.island_map(mesh, height=values.shape[0], width=values.shape[1], file=uv)
-    return gutter.fill_gutter(values, gutter.gutter_source(islands >= 0, wraps))
+    return gutter.fill_gutter(values, gutter.layout_source(islands, mesh, wraps))
 
 
 def _with_alpha(image: Image, alpha: Path | None) -> Values:

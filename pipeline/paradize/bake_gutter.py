@@ -109,7 +109,7 @@ def measure_gutters(
     limits: dict[str, float | None] = dict.fromkeys(asked)
     if repeat or mesh.uvs is None:
         return {"repeat": True, "limits": limits, "maps": dict.fromkeys(textures)}
-    around = bool((mesh.uvs < 0).any() or (mesh.uvs > 1).any())
+    around = gutter.goes_around(mesh)
     decoded = {key: decode_ktx2(data, f"{name}_{key}") for key, data in textures.items()}
     chains = {key: sampled_levels(texture, key) for key, texture in decoded.items()}
     sizes = {(texture.width, texture.height) for texture in decoded.values()}

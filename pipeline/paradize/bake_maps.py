@@ -154,7 +154,7 @@ def _layout(
     mask = None
     if groups is not None:
         mask = gutter.group_mask(mesh, groups, height=rows, width=columns, file=uv)
-    return Layout(islands, gutter.gutter_source(islands >= 0, wraps), mask)
+    return Layout(islands, gutter.layout_source(islands, mesh, wraps), mask)
 
 
 def _heights(image: Image, source: str, levels: Levels | None) -> F32:

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
 
 STEEPEST = 1.0  # the same in shaders/lib/parallax.glsl
 FOOTPRINT = 2.0  # texels of a level that a sample and its pixel reach beyond a border
+_ROUNDING = 1e-5  # of the map's side
 WORST = 2.5  # no sample is off by more than so many times the bound
 
 
@@ -88,6 +89,19 @@ def group_mask(
         if group.name in names or group.material in names:
             ids[group.first : group.first + group.count] = 1
     return np.asarray(_drawn(mesh, ids, height, width, file) == 1, np.bool_)
+
+
+def goes_around(mesh: Mesh) -> bool:
+    """Whether UVs lie outside 0..1 (by more than rounding), so that the map's opposite edges meet whatever its
+    author said."""
+    if mesh.uvs is None:
+        return False
+    return bool((mesh.uvs < -_ROUNDING).any() or (mesh.uvs > 1.0 + _ROUNDING).any())
+
+
+def layout_source(islands: I32, mesh: Mesh, wrap: tuple[bool, bool]) -> I32 | None:
+    """gutter_source of an island map (h, w); across the map's edges where the layout goes around them."""
+    return gutter_source(islands >= 0, (True, True) if goes_around(mesh) else wrap)
 
 
 def gutter_source(covered: npt.NDArray[np.bool_], wrap: tuple[bool, bool]) -> I32 | None:
