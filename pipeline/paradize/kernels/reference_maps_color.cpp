@@ -10,29 +10,68 @@
 namespace paradize::reference {
 namespace {
 
-// A row of pixels as three planes of colour, 0..1, and one of alpha where there is one.
-void read_row(const Pixels &pixels, std::size_t y, std::size_t columns, double *out) {
-    const std::size_t n = pixels.channels;
-    const auto read = [&](const auto *data, double top) {
-        const auto *from = data + y * columns * n;
-        for (std::size_t c = 0; c < n; ++c) {
-            for (std::size_t x = 0; x < columns; ++x) {
-                out[c * columns + x] = std::clamp(from[x * n + c] / top, 0.0, 1.0);
+// Pixels row by row. What integers stand for is looked up: there are few of them.
+class PixelRows {
+  public:
+    PixelRows(const Pixels &pixels, std::size_t columns) : pixels_(pixels), columns_(columns) {
+        if (pixels.kind == Pixels::Kind::f32) {
+            return;
+        }
+        const std::size_t codes = pixels.kind == Pixels::Kind::u8 ? 256 : 65536;
+        plain_.resize(codes);
+        for (std::size_t code = 0; code < codes; ++code) {
+            plain_[code] = static_cast<double>(code) / static_cast<double>(codes - 1);
+        }
+        light_ = plain_;
+        if (pixels.encoded) {
+            decode_srgb(plain_.data(), codes, light_.data());
+        }
+    }
+
+    std::size_t channels() const { return pixels_.channels; }
+    bool encoded() const { return pixels_.encoded; }
+
+    // Channel c of row y as it is stored, 0..1.
+    void stored(std::size_t y, std::size_t c, double *out) const { read(y, c, plain_, out); }
+    // The same as linear light.
+    void light(std::size_t y, std::size_t c, double *out) const {
+        read(y, c, light_, out);
+        if (pixels_.encoded && light_.empty()) {
+            decode_srgb(out, columns_, out);
+        }
+    }
+
+  private:
+    void read(std::size_t y, std::size_t c, const std::vector<double> &table, double *out) const {
+        const std::size_t n = pixels_.channels;
+        const std::size_t first = y * columns_ * n + c;
+        switch (pixels_.kind) {
+        case Pixels::Kind::u8:
+            look_up(static_cast<const std::uint8_t *>(pixels_.data) + first, table, out);
+            break;
+        case Pixels::Kind::u16:
+            look_up(static_cast<const std::uint16_t *>(pixels_.data) + first, table, out);
+            break;
+        case Pixels::Kind::f32: {
+            const float *from = static_cast<const float *>(pixels_.data) + first;
+            for (std::size_t x = 0; x < columns_; ++x) {
+                out[x] = std::clamp<double>(from[x * n], 0.0, 1.0);
             }
         }
-    };
-    switch (pixels.kind) {
-    case Pixels::Kind::u8:
-        read(static_cast<const std::uint8_t *>(pixels.data), 255.0);
-        break;
-    case Pixels::Kind::u16:
-        read(static_cast<const std::uint16_t *>(pixels.data), 65535.0);
-        break;
-    case Pixels::Kind::f32:
-        read(static_cast<const float *>(pixels.data), 1.0);
-        break;
+        }
     }
-}
+    template <typename Code>
+    void look_up(const Code *from, const std::vector<double> &table, double *out) const {
+        for (std::size_t x = 0; x < columns_; ++x) {
+            out[x] = table[from[x * pixels_.channels]];
+        }
+    }
+
+    Pixels pixels_;
+    std::size_t columns_;
+    std::vector<double> plain_; // code -> value; empty for floats
+    std::vector<double> light_; // code -> linear light
+};
 
 PARADIZE_CLONES void multiply(const double *__restrict a, const double *__restrict b, std::size_t count,
                               double *__restrict out) {
@@ -52,30 +91,25 @@ PARADIZE_CLONES void divide(const double *__restrict over, const double *__restr
 // Planes of linear light; where there is alpha, then those of light times alpha, and alpha.
 class ColorRows final : public Rows {
   public:
-    ColorRows(const Pixels &pixels, std::size_t columns)
-        : pixels_(pixels), columns_(columns), plain_(pixels.channels * columns) {}
-    std::size_t channels() const override { return pixels_.channels == 4 ? 7 : 3; }
+    ColorRows(const PixelRows &pixels, std::size_t columns) : pixels_(pixels), columns_(columns) {}
+    std::size_t channels() const override { return pixels_.channels() == 4 ? 7 : 3; }
     std::unique_ptr<Rows> fresh() const override { return std::make_unique<ColorRows>(*this); }
     void row(std::size_t y, double *out) override {
-        read_row(pixels_, y, columns_, plain_.data());
-        if (pixels_.encoded) {
-            decode_srgb(plain_.data(), 3 * columns_, out);
-        } else {
-            std::copy_n(plain_.begin(), 3 * columns_, out);
+        for (std::size_t c = 0; c < 3; ++c) {
+            pixels_.light(y, c, out + c * columns_);
         }
-        if (pixels_.channels == 4) {
-            const double *alpha = plain_.data() + 3 * columns_;
+        if (pixels_.channels() == 4) {
+            double *alpha = out + 6 * columns_;
+            pixels_.stored(y, 3, alpha);
             for (std::size_t c = 0; c < 3; ++c) {
                 multiply(out + c * columns_, alpha, columns_, out + (3 + c) * columns_);
             }
-            std::copy_n(alpha, columns_, out + 6 * columns_);
         }
     }
 
   private:
-    Pixels pixels_;
+    const PixelRows &pixels_;
     std::size_t columns_;
-    std::vector<double> plain_;
 };
 
 using Planes = std::vector<std::vector<double>>; // the averaged alpha of each level but the first
@@ -83,16 +117,18 @@ using Planes = std::vector<std::vector<double>>; // the averaged alpha of each l
 class ColorJudge final : public MapJudge {
   public:
     // alphas: where to keep averaged alpha until a whole level is known; empty where there is no cutoff.
-    ColorJudge(const TextureView &texture, const Pixels &pixels, Planes &alphas, RowSums &sums)
-        : MapJudge(texture, 3, sums), pixels_(pixels), alphas_(alphas), truth_(4 * texture.size.columns),
+    ColorJudge(const TextureView &texture, const PixelRows &pixels, Planes &alphas, RowSums &sums)
+        : MapJudge(texture, 3, sums), pixels_(pixels), alphas_(alphas), truth_(3 * texture.size.columns),
           found_(3 * texture.size.columns), errors_(found_.size()), squares_(found_.size()) {}
 
     void row(std::size_t level, std::size_t y, const double *light) override {
         const std::size_t count = columns(level);
         const double *alpha = light + 6 * count;
-        if (level == 0 && pixels_.encoded) {
-            read_row(pixels_, y, count, truth_.data());
-        } else if (pixels_.channels == 4) {
+        if (level == 0 && pixels_.encoded()) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                pixels_.stored(y, c, &truth_[c * count]);
+            }
+        } else if (pixels_.channels() == 4) {
             for (std::size_t c = 0; c < 3; ++c) {
                 divide(light + (3 + c) * count, alpha, light + c * count, count, &found_[c * count]);
             }
@@ -106,7 +142,7 @@ class ColorJudge final : public MapJudge {
         const double sum =
             differences(truth_.data(), found_.data(), 3 * count, errors_.data(), squares_.data());
         take(level, y, {errors_.data(), 3 * count}, sum);
-        if (pixels_.channels != 4) {
+        if (pixels_.channels() != 4) {
             return;
         }
         if (level > 0 && !alphas_.empty()) {
@@ -124,7 +160,7 @@ class ColorJudge final : public MapJudge {
     }
 
   private:
-    Pixels pixels_;
+    const PixelRows &pixels_;
     Planes &alphas_;
     std::vector<double> truth_;
     std::vector<double> found_;
@@ -178,11 +214,12 @@ std::vector<LevelError> color_levels(const TextureView &texture, const Pixels &p
             alphas[k].resize(size.rows * size.columns);
         }
     }
-    const ColorRows truth(pixels, texture.size.columns);
+    const PixelRows source(pixels, texture.size.columns);
+    const ColorRows truth(source, texture.size.columns);
     RowSums sums(texture);
     std::vector<std::unique_ptr<Judge>> judges;
     for (int k = 0; k < std::max(1, threads); ++k) {
-        judges.push_back(std::make_unique<ColorJudge>(texture, pixels, alphas, sums));
+        judges.push_back(std::make_unique<ColorJudge>(texture, source, alphas, sums));
     }
     show_levels(texture.size, texture.levels.size(), truth, judges);
     const double share = alphas.empty() ? 0.0 : share_of(pixels, texture.size, cutoff);
