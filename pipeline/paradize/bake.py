@@ -168,14 +168,15 @@ def _settings(order: Order, scene: Scene) -> dict[str, Any]:
     """What the maker is told, and its task's key hashes: also whether textures are supercompressed, and the
     part of the budget that decides formats."""
     packed = {"zstd": ZSTD_LEVEL} if scene.head.zstd and order.maker in TEXTURES else {}
-    owners = {"color": ("color", "alpha"), "maps": ("normal", "dudv", "height", "gloss")}.get(order.maker)
-    if owners is None:
+    if order.maker not in ("color", "maps"):
         return order.settings | packed
+    products = [want.product for want in order.wants]
+    owners = ["color", "alpha"] if order.maker == "color" else products
     limits = {metric: limit for metric, limit in scene.budget.items() if metric.partition("_")[0] in owners}
     limits.pop("normal_filter_deg", None)  # no format betters it
     settings = order.settings | packed | {"budget": limits}
     if order.maker == "maps":
-        settings["only"] = [want.product for want in order.wants]
+        settings["only"] = products
     return settings
 
 

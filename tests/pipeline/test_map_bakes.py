@@ -13,6 +13,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+from paradize.bake import bake
 from paradize.bake_color import bake_color
 from paradize.bake_maps import bake_maps
 from paradize.data import Texture
@@ -23,6 +24,7 @@ from paradize.metrics.texels import decode_texels
 from paradize.scene import FILTERS
 from paradize.stages.filters import FILTER_NAMES
 from tests.pipeline.heights import save, waves
+from tests.pipeline.scenes import make_cove
 
 PEAK = """
 import resource, sys, time
@@ -157,6 +159,32 @@ def test_a_budget_that_blocks_meet_changes_no_byte(rough: Path) -> None:
     }
 
 
+def test_a_scenes_budget_decides_formats_is_part_of_the_key_and_the_reason_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    scene = make_cove(tmp_path / "scene")
+    text = scene.read_text()
+    rows = []
+    for budget in ("", "color_psnr_db = 100.0\nheight_psnr_db = 75.0\n"):
+        scene.write_text(text + ("\n[budget]\n" + budget if budget else ""))
+        report = bake(scene, tmp_path / "out", jobs=2)
+        assert not report.errors, report.errors
+        rows.append({row["name"]: row for row in report.artifacts})
+    blocks, asked = rows
+    assert blocks["post_color"]["format"] == "BC1_RGB_SRGB"
+    assert (blocks["post_color"]["reason"], blocks["post_color"]["status"]) == (None, "baked")
+    assert asked["post_color"]["format"] == "RGBA8_SRGB"
+    assert "exceeds the budget: color_psnr_db" in asked["post_color"]["reason"]
+    assert asked["post_color"]["status"] == asked["post_height"]["status"] == "baked"
+    assert asked["post_height"]["format"] == "R16_UNORM"
+    assert asked["water_normal"]["status"] == asked["terrain_mesh"]["status"] == "reused"
+    scene_json = json.loads((tmp_path / "out/scene.json").read_text())
+    levels = scene_json["artifacts"]["post_color"]["levels"]
+    assert levels == asked["post_color"]["levels"]
+    assert levels[0]["psnr_db"] == asked["post_color"]["errors"]["color_psnr_db"]
+
+
 # Options
 
 
@@ -202,8 +230,8 @@ def test_levels_shape_the_heights_that_normals_and_gloss_come_from(rough: Path) 
 
 def test_zstd_shrinks_the_file_and_keeps_the_texels(tmp_path: Path) -> None:
     path = save(tmp_path / "flat.png", np.full((256, 256, 3), 90, np.uint8))
-    for bake in (bake_color, lambda p, **more: bake_maps(p, only=["normal"], **more)["normal"]):
-        plain, packed = bake(path), bake(path, zstd=10)
+    for make in (bake_color, lambda p, **more: bake_maps(p, only=["normal"], **more)["normal"]):
+        plain, packed = make(path), make(path, zstd=10)
         assert len(packed.data) < len(plain.data) / 4
         assert decode_ktx2(packed.data).levels == decode_ktx2(plain.data).levels
 
