@@ -2,6 +2,7 @@
 
 #include "filter_fft.hpp"
 #include "filter_noise.hpp"
+#include "maps_parallel.hpp" // PARADIZE_CLONES
 #include "mathx.hpp"
 
 #include <algorithm>
@@ -293,10 +294,14 @@ struct Response {
 Response response(std::span<const double> derivative, std::span<const double> smooth, std::size_t n,
                   const std::vector<double> &sines, const std::vector<double> &cosines) {
     Response out{std::vector<double>(n, 0.0), std::vector<double>(n, smooth[0])};
-    for (std::size_t i = 0; i < n; ++i) {
-        for (std::size_t k = 1; k <= reach; ++k) {
-            out.slope[i] += 2.0 * derivative[k - 1] * sines[i * k % n];
-            out.smooth[i] += 2.0 * smooth[k] * cosines[i * k % n];
+    for (std::size_t k = 1; k <= reach; ++k) {
+        if (derivative[k - 1] == 0.0 && smooth[k] == 0.0) {
+            continue;
+        }
+        for (std::size_t i = 0; i < n; ++i) {
+            const std::size_t turn = i * k & (n - 1); // n is a power of two
+            out.slope[i] += 2.0 * derivative[k - 1] * sines[turn];
+            out.smooth[i] += 2.0 * smooth[k] * cosines[turn];
         }
     }
     return out;
@@ -331,30 +336,39 @@ struct Spectrum {
     std::vector<double> noise;
 };
 
-// Truncation and noise of a filter over the spectrum, in eight sums side by side, each in the order of the
-// bins.
+// One row of bins: truncation and noise, in eight sums side by side, each in the order of the bins.
+PARADIZE_CLONES void add_row(const double *__restrict signal, const double *__restrict noise,
+                             const double *__restrict slope, const double *__restrict smooth,
+                             const double *__restrict number, double slope_y, double smooth_y,
+                             double number_y, std::size_t columns, double *__restrict sums) {
+    constexpr std::size_t side = 8;
+    const std::size_t whole = columns / side * side;
+    for (std::size_t x = 0; x < whole; x += side) {
+        for (std::size_t k = 0; k < side; ++k) {
+            const double hx = slope[x + k] * smooth_y;
+            const double hy = slope_y * smooth[x + k];
+            const double ex = hx - number[x + k];
+            const double ey = hy - number_y;
+            sums[k] += signal[x + k] * (ex * ex + ey * ey) + noise[x + k] * (hx * hx + hy * hy);
+        }
+    }
+    for (std::size_t x = whole; x < columns; ++x) {
+        const double hx = slope[x] * smooth_y;
+        const double hy = slope_y * smooth[x];
+        const double ex = hx - number[x];
+        const double ey = hy - number_y;
+        sums[0] += signal[x] * (ex * ex + ey * ey) + noise[x] * (hx * hx + hy * hy);
+    }
+}
+
+// The mean square error of a filter over the spectrum.
 double square_error(const Spectrum &spectrum, const Waves &wx, const Waves &wy, const Response &rx,
                     const Response &ry) {
-    constexpr std::size_t side = 8;
-    std::array<double, side> sums{};
-    const auto add = [&](std::size_t x, std::size_t y, double &sum) {
-        const std::size_t i = y * spectrum.columns + x;
-        const double hx = rx.slope[x] * ry.smooth[y];
-        const double hy = ry.slope[y] * rx.smooth[x];
-        const double ex = hx - wx.number[x];
-        const double ey = hy - wy.number[y];
-        sum += spectrum.signal[i] * (ex * ex + ey * ey) + spectrum.noise[i] * (hx * hx + hy * hy);
-    };
+    std::array<double, 8> sums{};
     for (std::size_t y = 0; y < spectrum.rows; ++y) {
-        std::size_t x = 0;
-        for (; x + side <= spectrum.columns; x += side) {
-            for (std::size_t k = 0; k < side; ++k) {
-                add(x + k, y, sums[k]);
-            }
-        }
-        for (; x < spectrum.columns; ++x) {
-            add(x, y, sums[0]);
-        }
+        add_row(&spectrum.signal[y * spectrum.columns], &spectrum.noise[y * spectrum.columns],
+                rx.slope.data(), rx.smooth.data(), wx.number.data(), ry.slope[y], ry.smooth[y], wy.number[y],
+                spectrum.columns, sums.data());
     }
     return ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]));
 }
