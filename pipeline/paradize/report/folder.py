@@ -64,7 +64,8 @@ def draw_maps(files: dict[str, bytes], title: str, told: dict[str, Any], folder:
 
     def draw() -> bytes:
         maps = {}
-        for name, entry in told["maps"].items():
+        for name in (name for name in MAPS if name in told["maps"]):
+            entry = told["maps"][name]
             data = files[Path(entry["file"]).name]
             errors = entry.get("errors") or {entry["metric"]: entry["error"]}
             texture = decode_ktx2(data, entry["file"])
