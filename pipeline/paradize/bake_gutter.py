@@ -146,15 +146,21 @@ def _safe_reach(
 ) -> float:
     """The farthest reach, up to the one asked, whose samples at level 0 stay within the bound."""
 
-    def safe(tried: float) -> bool:
-        for key, chain in chains.items():
-            at = of_map[key]
-            far = at.reach({material: tried}, only=material)
-            if not gutter.is_safe(walk(chain[:1], KINDS[key], at.islands.layout, far)[0], bleed):
-                return False
-        return True
+    def level_0(key: str, tried: float) -> Bleed:
+        at = of_map[key]
+        far = at.reach({material: tried}, only=material)
+        return walk(chains[key][:1], KINDS[key], at.islands.layout, far)[0]
 
-    if reach == 0.0 or material not in next(iter(of_map.values())).materials or safe(reach):
+    def safe(tried: float) -> bool:
+        return all(gutter.is_safe(level_0(key, tried), bleed, known[key]) for key in chains)
+
+    if reach == 0.0 or material not in next(iter(of_map.values())).materials:
+        return reach
+    known = {}
+    for key in chains:
+        flat = level_0(key, 0.0)
+        known[key] = (flat.all_p99, flat.worst)
+    if safe(reach):
         return reach
     low, high = 0.0, 1.0
     for _ in range(_STEPS):

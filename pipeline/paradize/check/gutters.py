@@ -15,6 +15,8 @@ from paradize.errors import ParadizeError
 from paradize.formats.glb import decode_glb
 from paradize.formats.ktx2 import decode_ktx2
 
+_DIGITS = 1e-5  # scene.json holds six
+
 
 def check_gutters(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
     """The findings in a manifest's objects, whose files lie in `folder`; what cannot be read is left to other
@@ -70,16 +72,19 @@ def _walk(
     folder: Path,
 ) -> Iterator[Finding]:
     bound = artifact["gutter"]["bound"]
+    told = [artifact["gutter"][f"bleed_{key}"][0] * (1.0 + _DIGITS) for key in ("p99", "max")]
+    known = [(told[0], told[1]), *[(0.0, 0.0)] * len(texture.levels)]  # by level
     count = len(texture.levels) if artifact["max_level"] is None else artifact["max_level"] + 1
     levels = sampled_levels(texture, key)[:count]
     far = borders.reach(given)
     steep = walk(levels, KINDS[key], borders.islands.layout, far)
     flat = steep
-    if any(not is_safe(found, bound) for found in steep) and (far > 0.0).any():
+    bad = any(not is_safe(found, bound, at) for found, at in zip(steep, known, strict=False))
+    if bad and (far > 0.0).any():
         flat = walk(levels, KINDS[key], borders.islands.layout, far.clip(max=0.0))
     for level, (here, moved) in enumerate(zip(flat, steep, strict=True)):
-        found = here if not is_safe(here, bound) else moved
-        if is_safe(found, bound):
+        found = here if not is_safe(here, bound, known[level]) else moved
+        if is_safe(found, bound, known[level]):
             continue
         # What is off on the island's own side is the gutter's fault, however the sample came there.
         code = "PZ222" if found is moved and moved is not here and moved.own < 0.5 else "PZ221"

@@ -92,8 +92,8 @@ def group_mask(
 
 
 def goes_around(mesh: Mesh) -> bool:
-    """Whether UVs lie outside 0..1 (by more than rounding), so that the map's opposite edges meet whatever its
-    author said."""
+    """Whether UVs lie outside 0..1 (by more than rounding), so that the map's opposite edges meet whatever
+    its author said."""
     if mesh.uvs is None:
         return False
     return bool((mesh.uvs < -_ROUNDING).any() or (mesh.uvs > 1.0 + _ROUNDING).any())
@@ -166,9 +166,10 @@ def level_by_width(width_texels: float, reach: float, size: int, last: int) -> i
     return level
 
 
-def is_safe(found: gutter.Bleed, bound: float) -> bool:
-    """Whether what a level's walk found stays within the bound."""
-    return found.all_p99 <= bound and found.worst <= WORST * bound
+def is_safe(found: gutter.Bleed, bound: float, known: tuple[float, float] = (0.0, 0.0)) -> bool:
+    """Whether what a level's walk found stays within the bound. known: (99 of 100, largest) of level 0 where
+    it is worse by itself: noise that blocks cannot hold, which no clamp betters."""
+    return found.all_p99 <= max(bound, known[0]) and found.worst <= max(WORST * bound, known[1])
 
 
 def safe_level(found: Sequence[gutter.Bleed], bound: float) -> int:
