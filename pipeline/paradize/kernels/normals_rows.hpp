@@ -111,9 +111,18 @@ struct GivenSlopes {
     }
 };
 
+// i - i / 2^n, rounded down. Of rows that are too steep i is anything, so that it must wrap around.
+PARADIZE_INLINE Bits less_part(const Whole &i, int n) {
+    return (Bits)i + (Bits)((Whole)(0U - (Bits)i) >> n);
+}
+
 // floor(127.5 v) + 128 of v 2^30; see normals_codes.hpp.
 PARADIZE_INLINE Bits unorm_codes(const Whole &i) {
-    return (Bits)(i + ((-i) >> 8) + (1 << 30)) >> 23;
+    return (less_part(i, 8) + (1U << 30)) >> 23;
+}
+
+PARADIZE_INLINE Whole fine_codes(const Whole &i) {
+    return (Whole)(less_part(i, 7) + (1U << 14)) >> 15;
 }
 
 // 127 v of v 2^30, nearest. -|v| 2^31 is a whole number for every v up to 1, and beyond 1 becomes that of 1.
@@ -189,8 +198,8 @@ struct Writer {
         const Whole iz = __builtin_convertvector(scaled, Whole);
         store_rgb(codes + 3 * x, unorm_codes(ix) | unorm_codes(iy) << 8 | unorm_codes(iz) << 16);
         if constexpr (encoding == Encoding::fine) {
-            const Whole fx = (ix + ((-ix) >> 7) + (1 << 14)) >> 15;
-            const Whole fy = (iy + ((-iy) >> 7) + (1 << 14)) >> 15;
+            const Whole fx = fine_codes(ix);
+            const Whole fy = fine_codes(iy);
             fine[0].template add<all>(fx, keep);
             fine[1].template add<all>(fy, keep);
             store_pairs(out.fine + 2 * x, ((Bits)fx & 255U) | ((Bits)fy << 8));
