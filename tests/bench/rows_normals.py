@@ -63,7 +63,7 @@ class OpenCv:
         edge = cv2.BORDER_REFLECT_101
         cv2.Sobel(self.heights, cv2.CV_32F, 1, 0, dst=self.x, ksize=3, scale=-1 / 8, borderType=edge)
         cv2.Sobel(self.heights, cv2.CV_32F, 0, 1, dst=self.y, ksize=3, scale=1 / 8, borderType=edge)
-        cv2.magnitude(self.x, self.y, magnitude=self.z)  # 1 / sqrt(x^2 + y^2 + 1)
+        cv2.magnitude(self.x, self.y, magnitude=self.z)  # then 1 / sqrt(magnitude^2 + 1)
         cv2.multiply(self.z, self.z, dst=self.z)
         cv2.add(self.z, 1.0, dst=self.z)
         cv2.pow(self.z, -0.5, dst=self.z)
