@@ -35,10 +35,14 @@ LAYERS = {
 }
 
 
+def whose(name: str) -> str:
+    """bake_mesh.py, bake_maps.py ... are rooms of bake, one per kind of product; cli_options.py is of cli."""
+    first = name.partition("_")[0]
+    return first if first in ("bake", "cli") else name
+
+
 def room_of(path: Path) -> str:
-    """bake_mesh.py, bake_maps.py ... are bake's own rooms, one per kind of product."""
-    first = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
-    return "bake" if first.startswith("bake_") else first
+    return whose(path.relative_to(PACKAGE).parts[0].removesuffix(".py"))
 
 
 def imported_rooms(path: Path) -> set[str]:
@@ -55,7 +59,7 @@ def imported_rooms(path: Path) -> set[str]:
         for name in names:
             parts = name.split(".")
             if parts[0] == "paradize" and len(parts) > 1:
-                rooms.add("bake" if parts[1].startswith("bake_") else parts[1])
+                rooms.add(whose(parts[1]))
     return rooms - {"__version__"}
 
 

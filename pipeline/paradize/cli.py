@@ -19,10 +19,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
+from paradize.cli_options import add_maps_options, number, whole
 from paradize.errors import BakeError, GroupedError, ParadizeError, one_line
 
 TIERS = ("fast", "balanced", "exact")
-MAPS = ("normal", "height", "gloss", "dudv")
 INTERRUPTED = 130  # as shells tell it: 128 + SIGINT
 
 
@@ -44,52 +44,6 @@ class _Parser(argparse.ArgumentParser):
         raise _WrongUsage(f"{self.format_usage()}{self.prog}: error: {one_line(message)}")
 
 
-def _number(low: float, high: float) -> Callable[[str], float]:
-    def number(text: str) -> float:
-        value = float(text)
-        if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {low:g} to {high:g}")
-        return value
-
-    return number
-
-
-def _whole(low: int, high: int) -> Callable[[str], int]:
-    def integer(text: str) -> int:
-        value = int(text)
-        if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {low} to {high}")
-        return value
-
-    return integer
-
-
-def _maps(text: str) -> list[str]:
-    names = [name.strip() for name in text.split(",")]
-    for name in names:
-        if name not in MAPS:
-            raise argparse.ArgumentTypeError(f"{name!r} is no map; allowed: {', '.join(MAPS)}")
-    return [name for name in MAPS if name in names]
-
-
-def _names(text: str) -> list[str]:
-    names = [name for name in text.split(",") if name]
-    if not names:
-        raise argparse.ArgumentTypeError(f"{text!r} names nothing")
-    return names
-
-
-_FILTER_HELP = "auto (looks at the heights), central, scharr, fourth, eighth, smooth2 to smooth16, spectral"
-
-
-def _filter(text: str) -> str:
-    from paradize.scene import FILTERS
-
-    if text not in FILTERS:
-        raise argparse.ArgumentTypeError(f"{text!r} is no filter; {_FILTER_HELP}")
-    return text
-
-
 def parser() -> argparse.ArgumentParser:
     """The whole command line, as DESIGN's contract has it."""
     top = _Parser(
@@ -105,7 +59,7 @@ def parser() -> argparse.ArgumentParser:
         return sub
 
     def common(sub: argparse.ArgumentParser, jobs: str = "threads at most") -> None:
-        sub.add_argument("-j", "--jobs", type=_whole(1, 4096), metavar="N", help=f"{jobs} (default: cores)")
+        sub.add_argument("-j", "--jobs", type=whole(1, 4096), metavar="N", help=f"{jobs} (default: cores)")
         sub.add_argument("--tier", choices=TIERS, default="balanced", help="speed against accuracy")
         sub.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
@@ -119,10 +73,10 @@ def parser() -> argparse.ArgumentParser:
     sub.add_argument("input", type=Path, metavar="IN.obj")
     sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True)
     sub.add_argument(
-        "--lods", type=_whole(1, 8), default=4, metavar="N", help="levels, the source counted (4)"
+        "--lods", type=whole(1, 8), default=4, metavar="N", help="levels, the source counted (4)"
     )
     sub.add_argument(
-        "--max-error", type=_number(0.0, 1.0), metavar="F", help="largest error, a share of the diagonal"
+        "--max-error", type=number(0.0, 1.0), metavar="F", help="largest error, a share of the diagonal"
     )
     sub.add_argument("--atlas", action="store_true", help="make a UV layout")
     common(sub)
@@ -130,53 +84,7 @@ def parser() -> argparse.ArgumentParser:
     sub = command(
         "maps", _maps_command, "Bake a colour or height map into normal, height, gloss and du/dv maps."
     )
-    sub.add_argument("input", type=Path, metavar="IN.png")
-    sub.add_argument("-o", "--out", type=Path, metavar="DIR", required=True)
-    sub.add_argument("--only", type=_maps, default=list(MAPS), metavar="A,B", help=", ".join(MAPS))
-    sub.add_argument(
-        "--from", dest="source", choices=("color", "height"), default="color", help="what IN holds"
-    )
-    sub.add_argument(
-        "--strength",
-        type=_number(0.0, 1e6),
-        default=1.0,
-        metavar="S",
-        help="full white stands S percent of the map's width high (1)",
-    )
-    sub.add_argument(
-        "--wrap", choices=("repeat", "clamp"), default="clamp", help="what lies beyond the border"
-    )
-    sub.add_argument(
-        "--green", choices=("up", "down"), default="up", help="which way green points in normals"
-    )
-    sub.add_argument("--format", dest="fmt", choices=("ktx2", "png"), default="ktx2")
-    sub.add_argument("--uv", type=Path, metavar="IN.obj", help="the UV layout that the map is for")
-    sub.add_argument(
-        "--gloss-groups", type=_names, metavar="A,B", help="only these groups of the layout shine"
-    )
-    sub.add_argument("--report", type=Path, metavar="DIR", help="draw a contact sheet there, as <IN>.png")
-    sub.add_argument("--filter", type=_filter, default="auto", metavar="F", help=_FILTER_HELP)
-    sub.add_argument(
-        "--destep", action="store_true", help="smooth the steps of an 8-bit source, within half a step"
-    )
-    for name, default, low, text in (
-        ("black", 0.0, -1e6, "the value that becomes 0"),
-        ("white", 1.0, -1e6, "the value that becomes 1"),
-        ("gamma", 1.0, 1e-3, "above 1 lifts the middle of the heights"),
-        ("contrast", 1.0, -1e6, "about one half"),
-        ("brightness", 0.0, -1e6, "added to the heights"),
-    ):
-        what = f"{text} ({default:g})"
-        sub.add_argument(f"--{name}", type=_number(low, 1e6), default=default, metavar="X", help=what)
-    sub.add_argument("--invert", action="store_true", help="white is low")
-    sub.add_argument(
-        "--zstd",
-        type=_whole(1, 22),
-        nargs="?",
-        const=10,
-        metavar="LEVEL",
-        help="supercompress KTX2 (level 10)",
-    )
+    add_maps_options(sub)
     common(sub)
 
     sub = command("terrain", _terrain, "Bake a heightmap into a GLB under a bound on its vertical error.")
@@ -184,18 +92,18 @@ def parser() -> argparse.ArgumentParser:
     sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True)
     sub.add_argument(
         "--size",
-        type=_number(1e-6, 1e6),
+        type=number(1e-6, 1e6),
         nargs=2,
         required=True,
         metavar=("X", "Z"),
         help="metres, first to last pixel",
     )
     sub.add_argument(
-        "--height", type=_number(-1e6, 1e6), required=True, metavar="H", help="metres from black to white"
+        "--height", type=number(-1e6, 1e6), required=True, metavar="H", help="metres from black to white"
     )
     sub.add_argument(
         "--max-error",
-        type=_number(0.0, 1e6),
+        type=number(0.0, 1e6),
         metavar="M",
         help="metres; 0: exact (default: a thousandth of H)",
     )
@@ -441,12 +349,12 @@ def _terminated(number: int, frame: object) -> NoReturn:
 def _open_streams() -> None:
     """Gives a process that was started without standard streams the null device for each, before a file of
     ours takes their numbers; names that are no text are printed escaped."""
-    for number in range(3):
+    for stream in range(3):
         try:
-            os.fstat(number)
+            os.fstat(stream)
         except OSError:
             os.open(os.devnull, os.O_RDWR)  # takes the lowest free number: this one
-            os.set_inheritable(number, True)
+            os.set_inheritable(stream, True)
     if sys.stdout is None:
         sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 (open as long as the process runs)
     if sys.stderr is None:

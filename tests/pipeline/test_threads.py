@@ -12,6 +12,7 @@ import pytest
 
 from paradize import cli
 from paradize.bake_solo import Made, solo_maps, solo_mesh, solo_terrain
+from paradize.cli_options import MAPS
 from paradize.engine import workers
 from paradize.engine.workers import Job, Outcome, run_jobs
 from paradize.kernels import maps
@@ -64,7 +65,7 @@ def test_the_same_bytes_and_measures_with_any_number_of_threads(sources: Path) -
                 solo_maps,
                 {
                     "path": sources / "wood.png",
-                    "only": list(cli.MAPS),
+                    "only": list(MAPS),
                     "source": "color",
                     "strength": 5.0,
                     "wrap": "repeat",
