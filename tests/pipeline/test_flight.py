@@ -174,6 +174,8 @@ def test_a_sphere_is_met_where_it_is_near_and_when_it_is_seen() -> None:
     target = tuple(TargetPoint(position=(0.0, 2.0, 0.0)) for _ in points)
     flight = plan_flight(Settings(eye=eye, target=target, duration_s=60.0))
     inside, outside = sight(flight, 40.0, 1.5, [((0.0, 2.0, 0.0), 1.0), ((40.0, 2.0, 0.0), 1.0)])
+    assert inside.farthest_seen_m >= inside.nearest_m + 2.0  # its far side, a diameter behind the near one
+    assert (outside.farthest_seen_m > 0.0) == outside.seen
     assert inside.seen and inside.first_seen_s == 0.0
     assert inside.nearest_m == pytest.approx(19.0, abs=0.2)
     assert outside.seen and 10.0 < outside.first_seen_s < 30.0  # behind the eye until it has flown half round
