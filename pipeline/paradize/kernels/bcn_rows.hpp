@@ -4,7 +4,7 @@
 
 #include "bcn_fit.hpp"
 #include "bcn_load.hpp"
-#include "bcn_single.hpp"
+#include "bcn_single_fit.hpp"
 
 namespace paradize::bcn::PARADIZE_WIDTH {
 
