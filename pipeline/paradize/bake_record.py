@@ -22,8 +22,8 @@ SCENE_FILE = "scene.json"
 @dataclass
 class BakeReport:
     """What a bake did. artifacts: rows {name, file, sha256, bytes, tier, errors, status, seconds, over, and
-    of textures levels, format, reason, filter}; status: baked, reused or failed; over: the metrics beyond their
-    budget, as text; levels, reason: as of bake_product.MapProduct."""
+    of textures levels, format, reason, filter}; status: baked, reused or failed; over: the metrics beyond
+    their budget, as text; levels, reason: as of bake_product.MapProduct."""
 
     out: Path
     artifacts: list[dict[str, Any]] = field(default_factory=list)

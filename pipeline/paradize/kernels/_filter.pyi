@@ -1,4 +1,4 @@
-"""Native kernels of the derivative filters; filter.py is their checked face. A call writes its output arrays."""
+"""Native kernels of the derivative filters; filter.py is their checked face. Calls write into arrays."""
 
 from typing import Any, TypeAlias
 
