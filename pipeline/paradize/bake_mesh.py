@@ -14,6 +14,7 @@ from paradize.data import Group, Lod, Mesh
 from paradize.engine.isolate import call_isolated
 from paradize.errors import BakeError, ParadizeError, SourceError
 from paradize.formats.glb import decode_glb, encode_glb
+from paradize.metrics.draw import draw_costs
 from paradize.metrics.surface import surface_distance
 from paradize.metrics.tangent import frame_faults
 from paradize.readers.mtl import base_colors_of
@@ -21,6 +22,7 @@ from paradize.readers.obj import read_obj
 from paradize.stages.atlas import make_atlas
 from paradize.stages.lod import LEAST_TRIANGLES, RATIO, TIERS, simplify
 from paradize.stages.normals import complete_normals
+from paradize.stages.order import draw_order
 from paradize.stages.tangents import tangent_frames
 from paradize.stages.validate import messages, validate_mesh
 
@@ -126,6 +128,8 @@ def _bake(
     warnings += [f"{path}: {note}" for note in notes]
     levels = [(replace(level, tangents=None), errors) for level, errors in levels]
     framed = [(tangent_frames(level) if level.uvs is not None else level, errors) for level, errors in levels]
+    unordered = [draw_costs(level) for level, _ in framed]
+    framed = [(draw_order(level), errors) for level, errors in framed]
     done = tuple(Lod(level, errors["error_max"], errors["error_rms"]) for level, errors in framed)
     glb = encode_glb(
         done, path.stem, base_colors=base_colors_of(read.materials) if base_colors is None else base_colors
@@ -142,7 +146,8 @@ def _bake(
         "lods": [
             {"triangles": len(level.triangles), "vertices": len(level.positions), **errors}
             | frame_faults(level)
-            for level, errors in framed
+            | {"draw": draw_costs(level) | {"acmr_before": before["acmr"], "atvr_before": before["atvr"]}}
+            for (level, errors), before in zip(framed, unordered, strict=True)
         ],
         "seconds": round(time.monotonic() - started, 3),
         "warnings": warnings,

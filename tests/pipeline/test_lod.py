@@ -217,7 +217,11 @@ def test_level_0_keeps_the_positions_of_the_source(tmp_path: Path) -> None:
     mesh = sphere(8, radius=0.1, offset=(1 / 3, 7.7, -1e-3))
     made = bake_mesh(write_obj(tmp_path / "ball.obj", mesh))
     found = decode_glb(made.glb)[0].mesh
-    assert np.array_equal(found.positions[found.triangles], mesh.positions[mesh.triangles])
+    triangles = [
+        sorted(min(np.roll(t, -k, 0).tolist() for k in range(3)) for t in m.positions[m.triangles])
+        for m in (found, mesh)
+    ]  # the draw order is free
+    assert triangles[0] == triangles[1]
 
 
 def test_no_level_exceeds_the_asked_error(tmp_path: Path) -> None:

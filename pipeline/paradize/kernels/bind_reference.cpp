@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "bind_reference_layout.hpp"
 #include "reference_distance.hpp"
 #include "reference_frames.hpp"
 #include "reference_maps.hpp"
@@ -25,14 +26,19 @@ using Values = nb::ndarray<const float, nb::ndim<3>, nb::c_contig, nb::device::c
 using Islands = nb::ndarray<const std::int32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Any = nb::ndarray<nb::ro, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 
-nb::tuple surface_distance(Rows<float> from, Rows<std::uint32_t> from_triangles, Rows<float> to,
-                           Rows<std::uint32_t> to_triangles, std::uint64_t samples, unsigned threads) {
-    const reference::Surface a{{from.data(), from.size()}, {from_triangles.data(), from_triangles.size()}};
-    const reference::Surface b{{to.data(), to.size()}, {to_triangles.data(), to_triangles.size()}};
+// A surface in a tree; the arrays must outlive it (kernels/reference.py keeps them).
+struct Measured {
+    Measured(Rows<float> positions, Rows<std::uint32_t> triangles)
+        : tree(reference::Surface{{positions.data(), positions.size()},
+                                  {triangles.data(), triangles.size()}}) {}
+    reference::Tree tree;
+};
+
+nb::tuple surface_distance(const Measured &from, const Measured &to, std::uint64_t samples, unsigned threads) {
     reference::Distance found;
     {
         nb::gil_scoped_release unlocked;
-        found = reference::one_sided(a, b, samples, threads);
+        found = reference::one_sided(from.tree, to.tree, samples, threads);
     }
     return nb::make_tuple(found.max, found.rms, found.p99);
 }
@@ -153,6 +159,9 @@ nb::list color_levels(const Texture &texture, Any pixels, bool encoded, double c
 
 NB_MODULE(_reference, m) {
     m.doc() = "Reference kernels for metrics.";
+    nb::class_<Measured>(m, "Surface")
+        .def(nb::init<Rows<float>, Rows<std::uint32_t>>(), nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
+             nb::call_guard<nb::gil_scoped_release>());
     m.def("surface_distance", &surface_distance);
     m.def("angles_deg", &angles_deg);
     nb::class_<Texture>(m, "Texture")
@@ -167,4 +176,5 @@ NB_MODULE(_reference, m) {
     m.def("value_levels", &value_levels);
     m.def("gloss_levels", &gloss_levels);
     m.def("color_levels", &color_levels);
+    bind_reference_layout(m);
 }
