@@ -34,7 +34,8 @@ struct Measured {
     reference::Tree tree;
 };
 
-nb::tuple surface_distance(const Measured &from, const Measured &to, std::uint64_t samples, unsigned threads) {
+nb::tuple surface_distance(const Measured &from, const Measured &to, std::uint64_t samples,
+                           unsigned threads) {
     reference::Distance found;
     {
         nb::gil_scoped_release unlocked;

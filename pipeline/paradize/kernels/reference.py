@@ -25,6 +25,31 @@ def _triangles(values: npt.ArrayLike, vertices: int) -> npt.NDArray[np.uint32]:
     return triangles
 
 
+class Surface:
+    """Triangles that are measured, in a tree; made once for any number of measurements.
+
+    positions: (n, 3) finite, any unit; triangles: (m, 3), m > 0. Both are copied only where they must be.
+    """
+
+    def __init__(self, positions: npt.ArrayLike, triangles: npt.ArrayLike) -> None:
+        self.positions = _rows(positions)
+        self.triangles = _triangles(triangles, len(self.positions))
+        self.tree = _reference.Surface(self.positions, self.triangles)
+
+    def distance_to(
+        self, other: Surface, *, samples: int, threads: int | None = None
+    ) -> tuple[float, float, float]:
+        """(max, rms, p99) distance from this surface's samples to the other surface, in the positions' unit.
+
+        samples: about how many in all, besides ten or more in every triangle, 0 to 10^8.
+        """
+        if not 0 <= samples <= 10**8:
+            raise ValueError(f"{samples} samples, expected 0 to 10^8")
+        workers = default_threads(8) if threads is None else max(1, threads)
+        found = _reference.surface_distance(self.tree, other.tree, samples, workers)
+        return float(found[0]), float(found[1]), float(found[2])
+
+
 def one_sided_distance(
     from_positions: npt.ArrayLike,
     from_triangles: npt.ArrayLike,
@@ -34,18 +59,9 @@ def one_sided_distance(
     samples: int,
     threads: int | None = None,
 ) -> tuple[float, float, float]:
-    """(max, rms, p99) distance from one surface's samples to the other surface, in the positions' unit.
-
-    samples: about how many in all, besides ten or more in every triangle, 0 to 10^8.
-    """
-    if not 0 <= samples <= 10**8:
-        raise ValueError(f"{samples} samples, expected 0 to 10^8")
-    a, b = _rows(from_positions), _rows(to_positions)
-    workers = default_threads(8) if threads is None else max(1, threads)
-    found = _reference.surface_distance(
-        a, _triangles(from_triangles, len(a)), b, _triangles(to_triangles, len(b)), samples, workers
-    )
-    return float(found[0]), float(found[1]), float(found[2])
+    """Surface.distance_to of two surfaces that are measured once."""
+    there, back = Surface(from_positions, from_triangles), Surface(to_positions, to_triangles)
+    return there.distance_to(back, samples=samples, threads=threads)
 
 
 def angles_deg(a: npt.ArrayLike, b: npt.ArrayLike) -> npt.NDArray[np.float64]:

@@ -1,175 +1,119 @@
 #include "reference_distance.hpp"
 
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <cmath>
 #include <limits>
-#include <thread>
-#include <utility>
 #include <vector>
 
-#include "triangle_tree.hpp"
+#include "reference_samples.hpp"
 
 namespace paradize::reference {
 namespace {
 
 constexpr std::size_t least_samples = 10;
-constexpr double sliver = 1e-8; // squared sine below which a foot on the plane is not trusted alone
-constexpr std::size_t chunk_size =
-    256; // triangles handled together; fixed, so that results do not depend on threads
+// Triangles handled together; fixed, so that results do not depend on threads.
+constexpr std::size_t chunk_size = 256;
 
-using Point = TriangleTree::Point;
-using Corners = TriangleTree::Corners;
+// Points gathered until a packet is full, then measured.
+class Row {
+  public:
+    Row(const Tree &to, double *out) : to_(to), out_(out) {}
 
-Point minus(const Point &a, const Point &b) {
-    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-Point along(const Point &a, double s, const Point &d) {
-    return {a[0] + s * d[0], a[1] + s * d[1], a[2] + s * d[2]};
-}
-double dot(const Point &a, const Point &b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Corners corners_of(const Surface &surface, std::size_t triangle) {
-    Corners out;
-    for (std::size_t k = 0; k < 3; ++k)
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            out[k][axis] = surface.positions[surface.triangles[triangle * 3 + k] * std::size_t{3} + axis];
-    return out;
-}
-
-double area_of(const Corners &c) {
-    const Point a = minus(c[1], c[0]), b = minus(c[2], c[0]);
-    const Point n{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-    return 0.5 * std::sqrt(dot(n, n));
-}
-
-double to_segment(const Point &p, const Point &a, const Point &b) {
-    const Point d = minus(b, a), w = minus(p, a);
-    const double l = dot(d, d);
-    const double s = l > 0 ? std::clamp(dot(w, d) / l, 0.0, 1.0) : 0;
-    const Point r = minus(w, {s * d[0], s * d[1], s * d[2]});
-    return dot(r, r);
-}
-
-// Squared distance from a point to a triangle: to its plane where the foot falls inside, else to the nearest
-// side.
-double to_triangle(const Point &p, const Corners &c) {
-    const Point a = minus(c[1], c[0]), b = minus(c[2], c[0]), w = minus(p, c[0]);
-    const double aa = dot(a, a), ab = dot(a, b), bb = dot(b, b), wa = dot(w, a), wb = dot(w, b);
-    const double det = aa * bb - ab * ab;
-    const double u = bb * wa - ab * wb, v = aa * wb - ab * wa;
-    double best = std::numeric_limits<double>::max();
-    if (det > 0 && u >= 0 && v >= 0 && u + v <= det) {
-        const Point r = minus(along(along({0, 0, 0}, u / det, a), v / det, b), w);
-        best = dot(r, r);
-        if (det > sliver * aa * bb)
-            return best;
+    // The squared distance of p goes to out[place], or into `largest` alone where `place` is `unplaced`.
+    void add(const Point &p, std::size_t place) {
+        packet_.x[count_] = p[0];
+        packet_.y[count_] = p[1];
+        packet_.z[count_] = p[2];
+        places_[count_] = place;
+        if (++count_ == Packet::size)
+            flush();
     }
-    return std::min({best, to_segment(p, c[0], c[1]), to_segment(p, c[1], c[2]), to_segment(p, c[2], c[0])});
-}
-
-// Squared distance to the nearest triangle. `hint`: a triangle to try first, replaced by the nearest one.
-double nearest(const TriangleTree &tree, const Point &p, std::uint32_t &hint,
-               std::vector<std::uint32_t> &room) {
-    double best = to_triangle(p, tree.corners(hint));
-    tree.search(p, best, room, [&](std::uint32_t triangle) {
-        const double d = to_triangle(p, tree.corners(triangle));
-        if (d < best) {
-            best = d;
-            hint = triangle;
+    void flush() {
+        if (count_ == 0)
+            return;
+        for (std::size_t i = count_; i < Packet::size; ++i) {
+            packet_.x[i] = packet_.x[0];
+            packet_.y[i] = packet_.y[0];
+            packet_.z[i] = packet_.z[0];
         }
-    });
-    return best;
-}
-
-// The k-th point of a two-dimensional low-discrepancy sequence, folded into a triangle.
-// Source: M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018.
-Point sample(const Corners &c, std::size_t k) {
-    constexpr double g1 = 0.7548776662466927, g2 = 0.5698402909980532;
-    const double n = static_cast<double>(k) + 0.5;
-    double u = n * g1 - std::floor(n * g1), v = n * g2 - std::floor(n * g2);
-    if (u + v > 1) {
-        u = 1 - u;
-        v = 1 - v;
+        packet_.best.fill(std::numeric_limits<double>::max());
+        packet_.slot.fill(-1);
+        to_.nearest(packet_, hint_, nullptr);
+        hint_ = packet_.slot[0];
+        for (std::size_t i = 0; i < count_; ++i) {
+            largest = std::max(largest, packet_.best[i]);
+            if (places_[i] != unplaced)
+                out_[places_[i]] = packet_.best[i];
+        }
+        count_ = 0;
     }
-    return along(along(c[0], u, minus(c[1], c[0])), v, minus(c[2], c[0]));
-}
 
-struct Measured {
-    double distance, area;
+    static constexpr std::size_t unplaced = ~std::size_t{0};
+    double largest = 0;
+
+  private:
+    const Tree &to_;
+    double *out_;
+    Packet packet_;
+    std::array<std::size_t, Packet::size> places_;
+    std::size_t count_ = 0;
+    double hint_ = -1;
 };
 
 } // namespace
 
-Distance one_sided(const Surface &from, const Surface &to, std::uint64_t samples, unsigned threads) {
-    const TriangleTree tree(to.positions, to.triangles);
-    const std::size_t count = from.triangles.size() / 3;
-    double total = 0;
-    for (std::size_t i = 0; i < count; ++i)
-        total += area_of(corners_of(from, i));
-    std::vector<std::uint32_t> looked_at(from.positions.size() / 3,
-                                         0xffffffffu); // triangle that looks at a vertex
-    for (std::size_t i = from.triangles.size(); i-- > 0;)
-        looked_at[from.triangles[i]] = static_cast<std::uint32_t>(i / 3);
+Distance one_sided(const Tree &from, const Tree &to, std::uint64_t samples, unsigned threads) {
+    const Surface &surface = from.surface();
+    const std::size_t count = surface.triangles.size() / 3;
+    const Shares shares(surface, samples, least_samples);
+    // The triangle that looks at a vertex.
+    std::vector<std::uint32_t> looked_at(surface.positions.size() / 3, Packet::none);
+    for (std::size_t i = surface.triangles.size(); i-- > 0;)
+        looked_at[surface.triangles[i]] = static_cast<std::uint32_t>(i / 3);
+    std::vector<double> squares(shares.first.back());
     const std::size_t chunks = (count + chunk_size - 1) / chunk_size;
-    std::vector<std::vector<Measured>> measured(chunks);
     std::vector<double> largest(chunks, 0);
-    std::atomic<std::size_t> next{0};
-    const auto work = [&] {
-        for (std::size_t chunk = next++; chunk < chunks; chunk = next++) {
-            std::uint32_t hint = 0;
-            std::vector<std::uint32_t> room;
-            for (std::size_t i = chunk * chunk_size; i < std::min(count, (chunk + 1) * chunk_size); ++i) {
-                const Corners c = corners_of(from, i);
-                const double area = area_of(c);
-                const double share = total > 0 ? area / total * static_cast<double>(samples) : 0;
-                const std::size_t n = std::max(least_samples, static_cast<std::size_t>(std::ceil(share)));
-                for (std::size_t k = 0; k < n; ++k)
-                    measured[chunk].push_back(
-                        {nearest(tree, sample(c, k), hint, room), area / static_cast<double>(n)});
-                for (std::size_t k = 0; k < 3; ++k) {
-                    const Point middle = along(c[k], 0.5, minus(c[(k + 1) % 3], c[k]));
-                    largest[chunk] = std::max(largest[chunk], nearest(tree, middle, hint, room));
-                    if (looked_at[from.triangles[i * 3 + k]] == i)
-                        largest[chunk] = std::max(largest[chunk], nearest(tree, c[k], hint, room));
-                }
+    for_chunks(chunks, threads, [&](std::size_t chunk) {
+        Row row(to, squares.data());
+        std::vector<std::pair<double, double>> uvs;
+        for (std::size_t at_slot = chunk * chunk_size; at_slot < std::min(count, (chunk + 1) * chunk_size);
+             ++at_slot) {
+            const std::size_t i = from.order()[at_slot];
+            const Corners c = corners_of(surface, i);
+            spots(shares.count(i), uvs);
+            for (std::size_t k = 0; k < uvs.size(); ++k)
+                row.add(at(c, uvs[k]), shares.first[i] + k);
+            if (uvs.size() > Packet::size)
+                row.flush();
+            for (std::size_t k = 0; k < 3; ++k) {
+                row.add(along(c[k], 0.5, minus(c[(k + 1) % 3], c[k])), Row::unplaced);
+                if (looked_at[surface.triangles[i * 3 + k]] == i)
+                    row.add(c[k], Row::unplaced);
             }
+            row.flush();
         }
-    };
-    std::vector<std::jthread> others;
-    for (unsigned t = 1; t < threads && t < chunks; ++t)
-        others.emplace_back(work);
-    work();
-    others.clear();
+        largest[chunk] = row.largest;
+    });
 
     Distance out;
-    std::vector<Measured> all;
-    for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-        out.max = std::max(out.max, largest[chunk]);
-        all.insert(all.end(), measured[chunk].begin(), measured[chunk].end());
-    }
-    double squares = 0, area = 0;
-    for (const Measured &m : all) {
-        squares += m.distance * m.area;
-        area += m.area;
-        out.max = std::max(out.max, m.distance);
-    }
+    for (const double d : largest)
+        out.max = std::max(out.max, d);
     out.max = std::sqrt(out.max);
-    out.rms = area > 0 ? std::sqrt(squares / area) : out.max;
-    std::ranges::sort(all, [](const Measured &a, const Measured &b) {
-        return std::pair(a.distance, a.area) < std::pair(b.distance, b.area);
-    });
-    double below = 0;
-    for (const Measured &m : all) {
-        out.p99 = std::sqrt(m.distance);
-        below += m.area;
-        if (below >= 0.99 * area)
-            break;
-    }
+    double sum = 0, area = 0;
+    std::vector<std::uint32_t> owner(squares.size());
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t k = shares.first[i]; k < shares.first[i + 1]; ++k) {
+            sum += squares[k] * shares.weight[i];
+            area += shares.weight[i];
+            owner[k] = static_cast<std::uint32_t>(i);
+        }
+    out.rms = area > 0 ? std::sqrt(sum / area) : out.max;
+    out.p99 = std::sqrt(quantile(squares, 0.99, [&](std::size_t k) { return shares.weight[owner[k]]; }));
     return out;
+}
+
+Distance one_sided(const Surface &from, const Surface &to, std::uint64_t samples, unsigned threads) {
+    return one_sided(Tree(from), Tree(to), samples, threads);
 }
 
 } // namespace paradize::reference

@@ -4,7 +4,8 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
+
+#include "reference_tree.hpp"
 
 namespace paradize::reference {
 
@@ -14,14 +15,10 @@ struct Distance {
     double p99 = 0; // the distance that 99 % of the area does not exceed
 };
 
-struct Surface {
-    std::span<const float> positions;         // (n, 3), any unit, finite
-    std::span<const std::uint32_t> triangles; // (m, 3), m > 0
-};
-
 // From every sample of `from` to the nearest point of `to`, in float64. Samples: at least ten in every
 // triangle, and in proportion to area so that there are about `samples` in all, at the points of a
 // low-discrepancy sequence (the same on every machine). threads: 1 or more; the result does not depend on it.
+Distance one_sided(const Tree &from, const Tree &to, std::uint64_t samples, unsigned threads);
 Distance one_sided(const Surface &from, const Surface &to, std::uint64_t samples, unsigned threads);
 
 } // namespace paradize::reference
