@@ -13,6 +13,7 @@
 #include "reference_distance.hpp"
 #include "reference_frames.hpp"
 #include "reference_maps.hpp"
+#include "reference_places.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
@@ -42,6 +43,45 @@ nb::tuple surface_distance(const Measured &from, const Measured &to, std::uint64
         found = reference::one_sided(from.tree, to.tree, samples, threads);
     }
     return nb::make_tuple(found.max, found.rms, found.p99);
+}
+
+std::span<const float> rows_or_none(const nb::object &rows) {
+    if (rows.is_none()) {
+        return {};
+    }
+    const auto array = nb::cast<Rows<float>>(rows); // the caller holds the array
+    return {array.data(), array.size()};
+}
+
+reference::Shading shading(Rows<float> normals, const nb::object &tangents, const nb::object &uvs) {
+    return {{normals.data(), normals.size()}, rows_or_none(tangents), rows_or_none(uvs)};
+}
+
+// The arrays of both shadings and of the map are held by the caller.
+nb::tuple normal_angles(const Measured &from, const reference::Shading &seen, const Measured &to,
+                        const reference::Shading &truth, const nb::object &map, bool repeat, double near,
+                        std::uint64_t samples, unsigned threads) {
+    reference::NormalMap vectors;
+    if (!map.is_none()) {
+        const auto array = nb::cast<Values>(map);
+        vectors = {{array.data(), array.size()}, array.shape(0), array.shape(1), repeat};
+    }
+    reference::Spread found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = reference::normal_angles(from.tree, seen, to.tree, truth, vectors, near, samples, threads);
+    }
+    return nb::make_tuple(found.mean, found.p99, found.max);
+}
+
+nb::tuple uv_shift(const Measured &from, const reference::Shading &seen, const Measured &to,
+                   const reference::Shading &truth, double unit, std::uint64_t samples, unsigned threads) {
+    reference::Spread found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = reference::uv_shift(from.tree, seen, to.tree, truth, unit, samples, threads);
+    }
+    return nb::make_tuple(found.mean, found.p99, found.max);
 }
 
 nb::object angles_deg(Rows<float> a, Rows<float> b) {
@@ -164,6 +204,11 @@ NB_MODULE(_reference, m) {
         .def(nb::init<Rows<float>, Rows<std::uint32_t>>(), nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
              nb::call_guard<nb::gil_scoped_release>());
     m.def("surface_distance", &surface_distance);
+    nb::class_<reference::Shading>(m, "Shading");
+    m.def("shading", &shading, nb::arg("normals"), nb::arg("tangents").none(), nb::arg("uvs").none());
+    m.def("normal_angles", &normal_angles, nb::arg("from"), nb::arg("seen"), nb::arg("to"), nb::arg("truth"),
+          nb::arg("map").none(), nb::arg("repeat"), nb::arg("near"), nb::arg("samples"), nb::arg("threads"));
+    m.def("uv_shift", &uv_shift);
     m.def("angles_deg", &angles_deg);
     nb::class_<Texture>(m, "Texture")
         .def(nb::init<int, std::size_t, std::size_t, std::size_t, const std::vector<Bytes> &>(),

@@ -16,6 +16,13 @@ def _rows(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
     return rows
 
 
+def _columns(values: npt.ArrayLike, count: int, width: int) -> npt.NDArray[np.float32]:
+    rows = np.ascontiguousarray(values, np.float32)
+    if rows.shape != (count, width) or not np.isfinite(rows).all():
+        raise ValueError(f"expected ({count}, {width}) finite floats, got {rows.shape}")
+    return rows
+
+
 def _triangles(values: npt.ArrayLike, vertices: int) -> npt.NDArray[np.uint32]:
     triangles = np.ascontiguousarray(values, np.uint32)
     if triangles.ndim != 2 or triangles.shape[1] != 3 or not len(triangles):
@@ -47,6 +54,74 @@ class Surface:
             raise ValueError(f"{samples} samples, expected 0 to 10^8")
         workers = default_threads(8) if threads is None else max(1, threads)
         found = _reference.surface_distance(self.tree, other.tree, samples, workers)
+        return float(found[0]), float(found[1]), float(found[2])
+
+
+class Shading:
+    """What a surface's vertices carry: normals (n, 3) unit, and tangents (n, 4) and uvs (n, 2) or None."""
+
+    def __init__(
+        self,
+        surface: Surface,
+        normals: npt.ArrayLike,
+        tangents: npt.ArrayLike | None,
+        uvs: npt.ArrayLike | None,
+    ) -> None:
+        self.surface = surface
+        count = len(surface.positions)
+        self.held = [
+            None if values is None else _columns(values, count, width)
+            for values, width in ((normals, 3), (tangents, 4), (uvs, 2))
+        ]
+        self.has_uvs = uvs is not None
+        self.native = _reference.shading(*self.held)
+
+    def angles_to(
+        self,
+        truth: Shading,
+        *,
+        near: float,
+        samples: int,
+        normal_map: npt.ArrayLike | None = None,
+        repeat: bool = True,
+        threads: int | None = None,
+    ) -> tuple[float, float, float]:
+        """(mean, p99, max) over this surface's area of the degrees between the normals that both show at one
+        place (reference_places.hpp). near: how far, in the positions' unit, a place that faces the same way
+        may lie behind a nearer one that does not. normal_map: (h, w, 3) unit vectors, green up."""
+        vectors = None
+        if normal_map is not None:
+            vectors = np.ascontiguousarray(normal_map, np.float32)
+            if (
+                vectors.ndim != 3
+                or vectors.shape[2] != 3
+                or not vectors.size
+                or not np.isfinite(vectors).all()
+            ):
+                raise ValueError(f"normal map {vectors.shape}: expected finite (h, w, 3)")
+        if not 0 <= samples <= 10**8 or not near >= 0:
+            raise ValueError(f"{samples} samples, near {near}")
+        workers = default_threads(8) if threads is None else max(1, threads)
+        found = _reference.normal_angles(
+            self.surface.tree, self.native, truth.surface.tree, truth.native,
+            vectors, repeat, near, samples, workers,
+        )  # fmt: skip
+        return float(found[0]), float(found[1]), float(found[2])
+
+    def shift_from(
+        self, truth: Shading, *, unit: float, samples: int, threads: int | None = None
+    ) -> tuple[float, float, float]:
+        """(mean, p99, max) over this surface's area of how far, in the positions' unit, the texture shown
+        lies from where `truth` shows it. unit: what 1 in texture coordinates counts where nothing near has
+        them."""
+        if not (self.has_uvs and truth.has_uvs):
+            raise ValueError("no texture coordinates")
+        if not 1 <= samples <= 10**8 or not 0 <= unit < float("inf"):
+            raise ValueError(f"{samples} samples, unit {unit}")
+        workers = default_threads(8) if threads is None else max(1, threads)
+        found = _reference.uv_shift(
+            self.surface.tree, self.native, truth.surface.tree, truth.native, unit, samples, workers
+        )
         return float(found[0]), float(found[1]), float(found[2])
 
 
