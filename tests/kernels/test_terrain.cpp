@@ -78,7 +78,7 @@ TEST_CASE("any bound is kept and the grid is covered exactly once") {
     for (const auto &[width, height] : {std::pair{2U, 2U}, {2U, 17U}, {17U, 2U}, {33U, 20U}}) {
         const Grid grid = rough(width, height);
         for (const double tolerance : {0.0, 0.1, 0.7, 5.0}) {
-            const Measured found = measure(grid, refine(grid.heights, width, height, tolerance));
+            const Measured found = measure(grid, refine(grid.heights, width, height, tolerance, 2));
             CHECK(found.error <= tolerance + 1e-9);
             CHECK(found.doubled_area == 2 * std::int64_t{width - 1} * (height - 1));
             CHECK(found.all_turn_one_way);
@@ -88,14 +88,14 @@ TEST_CASE("any bound is kept and the grid is covered exactly once") {
 
 TEST_CASE("a flat field needs two triangles, whatever the bound") {
     const Grid grid{40, 30, std::vector<float>(1200, 7.5F)};
-    CHECK(refine(grid.heights, 40, 30, 0.0).triangles.size() == 6);
+    CHECK(refine(grid.heights, 40, 30, 0.0, 2).triangles.size() == 6);
 }
 
 TEST_CASE("a spike on an edge, on the rim and inside becomes a vertex") {
     for (const std::uint32_t pixel : {0U, 5U, 11U, 11U * 5U + 5U, 11U * 3U + 7U, 120U}) {
         Grid grid{11, 11, std::vector<float>(121, 0.0F)};
         grid.heights[pixel] = 9.0F;
-        const Triangulation found = refine(grid.heights, 11, 11, 0.5);
+        const Triangulation found = refine(grid.heights, 11, 11, 0.5, 2);
         CHECK(std::count(found.pixels.begin(), found.pixels.end(), pixel) == 1);
         CHECK(measure(grid, found).error <= 0.5);
     }
@@ -105,7 +105,7 @@ TEST_CASE("huge heights and tiny bounds end") {
     Grid grid = rough(24, 24);
     for (float &value : grid.heights)
         value *= 1e30F;
-    CHECK(measure(grid, refine(grid.heights, 24, 24, 1e20)).error <= 1.1e20);
+    CHECK(measure(grid, refine(grid.heights, 24, 24, 1e20, 2)).error <= 1.1e20);
     const Grid small = rough(24, 24);
-    CHECK(refine(small.heights, 24, 24, 1e-300).pixels.size() <= 576);
+    CHECK(refine(small.heights, 24, 24, 1e-300, 2).pixels.size() <= 576);
 }

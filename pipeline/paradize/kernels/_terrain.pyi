@@ -2,5 +2,5 @@ import numpy as np
 import numpy.typing as npt
 
 def refine(
-    heights: npt.NDArray[np.float32], tolerance: float
+    heights: npt.NDArray[np.float32], tolerance: float, threads: int
 ) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]: ...

@@ -18,10 +18,10 @@ nb::ndarray<nb::numpy, std::uint32_t> to_numpy(std::vector<std::uint32_t> &&valu
     return nb::ndarray<nb::numpy, std::uint32_t>(kept->data(), {kept->size()}, owner);
 }
 
-nb::tuple refine(const Heights &heights, double tolerance) {
+nb::tuple refine(const Heights &heights, double tolerance, int threads) {
     const std::size_t rows = heights.shape(0), columns = heights.shape(1);
-    if (rows < 2 || columns < 2 || rows > 32768 || columns > 32768)
-        throw nb::value_error("heights must be 2 to 32768 on each side");
+    if (rows < 2 || columns < 2 || rows > 16385 || columns > 16385)
+        throw nb::value_error("heights must be 2 to 16385 on each side");
     if (!(tolerance >= 0.0))
         throw nb::value_error("tolerance must not be negative");
     paradize::terrain::Triangulation result;
@@ -29,7 +29,7 @@ nb::tuple refine(const Heights &heights, double tolerance) {
         nb::gil_scoped_release release;
         result =
             paradize::terrain::refine({heights.data(), rows * columns}, static_cast<std::uint32_t>(columns),
-                                      static_cast<std::uint32_t>(rows), tolerance);
+                                      static_cast<std::uint32_t>(rows), tolerance, threads);
     }
     return nb::make_tuple(to_numpy(std::move(result.pixels)), to_numpy(std::move(result.triangles)));
 }
@@ -38,5 +38,5 @@ nb::tuple refine(const Heights &heights, double tolerance) {
 
 NB_MODULE(_terrain, m) {
     m.doc() = "Terrain kernels; the checked face is paradize.kernels.terrain.";
-    m.def("refine", &refine, nb::arg("heights").noconvert(), nb::arg("tolerance"));
+    m.def("refine", &refine, nb::arg("heights").noconvert(), nb::arg("tolerance"), nb::arg("threads"));
 }

@@ -1,5 +1,5 @@
-// Height field -> Delaunay triangulation that honours a vertical error bound at every pixel.
-// Greedy insertion: Garland and Heckbert, "Fast Polygonal Approximation of Terrains and Height Fields", 1995.
+// Height field -> Delaunay triangulation that honours a vertical error bound at every pixel: tiles meshed
+// apart, sewn, made Delaunay across their seams, and the seams' needless vertices taken out again.
 #pragma once
 
 #include <cstddef>
@@ -14,11 +14,11 @@ struct Triangulation {
     std::vector<std::uint32_t> triangles; // 3 indices into `pixels` each; positive area in (column, row)
 };
 
-// heights: width * height finite floats, row by row; width, height in [2, 32768]; tolerance >= 0 in the unit
+// heights: width * height finite floats, row by row; width, height in [2, 16385]; tolerance >= 0 in the unit
 // of the heights: at every pixel the plane of each triangle that covers it lies within the tolerance (in
 // float64, of exact pixel positions). Exact predicates: the result is a Delaunay triangulation whatever the
-// input.
+// input, and the same on every CPU and any number of threads.
 Triangulation refine(std::span<const float> heights, std::uint32_t width, std::uint32_t height,
-                     double tolerance);
+                     double tolerance, int threads);
 
 } // namespace paradize::terrain

@@ -1,0 +1,90 @@
+// A Delaunay triangulation of pixels that grows where a pixel lies off its plane, and gives back what it does
+// not need. Half-edges in arrays, predicates in whole numbers, no floating-point decision but the error's.
+// Insertion: Garland and Heckbert, "Fast Polygonal Approximation of Terrains and Height Fields", 1995.
+// Flips: Lawson, "Software for C1 Surface Interpolation", 1977. Removal by ears: Devillers, "On Deletion in
+// Delaunay Triangulations", 1999.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "terrain_scan.hpp"
+
+namespace paradize::terrain {
+
+// Three half-edges a triangle: corners[3t + k] is the vertex that edge 3t + k leaves; twins[e] runs back, or
+// is `none` on the rim. A dead triangle has `none` as its first corner.
+struct Net {
+    std::vector<Spot> vertices;
+    std::vector<std::uint32_t> corners, twins;
+};
+
+class Mesher {
+  public:
+    // tolerance: >= 0, the unit of the heights.
+    Mesher(View view, double tolerance) : view_(view), tolerance_(tolerance) {}
+
+    // The rectangle [0, right] x [0, bottom] as two triangles; vertices 0..3 are its corners, row by row.
+    void start(Spot last);
+    // Takes a triangulation over; the first `tracked` vertices may later be removed.
+    void adopt(Net &&net, std::uint32_t tracked);
+    Net release();
+
+    // A vertex on the rim, flipped in but not scanned.
+    void insert_on_rim(Spot spot);
+    // Inserts pixels, the worst first, until all keep the tolerance. From the start of a net: all of it.
+    void refine_all();
+    // Makes the edges Delaunay, beginning with `edges`, then refines what changed.
+    void mend(const std::vector<std::uint32_t> &edges);
+    // Removes a tracked vertex where the pixels keep the tolerance without it; says whether it did.
+    bool remove(std::uint32_t vertex);
+    // Follows every vertex from here on, so that it may be removed.
+    void track_all();
+
+    const Net &net() const { return net_; }
+
+  private:
+    struct Candidate {
+        float error;
+        std::uint32_t pixel, triangle;
+        bool operator<(const Candidate &other) const { // the largest error first; then the first pixel
+            return error != other.error ? error < other.error : pixel > other.pixel;
+        }
+    };
+    struct Tip { // a corner of the hole that a vertex leaves, and the half-edge outside the side to the next
+        std::uint32_t vertex, outside;
+    };
+
+    View view_;
+    double tolerance_;
+    Net net_;
+    std::vector<std::uint32_t> candidates_; // per triangle: its worst pixel, or none
+    std::vector<Candidate> queue_;          // a heap
+    std::vector<std::uint32_t> suspects_;   // half-edges that may have to flip
+    std::vector<std::uint32_t> spokes_;     // per tracked vertex: a half-edge that leaves it
+    std::vector<std::uint32_t> changed_;    // triangles that `mend` flipped
+    std::vector<std::uint32_t> freed_, made_;
+    std::vector<Tip> hole_;
+
+    static std::uint32_t next(std::uint32_t edge) { return edge % 3 == 2 ? edge - 2 : edge + 1; }
+    static std::uint32_t previous(std::uint32_t edge) { return edge % 3 == 0 ? edge + 2 : edge - 1; }
+    Spot at(std::uint32_t vertex) const { return net_.vertices[vertex]; }
+
+    std::uint32_t add_vertex(Spot spot);
+    std::uint32_t add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c);
+    void set_triangle(std::uint32_t triangle, std::uint32_t a, std::uint32_t b, std::uint32_t c);
+    void link(std::uint32_t edge, std::uint32_t twin);
+    bool must_flip(std::uint32_t edge) const;
+    void flip(std::uint32_t edge);
+    void insert(std::uint32_t triangle, Spot spot);
+    void split_triangle(std::uint32_t triangle, std::uint32_t p);
+    void split_edge(std::uint32_t edge, std::uint32_t p);
+    void settle();
+    void scan(std::uint32_t triangle);
+    void scan_around(std::uint32_t triangle);
+    void drain();
+    bool gather_hole(std::uint32_t vertex);
+    bool fill_hole();
+};
+
+} // namespace paradize::terrain
