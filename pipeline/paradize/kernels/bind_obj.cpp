@@ -3,6 +3,7 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
 
+#include <cerrno>
 #include <string_view>
 #include <utility>
 
@@ -14,9 +15,9 @@ using namespace paradize;
 namespace {
 
 template <typename T>
-nb::object take(std::vector<T> &&values, std::size_t width) {
-    auto *owned = new std::vector<T>(std::move(values));
-    nb::capsule owner(owned, [](void *p) noexcept { delete static_cast<std::vector<T> *>(p); });
+nb::object take(obj::Buffer<T> &&values, std::size_t width) {
+    auto *owned = new obj::Buffer<T>(std::move(values));
+    nb::capsule owner(owned, [](void *p) noexcept { delete static_cast<obj::Buffer<T> *>(p); });
     if (width == 1)
         return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), {owned->size()}, owner));
     return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), {owned->size() / width, width}, owner));
@@ -26,16 +27,7 @@ nb::bytes as_bytes(const std::string &text) {
     return nb::bytes(text.data(), text.size());
 }
 
-nb::dict parse_obj(nb::bytes text, std::uint64_t elements, std::uint64_t ear_tests) {
-    obj::Limits limits;
-    limits.elements = elements;
-    limits.ear_tests = ear_tests;
-    obj::Parsed parsed;
-    {
-        const std::string_view view(text.c_str(), text.size());
-        nb::gil_scoped_release unlocked;
-        parsed = obj::parse(view, limits);
-    }
+nb::dict told(obj::Parsed &&parsed) {
     nb::dict out;
     nb::list faults, notes, names, libraries, runs;
     for (const auto &fault : parsed.faults)
@@ -67,9 +59,45 @@ nb::dict parse_obj(nb::bytes text, std::uint64_t elements, std::uint64_t ear_tes
     return out;
 }
 
+obj::Limits limits_of(std::uint64_t elements, std::uint64_t ear_tests) {
+    obj::Limits limits;
+    limits.elements = elements;
+    limits.ear_tests = ear_tests;
+    return limits;
+}
+
+nb::dict parse_text(nb::bytes text, std::uint64_t elements, std::uint64_t ear_tests) {
+    obj::Parsed parsed;
+    {
+        const std::string_view view(text.c_str(), text.size());
+        nb::gil_scoped_release unlocked;
+        parsed = obj::parse(view, limits_of(elements, ear_tests));
+    }
+    return told(std::move(parsed));
+}
+
+// Raises OSError where reading fails.
+nb::dict parse_file(int descriptor, std::uint64_t elements, std::uint64_t ear_tests) {
+    obj::Parsed parsed;
+    bool sound = false;
+    int reason = 0;
+    {
+        nb::gil_scoped_release unlocked;
+        sound = obj::parse_file(descriptor, limits_of(elements, ear_tests), parsed);
+        reason = errno;
+    }
+    if (!sound) {
+        errno = reason;
+        PyErr_SetFromErrno(PyExc_OSError);
+        throw nb::python_error();
+    }
+    return told(std::move(parsed));
+}
+
 } // namespace
 
 NB_MODULE(_obj, m) {
     m.doc() = "Reads Wavefront OBJ text.";
-    m.def("parse", &parse_obj, nb::arg("text"), nb::arg("elements"), nb::arg("ear_tests"));
+    m.def("parse", &parse_text, nb::arg("text"), nb::arg("elements"), nb::arg("ear_tests"));
+    m.def("parse_file", &parse_file, nb::arg("descriptor"), nb::arg("elements"), nb::arg("ear_tests"));
 }

@@ -66,7 +66,17 @@ def decode_name(raw: bytes) -> str:
 def parse_obj(text: bytes, *, elements: int = 200_000_000, ear_tests: int = 400_000_000) -> ParsedObj:
     """Reads OBJ text. elements: most vertices, uvs, normals or face corners, each; ear_tests: the work that
     may go into cutting concave polygons, for the whole file."""
-    raw: dict[str, Any] = _obj.parse(text, elements, ear_tests)
+    return _parsed(_obj.parse(text, elements, ear_tests))
+
+
+def parse_obj_file(
+    descriptor: int, *, elements: int = 200_000_000, ear_tests: int = 400_000_000
+) -> ParsedObj:
+    """The same for an open file, read from its place to its end in small blocks. Raises OSError."""
+    return _parsed(_obj.parse_file(descriptor, elements, ear_tests))
+
+
+def _parsed(raw: dict[str, Any]) -> ParsedObj:
     names = [decode_name(name) for name in raw["names"]]
 
     def named(index: int) -> str | None:

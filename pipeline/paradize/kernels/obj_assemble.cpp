@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
+#include "obj_share.hpp"
 #include "obj_triangulate.hpp"
-#include "unify.hpp"
 
 namespace paradize::obj {
 namespace {
@@ -12,125 +13,92 @@ namespace {
 class Assembler {
   public:
     Assembler(Elements &elements, const Limits &limits, Notes &notes, Parsed &out)
-        : elements_(elements), limits_(limits), notes_(notes), out_(out) {}
+        : elements_(elements), notes_(notes), out_(out), work_(limits.ear_tests) {}
 
-    // --------------------------------------------------------------------------------
     void run() {
-        share_equal_rows();
-        std::vector<std::uint32_t> cuts; // corner number of each triangle corner
-        cuts.reserve(elements_.corners.size() * 2);
-        std::vector<std::array<double, 3>> outline;
-        std::vector<std::uint32_t> local;
-        std::uint64_t work = limits_.ear_tests;
-        std::size_t run = 0;
-        for (std::size_t f = 0; f < elements_.faces.size(); ++f) {
-            const Face &face = elements_.faces[f];
-            if (run < elements_.runs.size() && elements_.runs[run].first_face == f) {
-                elements_.runs[run].state.first_triangle = static_cast<std::uint32_t>(cuts.size() / 3);
-                out_.runs.push_back(elements_.runs[run++].state);
-            }
-            line_ = face.line;
-            local.clear();
-            if (face.count == 3) {
-                local = {0, 1, 2};
-            } else {
-                outline.resize(face.count);
-                for (std::size_t i = 0; i < face.count; ++i)
-                    for (std::size_t k = 0; k < 3; ++k)
-                        outline[i][k] =
-                            elements_.positions[elements_.corners[face.first_corner + i].position *
-                                                    std::size_t{3} +
-                                                k];
-                const Cut cut = triangulate(outline, work, local);
-                if (cut == Cut::crossing)
-                    note("crossing_polygons");
-                else if (cut == Cut::unchecked)
-                    note("unchecked_polygons");
-            }
-            for (const std::uint32_t i : local)
-                cuts.push_back(face.first_corner + i);
-            out_.triangle_lines.insert(out_.triangle_lines.end(), local.size() / 3, face.line);
-            count_missing(face);
-        }
-        fill_vertices(cuts);
+        const IndexShared shared = share_by_index(elements_.corners, elements_.positions.size() / 3);
+        cut(shared.vertex_of_corner);
+        std::vector<Piece> pieces;
+        pieces.push_back({elements_.positions, 3, 0, &out_.positions});
+        if (any_uv_)
+            pieces.push_back({elements_.uvs, 2, 1, &out_.uvs});
+        if (any_normal_)
+            pieces.push_back({elements_.normals, 3, 2, &out_.normals});
+        if (!elements_.colors.empty())
+            pieces.push_back({elements_.colors, 4, 0, &out_.colors});
+        share_by_value(shared.vertices, pieces, out_.triangles);
     }
 
   private:
-    void note(std::string_view what) { notes_.add(what, line_); }
+    void cut(const Buffer<std::uint32_t> &vertex_of_corner) {
+        const std::size_t corners = elements_.corners.size(), faces = elements_.faces.size();
+        const std::size_t triangles = corners - 2 * faces;
+        std::uint32_t *into = out_.triangles.room(triangles * 3);
+        std::uint32_t *line = out_.triangle_lines.room(triangles);
+        const std::uint32_t *vertex = vertex_of_corner.data();
+        const Corner *corner = elements_.corners.data();
+        std::size_t run = 0;
+        for (std::size_t f = 0; f < faces; ++f) {
+            const Face face = elements_.faces[f];
+            if (run < elements_.runs.size() && elements_.runs[run].first_face == f) {
+                elements_.runs[run].state.first_triangle =
+                    static_cast<std::uint32_t>(line - out_.triangle_lines.data());
+                out_.runs.push_back(elements_.runs[run++].state);
+            }
+            if (face.count == 3) {
+                for (std::size_t k = 0; k < 3; ++k)
+                    into[k] = vertex[k];
+                into += 3;
+                *line++ = face.line;
+            } else {
+                for (const std::uint32_t i : cut_polygon(corner, face))
+                    *into++ = vertex[i];
+                line = std::fill_n(line, face.count - 2, face.line);
+            }
+            count_missing(corner, face);
+            corner += face.count;
+            vertex += face.count;
+        }
+        out_.triangles.resize(triangles * 3);
+        out_.triangle_lines.resize(triangles);
+    }
 
-    void count_missing(const Face &face) {
+    const std::vector<std::uint32_t> &cut_polygon(const Corner *corner, Face face) {
+        outline_.resize(face.count);
+        for (std::size_t i = 0; i < face.count; ++i)
+            for (std::size_t k = 0; k < 3; ++k)
+                outline_[i][k] = elements_.positions[corner[i].position * std::size_t{3} + k];
+        cuts_.clear();
+        const Cut result = triangulator_.cut(outline_, work_, cuts_);
+        if (result == Cut::crossing)
+            notes_.add("crossing_polygons", face.line);
+        else if (result == Cut::unchecked)
+            notes_.add("unchecked_polygons", face.line);
+        return cuts_;
+    }
+
+    void count_missing(const Corner *corner, Face face) {
         bool uv = true, normal = true;
         for (std::size_t i = 0; i < face.count; ++i) {
-            uv = uv && elements_.corners[face.first_corner + i].uv != absent;
-            normal = normal && elements_.corners[face.first_corner + i].normal != absent;
+            uv = uv && corner[i].uv != absent;
+            normal = normal && corner[i].normal != absent;
         }
         any_uv_ = any_uv_ || uv;
         any_normal_ = any_normal_ || normal;
         if (!uv)
-            note("faces_without_uv");
+            notes_.add("faces_without_uv", face.line);
         if (!normal)
-            note("faces_without_normal");
-    }
-
-    // Exporters repeat equal values under new numbers; vertices are shared by value.
-    void share_equal_rows() {
-        Numbered same;
-        if (elements_.colors.empty()) {
-            same = number_rows(elements_.positions, 3);
-        } else {
-            std::vector<float> rows;
-            rows.reserve(elements_.positions.size() / 3 * 7);
-            for (std::size_t i = 0; i < elements_.positions.size() / 3; ++i) {
-                rows.insert(rows.end(), &elements_.positions[i * 3], &elements_.positions[i * 3] + 3);
-                rows.insert(rows.end(), &elements_.colors[i * 4], &elements_.colors[i * 4] + 4);
-            }
-            same = number_rows(rows, 7);
-        }
-        const Numbered same_uv = number_rows(elements_.uvs, 2);
-        const Numbered same_normal = number_rows(elements_.normals, 3);
-        for (Corner &c : elements_.corners) {
-            c.position = same.first[same.index[c.position]];
-            c.uv = c.uv == absent ? absent : same_uv.first[same_uv.index[c.uv]];
-            c.normal = c.normal == absent ? absent : same_normal.first[same_normal.index[c.normal]];
-        }
-    }
-
-    void fill_vertices(const std::vector<std::uint32_t> &cuts) {
-        Numbered unified = number_equal(
-            cuts.size(),
-            [&](std::size_t i) {
-                const Corner &c = elements_.corners[cuts[i]];
-                return mix(mix(mix(hash_seed, c.position), c.uv), c.normal);
-            },
-            [&](std::size_t a, std::size_t b) {
-                return elements_.corners[cuts[a]] == elements_.corners[cuts[b]];
-            });
-        out_.triangles = std::move(unified.index);
-        const std::size_t n = unified.first.size();
-        out_.positions.resize(n * 3);
-        out_.uvs.resize(any_uv_ ? n * 2 : 0);
-        out_.normals.resize(any_normal_ ? n * 3 : 0);
-        out_.colors.resize(elements_.colors.empty() ? 0 : n * 4);
-        for (std::size_t i = 0; i < n; ++i) {
-            const Corner &c = elements_.corners[cuts[unified.first[i]]];
-            std::copy_n(&elements_.positions[c.position * std::size_t{3}], 3, &out_.positions[i * 3]);
-            if (any_uv_ && c.uv != absent) {
-                out_.uvs[i * 2] = elements_.uvs[c.uv * std::size_t{2}];
-                out_.uvs[i * 2 + 1] = 1.0f - elements_.uvs[c.uv * std::size_t{2} + 1];
-            }
-            if (any_normal_ && c.normal != absent)
-                std::copy_n(&elements_.normals[c.normal * std::size_t{3}], 3, &out_.normals[i * 3]);
-            if (!elements_.colors.empty())
-                std::copy_n(&elements_.colors[c.position * std::size_t{4}], 4, &out_.colors[i * 4]);
-        }
+            notes_.add("faces_without_normal", face.line);
     }
 
     Elements &elements_;
-    const Limits &limits_;
     Notes &notes_;
     Parsed &out_;
-    std::uint64_t line_ = 0;
+    std::uint64_t work_;
     bool any_uv_ = false, any_normal_ = false;
+    Triangulator triangulator_;
+    std::vector<std::array<double, 3>> outline_;
+    std::vector<std::uint32_t> cuts_;
 };
 
 } // namespace

@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "obj_buffer.hpp"
 #include "obj_parse.hpp"
 
 namespace paradize::obj {
@@ -17,7 +18,7 @@ struct Corner {
 };
 
 struct Face {
-    std::uint32_t first_corner, count, line;
+    std::uint32_t count, line; // its corners follow those of the face before
 };
 
 struct FaceRun {
@@ -27,13 +28,14 @@ struct FaceRun {
 
 // A file's elements in the order of the text.
 struct Elements {
-    std::vector<float> positions; // 3 each
-    std::vector<float> colors;    // 4 a position, or none at all
-    std::vector<float> uvs;       // 2, as in the file
-    std::vector<float> normals;   // 3
-    std::vector<Corner> corners;  // indices from 0
-    std::vector<Face> faces;
+    Buffer<float> positions; // 3 each
+    Buffer<float> colors;    // 4 a position, or none at all
+    Buffer<float> uvs;       // 2, as in the file
+    Buffer<float> normals;   // 3
+    Buffer<Corner> corners;  // indices from 0
+    Buffer<Face> faces;
     std::vector<FaceRun> runs;
+    bool new_run = true; // the next face may have another state than the last run's
 };
 
 // Notes by their code: counted, with the line of the first.

@@ -1,11 +1,17 @@
 #include "obj_parse.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
+#include <cstring>
 #include <unordered_map>
+
+#include <unistd.h>
 
 #include "obj_assemble.hpp"
 #include "obj_number.hpp"
+#include "obj_plain.hpp"
+#include "obj_text.hpp"
 
 namespace paradize::obj {
 namespace {
@@ -19,106 +25,40 @@ std::string text_of(std::initializer_list<std::string_view> parts) {
 
 constexpr const char *index_words[3] = {"position", "texture coordinate", "normal"};
 
-class Parser {
+class Parser : Text {
   public:
-    Parser(std::string_view text, const Limits &limits)
-        : p_(text.data()), end_(p_ + text.size()), limits_(limits) {
-        if (text.starts_with("\xef\xbb\xbf"))
-            p_ += 3;
-    }
+    explicit Parser(const Limits &limits) : limits_(limits) {}
 
-    Parsed run() {
-        while (p_ != end_) {
+    // Reads whole lines; only the last of the last call may lack its end. From the end of `lines` on, `slack`
+    // more bytes may be read, whatever they are.
+    void feed(std::string_view lines, std::size_t slack) {
+        p_ = lines.data();
+        end_ = p_ + lines.size();
+        if (line_ == 1 && lines.starts_with("\xef\xbb\xbf"))
+            p_ += 3;
+        const char *const plain_end = p_ + (lines.rfind('\n', lines.size()) + 1 - (p_ - lines.data()));
+        while (p_ != end_ && !full_) {
+            if (p_ < plain_end && is_below_limits(lines.size()))
+                p_ = plain_lines(p_, plain_end, end_ + slack, elements_, line_);
+            if (p_ == end_)
+                break;
             statement();
             finish_line();
         }
+    }
+
+    Parsed finish() {
         check_forward_references();
         out_.positions_in_file = elements_.positions.size() / 3;
         out_.uvs_in_file = elements_.uvs.size() / 2;
         out_.normals_in_file = elements_.normals.size() / 3;
+        out_.faces = elements_.faces.size();
         if (out_.fault_count == 0)
             assemble(elements_, limits_, notes_, out_);
         return std::move(out_);
     }
 
   private:
-    // --- text
-    // ---------------------------------------------------------------------------------------------------
-    bool at_line_end() const { return p_ == end_ || *p_ == '\n' || *p_ == '\r'; }
-
-    // Length of a continued line's end at `q`: a backslash, blanks that editors left behind, and the line
-    // break.
-    std::size_t continuation(const char *q) const {
-        if (q == end_ || *q != '\\')
-            return 0;
-        const char *r = q + 1;
-        while (r != end_ && (*r == ' ' || *r == '\t'))
-            ++r;
-        if (r == end_ || (*r != '\n' && *r != '\r'))
-            return 0;
-        r += *r == '\r' && r + 1 != end_ && r[1] == '\n' ? 2 : 1;
-        return static_cast<std::size_t>(r - q);
-    }
-
-    void skip_blanks() {
-        while (p_ != end_) {
-            if (*p_ == ' ' || *p_ == '\t' || *p_ == '\v' || *p_ == '\f') {
-                ++p_;
-            } else if (const std::size_t n = continuation(p_)) {
-                p_ += n;
-                ++continued_;
-            } else {
-                return;
-            }
-        }
-    }
-
-    // Moves to the next token; false at the end of the statement (end of line or comment).
-    bool more() {
-        skip_blanks();
-        return !at_line_end() && *p_ != '#';
-    }
-
-    bool at_token_end() const {
-        return at_line_end() || *p_ == ' ' || *p_ == '\t' || *p_ == '\v' || *p_ == '\f' ||
-               continuation(p_) > 0;
-    }
-
-    std::string_view token() {
-        const char *const start = p_;
-        while (!at_token_end())
-            ++p_;
-        return {start, static_cast<std::size_t>(p_ - start)};
-    }
-
-    // The rest of the line without blanks at either end: names may hold blanks and '#'.
-    std::string_view rest() {
-        skip_blanks();
-        const char *const start = p_;
-        while (!at_line_end())
-            ++p_;
-        const char *stop = p_;
-        while (stop != start && (stop[-1] == ' ' || stop[-1] == '\t'))
-            --stop;
-        return {start, static_cast<std::size_t>(stop - start)};
-    }
-
-    void finish_line() {
-        while (true) {
-            while (!at_line_end() && *p_ != '\\')
-                ++p_;
-            if (p_ == end_ || *p_ != '\\')
-                break;
-            const std::size_t n = comment_ ? 0 : continuation(p_);
-            p_ += n ? n : 1;
-            continued_ += n ? 1 : 0;
-        }
-        if (p_ != end_)
-            p_ += *p_ == '\r' && p_ + 1 != end_ && p_[1] == '\n' ? 2 : 1;
-        line_ += 1 + continued_;
-        continued_ = 0;
-    }
-
     // --- what is said
     // -------------------------------------------------------------------------------------------
     void note(std::string_view what) { notes_.add(what, line_); }
@@ -159,11 +99,11 @@ class Parser {
         else if (word == "f" || word == "fo")
             face();
         else if (word == "g")
-            state_.group = name(rest());
+            set(state_.group, name(rest()));
         else if (word == "o")
-            state_.object = name(rest());
+            set(state_.object, name(rest()));
         else if (word == "usemtl")
-            state_.material = name(rest());
+            set(state_.material, name(rest()));
         else if (word == "mtllib")
             out_.libraries.push_back(name(rest()));
         else if (word == "s")
@@ -207,7 +147,7 @@ class Parser {
     }
 
     // Reads between `least` and `most` numbers and appends `kept` of them, zeros where fewer were given.
-    void numbers(std::vector<float> &into, int least, int most, int kept, const char *keyword) {
+    void numbers(Buffer<float> &into, int least, int most, int kept, const char *keyword) {
         float values[8] = {};
         int count = 0;
         bool sound = true;
@@ -219,7 +159,7 @@ class Parser {
                            std::to_string(count)}));
         if (count > most)
             note(keyword == std::string_view("vt") ? "long_vt" : "long_vn");
-        into.insert(into.end(), values, values + kept);
+        into.append({values, static_cast<std::size_t>(kept)});
         limit(into.size() / static_cast<std::size_t>(kept));
     }
 
@@ -232,7 +172,7 @@ class Parser {
                 ++count;
         if (sound && count < 3)
             fault(text_of({"'v' needs 3 numbers, found ", std::to_string(count)}));
-        elements_.positions.insert(elements_.positions.end(), values, values + 3);
+        elements_.positions.append({values, 3});
         limit(elements_.positions.size() / 3);
         if (count == 4 && values[3] != 1)
             note("weights");
@@ -241,10 +181,9 @@ class Parser {
         if (count == 6 || count == 7) {
             if (elements_.colors.empty())
                 elements_.colors.assign((elements_.positions.size() / 3 - 1) * 4, 1.0f);
-            elements_.colors.insert(elements_.colors.end(),
-                                    {values[3], values[4], values[5], count == 7 ? values[6] : 1.0f});
+            elements_.colors.append({values[3], values[4], values[5], count == 7 ? values[6] : 1.0f});
         } else if (!elements_.colors.empty()) {
-            elements_.colors.insert(elements_.colors.end(), 4, 1.0f);
+            elements_.colors.append({1.0f, 1.0f, 1.0f, 1.0f});
         }
     }
 
@@ -261,7 +200,12 @@ class Parser {
             note("smoothing");
             group = 0;
         }
-        state_.smoothing = group;
+        set(state_.smoothing, group);
+    }
+
+    void set(std::uint32_t &field, std::uint32_t value) {
+        field = value;
+        elements_.new_run = true;
     }
 
     std::string_view token_or_empty() { return more() ? token() : std::string_view(); }
@@ -270,7 +214,15 @@ class Parser {
         if (count == limits_.elements) {
             fault(text_of({"more than ", std::to_string(limits_.elements), " elements of one kind"}));
             p_ = end_;
+            full_ = true;
         }
+    }
+
+    // Whether `bytes` more of text can reach no limit: an element takes two bytes at least.
+    bool is_below_limits(std::size_t bytes) const {
+        const std::size_t most = std::max({elements_.positions.size() / 3, elements_.uvs.size() / 2,
+                                           elements_.normals.size() / 3, elements_.corners.size()});
+        return most + bytes / 2 < limits_.elements && line_ + bytes < absent;
     }
 
     // What is wrong with an index that names none of `have`; `where` is said when there are none at all.
@@ -340,8 +292,10 @@ class Parser {
         const std::size_t first = elements_.corners.size();
         while (more()) {
             Corner c{absent, absent, absent};
-            if (!corner(c))
+            if (!corner(c)) {
+                elements_.corners.resize(first);
                 return;
+            }
             elements_.corners.push_back(c);
             limit(elements_.corners.size());
         }
@@ -353,9 +307,9 @@ class Parser {
         }
         if (elements_.runs.empty() || !same_state(elements_.runs.back().state, state_))
             elements_.runs.push_back({static_cast<std::uint32_t>(elements_.faces.size()), state_});
-        elements_.faces.push_back({static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(count),
+        elements_.new_run = false;
+        elements_.faces.push_back({static_cast<std::uint32_t>(count),
                                    static_cast<std::uint32_t>(std::min<std::uint64_t>(line_, absent))});
-        out_.faces += 1;
     }
 
     static bool same_state(const Run &a, const Run &b) {
@@ -372,11 +326,9 @@ class Parser {
                 fault_at(out_of_range(kind, furthest_[kind].first, have[kind], ""), furthest_[kind].second);
     }
 
-    const char *p_;
-    const char *const end_;
     const Limits limits_;
-    std::uint64_t line_ = 1, continued_ = 0, keywords_ = 0;
-    bool comment_ = false;
+    std::uint64_t keywords_ = 0;
+    bool full_ = false;
     Elements elements_;
     Run state_{0, absent, absent, absent, absent};
     std::pair<std::int64_t, std::uint64_t> furthest_[3] = {};
@@ -385,10 +337,62 @@ class Parser {
     Notes notes_{out_.notes};
 };
 
+// Where the text may be parted: behind the last line that no backslash continues; 0 where there is none.
+std::size_t last_line_end(std::string_view text) {
+    std::size_t stop = text.size();
+    while (stop > 0) {
+        const std::size_t found = text.rfind('\n', stop - 1);
+        if (found == text.npos)
+            return 0;
+        const std::size_t before = text.substr(0, found).find_last_not_of(" \t\r");
+        if (before == text.npos || text[before] != '\\')
+            return found + 1;
+        stop = found;
+    }
+    return 0;
+}
+
 } // namespace
 
 Parsed parse(std::string_view text, const Limits &limits) {
-    return Parser(text, limits).run();
+    Parser parser(limits);
+    parser.feed(text, 0);
+    return parser.finish();
+}
+
+bool parse_file(int descriptor, const Limits &limits, Parsed &out) {
+    constexpr std::size_t block = std::size_t{256} << 10, slack = 256;
+    Parser parser(limits);
+    Buffer<char> text;
+    std::size_t held = 0, looked_at = 0; // bytes in `text`; of them, known to hold no place to part
+    while (true) {
+        if (held + block > text.size())
+            text.resize(std::max(held + block, 2 * held) + slack);
+        const ssize_t got = ::read(descriptor, text.data() + held, block);
+        if (got < 0) {
+            if (errno == EINTR)
+                continue;
+            return false;
+        }
+        held += static_cast<std::size_t>(got);
+        const std::string_view all(text.data(), held);
+        if (got == 0) {
+            parser.feed(all, slack);
+            break;
+        }
+        const std::size_t end = last_line_end(all.substr(looked_at));
+        if (end == 0) {
+            looked_at = held;
+            continue;
+        }
+        const std::size_t whole = looked_at + end;
+        parser.feed(all.substr(0, whole), slack);
+        std::memmove(text.data(), text.data() + whole, held - whole);
+        held -= whole;
+        looked_at = 0;
+    }
+    out = parser.finish();
+    return true;
 }
 
 } // namespace paradize::obj

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "obj_buffer.hpp"
+
 namespace paradize::obj {
 
 inline constexpr std::uint32_t absent = 0xffffffffu;
@@ -42,12 +44,12 @@ struct Parsed {
     // Unique vertices in the order of their first use. Positions in file units, uvs with the origin turned to
     // the top-left (v' = 1 - v). Vectors are empty where no face refers to such data; a vertex without its
     // own has zeros (a zero normal means "missing"), colours are then 1.
-    std::vector<float> positions; // 3 a vertex
-    std::vector<float> normals;   // 3
-    std::vector<float> uvs;       // 2
-    std::vector<float> colors;    // 4, RGBA
-    std::vector<std::uint32_t> triangles;
-    std::vector<std::uint32_t> triangle_lines; // line of each triangle's face
+    Buffer<float> positions; // 3 a vertex
+    Buffer<float> normals;   // 3
+    Buffer<float> uvs;       // 2
+    Buffer<float> colors;    // 4, RGBA
+    Buffer<std::uint32_t> triangles;
+    Buffer<std::uint32_t> triangle_lines; // line of each triangle's face
     std::vector<Run> runs;
     std::vector<std::string> names;       // bytes as in the file
     std::vector<std::uint32_t> libraries; // names of mtllib statements, whole rest of the line
@@ -61,5 +63,9 @@ struct Parsed {
 // Reads a whole file's text. LF, CR and CRLF end lines, a backslash before the end of a line continues it, a
 // UTF-8 byte order mark is skipped. Never throws on bad input (std::bad_alloc apart): see Parsed::faults.
 Parsed parse(std::string_view text, const Limits &limits);
+
+// Reads from the place of a file descriptor to its end, in blocks that stay in the processor's cache, so that
+// the text is never in memory as a whole. Returns false, with errno set, where reading fails.
+bool parse_file(int descriptor, const Limits &limits, Parsed &out);
 
 } // namespace paradize::obj

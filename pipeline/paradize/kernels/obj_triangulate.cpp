@@ -5,10 +5,7 @@
 namespace paradize::obj {
 namespace {
 
-struct Point {
-    double x, y;
-    bool operator==(const Point &) const = default;
-};
+using Point = Triangulator::Point;
 
 double turn(Point a, Point b, Point c) {
     return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
@@ -32,8 +29,8 @@ std::array<double, 3> newell(std::span<const std::array<double, 3>> corners) {
 
 // Corners in the plane, counter-clockwise seen from the normal's side: dropping one axis keeps coordinates
 // exact.
-std::vector<Point> project(std::span<const std::array<double, 3>> corners,
-                           const std::array<double, 3> &normal) {
+void project(std::span<const std::array<double, 3>> corners, const std::array<double, 3> &normal,
+             std::vector<Point> &points) {
     std::size_t axis = 0;
     for (std::size_t k = 1; k < 3; ++k)
         if (std::fabs(normal[k]) > std::fabs(normal[axis]))
@@ -41,10 +38,9 @@ std::vector<Point> project(std::span<const std::array<double, 3>> corners,
     std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
     if (normal[axis] < 0)
         std::swap(u, v);
-    std::vector<Point> points(corners.size());
+    points.resize(corners.size());
     for (std::size_t i = 0; i < corners.size(); ++i)
         points[i] = {corners[i][u], corners[i][v]};
-    return points;
 }
 
 // A fan from corner 0 is right when the rays from it turn one way, strictly, and sweep less than half a turn.
@@ -63,7 +59,9 @@ void fan(std::size_t count, std::vector<std::uint32_t> &out) {
 
 class EarClipper {
   public:
-    EarClipper(std::span<const Point> points, std::uint64_t &work) : points_(points), work_(work) {
+    EarClipper(std::span<const Point> points, std::uint64_t &work, std::vector<std::uint32_t> &next,
+               std::vector<std::uint32_t> &previous)
+        : points_(points), work_(work), next_(next), previous_(previous) {
         const std::size_t n = points.size();
         next_.resize(n);
         previous_.resize(n);
@@ -141,13 +139,13 @@ class EarClipper {
 
     std::span<const Point> points_;
     std::uint64_t &work_;
-    std::vector<std::uint32_t> next_, previous_;
+    std::vector<std::uint32_t> &next_, &previous_;
 };
 
 } // namespace
 
-Cut triangulate(std::span<const std::array<double, 3>> corners, std::uint64_t &work,
-                std::vector<std::uint32_t> &out) {
+Cut Triangulator::cut(std::span<const std::array<double, 3>> corners, std::uint64_t &work,
+                      std::vector<std::uint32_t> &out) {
     if (corners.size() == 3) {
         fan(3, out);
         return Cut::sound;
@@ -157,12 +155,12 @@ Cut triangulate(std::span<const std::array<double, 3>> corners, std::uint64_t &w
         fan(corners.size(), out);
         return Cut::collinear;
     }
-    const auto points = project(corners, normal);
-    if (fan_is_sound(points)) {
+    project(corners, normal, points_);
+    if (fan_is_sound(points_)) {
         fan(corners.size(), out);
         return Cut::sound;
     }
-    return EarClipper(points, work).run(out);
+    return EarClipper(points_, work, next_, previous_).run(out);
 }
 
 } // namespace paradize::obj

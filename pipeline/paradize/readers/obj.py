@@ -7,6 +7,7 @@ text.
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ import numpy as np
 
 from paradize.data import Group, Mesh
 from paradize.errors import SourceError
-from paradize.kernels.obj import ParsedObj, parse_obj
+from paradize.kernels.obj import ParsedObj, parse_obj_file
 from paradize.readers.mtl import Material, inside, is_file, read_mtl
 
 if TYPE_CHECKING:
@@ -64,8 +65,7 @@ def read_obj(path: Path, root: Path | None = None) -> ObjResult:
     Raises SourceError: missing or unreadable file, bad number, NaN, infinity, index out of range (with the
     line), no faces, more than MAX_BYTES.
     """
-    text = _read_bytes(path)
-    parsed = parse_obj(text)
+    parsed = _parse(path)
     if parsed.faults:
         raise _fault(path, parsed)
     warnings = _warnings(path, parsed)
@@ -109,21 +109,21 @@ def read_obj(path: Path, root: Path | None = None) -> ObjResult:
     return ObjResult(mesh, materials, warnings, counts, smoothing, parsed.triangle_lines, libraries, absent)
 
 
-def _read_bytes(path: Path) -> bytes:
+def _parse(path: Path) -> ParsedObj:
     try:
         if path.exists() and not path.is_file():
             raise SourceError("not a regular file", file=path)
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            raise SourceError(
-                f"{size} bytes, limit {MAX_BYTES}", file=path, mend="split the model into several files"
-            )
-        text = path.read_bytes()
+        with path.open("rb", buffering=0) as file:
+            size = os.fstat(file.fileno()).st_size
+            if size > MAX_BYTES:
+                raise SourceError(
+                    f"{size} bytes, limit {MAX_BYTES}", file=path, mend="split the model into several files"
+                )
+            if os.pread(file.fileno(), 2, 0) in (b"\xff\xfe", b"\xfe\xff"):
+                raise SourceError("the text is UTF-16", file=path, mend="save it as UTF-8")
+            return parse_obj_file(file.fileno())
     except (OSError, ValueError) as error:
         raise SourceError(getattr(error, "strerror", None) or str(error), file=path) from error
-    if text[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        raise SourceError("the text is UTF-16", file=path, mend="save it as UTF-8")
-    return text
 
 
 def _fault(path: Path, parsed: ParsedObj) -> SourceError:

@@ -1,0 +1,17 @@
+// The lines that make up nearly all of an OBJ file, read without a detour: `v x y z`, `vt u v [w]`, `vn x y
+// z` and `f` with corners v, v/vt, v//vn or v/vt/vn of plain positive indices that are there already.
+#pragma once
+
+#include <cstdint>
+
+#include "obj_assemble.hpp"
+
+namespace paradize::obj {
+
+// Reads such lines from `p`, the start of a line, into `elements` until one is of another kind or looks odd
+// in any way, and returns where that line starts; `line` is the number of the line at `p`, counted on. Up to
+// `readable` memory may be read; every line that begins below `end` ends below it.
+const char *plain_lines(const char *p, const char *end, const char *readable, Elements &elements,
+                        std::uint64_t &line);
+
+} // namespace paradize::obj
