@@ -43,8 +43,12 @@ Soup ground(std::uint32_t n) {
 }
 
 std::vector<float> tangents(const Soup &soup) {
-    std::vector<float> out(soup.triangles.size() * 4);
-    mesh::corner_tangents(soup.positions, soup.normals, soup.uvs, soup.triangles, out);
+    std::vector<mesh::Frame> frames(soup.triangles.size());
+    mesh::corner_tangents({soup.positions, soup.normals, soup.uvs, soup.triangles}, mesh::Method::mikktspace,
+                          frames, 1);
+    std::vector<float> out;
+    for (const mesh::Frame &frame : frames)
+        out.insert(out.end(), {frame.x, frame.y, frame.z, frame.w});
     return out;
 }
 

@@ -3,10 +3,12 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "mesh_buffer.hpp"
 #include "mesh_normals.hpp"
 #include "mesh_project.hpp"
 #include "mesh_tangents.hpp"
@@ -41,14 +43,39 @@ nb::object take(std::vector<T> &&values) {
     return take(std::move(values), {size});
 }
 
+mesh::Surface surface_of(const Rows<float> &positions, const Rows<float> &normals, const Rows<float> &uvs,
+                         const Rows<std::uint32_t> &triangles) {
+    return {view(positions), view(normals), view(uvs), view(triangles)};
+}
+
 nb::object corner_tangents(Rows<float> positions, Rows<float> normals, Rows<float> uvs,
-                           Rows<std::uint32_t> triangles) {
-    std::vector<float> out(triangles.size() * 4);
+                           Rows<std::uint32_t> triangles, int method, int threads) {
+    using Frames = mesh::Buffer<mesh::Frame>;
+    static_assert(sizeof(mesh::Frame) == 4 * sizeof(float));
+    auto out = std::make_unique<Frames>(triangles.size());
     {
         nb::gil_scoped_release unlocked;
-        mesh::corner_tangents(view(positions), view(normals), view(uvs), view(triangles), out);
+        mesh::corner_tangents(surface_of(positions, normals, uvs, triangles),
+                              static_cast<mesh::Method>(method), {out->data(), out->size()}, threads);
     }
-    return take(std::move(out), {triangles.size(), 4});
+    auto *const values = reinterpret_cast<float *>(out->data());
+    nb::capsule owner(out.release(), [](void *p) noexcept { delete static_cast<Frames *>(p); });
+    return nb::cast(nb::ndarray<nb::numpy, float>(values, {triangles.size(), 4}, owner));
+}
+
+nb::tuple split_tangents(Rows<float> positions, Rows<float> normals, Rows<float> uvs,
+                         Rows<std::uint32_t> triangles, int method, int threads) {
+    mesh::SplitTangents split;
+    {
+        nb::gil_scoped_release unlocked;
+        split = mesh::split_tangents(surface_of(positions, normals, uvs, triangles),
+                                     static_cast<mesh::Method>(method), threads);
+    }
+    auto *const frames = new std::vector<mesh::Frame>(std::move(split.frames));
+    nb::capsule owner(frames, [](void *p) noexcept { delete static_cast<std::vector<mesh::Frame> *>(p); });
+    auto *const values = reinterpret_cast<float *>(frames->data());
+    return nb::make_tuple(take(std::move(split.index)), take(std::move(split.source)),
+                          nb::ndarray<nb::numpy, float>(values, {frames->size(), 4}, owner));
 }
 
 nb::object corner_normals(Rows<float> positions, Column<std::uint32_t> places, Rows<std::uint32_t> triangles,
@@ -136,6 +163,7 @@ nb::tuple project(Rows<float> source_positions, Rows<std::uint32_t> source_trian
 NB_MODULE(_mesh, m) {
     m.doc() = "Mesh kernels: tangent frames, normals, topology.";
     m.def("corner_tangents", &corner_tangents);
+    m.def("split_tangents", &split_tangents);
     m.def("corner_normals", &corner_normals);
     m.def("number_rows", &rows_by_value);
     m.def("number_corners", &corners_by_value);

@@ -94,6 +94,18 @@ nb::object angles_deg(Rows<float> a, Rows<float> b) {
     return nb::cast(nb::ndarray<nb::numpy, double>(out->data(), {out->size()}, owner));
 }
 
+nb::object corner_tangents(Rows<float> positions, Rows<float> normals, Rows<float> uvs,
+                           Rows<std::uint32_t> triangles) {
+    auto *out = new std::vector<float>(triangles.size() * 4);
+    nb::capsule owner(out, [](void *p) noexcept { delete static_cast<std::vector<float> *>(p); });
+    {
+        nb::gil_scoped_release unlocked;
+        reference::corner_tangents({positions.data(), positions.size()}, {normals.data(), normals.size()},
+                                   {uvs.data(), uvs.size()}, {triangles.data(), triangles.size()}, *out);
+    }
+    return nb::cast(nb::ndarray<nb::numpy, float>(out->data(), {triangles.shape(0), 3, 4}, owner));
+}
+
 // (format, channels, rows, columns, levels)
 struct Texture {
     Texture(int format, std::size_t channels, std::size_t rows, std::size_t columns,
@@ -210,6 +222,7 @@ NB_MODULE(_reference, m) {
           nb::arg("map").none(), nb::arg("repeat"), nb::arg("near"), nb::arg("samples"), nb::arg("threads"));
     m.def("uv_shift", &uv_shift);
     m.def("angles_deg", &angles_deg);
+    m.def("corner_tangents", &corner_tangents);
     nb::class_<Texture>(m, "Texture")
         .def(nb::init<int, std::size_t, std::size_t, std::size_t, const std::vector<Bytes> &>(),
              nb::keep_alive<1, 6>());

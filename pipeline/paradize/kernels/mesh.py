@@ -9,11 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels._mesh as _mesh
+from paradize.kernels.threads import default_threads
 
 F32: TypeAlias = npt.NDArray[np.float32]
 U32: TypeAlias = npt.NDArray[np.uint32]
 UNKNOWN_SMOOTHING = 0xFFFFFFFF
 _NOWHERE = 0xFFFFFFFF
+# Each face its own frame, the mean at each vertex, and by MikkTSpace's rules.
+TANGENT_METHODS = ("face", "vertex", "mikktspace")
 
 
 @dataclass(frozen=True)
@@ -101,19 +104,54 @@ def corner_normals(
     return out.reshape(-1, 3, 3)
 
 
-def corner_tangents(positions: F32, normals: F32, uvs: F32, triangles: U32) -> F32:
+def corner_tangents(
+    positions: F32,
+    normals: F32,
+    uvs: F32,
+    triangles: U32,
+    *,
+    method: str = "mikktspace",
+    threads: int | None = None,
+) -> F32:
     """(m, 3, 4) tangents as MikkTSpace makes them, w so that w * cross(N, T) points up the image.
 
-    positions, normals: (n, 3), normals unit; uvs: (n, 2) top-left origin.
+    positions, normals: (n, 3), normals unit; uvs: (n, 2) top-left origin. method: one of TANGENT_METHODS.
     """
-    positions = _rows(positions, 3)
     out: F32 = _mesh.corner_tangents(
+        *_surface(positions, normals, uvs, triangles), TANGENT_METHODS.index(method), _workers(threads)
+    )
+    return out.reshape(-1, 3, 4)
+
+
+def split_tangents(
+    positions: F32,
+    normals: F32,
+    uvs: F32,
+    triangles: U32,
+    *,
+    method: str = "mikktspace",
+    threads: int | None = None,
+) -> tuple[U32, U32, F32]:
+    """The same for an indexed mesh whose vertices are split where their corners' tangents differ: new
+    triangles (m, 3), the old vertex (k,) and the tangent (k, 4) of each new one, numbered by first use."""
+    index, source, tangents = _mesh.split_tangents(
+        *_surface(positions, normals, uvs, triangles), TANGENT_METHODS.index(method), _workers(threads)
+    )
+    return index.reshape(-1, 3), source, tangents
+
+
+def _surface(positions: F32, normals: F32, uvs: F32, triangles: U32) -> tuple[F32, F32, F32, U32]:
+    positions = _rows(positions, 3)
+    return (
         positions,
         _rows(normals, 3, len(positions)),
         _rows(uvs, 2, len(positions)),
         _triangles(triangles, len(positions)),
     )
-    return out.reshape(-1, 3, 4)
+
+
+def _workers(threads: int | None) -> int:
+    return default_threads(8) if threads is None else max(1, threads)
 
 
 def topology(triangles: npt.ArrayLike, vertices: int) -> Topology:

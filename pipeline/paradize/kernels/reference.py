@@ -9,10 +9,10 @@ import paradize.kernels._reference as _reference
 from paradize.kernels.threads import default_threads
 
 
-def _rows(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
+def _rows(values: npt.ArrayLike, width: int = 3) -> npt.NDArray[np.float32]:
     rows = np.ascontiguousarray(values, np.float32)
-    if rows.ndim != 2 or rows.shape[1] != 3 or not np.isfinite(rows).all():
-        raise ValueError(f"expected (n, 3) finite floats, got {rows.shape}")
+    if rows.ndim != 2 or rows.shape[1] != width or not np.isfinite(rows).all():
+        raise ValueError(f"expected (n, {width}) finite floats, got {rows.shape}")
     return rows
 
 
@@ -145,3 +145,14 @@ def angles_deg(a: npt.ArrayLike, b: npt.ArrayLike) -> npt.NDArray[np.float64]:
     if first.shape != second.shape:
         raise ValueError(f"{first.shape} and {second.shape} rows")
     return _reference.angles_deg(first, second)  # type: ignore[no-any-return]
+
+
+def mikktspace_tangents(
+    positions: npt.ArrayLike, normals: npt.ArrayLike, uvs: npt.ArrayLike, triangles: npt.ArrayLike
+) -> npt.NDArray[np.float32]:
+    """(m, 3, 4) tangents of every corner as MikkTSpace defines them, in float64, w so that w * cross(N, T)
+    points up the image. positions, normals: (n, 3), normals unit; uvs: (n, 2) top-left origin."""
+    p, n, t = _rows(positions), _rows(normals), _rows(uvs, 2)
+    if not len(p) == len(n) == len(t):
+        raise ValueError(f"{len(p)} positions, {len(n)} normals, {len(t)} texture coordinates")
+    return _reference.corner_tangents(p, n, t, _triangles(triangles, len(p)))  # type: ignore[no-any-return]

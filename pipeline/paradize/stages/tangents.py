@@ -1,27 +1,44 @@
-"""Tangent frames, MikkTSpace-compatible: the same split rules and weights as the reference.
+"""Tangent frames in three tiers: one per face, averaged per vertex, and those of MikkTSpace.
 
-Source: M. Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", master's thesis, University of
+Source of the last: M. Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", master's thesis, University of
 Copenhagen, 2008. Sign: B = w * cross(N, T) points up the image; MikkTSpace run on top-left UVs gives the
 opposite w.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
 from paradize.data import Mesh
 from paradize.errors import BakeError
-from paradize.kernels.mesh import corner_tangents
-from paradize.stages.split import split_by
+from paradize.kernels.mesh import TANGENT_METHODS, split_tangents
+from paradize.stages.split import ATTRIBUTES
 
-TIERS = ("balanced",)
+# By the tiers of a bake. Normal maps are painted for MikkTSpace's frames, so only `fast` does without them.
+TIERS = {"fast": "vertex", "balanced": "mikktspace", "exact": "mikktspace"}
 
 
-def tangent_frames(mesh: Mesh) -> Mesh:
+def tangent_frames(mesh: Mesh, tier: str = "mikktspace") -> Mesh:
     """The mesh with tangents (n, 4): xyz unit and at right angles to the normal, w = +-1; always finite.
 
-    A vertex is split where its corners' frames differ (mirrored images, for one). Needs normals and uvs.
+    tier: `face`: every triangle's own direction of u, so no vertex is shared where those differ; `vertex`: the
+    mean of the triangles at each vertex that are mirrored alike; `mikktspace`: as MikkTSpace splits, joins
+    and weighs them; or a bake's tier. A vertex is split where its corners' frames differ (mirrored images,
+    for one); new ones are numbered in the order of their first use. Needs normals and uvs.
     """
     if mesh.normals is None or mesh.uvs is None:
         missing = "normals" if mesh.normals is None else "texture coordinates"
         raise BakeError(f"tangent frames need {missing}")
-    corners = corner_tangents(mesh.positions, mesh.normals, mesh.uvs, mesh.triangles)
-    return split_by(mesh, tangents=corners)
+    method = TIERS.get(tier, tier)
+    if method not in TANGENT_METHODS:
+        raise BakeError(f"no tangent frames {tier!r}; there are {', '.join((*TANGENT_METHODS, *TIERS))}")
+    triangles, source, tangents = split_tangents(
+        mesh.positions, mesh.normals, mesh.uvs, mesh.triangles, method=method
+    )
+    arrays = {
+        name: None if (values := getattr(mesh, name)) is None else np.ascontiguousarray(values[source])
+        for name in ("positions", *ATTRIBUTES)
+    }
+    return replace(mesh, **(arrays | {"tangents": tangents}), triangles=triangles)  # type: ignore[arg-type]
