@@ -1,4 +1,4 @@
-// Edges by cost, in buckets that are each 1/32 of their cost wide.
+// Edges by cost, in buckets of a quarter of an octave; those of one bucket come in order of their numbers.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,8 @@
 
 namespace paradize::simplify {
 
-// Every edge is in at most one bucket: lists through one array, nothing is allocated after the start.
+// Every edge is in at most one bucket: lists through one array. A bucket is taken out whole and sorted, so
+// that edges that lie side by side in the mesh are met one after another.
 class Queue {
   public:
     explicit Queue(std::size_t edges) : head(buckets, none), link(edges, none) {}
@@ -24,26 +25,37 @@ class Queue {
         head[into] = edge;
         lowest = std::min(lowest, into);
     }
-    // The edge put in last among those of the lowest bucket, or none; `from` is that bucket.
+    // The next edge of the lowest bucket, or none; `from` is its bucket.
     std::uint32_t pop(std::uint32_t &from) {
-        while (lowest < buckets && head[lowest] == none) {
-            ++lowest;
+        if (at == batch.size()) {
+            while (lowest < buckets && head[lowest] == none) {
+                ++lowest;
+            }
+            if (lowest == buckets) {
+                return none;
+            }
+            at = 0;
+            batch.clear();
+            for (std::uint32_t edge = head[lowest]; edge != none; edge = link[edge]) {
+                batch.push_back(edge);
+            }
+            head[lowest] = none;
+            current = lowest;
+            std::sort(batch.begin(), batch.end());
         }
-        from = lowest;
-        if (lowest == buckets) {
-            return none;
-        }
-        const std::uint32_t edge = head[lowest];
-        head[lowest] = link[edge];
-        return edge;
+        from = current;
+        return batch[at++];
     }
 
   private:
-    static constexpr std::uint32_t shift = 18; // five bits of the mantissa stay
+    static constexpr std::uint32_t shift = 21; // two bits of the mantissa stay
     static constexpr std::uint32_t buckets = 0x7f800000u >> shift;
     std::vector<std::uint32_t> head;
     std::vector<std::uint32_t> link;
     std::uint32_t lowest = buckets;
+    std::vector<std::uint32_t> batch;
+    std::size_t at = 0;
+    std::uint32_t current = 0;
 };
 
 } // namespace paradize::simplify
