@@ -1,0 +1,123 @@
+"""What picking a derivative filter costs and brings, the spectral derivative, and de-stepping."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from paradize.kernels.filter import spectral_slopes
+from paradize.kernels.normals import normals_from_heights
+from paradize.stages.destep import destep
+from paradize.stages.filters import FILTERS, choose_filter
+from paradize.stages.normal import normal_map
+from row import ROOT, Row, pair_ms
+
+sys.path.insert(0, str(ROOT))
+from tests.pipeline.heights import angles_between, rounded, sinusoids, up
+
+SIZE = 1024
+BOTH = (True, True)
+
+
+def field(wavelengths: tuple[float, float], bits: int) -> tuple[np.ndarray, float, np.ndarray]:
+    """Heights 0..1 as a file of so many bits holds them, how high 1 stands, and the true normals."""
+    heights, dx, dy = sinusoids(SIZE, *wavelengths, seed=1)
+    return *rounded(heights, bits), up(dx, dy)
+
+
+def mean_deg(normals: np.ndarray, truth: np.ndarray) -> float:
+    return float(angles_between(normals, truth).mean())
+
+
+def sobel_5(heights: np.ndarray, span: float) -> np.ndarray:
+    """Normals by OpenCV's 5 x 5 Sobel, the best plain filter on coarse heights; the map repeats."""
+    wide = np.pad(heights, 4, mode="wrap")
+    dx, dy = (cv2.Sobel(wide, cv2.CV_32F, *axes, ksize=5, scale=span / 128) for axes in ((1, 0), (0, 1)))
+    return up(dx[4:-4, 4:-4], dy[4:-4, 4:-4])
+
+
+def bench_auto(runs: int) -> Iterator[Row]:
+    """Whole: the look and the normals. The bars on the mean error before storage: 1.5 and 0.1 degrees."""
+    cases = ((8, (32, 256), "1.5"), (32, (8, 64), "0.1"))
+    for bits, wavelengths, bar in cases:
+        heights, span, truth = field(wavelengths, bits)
+        name = choose_filter(heights, bits, BOTH)
+
+        def ours(heights: np.ndarray = heights, bits: int = bits, span: float = span) -> np.ndarray:
+            name = choose_filter(heights, bits, BOTH)
+            return normal_map(heights, slope_scale=(span, span), wrap=BOTH, filter_name=name)
+
+        def peer(heights: np.ndarray = heights, span: float = span) -> np.ndarray:
+            return sobel_5(heights, span)
+
+        times = pair_ms(ours, peer, runs)
+        means = [mean_deg(found(), truth) for found in (ours, peer)]
+        low, high = wavelengths
+        yield Row(
+            f"normals by auto, {SIZE}^2 heights of {low} to {high} texels, {bits} bits", times[0],
+            "OpenCV, Sobel 5 x 5, and numpy", times[1],
+            f"{name}, mean {means[0]:.4f} deg before storage (promised: {bar})", f"mean {means[1]:.4f} deg",
+        )  # fmt: skip
+
+
+def bench_look(runs: int) -> Row:
+    size = 4096
+    heights = np.tile(field((8, 64), 8)[0], (4, 4))
+    out = np.empty((size, size, 3), np.uint8)
+    taps = FILTERS["fourth"]
+
+    def normals() -> np.ndarray:
+        return normals_from_heights(
+            heights, derivative=taps.derivative, scale=(1.0, 1.0), wrap=BOTH, encoding="rgb8", out=out
+        )
+
+    times = pair_ms(lambda: choose_filter(heights, 8, BOTH), normals, runs)
+    return Row(f"auto's look at {size}^2 heights", times[0], "the normals themselves, RGB8", times[1], "", "")
+
+
+def bench_spectral(runs: int) -> Row:
+    heights, span, truth = field((4, 16), 32)
+    turns = 2j * np.pi * np.fft.fftfreq(SIZE)
+
+    def peer() -> tuple[np.ndarray, np.ndarray]:
+        spectrum = np.fft.fft2(heights)
+        return np.fft.ifft2(spectrum * turns).real, np.fft.ifft2(spectrum * turns[:, None]).real
+
+    def error(slopes: tuple[np.ndarray, np.ndarray]) -> str:
+        dx, dy = (slope * span for slope in slopes)
+        return f"mean {mean_deg(up(dx, dy), truth):.5f} deg"
+
+    times = pair_ms(lambda: spectral_slopes(heights), peer, runs)
+    return Row(
+        f"spectral slopes of {SIZE}^2 heights of 4 to 16 texels", times[0], "numpy, Fourier transform",
+        times[1], error(spectral_slopes(heights)), error(peer()),
+    )  # fmt: skip
+
+
+def bench_destep(runs: int) -> Row:
+    steps, span, truth = field((32, 256), 8)
+
+    def error(values: np.ndarray) -> str:
+        found = normal_map(values, slope_scale=(span, span), wrap=BOTH, filter_name="fourth")
+        return f"fourth order then errs by {mean_deg(found, truth):.2f} deg"
+
+    def peer() -> np.ndarray:
+        return cv2.bilateralFilter(steps, 9, 2 / 255, 3)
+
+    times = pair_ms(lambda: destep(steps, wrap=BOTH), peer, runs)
+    most = float(np.abs(destep(steps, wrap=BOTH).astype(np.float64) - steps).max() * 255)
+    return Row(
+        f"de-stepping {SIZE}^2 heights of 8 bits", times[0], "OpenCV, bilateral filter of 9 texels", times[1],
+        f"{error(destep(steps, wrap=BOTH))}, at most {most:.3f} steps off", error(peer()),
+    )  # fmt: skip
+
+
+def rows(runs: int, folder: Path) -> Iterator[Row]:
+    yield from bench_auto(runs)
+    yield bench_look(runs)
+    yield bench_spectral(runs)
+    yield bench_destep(max(1, runs // 3))
