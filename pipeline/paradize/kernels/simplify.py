@@ -61,13 +61,13 @@ def simplify(
 ) -> Simplified:
     """About `target` triangles (never fewer than the last collapse leaves), or those that max_error allows.
 
-    positions: (n, 3) float64, finite, centred, of a diagonal near 1. triangles: (m, 3) below n; those with two
-    corners in one place are left out. attributes: (n, a) finite, a up to 32, in any units; weights: (a,), how
-    far a difference of 1 counts as a distance, 0: carried along only. unit: first of three columns that
-    hold unit vectors. seams: (n,) number of each vertex's place, below n (default: each its own); vertices of
-    one place share one position and stay together. groups: (m,) of each triangle, whose borders stay.
-    locked: (n,) vertices that stay as they are. kept_area: the share of its area, 0 to 1, that every
-    connected part keeps.
+    positions: (n, 3) float64, finite, centred, of a diagonal near 1. triangles: (m, 3) below n; those with
+    two corners in one place are left out. attributes: (n, a) finite, a up to 32, in any units; weights: (a,),
+    how far a difference of 1 counts as a distance, 0 (default): carried along only. unit: first of three
+    columns that hold unit vectors. seams: (n,) number of each vertex's place, below n (default: each its
+    own); vertices of one place share one position and stay together. groups: (m,) of each triangle, whose
+    borders stay. locked: (n,) vertices that stay as they are. kept_area: the share of its area, 0 to 1, that
+    every connected part keeps.
     """
     positions = np.ascontiguousarray(positions, np.float64)
     if positions.ndim != 2 or positions.shape[1] != 3 or not np.isfinite(positions).all():
