@@ -173,7 +173,8 @@ def _settings(order: Order, scene: Scene) -> dict[str, Any]:
     products = [want.product for want in order.wants]
     owners = ["color", "alpha"] if order.maker == "color" else products
     limits = {metric: limit for metric, limit in scene.budget.items() if metric.partition("_")[0] in owners}
-    limits.pop("normal_filter_deg", None)  # no format betters it
+    for metric in [metric for metric in limits if metric.startswith("normal_filter_")]:
+        del limits[metric]  # no format betters it
     settings = order.settings | packed | {"budget": limits}
     if order.maker == "maps":
         settings["only"] = products

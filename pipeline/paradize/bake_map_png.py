@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bake_map_rows import MapRows
-from paradize.bake_product import MapProduct, six
+from paradize.bake_map_rows import MapRows, filter_errors
+from paradize.bake_product import MapProduct, flat_errors
+from paradize.data import Texture
 from paradize.formats.png import encode_png
 from paradize.metrics.angle import normal_error
-from paradize.metrics.levels import filter_error
-from paradize.metrics.psnr import psnr_db
+from paradize.metrics.levels import value_levels
 from paradize.stages.compress import unorm
 from paradize.stages.sweep import bands_of, level_count, run, sweep
 
@@ -38,9 +38,10 @@ def png_maps(
     made = {}
     for name in rows.names:
         codes = _codes(name, rows)
-        errors = (
-            {metric: six(value) for metric, value in _errors(name, rows, codes).items()} if measure else {}
-        )
+        level = _measured(name, rows, codes) if measure else None
+        errors = {} if level is None else flat_errors(name, level)
+        if errors and name == "normal":
+            errors |= filter_errors(rows.ground)
         metric = next(iter(errors), None)
         made[name] = MapProduct(
             encode_png(codes),
@@ -52,6 +53,7 @@ def png_maps(
             tier,
             errors,
             list(warnings),
+            [] if level is None else [level],
             filter=None if name == "height" else rows.ground.filter_name,
         )
     return made
@@ -101,23 +103,22 @@ def signed_codes(values: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
 
 
 def _read_signed(codes: Codes) -> F32:
-    """What glTF's 2v / 255 - 1 reads, with 127 and 128 both exactly 0."""
-    values = codes.astype(np.float32) * np.float32(2.0 / 255.0) - np.float32(1)
-    return np.where((codes == 127) | (codes == 128), np.float32(0), values)
+    """What glTF's 2v / 255 - 1 reads of x and y (h, w, 2), with 127 and 128 both exactly 0."""
+    table = np.arange(256, dtype=np.float32) * np.float32(2.0 / 255.0) - np.float32(1)
+    table[127:129] = 0
+    values = np.empty((*codes.shape[:2], 2), np.float32)
+    for first, last in bands_of(*codes.shape[:2]):
+        values[first:last] = table[codes[first:last, :, :2]]
+    return values
 
 
-def _errors(name: str, rows: MapRows, codes: Codes) -> dict[str, float]:
+def _measured(name: str, rows: MapRows, codes: Codes) -> dict[str, float]:
+    """What was measured of the picture, under the names of a texture's level 0."""
     ground = rows.ground
-    if name == "height":
-        return {"height_psnr_db": psnr_db(codes / 65535.0, rows.whole("height"))}
-    if name == "gloss":
-        return {"gloss_psnr_db": psnr_db(codes[:, :, :2] / 255.0, rows.whole("gloss"))}
-    found = normal_error(
-        _read_signed(codes[:, :, :2]), ground.heights, **ground.settings, less_mean=name == "dudv"
-    )
-    errors = {f"{name}_p99_deg": found.p99, f"{name}_mean_deg": found.mean, f"{name}_max_deg": found.max}
-    if name == "normal":
-        errors["normal_filter_deg"] = filter_error(
-            ground.heights, slope_scale=ground.slopes, wrap=ground.wrap, filter_name=ground.filter_name
-        )["mean_deg"]
-    return errors
+    height, width = ground.heights.shape
+    if name in ("height", "gloss"):
+        fmt, channels = ("R16_UNORM", 1) if name == "height" else ("RG8_UNORM", 2)
+        texture = Texture(fmt, width, height, (codes[:, :, :channels].tobytes(),))
+        return value_levels(texture, rows.whole(name))[0]
+    found = normal_error(_read_signed(codes), ground.heights, **ground.settings, less_mean=name == "dudv")
+    return {"mean_deg": found.mean, "p99_deg": found.p99, "max_deg": found.max}

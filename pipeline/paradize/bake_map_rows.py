@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from paradize.metrics.levels import filter_error
 from paradize.stages import gutter
 from paradize.stages.gloss import GlossSettings, gloss_map
 from paradize.stages.height import luminance_plane
@@ -26,12 +27,17 @@ I32 = npt.NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the map's UV islands lie: ids (h, w) int32, -1 outside; source: where each gutter texel comes
-    from; mask: texels that shine, all where it is None."""
+    """Where the map's UV islands lie. islands: (h, w) int32, ids; outside -1, or, where filled, -2 less the
+    flat index of the texel that the gutter takes (stages.gutter.with_source). mask: texels that shine, all
+    where it is None."""
 
     islands: I32
-    source: I32 | None
+    filled: bool
     mask: npt.NDArray[np.bool_] | None
+
+    def source(self, first: int, last: int) -> I32:
+        """Flat indices (n, w) of the texels that the rows' own are taken from."""
+        return gutter.source_rows(self.islands, first, last)
 
 
 @dataclass(frozen=True)
@@ -61,12 +67,22 @@ class Ground:
         }
 
 
+def filter_errors(ground: Ground) -> dict[str, float]:
+    """Degrees between the filter's normals and the exact ones: what the filter alone costs."""
+    found = filter_error(ground.heights, **ground.settings)
+    return {
+        "normal_filter_deg": found["mean_deg"],
+        "normal_filter_p99_deg": found["p99_deg"],
+        "normal_filter_max_deg": found["max_deg"],
+    }
+
+
 class MapRows:
     """Rows of every map of a picture, level 0.
 
-    names: the maps that will be asked for. low, span: a height map's zero and one among the heights. picture:
-    where brightness comes from; the heights where it is None. Where there is a UV layout, gutters are filled,
-    which needs whole maps; elsewhere nothing but the heights is held.
+    names: the maps that will be asked for. unit (low, span): a height map's zero and one among the heights.
+    picture: where brightness comes from; the heights where it is None. Where there is a UV layout, gutters
+    are filled: beside the heights the normals along the islands' borders are held, nothing else.
     """
 
     def __init__(
@@ -81,26 +97,28 @@ class MapRows:
         self.ground, self.names = ground, names
         self._unit, self._picture, self._gloss, self._layout = unit, picture, gloss, layout
         self._normals = prepare(ground.heights, **ground.settings)
-        self._whole: Bundle = {}
-        if layout is not None and layout.source is not None:
-            for name in ("normal", "height", "gloss"):
-                self._whole[name] = gutter.fill_gutter(self.whole(name), layout.source)
+        self._border: gutter.Border | None = None
+        if layout is not None and layout.filled and names != ("height",):
+            self._border = gutter.Border(layout.islands, self._normals.rows)
 
     def rows(self, name: str, first: int, last: int) -> F32:
         """Rows of "normal" (n, w, 3), unit; "height" (n, w, 1), 0..1; or "gloss" (n, w, 2)."""
-        if name in self._whole:
-            return self._whole[name][first:last]
-        return self._made(name, first, last)
+        if name == "normal":
+            return self._normal_rows(first, last)
+        if name == "height":
+            return self._height_rows(first, last)[:, :, None]
+        mask = None
+        if self._layout is not None and self._layout.mask is not None:
+            mask = self._part(self._layout.mask, first, last)
+        return gloss_map(self._brightness(first, last), self._gloss, mask)
 
     def whole(self, name: str) -> F32:
         """All rows, made in bands: what lies in between stays small."""
-        if name in self._whole:
-            return self._whole[name]
         height, width = self.ground.heights.shape
         out = np.empty((height, width, {"normal": 3, "height": 1, "gloss": 2}[name]), np.float32)
 
         def work(band: tuple[int, int]) -> None:
-            out[band[0] : band[1]] = self._made(name, *band)
+            out[band[0] : band[1]] = self.rows(name, *band)
 
         run(work, bands_of(height, width))
         return out
@@ -116,23 +134,27 @@ class MapRows:
             bundle |= gloss_bundle(self.rows("gloss", first, last))
         return bundle
 
-    def _made(self, name: str, first: int, last: int) -> F32:
-        if name == "normal":
-            return self._normals.rows(first, last)
-        if name == "height":
-            return self._heights(first, last)[:, :, None]
-        mask = None if self._layout is None or self._layout.mask is None else self._layout.mask[first:last]
-        return gloss_map(self._brightness(first, last), self._gloss, mask)
+    def _part(self, texels: npt.NDArray[Any], first: int, last: int) -> npt.NDArray[Any]:
+        """Rows of a map (h, w, ...), gutters filled."""
+        if self._layout is None or not self._layout.filled:
+            return texels[first:last]
+        return gutter.gathered(texels, self._layout.source(first, last))
 
-    def _heights(self, first: int, last: int) -> F32:
+    def _normal_rows(self, first: int, last: int) -> F32:
+        normals: F32 = self._normals.rows(first, last)
+        if self._border is not None:
+            self._border.fill(normals, first)
+        return normals
+
+    def _height_rows(self, first: int, last: int) -> F32:
         low, span = self._unit
-        rows = self.ground.heights[first:last]
+        rows = self._part(self.ground.heights, first, last)
         if (low, span) == (0.0, 1.0):
             return rows
         return ((rows.astype(np.float64) - low) / span).astype(np.float32)
 
     def _brightness(self, first: int, last: int) -> F32:
         if self._picture is None:
-            return self._heights(first, last)
-        part: Any = self._picture.values[first:last]
+            return self._height_rows(first, last)
+        part: Any = self._part(self._picture.values, first, last)
         return luminance_plane(replace(self._picture, values=part))

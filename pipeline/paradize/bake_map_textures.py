@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bake_map_rows import MapRows
+from paradize.bake_map_rows import MapRows, filter_errors
 from paradize.bake_product import LevelErrors, MapProduct, beyond, flat_errors
 from paradize.data import Texture
 from paradize.formats.ktx2 import encode_ktx2
-from paradize.metrics.levels import dudv_levels, filter_error, gloss_levels, normal_levels, value_levels
+from paradize.metrics.levels import dudv_levels, gloss_levels, normal_levels, value_levels
 from paradize.stages.compress import LevelWriter, encode_rows, formats_of
 from paradize.stages.dudv import DudvLevels
 from paradize.stages.mips import gloss_rows, half_maps, unit_rows
@@ -53,7 +53,7 @@ def ktx2_maps(
             levels = _errors(name, rows, texture)
             errors = flat_errors(name, levels[0])
         if name == "normal" and measure:
-            errors["normal_filter_deg"] = _filter_error(rows)
+            errors |= filter_errors(rows.ground)
         metric = next(iter(errors), None)
         done[name] = MapProduct(
             encode_ktx2(texture, zstd_level=zstd),
@@ -122,12 +122,3 @@ def _errors(name: str, rows: MapRows, texture: Texture) -> LevelErrors:
         return gloss_levels(texture, rows.whole("gloss"), ground.heights, **ground.settings)
     measured = dudv_levels if name == "dudv" else normal_levels
     return measured(texture, ground.heights, **ground.settings)
-
-
-def _filter_error(rows: MapRows) -> float:
-    """Mean degrees between the filter's normals and the exact ones: what the filter alone costs."""
-    ground = rows.ground
-    found = filter_error(
-        ground.heights, slope_scale=ground.slopes, wrap=ground.wrap, filter_name=ground.filter_name
-    )
-    return found["mean_deg"]

@@ -85,14 +85,15 @@ def bake_maps(
     layout = None if uv is None else _layout(uv, rows, columns, wraps, gloss_groups)
     if source == "color":
         image = replace(image, values=spread(image.values, wraps))
-    if destep:
-        image, told = _without_steps(image, path, wraps)
-        warnings = told if source == "height" else [*warnings, *told]
     heights = _heights(image, source, levels)
     islands = None if layout is None else layout.islands
-    if filter_name == "auto":
-        bits = 32 if destep else image.source_bits
-        filter_name = choose_filter(heights, bits, wraps, tier, islands)
+    if filter_name == "auto":  # by the steps as they were: what is left of them looks like waves
+        filter_name = choose_filter(heights, image.source_bits, wraps, tier, islands)
+    if destep:
+        del heights
+        image, told = _without_steps(image, path, wraps)
+        warnings = told if source == "height" else [*warnings, *told]
+        heights = _heights(image, source, levels)
     if slope_scale is None:
         slope = strength / 100.0 * columns
         slopes = (slope, slope)
@@ -142,7 +143,7 @@ def _without_steps(image: Image, path: Path, wraps: tuple[bool, bool]) -> tuple[
         return image, [f"{path}: has no steps of 8 bits to smooth"]
     pixels = image.pixels
     colors = 1 if pixels.shape[2] < 3 else 3
-    pixels[:, :, :colors] = destep_pixels(pixels[:, :, :colors], wrap=wraps)
+    destep_pixels(pixels[:, :, :colors], wrap=wraps)
     return replace(image, values=pixels), []
 
 
@@ -154,7 +155,8 @@ def _layout(
     mask = None
     if groups is not None:
         mask = gutter.group_mask(mesh, groups, height=rows, width=columns, file=uv)
-    return Layout(islands, gutter.layout_source(islands, mesh, wraps), mask)
+    source = gutter.layout_source(islands, mesh, wraps)
+    return Layout(gutter.with_source(islands, source), source is not None, mask)
 
 
 def _heights(image: Image, source: str, levels: Levels | None) -> F32:

@@ -20,10 +20,11 @@ from paradize.data import Texture
 from paradize.errors import BakeError
 from paradize.formats.ktx2 import decode_ktx2
 from paradize.kernels.maps import Levels
+from paradize.metrics.angle import rebuilt
 from paradize.metrics.texels import decode_texels
 from paradize.scene import FILTERS
 from paradize.stages.filters import FILTER_NAMES
-from tests.pipeline.heights import save, waves
+from tests.pipeline.heights import angles_between, rounded, save, sinusoids, up, waves
 from tests.pipeline.scenes import make_cove
 
 PEAK = """
@@ -32,15 +33,17 @@ from pathlib import Path
 import paradize.kernels.bc7, paradize.metrics.levels
 from paradize.bake_maps import bake_maps
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-bake_maps(Path(sys.argv[1]), source="height", wrap="repeat")
+uv = Path(sys.argv[3]) if len(sys.argv) > 3 else None
+bake_maps(Path(sys.argv[1]), source="height", wrap="repeat", fmt=sys.argv[2], uv=uv)
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 """
 
 
-def peak_bytes(path: Path) -> int:
-    """What a bake of the four maps of a height map adds to its process's memory at most."""
+def peak_bytes(path: Path, *more: str) -> int:
+    """What a bake of the four maps of a height map adds to its process's memory at most. more: the format
+    (KTX2 by itself), and an OBJ with a UV layout."""
     environment = {**os.environ, "PARADIZE_THREADS": "2"}
-    command = [sys.executable, "-c", PEAK, str(path)]
+    command = [sys.executable, "-c", PEAK, str(path), *(more or ("ktx2",))]
     done = subprocess.run(command, capture_output=True, text=True, timeout=550, env=environment)
     assert done.returncode == 0, done.stderr
     return int(done.stdout) * 1024
@@ -63,6 +66,26 @@ def height_map(path: Path, size: int) -> Path:
 def test_four_maps_need_at_most_six_times_their_heights_in_memory(tmp_path: Path) -> None:
     size = 4096
     assert peak_bytes(height_map(tmp_path / "h.png", size)) <= 6 * 4 * size * size
+
+
+def tiles(path: Path, count: int) -> Path:
+    """An OBJ whose UV islands are count x count squares with gaps between them."""
+    lines, size = [], 0.7 / count
+    for k in range(count * count):
+        x, y = ((k % count) + 0.15) / count, (k // count + 0.15) / count
+        for u, v in ((x, y), (x + size, y), (x + size, y + size), (x, y + size)):
+            lines += [f"v {u} {v} 0", f"vt {u} {v}"]
+        lines.append("f " + " ".join(f"{4 * k + i}/{4 * k + i}" for i in range(1, 5)))
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("fmt", ["ktx2", "png"])
+def test_maps_with_a_uv_layout_need_at_most_six_times_their_heights_too(tmp_path: Path, fmt: str) -> None:
+    size = 4096
+    uv = tiles(tmp_path / "uv.obj", 8)
+    assert peak_bytes(height_map(tmp_path / "h.png", size), fmt, str(uv)) <= 6 * 4 * size * size
 
 
 @pytest.mark.deep
@@ -215,6 +238,31 @@ def test_de_stepped_heights_stay_within_half_a_step_of_the_source(tmp_path: Path
     assert np.abs(heights - codes[:, :, 0] / 255).max() <= 0.5 / 255 + 1 / 65535
     slopes = [decode_texels(decode_ktx2(made["normal"].data))[8, 16:112, 0] for made in (plain, smooth)]
     assert np.ptp(slopes[1]) < 0.2 * np.ptp(slopes[0])  # a ramp instead of stairs
+
+
+def test_de_stepping_keeps_the_filter_that_the_steps_ask_for(tmp_path: Path) -> None:
+    heights, dx, dy = sinusoids(256, 64, 128, 3)
+    unit, span = rounded(heights, 8)
+    path = save(tmp_path / "h.png", np.rint(unit * 255).astype(np.uint8)[:, :, None])
+    settings = {"source": "height", "wrap": "repeat", "only": ["normal"], "slope_scale": span}
+    plain, smooth = (bake_maps(path, destep=destep, **settings)["normal"] for destep in (False, True))
+    assert plain.filter == smooth.filter
+    truth = up(dx, dy)
+    off = [
+        angles_between(rebuilt(decode_texels(decode_ktx2(made.data))), truth).mean()
+        for made in (plain, smooth)
+    ]
+    assert off[1] < off[0]
+
+
+def test_de_stepping_of_a_file_without_steps_changes_nothing_and_says_so(tmp_path: Path) -> None:
+    codes = (waves(64, 64, 5) * 3000 + 32768).astype(np.uint16)[:, :, None]
+    path = save(tmp_path / "h.png", codes, oiio.UINT16)
+    plain, asked = (
+        bake_maps(path, source="height", only=["normal"], destep=destep)["normal"] for destep in (False, True)
+    )
+    assert (asked.data, asked.filter) == (plain.data, plain.filter)
+    assert any("no steps" in warning for warning in asked.warnings)
 
 
 def test_levels_shape_the_heights_that_normals_and_gloss_come_from(rough: Path) -> None:

@@ -195,6 +195,20 @@ def test_a_slope_scale_in_metres_replaces_the_strength(tmp_path: Path) -> None:
     assert np.abs(decode_texels(decode_ktx2(made.data)) - [expected, 0]).max() < 1 / 127
 
 
+def test_png_maps_tell_what_ktx2_maps_tell_of_level_0(tmp_path: Path) -> None:
+    codes = (waves(32, 48, 4) * 20 + 128).clip(0, 255).astype(np.uint8)
+    path = save(tmp_path / "c.png", np.dstack([codes] * 3))
+    for source in ("color", "height"):
+        png, ktx2 = (bake_maps(path, fmt=fmt, source=source) for fmt in ("png", "ktx2"))
+        for name, made in png.items():
+            assert list(made.errors) == list(ktx2[name].errors)
+            assert len(made.levels) == 1
+            assert made.levels[0].keys() == ktx2[name].levels[0].keys()
+        told = png["normal"].errors
+        assert 0 < told["normal_filter_deg"] < told["normal_filter_p99_deg"] <= told["normal_filter_max_deg"]
+        assert 0 < told["normal_p99_deg"] <= told["normal_max_deg"] < 1
+
+
 def test_png_maps_follow_gltf_and_zero_is_exact(tmp_path: Path) -> None:
     flat = save(tmp_path / "flat.png", np.full((8, 8, 3), 77, np.uint8))
     made = bake_maps(flat, fmt="png")

@@ -106,7 +106,8 @@ def normals_from_heights(
     image.
     islands: (h, w) int32, one id per UV island, negative outside. A texel that has taps on another island
     takes these, and those outside the map, from the odd reflection about itself; where both taps of a pair
-    are lost, the axis takes the difference of the next texels of its island.
+    are lost, the axis takes the difference of the next texels of its island. Texels outside are of no use
+    before a gutter is filled: theirs are the slopes across borders.
 
     encoding: "float" gives (n, w, 3) float32; "rgb8" (n, w, 3) uint8, the code c whose 2c/255 - 1 is nearest
     and 128 for 0; "snorm8" (n, w, 2) int8, x and y times 127, nearest. Where all taps are equal the normal is

@@ -3,14 +3,21 @@
 #include <algorithm>
 
 namespace paradize::normals {
+namespace {
+
+constexpr std::int32_t nowhere = std::numeric_limits<std::int32_t>::min(); // no texel's id that is looked at
+
+} // namespace
 
 IslandRows::IslandRows(std::span<const float> heights, std::span<const std::int32_t> islands,
                        std::size_t rows, std::size_t columns, const Settings &settings)
     : heights_(heights), islands_(islands), rows_(rows), columns_(columns), settings_(settings),
       depth_(static_cast<std::size_t>(std::max(settings.reach, settings.across))), lines_(2 * depth_ + 1),
-      marked_(columns) {
+      marked_(columns), around_(2 * depth_ + 1) {
     for (IdLine &line : lines_) {
         line.ids.resize(columns + 2 * depth_);
+        line.on_map.resize(columns + 2 * depth_);
+        line.heights.resize(columns + 2 * depth_);
         line.along_breaks.resize(columns);
         line.cross_breaks.resize(columns);
         line.held = std::numeric_limits<std::ptrdiff_t>::min();
@@ -28,17 +35,23 @@ void IslandRows::breaks(const IdLine &line, int within, std::vector<std::uint8_t
     }
 }
 
-// Ids of the row y, mirrored or repeated beyond the edges as the heights are.
+// The row y, repeated beyond the edges where the map repeats.
 const IslandRows::IdLine &IslandRows::line(std::ptrdiff_t y) {
     const auto count = static_cast<std::ptrdiff_t>(lines_.size());
     IdLine &line = lines_[static_cast<std::size_t>(((y % count) + count) % count)];
     if (line.held == y) {
         return line;
     }
-    const std::int32_t *from = &islands_[tap(y, rows_, settings_.wrap_y).at * columns_];
+    const Tap row = tap(y, rows_, settings_.wrap_y);
+    const std::int32_t *from = &islands_[row.at * columns_];
+    const float *heights = &heights_[row.at * columns_];
     for (std::size_t i = 0; i < line.ids.size(); ++i) {
         const auto x = static_cast<std::ptrdiff_t>(i) - static_cast<std::ptrdiff_t>(depth_);
-        line.ids[i] = from[tap(x, columns_, settings_.wrap_x).at];
+        const Tap column = tap(x, columns_, settings_.wrap_x);
+        const bool beyond = row.reflected || column.reflected;
+        line.ids[i] = from[column.at];
+        line.on_map[i] = beyond ? nowhere : from[column.at];
+        line.heights[i] = beyond ? 0.0F : heights[column.at];
     }
     breaks(line, settings_.reach, line.along_breaks);
     breaks(line, settings_.across, line.cross_breaks);
@@ -65,25 +78,24 @@ void IslandRows::mark(std::size_t y) {
     }
 }
 
-IslandRows::Place IslandRows::place(std::size_t x, std::size_t y, std::ptrdiff_t dx,
-                                    std::ptrdiff_t dy) const {
-    const Tap column = tap(static_cast<std::ptrdiff_t>(x) + dx, columns_, settings_.wrap_x);
-    const Tap row = tap(static_cast<std::ptrdiff_t>(y) + dy, rows_, settings_.wrap_y);
-    const std::size_t at = row.at * columns_ + column.at;
-    const bool same = !column.reflected && !row.reflected && islands_[at] == islands_[y * columns_ + x];
-    return {at, same};
-}
-
-// In units of height per texel, with the taps that stay on the island.
-double IslandRows::slope(std::size_t x, std::size_t y, bool down) const {
-    const double here = heights_[y * columns_ + x];
+// Of column x of the row in the middle of around_, in units of height per texel, with the taps that stay on
+// the island.
+template <bool down>
+double IslandRows::slope(std::size_t x) const {
+    const std::size_t middle = x + depth_;
+    const std::int32_t id = around_[depth_]->on_map[middle];
+    const double here = around_[depth_]->heights[middle];
     const auto pair = [&](std::ptrdiff_t k, std::ptrdiff_t j, bool &lost) {
-        const Place after = down ? place(x, y, j, k) : place(x, y, k, j);
-        const Place before = down ? place(x, y, -j, -k) : place(x, y, -k, -j);
-        lost = !after.same && !before.same;
-        const double high = after.same ? heights_[after.at] : here;
-        const double low = before.same ? heights_[before.at] : here;
-        return after.same && before.same ? high - low : 2.0 * (high - low);
+        const auto row = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(depth_) + (down ? k : j));
+        const auto column = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(middle) + (down ? j : k));
+        const IdLine &line_after = *around_[row];
+        const IdLine &line_before = *around_[2 * depth_ - row];
+        const bool after = line_after.on_map[column] == id;
+        const bool before = line_before.on_map[2 * middle - column] == id;
+        lost = !after && !before;
+        const double high = after ? line_after.heights[column] : here;
+        const double low = before ? line_before.heights[2 * middle - column] : here;
+        return after && before ? high - low : 2.0 * (high - low);
     };
     double sum = 0.0;
     for (std::ptrdiff_t k = 1; k <= settings_.reach; ++k) {
@@ -101,13 +113,16 @@ double IslandRows::slope(std::size_t x, std::size_t y, bool down) const {
 
 void IslandRows::patch(std::size_t y, Encoding encoding, std::uint8_t *codes) {
     mark(y);
+    for (std::size_t i = 0; i < around_.size(); ++i) {
+        around_[i] = &line(static_cast<std::ptrdiff_t>(y + i) - static_cast<std::ptrdiff_t>(depth_));
+    }
     const double sy = settings_.green_down ? -settings_.scale_y : settings_.scale_y;
     for (std::size_t x = 0; x < columns_; ++x) {
-        if (marked_[x] == 0) {
+        if (marked_[x] == 0 || islands_[y * columns_ + x] < 0) {
             continue;
         }
-        const double nx = -settings_.scale_x * slope(x, y, false);
-        const double ny = sy * slope(x, y, true);
+        const double nx = -settings_.scale_x * slope<false>(x);
+        const double ny = sy * slope<true>(x);
         float xyz[3];
         steep_normals(&nx, &ny, 1, xyz);
         encode_row(xyz, 1, encoding, {codes + x * texel_bytes(encoding), nullptr, nullptr});

@@ -11,7 +11,8 @@
 
 namespace paradize::normals {
 
-// Redoes the texels of a row whose taps leave their island. One per thread; see normals_from_heights.
+// Redoes the texels of a row whose taps leave their island; those outside all islands are left as they are.
+// One per thread; see normals_from_heights.
 class IslandRows {
   public:
     IslandRows(std::span<const float> heights, std::span<const std::int32_t> islands, std::size_t rows,
@@ -21,12 +22,11 @@ class IslandRows {
     void patch(std::size_t y, Encoding encoding, std::uint8_t *codes);
 
   private:
-    struct Place {
-        std::size_t at;
-        bool same; // on the map and of the same island
-    };
+    // A row, extended by the depth on both sides.
     struct IdLine {
-        std::vector<std::int32_t> ids;          // extended by the depth on both sides
+        std::vector<std::int32_t> ids;          // beyond the map's ends those of the reflection
+        std::vector<std::int32_t> on_map;       // beyond the map's ends `nowhere`
+        std::vector<float> heights;             // 0 there
         std::vector<std::uint8_t> along_breaks; // whether an id within `reach` columns differs
         std::vector<std::uint8_t> cross_breaks; // whether an id within `across` columns differs
         std::ptrdiff_t held;
@@ -35,8 +35,8 @@ class IslandRows {
     const IdLine &line(std::ptrdiff_t y);
     void breaks(const IdLine &line, int within, std::vector<std::uint8_t> &to) const;
     void mark(std::size_t y);
-    Place place(std::size_t x, std::size_t y, std::ptrdiff_t dx, std::ptrdiff_t dy) const;
-    double slope(std::size_t x, std::size_t y, bool down) const;
+    template <bool down>
+    double slope(std::size_t x) const;
 
     std::span<const float> heights_;
     std::span<const std::int32_t> islands_;
@@ -46,6 +46,7 @@ class IslandRows {
     std::size_t depth_;
     std::vector<IdLine> lines_;
     std::vector<std::uint8_t> marked_;
+    std::vector<const IdLine *> around_; // of the row that is patched: the 2 * depth + 1 rows about it
 };
 
 } // namespace paradize::normals

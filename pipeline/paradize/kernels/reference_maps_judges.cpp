@@ -56,7 +56,7 @@ void MapJudge::take(std::size_t level, std::size_t y, std::span<const double> er
     largest_[level].add(errors);
 }
 
-std::size_t MapJudge::only_inside(double *errors, const double *mask, std::size_t count) {
+std::size_t only_inside(double *errors, const double *mask, std::size_t count) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < count; ++i) {
         if (mask[i] > 1.0 - 1e-9) {

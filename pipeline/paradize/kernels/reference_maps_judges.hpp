@@ -37,8 +37,6 @@ class MapJudge : public Judge {
     // Takes a row's errors into account; of them `count`, whose sum is `sum`.
     void take(std::size_t level, std::size_t y, std::span<const double> errors, double sum);
     std::size_t columns(std::size_t level) const { return level_size(size_, level).columns; }
-    // Puts the errors of texels that lie wholly inside (mask above 1 - 1e-9) first; returns how many.
-    static std::size_t only_inside(double *errors, const double *mask, std::size_t count);
 
     RowSums &sums_;
 
@@ -47,6 +45,9 @@ class MapJudge : public Judge {
     std::vector<TexelRows> texels_;
     std::vector<Largest> largest_;
 };
+
+// Puts the errors of texels that lie wholly inside (mask above 1 - 1e-9) first; returns how many.
+std::size_t only_inside(double *errors, const double *mask, std::size_t count);
 
 // |truth - found| of a row into errors, their squares' sum as the result. squares: as many doubles of
 // scratch.

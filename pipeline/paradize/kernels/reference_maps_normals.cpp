@@ -136,7 +136,9 @@ LevelError filter_angles(const Ground &ground, const Ground &other, int threads)
     const GroundRows two(other, threads);
     const std::size_t columns = ground.size.columns;
     const std::size_t keep = above_p99(ground.heights.size());
+    const bool masked = !ground.islands.empty() && !other.islands.empty();
     std::vector<double> sums(ground.size.rows);
+    std::vector<std::size_t> counts(ground.size.rows);
     std::vector<Largest> largest(static_cast<std::size_t>(std::max(1, threads)), Largest(keep));
     maps::for_rows(largest.size(), static_cast<int>(largest.size()), [&](std::size_t begin, std::size_t end) {
         for (std::size_t part = begin; part < end; ++part) {
@@ -152,8 +154,17 @@ LevelError filter_angles(const Ground &ground, const Ground &other, int threads)
                 angles_between({first.data(), first.data() + columns, first.data() + 2 * columns},
                                {second.data(), second.data() + columns, second.data() + 2 * columns}, columns,
                                angles.data());
-                sums[y] = ordered_sum(angles);
-                largest[part].add(angles);
+                std::size_t kept = columns;
+                if (masked) {
+                    double *mask = first.data() + 3 * columns;
+                    for (std::size_t x = 0; x < columns; ++x) {
+                        mask[x] *= second[3 * columns + x];
+                    }
+                    kept = only_inside(angles.data(), mask, columns);
+                }
+                counts[y] = kept;
+                sums[y] = ordered_sum({angles.data(), kept});
+                largest[part].add({angles.data(), kept});
             }
         }
     });
@@ -161,10 +172,12 @@ LevelError filter_angles(const Ground &ground, const Ground &other, int threads)
         largest[0].join(largest[part]);
     }
     LevelError out;
-    out.count = ground.heights.size();
+    for (const std::size_t count : counts) {
+        out.count += count;
+    }
     out.sum = ordered_sum(sums);
-    out.p99 = largest[0].kth(keep);
-    out.max = largest[0].kth(1);
+    out.p99 = out.count == 0 ? 0.0 : largest[0].kth(above_p99(out.count));
+    out.max = out.count == 0 ? 0.0 : largest[0].kth(1);
     return out;
 }
 

@@ -136,7 +136,13 @@ def dudv_levels(
 
 
 def filter_error(
-    heights: F32, *, slope_scale: tuple[float, float], wrap: tuple[bool, bool], filter_name: str
+    heights: F32,
+    *,
+    slope_scale: tuple[float, float],
+    wrap: tuple[bool, bool],
+    filter_name: str,
+    green_down: bool = False,
+    islands: I32 | None = None,
 ) -> dict[str, float]:
     """mean_deg, p99_deg and max_deg between the normals of a filter and those of the eighth-order one.
 
@@ -144,12 +150,12 @@ def filter_error(
     truth within a thousandth of a degree, and this is the error of the filter. Of 8-bit heights it is not:
     it follows every step of the source, and a filter that smooths them over is farther from it and nearer to
     the ground that the picture was taken of. Then this tells only how far the two are apart.
+    islands as normal_levels.
     """
-    return _angles(
-        reference_maps.filter_angles(
-            _ground(heights, slope_scale, wrap, filter_name), _ground(heights, slope_scale, wrap, EXACT)
-        )
+    one, other = (
+        _ground(heights, slope_scale, wrap, name, green_down, islands) for name in (filter_name, EXACT)
     )
+    return _angles(reference_maps.filter_angles(one, other))
 
 
 def value_levels(texture: Texture, level0: F32) -> list[dict[str, float]]:

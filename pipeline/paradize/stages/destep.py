@@ -34,7 +34,8 @@ def destep(heights: F32, step: float = STEP_8_BIT, *, wrap: tuple[bool, bool] = 
     return kernel.destep(heights, step=step, wrap=wrap)
 
 
-def destep_pixels(pixels: F32, step: float = STEP_8_BIT, *, wrap: tuple[bool, bool] = (False, False)) -> F32:
-    """The same for each channel of a picture (h, w, c), as encoded: before sRGB becomes linear light."""
-    planes = [destep(np.ascontiguousarray(pixels[:, :, c]), step, wrap=wrap) for c in range(pixels.shape[2])]
-    return np.stack(planes, axis=2)
+def destep_pixels(pixels: F32, step: float = STEP_8_BIT, *, wrap: tuple[bool, bool] = (False, False)) -> None:
+    """The same for each channel of a picture (h, w, c), in place, as encoded: before sRGB becomes linear
+    light."""
+    for c in range(pixels.shape[2]):
+        pixels[:, :, c] = destep(pixels[:, :, c], step, wrap=wrap)

@@ -38,5 +38,6 @@ class DudvLevels:
         while self._codes:
             codes, rest = self._codes.pop(0), self._rest.pop(0)
             maps.balance(codes, rest)
+            del rest
             done.append(codes.tobytes())
         return done

@@ -34,15 +34,16 @@ off by no more than the object's `bleed`, and none by more than WORST times that
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from paradize.errors import BakeError
 from paradize.kernels import gutter, maps
+from paradize.stages.sweep import bands_of, run
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
     import numpy.typing as npt
 
@@ -111,12 +112,69 @@ def gutter_source(covered: npt.NDArray[np.bool_], wrap: tuple[bool, bool]) -> I3
     return maps.nearest_covered(covered, wrap=wrap)
 
 
-def fill_gutter(pixels: F32, source: I32 | None) -> F32:
+def gathered(texels: npt.NDArray[Any], source: I32) -> npt.NDArray[Any]:
+    """Some rows of a map (h, w, ...) whose texels come from elsewhere in it; source (n, w): flat indices."""
+    flat = texels.reshape(-1, *texels.shape[2:])
+    return np.asarray(flat[source])
+
+
+def fill_gutter(texels: npt.NDArray[Any], source: I32 | None) -> npt.NDArray[Any]:
     """The map (h, w, c) with every texel taken from its source (see gutter_source)."""
     if source is None:
-        return pixels
-    flat = pixels.reshape(-1, pixels.shape[2])
-    return np.ascontiguousarray(flat[source.ravel()].reshape(pixels.shape))
+        return texels
+    out = np.empty(texels.shape, texels.dtype)
+    for first, last in bands_of(*source.shape):
+        out[first:last] = gathered(texels, source[first:last])
+    return out
+
+
+def with_source(islands: I32, source: I32 | None) -> I32:
+    """An island map (h, w) that tells gutters too: ids as they are, outside -2 less the source's flat index.
+    In place; one plane instead of two."""
+    for first, last in bands_of(*islands.shape) if source is not None else []:
+        rows = islands[first:last]
+        np.copyto(rows, -2 - source[first:last], where=rows < 0)  # type: ignore[index]
+    return islands
+
+
+def source_rows(islands: I32, first: int, last: int) -> I32:
+    """The flat indices (n, w) of the texels that rows of a map with_source are taken from."""
+    width = islands.shape[1]
+    rows = islands[first:last]
+    own = np.arange(first * width, last * width, dtype=np.int32).reshape(rows.shape)
+    return np.where(rows < 0, -2 - rows, own)
+
+
+class Border:
+    """Normals of the texels that gutters are filled from: those along the islands' borders, few of a map.
+
+    islands: (h, w) int32 with_source. rows: gives the normals (n, w, 3) of the rows first..last of the map.
+    """
+
+    def __init__(self, islands: I32, rows: Callable[[int, int], F32]) -> None:
+        height, width = islands.shape
+        bands = bands_of(height, width)
+        wanted = np.zeros(height * width, np.bool_)
+        for first, last in bands:
+            part = islands[first:last]
+            wanted[-2 - part[part < 0]] = True
+        self._islands = islands
+        self._at = np.flatnonzero(wanted).astype(np.int32)
+        self._normals = np.empty((len(self._at), 3), np.float32)
+
+        def work(band: tuple[int, int]) -> None:
+            begin, end = np.searchsorted(self._at, [band[0] * width, band[1] * width])
+            if begin < end:
+                made = rows(*band).reshape(-1, 3)
+                self._normals[begin:end] = made[self._at[begin:end] - band[0] * width]
+
+        run(work, bands)
+
+    def fill(self, normals: F32, first: int) -> None:
+        """Fills, in place, what lies outside in the rows (n, w, 3) from `first` on."""
+        rows = self._islands[first : first + len(normals)]
+        outside = rows < 0
+        normals[outside] = self._normals[np.searchsorted(self._at, -2 - rows[outside])]
 
 
 @dataclass(frozen=True)

@@ -37,10 +37,16 @@ class Normals:
     slopes: tuple[F32, F32] | None
 
     def rows(
-        self, first: int, last: int, *, encoding: str = "float", out: npt.NDArray[Any] | None = None
+        self,
+        first: int,
+        last: int,
+        *,
+        encoding: str = "float",
+        out: npt.NDArray[Any] | None = None,
+        threads: int = 1,
     ) -> npt.NDArray[Any]:
         """Normals of the rows first..last: "float" (n, w, 3) unit float32, "rgb8" (n, w, 3) uint8 or "snorm8"
-        (n, w, 2) int8; see kernels.normals."""
+        (n, w, 2) int8; see kernels.normals. One thread by itself: bands of rows run side by side."""
         if self.slopes is not None:
             dx, dy = self.slopes
             return normals.normals_from_slopes(
@@ -50,6 +56,7 @@ class Normals:
                 green_down=self.green_down,
                 encoding=encoding,
                 out=out,
+                threads=threads,
             )
         taps = taps_of(self.filter_name)
         return normals.normals_from_heights(
@@ -63,6 +70,7 @@ class Normals:
             rows=(first, last),
             encoding=encoding,
             out=out,
+            threads=threads,
         )
 
 
@@ -108,7 +116,7 @@ def normal_rows(
         filter_name=filter_name,
         green_down=green_down,
         islands=islands,
-    ).rows(first, last)
+    ).rows(first, last, threads=normals.THREADS)
 
 
 def normal_map(
