@@ -3,39 +3,30 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from paradize.bake_lods import DEFAULT_MAX_ERROR, Plan, make_levels
 from paradize.data import Group, Lod, Mesh
 from paradize.engine.isolate import call_isolated
 from paradize.errors import BakeError, ParadizeError, SourceError
 from paradize.formats.glb import decode_glb, encode_glb
 from paradize.metrics.draw import draw_costs
-from paradize.metrics.surface import surface_distance
 from paradize.metrics.tangent import frame_faults
 from paradize.readers.mtl import base_colors_of
 from paradize.readers.obj import read_obj
 from paradize.stages.atlas import make_atlas
-from paradize.stages.lod import LEAST_TRIANGLES, RATIO, TIERS, simplify
+from paradize.stages.lod import RATIO, TIERS
 from paradize.stages.normals import complete_normals
 from paradize.stages.order import draw_order
 from paradize.stages.tangents import tangent_frames
 from paradize.stages.validate import messages, validate_mesh
 
 MAX_LODS = 8
-# Without an asked bound a level may be this far from the source, of the diagonal; worse ones are not worth
-# a draw.
-DEFAULT_MAX_ERROR = 0.1
-# A level must save this share of the triangles of the one before.
-_WORTH = 0.1
-# Errors nearer to each other than this share of the diagonal are one: positions are float32.
-_ROUNDING = 1e-7
-_BISECTIONS = 4
-_SAMPLES = 50_000
 _ATLAS_TIMEOUT_S = 120.0
 _ATLAS_MEMORY_BYTES = 8 << 30
 # Beyond this a size or a distance in metres no longer fits the float32 of a vertex times a transform.
@@ -60,14 +51,20 @@ def bake_mesh(
     atlas: bool = False,
     root: Path | None = None,
     base_colors: Mapping[str, Sequence[float]] | None = None,
+    ratio: float = RATIO,
+    errors: Sequence[float] = (),
+    plan: Callable[[Mesh, Plan], Plan] | None = None,
 ) -> MeshProduct:
     """Reads an OBJ, mends it, gives it normals, tangent frames and levels of detail, and measures each level.
 
     lods: levels at most, level 0 included, 1 to MAX_LODS. max_error: largest surface distance of any level,
     of the bounding box's diagonal. tier: the LOD tier; the nearest one there is is used and named in the
     report. atlas: make texture coordinates where there are none. root: folder that material files must lie
-    in. base_colors: linear RGB by material, instead of the Kd of materials without a colour map. Raises
-    SourceError for an input that cannot be baked, BakeError where a stage fails.
+    in. base_colors: linear RGB by material, instead of the Kd of materials without a colour map. ratio:
+    triangles of a level, of those of the one before, 0.05 to 0.95. errors: rising bounds of the levels after
+    the source, of the diagonal, instead of `ratio`: each is the coarsest mesh inside its bound. plan: what
+    makes another plan of this one, knowing the mesh. Raises SourceError for an input that cannot be baked,
+    BakeError where a stage fails.
     """
     started = time.monotonic()
     path = Path(path)
@@ -75,8 +72,18 @@ def bake_mesh(
         raise BakeError(f"{lods} levels of detail, expected 1 to {MAX_LODS}", file=path)
     if max_error is not None and not 0 <= max_error <= 1:
         raise BakeError(f"max error {max_error:g} of the diagonal, expected 0 to 1", file=path)
+    if not 0.05 <= ratio <= 0.95:
+        raise BakeError(f"a ratio of {ratio:g}, expected 0.05 to 0.95", file=path)
+    if list(errors) != sorted(errors) or not all(0 <= bound <= 1 for bound in errors):
+        raise BakeError(f"errors {list(errors)}, expected rising numbers from 0 to 1", file=path)
+    asked = Plan(
+        count=lods,
+        limit=DEFAULT_MAX_ERROR if max_error is None else max_error,
+        ratio=ratio,
+        errors=tuple(errors),
+    )
     try:
-        return _bake(path, lods, max_error, tier, atlas, root, base_colors, started)
+        return _bake(path, asked, plan, tier, atlas, root, base_colors, started)
     except MemoryError as error:
         raise SourceError("too large for this machine's memory", file=path) from error
     except ParadizeError as error:
@@ -87,8 +94,8 @@ def bake_mesh(
 
 def _bake(
     path: Path,
-    lods: int,
-    max_error: float | None,
+    asked: Plan,
+    plan: Callable[[Mesh, Plan], Plan] | None,
     tier: str,
     atlas: bool,
     root: Path | None,
@@ -124,9 +131,9 @@ def _bake(
     used = tier if tier in TIERS else "balanced"
     if used != tier:
         warnings.append(f"{path}: levels of detail have no tier {tier!r}; {used!r} used")
-    levels, notes = _levels(mesh, lods, max_error, used)
+    steps, notes = make_levels(mesh, asked if plan is None else plan(mesh, asked), used)
     warnings += [f"{path}: {note}" for note in notes]
-    levels = [(replace(level, tangents=None), errors) for level, errors in levels]
+    levels = [(replace(step.mesh, tangents=None), step.errors) for step in steps]
     framed = [(tangent_frames(level) if level.uvs is not None else level, errors) for level, errors in levels]
     unordered = [draw_costs(level) for level, _ in framed]
     framed = [(draw_order(level), errors) for level, errors in framed]
@@ -170,67 +177,3 @@ def _by_material(mesh: Mesh) -> Mesh:
         merged.append(Group(next(iter(names)) if len(names) == 1 else material, material, first, count))
         first += count
     return replace(mesh, triangles=np.ascontiguousarray(mesh.triangles[order]), groups=tuple(merged))
-
-
-_EXACT = {"error_max": 0.0, "error_rms": 0.0, "error_p99": 0.0}
-
-
-def _levels(
-    mesh: Mesh, count: int, max_error: float | None, tier: str
-) -> tuple[list[tuple[Mesh, dict[str, float]]], list[str]]:
-    """Levels with their measured errors; fewer than asked, with the reason, where no worthy one can be
-    had."""
-    limit = DEFAULT_MAX_ERROR if max_error is None else max_error
-    levels = [(mesh, _EXACT)]
-    notes: list[str] = []
-    for at in range(1, count):
-        before = len(levels[-1][0].triangles)
-        target = max(LEAST_TRIANGLES, int(len(mesh.triangles) * RATIO**at))
-        if target >= before:
-            return levels, [*notes, f"no level after lod{len(levels) - 1}: {before} triangles are few enough"]
-        found, note, seams_kept = _level(mesh, levels[-1][0], target, limit, tier)
-        if found is None:
-            return levels, [*notes, f"no level after lod{len(levels) - 1}: {note}"]
-        while len(levels) > 1 and found[1]["error_max"] < levels[-1][1]["error_max"] - _ROUNDING:
-            worse = len(levels.pop()[0].triangles)
-            notes.append(
-                f"a level of {worse} triangles left out: {len(found[0].triangles)} are nearer to the source"
-            )
-        levels.append(found)
-        if not seams_kept:
-            notes.append(
-                f"lod{len(levels) - 1}: the texture is stretched beside seams, which had to be let go; "
-                "ask for fewer levels to keep them"
-            )
-    return levels, notes
-
-
-def _level(
-    original: Mesh, before: Mesh, target: int, limit: float, tier: str
-) -> tuple[tuple[Mesh, dict[str, float]] | None, str, bool]:
-    """The level nearest to `target` triangles whose measured error stays inside `limit`, or None; why not
-    nearer; and whether its triangles end at texture seams."""
-    most = int(len(before.triangles) * (1 - _WORTH))
-    least, best, note, seams_kept = target, None, "", True
-    for _ in range(_BISECTIONS):
-        level = simplify(before, target, tier, original=original)
-        try:
-            made, _ = validate_mesh(level.mesh)
-        except SourceError:
-            return best, note or "nothing would be left", seams_kept
-        if len(made.triangles) > most:
-            note = note or level.note or f"{len(before.triangles)} triangles are the least"
-            break
-        errors = surface_distance(original, made, _SAMPLES)
-        if errors["error_max"] <= limit:
-            best, most, seams_kept = (made, errors), len(made.triangles), level.seams_kept
-            if target == least:
-                break
-        else:
-            off = errors["error_max"]
-            note = f"{len(made.triangles)} triangles are {off:.3g} of the diagonal off, limit {limit:g}"
-            least = target
-        if best is not None and target <= least + 1:
-            break
-        target = (least + most) // 2
-    return best, note, seams_kept

@@ -1,10 +1,14 @@
-"""A mesh with fewer triangles: tiers `fast` (fast-simplification) and `balanced` (meshoptimizer, with
-attributes).
+"""A mesh with fewer triangles: tiers `fast` (meshoptimizer, with attributes), `balanced` and `exact` (our own
+quadric edge collapse, `kernels/simplify_collapse.hpp`).
 
-Both are given a mesh centred on the origin with a diagonal of fixed length: their thresholds are absolute
-or float32. Surfaces stay closed at texture seams and borders between materials: vertices are joined only
-where position, texture coordinate and material agree, and what lies on such a border moves along it or not
-at all. Parts that would lose most of their area (leaves, cards, ropes) are kept whole.
+Which tier takes which was measured: meshoptimizer is the quickest and leaves the largest errors, ours is
+nearer than any library at equal triangles. `exact` starts every level from the original surface and weighs
+attributes in several ways; `bake_lods.py` measures and takes the nearest.
+
+The mesh is centred on the origin with a diagonal of 1. Surfaces stay closed at texture seams and borders
+between materials: vertices are joined only where position, texture coordinate and material agree, and what
+lies on such a border moves along it or not at all. Parts that would lose most of their area (leaves, cards,
+ropes) are kept whole.
 
 Sources: M. Garland and P. Heckbert, "Surface simplification using quadric error metrics", 1997; H. Hoppe,
 "New quadric metric for simplifying meshes with appearance attributes", 1999.
@@ -21,21 +25,23 @@ import numpy as np
 from paradize.data import Mesh
 from paradize.errors import BakeError
 from paradize.kernels.mesh import number_corners, number_rows, topology
+from paradize.kernels.simplify import simplify as collapse
 from paradize.stages.reproject import group_of as triangle_groups
 from paradize.stages.reproject import groups_of, take_attributes, with_groups
-from paradize.stages.simplifiers import fast_simplify, meshopt_simplify
+from paradize.stages.simplifiers import meshopt_simplify
 from paradize.stages.split import ATTRIBUTES
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-TIERS = ("fast", "balanced")
+TIERS = ("fast", "balanced", "exact")
 RATIO = 0.5  # triangles of a level, of those of the level before
 LEAST_TRIANGLES = 4
 # Weights of a changed unit normal and of a texture that slides by its own size on the surface, both of the
-# diagonal.
+# diagonal. The exact tier tries the others too, and what is measured decides.
 _NORMAL_WEIGHT = 0.02
 _UV_WEIGHT = 0.2
+VARIANTS = (1.0, 0.25, 0.06)
 _LARGEST_IMAGE = 4.0  # of the diagonal: no image is stretched to more
 # A part that would keep less than this of its area from one level to the next stays as it was. The first
 # bound that lets a level come near its triangles holds: a jetty of boxes has nothing to give under the
@@ -46,9 +52,6 @@ _NEAR = 1.2
 # are let go, and taken from the original surface again.
 _RELEASED = (("normals",), ("normals", "uvs", "uvs1"))
 _ROUNDS = 8
-# fast-simplification's thresholds hold for this diagonal; its `agg` is raised only where a target is missed.
-_FAST_DIAGONAL = 3.5
-_FAST_AGG = (3, 4, 5, 6, 7, 8)
 
 
 @dataclass(frozen=True)
@@ -63,9 +66,17 @@ class Level:
     seams_kept: bool = True
 
 
-def simplify(mesh: Mesh, target: int, tier: str = "balanced", *, original: Mesh | None = None) -> Level:
+def simplify(
+    mesh: Mesh,
+    target: int,
+    tier: str = "balanced",
+    *,
+    original: Mesh | None = None,
+    variant: float = 1.0,
+) -> Level:
     """A mesh of about `target` triangles (1 or more), from a validated mesh with normals; `original` is the
-    surface that attributes come from (default: the mesh itself).
+    surface that attributes come from (default: the mesh itself). variant: what the weights of attributes
+    beside positions are multiplied with, more than 0.
 
     Tangents are left out: they are made anew for each level. Raises BakeError for an unknown tier or where
     the library returns something that is not a mesh.
@@ -74,13 +85,17 @@ def simplify(mesh: Mesh, target: int, tier: str = "balanced", *, original: Mesh 
         raise BakeError(f"unknown tier {tier!r} for levels of detail", mend=f"use one of {', '.join(TIERS)}")
     mesh = replace(mesh, tangents=None)
     original = mesh if original is None else replace(original, tangents=None)
-    if tier == "fast":
-        return _simplify_fast(mesh, target, original)
-    best = _simplify_balanced(mesh, target, original, ())
+
+    def attempt(released: tuple[str, ...]) -> Level:
+        if tier == "fast":
+            return _simplify_fast(mesh, target, original, released)
+        return _simplify_own(mesh, target, original, released, variant)
+
+    best = attempt(())
     for released in _RELEASED:
         if not best.note or len(best.mesh.triangles) <= _NEAR * target:
             break
-        level = _simplify_balanced(mesh, target, original, released)
+        level = attempt(released)
         if len(level.mesh.triangles) < 0.95 * len(best.mesh.triangles):
             best = level
     return best
@@ -136,10 +151,10 @@ def _joined(mesh: Mesh, released: tuple[str, ...]) -> tuple[Mesh, npt.NDArray[np
     return joined, np.repeat(triangle_groups(mesh), 3)[first]
 
 
-# --- balanced ---
+# --- fast ---
 
 
-def _simplify_balanced(mesh: Mesh, target: int, original: Mesh, released: tuple[str, ...]) -> Level:
+def _simplify_fast(mesh: Mesh, target: int, original: Mesh, released: tuple[str, ...]) -> Level:
     joined, vertex_group = _joined(mesh, released)
     points, _ = _normalised(joined.positions, 1.0)
     attributes, weights = _attributes(joined, points, released)
@@ -205,13 +220,9 @@ def _attributes(
         uvs = getattr(mesh, name)
         if uvs is None or name in released:
             continue
-        flat = np.concatenate([uvs.astype(np.float64), np.zeros((len(uvs), 1))], axis=1)
-        surface, image = fsum(_areas(points, mesh.triangles)), fsum(_areas(flat, mesh.triangles))
-        extent = float((flat.max(axis=0) - flat.min(axis=0)).max())
-        scale = float(np.sqrt(surface / image)) if image > 0 and np.isfinite(image) else 0.0
-        # Palettes have next to no area in the image: the bound keeps them from outweighing all else.
-        scale = min(scale, _LARGEST_IMAGE / extent) if extent > 0 else 0.0
-        columns.append(((flat[:, :2] - flat[:1, :2]) * scale).astype(np.float32))
+        columns.append(
+            ((uvs.astype(np.float64) - uvs[:1]) * _image_scale(mesh, points, uvs)).astype(np.float32)
+        )
         weights += [_UV_WEIGHT] * 2
     if not columns:
         return np.zeros((len(points), 1), np.float32), np.zeros(1, np.float32)
@@ -221,28 +232,103 @@ def _attributes(
     )
 
 
-# --- fast ---
+def _image_scale(mesh: Mesh, points: npt.NDArray[np.float64], uvs: npt.NDArray[np.float32]) -> float:
+    """How far 1 in texture coordinates reaches on the surface, on the mean; 0 where it cannot be said."""
+    flat = np.concatenate([uvs.astype(np.float64), np.zeros((len(uvs), 1))], axis=1)
+    surface, image = fsum(_areas(points, mesh.triangles)), fsum(_areas(flat, mesh.triangles))
+    extent = float((flat.max(axis=0) - flat.min(axis=0)).max())
+    scale = float(np.sqrt(surface / image)) if image > 0 and np.isfinite(image) else 0.0
+    # Palettes have next to no area in the image: the bound keeps them from outweighing all else.
+    return min(scale, _LARGEST_IMAGE / extent) if extent > 0 else 0.0
 
 
-def _simplify_fast(mesh: Mesh, target: int, original: Mesh) -> Level:
-    """fast-simplification moves vertices and knows no attributes: borders stay where they are, and every
-    corner takes its attributes from the nearest place of the original surface."""
-    joined, _ = _joined(mesh, ("normals",))
-    joined = replace(joined, groups=groups_of(mesh))
-    points, unit = _normalised(joined.positions, _FAST_DIAGONAL)
-    best_points, best = points, joined.triangles
-    for agg in _FAST_AGG:
-        found_points, found = fast_simplify(points, joined.triangles, target, agg)
-        found = found[_areas(found_points, found) > 0]
-        if 0 < len(found) < len(best):
-            best_points, best = found_points, found
-        if len(best) <= 1.05 * target:
+# --- balanced, exact ---
+
+
+def _simplify_own(
+    mesh: Mesh, target: int, original: Mesh, released: tuple[str, ...], variant: float
+) -> Level:
+    """Vertices move to where the error is least, and their attributes with them. What did not move keeps its
+    bits."""
+    joined, _ = _joined(mesh, released)
+    points, unit = _normalised(joined.positions, 1.0)
+    names, columns, weights = [], [], []
+    for name, weight in (("normals", _NORMAL_WEIGHT), ("uvs", _UV_WEIGHT), ("uvs1", _UV_WEIGHT)):
+        values = getattr(joined, name)
+        if values is None or name in released:
+            continue
+        names.append(name)
+        columns.append(values)
+        scale = 1.0 if name == "normals" else _image_scale(joined, points, values)
+        weights += [variant * weight * scale] * values.shape[1]
+    places, _ = number_rows(joined.positions)
+    best = None
+    for kept_area in _KEPT_AREA:
+        found = collapse(
+            points,
+            joined.triangles,
+            target=target,
+            attributes=np.concatenate(columns, axis=1) if columns else None,
+            weights=weights if columns else None,
+            unit=0 if "normals" in names else None,
+            seams=places,
+            groups=triangle_groups(mesh),
+            kept_area=kept_area,
+        )
+        if best is None or len(found.triangles) < len(best.triangles):
+            best = found
+        if len(best.triangles) <= _NEAR * target:
             break
+    assert best is not None
+    if len(best.triangles) == 0:
+        return Level(mesh, "nothing would be left")
     wide = joined.positions.astype(np.float64)
     centre = (wide.min(axis=0) + wide.max(axis=0)) / 2
-    simple = Mesh((best_points * unit + centre).astype(np.float32), best)
-    result = take_attributes(original, simple, ATTRIBUTES, groups=True)
+    moved = (best.positions != points[best.vertex]).any(axis=1)
+    positions = np.where(
+        moved[:, None], best.positions * unit + centre, joined.positions[best.vertex]
+    ).astype(np.float32)
+    arrays: dict[str, npt.NDArray[np.float32] | None] = {"positions": positions, "tangents": None}
+    at = 0
+    for name in names:
+        values = getattr(joined, name)
+        width = values.shape[1]
+        mixed = best.attributes[:, at : at + width]
+        at += width
+        arrays[name] = mixed if name == "normals" else _inside(joined, values, best.vertex, mixed)
+    for name in released:
+        arrays[name] = None
+    result = with_groups(
+        replace(joined, triangles=best.triangles, groups=(), **arrays),  # type: ignore[arg-type]
+        triangle_groups(mesh)[best.triangle],
+        groups_of(mesh),
+    )
+    if released:
+        result = take_attributes(original, result, released, one_chart="uvs" in released)
     note = ""
-    if len(best) > 1.1 * target:
-        note = f"{len(best)} triangles where {target} were asked: borders and seams stay where they are"
-    return Level(_used_only(result), note)
+    if len(best.triangles) > 1.1 * target:
+        why = "seams, borders and parts that would vanish hold the rest"
+        note = f"{len(best.triangles)} triangles where {target} were asked: {why}"
+    return Level(_used_only(result), note, mesh.uvs is None or "uvs" not in released)
+
+
+def _inside(
+    mesh: Mesh,
+    uvs: npt.NDArray[np.float32],
+    source: npt.NDArray[np.uint32],
+    found: npt.NDArray[np.float32],
+) -> npt.NDArray[np.float32]:
+    """Texture coordinates (k, 2) held inside the rectangle of the chart that each came from: the place that
+    fits best may lie beyond it, where the image shows another chart. source: (k,) vertices of `mesh`."""
+    component = topology(mesh.triangles, len(mesh.positions)).component
+    chart = np.zeros(len(mesh.positions), np.uint32)
+    chart[mesh.triangles.reshape(-1)] = np.repeat(component, 3)
+    order = np.argsort(chart, kind="stable")
+    starts = np.flatnonzero(np.diff(chart[order], prepend=np.uint32(0xFFFFFFFF)))
+    first = np.zeros(len(order), np.int64)
+    first[starts] = 1
+    of = np.empty(len(order), np.int64)
+    of[order] = np.cumsum(first) - 1
+    low = np.minimum.reduceat(uvs[order], starts, axis=0)[of[source]]
+    high = np.maximum.reduceat(uvs[order], starts, axis=0)[of[source]]
+    return np.ascontiguousarray(np.clip(found, low, high))

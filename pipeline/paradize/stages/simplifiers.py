@@ -1,18 +1,15 @@
-"""The two libraries that simplify meshes, behind checks: what goes in is sound, what comes out is looked at.
+"""The library that simplifies meshes, behind checks: what goes in is sound, what comes out is looked at.
 
-Neither library checks its input. Callers pass only what `validate` passed: finite positions and indices in
-range, no index twice in a triangle, centred on the origin and scaled to a fixed diagonal. On such input
-both return; nothing else of theirs (NaN kept, heap corruption, another thread's mesh) was ever seen with
-it, so they run in this process.
+It does not check its input. Callers pass only what `validate` passed: finite positions and indices in range,
+no index twice in a triangle, centred on the origin and scaled to a diagonal of 1. On such input it returns;
+nothing else of its own was ever seen with it, so it runs in this process.
 """
 
 from __future__ import annotations
 
 import ctypes
-import threading
 from typing import TYPE_CHECKING, Any
 
-import fast_simplification
 import numpy as np
 from meshoptimizer import SIMPLIFY_ERROR_ABSOLUTE
 from meshoptimizer._loader import find_library
@@ -24,9 +21,6 @@ if TYPE_CHECKING:
 
 # How far meshoptimizer may go on its own, of a diagonal of 1; the bake measures and decides.
 _REACH = 0.25
-# fast-simplification keeps its mesh in global variables: two calls at once give one of them the other's
-# result.
-_fast_lock = threading.Lock()
 
 
 def _attribute_simplifier() -> Any:
@@ -88,27 +82,3 @@ def meshopt_simplify(
     if found % 3 or found > len(indices) or (found and int(out[:found].max()) >= count):
         raise BakeError(f"meshoptimizer returned {found} indices, not triangles of the mesh")
     return out[:found].reshape(-1, 3).copy()
-
-
-def fast_simplify(
-    points: npt.NDArray[np.float64], triangles: npt.NDArray[np.uint32], target: int, agg: int
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint32]]:
-    """fast-simplification's points and triangles, at most about `target`; borders stay where they are.
-
-    points: (n, 3) of diagonal 3.5, for which its thresholds were tried; agg: 3 (careful) to 8.
-    Raises BakeError where the result is not a mesh.
-    """
-    with _fast_lock:
-        found, faces = fast_simplification.simplify(
-            points,
-            triangles.astype(np.int32),
-            target_count=min(max(target, 1), len(triangles) - 1),
-            agg=agg,
-            preserve_border=True,
-        )
-    if len(faces) and (int(faces.min()) < 0 or int(faces.max()) >= len(found)):
-        raise BakeError("fast-simplification returned an index beyond its vertices")
-    if not np.isfinite(found).all():
-        raise BakeError("fast-simplification returned a position that is not finite")
-    repeated = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
-    return found, faces[~repeated].astype(np.uint32)

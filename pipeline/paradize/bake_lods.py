@@ -1,0 +1,225 @@
+"""The chain of levels of detail: which levels there are, each simplified, measured, and kept or left out
+with a reason.
+
+A plan says how levels are chosen: by a share of the triangles, by the error of each, or by what a camera's
+path can see. Whatever the simplifier believes, only what the metric found counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import isqrt
+
+from paradize.data import Mesh
+from paradize.errors import SourceError
+from paradize.metrics.mapped_normal import normal_error, uv_shift
+from paradize.metrics.surface import Judge
+from paradize.stages.lod import LEAST_TRIANGLES, RATIO, VARIANTS, simplify
+from paradize.stages.validate import validate_mesh
+
+# Without an asked bound a level may be this far from the source, of the diagonal; worse ones are not worth
+# a draw.
+DEFAULT_MAX_ERROR = 0.1
+# A level must save this share of the triangles of the one before.
+_WORTH = 0.1
+# Errors nearer to each other than this share of the diagonal are one: positions are float32.
+_ROUNDING = 1e-7
+_BISECTIONS = {"fast": 4, "balanced": 4, "exact": 9}
+_SAMPLES = 50_000
+# A texture that slid by more than this, of the diagonal, is told.
+_SLID = 0.01
+# Words to a level's shares: the largest distance, its RMS and 99th percentile, of the diagonal.
+EXACT = {"error_max": 0.0, "error_rms": 0.0, "error_p99": 0.0}
+_SAME = {"normal_mean_deg": 0.0, "normal_p99_deg": 0.0, "normal_max_deg": 0.0}
+_STILL = {"uv_shift_p99": 0.0, "uv_shift_max": 0.0}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How levels are chosen; errors are shares of the source's diagonal.
+
+    count: levels at most, the first included. limit: largest error of any level. ratio: triangles of a
+    level, of those of the one before. errors: bounds of the levels after the first, instead of ratio: each is
+    the coarsest mesh inside. finest: what the first level may be off, 0: it is the source. farthest: what a
+    level may be off where the scene's views are farthest; none follows one that is that much off.
+    """
+
+    count: int = 4
+    limit: float = DEFAULT_MAX_ERROR
+    ratio: float = RATIO
+    errors: tuple[float, ...] = ()
+    finest: float = 0.0
+    farthest: float | None = None
+
+
+@dataclass(frozen=True)
+class Step:
+    """A level and what was measured of it; `errors` by name, as `mesh --json` tells them."""
+
+    mesh: Mesh
+    errors: dict[str, float]
+    seams_kept: bool = True
+
+
+def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[Step], list[str]]:
+    """Levels, the finest first, and notes: fewer than asked, with the reason, where no worthy one can be had.
+
+    mesh: validated, with normals. No level has more triangles or a smaller error than the one before.
+    """
+    judge = Judge(mesh)
+    steps, notes = [Step(mesh, EXACT)], []
+    if plan.finest > 0:
+        found, note = _coarsest(judge, mesh, plan.finest, tier)
+        if found is None:
+            notes.append(f"lod0 is the source: {note}")
+        else:
+            steps = [found]
+            share = f"{len(found.mesh.triangles)} of {len(mesh.triangles)} triangles"
+            notes.append(f"lod0 has {share}: nothing finer is seen")
+    first = len(steps[0].mesh.triangles)
+    count = min(plan.count, 1 + len(plan.errors)) if plan.errors else plan.count
+    for at in range(1, count):
+        last = steps[-1]
+        before = len(last.mesh.triangles)
+        if plan.farthest is not None and last.errors["error_max"] >= plan.farthest:
+            notes.append(f"no level after lod{len(steps) - 1}: the flight never is farther away")
+            break
+        if plan.errors:
+            found, note = _coarsest(judge, last.mesh, min(plan.errors[at - 1], plan.limit), tier)
+        else:
+            target = max(LEAST_TRIANGLES, int(first * plan.ratio**at))
+            if target >= before:
+                notes.append(f"no level after lod{len(steps) - 1}: {before} triangles are few enough")
+                break
+            found, note = _nearest(judge, last.mesh, target, plan.limit, tier)
+        if found is None:
+            notes.append(f"no level after lod{len(steps) - 1}: {note}")
+            if plan.errors:
+                continue
+            break
+        while len(steps) > 1 and found.errors["error_max"] < steps[-1].errors["error_max"] - _ROUNDING:
+            worse = len(steps.pop().mesh.triangles)
+            notes.append(
+                f"a level of {worse} triangles left out: {len(found.mesh.triangles)} are nearer to the source"
+            )
+        steps.append(found)
+    steps = [_told(judge, step) for step in steps]
+    return steps, notes + _slides(steps)
+
+
+def _told(judge: Judge, step: Step) -> Step:
+    """The step with all that is told of a level: its normals and its texture measured too."""
+    if step.mesh is judge.mesh:
+        return replace(step, errors=EXACT | _SAME | _STILL)
+    normals = normal_error(judge, step.mesh, _SAMPLES)
+    return replace(step, errors=step.errors | normals | uv_shift(judge, step.mesh, _SAMPLES))
+
+
+def _slides(steps: list[Step]) -> list[str]:
+    notes = []
+    for at, step in enumerate(steps):
+        p99, most = step.errors["uv_shift_p99"], step.errors["uv_shift_max"]
+        if not step.seams_kept:
+            notes.append(
+                f"lod{at}: the texture is stretched beside seams, which had to be let go; it slid by up to "
+                f"{most:.2g} of the diagonal (99 % by {p99:.2g}); ask for fewer levels to keep them"
+            )
+        elif p99 > _SLID:
+            notes.append(f"lod{at}: the texture slid by up to {most:.2g} of the diagonal (99 % by {p99:.2g})")
+    return notes
+
+
+def _made(judge: Judge, before: Mesh, target: int, tier: str) -> tuple[Step | None, str]:
+    """About `target` triangles, measured; None where nothing would be left; and why there are more.
+
+    The exact tier starts from the source each time, where that gives fewer triangles than `before` has, and
+    of several ways to weigh attributes takes the one with the least RMS.
+    """
+    best: Step | None = None
+    note = ""
+    for variant in VARIANTS if tier == "exact" else VARIANTS[:1]:
+        start = judge.mesh if tier == "exact" else before
+        level = simplify(start, target, tier, original=judge.mesh, variant=variant)
+        try:
+            mesh, _ = validate_mesh(level.mesh)
+        except SourceError:
+            note = note or "nothing would be left"
+            continue
+        note = note or level.note
+        if best is not None and len(mesh.triangles) > 1.02 * len(best.mesh.triangles):
+            continue
+        step = Step(mesh, judge.distance(mesh, _SAMPLES), level.seams_kept)
+        if best is None or (step.seams_kept, -step.errors["error_rms"]) > (
+            best.seams_kept,
+            -best.errors["error_rms"],
+        ):
+            best = step
+    return best, note
+
+
+def _off(step: Step, limit: float) -> str:
+    off = step.errors["error_max"]
+    return f"{len(step.mesh.triangles)} triangles are {off:.3g} of the diagonal off, limit {limit:g}"
+
+
+def _nearest(judge: Judge, before: Mesh, target: int, limit: float, tier: str) -> tuple[Step | None, str]:
+    """The level nearest to `target` triangles whose measured error stays inside `limit`, or None; and why
+    not nearer."""
+    most = int(len(before.triangles) * (1 - _WORTH))
+    least, best, note = target, None, ""
+    for _ in range(_BISECTIONS[tier]):
+        step, told = _made(judge, before, target, tier)
+        if step is None:
+            return best, note or told
+        count = len(step.mesh.triangles)
+        if count > most:
+            note = note or told or f"{len(before.triangles)} triangles are the least"
+            break
+        if step.errors["error_max"] <= limit:
+            best, most = step, count
+            if target == least:
+                break
+        else:
+            note = (
+                f"{count} triangles are {step.errors['error_max']:.3g} of the diagonal off, limit {limit:g}"
+            )
+            least = target
+        if best is not None and target <= least + 1:
+            break
+        target = (least + most) // 2
+    return best, note
+
+
+def _coarsest(judge: Judge, before: Mesh, bound: float, tier: str) -> tuple[Step | None, str]:
+    """The mesh of the fewest triangles whose measured error stays inside `bound`, found by bisection of the
+    count on a logarithmic scale; None where none saves a triangle worth saving."""
+    whole = len(before.triangles)
+    low, high = LEAST_TRIANGLES, int(whole * (1 - _WORTH))
+    best: Step | None = None
+    note = f"{whole} triangles are the least"
+    for _ in range(2 * _BISECTIONS[tier]):
+        if low > high:
+            break
+        target = max(low, min(high, isqrt(low * high)))
+        step, told = _made(judge, before, target, tier)
+        if step is None or step.errors["error_max"] > bound:
+            if step is not None:
+                off = step.errors["error_max"]
+                note = (
+                    f"{len(step.mesh.triangles)} triangles are {off:.3g} of the diagonal off, limit {bound:g}"
+                )
+            low = target + 1
+            continue
+        count = len(step.mesh.triangles)
+        if count > int(whole * (1 - _WORTH)):
+            note = told or note
+            low = target + 1
+            continue
+        if best is None or count < len(best.mesh.triangles):
+            best = step
+        if count > target * 1.1:  # seams and borders hold the rest: fewer cannot be had
+            break
+        high = min(target, count) - 1
+        if low * 1.02 > high:
+            break
+    return best, note
