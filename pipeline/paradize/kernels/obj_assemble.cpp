@@ -13,29 +13,14 @@ namespace {
 class Assembler {
   public:
     Assembler(Elements &elements, const Limits &limits, Notes &notes, Parsed &out)
-        : elements_(elements), notes_(notes), out_(out), work_(limits.ear_tests) {}
+        : elements_(elements), notes_(notes), out_(out), work_(limits.ear_tests),
+          vertices_(elements.positions.size() / 3) {}
 
     void run() {
-        const IndexShared shared = share_by_index(elements_.corners, elements_.positions.size() / 3);
-        cut(shared.vertex_of_corner);
-        std::vector<Piece> pieces;
-        pieces.push_back({elements_.positions, 3, 0, &out_.positions});
-        if (any_uv_)
-            pieces.push_back({elements_.uvs, 2, 1, &out_.uvs});
-        if (any_normal_)
-            pieces.push_back({elements_.normals, 3, 2, &out_.normals});
-        if (!elements_.colors.empty())
-            pieces.push_back({elements_.colors, 4, 0, &out_.colors});
-        share_by_value(shared.vertices, pieces, out_.triangles);
-    }
-
-  private:
-    void cut(const Buffer<std::uint32_t> &vertex_of_corner) {
         const std::size_t corners = elements_.corners.size(), faces = elements_.faces.size();
         const std::size_t triangles = corners - 2 * faces;
         std::uint32_t *into = out_.triangles.room(triangles * 3);
         std::uint32_t *line = out_.triangle_lines.room(triangles);
-        const std::uint32_t *vertex = vertex_of_corner.data();
         const Corner *corner = elements_.corners.data();
         std::size_t run = 0;
         for (std::size_t f = 0; f < faces; ++f) {
@@ -47,22 +32,30 @@ class Assembler {
             }
             if (face.count == 3) {
                 for (std::size_t k = 0; k < 3; ++k)
-                    into[k] = vertex[k];
-                into += 3;
+                    *into++ = vertices_.number(corner[k]);
                 *line++ = face.line;
             } else {
+                polygon_.resize(face.count);
+                for (std::size_t k = 0; k < face.count; ++k)
+                    polygon_[k] = vertices_.number(corner[k]);
                 for (const std::uint32_t i : cut_polygon(corner, face))
-                    *into++ = vertex[i];
+                    *into++ = polygon_[i];
                 line = std::fill_n(line, face.count - 2, face.line);
             }
             count_missing(corner, face);
             corner += face.count;
-            vertex += face.count;
         }
         out_.triangles.resize(triangles * 3);
         out_.triangle_lines.resize(triangles);
+        Rows rows{elements_.positions, {}, {}, elements_.colors};
+        if (any_uv_)
+            rows.uvs = elements_.uvs;
+        if (any_normal_)
+            rows.normals = elements_.normals;
+        share_by_value(vertices_.all(), rows, out_);
     }
 
+  private:
     const std::vector<std::uint32_t> &cut_polygon(const Corner *corner, Face face) {
         outline_.resize(face.count);
         for (std::size_t i = 0; i < face.count; ++i)
@@ -96,7 +89,9 @@ class Assembler {
     Parsed &out_;
     std::uint64_t work_;
     bool any_uv_ = false, any_normal_ = false;
+    Vertices vertices_;
     Triangulator triangulator_;
+    std::vector<std::uint32_t> polygon_;
     std::vector<std::array<double, 3>> outline_;
     std::vector<std::uint32_t> cuts_;
 };

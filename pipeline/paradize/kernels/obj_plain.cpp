@@ -170,7 +170,7 @@ class Cursor {
 
 // `count` numbers behind the keyword, one more where `spare`; the length of the line, or 0.
 template <int count, bool spare>
-const char *numbers(const char *p, const char *readable, float *out) {
+[[gnu::always_inline]] inline const char *numbers(const char *p, const char *readable, float *out) {
     Cursor cursor(p, readable);
     for (int i = 0; i < count; ++i) {
         cursor.skip_spaces();

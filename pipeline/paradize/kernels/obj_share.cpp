@@ -2,166 +2,153 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 
 #include "unify.hpp"
 
 namespace paradize::obj {
 namespace {
 
-// Vertices at each position in a list; false, with nothing of use, where lists grow so long that hashing is
-// quicker.
-bool share_by_lists(std::span<const Corner> corners, std::size_t positions, IndexShared &out) {
-    constexpr std::size_t steps_a_corner = 8;
-    struct Entry {
-        std::uint32_t uv, normal, next;
-    };
-    Buffer<std::uint32_t> head;
-    head.assign(positions, absent);
-    Buffer<Entry> entries;
-    std::uint32_t *const numbers = out.vertex_of_corner.room(corners.size());
-    std::size_t steps_left = steps_a_corner * corners.size() + 64;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-        const Corner c = corners[i];
-        std::uint32_t *link = &head[c.position];
-        std::uint32_t at = *link;
-        while (at != absent && (entries[at].uv != c.uv || entries[at].normal != c.normal)) {
-            link = &entries[at].next;
-            at = *link;
-            if (--steps_left == 0)
-                return false;
+constexpr std::uint64_t upper_half = 0xffffffff00000000ull;
+
+// A vertex's numbers in one row: those of the attributes that there are, packed.
+template <bool has_uv, bool has_normal, bool has_color>
+struct Layout {
+    static constexpr std::size_t uv = 3, normal = uv + 2 * has_uv, color = normal + 3 * has_normal,
+                                 width = color + 4 * has_color;
+
+    static void read(const Corner &c, const Rows &from, float *row) {
+        std::memcpy(row, &from.positions[c.position * std::size_t{3}], 12);
+        if constexpr (has_uv) {
+            row[uv] = c.uv == absent ? 0 : from.uvs[c.uv * std::size_t{2}];
+            row[uv + 1] = c.uv == absent ? 0 : 1 - from.uvs[c.uv * std::size_t{2} + 1];
         }
-        if (at == absent) {
-            at = static_cast<std::uint32_t>(entries.size());
-            *link = at; // before `entries` may move
-            entries.push_back({c.uv, c.normal, absent});
-            out.vertices.push_back(c);
+        if constexpr (has_normal) {
+            if (c.normal == absent)
+                std::memset(row + normal, 0, 12);
+            else
+                std::memcpy(row + normal, &from.normals[c.normal * std::size_t{3}], 12);
         }
-        numbers[i] = at;
+        if constexpr (has_color)
+            std::memcpy(row + color, &from.colors[c.position * std::size_t{4}], 16);
     }
-    out.vertex_of_corner.resize(corners.size());
-    return true;
-}
 
-void share_by_hash(std::span<const Corner> corners, IndexShared &out) {
-    const Numbered found = number_equal(
-        corners.size(),
-        [&](std::size_t i) {
-            const Corner &c = corners[i];
-            return mix(mix(mix(hash_seed, c.position), c.uv), c.normal);
-        },
-        [&](std::size_t a, std::size_t b) { return corners[a] == corners[b]; });
-    out.vertex_of_corner.append(std::span(found.index));
-    for (const std::uint32_t first : found.first)
-        out.vertices.push_back(corners[first]);
-}
-
-constexpr std::size_t widest = 12; // of all pieces together
-
-std::uint32_t index_of(const Corner &c, int kind) {
-    return kind == 0 ? c.position : kind == 1 ? c.uv : c.normal;
-}
-
-// Two to four floats: too short for a call.
-inline void copy_row(const float *from, std::size_t width, float *to) {
-    to[0] = from[0];
-    to[1] = from[1];
-    if (width > 2)
-        to[2] = from[2];
-    if (width > 3)
-        to[3] = from[3];
-}
-
-std::uint64_t hash_of(const float *row, std::size_t width) {
-    std::uint64_t h = hash_seed;
-    for (std::size_t k = 0; k < width; k += 2) {
-        const std::uint64_t low = float_key(row[k]), high = k + 1 < width ? float_key(row[k + 1]) : 0;
-        h = (std::rotl(h, 23) ^ (low | high << 32)) * 0x9e3779b97f4a7c15ull;
+    static std::uint64_t hash(const float *row) {
+        std::uint64_t h = hash_seed;
+        for (std::size_t k = 0; k < width; k += 2) {
+            const std::uint64_t low = float_key(row[k]), high = k + 1 < width ? float_key(row[k + 1]) : 0;
+            h = (std::rotl(h, 23) ^ (low | high << 32)) * 0x9e3779b97f4a7c15ull;
+        }
+        return h ^ h >> 32;
     }
-    return h ^ h >> 32;
+
+    static bool equal(const float *row, const Parsed &out, std::size_t i) {
+        bool same = std::equal(row, row + 3, &out.positions[i * 3]);
+        if constexpr (has_uv)
+            same = same && std::equal(row + uv, row + uv + 2, &out.uvs[i * 2]);
+        if constexpr (has_normal)
+            same = same && std::equal(row + normal, row + normal + 3, &out.normals[i * 3]);
+        if constexpr (has_color)
+            same = same && std::equal(row + color, row + color + 4, &out.colors[i * 4]);
+        return same;
+    }
+
+    static void write(const float *row, Parsed &out, std::size_t i) {
+        std::memcpy(&out.positions[i * 3], row, 12);
+        if constexpr (has_uv)
+            std::memcpy(&out.uvs[i * 2], row + uv, 8);
+        if constexpr (has_normal)
+            std::memcpy(&out.normals[i * 3], row + normal, 12);
+        if constexpr (has_color)
+            std::memcpy(&out.colors[i * 4], row + color, 16);
+    }
+
+    static void resize(Parsed &out, std::size_t count) {
+        out.positions.resize(count * 3);
+        out.uvs.resize(has_uv ? count * 2 : 0);
+        out.normals.resize(has_normal ? count * 3 : 0);
+        out.colors.resize(has_color ? count * 4 : 0);
+    }
+};
+
+template <typename Row>
+void share(std::span<const Vertices::Vertex> vertices, const Rows &from, Parsed &out) {
+    constexpr std::size_t block = 32; // vertices whose places in the table are fetched together
+    const std::size_t count = vertices.size();
+    Row::resize(out, count);
+    // Number + 1 of a vertex under the upper half of its hash; 0: empty.
+    Buffer<std::uint64_t> table;
+    table.assign(std::bit_ceil(std::max<std::size_t>(count, 8) * 2), 0);
+    const std::size_t mask = table.size() - 1;
+    Buffer<std::uint32_t> number;
+    number.resize(count);
+    std::size_t found = 0;
+    float rows[block][Row::width];
+    std::uint64_t hashes[block];
+    for (std::size_t first = 0; first < count; first += block) {
+        const std::size_t here = std::min(block, count - first);
+        for (std::size_t i = 0; i < here; ++i) {
+            Row::read(vertices[first + i].corner, from, rows[i]);
+            hashes[i] = Row::hash(rows[i]);
+            __builtin_prefetch(&table[hashes[i] & mask], 1);
+        }
+        for (std::size_t i = 0; i < here; ++i) {
+            const std::uint64_t tag = hashes[i] & upper_half;
+            std::size_t slot = hashes[i] & mask;
+            std::uint64_t held = 0;
+            while ((held = table[slot]) != 0 &&
+                   !((held & upper_half) == tag && Row::equal(rows[i], out, (held & ~upper_half) - 1)))
+                slot = (slot + 1) & mask;
+            if (held == 0) {
+                Row::write(rows[i], out, found++);
+                held = table[slot] = tag | found;
+            }
+            number[first + i] = static_cast<std::uint32_t>((held & ~upper_half) - 1);
+        }
+    }
+    Row::resize(out, found);
+    if (found != count)
+        for (std::uint32_t &vertex : out.triangles)
+            vertex = number[vertex];
+}
+
+std::uint64_t hash_of(const Corner &c) {
+    return mix(mix(mix(hash_seed, c.position), c.uv), c.normal);
 }
 
 } // namespace
 
-IndexShared share_by_index(std::span<const Corner> corners, std::size_t positions) {
-    IndexShared out;
-    if (!share_by_lists(corners, positions, out)) {
-        out = IndexShared();
-        share_by_hash(corners, out);
+void Vertices::fill_table(std::size_t slots) {
+    table_.assign(slots, absent);
+    for (std::size_t i = 0; i < vertices_.size(); ++i) {
+        std::size_t slot = hash_of(vertices_[i].corner) & (slots - 1);
+        while (table_[slot] != absent)
+            slot = (slot + 1) & (slots - 1);
+        table_[slot] = static_cast<std::uint32_t>(i);
     }
-    return out;
 }
 
-void share_by_value(std::span<const Corner> vertices, std::span<const Piece> pieces,
-                    Buffer<std::uint32_t> &triangles) {
-    constexpr std::size_t block = 32; // vertices whose places in the table are fetched together
-    const std::size_t count = vertices.size();
-    std::size_t width = 0;
-    for (const Piece &piece : pieces) {
-        piece.out->room(count * piece.width);
-        width += piece.width;
+std::uint32_t Vertices::hashed(const Corner &corner) {
+    if (vertices_.size() * 2 >= table_.size())
+        fill_table(std::bit_ceil(vertices_.size() * 4 + 64));
+    const std::size_t mask = table_.size() - 1;
+    std::size_t slot = hash_of(corner) & mask;
+    while (table_[slot] != absent && !(vertices_[table_[slot]].corner == corner))
+        slot = (slot + 1) & mask;
+    if (table_[slot] == absent) {
+        table_[slot] = static_cast<std::uint32_t>(vertices_.size());
+        vertices_.push_back({corner, absent});
     }
-    Buffer<std::uint64_t> table; // number + 1 of a vertex under the upper half of its hash; 0: empty
-    table.assign(std::bit_ceil(std::max<std::size_t>(count, 8) * 2), 0);
-    const std::size_t mask = table.size() - 1;
-    Buffer<std::uint32_t> number;
-    std::size_t found = 0;
-    float rows[block][widest];
-    std::uint64_t hashes[block];
-    number.resize(count);
-    for (std::size_t first = 0; first < count; first += block) {
-        const std::size_t here = std::min(block, count - first);
-        for (std::size_t i = 0; i < here; ++i) {
-            float *into = rows[i];
-            for (const Piece &piece : pieces) {
-                const std::uint32_t index = index_of(vertices[first + i], piece.kind);
-                if (index == absent)
-                    std::fill_n(into, piece.width, 0.0f);
-                else
-                    copy_row(&piece.rows[index * piece.width], piece.width, into);
-                if (piece.kind == 1 && index != absent)
-                    into[1] = 1.0f - into[1];
-                into += piece.width;
-            }
-            hashes[i] = hash_of(rows[i], width);
-            __builtin_prefetch(&table[hashes[i] & mask], 1);
-        }
-        for (std::size_t i = 0; i < here; ++i) {
-            const std::uint64_t tag = hashes[i] & 0xffffffff00000000ull;
-            std::size_t slot = hashes[i] & mask;
-            std::uint64_t held = 0;
-            while ((held = table[slot]) != 0) {
-                if ((held & 0xffffffff00000000ull) == tag) {
-                    const std::size_t other = (held & 0xffffffffu) - 1;
-                    const float *mine = rows[i];
-                    bool equal = true;
-                    for (const Piece &piece : pieces) {
-                        equal = equal &&
-                                std::equal(mine, mine + piece.width, piece.out->data() + other * piece.width);
-                        mine += piece.width;
-                    }
-                    if (equal)
-                        break;
-                }
-                slot = (slot + 1) & mask;
-            }
-            if (held != 0) {
-                number[first + i] = static_cast<std::uint32_t>((held & 0xffffffffu) - 1);
-                continue;
-            }
-            const float *mine = rows[i];
-            for (const Piece &piece : pieces) {
-                copy_row(mine, piece.width, piece.out->data() + found * piece.width);
-                mine += piece.width;
-            }
-            number[first + i] = static_cast<std::uint32_t>(found++);
-            table[slot] = tag | found;
-        }
-    }
-    for (const Piece &piece : pieces)
-        piece.out->resize(found * piece.width);
-    if (found != count)
-        for (std::uint32_t &vertex : triangles)
-            vertex = number[vertex];
+    return table_[slot];
+}
+
+void share_by_value(std::span<const Vertices::Vertex> vertices, const Rows &rows, Parsed &out) {
+    using Share = void (*)(std::span<const Vertices::Vertex>, const Rows &, Parsed &);
+    constexpr Share shares[] = {&share<Layout<false, false, false>>, &share<Layout<true, false, false>>,
+                                &share<Layout<false, true, false>>,  &share<Layout<true, true, false>>,
+                                &share<Layout<false, false, true>>,  &share<Layout<true, false, true>>,
+                                &share<Layout<false, true, true>>,   &share<Layout<true, true, true>>};
+    shares[!rows.uvs.empty() + 2 * !rows.normals.empty() + 4 * !rows.colors.empty()](vertices, rows, out);
 }
 
 } // namespace paradize::obj

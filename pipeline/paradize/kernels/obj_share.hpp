@@ -10,27 +10,57 @@
 
 namespace paradize::obj {
 
-struct IndexShared {
-    Buffer<std::uint32_t> vertex_of_corner; // number of each corner's vertex, in the order of first use
-    Buffer<Corner> vertices;                // what each vertex refers to
+// Numbers corners in the order of first use; those with equal indices share a number. Vertices hang in a list
+// at their position; where lists grow long, all move into a hash table.
+class Vertices {
+  public:
+    struct Vertex {
+        Corner corner;
+        std::uint32_t next;
+    };
+
+    explicit Vertices(std::size_t positions) { head_.assign(positions, absent); }
+
+    // corner.position is below `positions`.
+    std::uint32_t number(const Corner &corner) {
+        if (steps_left_ <= 0) [[unlikely]]
+            return hashed(corner);
+        std::uint32_t *link = &head_[corner.position];
+        std::uint32_t at = *link;
+        while (at != absent) {
+            Vertex &here = vertices_[at];
+            if (here.corner.uv == corner.uv && here.corner.normal == corner.normal)
+                return at;
+            link = &here.next;
+            at = *link;
+            --steps_left_;
+        }
+        steps_left_ += 4;
+        at = static_cast<std::uint32_t>(vertices_.size());
+        *link = at; // before `vertices_` may move
+        vertices_.push_back({corner, absent});
+        return at;
+    }
+
+    std::span<const Vertex> all() const { return vertices_; }
+
+  private:
+    std::uint32_t hashed(const Corner &corner);
+    void fill_table(std::size_t slots);
+
+    Buffer<std::uint32_t> head_; // first vertex of each position
+    Buffer<Vertex> vertices_;
+    std::int64_t steps_left_ = 1 << 16;
+    Buffer<std::uint32_t> table_; // once lists are given up
 };
 
-// Corners with equal indices share a vertex. positions: how many there are.
-IndexShared share_by_index(std::span<const Corner> corners, std::size_t positions);
-
-// One attribute of the vertices: rows of `width` floats of the file, taken by index `kind` (0: position, 1:
-// uv, 2: normal) into `out`. Where the index is absent the row is zeros. A uv's second number is turned to
-// the top.
-struct Piece {
-    std::span<const float> rows;
-    std::size_t width;
-    int kind;
-    Buffer<float> *out;
+// What vertices get their rows from; empty where they get none.
+struct Rows {
+    std::span<const float> positions, uvs, normals, colors; // 3, 2, 3, 4 a row
 };
 
-// Fills in the pieces' rows for all vertices; those with equal rows in all pieces (0 equals -0) become one,
-// numbered in order of first use, and `triangles` follow.
-void share_by_value(std::span<const Corner> vertices, std::span<const Piece> pieces,
-                    Buffer<std::uint32_t> &triangles);
+// Fills in rows for all vertices, zeros where an index is absent, v turned to the top-left origin. Vertices
+// with equal rows (0 equals -0) become one, numbered in order of first use, and out.triangles follow.
+void share_by_value(std::span<const Vertices::Vertex> vertices, const Rows &rows, Parsed &out);
 
 } // namespace paradize::obj
