@@ -49,6 +49,8 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         "surface_max": _six(max(level["error_max"] for level in levels)),
         "surface_rms": _six(max(level["error_rms"] for level in levels)),
     }
+    tangents = ("tangent_max_deg", "tangent_p99_deg", "tangent_mean_deg")
+    errors |= {name: _six(max(level[name] for level in levels)) for name in tangents}
     used = str(made.report.get("tier", tier))
     return [Product("mesh", made.glb, "glb", used, errors, list(made.report["warnings"]))]
 

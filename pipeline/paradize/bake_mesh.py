@@ -16,7 +16,7 @@ from paradize.engine.isolate import call_isolated
 from paradize.errors import BakeError, ParadizeError, SourceError
 from paradize.formats.glb import decode_glb, encode_glb
 from paradize.metrics.draw import draw_costs
-from paradize.metrics.tangent import frame_faults
+from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.readers.mtl import base_colors_of
 from paradize.readers.obj import read_obj
 from paradize.stages.atlas import make_atlas
@@ -153,6 +153,7 @@ def _bake(
         "lods": [
             {"triangles": len(level.triangles), "vertices": len(level.positions), **errors}
             | frame_faults(level)
+            | frame_errors(level)
             | {"draw": draw_costs(level) | {"acmr_before": before["acmr"], "atvr_before": before["atvr"]}}
             for (level, errors), before in zip(framed, unordered, strict=True)
         ],

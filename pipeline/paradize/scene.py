@@ -39,6 +39,9 @@ SCENE_LIMIT_BYTES = 4 << 20
 METRICS = {
     "surface_max": Limit("of the diagonal", True, 1.0, "largest two-sided surface distance of a LOD"),
     "surface_rms": Limit("of the diagonal", True, 1.0, "RMS of the two-sided surface distance of a LOD"),
+    "tangent_max_deg": Limit("degrees", True, 180.0, "largest angle of a tangent from MikkTSpace's"),
+    "tangent_p99_deg": Limit("degrees", True, 180.0, "99 of 100 tangents are this near to MikkTSpace's"),
+    "tangent_mean_deg": Limit("degrees", True, 180.0, "mean angle of the tangents from MikkTSpace's"),
     "terrain_max_m": Limit("m", True, FAR, "largest vertical distance of the terrain from its heightmap"),
     "terrain_rms_m": Limit("m", True, FAR, "RMS of the vertical distance of the terrain from its heightmap"),
     "normal_p99_deg": Limit("degrees", True, 180.0, "99 of 100 normals are this near to the reference"),
