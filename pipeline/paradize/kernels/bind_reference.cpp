@@ -14,6 +14,7 @@
 #include "reference_frames.hpp"
 #include "reference_maps.hpp"
 #include "reference_places.hpp"
+#include "reference_terrain.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
@@ -82,6 +83,19 @@ nb::tuple uv_shift(const Measured &from, const reference::Shading &seen, const M
         found = reference::uv_shift(from.tree, seen, to.tree, truth, unit, samples, threads);
     }
     return nb::make_tuple(found.mean, found.p99, found.max);
+}
+
+nb::tuple ground_error(Rows<float> positions, Rows<std::uint32_t> triangles, Rows<float> heights,
+                       double size_x_m, double size_z_m, int threads) {
+    const reference::HeightField ground{
+        {heights.data(), heights.size()}, heights.shape(0), heights.shape(1), size_x_m, size_z_m};
+    reference::GroundError found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = reference::ground_error({positions.data(), positions.size()},
+                                        {triangles.data(), triangles.size()}, ground, threads);
+    }
+    return nb::make_tuple(found.max_m, found.squares, found.covered, found.holes, found.flipped, found.worst);
 }
 
 nb::object angles_deg(Rows<float> a, Rows<float> b) {
@@ -221,6 +235,7 @@ NB_MODULE(_reference, m) {
     m.def("normal_angles", &normal_angles, nb::arg("from"), nb::arg("seen"), nb::arg("to"), nb::arg("truth"),
           nb::arg("map").none(), nb::arg("repeat"), nb::arg("near"), nb::arg("samples"), nb::arg("threads"));
     m.def("uv_shift", &uv_shift);
+    m.def("ground_error", &ground_error);
     m.def("angles_deg", &angles_deg);
     m.def("corner_tangents", &corner_tangents);
     nb::class_<Texture>(m, "Texture")

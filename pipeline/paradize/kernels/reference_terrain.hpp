@@ -1,0 +1,30 @@
+// The vertical distance of a finished terrain mesh from every pixel of its height field, by brute force in
+// float64: it knows only positions and triangles, and nothing of how they were found.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace paradize::reference {
+
+struct HeightField {
+    std::span<const float> heights; // rows x columns, metres
+    std::size_t rows, columns;
+    double size_x_m, size_z_m; // first to last pixel
+};
+
+// max_m, squares: over the covered pixels, the farthest triangle at each. worst: the first pixel (row *
+// columns + column) with the largest error. holes: pixels without a triangle. flipped: triangles that face
+// down or have no area.
+struct GroundError {
+    double max_m = -1.0, squares = 0.0;
+    std::uint64_t covered = 0, holes = 0, flipped = 0, worst = 0;
+};
+
+// positions: n x 3; triangles: m x 3 indices below n. Works in bands of rows, so that no array of the whole
+// field's size is made; the bits do not depend on `threads`.
+GroundError ground_error(std::span<const float> positions, std::span<const std::uint32_t> triangles,
+                         const HeightField &ground, int threads);
+
+} // namespace paradize::reference
