@@ -1,4 +1,4 @@
-"""OBJ and LODs beside OpenMesh and fast-simplification."""
+"""LODs beside fast-simplification."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import openmesh
 
-from paradize.kernels.obj import parse_obj
 from paradize.metrics.surface import surface_distance
 from paradize.readers.obj import read_obj
 from paradize.stages.lod import simplify
@@ -30,26 +28,9 @@ def grid_obj(side: int) -> bytes:
     return "\n".join(lines).encode() + b"\n"
 
 
-def bench_obj(runs: int, folder: Path) -> Row:
-    text = grid_obj(400)
-    file = folder / "grid.obj"
-    file.write_bytes(text)
-    times = (
-        median_ms(lambda: parse_obj(file.read_bytes()), runs),
-        median_ms(lambda: openmesh.read_trimesh(str(file)), max(1, runs // 3)),
-    )
-    return Row(
-        f"OBJ to arrays, {len(text) / 1e6:.0f} MB",
-        times[0],
-        "OpenMesh (without vt, vn)",
-        times[1],
-        "exact",
-        "-",
-    )
-
-
 def bench_lods(runs: int, folder: Path) -> Row:
     file = folder / "grid.obj"
+    file.write_bytes(grid_obj(400))
     mesh = read_obj(file).mesh
     target = mesh.triangles.shape[0] // 10
     ours, peer = (simplify(mesh, target, tier).mesh for tier in ("balanced", "fast"))
@@ -61,5 +42,4 @@ def bench_lods(runs: int, folder: Path) -> Row:
 
 
 def rows(runs: int, folder: Path) -> Iterator[Row]:
-    yield bench_obj(runs, folder)
     yield bench_lods(runs, folder)

@@ -1,0 +1,81 @@
+"""OBJ text to arrays beside tinyobjloader and beside counting the newlines of the same file.
+
+The mesh is made here: a dense torus with relief, 438 thousand vertices and 872 thousand triangles with v,
+vt and vn, 91 MB of text. All of it is work of one thread: times are those of the thread, kernel included.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from paradize.kernels.obj import parse_obj, parse_obj_file
+from row import Row, pair_ms
+
+COLUMNS, ROWS = 934, 467
+
+
+def torus_obj(file: Path) -> None:
+    """A closed surface with one UV seam each way, as exporters write it: six decimals, corners v/vt/vn."""
+    v, u = np.meshgrid(np.arange(ROWS + 1) / ROWS, np.arange(COLUMNS + 1) / COLUMNS, indexing="ij")
+    along, around = 2 * np.pi * (u % 1), 2 * np.pi * (v % 1)
+    tube = 0.35 + 0.02 * np.sin(40 * along) * np.cos(24 * around)
+    out = np.stack([np.cos(around) * np.cos(along), np.sin(around), np.cos(around) * np.sin(along)], -1)
+    ring = np.stack([np.cos(along), np.zeros_like(along), np.sin(along)], -1)
+    index = np.arange(1, (ROWS + 1) * (COLUMNS + 1) + 1).reshape(ROWS + 1, COLUMNS + 1)
+    a, b, c, d = (
+        side.reshape(-1) for side in (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])
+    )
+    faces = np.stack([a, b, c, a, c, d], 1).reshape(-1, 3)
+    with file.open("w") as text:
+        for word, rows in (("v", ring + tube[..., None] * out), ("vt", np.stack([u, v], -1)), ("vn", out)):
+            line = word + " %.6f" * rows.shape[-1] + "\n"
+            text.writelines(line % tuple(row) for row in rows.reshape(-1, rows.shape[-1]).tolist())
+        text.writelines(f"f {i}/{i}/{i} {j}/{j}/{j} {k}/{k}/{k}\n" for i, j, k in faces.tolist())
+
+
+def read_file(file: Path) -> object:
+    with file.open("rb", buffering=0) as opened:
+        return parse_obj_file(opened.fileno())
+
+
+def rows(runs: int, folder: Path) -> Iterator[Row]:
+    file = folder / "torus.obj"
+    torus_obj(file)
+    size = f"{file.stat().st_size / 1e6:.0f} MB with v, vt, vn"
+    try:
+        import tinyobjloader
+    except ImportError:
+        print("tinyobjloader is not installed (setup/python-bench.txt): its row is left out\n", flush=True)
+    else:
+
+        def peer() -> None:
+            config = tinyobjloader.ObjReaderConfig()
+            reader = tinyobjloader.ObjReader()
+            assert reader.ParseFromFile(str(file), config), reader.Error()
+
+        ours_ms, peer_ms = pair_ms(lambda: read_file(file), peer, runs, time.thread_time)
+        said = "its own index per v, vt, vn; no vertices shared"
+        yield Row(
+            f"OBJ file to arrays with shared vertices, {size}, 1 thread",
+            ours_ms,
+            "tinyobjloader",
+            peer_ms,
+            "exact",
+            said,
+            limit=5,
+        )
+    text = file.read_bytes()
+    ours_ms, peer_ms = pair_ms(lambda: parse_obj(text), lambda: text.count(b"\n"), runs, time.thread_time)
+    name = "newlines of the same bytes counted (bytes.count, memchr)"
+    yield Row(
+        f"OBJ text in memory to arrays, {size}, 1 thread", ours_ms, name, peer_ms, "exact", "-", limit=0.5
+    )
+    ours_ms, peer_ms = pair_ms(
+        lambda: read_file(file), lambda: file.read_bytes().count(b"\n"), runs, time.thread_time
+    )
+    name = "file read and newlines counted"
+    yield Row(f"OBJ file to arrays, {size}, 1 thread", ours_ms, name, peer_ms, "exact", "-", limit=0.5)
