@@ -38,16 +38,20 @@ def png_maps(
     made = {}
     for name in rows.names:
         codes = _codes(name, rows)
-        level = _measured(name, rows, codes) if measure else None
+        height, width, kind = *codes.shape[:2], "PNG16" if codes.dtype == np.uint16 else "PNG8"
+        data, shown = encode_png(codes), _read(name, codes) if measure else None
+        del codes  # before errors are measured, which takes room of its own
+        level = None if shown is None else _measured(name, rows, shown)
+        del shown
         errors = {} if level is None else flat_errors(name, level)
         if errors and name == "normal":
             errors |= filter_errors(rows.ground)
         metric = next(iter(errors), None)
         made[name] = MapProduct(
-            encode_png(codes),
-            codes.shape[1],
-            codes.shape[0],
-            "PNG16" if codes.dtype == np.uint16 else "PNG8",
+            data,
+            width,
+            height,
+            kind,
             errors[metric] if metric else 0.0,
             metric,
             tier,
@@ -102,8 +106,12 @@ def signed_codes(values: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     return ((wide + 1.0) * 127.5 + 0.5).astype(np.uint8)
 
 
-def _read_signed(codes: Codes) -> F32:
-    """What glTF's 2v / 255 - 1 reads of x and y (h, w, 2), with 127 and 128 both exactly 0."""
+def _read(name: str, codes: Codes) -> Texture | F32:
+    """Height and gloss as a texture of the same codes; of normals and du/dv what glTF's 2v / 255 - 1 reads of
+    x and y (h, w, 2), with 127 and 128 both exactly 0."""
+    if name in ("height", "gloss"):
+        fmt, channels = ("R16_UNORM", 1) if name == "height" else ("RG8_UNORM", 2)
+        return Texture(fmt, codes.shape[1], codes.shape[0], (codes[:, :, :channels].tobytes(),))
     table = np.arange(256, dtype=np.float32) * np.float32(2.0 / 255.0) - np.float32(1)
     table[127:129] = 0
     values = np.empty((*codes.shape[:2], 2), np.float32)
@@ -112,13 +120,10 @@ def _read_signed(codes: Codes) -> F32:
     return values
 
 
-def _measured(name: str, rows: MapRows, codes: Codes) -> dict[str, float]:
+def _measured(name: str, rows: MapRows, shown: Texture | F32) -> dict[str, float]:
     """What was measured of the picture, under the names of a texture's level 0."""
     ground = rows.ground
-    height, width = ground.heights.shape
-    if name in ("height", "gloss"):
-        fmt, channels = ("R16_UNORM", 1) if name == "height" else ("RG8_UNORM", 2)
-        texture = Texture(fmt, width, height, (codes[:, :, :channels].tobytes(),))
-        return value_levels(texture, rows.whole(name))[0]
-    found = normal_error(_read_signed(codes), ground.heights, **ground.settings, less_mean=name == "dudv")
+    if isinstance(shown, Texture):
+        return value_levels(shown, rows.whole(name))[0]
+    found = normal_error(shown, ground.heights, **ground.settings, less_mean=name == "dudv")
     return {"mean_deg": found.mean, "p99_deg": found.p99, "max_deg": found.max}

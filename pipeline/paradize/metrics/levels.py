@@ -16,7 +16,7 @@ import numpy as np
 from paradize.kernels import reference_maps
 from paradize.metrics.filters import EXACT, taps
 from paradize.metrics.psnr import psnr_of
-from paradize.metrics.texels import decode_texels
+from paradize.metrics.texels import bc7_codes, decode_texels
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -58,6 +58,9 @@ def _view(texture: Texture) -> reference_maps.Texture:
     if texture.format in _TEXELS:
         name, channels = _TEXELS[texture.format]
         return reference_maps.Texture(name, texture.height, texture.width, texture.levels, channels)
+    if texture.format.startswith("BC7"):
+        codes = [bc7_codes(texture, level).tobytes() for level in range(len(texture.levels))]
+        return reference_maps.Texture("unorm8", texture.height, texture.width, codes, 4)
     decoded = [decode_texels(texture, level) for level in range(len(texture.levels))]
     levels = [np.ascontiguousarray(level, "<f4").tobytes() for level in decoded]
     return reference_maps.Texture("float32", texture.height, texture.width, levels, decoded[0].shape[2])

@@ -43,6 +43,7 @@ _BLOCKS = {
     "BC7_UNORM": 16,
     "BC7_SRGB": 16,
 }
+_BLOCKS_AT_ONCE = 1 << 14
 
 
 def _decode_colors(blocks: U8, four: bool) -> F32:
@@ -81,6 +82,21 @@ def _decode_values(blocks: U8, signed: bool) -> F32:
     return np.take_along_axis(palette, index.astype(np.int64), axis=1)
 
 
+def bc7_codes(texture: Texture, level: int = 0, face: int = 0) -> U8:
+    """The codes (h, w, 4) uint8 of one level of one face of a BC7 texture, some rows of blocks at a time."""
+    width, height = max(1, texture.width >> level), max(1, texture.height >> level)
+    across, down = (width + 3) // 4, (height + 3) // 4
+    blocks = np.frombuffer(texture.levels[level], np.uint8).reshape(texture.faces, down, across, 16)[face]
+    out = np.empty((height, width, 4), np.uint8)
+    step = max(1, _BLOCKS_AT_ONCE // across)
+    for first in range(0, down, step):
+        band = decode_bc7(blocks[first : first + step].reshape(-1, 16))
+        grid = band.reshape(-1, across, 4, 4, 4).transpose(0, 2, 1, 3, 4).reshape(-1, 4 * across, 4)
+        rows = out[4 * first : 4 * (first + step)]
+        rows[:] = grid[: len(rows), :width]
+    return out
+
+
 def decode_texels(texture: Texture, level: int = 0, face: int = 0) -> F32:
     """The values (h, w, c) float32 of one level of one face: sRGB stays encoded, 0..1; SNORM is -1..1."""
     width, height = max(1, texture.width >> level), max(1, texture.height >> level)
@@ -98,8 +114,9 @@ def decode_texels(texture: Texture, level: int = 0, face: int = 0) -> F32:
     blocks = np.frombuffer(data, np.uint8).reshape(across * down, block_bytes)
     signed = texture.format.endswith("SNORM")
     if texture.format.startswith("BC7"):
-        texels = decode_bc7(blocks).astype(np.float32) / np.float32(255)
-    elif texture.format.startswith("BC1"):
+        codes = bc7_codes(texture, level, face).astype(np.float32)
+        return np.divide(codes, np.float32(255), out=codes)
+    if texture.format.startswith("BC1"):
         texels = _decode_colors(np.ascontiguousarray(blocks), False)
     elif texture.format.startswith("BC3"):
         color = _decode_colors(np.ascontiguousarray(blocks[:, 8:]), True)
