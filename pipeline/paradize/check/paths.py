@@ -1,4 +1,4 @@
-"""What a path given to `paradize check` is: a scene's folder, a scene.json, a GLB or a KTX2."""
+"""What a path given to `paradize check` is: a scene's folder, a scene.json, a GLB, a KTX2 or a PNG."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from paradize.bake_record import SCENE_FILE
 from paradize.check.files import read_file
 from paradize.check.maps import folder_maps
 from paradize.check.meshes import check_mesh
+from paradize.check.pictures import SIGNATURE, check_picture
 from paradize.check.rules import Finding, gathered
 from paradize.check.scenes import check_scene
 from paradize.check.textures import check_texture
@@ -33,9 +34,9 @@ def _check(path: Path) -> Iterator[Finding]:
         if path / SCENE_FILE in inside:
             yield from check_scene(path / SCENE_FILE)
             return
-        files = [file for file in inside if file.suffix in (".glb", ".ktx2")]
+        files = [file for file in inside if file.suffix in (".glb", ".ktx2", ".png")]
         if not files:
-            yield Finding("PZ101", str(path), f"holds no {SCENE_FILE}, GLB or KTX2")
+            yield Finding("PZ101", str(path), f"holds no {SCENE_FILE}, GLB, KTX2 or PNG")
         for file in files:
             yield from _check(file)
         yield from folder_maps(files)
@@ -52,5 +53,7 @@ def _check(path: Path) -> Iterator[Finding]:
         yield from check_mesh(data, str(path))
     elif path.suffix == ".ktx2" or data[:12] == IDENTIFIER:
         yield from check_texture(data, str(path))
+    elif path.suffix == ".png" or data[:8] == SIGNATURE:
+        yield from check_picture(data, str(path))
     else:
-        yield Finding("PZ102", str(path), f"is neither {SCENE_FILE} nor GLB nor KTX2")
+        yield Finding("PZ102", str(path), f"is neither {SCENE_FILE} nor GLB nor KTX2 nor PNG")

@@ -14,8 +14,10 @@ from paradize.errors import FormatError
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    Codes = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 
-def encode_png(codes: npt.NDArray[np.uint8] | npt.NDArray[np.uint16]) -> bytes:
+
+def encode_png(codes: Codes) -> bytes:
     """A PNG of codes (h, w, 1, 3 or 4), 8 or 16 bits by their type; data, so no colour space is named."""
     height, width, channels = codes.shape
     kind = {np.dtype(np.uint8): oiio.UINT8, np.dtype(np.uint16): oiio.UINT16}[codes.dtype]
@@ -30,3 +32,18 @@ def encode_png(codes: npt.NDArray[np.uint8] | npt.NDArray[np.uint16]) -> bytes:
         if not target.write_image(np.ascontiguousarray(codes)) or not target.close():
             raise FormatError(f"the PNG cannot be written: {target.geterror()}")
         return path.read_bytes()
+
+
+def decode_png(path: Path) -> Codes:
+    """The codes (h, w, channels) of a PNG, 8 or 16 bits. Raises FormatError for other files."""
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        raise FormatError(f"no PNG that can be read: {oiio.geterror().strip()}", file=path)
+    spec = source.spec()
+    kind = oiio.UINT16 if spec.format == oiio.UINT16 else oiio.UINT8
+    codes = source.read_image(0, 0, 0, spec.nchannels, kind)
+    what = source.geterror().strip()
+    source.close()
+    if codes is None or what:
+        raise FormatError(what or "no PNG that can be read", file=path)
+    return np.asarray(codes).reshape(spec.height, spec.width, spec.nchannels)
