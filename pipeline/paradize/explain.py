@@ -168,6 +168,17 @@ def render(explanation: Explanation, *, details: bool) -> str:
     return "\n".join(lines)
 
 
+def _plain(value: Any) -> str:
+    """A setting as a person writes it."""
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {_plain(inner)}" for key, inner in value.items()) or "none"
+    if isinstance(value, list | tuple):
+        return ", ".join(_plain(inner) for inner in value) or "none"
+    if value is None or isinstance(value, bool):
+        return "yes" if value else "none" if value is None else "no"
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
 def _text(told: dict[str, Any], details: bool) -> list[str]:
     asked = f"asked for by {_passes(told['passes'])}" if told["passes"] else "heard, not drawn"
     lines = [f"{told['name']}: {told['reason']}", f"  {asked}"]
@@ -175,7 +186,7 @@ def _text(told: dict[str, Any], details: bool) -> list[str]:
         lines[-1] += f"; first needed at second {told['first_needed_s']:g} of the flight"
     if details:
         lines += [f"  {role}: {path}" for role, path in told["sources"].items()]
-        lines += [f"  {key} = {value}" for key, value in told["settings"].items()]
+        lines += [f"  {key} = {_plain(value)}" for key, value in told["settings"].items()]
         if "errors" in told:
             lines.append(f"  {told['file']}, {told['bytes']} bytes, tier {told['tier']}")
             lines += [f"  {metric} {value:g}" for metric, value in told["errors"].items()]
