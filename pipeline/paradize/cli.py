@@ -115,7 +115,7 @@ def parser() -> argparse.ArgumentParser:
     sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="where it was baked")
     sub.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
-    sub = command("check", _check, "Check baked scenes (folders or scene.json), GLB and KTX2 files.")
+    sub = command("check", _check, "Check baked scenes (folders or scene.json), GLB, KTX2 and PNG files.")
     sub.add_argument("paths", type=Path, nargs="+", metavar="PATH")
     sub.add_argument("--format", dest="fmt", choices=("text", "json", "junit", "sarif"), default="text")
     sub.add_argument("--json", action="store_true", help="the same as --format json")

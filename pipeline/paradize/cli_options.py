@@ -48,7 +48,10 @@ def _names(text: str) -> list[str]:
     return names
 
 
-_FILTER_HELP = "auto (looks at the heights), central, scharr, fourth, eighth, smooth2 to smooth16, spectral"
+_FILTER_HELP = (
+    "auto (looks at the heights), central, scharr, fourth, eighth, smooth2 to smooth16, "
+    "quintic3 to quintic16, septic4 to septic16, spectral"
+)
 
 
 def _filter(text: str) -> str:
