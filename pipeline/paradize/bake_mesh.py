@@ -21,16 +21,18 @@ from paradize.readers.mtl import base_colors_of
 from paradize.readers.obj import read_obj
 from paradize.stages.atlas import make_atlas
 from paradize.stages.lod import RATIO, TIERS
-from paradize.stages.normals import complete_normals
+from paradize.stages.normals import CREASE_DEG, complete_normals
 from paradize.stages.order import draw_order
 from paradize.stages.tangents import tangent_frames
-from paradize.stages.validate import messages, validate_mesh
+from paradize.stages.validate import messages, repairs, validate_mesh
+from paradize.stages.weld import weld, welded_messages
 
 MAX_LODS = 8
 _ATLAS_TIMEOUT_S = 120.0
 _ATLAS_MEMORY_BYTES = 8 << 30
-# Beyond this a size or a distance in metres no longer fits the float32 of a vertex times a transform.
-_LARGEST = 1e37
+# Half of the largest float32: the distance of two vertices along an axis, and a simplified one a little outside
+# of them, still are floats.
+_LARGEST = 1.7e38
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,8 @@ def bake_mesh(
     ratio: float = RATIO,
     errors: Sequence[float] = (),
     plan: Callable[[Mesh, Plan], Plan] | None = None,
+    weld_m: float = 0.0,
+    crease_deg: float = CREASE_DEG,
 ) -> MeshProduct:
     """Reads an OBJ, mends it, gives it normals, tangent frames and levels of detail, and measures each level.
 
@@ -63,7 +67,9 @@ def bake_mesh(
     in. base_colors: linear RGB by material, instead of the Kd of materials without a colour map. ratio:
     triangles of a level, of those of the one before, 0.05 to 0.95. errors: rising bounds of the levels after
     the source, of the diagonal, instead of `ratio`: each is the coarsest mesh inside its bound. plan: what
-    makes another plan of this one, knowing the mesh. Raises SourceError for an input that cannot be baked,
+    makes another plan of this one, knowing the mesh. weld_m: join places at most this far apart. crease_deg:
+    0 to 180, where normals are missing and the file names no smoothing groups: faces at a larger angle meet
+    in an edge. Raises SourceError for an input that cannot be baked,
     BakeError where a stage fails.
     """
     started = time.monotonic()
@@ -76,6 +82,8 @@ def bake_mesh(
         raise BakeError(f"a ratio of {ratio:g}, expected 0.05 to 0.95", file=path)
     if list(errors) != sorted(errors) or not all(0 <= bound <= 1 for bound in errors):
         raise BakeError(f"errors {list(errors)}, expected rising numbers from 0 to 1", file=path)
+    if not 0 <= crease_deg <= 180:
+        raise BakeError(f"a crease angle of {crease_deg:g} degrees, expected 0 to 180", file=path)
     asked = Plan(
         count=lods,
         limit=DEFAULT_MAX_ERROR if max_error is None else max_error,
@@ -83,7 +91,7 @@ def bake_mesh(
         errors=tuple(errors),
     )
     try:
-        return _bake(path, asked, plan, tier, atlas, root, base_colors, started)
+        return _bake(path, asked, plan, tier, atlas, root, base_colors, weld_m, crease_deg, started)
     except MemoryError as error:
         raise SourceError("too large for this machine's memory", file=path) from error
     except ParadizeError as error:
@@ -100,22 +108,25 @@ def _bake(
     atlas: bool,
     root: Path | None,
     base_colors: Mapping[str, Sequence[float]] | None,
+    weld_m: float,
+    crease_deg: float,
     started: float,
 ) -> MeshProduct:
     read = read_obj(path, root)
     warnings = list(read.warnings)
-    mesh, found = validate_mesh(read.mesh, path)
+    joined, welding = weld(read.mesh, weld_m)
+    mesh, found = validate_mesh(joined, path)
     if float(np.abs(mesh.positions).max()) > _LARGEST:
         raise SourceError(
             f"a coordinate of {float(np.abs(mesh.positions).max()):g} metres, limit {_LARGEST:g}",
             file=path,
             mend="scale the model down",
         )
-    warnings += [f"{path}: {text}" for text in messages(found, read.lines)]
+    warnings += [f"{path}: {text}" for text in (*welded_messages(welding), *messages(found, read.lines))]
     if mesh.colors is not None:
         mesh = replace(mesh, colors=None)
         warnings.append(f"{path}: vertex colours are not baked")
-    mesh = _by_material(complete_normals(mesh, read.smoothing[found.kept])[0])
+    mesh = _by_material(complete_normals(mesh, read.smoothing[found.kept], crease_deg=crease_deg)[0])
     made_atlas = atlas and mesh.uvs is None
     if made_atlas:
         mesh = call_isolated(
@@ -149,6 +160,8 @@ def _bake(
         "atlas": made_atlas,
         "closed": found.closed,
         "components": found.topology.components,
+        "repairs": repairs(found, read.lines)
+        | {"welded": welding.joined, "welded_most_m": welding.largest_m},
         "materials": [group.material for group in framed[0][0].groups],
         "lods": [
             {"triangles": len(level.triangles), "vertices": len(level.positions), **errors}

@@ -13,6 +13,7 @@
 #include "mesh_project.hpp"
 #include "mesh_tangents.hpp"
 #include "mesh_topology.hpp"
+#include "mesh_weld.hpp"
 #include "unify.hpp"
 
 namespace nb = nanobind;
@@ -145,6 +146,15 @@ nb::dict topology(Rows<std::uint32_t> triangles, std::uint32_t vertices) {
     return out;
 }
 
+nb::object weld(Rows<float> points, double tolerance) {
+    std::vector<std::uint32_t> target;
+    {
+        nb::gil_scoped_release unlocked;
+        target = mesh::weld(view(points), tolerance);
+    }
+    return take(std::move(target));
+}
+
 nb::tuple project(Rows<float> source_positions, Rows<std::uint32_t> source_triangles,
                   Column<std::uint32_t> charts, Rows<float> positions, Rows<std::uint32_t> triangles,
                   bool one_chart) {
@@ -168,5 +178,6 @@ NB_MODULE(_mesh, m) {
     m.def("number_rows", &rows_by_value);
     m.def("number_corners", &corners_by_value);
     m.def("topology", &topology);
+    m.def("weld", &weld);
     m.def("project", &project);
 }

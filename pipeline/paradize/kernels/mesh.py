@@ -178,6 +178,14 @@ def topology(triangles: npt.ArrayLike, vertices: int) -> Topology:
     )
 
 
+def weld_points(points: F32, tolerance: float) -> U32:
+    """(n,) for each of the different points (n, 3) the one that stands for it: itself, or the nearest earlier
+    one that stays and is at most `tolerance` (above 0) away."""
+    if not 0 < tolerance < float("inf"):
+        raise ValueError(f"tolerance {tolerance}, expected a number above 0")
+    return _mesh.weld(_rows(points, 3), tolerance)  # type: ignore[no-any-return]
+
+
 def project(
     source_positions: F32,
     source_triangles: U32,

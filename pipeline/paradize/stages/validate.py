@@ -15,7 +15,7 @@ import openmesh
 
 from paradize.data import Group, Mesh
 from paradize.errors import BakeError, SourceError
-from paradize.kernels.mesh import Topology, number_rows, topology
+from paradize.kernels.mesh import Place, Topology, number_rows, topology
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -90,36 +90,50 @@ def validate_mesh(mesh: Mesh, file: object = None) -> tuple[Mesh, Report]:
     )
 
 
-def messages(report: Report, lines: npt.NDArray[np.uint32] | None = None) -> list[str]:
-    """The report in sentences. lines: (m,) line of the source file of each triangle that came in."""
+def repairs(report: Report, lines: npt.NDArray[np.uint32] | None = None) -> dict[str, dict[str, int | None]]:
+    """What was dropped and what was found, by name: how many, and where the first is. `triangle` is a number
+    of the mesh that came in, `line` its face's line in the source file (lines: (m,) of each triangle)."""
     kept = np.flatnonzero(report.kept)
-
-    def at(triangle: int | None, *, of_result: bool = False) -> str:
-        if triangle is None:
-            return ""
-        source = int(kept[triangle]) if of_result else triangle
-        return f"triangle {source}" if lines is None else f"line {int(lines[source])}"
-
     found = report.topology
-    said = [
-        (report.degenerate, "degenerate triangles dropped", at(report.first_degenerate)),
-        (report.doubled, "triangles that repeat an earlier one dropped", at(report.first_doubled)),
-        (report.unused_vertices, "vertices without a triangle left out", ""),
-        (report.zero_area_uvs, "triangles without area in the texture", at(report.first_zero_area_uv)),
-        (
-            found.non_manifold.count,
-            "edges with more than two triangles",
-            at(found.non_manifold.triangle, of_result=True),
-        ),
-        (
-            found.turned.count,
-            "edges whose two triangles are wound against each other",
-            at(found.turned.triangle, of_result=True),
-        ),
-    ]
-    return [
-        f"{count} {what}" + (f" (first: {place})" if place else "") for count, what, place in said if count
-    ]
+
+    def told(count: int, triangle: int | None) -> dict[str, int | None]:
+        line = None if lines is None or triangle is None else int(lines[triangle])
+        return {"count": count, "triangle": triangle, "line": line}
+
+    def of_result(place: Place) -> dict[str, int | None]:
+        return told(place.count, None if place.triangle is None else int(kept[place.triangle]))
+
+    return {
+        "degenerate": told(report.degenerate, report.first_degenerate),
+        "doubled": told(report.doubled, report.first_doubled),
+        "unused_vertices": told(report.unused_vertices, None),
+        "zero_area_uvs": told(report.zero_area_uvs, report.first_zero_area_uv),
+        "non_manifold_edges": of_result(found.non_manifold),
+        "turned_edges": of_result(found.turned),
+        "bow_ties": of_result(found.bow_tie),
+        "border_edges": of_result(found.border),
+    }
+
+
+_SENTENCES = {
+    "degenerate": "degenerate triangles dropped",
+    "doubled": "triangles that repeat an earlier one dropped",
+    "unused_vertices": "vertices without a triangle left out",
+    "zero_area_uvs": "triangles without area in the texture",
+    "non_manifold_edges": "edges with more than two triangles",
+    "turned_edges": "edges whose two triangles are wound against each other",
+}
+
+
+def messages(report: Report, lines: npt.NDArray[np.uint32] | None = None) -> list[str]:
+    """The report in sentences, what a sound mesh may have (a border, bow ties) left out."""
+    said = []
+    for name, told in repairs(report, lines).items():
+        if name in _SENTENCES and told["count"]:
+            place = f"triangle {told['triangle']}" if told["line"] is None else f"line {told['line']}"
+            first = "" if told["triangle"] is None else f" (first: {place})"
+            said.append(f"{told['count']} {_SENTENCES[name]}{first}")
+    return said
 
 
 def _first(mask: npt.NDArray[np.bool_]) -> int | None:

@@ -1,0 +1,67 @@
+"""Vertices nearer to each other than a stated tolerance -> one: only where a person asks for it.
+
+Without it nothing but equal positions is joined: a gap that the source has is a gap that stays.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from paradize.data import Mesh
+from paradize.errors import BakeError
+from paradize.kernels.mesh import number_rows, weld_points
+from paradize.stages.split import ATTRIBUTES
+
+
+@dataclass(frozen=True)
+class Welding:
+    """tolerance_m: what was asked. joined: places that went to another. largest_m: how far at most."""
+
+    tolerance_m: float
+    joined: int
+    largest_m: float
+
+
+def weld(mesh: Mesh, tolerance_m: float) -> tuple[Mesh, Welding]:
+    """Moves positions at most `tolerance_m` (0: nothing is done), each to the nearest earlier one that stays.
+
+    Those that stay are farther apart than the tolerance. Vertices that are equal in everything afterwards
+    become one; triangles keep their number and order, and those that lost their area are validate_mesh's.
+    Raises BakeError for a tolerance that is negative or not finite.
+    """
+    if not (math.isfinite(tolerance_m) and tolerance_m >= 0):
+        raise BakeError(f"a weld tolerance of {tolerance_m:g} metres", mend="write 0 or more")
+    if tolerance_m == 0 or not len(mesh.positions):
+        return mesh, Welding(tolerance_m, 0, 0.0)
+    places, first = number_rows(mesh.positions)
+    points = np.ascontiguousarray(mesh.positions[first])
+    target = weld_points(points, tolerance_m)
+    moved = np.flatnonzero(target != np.arange(len(target)))
+    if not len(moved):
+        return mesh, Welding(tolerance_m, 0, 0.0)
+    apart = points[moved].astype(np.float64) - points[target[moved]]
+    largest = float(
+        np.sqrt((apart[:, 0] * apart[:, 0] + apart[:, 1] * apart[:, 1] + apart[:, 2] * apart[:, 2]).max())
+    )
+    arrays: dict[str, Any] = {name: getattr(mesh, name) for name in ATTRIBUTES}
+    arrays["positions"] = points[target[places]]
+    kept = {name: values for name, values in arrays.items() if values is not None}
+    number, rows = number_rows(np.concatenate(list(kept.values()), axis=1))
+    shared: dict[str, Any] = {name: np.ascontiguousarray(values[rows]) for name, values in kept.items()}
+    return replace(mesh, **shared, triangles=number[mesh.triangles]), Welding(
+        tolerance_m, len(moved), largest
+    )
+
+
+def welded_messages(done: Welding) -> list[str]:
+    """What was welded, in a sentence; none where nothing was."""
+    if not done.joined:
+        return []
+    return [
+        f"{done.joined} places joined with one at most {done.tolerance_m:g} m away, as asked "
+        f"(moved at most {done.largest_m:.3g} m)"
+    ]
