@@ -153,4 +153,5 @@ def _subtitle(scene: str, maps: dict[str, SheetMap]) -> str:
     total = sum(entry.bytes for entry in maps.values())
     largest = max(max(entry.texture.width, entry.texture.height) for entry in maps.values())
     what = "1 map" if len(maps) == 1 else f"{len(maps)} maps"
-    return f"{scene}   -   {what}, up to {largest} texels a side, {total / (1 << 20):.1f} MiB with all mips"
+    told = f"{total / (1 << 20):.1f} MiB" if total >= 1 << 19 else f"{total / 1024:.1f} KiB"
+    return f"{scene}   -   {what}, up to {largest} texels a side, {told} with all mips"
