@@ -237,18 +237,10 @@ void luminance(std::span<const float> in, std::size_t channels, std::span<float>
 }
 
 void apply_levels(std::span<const float> in, const Levels &levels, std::span<float> out, int threads) {
-    const double range = levels.white - levels.black;
-    const double power = 1.0 / levels.gamma;
+    const LevelCurve curve(levels);
     for_rows(in.size(), threads, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
-            double t = (in[i] - levels.black) / range;
-            t = t < 0.0 ? 0.0 : (t > 1.0 ? 1.0 : t);
-            if (power != 1.0) {
-                t = mathx::pow(t, power);
-            }
-            t = (t - 0.5) * levels.contrast + 0.5 + levels.brightness;
-            t = t < 0.0 ? 0.0 : (t > 1.0 ? 1.0 : t);
-            out[i] = static_cast<float>(levels.invert ? 1.0 - t : t);
+            out[i] = curve(in[i]);
         }
     });
 }

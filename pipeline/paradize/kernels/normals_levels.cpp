@@ -87,20 +87,14 @@ void LevelRow::apply(const float *from, std::size_t n, float *to) const {
         std::copy_n(from, n, to);
         return;
     }
-    const double range = levels_.white - levels_.black;
     if (levels_.gamma == 1.0) {
+        const double range = levels_.white - levels_.black;
         kernels_.levels(from, n, {levels_.black, range, levels_.contrast, levels_.brightness, levels_.invert},
                         to);
         return;
     }
-    const double power = 1.0 / levels_.gamma;
-    for (std::size_t x = 0; x < n; ++x) {
-        double t = (from[x] - levels_.black) / range;
-        t = mathx::pow(t < 0.0 ? 0.0 : (t > 1.0 ? 1.0 : t), power);
-        t = (t - 0.5) * levels_.contrast + 0.5 + levels_.brightness;
-        t = t < 0.0 ? 0.0 : (t > 1.0 ? 1.0 : t);
-        to[x] = static_cast<float>(levels_.invert ? 1.0 - t : t);
-    }
+    const maps::LevelCurve curve(levels_);
+    std::transform(from, from + n, to, curve);
 }
 
 } // namespace paradize::normals
