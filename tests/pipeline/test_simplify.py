@@ -1,4 +1,4 @@
-"""Promises of kernels/simplify.py: what a simplified mesh keeps, where it stops, how far it is from its source."""
+"""Promises of kernels/simplify.py: what simplified meshes keep, where they stop, how far off they are."""
 
 from __future__ import annotations
 

@@ -23,9 +23,12 @@ using Numbers = std::vector<std::uint32_t>;
 
 struct Choice {
     double cost;
-    double error;
     Vec at;
 };
+
+inline void fetch(const void *address) {
+    __builtin_prefetch(address);
+}
 
 class Simplifier {
   public:
@@ -55,10 +58,10 @@ class Simplifier {
                 wake_all();
                 continue;
             }
-            if (state[e] == dead) {
-                continue;
+            fetch_ahead();
+            if (state[e] != dead) {
+                try_edge(e, bucket);
             }
-            try_edge(e, bucket);
         }
         result.error = worst;
         write(result);
@@ -95,7 +98,26 @@ class Simplifier {
         return length(cross(memory.corners[v[1]].at - a, memory.corners[v[2]].at - a));
     }
 
+    // Of the edges that come next, what they will be tried with: memory is far.
+    void fetch_ahead() const {
+        const std::uint32_t third = queue.ahead(24);
+        fetch(&state[third]);
+        fetch(&surface.half[third]);
+        const std::uint32_t second = surface.half[queue.ahead(16)];
+        fetch(&surface.vertex[second]);
+        fetch(&surface.twin[second]);
+        const std::uint32_t first = surface.half[queue.ahead(8)];
+        for (const std::uint32_t i : {first, next(first)}) {
+            const Corner &corner = memory.corners[surface.vertex[i]];
+            fetch(&corner);
+            fetch(&corner.area);
+        }
+    }
+
     void measure_parts() {
+        if (limits.kept_area <= 0) {
+            return;
+        }
         part_area.assign(surface.parts, 0.0);
         for (std::uint32_t t = 0; t < surface.triangles(); ++t) {
             part_area[surface.part[surface.vertex[3 * t]]] += twice_area(t);
@@ -191,9 +213,8 @@ class Simplifier {
         const std::uint32_t vq = surface.vertex[next(h)];
         const Corner &p = memory.corners[vp];
         const Corner &q = memory.corners[vq];
-        Quadric shape = p.shape;
-        shape += q.shape;
-        Quadric all = shape;
+        Quadric all = p.shape;
+        all += q.shape;
         if (!memory.drift.empty()) {
             match_wedges(h);
             for_sets([&](std::uint32_t a, std::uint32_t b, std::uint32_t c) { add_drift(all, a, b, c); });
@@ -206,22 +227,30 @@ class Simplifier {
             choice.at = surface.locked[vp] != 0 ? p.at : q.at;
             choice.cost = all.value(choice.at);
         } else {
-            choice.at = least(all, middle, damping);
-            choice.cost = all.value(choice.at);
+            choice.at = middle;
+            const bool found = least(all, damping, choice.at);
             const Vec off = choice.at - middle;
-            const bool far = !(dot(off, off) <= far_off * far_off * square);
-            const double at_p = all.value(p.at);
-            const double at_q = all.value(q.at);
-            const double least_end = std::min(at_p, at_q);
-            if (far || !(choice.cost <= least_end)) {
+            if (found && dot(off, off) <= far_off * far_off * square) {
+                choice.cost = all.value(choice.at);
+            } else {
+                const double at_p = all.value(p.at);
+                const double at_q = all.value(q.at);
                 choice.at = at_p <= at_q ? p.at : q.at;
-                choice.cost = least_end;
+                choice.cost = std::min(at_p, at_q);
             }
         }
         choice.cost = std::max(choice.cost, 0.0) + short_first * square * square;
-        const double area = p.area + q.area;
-        choice.error = area > 0 ? std::sqrt(std::max(shape.value(choice.at), 0.0) / area) : 0.0;
         return choice;
+    }
+
+    // How far the surface round half-edge h comes to lie off, root of the mean square.
+    double error_at(std::uint32_t h, Vec at) const {
+        const Corner &p = memory.corners[surface.vertex[h]];
+        const Corner &q = memory.corners[surface.vertex[next(h)]];
+        Quadric shape = p.shape;
+        shape += q.shape;
+        const double area = p.area + q.area;
+        return area > 0 ? std::sqrt(std::max(shape.value(at), 0.0) / area) : 0.0;
     }
 
     void collect(std::uint32_t h, Numbers &ring) const {
@@ -272,36 +301,62 @@ class Simplifier {
         return common == (t == none ? 1u : 2u);
     }
 
-    // Whether no triangle turns over or becomes a line with the edge's ends at `at`. `change`: of twice the
-    // area of all of them.
-    bool keeps_shape(std::uint32_t h, Vec at, double &change) const {
+    // Whether no triangle turns over or becomes a line with the edge's ends at `at`.
+    bool keeps_shape(std::uint32_t h, Vec at) const {
         const std::uint32_t t = surface.twin[h];
-        change = 0.0;
         for (const Numbers *ring : {&ring_p, &ring_q}) {
+            const Vec old = memory.corners[surface.vertex[ring == &ring_p ? h : next(h)]].at;
             for (const std::uint32_t i : *ring) {
-                const Vec old = memory.corners[surface.vertex[i]].at;
-                const Vec b = memory.corners[surface.vertex[next(i)]].at;
-                const Vec c = memory.corners[surface.vertex[previous(i)]].at;
-                const Vec before = cross(b - old, c - old);
-                const double was = length(before);
                 if (i / 3 == h / 3 || (t != none && i / 3 == t / 3)) {
-                    change -= ring == &ring_p ? was : 0.0;
                     continue;
                 }
+                const Vec b = memory.corners[surface.vertex[next(i)]].at;
+                const Vec c = memory.corners[surface.vertex[previous(i)]].at;
                 const Vec ab = b - at;
                 const Vec ac = c - at;
-                const Vec after = cross(ab, ac);
-                const double is = length(after);
-                const double longest = std::max({dot(ab, ab), dot(ac, ac), dot(b - c, b - c)});
-                if (!(is > least_shape * longest) && !(is > was)) {
+                const Vec bc = c - b;
+                const Vec before = cross(b - old, bc);
+                const Vec after = cross(ab, bc);
+                const double was = dot(before, before);
+                const double is = dot(after, after);
+                const double longest = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)});
+                if (!(is > least_shape * least_shape * longest * longest) && !(is > was)) {
                     return false;
                 }
-                if (dot(before, after) < least_turn * was * is || !(is > 0)) {
+                const double turn = dot(before, after);
+                if (!(is > 0) || turn < 0 || turn * turn < least_turn * least_turn * was * is) {
                     return false;
                 }
-                change += is - was;
             }
         }
+        return true;
+    }
+
+    // Whether the component keeps its share of area, and with `at` goes on having it.
+    bool keeps_area(std::uint32_t h, Vec at) {
+        if (limits.kept_area <= 0) {
+            return true;
+        }
+        const std::uint32_t t = surface.twin[h];
+        double change = 0.0;
+        for (const Numbers *ring : {&ring_p, &ring_q}) {
+            for (const std::uint32_t i : *ring) {
+                const bool gone = i / 3 == h / 3 || (t != none && i / 3 == t / 3);
+                const Vec b = memory.corners[surface.vertex[next(i)]].at;
+                const Vec bc = memory.corners[surface.vertex[previous(i)]].at - b;
+                const double was = length(cross(b - memory.corners[surface.vertex[i]].at, bc));
+                if (!gone) {
+                    change += length(cross(b - at, bc)) - was;
+                } else if (ring == &ring_p) {
+                    change -= was;
+                }
+            }
+        }
+        double &area = part_area[surface.part[surface.vertex[h]]];
+        if (change < 0.0 && area + change < part_least[surface.part[surface.vertex[h]]]) {
+            return false;
+        }
+        area += change;
         return true;
     }
 
@@ -327,7 +382,8 @@ class Simplifier {
             queue.push(e, now);
             return;
         }
-        if (choice.error > limits.max_error) {
+        const double error = error_at(h, choice.at);
+        if (error > limits.max_error) {
             stopped_by_error = true;
             park(e);
             return;
@@ -335,18 +391,11 @@ class Simplifier {
         collect(h, ring_p);
         // The other ring starts at a half-edge that leaves q.
         collect(next(h), ring_q);
-        double change = 0.0;
-        if (!links(h) || melts_locked(h) || !keeps_shape(h, choice.at, change)) {
+        if (!links(h) || melts_locked(h) || !keeps_shape(h, choice.at) || !keeps_area(h, choice.at)) {
             park(e);
             return;
         }
-        const std::uint32_t part = surface.part[surface.vertex[h]];
-        if (change < 0.0 && part_area[part] + change < part_least[part]) {
-            park(e);
-            return;
-        }
-        part_area[part] += change;
-        worst = std::max(worst, choice.error);
+        worst = std::max(worst, error);
         collapse(h, choice.at, bucket);
     }
 

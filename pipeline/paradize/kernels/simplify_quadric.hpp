@@ -40,12 +40,13 @@ struct Quadric {
     double trace() const { return xx + yy + zz; }
 };
 
-// The place where the form is least; along directions in which it hardly changes, the place nearest to
-// `near`. Tikhonov's method, iterated twice: what the damping leaves is damping squared.
-inline Vec least(const Quadric &q, Vec near, double damping) {
+// Moves `at` to the place where the form is least; along directions in which it hardly changes, not at all.
+// False where rounding leaves no such place. Tikhonov's method, iterated twice: what the damping leaves is
+// damping squared.
+inline bool least(const Quadric &q, double damping, Vec &at) {
     const double extra = damping * q.trace();
     if (!(extra > 0)) {
-        return near;
+        return false;
     }
     // Cholesky, A = LL'.
     const double xx = q.xx + extra, yy = q.yy + extra, zz = q.zz + extra;
@@ -53,16 +54,15 @@ inline Vec least(const Quadric &q, Vec near, double damping) {
     const double l10 = q.xy * i0, l20 = q.xz * i0;
     const double d1 = yy - l10 * l10;
     if (!(d1 > 0)) {
-        return near;
+        return false;
     }
     const double i1 = 1.0 / std::sqrt(d1);
     const double l21 = (q.yz - l20 * l10) * i1;
     const double d2 = zz - l20 * l20 - l21 * l21;
     if (!(d2 > 0)) {
-        return near;
+        return false;
     }
     const double i2 = 1.0 / std::sqrt(d2);
-    Vec at = near;
     for (int round = 0; round < 2; ++round) {
         const Vec g = q.half_gradient(at);
         const double u = g.x * i0;
@@ -73,7 +73,7 @@ inline Vec least(const Quadric &q, Vec near, double damping) {
         const double x = (u - l10 * y - l20 * z) * i0;
         at = {at.x - x, at.y - y, at.z - z};
     }
-    return at;
+    return true;
 }
 
 // The area-weighted sum of the linear functions that triangles extend one attribute to: value(x) = g'x + d.

@@ -47,6 +47,9 @@ class Queue {
         return batch[at++];
     }
 
+    // An edge that comes after so many others, or the bucket's last.
+    std::uint32_t ahead(std::size_t others) const { return batch[std::min(at + others, batch.size() - 1)]; }
+
   private:
     static constexpr std::uint32_t shift = 21; // two bits of the mantissa stay
     static constexpr std::uint32_t buckets = 0x7f800000u >> shift;
