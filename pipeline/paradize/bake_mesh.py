@@ -10,16 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from paradize.bake_atlas import with_atlas
 from paradize.bake_lods import DEFAULT_MAX_ERROR, Plan, make_levels
 from paradize.data import Group, Lod, Mesh
-from paradize.engine.isolate import call_isolated
 from paradize.errors import BakeError, ParadizeError, SourceError
 from paradize.formats.glb import decode_glb, encode_glb
 from paradize.metrics.draw import draw_costs
 from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.readers.mtl import base_colors_of
 from paradize.readers.obj import read_obj
-from paradize.stages.atlas import make_atlas
 from paradize.stages.lod import RATIO, TIERS
 from paradize.stages.normals import CREASE_DEG, complete_normals
 from paradize.stages.order import draw_order
@@ -28,10 +27,8 @@ from paradize.stages.validate import messages, repairs, validate_mesh
 from paradize.stages.weld import weld, welded_messages
 
 MAX_LODS = 8
-_ATLAS_TIMEOUT_S = 120.0
-_ATLAS_MEMORY_BYTES = 8 << 30
-# Half of the largest float32: the distance of two vertices along an axis, and a simplified one a little outside
-# of them, still are floats.
+# Half of the largest float32: the distance of two vertices along an axis, and a simplified vertex a little
+# outside of the others, still are floats.
 _LARGEST = 1.7e38
 
 
@@ -63,7 +60,8 @@ def bake_mesh(
 
     lods: levels at most, level 0 included, 1 to MAX_LODS. max_error: largest surface distance of any level,
     of the bounding box's diagonal. tier: the LOD tier; the nearest one there is is used and named in the
-    report. atlas: make texture coordinates where there are none. root: folder that material files must lie
+    report. atlas: make texture coordinates where there are none or they overlap. root:
+    folder that material files must lie
     in. base_colors: linear RGB by material, instead of the Kd of materials without a colour map. ratio:
     triangles of a level, of those of the one before, 0.05 to 0.95. errors: rising bounds of the levels after
     the source, of the diagonal, instead of `ratio`: each is the coarsest mesh inside its bound. plan: what
@@ -123,20 +121,11 @@ def _bake(
             mend="scale the model down",
         )
     warnings += [f"{path}: {text}" for text in (*welded_messages(welding), *messages(found, read.lines))]
-    if mesh.colors is not None:
-        mesh = replace(mesh, colors=None)
-        warnings.append(f"{path}: vertex colours are not baked")
     mesh = _by_material(complete_normals(mesh, read.smoothing[found.kept], crease_deg=crease_deg)[0])
-    made_atlas = atlas and mesh.uvs is None
-    if made_atlas:
-        mesh = call_isolated(
-            f"the atlas of {path}",
-            make_atlas,
-            {"mesh": mesh},
-            timeout_s=_ATLAS_TIMEOUT_S,
-            memory_bytes=_ATLAS_MEMORY_BYTES,
-        )
-        warnings.append(f"{path}: no texture coordinates, so a UV layout was made")
+    layout = None
+    if atlas:
+        mesh, layout, notes = with_atlas(mesh, path, tier)
+        warnings += notes
     if mesh.uvs is None:
         warnings.append(f"{path}: no texture coordinates, so no tangent frames; mesh --atlas makes some")
     used = tier if tier in TIERS else "balanced"
@@ -157,7 +146,8 @@ def _bake(
         "triangles": len(framed[0][0].triangles),
         "vertices": len(framed[0][0].positions),
         "tier": used,
-        "atlas": made_atlas,
+        "atlas": layout is not None,
+        "layout": layout,
         "closed": found.closed,
         "components": found.topology.components,
         "repairs": repairs(found, read.lines)
