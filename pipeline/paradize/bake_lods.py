@@ -129,17 +129,20 @@ def _slides(steps: list[Step]) -> list[str]:
     return notes
 
 
-def _made(judge: Judge, before: Mesh, target: int, tier: str) -> tuple[Step | None, str]:
+def _made(judge: Judge, before: Mesh, target: int, tier: str, aim: str) -> tuple[Step | None, str]:
     """About `target` triangles, measured; None where nothing would be left; and why there are more.
 
-    The exact tier starts from the source each time, where that gives fewer triangles than `before` has, and
-    of several ways to weigh attributes takes the one with the least RMS.
+    The exact tier starts from the level before and from the source, weighs attributes in several ways, asks
+    the other simplifier too, and takes what has the least `aim` (a name in errors).
     """
     best: Step | None = None
     note = ""
-    for variant in VARIANTS if tier == "exact" else VARIANTS[:1]:
-        start = judge.mesh if tier == "exact" else before
-        level = simplify(start, target, tier, original=judge.mesh, variant=variant)
+    ways = [(before, tier, VARIANTS[0])]
+    if tier == "exact":
+        ways += [(judge.mesh, tier, variant) for variant in VARIANTS[before is judge.mesh :]]
+        ways.append((before, "fast", VARIANTS[0]))
+    for start, by, variant in ways:
+        level = simplify(start, target, by, original=judge.mesh, variant=variant)
         try:
             mesh, _ = validate_mesh(level.mesh)
         except SourceError:
@@ -149,10 +152,7 @@ def _made(judge: Judge, before: Mesh, target: int, tier: str) -> tuple[Step | No
         if best is not None and len(mesh.triangles) > 1.02 * len(best.mesh.triangles):
             continue
         step = Step(mesh, judge.distance(mesh, _SAMPLES), level.seams_kept)
-        if best is None or (step.seams_kept, -step.errors["error_rms"]) > (
-            best.seams_kept,
-            -best.errors["error_rms"],
-        ):
+        if best is None or (step.seams_kept, -step.errors[aim]) > (best.seams_kept, -best.errors[aim]):
             best = step
     return best, note
 
@@ -168,7 +168,7 @@ def _nearest(judge: Judge, before: Mesh, target: int, limit: float, tier: str) -
     most = int(len(before.triangles) * (1 - _WORTH))
     least, best, note = target, None, ""
     for _ in range(_BISECTIONS[tier]):
-        step, told = _made(judge, before, target, tier)
+        step, told = _made(judge, before, target, tier, "error_rms")
         if step is None:
             return best, note or told
         count = len(step.mesh.triangles)
@@ -201,7 +201,7 @@ def _coarsest(judge: Judge, before: Mesh, bound: float, tier: str) -> tuple[Step
         if low > high:
             break
         target = max(low, min(high, isqrt(low * high)))
-        step, told = _made(judge, before, target, tier)
+        step, told = _made(judge, before, target, tier, "error_max")
         if step is None or step.errors["error_max"] > bound:
             if step is not None:
                 off = step.errors["error_max"]

@@ -32,27 +32,48 @@ class Product:
     filter: str | None = None
 
 
+# What scene.json tells of each level of a mesh, besides the GLB itself.
+LOD_FACTS = (
+    "triangles", "error_max", "error_rms", "error_p99",
+    "normal_mean_deg", "normal_p99_deg", "normal_max_deg", "uv_shift_p99", "uv_shift_max",
+)  # fmt: skip
+
+
 def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """OBJ -> GLB with tangent frames and LODs."""
-    from paradize.bake_mesh import bake_mesh
+    from paradize.bake_sight import bake_seen
 
-    made = bake_mesh(
+    made = bake_seen(
         sources["mesh"],
+        settings.get("sight"),
+        settings.get("instances", []),
+        ratio=settings["ratio"],
+        errors=settings["lod_errors"],
         lods=settings["lods"],
         max_error=settings["max_error"],
         tier=tier,
         atlas=settings["atlas"],
         base_colors=settings["base_colors"],
+        weld_m=settings["weld_m"],
+        crease_deg=settings["crease_deg"],
     )
     levels = made.report["lods"]
     errors = {
-        "surface_max": _six(max(level["error_max"] for level in levels)),
-        "surface_rms": _six(max(level["error_rms"] for level in levels)),
+        metric: _six(max(level[key] for level in levels))
+        for metric, key in (
+            ("surface_max", "error_max"),
+            ("surface_rms", "error_rms"),
+            ("lod_normal_p99_deg", "normal_p99_deg"),
+            ("lod_normal_mean_deg", "normal_mean_deg"),
+            ("uv_shift_p99", "uv_shift_p99"),
+            ("uv_shift_max", "uv_shift_max"),
+        )
     }
     tangents = ("tangent_max_deg", "tangent_p99_deg", "tangent_mean_deg")
     errors |= {name: _six(max(level[name] for level in levels)) for name in tangents}
     used = str(made.report.get("tier", tier))
-    return [Product("mesh", made.glb, "glb", used, errors, list(made.report["warnings"]))]
+    told = [{key: level[key] for key in LOD_FACTS} for level in levels]
+    return [Product("mesh", made.glb, "glb", used, errors, list(made.report["warnings"]), told)]
 
 
 def make_terrain(sources: Sources, settings: Settings, tier: str) -> list[Product]:
@@ -174,7 +195,7 @@ def _six(value: float) -> float:
 Maker = Callable[[Sources, Settings, str], list[Product]]
 # maker -> (the module whose code, with all that it imports, decides the result; the function)
 MAKERS: dict[str, tuple[str, Maker]] = {
-    "mesh": ("paradize.bake_mesh", make_mesh),
+    "mesh": ("paradize.bake_sight", make_mesh),
     "terrain": ("paradize.bake_terrain", make_terrain),
     "color": ("paradize.bake_color", make_color),
     "maps": ("paradize.bake_maps", make_maps),

@@ -100,6 +100,8 @@ def build_manifest(
                 else None,
             }
         )
+        if name in facts and owner in met:
+            entries[name]["levels"] = _seen(entry.get("levels", []), facts[name], met[owner])
     head = scene.head
     return {
         "format": FORMAT,
@@ -134,6 +136,18 @@ def build_manifest(
         "sound": {"artifact": "sound", "volume": scene.sound.volume} if scene.sound else None,
         "flight": flight.as_json() | {"errors": flight_errors},
     }
+
+
+def _seen(levels: list[dict[str, float]], facts: MeshFacts, met: Met) -> list[dict[str, float]]:
+    """A mesh's levels with their errors in pixels at the flight's nearest view of it; without where the
+    flight never sees it."""
+    pixel_m = met.least_pixel_m
+    if pixel_m is None or len(levels) != len(facts.lods):
+        return levels
+    return [
+        level | {"error_px": float(f"{error_m / pixel_m:.6g}")}
+        for level, (_, error_m) in zip(levels, facts.lods, strict=True)
+    ]
 
 
 def _plain(settings: Any) -> dict[str, Any]:

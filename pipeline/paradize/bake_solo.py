@@ -6,6 +6,7 @@ Called in a worker process, so that no input takes the command line down with it
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,18 +22,40 @@ class Made:
     rows: list[tuple[str, str, dict[str, float], int]]
 
 
-def solo_mesh(path: Path, *, lods: int, max_error: float | None, atlas: bool, tier: str) -> Made:
+def solo_mesh(
+    path: Path,
+    *,
+    lods: int,
+    max_error: float | None,
+    atlas: bool,
+    tier: str,
+    ratio: float = 0.5,
+    errors: Sequence[float] = (),
+    weld_m: float = 0.0,
+    crease_deg: float = 45.0,
+) -> Made:
     """`paradize mesh`: the file is named after the input's stem; the caller renames it."""
     from paradize.bake_mesh import bake_mesh
 
-    made = bake_mesh(path, lods=lods, max_error=max_error, tier=tier, atlas=atlas)
+    made = bake_mesh(
+        path,
+        lods=lods,
+        max_error=max_error,
+        tier=tier,
+        atlas=atlas,
+        ratio=ratio,
+        errors=errors,
+        weld_m=weld_m,
+        crease_deg=crease_deg,
+    )
     if atlas and not made.report["atlas"]:
-        what = "has texture coordinates, which its maps are painted for; no atlas made"
+        what = "has texture coordinates that its maps may be painted for; no atlas made"
         made.report["warnings"].append(f"{path}: {what}; take them out of the OBJ for a new layout")
     rows = []
     for i, level in enumerate(made.report["lods"]):
-        errors = {"surface_max": level["error_max"], "surface_rms": level["error_rms"]}
-        rows.append((f"lod{i}, {level['triangles']} triangles", str(level.get("tier", tier)), errors, 0))
+        told = {"surface_max": level["error_max"], "surface_rms": level["error_rms"]}
+        told["lod_normal_p99_deg"] = level["normal_p99_deg"]
+        rows.append((f"lod{i}, {level['triangles']} triangles", str(level.get("tier", tier)), told, 0))
     rows.append((path.stem, tier, {}, len(made.glb)))
     return Made({path.stem: made.glb}, dict(made.report), rows)
 

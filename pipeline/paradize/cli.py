@@ -19,7 +19,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
-from paradize.cli_options import add_maps_options, number, whole
+from paradize.cli_options import add_maps_options, number, rising, whole
 from paradize.errors import BakeError, GroupedError, ParadizeError, one_line
 
 TIERS = ("fast", "balanced", "exact")
@@ -78,7 +78,31 @@ def parser() -> argparse.ArgumentParser:
     sub.add_argument(
         "--max-error", type=number(0.0, 1.0), metavar="F", help="largest error, a share of the diagonal"
     )
+    sub.add_argument(
+        "--ratio",
+        type=number(0.05, 0.95),
+        default=0.5,
+        metavar="R",
+        help="triangles of a level, of those of the one before (0.5)",
+    )
+    sub.add_argument(
+        "--errors",
+        type=rising(0.0, 1.0),
+        default=(),
+        metavar="A,B",
+        help="levels by error instead: the coarsest mesh inside each bound, shares of the diagonal",
+    )
     sub.add_argument("--atlas", action="store_true", help="make a UV layout")
+    sub.add_argument(
+        "--weld", type=number(0.0, 1e6), default=0.0, metavar="METRES", help="join places this near (0: none)"
+    )
+    sub.add_argument(
+        "--crease",
+        type=number(0.0, 180.0),
+        default=45.0,
+        metavar="DEGREES",
+        help="where normals are missing, faces at a larger angle meet in an edge (45)",
+    )
     common(sub)
 
     sub = command(
@@ -295,7 +319,8 @@ def _same(a: Path, b: Path) -> bool:
 def _mesh(arguments: argparse.Namespace) -> int:
     from paradize.bake_solo import solo_mesh
 
-    settings = {"lods": arguments.lods, "max_error": arguments.max_error, "atlas": arguments.atlas}
+    settings = {key: getattr(arguments, key) for key in ("lods", "max_error", "atlas", "ratio", "errors")}
+    settings |= {"weld_m": arguments.weld, "crease_deg": arguments.crease}
     return _solo(arguments, solo_mesh, settings, arguments.out)
 
 

@@ -33,6 +33,19 @@ def whole(low: int, high: int) -> Callable[[str], int]:
     return read
 
 
+def rising(low: float, high: float) -> Callable[[str], tuple[float, ...]]:
+    """An option that is numbers in [low, high], apart by commas, none smaller than the one before it."""
+    read_one = number(low, high)
+
+    def read(text: str) -> tuple[float, ...]:
+        values = tuple(read_one(part) for part in text.split(","))
+        if list(values) != sorted(values):
+            raise argparse.ArgumentTypeError(f"{text} falls; write the smaller numbers first")
+        return values
+
+    return read
+
+
 def _maps(text: str) -> list[str]:
     names = [name.strip() for name in text.split(",")]
     for name in names:

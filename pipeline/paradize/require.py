@@ -74,7 +74,7 @@ def require(scene: Scene, looks: dict[str, Look]) -> Requirements:
     if scene.water:
         _water(found, scene.water)
     for item in scene.objects:
-        _object(found, item, looks[item.name], views)
+        _object(found, item, looks[item.name], views, _seen_by(scene) if item.lods_by == "sight" else {})
     if scene.sound:
         want = Want("sound", "sound", "sound", "the sound of the scene")
         found.add("sound", "sound", {"file": scene.sound.file}, [want])
@@ -156,7 +156,20 @@ def _water(found: Requirements, water: Water) -> None:
     )
 
 
-def _object(found: Requirements, item: SceneObject, look: Look, views: tuple[str, ...]) -> None:
+def _seen_by(scene: Scene) -> dict[str, Any]:
+    """What decides how near and how far the flight sees a thing, for bake_sight.py."""
+    return {
+        "sight": {
+            "flight": asdict(scene.flight),
+            "viewport": list(scene.head.viewport),
+            "error_px": scene.head.lod_error_px,
+        }
+    }
+
+
+def _object(
+    found: Requirements, item: SceneObject, look: Look, views: tuple[str, ...], seen: dict[str, Any]
+) -> None:
     name, things = item.name, ("objects",)
     why = f"the object {name}, its shadow and its mirror image"
     found.add(
@@ -166,6 +179,11 @@ def _object(found: Requirements, item: SceneObject, look: Look, views: tuple[str
         [Want(f"{name}_mesh", "mesh", "mesh", why, (*things, *views))],
         lods=item.lods,
         max_error=item.max_error,
+        ratio=item.lod_ratio,
+        lod_errors=list(item.lod_errors),
+        weld_m=item.weld_m,
+        crease_deg=item.crease_deg,
+        **({"instances": [asdict(instance) for instance in item.instances]} | seen if seen else {}),
         atlas=look.color_map is not None,  # a map needs a UV layout
         base_colors={material: list(color) for material, color in look.base_colors.items()},
     )
@@ -206,10 +224,12 @@ def _object(found: Requirements, item: SceneObject, look: Look, views: tuple[str
 class Met:
     """How the flight meets an object, all its instances: first_s: the second at which it is first in view,
     the end of the flight where it never is. pixel_m: how many metres of it the largest pixel covers, seen
-    squarely at its farthest, per metre of the mesh; None where it is never seen."""
+    squarely at its farthest, per metre of the mesh; None where it is never seen. least_pixel_m: the same of
+    the smallest pixel, at its nearest, the camera's near plane at least away."""
 
     first_s: float
     pixel_m: float | None
+    least_pixel_m: float | None = None
 
 
 def meet(scene: Scene, flight: Flight, bounds: dict[str, tuple[Vec, float]]) -> dict[str, Met]:
@@ -240,5 +260,9 @@ def meet(scene: Scene, flight: Flight, bounds: dict[str, tuple[Vec, float]]) -> 
             was = found[owner]
             pixel_m = 2.0 * sighting.farthest_seen_m * (sine / cosine) / rows / s
             first_s = min(was.first_s, sighting.first_seen_s)
-            found[owner] = Met(first_s, max(was.pixel_m or 0.0, pixel_m))
+            near_m = max(sighting.nearest_m, scene.flight.near_m)
+            least_m = 2.0 * near_m * (sine / cosine) / height / s
+            found[owner] = Met(
+                first_s, max(was.pixel_m or 0.0, pixel_m), min(was.least_pixel_m or least_m, least_m)
+            )
     return found

@@ -23,6 +23,7 @@ from paradize.schema import (
     limits,
     named_tables,
     number,
+    numbers,
     read_table,
     source,
     sources,
@@ -42,6 +43,10 @@ METRICS = {
     "tangent_max_deg": Limit("degrees", True, 180.0, "largest angle of a tangent from MikkTSpace's"),
     "tangent_p99_deg": Limit("degrees", True, 180.0, "99 of 100 tangents are this near to MikkTSpace's"),
     "tangent_mean_deg": Limit("degrees", True, 180.0, "mean angle of the tangents from MikkTSpace's"),
+    "lod_normal_p99_deg": Limit("degrees", True, 180.0, "99 of 100 normals of a LOD are this near"),
+    "lod_normal_mean_deg": Limit("degrees", True, 180.0, "mean angle of a LOD's normals from the mesh's"),
+    "uv_shift_max": Limit("of the diagonal", True, 1.0, "how far a texture slid on a LOD, at most"),
+    "uv_shift_p99": Limit("of the diagonal", True, 1.0, "99 of 100 places of a LOD's texture slid less"),
     "terrain_max_m": Limit("m", True, FAR, "largest vertical distance of the terrain from its heightmap"),
     "terrain_rms_m": Limit("m", True, FAR, "RMS of the vertical distance of the terrain from its heightmap"),
     "normal_p99_deg": Limit("degrees", True, 180.0, "99 of 100 normals are this near to the reference"),
@@ -214,6 +219,12 @@ class SceneObject:
     alpha: Path | None = source(None)  # else the colour map's own alpha
     lods: int = whole(4, low=1, high=8)
     max_error: float | None = number(None, low=0.0, high=1.0, unit="of the diagonal")
+    # Levels by a share of the triangles, by the error of each, or by what the flight can see of them.
+    lods_by: str = choice("ratio", among=("ratio", "error", "sight"))
+    lod_ratio: float = number(0.5, low=0.05, high=0.95)  # triangles of a level, of those of the one before
+    lod_errors: tuple[float, ...] = numbers((), low=0.0, high=1.0, unit="of the diagonal")  # by error; rising
+    weld_m: float = number(0.0, low=0.0, high=FAR, unit="m")  # places this near are joined; 0: none
+    crease_deg: float = number(45.0, low=0.0, high=180.0, unit="degrees")  # where normals are missing
     wrap: str = choice("clamp", among=("clamp", "repeat"))
     strength: float = number(
         1.0, low=0.0, high=100.0, unit="% of the width"
@@ -287,11 +298,14 @@ class Scene:
 def _cross_checks(scene: Scene, faults: Faults) -> None:
     """What no single field can see."""
     names = [item.name for item in scene.objects]
-    for i, name in enumerate(names):
+    for i, (name, item) in enumerate(zip(names, scene.objects, strict=True)):
         if name in names[:i]:
             faults.add(f"object[{i}].name", f"{name!r} is already object[{names.index(name)}]", "rename one")
         if name in {"terrain", "sand", "effect", "water", "sky", "sound"}:
             faults.add(f"object[{i}].name", f"{name!r} names the scene's own artifacts", "rename it")
+        if (item.lods_by == "error") != bool(item.lod_errors):
+            mend = 'write lod_errors with lods_by = "error", and only there'
+            faults.add(f"object[{i}].lod_errors", f"has {len(item.lod_errors)} numbers", mend)
     sparkles = [item.name for item in scene.particles]
     for i, name in enumerate(sparkles):
         if name in sparkles[:i]:

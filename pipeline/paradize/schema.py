@@ -130,6 +130,28 @@ def vector(
     return _field(rule, default, unit)
 
 
+def numbers(default: Any = MISSING, *, low: float, high: float, unit: str = "") -> Any:
+    """Any count of finite numbers in [low, high], none smaller than the one before it."""
+
+    def rule(value: object, place: str, faults: Faults) -> tuple[float, ...] | None:
+        limits = f"numbers, {_limits(low, high, unit)}"
+        if not isinstance(value, list):
+            faults.add(place, f"is {_show(value)}, not a list of numbers", limits)
+            return None
+        reals = [_real(item) for item in value]
+        for i, real in enumerate(reals):
+            if real is None or not low <= real <= high:
+                faults.add(f"{place}[{i}]", f"is {_show(value[i])}", limits)
+                return None
+        found = tuple(real for real in reals if real is not None)
+        if any(b < a for a, b in itertools.pairwise(found)):
+            faults.add(place, f"is {_show(value)}", "write the smaller numbers first")
+            return None
+        return found
+
+    return _field(rule, default, unit)
+
+
 def flag(default: Any = MISSING) -> Any:
     """true or false."""
 

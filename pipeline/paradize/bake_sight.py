@@ -1,0 +1,73 @@
+"""What a scene's flight can see of a mesh -> how fine its levels of detail must be.
+
+Two bounds: at the nearest view an error of `lod_error_px` pixels (what is finer than that is not baked), and
+at the farthest (a level coarser than that is never drawn). Distances are to the bounding sphere, as the
+player takes them, and pixels those of the middle of the picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from paradize.bake_lods import Plan
+from paradize.bake_mesh import MeshProduct, bake_mesh
+from paradize.data import Mesh
+from paradize.flight import plan_flight, sight, sine_cosine
+from paradize.metrics.surface import diagonal
+from paradize.scene import EyePoint, Flight, TargetPoint
+
+
+def sight_plan(seen: dict[str, Any], instances: list[dict[str, Any]]) -> Callable[[Mesh, Plan], Plan]:
+    """A plan for a mesh that stands at `instances` (as scene.Instance) in what `seen` (as require.py orders
+    it) shows. A mesh that the flight never sees keeps one level, as coarse as the plan's limit allows."""
+    told = dict(seen["flight"])
+    told["eye"] = tuple(EyePoint(**point) for point in told["eye"])
+    told["target"] = tuple(TargetPoint(**point) for point in told["target"])
+    settings = Flight(**told)
+    width, height = seen["viewport"]
+    sine, cosine = sine_cosine(0.5 * settings.fov_deg)
+    pixel_per_m = 2.0 * (sine / cosine) / height  # metres that a pixel covers, per metre of distance
+
+    def plan(mesh: Mesh, asked: Plan) -> Plan:
+        used = mesh.positions[np.unique(mesh.triangles)].astype(np.float64)
+        low, high = used.min(axis=0), used.max(axis=0)
+        x, y, z = (float(value) for value in (low + high) / 2)
+        size = diagonal(mesh)
+        if not size > 0:
+            return asked
+        spheres = []
+        for instance in instances:
+            turn, straight = sine_cosine(instance["yaw_deg"])
+            px, py, pz = instance["position"]
+            s = instance["scale"]
+            spheres.append(
+                (
+                    (px + s * (x * straight + z * turn), py + s * y, pz + s * (z * straight - x * turn)),
+                    s * size / 2,
+                )
+            )
+        met = sight(plan_flight(settings), settings.fov_deg, width / height, spheres)
+        near, far = [], []
+        for sighting, instance in zip(met, instances, strict=True):
+            if sighting.seen:
+                near.append(sighting.nearest_m / instance["scale"])
+                far.append(sighting.farthest_seen_m / instance["scale"])
+        if not near:
+            return replace(asked, count=1, finest=asked.limit)
+        share = seen["error_px"] * pixel_per_m / size
+        return replace(asked, finest=min(share * min(near), asked.limit), farthest=share * max(far))
+
+    return plan
+
+
+def bake_seen(
+    path: Path, sight: dict[str, Any] | None, instances: list[dict[str, Any]], **settings: Any
+) -> MeshProduct:
+    """bake_mesh with levels for what the flight sees; by its own settings where `sight` is None."""
+    plan = None if sight is None else sight_plan(sight, instances)
+    return bake_mesh(path, plan=plan, **settings)

@@ -1,0 +1,255 @@
+"""The chain of levels: by ratio, by error, by what a flight sees; extremes; what must not matter does not."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from paradize.bake_lods import Plan, make_levels
+from paradize.bake_sight import sight_plan
+from paradize.data import Group, Mesh
+from paradize.flight import plan_flight, sight
+from paradize.metrics.surface import diagonal
+from paradize.scene import load_scene
+from paradize.stages.lod import TIERS
+from paradize.stages.validate import validate_mesh
+from tests.pipeline.scenes import make_cove
+from tests.pipeline.shapes import grid, sphere
+
+
+def counts(mesh: Mesh, plan: Plan, tier: str = "balanced") -> list[int]:
+    return [len(step.mesh.triangles) for step in make_levels(mesh, plan, tier)[0]]
+
+
+def turned(mesh: Mesh, scale: float = 1.0, move: tuple[float, float, float] = (0, 0, 0)) -> Mesh:
+    """Turned by the rational rotation of (3, 4, 5) about Y, scaled and moved."""
+    turn = np.array([[0.6, 0, 0.8], [0, 1, 0], [-0.8, 0, 0.6]])
+    assert mesh.normals is not None
+    return replace(
+        mesh,
+        positions=(mesh.positions.astype(float) @ turn.T * scale + np.array(move)).astype(np.float32),
+        normals=(mesh.normals.astype(float) @ turn.T).astype(np.float32),
+    )
+
+
+@pytest.mark.parametrize("tier", TIERS)
+def test_a_ratio_sets_the_triangles_of_each_level(tier: str) -> None:
+    mesh = sphere(20)
+    found = counts(mesh, Plan(count=3, ratio=0.3), tier)
+    assert len(found) == 3
+    for before, after in itertools.pairwise(found):
+        assert 0.2 * before < after < 0.34 * before
+
+
+@pytest.mark.parametrize("tier", TIERS)
+def test_by_error_each_level_is_inside_its_bound_and_as_coarse_as_can_be(tier: str) -> None:
+    mesh = sphere(20)
+    bounds = (0.002, 0.01)
+    steps, _ = make_levels(mesh, Plan(count=8, errors=bounds), tier)
+    assert len(steps) == 3
+    for step, bound in zip(steps[1:], bounds, strict=True):
+        assert 0.4 * bound < step.errors["error_max"] <= bound
+
+
+def test_a_better_tier_is_nearer_to_the_source() -> None:
+    mesh = grid(40, height=0.05)
+    at = {tier: make_levels(mesh, Plan(count=3, ratio=0.25), tier)[0] for tier in TIERS}
+    rms = {tier: [step.errors["error_rms"] for step in steps[1:]] for tier, steps in at.items()}
+    for level in range(2):
+        assert rms["exact"][level] <= 1.02 * rms["balanced"][level] < rms["fast"][level]
+    within = {tier: counts(mesh, Plan(count=2, errors=(0.005,)), tier)[-1] for tier in TIERS}
+    assert within["exact"] <= 1.05 * min(within.values())
+
+
+@given(st.integers(2, 14), st.sampled_from(TIERS), st.floats(0.3, 0.9), st.booleans())
+@settings(max_examples=15, deadline=None)
+def test_no_level_has_more_triangles_or_less_error_than_the_one_before(
+    size: int, tier: str, ratio: float, closed: bool
+) -> None:
+    mesh = sphere(size) if closed else grid(size, height=0.2)
+    steps, _ = make_levels(mesh, Plan(count=6, ratio=ratio), tier)
+    for before, after in itertools.pairwise(steps):
+        assert len(after.mesh.triangles) < len(before.mesh.triangles)
+        assert after.errors["error_max"] >= before.errors["error_max"] - 1e-6
+
+
+def test_a_power_of_two_changes_no_error_at_all() -> None:
+    mesh = grid(24, height=0.1)
+    want = make_levels(mesh, Plan(count=3), "balanced")[0]
+    for scale in (2.0**-20, 1024.0):
+        larger = replace(mesh, positions=mesh.positions * np.float32(scale))
+        found = make_levels(larger, Plan(count=3), "balanced")[0]
+        assert [step.errors for step in found] == [step.errors for step in want]
+
+
+def test_turning_and_moving_change_errors_by_less_than_half() -> None:
+    """Rounding turns choices between collapses that cost alike; a regular grid has many."""
+    mesh = grid(24, height=0.1)
+    want = make_levels(mesh, Plan(count=3), "balanced")[0]
+    for other in (turned(mesh), turned(mesh, 1000.0, (3.0, -7.0, 1.0))):
+        found = make_levels(other, Plan(count=3), "balanced")[0]
+        assert len(found) == len(want)
+        for a, b in zip(found[1:], want[1:], strict=True):
+            assert abs(len(a.mesh.triangles) - len(b.mesh.triangles)) <= 2
+            assert a.errors["error_rms"] == pytest.approx(b.errors["error_rms"], rel=0.5)
+
+
+def test_the_order_of_faces_changes_no_error_by_more_than_half() -> None:
+    mesh = grid(24, height=0.1)
+    want = make_levels(mesh, Plan(count=3), "balanced")[0]
+    order = np.random.default_rng(5).permutation(len(mesh.triangles))
+    found = make_levels(replace(mesh, triangles=mesh.triangles[order]), Plan(count=3), "balanced")[0]
+    for a, b in zip(found[1:], want[1:], strict=True):
+        assert a.errors["error_rms"] == pytest.approx(b.errors["error_rms"], rel=0.5)
+
+
+# --- by sight ---
+
+
+def cove(tmp_path: Path, **instance: object) -> tuple[dict, list[dict], float]:
+    scene = load_scene(make_cove(tmp_path))
+    seen = {
+        "flight": asdict(scene.flight),
+        "viewport": list(scene.head.viewport),
+        "error_px": scene.head.lod_error_px,
+    }
+    stands = asdict(scene.objects[0].instances[0]) | instance
+    return seen, [stands], np.tan(np.radians(scene.flight.fov_deg) / 2) * 2 / scene.head.viewport[1]
+
+
+@pytest.mark.parametrize("tier", ["fast", "balanced"])
+def test_by_sight_nothing_finer_than_a_pixel_at_the_nearest_view_is_baked(tmp_path: Path, tier: str) -> None:
+    seen, stands, pixel = cove(tmp_path, position=(0.0, 0.0, 0.0))
+    mesh = sphere(64, radius=0.5)
+    plan = sight_plan(seen, stands)(mesh, Plan(count=8))
+    flight = plan_flight(load_scene(tmp_path / "cove.toml").flight)
+    met = sight(flight, 50.0, 1280 / 720, [((0.0, 0.0, 0.0), diagonal(mesh) / 2)])[0]
+    assert plan.finest == pytest.approx(met.nearest_m * pixel / diagonal(mesh), rel=1e-6)
+    steps, notes = make_levels(mesh, plan, tier)
+    assert len(steps[0].mesh.triangles) < 0.9 * len(mesh.triangles)
+    assert 0 < steps[0].errors["error_max"] <= plan.finest
+    assert any("nothing finer is seen" in note for note in notes)
+    # Each level but the last is drawn at some distance of the flight.
+    assert plan.farthest is not None
+    assert all(step.errors["error_max"] < plan.farthest for step in steps[:-1])
+
+
+def test_by_sight_what_the_camera_touches_keeps_its_source(tmp_path: Path) -> None:
+    seen, stands, _ = cove(tmp_path, position=(9.0, 2.0, 0.0))
+    mesh = sphere(16)
+    plan = sight_plan(seen, stands)(mesh, Plan())
+    assert plan.finest == 0
+    assert np.array_equal(make_levels(mesh, plan, "balanced")[0][0].mesh.positions, mesh.positions)
+
+
+# --- extremes ---
+
+
+def cards(count: int) -> Mesh:
+    corner = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
+    places = np.random.default_rng(1).random((count, 1, 3)).astype(np.float32) * 300
+    first = 4 * np.arange(count, dtype=np.uint32)[:, None, None]
+    return Mesh(
+        (corner[None] + places).reshape(-1, 3),
+        (first + np.array([[0, 1, 2], [0, 2, 3]], np.uint32)).reshape(-1, 3),
+        normals=np.tile(np.array([0, 0, 1], np.float32), (4 * count, 1)),
+        uvs=np.tile(corner[:, :2], (count, 1)),
+        groups=(Group("leaves", "leaf", 0, 2 * count),),
+    )
+
+
+def strip(count: int, twists: int) -> Mesh:
+    """A band of 2 `count` triangles with `twists` half turns; 1: a Moebius strip, which has no outside."""
+    at = 2 * np.pi * np.arange(count + 1) / count
+    lean = at * twists / 2
+    side = np.array([-0.2, 0.2])[None, :]
+    radius = 1 + side * np.cos(lean)[:, None]
+    points = np.stack(
+        [radius * np.cos(at)[:, None], radius * np.sin(at)[:, None], side * np.sin(lean)[:, None]], -1
+    )
+    a = 2 * np.arange(count, dtype=np.uint32)[:, None, None]
+    faces = (a + np.array([[0, 2, 1], [1, 2, 3]], np.uint32)).reshape(-1, 3)
+    normal = np.tile(np.array([0, 0, 1], np.float32), (2 * count + 2, 1))
+    uv = np.stack([np.repeat(at / 7, 2), np.tile([0.0, 1.0], count + 1)], -1)
+    return Mesh(
+        points.reshape(-1, 3).astype(np.float32), faces, normals=normal, uvs=uv.astype(np.float32),
+        groups=(Group("band", "band", 0, 2 * count),),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("tier", ["fast", "balanced"])
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        pytest.param(replace(sphere(8), positions=sphere(8).positions * np.float32(1e-30)), id="1e-30"),
+        pytest.param(replace(sphere(8), positions=sphere(8).positions * np.float32(1e30)), id="1e30"),
+        pytest.param(replace(sphere(8), positions=sphere(8).positions * np.float32(1e37)), id="1e37"),
+        pytest.param(
+            replace(sphere(8), uvs=np.full((len(sphere(8).positions), 2), 0.5, np.float32)), id="uv"
+        ),
+        pytest.param(replace(grid(12), positions=grid(12).positions + np.float32(1e5)), id="far"),
+        pytest.param(strip(60, 1), id="moebius"),
+        pytest.param(cards(2000), id="cards"),
+    ],
+)
+def test_extremes_give_a_chain_or_a_reason(mesh: Mesh, tier: str) -> None:
+    mesh, _ = validate_mesh(mesh)
+    steps, notes = make_levels(mesh, Plan(), tier)
+    assert len(steps) == 4 or notes
+    for step in steps:
+        assert np.isfinite(list(step.errors.values())).all()
+        assert np.isfinite(step.mesh.positions).all()
+        assert step.errors["error_max"] <= 0.1
+
+
+def test_an_offset_of_a_million_diagonals_is_measured_without_harm() -> None:
+    ball = sphere(8, radius=0.5)
+    far = replace(ball, positions=ball.positions + np.float32(1e6))
+    mesh, _ = validate_mesh(far)
+    steps, _ = make_levels(mesh, Plan(), "balanced")
+    assert all(np.isfinite(list(step.errors.values())).all() for step in steps)
+
+
+@pytest.mark.parametrize("rows", [254, 255, 256])
+def test_vertex_counts_around_16_bits_pass(rows: int) -> None:
+    mesh = grid(255, height=0.05)
+    extra = rows - 255
+    if extra > 0:  # one triangle more beside the grid
+        more = np.array([[2, 0, 0]], np.float32)
+        assert mesh.normals is not None and mesh.uvs is not None
+        mesh = replace(
+            mesh,
+            positions=np.concatenate([mesh.positions, more]),
+            normals=np.concatenate([mesh.normals, mesh.normals[:1]]),
+            uvs=np.concatenate([mesh.uvs, mesh.uvs[:1]]),
+            triangles=np.concatenate([mesh.triangles, [[0, 1, 65536]]]).astype(np.uint32),
+            groups=(Group("ground", "sand", 0, len(mesh.triangles) + 1),),
+        )
+    elif extra < 0:  # one corner less
+        kept = ~(mesh.triangles == 65535).any(axis=1)
+        mesh = replace(
+            mesh,
+            triangles=np.ascontiguousarray(mesh.triangles[kept]),
+            groups=(Group("ground", "sand", 0, int(kept.sum())),),
+        )
+    mesh, _ = validate_mesh(mesh)
+    assert len(mesh.positions) == 65536 + extra
+    steps, _ = make_levels(mesh, Plan(count=2), "fast")
+    assert len(steps) == 2 and steps[1].errors["error_max"] < 0.01
+
+
+@pytest.mark.parametrize("tier", TIERS)
+def test_any_number_of_threads_gives_the_same_levels(monkeypatch: pytest.MonkeyPatch, tier: str) -> None:
+    mesh = sphere(16)
+    found = []
+    for threads in ("1", "3"):
+        monkeypatch.setenv("PARADIZE_THREADS", threads)
+        steps, _ = make_levels(mesh, Plan(), tier)
+        found.append([(step.mesh.positions.tobytes(), step.errors) for step in steps])
+    assert found[0] == found[1]
