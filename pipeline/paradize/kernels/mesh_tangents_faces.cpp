@@ -14,9 +14,12 @@ namespace {
 
 constexpr std::size_t lanes = 32; // triangles measured together
 
-// Corners' values by component: position, normal, uv.
+// Corners' values by component: position, normal, uv. Edges: from corner 0 to 1, 0 to 2, 1 to 2.
 struct Block {
     float in[3][8][lanes];
+    double edge[3][3][lanes], across[3][lanes]; // across: at right angles to the face
+    double s[3][lanes], ss[lanes];              // direction of growing u, and its square
+    double turn[lanes];                         // 1, -1 where the image is mirrored, 0 where it has no area
     float pull[3][3][lanes];
     float down[3][lanes];
     std::uint32_t flags[lanes];
@@ -56,56 +59,76 @@ inline double angle_of(double x, double y) {
     return large > 0 ? angle : mathx::half_pi;
 }
 
-PARADIZE_CLONES void measure(Block &b) {
-    constexpr double least = std::numeric_limits<float>::min();
+PARADIZE_CLONES void measure_images(Block &b) {
+    constexpr double least = std::numeric_limits<float>::min(), most = std::numeric_limits<float>::max();
     for (std::size_t i = 0; i < lanes; ++i) {
-        const float x0 = b.in[0][0][i], y0 = b.in[0][1][i], z0 = b.in[0][2][i];
-        const float x1 = b.in[1][0][i], y1 = b.in[1][1][i], z1 = b.in[1][2][i];
-        const float x2 = b.in[2][0][i], y2 = b.in[2][1][i], z2 = b.in[2][2][i];
-        const bool same01 = (x0 == x1) & (y0 == y1) & (z0 == z1);
-        const bool same12 = (x1 == x2) & (y1 == y2) & (z1 == z2);
-        const bool same20 = (x2 == x0) & (y2 == y0) & (z2 == z0);
-        const Vec3 d1{double(x1) - double(x0), double(y1) - double(y0), double(z1) - double(z0)};
-        const Vec3 d2{double(x2) - double(x0), double(y2) - double(y0), double(z2) - double(z0)};
-        const Vec3 d3{double(x2) - double(x1), double(y2) - double(y1), double(z2) - double(z1)};
+        const double x0 = b.in[0][0][i], y0 = b.in[0][1][i], z0 = b.in[0][2][i];
+        const double x1 = b.in[1][0][i], y1 = b.in[1][1][i], z1 = b.in[1][2][i];
+        const double x2 = b.in[2][0][i], y2 = b.in[2][1][i], z2 = b.in[2][2][i];
+        const Vec3 d1{x1 - x0, y1 - y0, z1 - z0}, d2{x2 - x0, y2 - y0, z2 - z0},
+            d3{x2 - x1, y2 - y1, z2 - z1};
         // In float32 as the reference does: on slivers the sign of this area decides the split.
         const float t21x = b.in[1][6][i] - b.in[0][6][i], t21y = b.in[1][7][i] - b.in[0][7][i];
         const float t31x = b.in[2][6][i] - b.in[0][6][i], t31y = b.in[2][7][i] - b.in[0][7][i];
-        const float area = t21x * t31y - t21y * t31x;
-        const double turn = area > 0 ? 1.0 : -1.0;
+        const double area = t21x * t31y - t21y * t31x;
         const double e21x = t21x, e21y = t21y, e31x = t31x, e31y = t31y;
         const Vec3 s{e31y * d1.x - e21y * d2.x, e31y * d1.y - e21y * d2.y, e31y * d1.z - e21y * d2.z};
         const Vec3 t{e21x * d2.x - e31x * d1.x, e21x * d2.y - e31x * d1.y, e21x * d2.z - e31x * d1.z};
-        const double size = std::fabs(double(area)), bound = least * size;
+        const double size = std::fabs(area), bound = least * size;
         const double ss = dot3(s, s), tt = dot3(t, t);
         // Written so that NaN, of images too large for float32, has no area either.
-        const bool sound = (size > least) & (size <= double(std::numeric_limits<float>::max())) &
-                           (ss > bound * bound) & (tt > bound * bound);
-        b.flags[i] = (area > 0 ? face_preserves : 0u) | (sound ? 0u : face_any) |
-                     ((same01 | same12 | same20) ? face_flat : 0u);
-        const double long_t = sound ? turn / std::sqrt(tt) : 0.0;
-        b.down[0][i] = sound ? float(long_t * t.x) : 0.0f;
-        b.down[1][i] = sound ? float(long_t * t.y) : 0.0f;
-        b.down[2][i] = sound ? float(long_t * t.z) : 0.0f;
-
-        const Vec3 around{d1.y * d2.z - d1.z * d2.y, d1.z * d2.x - d1.x * d2.z, d1.x * d2.y - d1.y * d2.x};
-        const double d12 = dot3(d1, d2), d13 = dot3(d1, d3), d23 = dot3(d2, d3);
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3 n{b.in[k][3][i], b.in[k][4][i], b.in[k][5][i]};
-            const double n1 = dot3(n, d1), n2 = dot3(n, d2), n3 = dot3(n, d3);
-            // Cosine and sine, times the same length, of the angle between the edges seen along the normal.
-            const double cosine = k == 0 ? d12 - n1 * n2 : k == 1 ? n1 * n3 - d13 : d23 - n2 * n3;
-            const double angle = angle_of(cosine, std::fabs(dot3(n, around)));
-            const double lean = dot3(n, s);
-            const Vec3 flat{s.x - lean * n.x, s.y - lean * n.y, s.z - lean * n.z};
-            const double ff = dot3(flat, flat);
-            const bool has = sound & (ff > 1e-12 * ss); // else u grows along the normal
-            const double scale = has ? turn * angle / std::sqrt(ff) : 0.0;
-            b.pull[k][0][i] = has ? float(scale * flat.x) : 0.0f;
-            b.pull[k][1][i] = has ? float(scale * flat.y) : 0.0f;
-            b.pull[k][2][i] = has ? float(scale * flat.z) : 0.0f;
-        }
+        const bool sound = (size > least) & (size <= most) & (ss > bound * bound) & (tt > bound * bound);
+        const double turn = sound ? (area > 0 ? 1.0 : -1.0) : 0.0;
+        const double long_t = turn / std::sqrt(tt);
+        b.down[0][i] = static_cast<float>(sound ? long_t * t.x : 0.0);
+        b.down[1][i] = static_cast<float>(sound ? long_t * t.y : 0.0);
+        b.down[2][i] = static_cast<float>(sound ? long_t * t.z : 0.0);
+        b.turn[i] = turn;
+        b.ss[i] = ss;
+        b.s[0][i] = s.x, b.s[1][i] = s.y, b.s[2][i] = s.z;
+        b.edge[0][0][i] = d1.x, b.edge[0][1][i] = d1.y, b.edge[0][2][i] = d1.z;
+        b.edge[1][0][i] = d2.x, b.edge[1][1][i] = d2.y, b.edge[1][2][i] = d2.z;
+        b.edge[2][0][i] = d3.x, b.edge[2][1][i] = d3.y, b.edge[2][2][i] = d3.z;
+        b.across[0][i] = d1.y * d2.z - d1.z * d2.y;
+        b.across[1][i] = d1.z * d2.x - d1.x * d2.z;
+        b.across[2][i] = d1.x * d2.y - d1.y * d2.x;
+        const std::uint32_t preserves = area > 0 ? face_preserves : 0u, any = sound ? 0u : face_any;
+        const std::uint32_t flat =
+            (dot3(d1, d1) == 0.0) | (dot3(d2, d2) == 0.0) | (dot3(d3, d3) == 0.0) ? face_flat : 0u;
+        b.flags[i] = preserves | any | flat;
     }
+}
+
+// Corner k, between edges a and e; `way` is -1 where one of them runs to the corner.
+PARADIZE_CLONES void measure_corners(Block &b, std::size_t k, std::size_t a, std::size_t e, double way) {
+    const float(&normal)[8][lanes] = b.in[k];
+    const double(&first)[3][lanes] = b.edge[a];
+    const double(&second)[3][lanes] = b.edge[e];
+    float(&pull)[3][lanes] = b.pull[k];
+    for (std::size_t i = 0; i < lanes; ++i) {
+        const Vec3 n{normal[3][i], normal[4][i], normal[5][i]};
+        const Vec3 p{first[0][i], first[1][i], first[2][i]}, q{second[0][i], second[1][i], second[2][i]};
+        const Vec3 around{b.across[0][i], b.across[1][i], b.across[2][i]};
+        // Cosine and sine, times the same length, of the angle between the edges seen along the normal.
+        const double cosine = way * (dot3(p, q) - dot3(n, p) * dot3(n, q));
+        const double angle = angle_of(cosine, std::fabs(dot3(n, around)));
+        const Vec3 s{b.s[0][i], b.s[1][i], b.s[2][i]};
+        const double lean = dot3(n, s);
+        const Vec3 flat{s.x - lean * n.x, s.y - lean * n.y, s.z - lean * n.z};
+        const double ff = dot3(flat, flat);
+        const bool has = ff > 1e-12 * b.ss[i]; // else u grows along the normal
+        const double scale = b.turn[i] * angle / std::sqrt(ff);
+        pull[0][i] = static_cast<float>(has ? scale * flat.x : 0.0);
+        pull[1][i] = static_cast<float>(has ? scale * flat.y : 0.0);
+        pull[2][i] = static_cast<float>(has ? scale * flat.z : 0.0);
+    }
+}
+
+void measure(Block &b) {
+    measure_images(b);
+    measure_corners(b, 0, 0, 1, 1);
+    measure_corners(b, 1, 0, 2, -1);
+    measure_corners(b, 2, 1, 2, 1);
 }
 
 Spot spot_of(const Surface &surface, std::size_t i) {
