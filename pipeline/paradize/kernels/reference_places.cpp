@@ -135,51 +135,77 @@ Spread normal_angles(const Tree &from, const Shading &seen, const Tree &to, cons
     const bool mapped = map.rows > 0 && !seen.tangents.empty() && !seen.uvs.empty() &&
                         !truth.tangents.empty() && !truth.uvs.empty();
     const NormalMap used = mapped ? map : NormalMap{};
+    // Samples of neighbouring triangles share a packet; the few whose nearest place faces away look again,
+    // with those of their own triangle.
+    struct Sample {
+        std::size_t triangle, place;
+        std::array<double, 3> weights;
+        Point p;
+    };
     for_chunks((count + chunk_size - 1) / chunk_size, threads, [&](std::size_t chunk) {
         std::vector<std::pair<double, double>> uvs;
-        Packet packet;
+        std::array<Sample, Packet::size> held;
+        std::size_t filled = 0;
         double hint = -1;
+        const auto compare = [&](const Sample &sample, double slot) {
+            const std::size_t there = to.triangle(slot);
+            angles[sample.place] = degrees(shown(surface, seen, used, sample.triangle, sample.weights),
+                                           shown(to.surface(), truth, used, there,
+                                                 weights_at(sample.p, corners_of(to.surface(), there))));
+        };
+        const auto flush = [&] {
+            Packet packet;
+            for (std::size_t k = 0; k < Packet::size; ++k) {
+                const Point &p = held[std::min(k, filled - 1)].p;
+                packet.x[k] = p[0];
+                packet.y[k] = p[1];
+                packet.z[k] = p[2];
+            }
+            packet.best.fill(biggest);
+            packet.slot.fill(-1);
+            to.nearest(packet, hint, nullptr);
+            hint = packet.slot[0];
+            for (std::size_t start = 0, stop = 0; start < filled; start = stop) {
+                const std::size_t i = held[start].triangle;
+                const Point normal = normal_of(corners_of(surface, i));
+                bool turned = false;
+                for (stop = start; stop < filled && held[stop].triangle == i; ++stop) {
+                    const std::size_t there = to.triangle(packet.slot[stop]);
+                    turned = turned || !(dot(normal_of(corners_of(to.surface(), there)), normal) > 0);
+                }
+                Packet facing;
+                if (turned) {
+                    for (std::size_t k = 0; k < Packet::size; ++k) {
+                        const std::size_t of = std::min(start + k, stop - 1);
+                        const double reach = 2 * std::sqrt(packet.best[of]) + near;
+                        facing.x[k] = packet.x[of];
+                        facing.y[k] = packet.y[of];
+                        facing.z[k] = packet.z[of];
+                        facing.best[k] = reach * reach;
+                        facing.slot[k] = -1;
+                    }
+                    to.nearest(facing, hint, &normal);
+                }
+                for (std::size_t k = start; k < stop; ++k) {
+                    const bool found = turned && facing.slot[k - start] >= 0;
+                    compare(held[k], found ? facing.slot[k - start] : packet.slot[k]);
+                }
+            }
+            filled = 0;
+        };
         for (std::size_t s = chunk * chunk_size; s < std::min(count, (chunk + 1) * chunk_size); ++s) {
             const std::size_t i = from.order()[s];
             const Corners c = corners_of(surface, i);
-            const Point normal = normal_of(c);
             spots(shares.count(i), uvs);
-            for (std::size_t start = 0; start < uvs.size(); start += Packet::size) {
-                const std::size_t held = std::min(Packet::size, uvs.size() - start);
-                for (std::size_t k = 0; k < Packet::size; ++k) {
-                    const Point p = at(c, uvs[start + std::min(k, held - 1)]);
-                    packet.x[k] = p[0];
-                    packet.y[k] = p[1];
-                    packet.z[k] = p[2];
-                }
-                packet.best.fill(biggest);
-                packet.slot.fill(-1);
-                to.nearest(packet, hint, nullptr);
-                hint = packet.slot[0];
-                Packet facing = packet;
-                bool turned = false;
-                for (std::size_t k = 0; k < Packet::size; ++k) {
-                    const Point other = normal_of(corners_of(to.surface(), to.triangle(packet.slot[k])));
-                    if (!(dot(other, normal) > 0))
-                        turned = true;
-                    const double reach = 2 * std::sqrt(packet.best[k]) + near;
-                    facing.best[k] = reach * reach;
-                    facing.slot[k] = -1;
-                }
-                if (turned)
-                    to.nearest(facing, hint, &normal);
-                for (std::size_t k = 0; k < held; ++k) {
-                    const double slot = turned && facing.slot[k] >= 0 ? facing.slot[k] : packet.slot[k];
-                    const std::size_t there = to.triangle(slot);
-                    const Point p{packet.x[k], packet.y[k], packet.z[k]};
-                    const auto [u, v] = uvs[start + k];
-                    const Point a = shown(surface, seen, used, i, {1 - u - v, u, v});
-                    const Point b = shown(to.surface(), truth, used, there,
-                                          weights_at(p, corners_of(to.surface(), there)));
-                    angles[shares.first[i] + start + k] = degrees(a, b);
-                }
+            for (std::size_t k = 0; k < uvs.size(); ++k) {
+                const auto [u, v] = uvs[k];
+                held[filled++] = {i, shares.first[i] + k, {1 - u - v, u, v}, at(c, uvs[k])};
+                if (filled == Packet::size)
+                    flush();
             }
         }
+        if (filled > 0)
+            flush();
     });
     return told(angles, shares);
 }
