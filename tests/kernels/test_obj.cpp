@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <string>
+#include <vector>
 
 #include "obj_number.hpp"
 #include "obj_parse.hpp"
@@ -142,6 +144,62 @@ TEST_CASE("aCutFileNeverBreaksTheParser") {
             for (const std::uint32_t vertex : found.triangles)
                 CHECK(vertex < found.positions.size() / 3);
         }
+}
+
+TEST_CASE("changedTextNeverBreaksTheParserInMemoryOrInBlocks") {
+    std::string text;
+    for (int i = 1; i <= 60; ++i) {
+        const std::string n = std::to_string(i);
+        text +=
+            "v 0." + n + " -" + n + ".25 1e-" + n + "\nvt 0." + n + " 1." + n + "\nvn 0 -0.5 0." + n + "\n";
+        text += "f " + n + "/" + n + "/" + n + " 1/1/1 " + n + "//" + n + " 1\n";
+    }
+    std::uint64_t state = 1;
+    const auto random = [&](std::size_t below) {
+        state = state * 6364136223846793005ull + 1442695040888963407ull;
+        return static_cast<std::size_t>(state >> 33) % below;
+    };
+    const std::string bytes = "\n\r \t/\\-.0123456789evtnf#\xff";
+    for (int turn = 0; turn < 3000; ++turn) {
+        std::string changed = text.substr(random(200), 1 + random(text.size()));
+        for (std::size_t k = random(6); k > 0; --k)
+            changed[random(changed.size())] = bytes[random(bytes.size())];
+        // A copy without a byte to spare, so that a read beyond the text is seen.
+        const std::vector<char> exact(changed.begin(), changed.end());
+        const Parsed found = parse({exact.data(), exact.size()}, Limits{});
+        for (const std::uint32_t vertex : found.triangles)
+            REQUIRE(vertex < found.positions.size() / 3);
+        if (turn % 50)
+            continue;
+        std::FILE *const file = std::tmpfile();
+        REQUIRE(file);
+        std::fwrite(exact.data(), 1, exact.size(), file);
+        std::fflush(file);
+        std::rewind(file);
+        Parsed streamed;
+        REQUIRE(parse_file(fileno(file), Limits{}, streamed));
+        std::fclose(file);
+        CHECK(std::ranges::equal(streamed.triangles, found.triangles));
+        CHECK(std::ranges::equal(streamed.positions, found.positions));
+        CHECK(streamed.fault_count == found.fault_count);
+    }
+}
+
+TEST_CASE("cornersAtOnePositionAreSharedInListsAndInTheTable") {
+    std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    constexpr std::uint32_t count = 3000;
+    for (std::uint32_t i = 0; i < count; ++i)
+        text += "vt 0." + std::to_string(10000 + i) + "\n";
+    for (int twice = 0; twice < 2; ++twice)
+        for (std::uint32_t i = 1; i <= count; ++i) {
+            const std::string n = "/" + std::to_string(i);
+            text += "f 1" + n + " 2" + n + " 3" + n + "\n";
+        }
+    const Parsed found = read(text);
+    CHECK(found.positions.size() == count * 9);
+    REQUIRE(found.triangles.size() == count * 6);
+    CHECK(std::equal(found.triangles.begin(), found.triangles.begin() + count * 3,
+                     found.triangles.begin() + count * 3));
 }
 
 TEST_CASE("tooManyElementsAreAFault") {
