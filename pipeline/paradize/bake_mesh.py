@@ -60,9 +60,9 @@ def bake_mesh(
 
     lods: levels at most, level 0 included, 1 to MAX_LODS. max_error: largest surface distance of any level,
     of the bounding box's diagonal. tier: the LOD tier; the nearest one there is is used and named in the
-    report. atlas: make texture coordinates where there are none or they overlap. root:
-    folder that material files must lie
-    in. base_colors: linear RGB by material, instead of the Kd of materials without a colour map. ratio:
+    report. atlas: make texture coordinates where there are none or they overlap. root: folder
+    that material files must lie in. base_colors: linear RGB by material, instead of the Kd of materials
+    without a colour map. ratio:
     triangles of a level, of those of the one before, 0.05 to 0.95. errors: rising bounds of the levels after
     the source, of the diagonal, instead of `ratio`: each is the coarsest mesh inside its bound. plan: what
     makes another plan of this one, knowing the mesh. weld_m: join places at most this far apart. crease_deg:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import time
 from dataclasses import replace
@@ -10,44 +11,164 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from paradize.bake_atlas import overlaps, with_atlas
 from paradize.bake_mesh import bake_mesh
+from paradize.data import Mesh
 from paradize.engine.isolate import call_isolated
 from paradize.errors import BakeError, SourceError
 from paradize.formats.glb import decode_glb
-from paradize.stages.atlas import make_atlas, overlap
-from paradize.stages.normals import complete_normals
-from tests.pipeline.shapes import cube, sphere
+from paradize.kernels.atlas import make_charts, pack
+from paradize.kernels.reference_atlas import layout_quality, layout_raster
+from paradize.metrics.atlas import atlas_quality
+from paradize.stages.atlas import TIERS, make_atlas
+from tests.pipeline.shapes import cube, grid, soup, sphere
 
 
-@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e9])
+def bare(mesh: Mesh) -> Mesh:
+    return replace(mesh, uvs=None)
+
+
+def require_sound(told: dict[str, object]) -> None:
+    assert {key: told[key] for key in ("overlap", "near", "flipped", "without")} == {
+        "overlap": 0.0,
+        "near": 0,
+        "flipped": 0,
+        "without": 0,
+    }
+
+
+def cards(count: int) -> Mesh:
+    """Squares that touch nothing, in every direction."""
+    rng = np.random.default_rng(5)
+    middle, a, b = (rng.normal(size=(count, 3)) for _ in range(3))
+    points = np.stack([middle * 9, middle * 9 + a, middle * 9 + a + b, middle * 9 + b], axis=1)
+    faces = 4 * np.arange(count)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
+    return Mesh(points.reshape(-1, 3).astype(np.float32), faces.reshape(-1, 3).astype(np.uint32))
+
+
+def moebius(turns: int = 40) -> Mesh:
+    at = np.arange(turns) * (2 * np.pi / turns)
+    wide = np.array([-0.3, 0.3])[None, :]
+    r = 1 + wide * np.cos(at / 2)[:, None]
+    points = np.stack([r * np.cos(at)[:, None], wide * np.sin(at / 2)[:, None], r * np.sin(at)[:, None]], -1)
+    faces = []
+    for k in range(turns):
+        a, b = 2 * k, 2 * k + 1
+        c, d = (2 * k + 2, 2 * k + 3) if k + 1 < turns else (1, 0)  # closed the wrong way round
+        faces += [(a, b, d), (a, d, c)]
+    return soup([tuple(p) for p in points.reshape(-1, 3).tolist()], faces)
+
+
+@pytest.mark.parametrize("scale", [1e-30, 1e-6, 1.0, 1e9, 1e30])
 @pytest.mark.parametrize("offset", [0.0, 1e4])
-def test_any_size_and_place_gets_an_atlas_without_overlap(scale: float, offset: float) -> None:
-    mesh = replace(sphere(6), uvs=None)
+def test_any_size_and_place_gets_a_sound_atlas(scale: float, offset: float) -> None:
+    mesh = bare(sphere(6))
     moved = replace(mesh, positions=((mesh.positions + np.float32(offset)) * np.float32(scale)))
     done = make_atlas(moved)
-    assert done.uvs is not None
-    assert done.uvs.min() >= 0 and done.uvs.max() <= 1 and np.isfinite(done.uvs).all()
     assert np.array_equal(done.positions[done.triangles], moved.positions[moved.triangles])
-    covered, twice = overlap(done.uvs[done.triangles])
-    assert covered > 0.2 * 512 * 512 and twice <= 0.002 * covered
+    told = atlas_quality(done)
+    require_sound(told)
+    assert told["stretch"] < 1.05 and told["packing"] > 0.4
+    low, middle, high = told["texels_per_m"]
+    assert 0 < low <= middle <= high < 1.6 * low
 
 
-def test_no_chart_is_mirrored() -> None:
-    done = make_atlas(complete_normals(cube())[0])
-    assert done.uvs is not None
-    uv = done.uvs[done.triangles].astype(float)
-    a, b = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-    turned = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    assert (turned < 0).all() or (turned > 0).all()
+@pytest.mark.parametrize("mesh", [cube(), moebius(), cards(300), bare(grid(12, height=0.3)), cards(2)])
+@pytest.mark.parametrize("tier", sorted(TIERS))
+def test_closed_open_one_sided_and_scattered_meshes_get_sound_atlases(mesh: Mesh, tier: str) -> None:
+    told = atlas_quality(make_atlas(mesh, tier=tier))
+    require_sound(told)
+    assert told["stretch"] < 1.05
+    assert told["packing"] > 0.25
 
 
-def test_overlap_is_seen() -> None:
-    whole = np.array([[[0, 0], [1, 0], [0, 1]]], np.float32)
-    covered, twice = overlap(whole)
-    assert abs(covered - 512 * 512 / 2) < 600 and twice == 0
-    assert overlap(np.concatenate([whole, whole]))[1] == covered
-    halves = np.concatenate([whole, 1 - whole])
-    assert overlap(halves)[1] == 0
+def test_a_grid_stays_one_chart_and_a_cube_is_cut() -> None:
+    assert atlas_quality(make_atlas(bare(grid(10))))["charts"] == 1
+    assert 2 <= atlas_quality(make_atlas(cube()))["charts"] <= 6
+
+
+def test_slivers_and_triangles_without_an_area_keep_the_rest_sound() -> None:
+    mesh = cube()
+    points = np.concatenate([mesh.positions, [[0.5, 0, 0], [0.5, 1e-6, 0]]]).astype(np.float32)
+    faces = np.concatenate([mesh.triangles, [[0, 8, 4], [0, 4, 9]]]).astype(np.uint32)
+    told = atlas_quality(make_atlas(Mesh(points, faces)))
+    assert (told["overlap"], told["flipped"], told["near"]) == (0.0, 0, 0)
+
+
+@pytest.mark.parametrize(("resolution", "padding"), [(64, 0), (64, 4), (512, 2), (2048, 8), (8192, 64)])
+def test_the_gutter_is_kept_at_every_resolution(resolution: int, padding: int) -> None:
+    done = make_atlas(bare(sphere(10)), resolution=resolution, padding=padding, tier="fast")
+    told = atlas_quality(
+        done, resolution=min(resolution, 2048), padding=padding * min(resolution, 2048) // resolution
+    )
+    require_sound(told)
+    assert told["charts"] > 3
+
+
+def test_what_does_not_fit_is_an_error_not_an_overlap() -> None:
+    with pytest.raises(BakeError, match="2000 charts do not fit into 64 texels"):
+        make_atlas(cards(2000), resolution=64, padding=4)
+
+
+def test_the_bytes_do_not_depend_on_threads_and_hardly_on_the_order_of_faces() -> None:
+    mesh = sphere(14)
+    points = mesh.positions.astype(np.float64)
+    ones = [make_charts(points, mesh.triangles, deviation=0.3, threads=n) for n in (1, 5)]
+    assert ones[0][2] == ones[1][2]
+    assert all(np.array_equal(a, b) for a, b in zip(ones[0][:2], ones[1][:2], strict=True))
+    turned = replace(bare(mesh), triangles=np.ascontiguousarray(mesh.triangles[::-1]))
+    a, b = atlas_quality(make_atlas(bare(mesh))), atlas_quality(make_atlas(turned))
+    assert a["stretch"] == pytest.approx(b["stretch"], abs=0.01)
+    assert a["seam_length"] == pytest.approx(b["seam_length"], rel=0.35)
+
+
+def test_kernels_refuse_what_is_no_surface() -> None:
+    points, faces = np.eye(3), np.array([[0, 1, 2]])
+    with pytest.raises(ValueError, match="finite"):
+        make_charts(points * np.nan, faces, deviation=0.3)
+    with pytest.raises(ValueError, match="indices below 3"):
+        make_charts(points, faces + 1, deviation=0.3)
+    with pytest.raises(ValueError, match="deviation"):
+        make_charts(points, faces, deviation=1.0)
+    with pytest.raises(ValueError, match="charts are not"):
+        pack(np.zeros((1, 3, 2)), [1], 1, resolution=64, padding=0)
+
+
+def square(low: float, high: float) -> np.ndarray:
+    return np.array([[[low, low], [high, low], [high, high]], [[low, low], [high, high], [low, high]]])
+
+
+def test_the_quality_is_that_counted_by_hand() -> None:
+    points = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], np.float64)
+    faces = np.array([[0, 1, 2], [0, 2, 3]], np.uint32)
+    told = layout_quality(points, faces, square(0.25, 0.75))
+    assert (told["stretch"], told["packing"], told["seam_length"]) == (1.0, 0.25, 0.0)
+    assert (told["charts"], told["flipped"], told["without"]) == (1, 0, 0)
+    assert told["density"].tolist() == [0.25, 0.25]  # of the image's side, per metre
+    apart = square(0.0, 0.25)
+    apart[1] += 0.5
+    assert layout_quality(points, faces, apart)["seam_length"] == pytest.approx(8**0.5 / 2)
+    assert layout_quality(points, faces, apart)["charts"] == 2
+    flat = square(0.0, 0.5) * [1, 0.5]
+    # A unit of the image is 4 metres one way and 8 the other; the image's area an eighth of a square's.
+    assert layout_quality(points, faces, flat)["stretch"] == pytest.approx(((4**2 + 8**2) / 2 / 4 / 8) ** 0.5)
+    mirrored = square(0.0, 0.5)
+    mirrored[1] = mirrored[1][::-1] / 2
+    assert layout_quality(points, faces, mirrored)["flipped"] == 1
+
+
+def test_overlap_and_a_gutter_too_small_are_seen() -> None:
+    points = np.concatenate([np.eye(3), np.eye(3) + 5, np.eye(3) + 9])[:6]
+    faces = np.array([[0, 1, 2], [3, 4, 5]], np.uint32)
+    one = np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 0.5]])
+    beside = np.array([[0.5 + 4 / 64, 0.0], [1.0, 0.0], [0.5 + 4 / 64, 0.4]])
+    covered, twice, _ = layout_raster(points, faces, np.stack([one, one]), resolution=64, gap=0)
+    assert twice == covered > 0
+    near = [
+        layout_raster(points, faces, np.stack([one, beside]), resolution=64, gap=gap)[2]
+        for gap in (0, 3, 4, 6)
+    ]
+    assert near[0] == near[1] == 0 < near[3]
 
 
 def test_a_bake_with_an_atlas_has_tangent_frames(tmp_path: Path) -> None:
@@ -59,11 +180,41 @@ def test_a_bake_with_an_atlas_has_tangent_frames(tmp_path: Path) -> None:
     assert any("--atlas" in warning for warning in plain.report["warnings"])
     mesh = decode_glb(bake_mesh(path, lods=1, atlas=True).glb)[0].mesh
     assert mesh.tangents is not None and mesh.uvs is not None
-    assert overlap(mesh.uvs[mesh.triangles])[1] == 0
+    require_sound(atlas_quality(mesh))
+
+
+def test_a_layout_over_itself_is_replaced_and_a_sound_or_repeating_one_is_kept(tmp_path: Path) -> None:
+    mesh = sphere(8)
+    assert mesh.uvs is not None
+    assert not overlaps(mesh)
+    assert not overlaps(replace(mesh, uvs=mesh.uvs * np.float32(3)))
+    folded = replace(mesh, uvs=np.abs(mesh.uvs - np.float32(0.5)))
+    assert overlaps(folded)
+    made, told, warnings = with_atlas(folded, tmp_path / "a.obj", "balanced")
+    assert told is not None and "over one another" in warnings[0]
+    require_sound(atlas_quality(made))
+    assert with_atlas(mesh, tmp_path / "a.obj", "balanced") == (mesh, None, [])
+
+
+def test_an_atlas_that_is_not_sound_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        "paradize.bake_atlas.call_isolated",
+        lambda *a, **k: replace(sphere(8), uvs=np.zeros_like(sphere(8).uvs)),
+    )
+    with pytest.raises(BakeError, match="not sound"):
+        with_atlas(bare(sphere(8)), tmp_path / "a.obj", "balanced")
+
+
+def test_the_report_tells_the_layout_s_quality(tmp_path: Path) -> None:
+    path = tmp_path / "cube.obj"
+    rows = [f"v {x} {y} {z}" for x, y, z in cube().positions.tolist()]
+    path.write_text("\n".join(rows + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in cube().triangles.tolist()]))
+    told = json.loads(json.dumps(bake_mesh(path, lods=1, atlas=True).report["layout"]))
+    assert told["texels_per_m"][0] > 100 and told["stretch"] == 1.0
 
 
 @pytest.mark.parametrize("setting", [{"resolution": 32}, {"padding": 1000}])
-def test_settings_that_hang_xatlas_are_refused(setting: dict[str, int]) -> None:
+def test_settings_beyond_their_range_are_refused(setting: dict[str, int]) -> None:
     with pytest.raises(BakeError, match="expected 64 to 8192"):
         make_atlas(sphere(3), **setting)
 

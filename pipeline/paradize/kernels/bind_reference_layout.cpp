@@ -1,13 +1,15 @@
-// Python face of the reference kernels that judge orders of triangles. kernels/reference_draw.py checks what
-// goes in.
+// Python face of the reference kernels that judge orders of triangles and UV layouts.
+// kernels/reference_draw.py and kernels/reference_atlas.py check what goes in.
 #include "bind_reference_layout.hpp"
 
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/vector.h>
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
+#include "reference_atlas.hpp"
 #include "reference_draw.hpp"
 
 namespace nb = nanobind;
@@ -34,9 +36,47 @@ double overdraw(Rows<float> positions, Rows<std::uint32_t> triangles, unsigned s
                                side);
 }
 
+using Names = nb::ndarray<const std::int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+nb::dict layout_quality(Rows<double> positions, Rows<std::uint32_t> triangles, Rows<double> corners) {
+    reference::LayoutQuality found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = reference::layout_quality({{positions.data(), positions.size()},
+                                           {triangles.data(), triangles.size()},
+                                           {corners.data(), corners.size()}});
+    }
+    nb::dict told;
+    told["stretch"] = found.stretch;
+    told["seam_length"] = found.seam_length;
+    told["packing"] = found.packing;
+    told["flipped"] = found.flipped;
+    told["without"] = found.without;
+    told["charts"] = found.charts;
+    auto *density = new std::vector<double>(std::move(found.density));
+    nb::capsule owner(density, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
+    told["density"] = nb::ndarray<nb::numpy, double>(density->data(), {density->size()}, owner);
+    return told;
+}
+
+nb::tuple layout_raster(Rows<double> positions, Rows<std::uint32_t> triangles, Rows<double> corners,
+                        std::uint32_t resolution, std::uint32_t gap) {
+    reference::LayoutRaster found;
+    {
+        nb::gil_scoped_release unlocked;
+        const auto chart = reference::charts_of({{positions.data(), positions.size()},
+                                                 {triangles.data(), triangles.size()},
+                                                 {corners.data(), corners.size()}});
+        found = reference::layout_raster({corners.data(), corners.size()}, chart, resolution, gap);
+    }
+    return nb::make_tuple(found.covered, found.twice, found.near);
+}
+
 } // namespace
 
 void bind_reference_layout(nb::module_ &m) {
     m.def("draw_cost", &draw_cost);
     m.def("overdraw", &overdraw);
+    m.def("layout_quality", &layout_quality);
+    m.def("layout_raster", &layout_raster);
 }

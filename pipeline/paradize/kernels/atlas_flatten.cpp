@@ -1,0 +1,466 @@
+#include "atlas_flatten.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace paradize::atlas {
+
+namespace {
+
+constexpr int rounds = 8;
+constexpr int steps = 60;
+constexpr double enough = 1e-4; // of the first residual, when a solve ends
+// Slivers thinner than this share of their longest side's square are as stiff as one of this.
+constexpr double thinnest = 1e-4;
+// A triangle is turned over where its image has less than this share of its area.
+constexpr double least_area = 1e-3;
+// A chart is cut where a triangle of more than this share of it becomes longer or shorter by more than this,
+// or where the squares of what lengths are off exceed this in the mean.
+constexpr double own_say = 1e-5;
+constexpr double most_stretch = 2.5;
+constexpr double most_energy = 0.02;
+
+struct Vec {
+    double x = 0, y = 0;
+};
+Vec operator-(Vec a, Vec b) {
+    return {a.x - b.x, a.y - b.y};
+}
+double cross(Vec a, Vec b) {
+    return a.x * b.y - a.y * b.x;
+}
+
+struct Triangle {
+    std::array<std::uint32_t, 3> corner{}; // numbers within the chart
+    std::array<Vec, 3> rest{};             // its own shape in the plane
+    std::array<double, 3> weight{};        // of the edge from corner k to k + 1: half the opposite cotangent
+    double area2 = 0;                      // twice its area
+};
+
+// The Laplacian of the chart's edges by rows.
+struct Matrix {
+    std::vector<std::uint32_t> first, column;
+    std::vector<double> value, diagonal;
+
+    void multiply(const std::vector<Vec> &v, std::vector<Vec> &out) const {
+        for (std::size_t i = 0; i < diagonal.size(); ++i) {
+            Vec sum{diagonal[i] * v[i].x, diagonal[i] * v[i].y};
+            for (std::uint32_t e = first[i]; e < first[i + 1]; ++e) {
+                sum.x += value[e] * v[column[e]].x;
+                sum.y += value[e] * v[column[e]].y;
+            }
+            out[i] = sum;
+        }
+    }
+};
+
+class Chart {
+  public:
+    Chart(const Surface &surface, std::span<const std::uint32_t> own) {
+        std::vector<std::uint32_t> used;
+        for (const std::uint32_t t : own) {
+            used.insert(used.end(), surface.triangles.begin() + 3 * std::ptrdiff_t{t},
+                        surface.triangles.begin() + 3 * std::ptrdiff_t{t} + 3);
+        }
+        std::ranges::sort(used);
+        used.erase(std::unique(used.begin(), used.end()), used.end());
+        places_.resize(used.size());
+        for (const std::uint32_t t : own) {
+            Triangle triangle;
+            std::array<const double *, 3> p{};
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t vertex = surface.triangles[3 * std::size_t{t} + k];
+                triangle.corner[k] =
+                    static_cast<std::uint32_t>(std::ranges::lower_bound(used, vertex) - used.begin());
+                p[k] = surface.positions.data() + 3 * std::size_t{vertex};
+            }
+            shape(triangle, p);
+            area2_ += triangle.area2;
+            triangles_.push_back(triangle);
+        }
+        project(surface, used);
+        build();
+    }
+
+    std::vector<double> run() {
+        if (std::ranges::any_of(triangles_, [](const Triangle &t) { return t.area2 > 0; })) {
+            for (int round = 0; round < rounds; ++round) {
+                relax();
+            }
+        }
+        for (const Vec &place : places_) {
+            if (!std::isfinite(place.x) || !std::isfinite(place.y)) {
+                return {};
+            }
+        }
+        for (const Triangle &t : triangles_) {
+            const double image = cross(at(t, 1) - at(t, 0), at(t, 2) - at(t, 0));
+            if (t.area2 > 0 && !(image > least_area * t.area2)) {
+                return {};
+            }
+        }
+        if (too_stretched() || border_crosses()) {
+            return {};
+        }
+        turn_upright();
+        std::vector<double> out;
+        out.reserve(triangles_.size() * 6);
+        for (const Triangle &t : triangles_) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                out.push_back(at(t, k).x);
+                out.push_back(at(t, k).y);
+            }
+        }
+        return out;
+    }
+
+  private:
+    const Vec &at(const Triangle &t, std::size_t k) const { return places_[t.corner[k]]; }
+
+  public:
+    // Fills in all but the corners' numbers.
+    static void shape(Triangle &t, const std::array<const double *, 3> &p) {
+        double a[3], b[3], n[3];
+        double aa = 0, bb = 0, ab = 0;
+        for (int k = 0; k < 3; ++k) {
+            a[k] = p[1][k] - p[0][k];
+            b[k] = p[2][k] - p[0][k];
+            aa += a[k] * a[k];
+            bb += b[k] * b[k];
+            ab += a[k] * b[k];
+        }
+        for (int k = 0; k < 3; ++k) {
+            const int i = (k + 1) % 3, j = (k + 2) % 3;
+            n[k] = a[i] * b[j] - a[j] * b[i];
+        }
+        t.area2 = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        const double side = std::sqrt(aa);
+        if (!(side > 0)) {
+            t.area2 = 0;
+        } else {
+            t.rest = {Vec{}, Vec{side, 0}, Vec{ab / side, t.area2 / side}};
+        }
+        const double cc = aa + bb - 2 * ab;
+        const double stiff = std::max(t.area2, thinnest * std::max({aa, bb, cc}));
+        if (stiff > 0) { // all three divided by one number: the sum of squares stays one
+            t.weight = {(bb - ab) / stiff / 2, ab / stiff / 2, (aa - ab) / stiff / 2};
+        }
+    }
+
+  private:
+    // Starts with the view along the mean normal.
+    void project(const Surface &surface, const std::vector<std::uint32_t> &used) {
+        std::array<double, 3> n{};
+        for (const Triangle &t : triangles_) {
+            const double *p[3];
+            for (std::size_t k = 0; k < 3; ++k) {
+                p[k] = surface.positions.data() + 3 * std::size_t{used[t.corner[k]]};
+            }
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+                n[k] += (p[1][i] - p[0][i]) * (p[2][j] - p[0][j]) - (p[1][j] - p[0][j]) * (p[2][i] - p[0][i]);
+            }
+        }
+        const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        if (!(length > 0)) {
+            n = {0, 0, 1};
+        } else {
+            for (double &value : n) {
+                value /= length;
+            }
+        }
+        const std::size_t least = std::abs(n[0]) <= std::abs(n[1]) && std::abs(n[0]) <= std::abs(n[2]) ? 0
+                                  : std::abs(n[1]) <= std::abs(n[2])                                   ? 1
+                                                                                                       : 2;
+        std::array<double, 3> u{}, v{};
+        u[least] = 1;
+        for (std::size_t k = 0; k < 3; ++k) {
+            u[k] -= n[least] * n[k];
+        }
+        const double size = std::sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+        for (double &value : u) {
+            value /= size;
+        }
+        for (std::size_t k = 0; k < 3; ++k) {
+            v[k] = n[(k + 1) % 3] * u[(k + 2) % 3] - n[(k + 2) % 3] * u[(k + 1) % 3];
+        }
+        for (std::size_t i = 0; i < used.size(); ++i) {
+            const double *p = surface.positions.data() + 3 * std::size_t{used[i]};
+            places_[i] = {p[0] * u[0] + p[1] * u[1] + p[2] * u[2], p[0] * v[0] + p[1] * v[1] + p[2] * v[2]};
+        }
+    }
+
+    void build() {
+        struct Entry {
+            std::uint32_t row, column;
+            double value;
+        };
+        std::vector<Entry> entries;
+        matrix_.diagonal.assign(places_.size(), 0);
+        for (const Triangle &t : triangles_) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t i = t.corner[k], j = t.corner[(k + 1) % 3];
+                entries.push_back({i, j, -t.weight[k]});
+                entries.push_back({j, i, -t.weight[k]});
+                matrix_.diagonal[i] += t.weight[k];
+                matrix_.diagonal[j] += t.weight[k];
+            }
+        }
+        std::ranges::stable_sort(entries, [](const Entry &a, const Entry &b) {
+            return a.row != b.row ? a.row < b.row : a.column < b.column;
+        });
+        matrix_.first.assign(places_.size() + 1, 0);
+        for (std::size_t i = 0; i < entries.size(); ++i) {
+            if (i > 0 && entries[i].row == entries[i - 1].row && entries[i].column == entries[i - 1].column) {
+                matrix_.value.back() += entries[i].value;
+                continue;
+            }
+            matrix_.column.push_back(entries[i].column);
+            matrix_.value.push_back(entries[i].value);
+            ++matrix_.first[entries[i].row + 1];
+        }
+        for (std::size_t i = 0; i < places_.size(); ++i) {
+            matrix_.first[i + 1] += matrix_.first[i];
+        }
+    }
+
+    // Each triangle's best turn, then the places that agree best with all of them (conjugate gradients from
+    // where they are).
+    void relax() {
+        const std::size_t count = places_.size();
+        std::vector<Vec> wanted(count), residual(count), image(count), step(count), scaled(count);
+        for (const Triangle &t : triangles_) {
+            double c = 0, s = 0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::size_t l = (k + 1) % 3;
+                const Vec now = at(t, k) - at(t, l), rest = t.rest[k] - t.rest[l];
+                c += t.weight[k] * (now.x * rest.x + now.y * rest.y);
+                s += t.weight[k] * (now.y * rest.x - now.x * rest.y);
+            }
+            const double size = std::sqrt(c * c + s * s);
+            c = size > 0 ? c / size : 1;
+            s = size > 0 ? s / size : 0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::size_t l = (k + 1) % 3;
+                const Vec rest = t.rest[k] - t.rest[l];
+                const Vec turned{t.weight[k] * (c * rest.x - s * rest.y),
+                                 t.weight[k] * (s * rest.x + c * rest.y)};
+                wanted[t.corner[k]].x += turned.x;
+                wanted[t.corner[k]].y += turned.y;
+                wanted[t.corner[l]].x -= turned.x;
+                wanted[t.corner[l]].y -= turned.y;
+            }
+        }
+        matrix_.multiply(places_, image);
+        Vec before{}, start{};
+        const auto precondition = [&] {
+            Vec dot{};
+            for (std::size_t i = 0; i < count; ++i) {
+                const double d = matrix_.diagonal[i] > 0 ? 1 / matrix_.diagonal[i] : 0;
+                scaled[i] = {residual[i].x * d, residual[i].y * d};
+                dot.x += residual[i].x * scaled[i].x;
+                dot.y += residual[i].y * scaled[i].y;
+            }
+            return dot;
+        };
+        // Less than this is rounding, which would push the whole chart about without end.
+        double noise = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            residual[i] = wanted[i] - image[i];
+            const double d = matrix_.diagonal[i] > 0 ? 1 / matrix_.diagonal[i] : 0;
+            noise += 1e-24 * d * (wanted[i].x * wanted[i].x + wanted[i].y * wanted[i].y);
+        }
+        before = start = precondition();
+        step = scaled;
+        for (int n = 0;
+             n < steps && before.x + before.y > std::max(noise, enough * enough * (start.x + start.y)); ++n) {
+            matrix_.multiply(step, image);
+            Vec along{};
+            for (std::size_t i = 0; i < count; ++i) {
+                along.x += step[i].x * image[i].x;
+                along.y += step[i].y * image[i].y;
+            }
+            const Vec by{before.x > noise && along.x > 0 ? before.x / along.x : 0,
+                         before.y > noise && along.y > 0 ? before.y / along.y : 0};
+            for (std::size_t i = 0; i < count; ++i) {
+                places_[i].x += by.x * step[i].x;
+                places_[i].y += by.y * step[i].y;
+                residual[i].x -= by.x * image[i].x;
+                residual[i].y -= by.y * image[i].y;
+            }
+            const Vec after = precondition();
+            const Vec turn{before.x > 0 ? after.x / before.x : 0, before.y > 0 ? after.y / before.y : 0};
+            for (std::size_t i = 0; i < count; ++i) {
+                step[i] = {scaled[i].x + turn.x * step[i].x, scaled[i].y + turn.y * step[i].y};
+            }
+            before = after;
+        }
+    }
+
+    // Looks at the two lengths that a unit in the surface can have in the plane.
+    bool too_stretched() const {
+        double sum = 0, area = 0;
+        for (const Triangle &t : triangles_) {
+            if (!(t.area2 > 0)) {
+                continue;
+            }
+            const Vec along = at(t, 1) - at(t, 0), other = at(t, 2) - at(t, 0);
+            const double side = t.rest[1].x, shift = t.rest[2].x, tall = t.rest[2].y;
+            const double a = along.x / side, c = along.y / side;
+            const double b = (other.x - a * shift) / tall, d = (other.y - c * shift) / tall;
+            const double turn = std::sqrt((a + d) * (a + d) + (c - b) * (c - b)) / 2;
+            const double shear = std::sqrt((a - d) * (a - d) + (c + b) * (c + b)) / 2;
+            const double most = turn + shear, least = std::abs(turn - shear);
+            if (t.area2 > own_say * area2_ && (most > most_stretch || least * most_stretch < 1)) {
+                return true;
+            }
+            sum += t.area2 * ((most - 1) * (most - 1) + (least - 1) * (least - 1));
+            area += t.area2;
+        }
+        return sum > most_energy * area;
+    }
+
+    // Edges of one triangle only.
+    std::vector<std::array<std::uint32_t, 2>> border() const {
+        std::vector<std::array<std::uint32_t, 3>> edges; // low, high, turned
+        for (const Triangle &t : triangles_) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t i = t.corner[k], j = t.corner[(k + 1) % 3];
+                edges.push_back({std::min(i, j), std::max(i, j), i > j ? 1U : 0U});
+            }
+        }
+        std::ranges::sort(edges);
+        std::vector<std::array<std::uint32_t, 2>> found;
+        for (std::size_t i = 0; i < edges.size();) {
+            std::size_t end = i + 1;
+            while (end < edges.size() && edges[end][0] == edges[i][0] && edges[end][1] == edges[i][1]) {
+                ++end;
+            }
+            if (end - i == 1) {
+                found.push_back({edges[i][0], edges[i][1]});
+            }
+            i = end;
+        }
+        return found;
+    }
+
+    // Whether two edges of the border meet elsewhere than at a common end.
+    bool border_crosses() const {
+        const auto edges = border();
+        if (edges.empty()) {
+            return true; // a closed surface has no place in a plane
+        }
+        Vec low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()},
+            high{-low.x, -low.y};
+        for (const Vec &p : places_) {
+            low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+            high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+        }
+        const auto cells =
+            static_cast<std::size_t>(std::clamp(std::sqrt(static_cast<double>(edges.size())), 1.0, 512.0));
+        const double size = std::max(high.x - low.x, high.y - low.y);
+        if (!(size > 0)) {
+            return false; // no triangle has an area: nothing to cover twice
+        }
+        const auto cell = [&](double value) {
+            return static_cast<std::size_t>(
+                std::clamp(value / size * static_cast<double>(cells), 0.0, static_cast<double>(cells) - 1));
+        };
+        std::vector<std::vector<std::uint32_t>> grid(cells * cells);
+        for (std::uint32_t e = 0; e < edges.size(); ++e) {
+            const Vec a = places_[edges[e][0]], b = places_[edges[e][1]];
+            for (std::size_t y = cell(std::min(a.y, b.y) - low.y); y <= cell(std::max(a.y, b.y) - low.y);
+                 ++y) {
+                for (std::size_t x = cell(std::min(a.x, b.x) - low.x); x <= cell(std::max(a.x, b.x) - low.x);
+                     ++x) {
+                    for (const std::uint32_t other : grid[y * cells + x]) {
+                        if (cross_each_other(edges[e], edges[other])) {
+                            return true;
+                        }
+                    }
+                    grid[y * cells + x].push_back(e);
+                }
+            }
+        }
+        return false;
+    }
+
+    bool cross_each_other(const std::array<std::uint32_t, 2> &e,
+                          const std::array<std::uint32_t, 2> &f) const {
+        if (e[0] == f[0] || e[0] == f[1] || e[1] == f[0] || e[1] == f[1]) {
+            return false;
+        }
+        const Vec a = places_[e[0]], b = places_[e[1]], c = places_[f[0]], d = places_[f[1]];
+        const double x = cross(b - a, c - a), y = cross(b - a, d - a);
+        const double z = cross(d - c, a - c), w = cross(d - c, b - c);
+        return ((x > 0) != (y > 0)) && ((z > 0) != (w > 0));
+    }
+
+    // Turns the chart so that a side of its convex hull is level and the rectangle around it is the smallest.
+    void turn_upright() {
+        std::vector<Vec> points = places_, hull;
+        std::ranges::sort(points, [](Vec a, Vec b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
+        for (int pass = 0; pass < 2; ++pass) {
+            const std::size_t base = hull.size();
+            for (const Vec &p : points) {
+                while (hull.size() >= base + 2 &&
+                       cross(hull.back() - hull[hull.size() - 2], p - hull.back()) <= 0) {
+                    hull.pop_back();
+                }
+                hull.push_back(p);
+            }
+            hull.pop_back();
+            std::ranges::reverse(points);
+        }
+        double best = std::numeric_limits<double>::infinity();
+        Vec axis{1, 0};
+        for (std::size_t i = 0; i < hull.size(); ++i) {
+            const Vec side = hull[(i + 1) % hull.size()] - hull[i];
+            const double length = std::sqrt(side.x * side.x + side.y * side.y);
+            if (!(length > 0)) {
+                continue;
+            }
+            Vec along{side.x / length, side.y / length};
+            double x0 = 0, x1 = 0, y1 = 0;
+            for (const Vec &p : hull) {
+                const Vec d = p - hull[i];
+                const double x = d.x * along.x + d.y * along.y, y = cross(along, d);
+                x0 = std::min(x0, x);
+                x1 = std::max(x1, x);
+                y1 = std::max(y1, y);
+            }
+            if ((x1 - x0) * y1 < best) {
+                best = (x1 - x0) * y1;
+                axis = x1 - x0 >= y1 ? along : Vec{-along.y, along.x};
+            }
+        }
+        for (Vec &p : places_) {
+            p = {p.x * axis.x + p.y * axis.y, cross(axis, p)};
+        }
+    }
+
+    std::vector<Triangle> triangles_;
+    std::vector<Vec> places_;
+    double area2_ = 0;
+    Matrix matrix_;
+};
+
+} // namespace
+
+std::vector<double> flatten(const Surface &surface, std::span<const std::uint32_t> own) {
+    return Chart(surface, own).run();
+}
+
+std::vector<double> own_shape(const Surface &surface, std::uint32_t triangle) {
+    Triangle t;
+    std::array<const double *, 3> p{};
+    for (std::size_t k = 0; k < 3; ++k) {
+        p[k] = surface.positions.data() + 3 * std::size_t{surface.triangles[3 * std::size_t{triangle} + k]};
+    }
+    Chart::shape(t, p);
+    return {t.rest[0].x, t.rest[0].y, t.rest[1].x, t.rest[1].y, t.rest[2].x, t.rest[2].y};
+}
+
+} // namespace paradize::atlas

@@ -1,0 +1,320 @@
+#include "atlas_pack.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace paradize::atlas {
+
+namespace {
+
+constexpr std::uint32_t most_cells = 512; // a side; larger squares are packed by cells of some texels
+constexpr int attempts = 6;
+
+struct Span {
+    std::int32_t low, high; // cells [low, high)
+    bool operator==(const Span &) const = default;
+};
+
+struct Place {
+    std::int32_t x = 0, y = 0, turn = 0;
+};
+
+// What a chart covers, cell row by cell row, in one of its four turns.
+struct Shape {
+    std::vector<Span> rows;
+    std::int32_t width = 0;
+};
+
+struct Chart {
+    std::vector<double> corners; // (k, 3, 2)
+    std::array<double, 2> low{}, high{};
+    double area = 0;
+};
+
+std::array<double, 2> turned(double x, double y, const Chart &chart, int turn) {
+    switch (turn) {
+    case 0:
+        return {x - chart.low[0], y - chart.low[1]};
+    case 1:
+        return {chart.high[1] - y, x - chart.low[0]};
+    case 2:
+        return {chart.high[0] - x, chart.high[1] - y};
+    default:
+        return {y - chart.low[1], chart.high[0] - x};
+    }
+}
+
+// Every cell that a triangle touches lies in its row's span.
+Shape shape_of(const Chart &chart, int turn, double scale) {
+    const double wide = (turn % 2 == 0 ? chart.high[0] - chart.low[0] : chart.high[1] - chart.low[1]) * scale;
+    const double tall = (turn % 2 == 0 ? chart.high[1] - chart.low[1] : chart.high[0] - chart.low[0]) * scale;
+    Shape shape;
+    shape.width = static_cast<std::int32_t>(wide) + 1;
+    const auto height = static_cast<std::size_t>(tall) + 1;
+    std::vector<double> low(height, std::numeric_limits<double>::infinity());
+    std::vector<double> high(height, -std::numeric_limits<double>::infinity());
+    const auto cover = [&](std::size_t row, double x) {
+        low[row] = std::min(low[row], x);
+        high[row] = std::max(high[row], x);
+    };
+    for (std::size_t t = 0; t < chart.corners.size(); t += 6) {
+        std::array<std::array<double, 2>, 3> p{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            p[k] = turned(chart.corners[t + 2 * k], chart.corners[t + 2 * k + 1], chart, turn);
+            p[k][0] *= scale;
+            p[k][1] *= scale;
+        }
+        for (std::size_t k = 0; k < 3; ++k) {
+            auto a = p[k], b = p[(k + 1) % 3];
+            if (a[1] > b[1]) {
+                std::swap(a, b);
+            }
+            const auto first = std::min(static_cast<std::size_t>(std::max(a[1], 0.0)), height - 1);
+            const auto last = std::min(static_cast<std::size_t>(std::max(b[1], 0.0)), height - 1);
+            cover(first, a[0]);
+            cover(last, b[0]);
+            for (std::size_t row = first; row < last;
+                 ++row) { // where the edge leaves a row it enters the next
+                const double share = (static_cast<double>(row + 1) - a[1]) / (b[1] - a[1]);
+                const double x = a[0] + std::clamp(share, 0.0, 1.0) * (b[0] - a[0]);
+                cover(row, x);
+                cover(row + 1, x);
+            }
+        }
+    }
+    for (std::size_t row = 0; row < height; ++row) {
+        if (low[row] > high[row]) { // numbers at a row's very edge
+            shape.rows.push_back({0, shape.width});
+            continue;
+        }
+        const auto first = std::clamp(static_cast<std::int32_t>(std::floor(low[row])), 0, shape.width - 1);
+        const auto last =
+            std::clamp(static_cast<std::int32_t>(std::floor(high[row])), first, shape.width - 1);
+        shape.rows.push_back({first, last + 1});
+    }
+    return shape;
+}
+
+// The shape with `room` cells around it; its rows and columns start `room` earlier.
+Shape widened(const Shape &shape, std::int32_t room) {
+    const auto height = static_cast<std::int32_t>(shape.rows.size());
+    Shape out;
+    out.width = shape.width + 2 * room;
+    for (std::int32_t row = -room; row < height + room; ++row) {
+        Span span{std::numeric_limits<std::int32_t>::max(), 0};
+        for (std::int32_t r = std::max(0, row - room); r <= std::min(height - 1, row + room); ++r) {
+            span.low = std::min(span.low, shape.rows[static_cast<std::size_t>(r)].low);
+            span.high = std::max(span.high, shape.rows[static_cast<std::size_t>(r)].high + 2 * room);
+        }
+        out.rows.push_back(span);
+    }
+    return out;
+}
+
+// A field of cells, `width` wide and as high as it must be; per cell how many free ones follow.
+class Field {
+  public:
+    Field(std::int32_t width, std::int32_t most_rows) : width_(width), most_rows_(most_rows) {}
+
+    // The lowest place from row `from`, of these the leftmost, where a widened shape meets nothing and whose
+    // top stays below `below`; false where there is none.
+    bool find(const Shape &shape, std::int32_t from, std::int32_t below, Place &place) {
+        const auto height = static_cast<std::int32_t>(shape.rows.size());
+        if (shape.width > width_) {
+            return false;
+        }
+        std::size_t first = 0, widest = 0; // the row that was in the way is asked first
+        for (std::size_t r = 0; r < shape.rows.size(); ++r) {
+            const auto length = [&](std::size_t row) { return shape.rows[row].high - shape.rows[row].low; };
+            widest = length(r) > length(widest) ? r : widest;
+        }
+        const std::int32_t needed = shape.rows[widest].high - shape.rows[widest].low;
+        for (std::int32_t y = from; y + height <= std::min(below - 1, most_rows_); ++y) {
+            grow(y + height);
+            if (longest_[static_cast<std::size_t>(y) + widest] < needed) {
+                continue;
+            }
+            for (std::int32_t x = 0; x + shape.width <= width_;) {
+                std::int32_t next = x;
+                for (std::size_t n = 0; n < shape.rows.size(); ++n) {
+                    std::size_t r = n + first;
+                    r = r >= shape.rows.size() ? r - shape.rows.size() : r;
+                    const Span span = shape.rows[r];
+                    const std::int32_t run =
+                        free_[(static_cast<std::size_t>(y) + r) * static_cast<std::size_t>(width_) +
+                              static_cast<std::size_t>(x + span.low)];
+                    if (run < span.high - span.low) {
+                        next = x + run + 1;
+                        first = r;
+                        break;
+                    }
+                }
+                if (next == x) {
+                    place.x = x;
+                    place.y = y;
+                    return true;
+                }
+                x = next;
+            }
+        }
+        return false;
+    }
+
+    void take(const Shape &shape, std::int32_t x, std::int32_t y) {
+        grow(y + static_cast<std::int32_t>(shape.rows.size()));
+        for (std::size_t r = 0; r < shape.rows.size(); ++r) {
+            std::uint16_t *row =
+                free_.data() + (static_cast<std::size_t>(y) + r) * static_cast<std::size_t>(width_);
+            const std::int32_t low = x + shape.rows[r].low, high = x + shape.rows[r].high;
+            std::fill(row + low, row + high, std::uint16_t{0});
+            for (std::int32_t at = low - 1; at >= 0 && row[at] > 0; --at) {
+                row[at] = static_cast<std::uint16_t>(low - at);
+            }
+            std::int32_t longest = 0;
+            for (std::int32_t at = 0; at < width_; at += row[at] + 1) {
+                longest = std::max<std::int32_t>(longest, row[at]);
+            }
+            longest_[static_cast<std::size_t>(y) + r] = longest;
+        }
+    }
+
+  private:
+    void grow(std::int32_t rows) {
+        while (rows_ < rows) {
+            for (std::int32_t x = 0; x < width_; ++x) {
+                free_.push_back(static_cast<std::uint16_t>(width_ - x));
+            }
+            longest_.push_back(width_);
+            ++rows_;
+        }
+    }
+
+    std::int32_t width_, most_rows_, rows_ = 0;
+    std::vector<std::uint16_t> free_;
+    std::vector<std::int32_t> longest_; // free run of each row
+};
+
+// Puts all charts into a strip `side` cells wide; how high it became, or more than `most` where it was left.
+std::int32_t lay_out(const std::vector<Chart> &charts, const std::vector<std::size_t> &order, double scale,
+                     std::int32_t side, std::int32_t room, std::int32_t most, std::vector<Place> &places) {
+    Field field(side + room, most + room);
+    std::int32_t height = 0;
+    // By turn: the shape that was placed last, and below which row there is no room for another like it.
+    std::array<Shape, 4> last;
+    std::array<std::int32_t, 4> from{};
+    for (const std::size_t index : order) {
+        Place best;
+        std::int32_t below = most + room + 2;
+        Shape kept;
+        std::array<Shape, 4> shapes;
+        for (int turn = 0; turn < 4; ++turn) {
+            const auto at = static_cast<std::size_t>(turn);
+            shapes[at] = shape_of(charts[index], turn, scale);
+            const Shape &shape = shapes[at];
+            if (turn > 1 && shape.width == shapes[at - 2].width && shape.rows == shapes[at - 2].rows) {
+                continue; // it looks the same upside down
+            }
+            if (shape.width != last[at].width || shape.rows != last[at].rows) {
+                last[at] = shape;
+                from[at] = 0;
+            }
+            Place found;
+            if (field.find(widened(shape, room), from[at], below, found)) {
+                from[at] = found.y;
+                best = {found.x + room, found.y + room, turn};
+                kept = shape;
+                below = found.y + static_cast<std::int32_t>(shape.rows.size()) + 2 * room;
+            }
+        }
+        if (kept.rows.empty()) {
+            return most + 1;
+        }
+        field.take(kept, best.x, best.y);
+        places[index] = best;
+        height = std::max(height, best.y + static_cast<std::int32_t>(kept.rows.size()));
+    }
+    return height;
+}
+
+} // namespace
+
+Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart, std::int32_t count,
+            std::uint32_t resolution, std::uint32_t padding) {
+    std::vector<Chart> charts(static_cast<std::size_t>(count));
+    const double infinite = std::numeric_limits<double>::infinity();
+    for (Chart &one : charts) {
+        one.low = {infinite, infinite};
+        one.high = {-infinite, -infinite};
+    }
+    double area = 0, longest = 0;
+    for (std::size_t t = 0; t < chart.size(); ++t) {
+        Chart &one = charts[static_cast<std::size_t>(chart[t])];
+        const double *p = corners.data() + 6 * t;
+        one.corners.insert(one.corners.end(), p, p + 6);
+        one.area += std::abs((p[2] - p[0]) * (p[5] - p[1]) - (p[4] - p[0]) * (p[3] - p[1])) / 2;
+        for (std::size_t k = 0; k < 6; ++k) {
+            one.low[k % 2] = std::min(one.low[k % 2], p[k]);
+            one.high[k % 2] = std::max(one.high[k % 2], p[k]);
+        }
+    }
+    for (const Chart &one : charts) {
+        area += one.area;
+        longest = std::max({longest, one.high[0] - one.low[0], one.high[1] - one.low[1]});
+    }
+    std::vector<std::size_t> order(charts.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto span = [&](std::size_t i) {
+        return std::max(charts[i].high[0] - charts[i].low[0], charts[i].high[1] - charts[i].low[1]);
+    };
+    std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return span(a) > span(b); });
+
+    const std::uint32_t cell = (resolution + most_cells - 1) / most_cells;
+    const auto room = static_cast<std::int32_t>((padding + cell - 1) / cell);
+    const auto margin = (room + 1) / 2;
+    const auto side = static_cast<std::int32_t>(resolution / cell) - 2 * margin;
+    // The field starts at the widened shapes' border: the first `room` rows and columns are the margin's.
+    const std::int32_t inner = side + room;
+    Packed out;
+    if (side < 1) {
+        return out;
+    }
+    double good = 0, bad = longest > 0 ? side / longest : 1;
+    double scale = area > 0 ? std::min(bad, std::sqrt(0.75 * side * side / area)) : bad;
+    std::vector<Place> places(charts.size()), best;
+    for (int attempt = 0; attempt < 6 * attempts; ++attempt) {
+        const std::int32_t height = lay_out(charts, order, scale, inner, room, 2 * side, places) - room;
+        if (height <= side) {
+            good = scale;
+            best = places;
+        } else {
+            bad = scale;
+        }
+        if (!best.empty() && (attempt + 1 >= attempts || bad - good < 2e-3 * good)) {
+            break;
+        }
+        const double guess =
+            height > 2 * side ? 0.7 * scale : scale * std::sqrt(static_cast<double>(side) / height);
+        // The guess of the height, kept inside what is known.
+        scale = std::clamp(guess, good + 0.1 * (bad - good), bad - 0.1 * (bad - good));
+    }
+    if (best.empty()) {
+        return out;
+    }
+    out.texels_per_unit = good * cell;
+    out.corners.resize(corners.size());
+    for (std::size_t t = 0; t < chart.size(); ++t) {
+        const auto index = static_cast<std::size_t>(chart[t]);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto p =
+                turned(corners[6 * t + 2 * k], corners[6 * t + 2 * k + 1], charts[index], best[index].turn);
+            out.corners[6 * t + 2 * k] = (p[0] * good + best[index].x - room + margin) * cell;
+            out.corners[6 * t + 2 * k + 1] = (p[1] * good + best[index].y - room + margin) * cell;
+        }
+    }
+    return out;
+}
+
+} // namespace paradize::atlas

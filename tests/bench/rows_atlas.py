@@ -1,0 +1,55 @@
+"""UV layouts beside xatlas with its own settings, at one size and gutter; metrics/atlas.py judges both."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xatlas
+
+import meshes
+from paradize.data import Mesh
+from paradize.metrics.atlas import atlas_quality
+from paradize.stages.atlas import PADDING, RESOLUTION, make_atlas
+from paradize.stages.split import split_by
+from row import Row, pair_ms
+
+
+def closed(mesh: Mesh) -> Mesh:
+    """The same surface with one vertex a place, three metres in radius: what a scanner gives."""
+    points, place = np.unique(mesh.positions, axis=0, return_inverse=True)
+    triangles = place.reshape(-1)[mesh.triangles].astype(np.uint32)
+    return Mesh(np.ascontiguousarray(points * np.float32(3)), np.ascontiguousarray(triangles))
+
+
+def plain_xatlas(mesh: Mesh) -> Mesh:
+    """xatlas as it comes but for the size and the gutter that ours has too; its oblong made square."""
+    atlas = xatlas.Atlas()
+    atlas.add_mesh(mesh.positions, mesh.triangles)
+    packing = xatlas.PackOptions()
+    packing.resolution, packing.padding = RESOLUTION, PADDING
+    atlas.generate(xatlas.ChartOptions(), packing, False)
+    _, triangles, uvs = atlas[0]
+    sides = np.array([atlas.width, atlas.height], np.float32) / max(atlas.width, atlas.height)
+    return split_by(mesh, uvs=np.ascontiguousarray((uvs * sides)[triangles], np.float32))
+
+
+def told(mesh: Mesh) -> str:
+    found: dict[str, Any] = atlas_quality(mesh)
+    return (
+        f"stretch {found['stretch']:.4f}, packing {found['packing']:.2f}, seams {found['seam_length']:.1f}, "
+        f"{found['charts']} charts, {found['flipped']} triangles mirrored"
+    )
+
+
+def rows(runs: int, folder: Path) -> Iterator[Row]:
+    for name, count in (("sphere", 50_000), ("torus", 20_000)):
+        mesh = closed(replace(getattr(meshes, name)(count)))
+        times = pair_ms(lambda m=mesh: make_atlas(m), lambda m=mesh: plain_xatlas(m), max(1, runs // 9))
+        work = f"atlas, {name} of {len(mesh.triangles)} triangles"
+        yield Row(
+            work, times[0], "xatlas", times[1], told(make_atlas(mesh)), told(plain_xatlas(mesh)), limit=2.0
+        )
