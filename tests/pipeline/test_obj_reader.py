@@ -122,6 +122,46 @@ def test_a_concave_polygon_keeps_its_area_and_its_side(
     assert (normals @ normals.sum(axis=0) > 0).all()
 
 
+def holed(holes: int) -> tuple[list[tuple[float, float]], float]:
+    """A long plate with square holes, each reached by a bridge there and back from the plate's lower edge, as
+    exporters write it; and its area."""
+    points: list[tuple[float, float]] = []
+    for i in range(holes):
+        x = 4.0 * i
+        points += [(x, 0), (x + 1, 1), (x + 1, 3), (x + 3, 3), (x + 3, 1), (x + 1, 1), (x, 0)]
+    return [*points, (4.0 * holes, 0), (4.0 * holes, 4), (0, 4)], 12.0 * holes
+
+
+@pytest.mark.parametrize("holes", [1, 2, 7])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_polygon_with_bridged_holes_keeps_its_area_and_its_side(
+    tmp_path: Path, holes: int, turned: bool
+) -> None:
+    points, wanted = holed(holes)
+    points = points[::-1] if turned else points
+    numbers = {point: i for i, point in enumerate(dict.fromkeys(points), 1)}
+    text = "".join(f"v {x} 0.5 {y}\n" for x, y in numbers)
+    result = read(tmp_path, text + "f " + " ".join(str(numbers[point]) for point in points) + "\n")
+    assert len(result.mesh.triangles) == len(points) - 2
+    assert area(result) == pytest.approx(wanted, rel=1e-6)
+    p = result.mesh.positions[result.mesh.triangles].astype(float)
+    up = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])[:, 1]
+    assert (up >= 0).all() if turned else (up <= 0).all()
+    assert not any("crosses" in warning for warning in result.warnings)
+
+
+@pytest.mark.parametrize("bend", [0.05, 0.3])
+def test_a_bent_concave_polygon_never_folds_over(tmp_path: Path, bend: float) -> None:
+    """Corners off their plane: seen along the polygon's normal, its triangles still tile it."""
+    outline = comb(12)
+    text = "".join(f"v {x} {y} {bend * np.sin(3 * x + y)}\n" for x, y in outline)
+    result = read(tmp_path, text + "f " + " ".join(str(i + 1) for i in range(len(outline))) + "\n")
+    p = result.mesh.positions[result.mesh.triangles].astype(float)
+    flat = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])[:, 2] / 2
+    assert (flat > 0).all() or (flat < 0).all()
+    assert abs(flat.sum()) == pytest.approx(shoelace(outline), rel=1e-5)
+
+
 def test_an_outline_that_crosses_itself_is_cut_and_told(tmp_path: Path) -> None:
     text = "v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 1 0\nf 1 2 3 4\n"
     result = read(tmp_path, text)
