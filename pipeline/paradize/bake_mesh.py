@@ -55,6 +55,7 @@ def bake_mesh(
     plan: Callable[[Mesh, Plan], Plan] | None = None,
     weld_m: float = 0.0,
     crease_deg: float = CREASE_DEG,
+    tangents: str = "mikktspace",
 ) -> MeshProduct:
     """Reads an OBJ, mends it, gives it normals, tangent frames and levels of detail, and measures each level.
 
@@ -67,8 +68,8 @@ def bake_mesh(
     the source, of the diagonal, instead of `ratio`: each is the coarsest mesh inside its bound. plan: what
     makes another plan of this one, knowing the mesh. weld_m: join places at most this far apart. crease_deg:
     0 to 180, where normals are missing and the file names no smoothing groups: faces at a larger angle meet
-    in an edge. Raises SourceError for an input that cannot be baked,
-    BakeError where a stage fails.
+    in an edge. tangents: the tier of tangent frames, as stages/tangents names them. Raises SourceError for an
+    input that cannot be baked, BakeError where a stage fails.
     """
     started = time.monotonic()
     path = Path(path)
@@ -89,7 +90,7 @@ def bake_mesh(
         errors=tuple(errors),
     )
     try:
-        return _bake(path, asked, plan, tier, atlas, root, base_colors, weld_m, crease_deg, started)
+        return _bake(path, asked, plan, tier, atlas, root, base_colors, weld_m, crease_deg, tangents, started)
     except MemoryError as error:
         raise SourceError("too large for this machine's memory", file=path) from error
     except ParadizeError as error:
@@ -108,6 +109,7 @@ def _bake(
     base_colors: Mapping[str, Sequence[float]] | None,
     weld_m: float,
     crease_deg: float,
+    tangents: str,
     started: float,
 ) -> MeshProduct:
     read = read_obj(path, root)
@@ -134,7 +136,10 @@ def _bake(
     steps, notes = make_levels(mesh, asked if plan is None else plan(mesh, asked), used)
     warnings += [f"{path}: {note}" for note in notes]
     levels = [(replace(step.mesh, tangents=None), step.errors) for step in steps]
-    framed = [(tangent_frames(level) if level.uvs is not None else level, errors) for level, errors in levels]
+    framed = [
+        (tangent_frames(level, tangents) if level.uvs is not None else level, errors)
+        for level, errors in levels
+    ]
     unordered = [draw_costs(level) for level, _ in framed]
     framed = [(draw_order(level), errors) for level, errors in framed]
     done = tuple(Lod(level, errors["error_max"], errors["error_rms"]) for level, errors in framed)

@@ -33,6 +33,7 @@ def solo_mesh(
     errors: Sequence[float] = (),
     weld_m: float = 0.0,
     crease_deg: float = 45.0,
+    tangents: str = "mikktspace",
 ) -> Made:
     """`paradize mesh`: the file is named after the input's stem; the caller renames it."""
     from paradize.bake_mesh import bake_mesh
@@ -47,6 +48,7 @@ def solo_mesh(
         errors=errors,
         weld_m=weld_m,
         crease_deg=crease_deg,
+        tangents=tangents,
     )
     if atlas and not made.report["atlas"]:
         what = "has texture coordinates that its maps may be painted for; no atlas made"

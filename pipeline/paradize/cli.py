@@ -92,6 +92,12 @@ def parser() -> argparse.ArgumentParser:
         metavar="A,B",
         help="levels by error instead: the coarsest mesh inside each bound, shares of the diagonal",
     )
+    sub.add_argument(
+        "--tangents",
+        choices=("face", "vertex", "mikktspace"),
+        default="mikktspace",
+        help="tangent frames: each face's own, the mean at each vertex, or those of MikkTSpace (mikktspace)",
+    )
     sub.add_argument("--atlas", action="store_true", help="make a UV layout")
     sub.add_argument(
         "--weld", type=number(0.0, 1e6), default=0.0, metavar="METRES", help="join places this near (0: none)"
@@ -319,7 +325,9 @@ def _same(a: Path, b: Path) -> bool:
 def _mesh(arguments: argparse.Namespace) -> int:
     from paradize.bake_solo import solo_mesh
 
-    settings = {key: getattr(arguments, key) for key in ("lods", "max_error", "atlas", "ratio", "errors")}
+    settings = {
+        key: getattr(arguments, key) for key in ("lods", "max_error", "atlas", "ratio", "errors", "tangents")
+    }
     settings |= {"weld_m": arguments.weld, "crease_deg": arguments.crease}
     return _solo(arguments, solo_mesh, settings, arguments.out)
 
