@@ -53,6 +53,7 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         max_error=settings["max_error"],
         tier=tier,
         atlas=settings["atlas"],
+        painted=True,  # the maps of a scene's object are: overlaps are its author's choice
         base_colors=settings["base_colors"],
         weld_m=settings["weld_m"],
         crease_deg=settings["crease_deg"],

@@ -22,6 +22,7 @@ from paradize.readers.obj import read_obj
 from paradize.stages.lod import RATIO, TIERS
 from paradize.stages.normals import CREASE_DEG, complete_normals
 from paradize.stages.order import draw_order
+from paradize.stages.reproject import take_attributes
 from paradize.stages.tangents import tangent_frames
 from paradize.stages.validate import messages, repairs, validate_mesh
 from paradize.stages.weld import weld, welded_messages
@@ -48,6 +49,7 @@ def bake_mesh(
     max_error: float | None = None,
     tier: str = "balanced",
     atlas: bool = False,
+    painted: bool = False,
     root: Path | None = None,
     base_colors: Mapping[str, Sequence[float]] | None = None,
     ratio: float = RATIO,
@@ -61,7 +63,8 @@ def bake_mesh(
 
     lods: levels at most, level 0 included, 1 to MAX_LODS. max_error: largest surface distance of any level,
     of the bounding box's diagonal. tier: the LOD tier; the nearest one there is is used and named in the
-    report. atlas: make texture coordinates where there are none or they overlap. root: folder
+    report. atlas: make texture coordinates where there are none or they overlap; painted: only where
+    there are none, since maps are painted for those there are. root: folder
     that material files must lie in. base_colors: linear RGB by material, instead of the Kd of materials
     without a colour map. ratio:
     triangles of a level, of those of the one before, 0.05 to 0.95. errors: rising bounds of the levels after
@@ -90,7 +93,9 @@ def bake_mesh(
         errors=tuple(errors),
     )
     try:
-        return _bake(path, asked, plan, tier, atlas, root, base_colors, weld_m, crease_deg, tangents, started)
+        return _bake(
+            path, asked, plan, tier, atlas, painted, root, base_colors, weld_m, crease_deg, tangents, started
+        )
     except MemoryError as error:
         raise SourceError("too large for this machine's memory", file=path) from error
     except ParadizeError as error:
@@ -105,6 +110,7 @@ def _bake(
     plan: Callable[[Mesh, Plan], Plan] | None,
     tier: str,
     atlas: bool,
+    painted: bool,
     root: Path | None,
     base_colors: Mapping[str, Sequence[float]] | None,
     weld_m: float,
@@ -123,9 +129,12 @@ def _bake(
             mend="scale the model down",
         )
     warnings += [f"{path}: {text}" for text in (*welded_messages(welding), *messages(found, read.lines))]
+    if mesh.colors is not None and (mesh.colors.min() < 0 or mesh.colors.max() > 1):
+        mesh = replace(mesh, colors=np.clip(mesh.colors, 0, 1))
+        warnings.append(f"{path}: vertex colours beyond 0 to 1, held to it")
     mesh = _by_material(complete_normals(mesh, read.smoothing[found.kept], crease_deg=crease_deg)[0])
     layout = None
-    if atlas:
+    if atlas and not (painted and mesh.uvs is not None):
         mesh, layout, notes = with_atlas(mesh, path, tier)
         warnings += notes
     if mesh.uvs is None:
@@ -135,7 +144,7 @@ def _bake(
         warnings.append(f"{path}: levels of detail have no tier {tier!r}; {used!r} used")
     steps, notes = make_levels(mesh, asked if plan is None else plan(mesh, asked), used)
     warnings += [f"{path}: {note}" for note in notes]
-    levels = [(replace(step.mesh, tangents=None), step.errors) for step in steps]
+    levels = [(_colored(mesh, replace(step.mesh, tangents=None)), step.errors) for step in steps]
     framed = [
         (tangent_frames(level, tangents) if level.uvs is not None else level, errors)
         for level, errors in levels
@@ -169,6 +178,13 @@ def _bake(
         "warnings": warnings,
     }
     return MeshProduct(glb, report, done)
+
+
+def _colored(source: Mesh, level: Mesh) -> Mesh:
+    """The level with the source's vertex colours, those of the nearest place: no simplifier carries them."""
+    if source.colors is None or level is source or level.positions is source.positions:
+        return level
+    return take_attributes(source, replace(level, colors=None), ("colors",))
 
 
 def _by_material(mesh: Mesh) -> Mesh:

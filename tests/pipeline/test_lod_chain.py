@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from paradize.bake_lods import Plan, make_levels
-from paradize.bake_sight import sight_plan
+from paradize.bake_sight import bake_seen, sight_plan
 from paradize.data import Group, Mesh
 from paradize.flight import plan_flight, sight
 from paradize.metrics.surface import diagonal
@@ -146,6 +146,19 @@ def test_by_sight_what_the_camera_touches_keeps_its_source(tmp_path: Path) -> No
     plan = sight_plan(seen, stands)(mesh, Plan())
     assert plan.finest == 0
     assert np.array_equal(make_levels(mesh, plan, "balanced")[0][0].mesh.positions, mesh.positions)
+
+
+def test_a_scene_keeps_the_layout_that_its_maps_are_painted_for(tmp_path: Path) -> None:
+    """Two squares that show the same image: an author's choice, and no reason for another layout."""
+    rows = ["v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "v 2 0 0", "v 3 0 0", "v 3 1 0", "v 2 1 0"]
+    rows += ["vt 0.1 0.1", "vt 0.9 0.1", "vt 0.9 0.9", "vt 0.1 0.9"]
+    rows += ["f 1/1 2/2 3/3 4/4", "f 5/1 6/2 7/3 8/4"]
+    path = tmp_path / "twice.obj"
+    path.write_text("\n".join(rows) + "\n")
+    made = {painted: bake_seen(path, None, [], atlas=True, painted=painted) for painted in (True, False)}
+    assert not made[True].report["atlas"] and made[False].report["atlas"]
+    uvs = made[True].lods[0].mesh.uvs
+    assert uvs is not None and sorted(set(uvs[:, 0].tolist())) == pytest.approx([0.1, 0.9])
 
 
 # --- extremes ---
