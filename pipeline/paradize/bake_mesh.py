@@ -184,7 +184,9 @@ def _colored(source: Mesh, level: Mesh) -> Mesh:
     """The level with the source's vertex colours, those of the nearest place: no simplifier carries them."""
     if source.colors is None or level is source or level.positions is source.positions:
         return level
-    return take_attributes(source, replace(level, colors=None), ("colors",))
+    taken = take_attributes(source, replace(level, colors=None), ("colors",))
+    assert taken.colors is not None
+    return replace(taken, colors=np.clip(taken.colors, 0, 1))  # the mean of three may round beyond 1
 
 
 def _by_material(mesh: Mesh) -> Mesh:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import struct
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from paradize.bake_mesh import bake_mesh
+from paradize.check.meshes import check_mesh
 from paradize.data import Group, Lod, Mesh
 from paradize.errors import BakeError, FormatError
 from paradize.formats.glb import decode_glb, encode_glb
+from tests.pipeline.shapes import sphere
 
 
 def card(size: float = 1.0) -> Mesh:
@@ -230,3 +234,24 @@ def test_deeply_nested_json_is_refused() -> None:
 def test_what_a_reader_would_refuse_is_never_written(broken: Mesh) -> None:
     with pytest.raises(BakeError):
         encode_glb([Lod(broken, 0, 0)], "broken")
+
+
+def test_vertex_colours_come_back_and_every_level_of_a_bake_has_them(tmp_path: Path) -> None:
+    colors = np.array([[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1], [0.5, 0.25, 0, 1]], np.float32)
+    data = encode_glb([Lod(replace(card(), colors=colors), 0, 0)], "card")
+    assert document(data)["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] == 5
+    back = decode_glb(data)[0].mesh.colors
+    assert back is not None and np.array_equal(back, colors)
+    assert list(check_mesh(data, "card.glb")) == []
+    ball = sphere(20)
+    shades = ball.positions * 0.5 + 0.5
+    rows = [f"v {a} {b} {c} {r} {g} {d}" for (a, b, c), (r, g, d) in zip(ball.positions, shades, strict=True)]
+    rows += [f"f {a} {b} {c}" for a, b, c in (ball.triangles + 1).tolist()]
+    (tmp_path / "ball.obj").write_text("\n".join(rows))
+    for tier in ("fast", "balanced"):
+        levels = bake_mesh(tmp_path / "ball.obj", lods=3, tier=tier).lods
+        assert len(levels) == 3
+        for level in levels:
+            assert level.mesh.colors is not None
+            off = np.abs(level.mesh.colors[:, :3] - (level.mesh.positions * 0.5 + 0.5)).max()
+            assert off < 0.03, tier

@@ -17,4 +17,5 @@ ATTRIBUTES = (
     ("TANGENT", "tangents", "VEC4"),
     ("TEXCOORD_0", "uvs", "VEC2"),
     ("TEXCOORD_1", "uvs1", "VEC2"),
+    ("COLOR_0", "colors", "VEC4"),
 )
