@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -231,6 +234,42 @@ def test_meshes_without_tangents_have_no_errors() -> None:
 def test_an_unknown_tier_is_refused() -> None:
     with pytest.raises(BakeError, match="no tangent frames 'best'"):
         tangent_frames(grid(1), "best")
+
+
+def test_a_mesh_is_baked_with_the_frames_asked_for(
+    tmp_path: Path, paradize: Callable[..., subprocess.CompletedProcess[str]]
+) -> None:
+    meshes.write_obj(meshes.sphere(2_000), tmp_path / "ball.obj")
+    found = {}
+    for method in ("face", "vertex", "mikktspace"):
+        made = paradize(
+            "mesh",
+            tmp_path / "ball.obj",
+            "-o",
+            tmp_path / "ball.glb",
+            "--tangents",
+            method,
+            "--lods",
+            2,
+            "--json",
+        )
+        assert made.returncode == 0, made.stderr
+        found[method] = [level["tangent_p99_deg"] for level in json.loads(made.stdout)["lods"]]
+        assert len(found[method]) == 2
+    for face, vertex, exact in zip(found["face"], found["vertex"], found["mikktspace"], strict=True):
+        assert face > 2 * vertex > 0 and exact < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("name", "scale"), [("near the largest float", 3.4e38), ("below the least normal float", 1e-39)]
+)
+def test_coordinates_at_the_ends_of_float32_have_frames(name: str, scale: float) -> None:
+    largest = np.abs(DENSE.positions).max()
+    positions = (DENSE.positions.astype(np.float64) / largest * scale).astype(np.float32)
+    for method in TANGENT_METHODS:
+        faults = frame_faults(tangent_frames(replace(DENSE, positions=positions), method))
+        assert faults["tangent_length"] < 1e-6 and faults["tangent_lean_deg"] < 1e-4, name
+        assert faults["tangent_sign"] == 0
 
 
 @pytest.mark.deep
