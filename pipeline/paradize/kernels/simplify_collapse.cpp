@@ -41,7 +41,7 @@ class Simplifier {
     Result run() {
         measure_parts();
         for (std::uint32_t e = 0; e < surface.edges(); ++e) {
-            queue.push(e, Queue::bucket(evaluate(surface.half[e]).cost));
+            queue.push(e, Queue::bucket(evaluate(surface.half[e], Part::shape).cost));
         }
         Result result;
         result.stop = Stop::target;
@@ -131,7 +131,7 @@ class Simplifier {
         for (std::uint32_t e = 0; e < surface.edges(); ++e) {
             if (state[e] == parked) {
                 state[e] = queued;
-                queue.push(e, Queue::bucket(evaluate(surface.half[e]).cost));
+                queue.push(e, Queue::bucket(evaluate(surface.half[e], Part::shape).cost));
             }
         }
     }
@@ -208,14 +208,17 @@ class Simplifier {
         }
     }
 
-    Choice evaluate(std::uint32_t h) {
+    // The cost of the shape alone is a bound of the whole cost from below, and cheap.
+    enum class Part : std::uint8_t { shape, whole };
+
+    Choice evaluate(std::uint32_t h, Part what) {
         const std::uint32_t vp = surface.vertex[h];
         const std::uint32_t vq = surface.vertex[next(h)];
         const Corner &p = memory.corners[vp];
         const Corner &q = memory.corners[vq];
         Quadric all = p.shape;
         all += q.shape;
-        if (!memory.drift.empty()) {
+        if (what == Part::whole) {
             match_wedges(h);
             for_sets([&](std::uint32_t a, std::uint32_t b, std::uint32_t c) { add_drift(all, a, b, c); });
         }
@@ -376,8 +379,12 @@ class Simplifier {
 
     void try_edge(std::uint32_t e, std::uint32_t bucket) {
         const std::uint32_t h = surface.half[e];
-        const Choice choice = evaluate(h);
-        const std::uint32_t now = Queue::bucket(choice.cost);
+        Choice choice = evaluate(h, Part::shape);
+        std::uint32_t now = Queue::bucket(choice.cost);
+        if (now <= bucket && !memory.drift.empty()) {
+            choice = evaluate(h, Part::whole);
+            now = Queue::bucket(choice.cost);
+        }
         if (now > bucket) {
             queue.push(e, now);
             return;
