@@ -229,6 +229,7 @@ def test_deeply_nested_json_is_refused() -> None:
         replace(card(), normals=np.zeros((3, 3), np.float32)),
         replace(card(), uvs=np.zeros((4, 2), np.float64)),
         replace(card(), groups=(Group("left", "wood", 0, 1),)),
+        replace(card(), colors=np.full((4, 4), 1.5, np.float32)),
     ],
 )
 def test_what_a_reader_would_refuse_is_never_written(broken: Mesh) -> None:

@@ -146,6 +146,8 @@ def _require_sound(mesh: Mesh, name: str) -> None:
         if not np.isfinite(values).all():
             at = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
             raise BakeError(f"{attribute} is not finite", file=name, place=f"vertex {at}")
+    if mesh.colors is not None and (mesh.colors.min() < 0 or mesh.colors.max() > 1):
+        raise BakeError("colors leave 0 to 1", file=name)
     at = 0
     for group in _groups(mesh):
         if group.first != at or group.count <= 0:

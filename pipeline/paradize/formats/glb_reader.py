@@ -192,6 +192,8 @@ def _read_level(reader: _Reader, at: int) -> Lod:
         if not np.isfinite(values).all():
             vertex = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
             raise reader.fault(f"{key} of vertex {vertex} is not finite", f"/accessors/{index}")
+        if key == "COLOR_0" and (values.min() < 0 or values.max() > 1):
+            raise reader.fault("colours leave 0 to 1", f"/accessors/{index}")
         arrays[attribute] = values
     count = len(arrays["positions"])
     for attribute, values in arrays.items():
