@@ -44,14 +44,20 @@ Topology topology(std::span<const std::uint32_t> triangles, std::uint32_t vertic
     Topology out;
     out.border_vertex.assign(vertices, 0);
     const auto next = [](std::uint32_t c) { return c % 3 == 2 ? c - 2 : c + 1; };
+    // By lower end first, which counting does, then by upper end and corner among the few that share it.
+    std::vector<std::uint32_t> start(static_cast<std::size_t>(vertices) + 1, 0);
+    for (std::uint32_t c = 0; c < corners; ++c)
+        ++start[std::min(triangles[c], triangles[next(c)]) + 1];
+    std::partial_sum(start.begin(), start.end(), start.begin());
     std::vector<Edge> edges(corners);
     for (std::uint32_t c = 0; c < corners; ++c) {
         const std::uint32_t a = triangles[c], b = triangles[next(c)];
-        edges[c] = {std::min(a, b), std::max(a, b), c};
+        edges[start[std::min(a, b)]++] = {std::min(a, b), std::max(a, b), c};
     }
-    std::ranges::sort(edges, [](const Edge &a, const Edge &b) {
-        return std::tie(a.low, a.high, a.corner) < std::tie(b.low, b.high, b.corner);
-    });
+    for (std::uint32_t v = 0, first = 0; v < vertices; first = start[v++])
+        std::sort(edges.begin() + first, edges.begin() + start[v], [](const Edge &a, const Edge &b) {
+            return std::tie(a.high, a.corner) < std::tie(b.high, b.corner);
+        });
     Sets faces(corners / 3), fans(corners);
     for (std::size_t i = 0; i < corners;) {
         std::size_t stop = i + 1;
