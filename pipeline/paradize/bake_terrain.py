@@ -15,7 +15,7 @@ from paradize.metrics.terrain import TerrainError, terrain_error
 from paradize.readers.heightmap import read_heightmap
 from paradize.stages.terrain import terrain_mesh
 
-TIERS = {"fast": "balanced", "balanced": "balanced", "exact": "exact"}
+TIERS = ("fast", "balanced", "exact")
 TRIES = 6
 
 
@@ -52,9 +52,9 @@ def bake_terrain(
     field, warnings = read_heightmap(
         path, size_x_m=size_x_m, size_z_m=size_z_m, height_m=height_m, base_m=base_m
     )
-    used = TIERS[tier]
-    if used != tier:
-        warnings.append(f"terrain has no tier {tier!r}; {used!r} was used")
+    if tier not in TIERS:
+        raise ValueError(f"no tier {tier!r}")
+    used = tier
     tolerance = max_error_m
     if tolerance == 0.0:
         used = "exact"

@@ -17,7 +17,7 @@ from paradize.bake_terrain import bake_terrain
 from paradize.data import Heightfield, Mesh
 from paradize.errors import BakeError, SourceError
 from paradize.formats.glb import decode_glb
-from paradize.kernels.terrain import refine
+from paradize.kernels.terrain import bisect, refine
 from paradize.metrics.terrain import terrain_error
 from paradize.readers.heightmap import read_heightmap
 from paradize.stages.terrain import terrain_mesh
@@ -66,11 +66,11 @@ shapes = hnp.array_shapes(min_dims=2, max_dims=2, min_side=2, max_side=24)
 grids = hnp.arrays(np.float32, shapes, elements=st.integers(-50, 50).map(lambda k: np.float32(k / 4)))
 
 
-@given(grids, st.sampled_from([0.0, 0.01, 0.3, 1.0, 30.0]))
-@settings(max_examples=80, deadline=None)
-def test_any_heights_keep_the_bound_and_are_covered_once(heights: F32, tolerance: float) -> None:
+@given(grids, st.sampled_from([0.0, 0.01, 0.3, 1.0, 30.0]), st.sampled_from(["fast", "balanced"]))
+@settings(max_examples=120, deadline=None)
+def test_any_heights_keep_the_bound_and_are_covered_once(heights: F32, tolerance: float, tier: str) -> None:
     field = field_of(heights, 7.0, 13.0)
-    mesh = terrain_mesh(field, tolerance_m=tolerance, tier="balanced")
+    mesh = terrain_mesh(field, tolerance_m=tolerance, tier=tier)
     error = terrain_error(mesh, field)
     # A vertex's x and z are float32: a cliff stands as far aside as they round.
     cliff_m = max(np.abs(np.diff(heights, axis=k)).max(initial=0.0) for k in (0, 1))
@@ -178,6 +178,29 @@ def test_the_mesh_is_a_delaunay_triangulation() -> None:
         assert (inside <= 0).all()
 
 
+@pytest.mark.parametrize("make", [refine, bisect])
+@pytest.mark.parametrize(
+    ("rows", "columns"), [(2, 2), (2, 9), (9, 2), (33, 20), (257, 258), (300, 700), (513, 513)]
+)
+def test_tiles_meet_and_threads_do_not_matter(make, rows: int, columns: int) -> None:  # type: ignore[no-untyped-def]
+    """Whole numbers: the doubled areas sum to the rectangle's, every one positive, all edges meet."""
+    heights = hills(rows, columns)
+    for tolerance in (0.02, 0.4, 5.0):
+        pixels, triangles = make(heights, tolerance, threads=1)
+        for mine, again in zip((pixels, triangles), make(heights, tolerance, threads=3), strict=True):
+            assert np.array_equal(mine, again)
+        at = pixels.astype(np.int64)[triangles]
+        doubled = (at[:, 1, 1] - at[:, 0, 1]) * (at[:, 2, 0] - at[:, 0, 0]) - (at[:, 1, 0] - at[:, 0, 0]) * (
+            at[:, 2, 1] - at[:, 0, 1]
+        )
+        assert (doubled > 0).all() and int(doubled.sum()) == 2 * (rows - 1) * (columns - 1)
+        assert edges_meet(triangles)
+
+
+def test_a_plane_of_many_tiles_needs_two_triangles() -> None:
+    assert len(refine(np.full((700, 1100), 3.0, np.float32), 0.01)[1]) == 2
+
+
 def test_the_kernel_refuses_what_it_cannot_mesh() -> None:
     for heights in (np.zeros((1, 5), np.float32), np.zeros((5, 1), np.float32), np.zeros((0, 0), np.float32)):
         with pytest.raises(ValueError):
@@ -241,7 +264,8 @@ def test_the_glb_tells_the_measured_error(tmp_path: Path) -> None:
     assert made.triangles == len(lod.mesh.triangles) and made.warnings == []
     again = bake_terrain(path, size_x_m=100, size_z_m=100, height_m=20, max_error_m=0.1)
     assert again.glb == made.glb
-    assert "fast" in bake_terrain(path, size_x_m=9, size_z_m=9, height_m=1, tier="fast").warnings[0]
+    fast = bake_terrain(path, size_x_m=100, size_z_m=100, height_m=20, max_error_m=0.1, tier="fast")
+    assert fast.tier == "fast" and fast.max_error_m <= 0.1 and fast.triangles > made.triangles
 
 
 def test_a_bound_that_float32_cannot_hold_is_refused(tmp_path: Path) -> None:

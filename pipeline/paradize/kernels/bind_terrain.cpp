@@ -1,4 +1,5 @@
 #include "terrain_delaunay.hpp"
+#include "terrain_rtin.hpp"
 
 #include <cstdint>
 #include <nanobind/nanobind.h>
@@ -18,7 +19,11 @@ nb::ndarray<nb::numpy, std::uint32_t> to_numpy(std::vector<std::uint32_t> &&valu
     return nb::ndarray<nb::numpy, std::uint32_t>(kept->data(), {kept->size()}, owner);
 }
 
-nb::tuple refine(const Heights &heights, double tolerance, int threads) {
+using Maker = paradize::terrain::Triangulation (*)(std::span<const float>, std::uint32_t, std::uint32_t,
+                                                   double, int);
+
+template <Maker make>
+nb::tuple triangulate(const Heights &heights, double tolerance, int threads) {
     const std::size_t rows = heights.shape(0), columns = heights.shape(1);
     if (rows < 2 || columns < 2 || rows > 16385 || columns > 16385)
         throw nb::value_error("heights must be 2 to 16385 on each side");
@@ -27,9 +32,8 @@ nb::tuple refine(const Heights &heights, double tolerance, int threads) {
     paradize::terrain::Triangulation result;
     {
         nb::gil_scoped_release release;
-        result =
-            paradize::terrain::refine({heights.data(), rows * columns}, static_cast<std::uint32_t>(columns),
-                                      static_cast<std::uint32_t>(rows), tolerance, threads);
+        result = make({heights.data(), rows * columns}, static_cast<std::uint32_t>(columns),
+                      static_cast<std::uint32_t>(rows), tolerance, threads);
     }
     return nb::make_tuple(to_numpy(std::move(result.pixels)), to_numpy(std::move(result.triangles)));
 }
@@ -38,5 +42,8 @@ nb::tuple refine(const Heights &heights, double tolerance, int threads) {
 
 NB_MODULE(_terrain, m) {
     m.doc() = "Terrain kernels; the checked face is paradize.kernels.terrain.";
-    m.def("refine", &refine, nb::arg("heights").noconvert(), nb::arg("tolerance"), nb::arg("threads"));
+    m.def("refine", &triangulate<&paradize::terrain::refine>, nb::arg("heights").noconvert(),
+          nb::arg("tolerance"), nb::arg("threads"));
+    m.def("bisect", &triangulate<&paradize::terrain::bisect>, nb::arg("heights").noconvert(),
+          nb::arg("tolerance"), nb::arg("threads"));
 }

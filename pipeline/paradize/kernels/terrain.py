@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 
@@ -20,10 +22,26 @@ def refine(
     Returns the vertices (n, 2) uint32 as (row, column), and the triangles (m, 3) uint32, which turn clockwise
     in an image drawn with row 0 at the top. Raises ValueError for other shapes, dtypes or values.
     """
+    return _listed(_terrain.refine, heights, tolerance, threads)
+
+
+def bisect(
+    heights: npt.NDArray[np.float32], tolerance: float, *, threads: int = THREADS
+) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
+    """As `refine`, by a hierarchy of right triangles: no Delaunay triangulation, more triangles, less time."""
+    return _listed(_terrain.bisect, heights, tolerance, threads)
+
+
+def _listed(
+    make: Callable[..., tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]],
+    heights: npt.NDArray[np.float32],
+    tolerance: float,
+    threads: int,
+) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
     if heights.dtype != np.float32 or heights.ndim != 2:
         raise ValueError(f"heights must be (rows, columns) float32, not {heights.shape} {heights.dtype}")
     if not np.isfinite(heights).all():
         raise ValueError("heights must be finite")
-    pixels, triangles = _terrain.refine(np.ascontiguousarray(heights), float(tolerance), threads)
+    pixels, triangles = make(np.ascontiguousarray(heights), float(tolerance), threads)
     columns = np.uint32(heights.shape[1])
     return np.stack([pixels // columns, pixels % columns], axis=1), triangles.reshape(-1, 3)

@@ -1,7 +1,8 @@
 """Height field -> mesh with two UV sets, normals from the field itself, and a bound on the vertical error.
 
 Vertices are pixels: x = -size_x / 2 + column * size_x / (columns - 1), z likewise from the row, y = height.
-Tiers: `balanced` greedy Delaunay insertion (Garland and Heckbert, 1995); `exact` every pixel is a vertex.
+Tiers: `fast` a hierarchy of right triangles, every one measured at every pixel; `balanced` greedy Delaunay
+insertion (Garland and Heckbert, 1995); `exact` every pixel is a vertex.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import numpy.typing as npt
 
 from paradize.data import Group, Heightfield, Mesh
 from paradize.errors import BakeError
-from paradize.kernels.terrain import refine
+from paradize.kernels.terrain import bisect, refine
 
 MAX_GRID_TRIANGLES = 64_000_000
 
@@ -47,7 +48,7 @@ def terrain_mesh(field: Heightfield, *, tolerance_m: float, sand_repeat: float =
 
     normals, tangents: from the height field; T points along +X, B along -Z, w = +1. uvs: the sand pattern,
     sand_repeat times along X and as often along Z as keeps its tiles square. uvs1: the effect map, once: the
-    first and last column at 0 and 1. tier: "balanced" or "exact"; a tolerance of 0 is "exact".
+    first and last column at 0 and 1. tier: "fast", "balanced" or "exact"; a tolerance of 0 is "exact".
     Raises BakeError when every pixel as a vertex would make more than MAX_GRID_TRIANGLES triangles.
     """
     rows, columns = field.heights_m.shape
@@ -62,7 +63,8 @@ def terrain_mesh(field: Heightfield, *, tolerance_m: float, sand_repeat: float =
             )
         vertices, triangles = _grid(rows, columns)
     else:
-        vertices, triangles = refine(field.heights_m, tolerance_m)
+        make = bisect if tier == "fast" else refine
+        vertices, triangles = make(field.heights_m, tolerance_m)
     row, column = vertices[:, 0], vertices[:, 1]
     u = column.astype(np.float64) / (columns - 1)
     v = row.astype(np.float64) / (rows - 1)
