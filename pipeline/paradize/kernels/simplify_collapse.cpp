@@ -34,9 +34,8 @@ class Simplifier {
   public:
     Simplifier(const Input &in, const Limits &lim)
         : input(in), limits(lim), surface(join(in.triangles, in.place, in.group, in.locked)),
-          memory(remember(in, surface)), queue(surface.edges()), state(surface.edges(), queued),
-          seen(surface.vertices(), 0), alive(surface.triangles(), 1), moved(surface.wedges(), 0),
-          left(surface.triangles()) {}
+          memory(remember(in, surface)), state(surface.edges(), queued), seen(surface.vertices(), 0),
+          alive(surface.triangles(), 1), moved(surface.wedges(), 0), left(surface.triangles()) {}
 
     Result run() {
         measure_parts();
@@ -106,11 +105,22 @@ class Simplifier {
         const std::uint32_t second = surface.half[queue.ahead(16)];
         fetch(&surface.vertex[second]);
         fetch(&surface.twin[second]);
+        fetch(&surface.wedge[second]);
         const std::uint32_t first = surface.half[queue.ahead(8)];
         for (const std::uint32_t i : {first, next(first)}) {
             const Corner &corner = memory.corners[surface.vertex[i]];
             fetch(&corner);
             fetch(&corner.area);
+            if (!memory.drift.empty()) {
+                const std::uint32_t w = surface.wedge[i];
+                fetch(&memory.area[w]);
+                fetch(&memory.drift[w]);
+                fetch(&memory.drift[w].c);
+                const Slope *slopes = memory.slopes.data() + w * memory.width;
+                for (std::size_t k = 0; k < memory.width; k += 2) {
+                    fetch(slopes + k);
+                }
+            }
         }
     }
 

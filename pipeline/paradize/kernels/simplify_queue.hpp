@@ -14,21 +14,20 @@ namespace paradize::simplify {
 // that edges that lie side by side in the mesh are met one after another.
 class Queue {
   public:
-    explicit Queue(std::size_t edges) : head(buckets, none), link(edges, none) {}
+    Queue() : bins(buckets) {}
 
     static std::uint32_t bucket(double cost) {
         const float small = static_cast<float>(std::min(std::max(cost, 1e-37), 1e37));
         return std::bit_cast<std::uint32_t>(small) >> shift;
     }
     void push(std::uint32_t edge, std::uint32_t into) {
-        link[edge] = head[into];
-        head[into] = edge;
+        bins[into].push_back(edge);
         lowest = std::min(lowest, into);
     }
     // The next edge of the lowest bucket, or none; `from` is its bucket.
     std::uint32_t pop(std::uint32_t &from) {
         if (at == batch.size()) {
-            while (lowest < buckets && head[lowest] == none) {
+            while (lowest < buckets && bins[lowest].empty()) {
                 ++lowest;
             }
             if (lowest == buckets) {
@@ -36,10 +35,7 @@ class Queue {
             }
             at = 0;
             batch.clear();
-            for (std::uint32_t edge = head[lowest]; edge != none; edge = link[edge]) {
-                batch.push_back(edge);
-            }
-            head[lowest] = none;
+            batch.swap(bins[lowest]);
             current = lowest;
             std::sort(batch.begin(), batch.end());
         }
@@ -53,8 +49,7 @@ class Queue {
   private:
     static constexpr std::uint32_t shift = 21; // two bits of the mantissa stay
     static constexpr std::uint32_t buckets = 0x7f800000u >> shift;
-    std::vector<std::uint32_t> head;
-    std::vector<std::uint32_t> link;
+    std::vector<std::vector<std::uint32_t>> bins;
     std::uint32_t lowest = buckets;
     std::vector<std::uint32_t> batch;
     std::size_t at = 0;
