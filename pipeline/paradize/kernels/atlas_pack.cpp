@@ -12,6 +12,9 @@ namespace {
 
 constexpr std::uint32_t most_cells = 512; // a side; larger squares are packed by cells of some texels
 constexpr int attempts = 6;
+// With this many charts the guesses are good, and a layout takes long.
+constexpr std::size_t many_charts = 200;
+constexpr int attempts_with_many = 4;
 
 struct Span {
     std::int32_t low, high; // cells [low, high)
@@ -284,6 +287,7 @@ Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart
     double good = 0, bad = longest > 0 ? side / longest : 1;
     double scale = area > 0 ? std::min(bad, std::sqrt(0.75 * side * side / area)) : bad;
     std::vector<Place> places(charts.size()), best;
+    const int enough = charts.size() > many_charts ? attempts_with_many : attempts;
     for (int attempt = 0; attempt < 6 * attempts; ++attempt) {
         const std::int32_t height = lay_out(charts, order, scale, inner, room, 2 * side, places) - room;
         if (height <= side) {
@@ -292,7 +296,7 @@ Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart
         } else {
             bad = scale;
         }
-        if (!best.empty() && (attempt + 1 >= attempts || bad - good < 2e-3 * good)) {
+        if (!best.empty() && (attempt + 1 >= enough || bad - good < 2e-3 * good)) {
             break;
         }
         const double guess =
