@@ -1,8 +1,8 @@
 """A mesh with fewer triangles: tiers `fast` (meshoptimizer, with attributes), `balanced` and `exact` (our own
 quadric edge collapse, `kernels/simplify_collapse.hpp`).
 
-Which tier takes which was measured: meshoptimizer is the quickest and leaves the largest errors, ours is
-nearer than any library at equal triangles. `exact` starts every level from the original surface and weighs
+Which tier takes which was measured: meshoptimizer is the quickest and mostly leaves the largest errors, ours
+is mostly nearer than it and than fast-simplification at equal triangles. `exact` starts every level from the original surface and weighs
 attributes in several ways; `bake_lods.py` measures and takes the nearest.
 
 The mesh is centred on the origin with a diagonal of 1. Surfaces stay closed at texture seams and borders
