@@ -10,6 +10,7 @@
 #include "mesh_project.hpp"
 #include "mesh_tangents.hpp"
 #include "mesh_topology.hpp"
+#include "mesh_weld.hpp"
 #include "reference_distance.hpp"
 #include "reference_frames.hpp"
 #include "triangle_tree.hpp"
@@ -196,4 +197,11 @@ TEST_CASE("anglesAreRightAtBothEnds") {
     CHECK(out[1] == doctest::Approx(180));
     CHECK(out[2] == doctest::Approx(90));
     CHECK(out[3] == 90);
+}
+
+TEST_CASE("weldedPointsGoToTheNearestEarlierOneThatStays") {
+    const std::vector<float> points = {0, 0, 0, 1, 0, 0, 0.4f, 0, 0, 0.75f, 0, 0, 1e30f, 0, 0};
+    CHECK(paradize::mesh::weld(points, 0.5) == std::vector<std::uint32_t>{0, 1, 0, 1, 4});
+    CHECK(paradize::mesh::weld(points, 1e-30) == std::vector<std::uint32_t>{0, 1, 2, 3, 4});
+    CHECK(paradize::mesh::weld({}, 1).empty());
 }
