@@ -2,8 +2,8 @@
 quadric edge collapse, `kernels/simplify_collapse.hpp`).
 
 Which tier takes which was measured: meshoptimizer is the quickest and mostly leaves the largest errors, ours
-is mostly nearer than it and than fast-simplification at equal triangles. `exact` starts every level from the original surface and weighs
-attributes in several ways; `bake_lods.py` measures and takes the nearest.
+is mostly nearer than it and than fast-simplification at equal triangles. `exact` is what `bake_lods.py` makes
+of several ways to weigh attributes: it measures them and keeps the nearest.
 
 The mesh is centred on the origin with a diagonal of 1. Surfaces stay closed at texture seams and borders
 between materials: vertices are joined only where position, texture coordinate and material agree, and what
