@@ -238,7 +238,9 @@ def test_floats_are_metres_and_8_bits_are_warned_about(tmp_path: Path) -> None:
     [
         ("one.png", np.zeros((1, 1), np.uint16), "1 x 1"),
         ("row.png", np.zeros((1, 9), np.uint16), "9 x 1"),
-        ("nan.exr", np.array([[0, 1], [2, np.nan]], np.float32), "(1, 1)"),
+        ("nan.exr", np.full((2, 2), np.nan, np.float32), "no height"),
+        ("inf.exr", np.array([[0, 1], [2, np.inf]], np.float32), "(1, 1)"),
+        ("both.exr", np.array([[np.nan, 1], [2, -np.inf]], np.float32), "(1, 1)"),
         ("far.exr", np.array([[0, 1e30], [2, 3]], np.float32), "(1, 0)"),
         ("color.png", np.arange(12, dtype=np.uint8).reshape(2, 2, 3), "colour"),
     ],

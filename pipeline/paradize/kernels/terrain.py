@@ -28,7 +28,7 @@ def refine(
 def bisect(
     heights: npt.NDArray[np.float32], tolerance: float, *, threads: int = THREADS
 ) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
-    """As `refine`, by a hierarchy of right triangles: no Delaunay triangulation, more triangles, less time."""
+    """As `refine`, by a hierarchy of right triangles: not Delaunay, more triangles."""
     return _listed(_terrain.bisect, heights, tolerance, threads)
 
 

@@ -1,8 +1,9 @@
 """The terrain's true error: the vertical distance of its triangles from every pixel of the height field.
 
 Brute force and independent of the mesher: it sees only the float32 positions of the finished mesh, casts a
-vertical line through every pixel and meets each triangle that covers it, in float64, borders included. It also
-counts the pixels that no triangle covers, and the triangles that do not face up. Native, in bands of rows.
+vertical line through every pixel and meets each triangle that covers it, in float64, borders included. It
+also counts the pixels that no triangle covers, and the triangles that do not face up. Native, in bands of
+rows.
 """
 
 from __future__ import annotations

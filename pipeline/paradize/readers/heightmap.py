@@ -1,20 +1,27 @@
 """A grey-level picture -> Heightfield: integers span 0..H metres, floats and signed integers are metres.
 
+Raw SRTM tiles (`.hgt`: square, signed 16 bit, big-endian) are read too. Pixels without a height are filled
+from their surroundings and told: NaN, the value that a TIFF declares (GDAL's tag), SRTM's -32768.
+
 Pixel (0, 0) is the corner at -X, -Z; a pixel is a vertex, so the sizes span the first to the last pixel.
 """
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
-from paradize.data import Heightfield
+from paradize.data import Heightfield, Image
 from paradize.errors import SourceError
 from paradize.readers.image import holds_plain_numbers, read_image
+from paradize.readers.nodata import declared_nodata, fill_nodata
 
 MAX_SIDE = 16385
 HEIGHT_LIMIT_M = 1e7
+SRTM_VOID = -32768.0
 
 
 def read_heightmap(
@@ -24,12 +31,18 @@ def read_heightmap(
 
     height_m: how far white lies above black, for integer pictures; floats are metres already. base_m: y of
     black (of 0 in floats). Sizes: metres, > 0. Raises SourceError for what is no picture, less than 2 pixels
-    on a side, more than MAX_SIDE, coloured, NaN, infinite or farther than HEIGHT_LIMIT_M from 0, with the
-    pixel.
+    on a side, more than MAX_SIDE, coloured, without any height, infinite or farther than
+    HEIGHT_LIMIT_M from 0, with the pixel.
     """
     warnings: list[str] = []
-    image = read_image(path, color_space="data")
-    metres = holds_plain_numbers(path)
+    if path.suffix.lower() == ".hgt":
+        image, metres, void = _read_srtm(path), True, SRTM_VOID
+    else:
+        image = read_image(path, color_space="data", finite=False)
+        metres, void = holds_plain_numbers(path), declared_nodata(path)
+        if void is not None and not metres:  # a code, as the pixels are shares of the largest
+            top = np.float32({8: 255.0, 16: 65535.0}.get(image.source_bits, 4294967295.0))
+            void = float(np.float32(void) / top)
     pixels = image.pixels
     rows, columns, channels = pixels.shape
     if min(rows, columns) < 2 or max(rows, columns) > MAX_SIDE:
@@ -48,7 +61,8 @@ def read_heightmap(
         warnings.append(
             f"{path}: has 8 bits a pixel: heights are steps of {step:.3g} m; save it with 16 bits"
         )
-    heights = levels.astype(np.float64)
+    heights, told = _filled(levels.astype(np.float64), void, path)
+    warnings.extend(told)
     if not metres:
         heights = heights * height_m
     heights = heights + base_m
@@ -61,3 +75,44 @@ def read_heightmap(
             place=f"pixel ({column}, {row})",
         )
     return Heightfield(np.ascontiguousarray(heights.astype(np.float32)), size_x_m, size_z_m), warnings
+
+
+def _read_srtm(path: Path) -> Image:
+    """A raw SRTM tile: 2 bytes a pixel, as many rows as columns (3601 or 1201 as published)."""
+    try:
+        size = path.stat().st_size
+        side = math.isqrt(size // 2)
+        if size % 2 or side * side * 2 != size or not 2 <= side <= MAX_SIDE:
+            raise SourceError(
+                f"has {size} bytes; a .hgt file has 2 for each pixel of a square, 2 to {MAX_SIDE} on a side",
+                file=path,
+                mend="fetch it again: it may be cut",
+            )
+        raw = np.fromfile(path, dtype=">i2")
+    except OSError as error:
+        raise SourceError(f"cannot be read: {error.strerror}", file=path) from error
+    if raw.size != side * side:
+        raise SourceError("changed while it was read", file=path)
+    return Image(raw.reshape(side, side, 1).astype(np.float32), "data", 32)
+
+
+def _filled(
+    heights: npt.NDArray[np.float64], void: float | None, path: Path
+) -> tuple[npt.NDArray[np.float64], list[str]]:
+    """Heights without holes, and a warning with the number of pixels filled and the first of them."""
+    missing = np.isnan(heights)
+    if void is not None and not math.isnan(void):
+        missing |= heights == np.float64(np.float32(void))
+    count = int(np.count_nonzero(missing))
+    if count == 0:
+        return heights, []
+    row, column = (int(k) for k in np.argwhere(missing)[0])
+    place = f"pixel ({column}, {row})"
+    if count == heights.size:
+        raise SourceError("has no height in any pixel", file=path)
+    wrong = np.isinf(heights) & ~missing
+    if wrong.any():
+        row, column = (int(k) for k in np.argwhere(wrong)[0])
+        raise SourceError("holds infinity", file=path, place=f"pixel ({column}, {row})")
+    text = f"{path}: {count} pixels without a height are filled from their surroundings, the first at {place}"
+    return fill_nodata(heights, ~missing), [text]

@@ -80,12 +80,13 @@ def limit(name: str) -> int:
     return int(told)
 
 
-def read_image(path: Path, *, color_space: str | None = None) -> Image:
+def read_image(path: Path, *, color_space: str | None = None, finite: bool = True) -> Image:
     """The picture in `path`: values (h, w, 1..4), finite, row 0 at the top, straight alpha.
 
     color_space: "srgb", "linear" or "data" overrides what the file says; by itself a file of floats or
     signed integers, and one that declares itself linear, is "linear", every other is "srgb". Pictures beyond
-    the limits are refused before they are decoded. Raises SourceError for a file that is missing, empty, no
+    the limits are refused before they are decoded. finite: whether NaN and infinity are refused; who takes
+    them looks for them. Raises SourceError for a file that is missing, empty, no
     picture, damaged, truncated, too large, of a shape that is no picture, or that holds NaN or infinity.
     """
     _require_file(path)
@@ -98,7 +99,7 @@ def read_image(path: Path, *, color_space: str | None = None) -> Image:
     if source is None:
         raise SourceError(f"no picture that can be read: {_message(oiio) or 'no reason given'}", file=path)
     try:
-        return _read_open(source, path, color_space)
+        return _read_open(source, path, color_space, finite)
     except MemoryError as error:
         raise SourceError("does not fit into memory", file=path, mend="make it smaller") from error
     finally:
@@ -172,7 +173,7 @@ def _message(source: Any) -> str:
     return "; ".join(line.strip() for line in text.splitlines() if line.strip())
 
 
-def _read_open(source: Any, path: Path, color_space: str | None) -> Image:
+def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -> Image:
     spec = source.spec()
     kind, name = source.format_name(), str(spec.format)
     _require_shape(spec, name, path)
@@ -181,7 +182,7 @@ def _read_open(source: Any, path: Path, color_space: str | None) -> Image:
     values: npt.NDArray[Any] = _decode(source, spec, name, path)
     if channels != list(range(spec.nchannels)):
         values = np.ascontiguousarray(values[:, :, channels])
-    if values.dtype == np.float32:
+    if finite and values.dtype == np.float32:
         _require_finite(values, path)
     if values.shape[2] in (2, 4) and _is_premultiplied(spec, kind):
         values = _straighten(Image(values, "data", 32).pixels)

@@ -28,19 +28,18 @@ def _grid(rows: int, columns: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[n
     return np.stack([row, column], axis=1), triangles
 
 
-def slopes(field: Heightfield) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """(dy/dx, dy/dz) at every pixel, (rows, columns) float64: central differences, one-sided at the rim."""
-    heights = field.heights_m.astype(np.float64)
+def slopes(
+    field: Heightfield, row: npt.NDArray[np.integer], column: npt.NDArray[np.integer]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """(dy/dx, dy/dz) at pixels (n,), float64: central differences, one-sided at the rim."""
+    heights = field.heights_m
     rows, columns = heights.shape
     step_x, step_z = field.size_x_m / (columns - 1), field.size_z_m / (rows - 1)
-    along_x, along_z = np.empty_like(heights), np.empty_like(heights)
-    along_x[:, 1:-1] = (heights[:, 2:] - heights[:, :-2]) / (2.0 * step_x)
-    along_x[:, 0] = (heights[:, 1] - heights[:, 0]) / step_x
-    along_x[:, -1] = (heights[:, -1] - heights[:, -2]) / step_x
-    along_z[1:-1] = (heights[2:] - heights[:-2]) / (2.0 * step_z)
-    along_z[0] = (heights[1] - heights[0]) / step_z
-    along_z[-1] = (heights[-1] - heights[-2]) / step_z
-    return along_x, along_z
+    left, right = np.maximum(column, 1) - 1, np.minimum(column + 1, columns - 1)
+    above, below = np.maximum(row, 1) - 1, np.minimum(row + 1, rows - 1)
+    along_x = heights[row, right].astype(np.float64) - heights[row, left]
+    along_z = heights[below, column].astype(np.float64) - heights[above, column]
+    return along_x / ((right - left) * step_x), along_z / ((below - above) * step_z)
 
 
 def terrain_mesh(field: Heightfield, *, tolerance_m: float, sand_repeat: float = 1.0, tier: str) -> Mesh:
@@ -72,7 +71,7 @@ def terrain_mesh(field: Heightfield, *, tolerance_m: float, sand_repeat: float =
     positions[:, 0] = (u - 0.5) * field.size_x_m
     positions[:, 1] = field.heights_m[row, column]
     positions[:, 2] = (v - 0.5) * field.size_z_m
-    along_x, along_z = (slope[row, column] for slope in slopes(field))
+    along_x, along_z = slopes(field, row, column)
     normals = np.empty_like(positions)
     length = np.sqrt(along_x * along_x + along_z * along_z + 1.0)
     normals[:, 0] = -along_x / length
