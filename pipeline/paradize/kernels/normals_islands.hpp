@@ -15,6 +15,8 @@ namespace paradize::normals {
 // One per thread; see normals_from_heights.
 class IslandRows {
   public:
+    static constexpr std::size_t run = 16; // texels that are worked on at once
+
     IslandRows(std::span<const float> heights, std::span<const std::int32_t> islands, std::size_t rows,
                std::size_t columns, const Settings &settings);
 
@@ -33,10 +35,9 @@ class IslandRows {
     };
 
     const IdLine &line(std::ptrdiff_t y);
-    void breaks(const IdLine &line, int within, std::vector<std::uint8_t> &to) const;
     void mark(std::size_t y);
     template <bool down>
-    double slope(std::size_t x) const;
+    void slopes(std::size_t x, double *to) const;
 
     std::span<const float> heights_;
     std::span<const std::int32_t> islands_;
