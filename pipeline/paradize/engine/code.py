@@ -18,14 +18,12 @@ import paradize
 
 SUFFIXES = (".py", *EXTENSION_SUFFIXES)
 LIBRARIES = (
-    "fast_simplification",
     "meshoptimizer",
     "nanobind",
     "numpy",
     "openimageio",
     "openmesh",
     "soundfile",
-    "xatlas",
     "zstandard",
 )
 _IMPORT = re.compile(
