@@ -15,7 +15,7 @@ from paradize.readers.nodata import fill_nodata
 
 
 def slope(side: int) -> npt.NDArray[np.float64]:
-    return np.add.outer(3.0 * np.arange(side), 2.0 * np.arange(side))
+    return np.asarray(np.add.outer(3.0 * np.arange(side), 2.0 * np.arange(side)), np.float64)
 
 
 def test_an_srtm_tile_is_metres_with_its_voids_filled(tmp_path: Path) -> None:
@@ -43,7 +43,7 @@ def test_nan_in_floats_is_filled_and_told(tmp_path: Path) -> None:
     heights[7, 3] = np.nan
     spec = oiio.ImageSpec(20, 20, 1, "float")
     out = oiio.ImageOutput.create(str(tmp_path / "h.tif"))
-    assert out.open(str(tmp_path / "h.tif"), spec) and out.write_image(heights[:, :, None])
+    assert out and out.open(str(tmp_path / "h.tif"), spec) and out.write_image(heights[:, :, None])
     out.close()
     field, warnings = read_heightmap(tmp_path / "h.tif", size_x_m=1, size_z_m=1, height_m=1.0)
     assert field.heights_m[7, 3] == pytest.approx(27.0)

@@ -35,6 +35,7 @@ def read_heightmap(
     HEIGHT_LIMIT_M from 0, with the pixel.
     """
     warnings: list[str] = []
+    void: float | None
     if path.suffix.lower() == ".hgt":
         image, metres, void = _read_srtm(path), True, SRTM_VOID
     else:

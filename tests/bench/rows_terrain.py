@@ -1,0 +1,93 @@
+"""Terrain meshes beside pydelatin and pymartini; true errors by the reference rasteriser."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pydelatin
+import pymartini
+
+from paradize.kernels.reference_terrain import ground_error
+from paradize.kernels.terrain import refine
+from row import Row, pair_ms
+
+RANGE_M = 3800.0
+
+
+def rough_field(side: int) -> npt.NDArray[np.float32]:
+    """Noise of all octaves from 8 cells down to a pixel, bilinear, gain 0.62: side x side over 3,800 m."""
+    rng = np.random.default_rng(1)
+    heights = np.zeros((side, side))
+    cells, gain = 8, 1.0
+    while cells < side:
+        grid = rng.normal(size=(cells + 1, cells + 1))
+        at = np.arange(side) * (cells / side)
+        low = at.astype(int)
+        share = at - low
+        rows = grid[low] * (1.0 - share[:, None]) + grid[low + 1] * share[:, None]
+        heights += gain * (rows[:, low] * (1.0 - share) + rows[:, low + 1] * share)
+        cells, gain = 2 * cells, 0.62 * gain
+    heights -= heights.min()
+    return np.ascontiguousarray(heights * (RANGE_M / heights.max()), dtype=np.float32)
+
+
+def true_error(
+    heights: npt.NDArray[np.float32],
+    pixels: npt.NDArray[np.integer],
+    triangles: npt.NDArray[np.integer],
+) -> float:
+    """pixels: (n, 2) as (row, column); triangles in either turn."""
+    size = float(heights.shape[0] - 1)
+    positions = np.empty((len(pixels), 3), np.float32)
+    positions[:, 0] = pixels[:, 1] - size / 2
+    positions[:, 2] = pixels[:, 0] - size / 2
+    positions[:, 1] = heights[pixels[:, 0], pixels[:, 1]]
+    both = np.concatenate([triangles, triangles[:, ::-1]]).astype(np.uint32)
+    return ground_error(positions, both, heights, (size, size))[0]
+
+
+def told(count: int, error: float) -> str:
+    return f"{count} triangles, true error {error:.2f} m"
+
+
+def bench_delatin(runs: int) -> Row:
+    heights = rough_field(4097)
+    pixels, triangles = refine(heights, 10.0)
+    # Its y runs upwards: the field goes in upside down, so that its vertices are ours.
+    upside = np.ascontiguousarray(heights[::-1])
+    peer = pydelatin.Delatin(upside, max_error=10.0, width=4097, height=4097)
+    texts = told(len(triangles), true_error(heights, pixels, triangles)), f"{len(peer.triangles)} triangles"
+    times = pair_ms(
+        lambda: refine(heights, 10.0),
+        lambda: pydelatin.Delatin(upside, max_error=10.0, width=4097, height=4097).triangles,
+        max(1, runs // 4),
+    )
+    return Row("Terrain 4097 x 4097, 10 m of 3,800 m", times[0], "pydelatin", times[1], *texts, limit=3.0)
+
+
+def bench_martini(runs: int) -> Row:
+    heights = rough_field(513)
+    maker = pymartini.Martini(513)
+
+    def martini() -> tuple[npt.NDArray[np.integer], npt.NDArray[np.integer]]:
+        vertices, triangles = maker.create_tile(heights).get_mesh(10.0)
+        return np.asarray(vertices).reshape(-1, 2)[:, ::-1].astype(np.int64), np.asarray(triangles).reshape(
+            -1, 3
+        ).astype(np.int64)
+
+    peer = martini()
+    error = true_error(heights, *peer)
+    ours = refine(heights, error)
+    texts = told(len(ours[1]), true_error(heights, *ours)), told(len(peer[1]), error)
+    times = pair_ms(lambda: refine(heights, error), martini, runs)
+    return Row(
+        "Terrain 513 x 513, at the peer's true error", times[0], "pymartini", times[1], *texts, limit=1.0
+    )
+
+
+def rows(runs: int, folder: Path) -> Iterator[Row]:
+    yield bench_delatin(runs)
+    yield bench_martini(runs)
