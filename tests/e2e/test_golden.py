@@ -1,4 +1,4 @@
-"""Five moments of the flight look as they looked when a person last approved them.
+"""Five moments of the flight, and the contact sheet of the palm, look as a person last approved them.
 
 To approve a wanted change, look at build/golden/*.png and copy them over tests/golden/.
 """
@@ -13,7 +13,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
+from paradize.report.folder import draw_folder
 from tests.pictures import difference, load, save
 
 MOMENTS_S = (10, 62, 118, 165, 214)
@@ -25,6 +27,15 @@ POSTER_SIZE = "1280x720"
 MAX_OUTLIERS = 0.001
 MAX_FLIP = 0.01
 MAX_TILE_FLIP = 0.1
+
+
+def require_like(golden: Path, rendered: Path) -> None:
+    assert golden.is_file(), f"no golden picture {golden}: look at {rendered} and copy it there"
+    error = difference(golden, rendered)
+    message = f"{rendered} differs from {golden}: {error}"
+    assert error["outliers"] <= MAX_OUTLIERS, message
+    assert error["flip"] <= MAX_FLIP, message
+    assert error["tile"] <= MAX_TILE_FLIP, message
 
 
 def require_as_approved(
@@ -39,13 +50,7 @@ def require_as_approved(
     rendered.parent.mkdir(parents=True, exist_ok=True)
     result = player(island, "--time", time_s, "--size", size, "--screenshot", rendered)
     assert result.returncode == 0, result.stderr
-    golden = root / "tests/golden" / name
-    assert golden.is_file(), f"no golden picture {golden}: look at {rendered} and copy it there"
-    error = difference(golden, rendered)
-    message = f"{rendered} differs from {golden}: {error}"
-    assert error["outliers"] <= MAX_OUTLIERS, message
-    assert error["flip"] <= MAX_FLIP, message
-    assert error["tile"] <= MAX_TILE_FLIP, message
+    require_like(root / "tests/golden" / name, rendered)
 
 
 @pytest.mark.parametrize("time_s", MOMENTS_S)
@@ -60,6 +65,17 @@ def test_the_readme_s_picture_is_what_the_player_draws(
 ) -> None:
     poster_s = json.loads((island / "scene.json").read_text())["poster_s"]
     require_as_approved("poster.png", poster_s, POSTER_SIZE, island, root, player)
+
+
+def test_the_readme_s_contact_sheet_is_what_the_bake_draws(island: Path, root: Path, tmp_path: Path) -> None:
+    """Half the size and 256 colours: a README is read over a network."""
+    assert draw_folder(island, tmp_path).warnings == []
+    rendered = root / "build/golden/sheet_palm.png"
+    rendered.parent.mkdir(parents=True, exist_ok=True)
+    with Image.open(tmp_path / "palm.png") as sheet:
+        sheet.convert("RGB").reduce(2).quantize(256).save(rendered, optimize=True)
+    assert rendered.stat().st_size < 400_000
+    require_like(root / "tests/golden/sheet_palm.png", rendered)
 
 
 def test_the_rule_sees_a_small_hole_and_a_faint_drift(root: Path, tmp_path: Path) -> None:
