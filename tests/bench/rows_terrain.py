@@ -18,7 +18,7 @@ RANGE_M = 3800.0
 
 
 def rough_field(side: int) -> npt.NDArray[np.float32]:
-    """Noise of all octaves from 8 cells down to a pixel, bilinear, gain 0.62: side x side over 3,800 m."""
+    """Noise of all octaves from 8 cells down to a pixel, bilinear, gain 0.52: side x side over 3,800 m."""
     rng = np.random.default_rng(1)
     heights = np.zeros((side, side))
     cells, gain = 8, 1.0
@@ -29,7 +29,7 @@ def rough_field(side: int) -> npt.NDArray[np.float32]:
         share = at - low
         rows = grid[low] * (1.0 - share[:, None]) + grid[low + 1] * share[:, None]
         heights += gain * (rows[:, low] * (1.0 - share) + rows[:, low + 1] * share)
-        cells, gain = 2 * cells, 0.62 * gain
+        cells, gain = 2 * cells, 0.52 * gain
     heights -= heights.min()
     return np.ascontiguousarray(heights * (RANGE_M / heights.max()), dtype=np.float32)
 
