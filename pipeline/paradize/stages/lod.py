@@ -290,7 +290,11 @@ def _simplify_own(
     positions = np.where(
         moved[:, None], best.positions * unit + centre, joined.positions[best.vertex]
     ).astype(np.float32)
-    arrays: dict[str, npt.NDArray[np.float32] | None] = {"positions": positions, "tangents": None}
+    # Vertices can be more than there were: every attribute is either mixed, taken along or left out.
+    arrays: dict[str, npt.NDArray[np.float32] | None] = dict.fromkeys(ATTRIBUTES)
+    arrays["positions"] = positions
+    if joined.colors is not None:
+        arrays["colors"] = np.ascontiguousarray(joined.colors[best.vertex])
     at = 0
     for name in names:
         values = getattr(joined, name)
@@ -298,8 +302,6 @@ def _simplify_own(
         mixed = best.attributes[:, at : at + width]
         at += width
         arrays[name] = mixed if name == "normals" else _inside(joined, values, best.vertex, mixed)
-    for name in released:
-        arrays[name] = None
     result = with_groups(
         replace(joined, triangles=best.triangles, groups=(), **arrays),  # type: ignore[arg-type]
         triangle_groups(mesh)[best.triangle],

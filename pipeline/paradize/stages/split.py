@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from paradize.data import Mesh
+from paradize.errors import BakeError
 from paradize.kernels.mesh import number_corners
 
 if TYPE_CHECKING:
@@ -20,8 +21,13 @@ def split_by(mesh: Mesh, **corners: npt.NDArray[np.float32]) -> Mesh:
     """The mesh with attributes set from values per corner, each (m, 3, k) float32 or (3 m, k).
 
     A vertex whose corners differ becomes several. Vertices are numbered in the order of their first use;
-    positions and triangles keep their values, other attributes follow their vertex.
+    positions and triangles keep their values, other attributes follow their vertex. Raises BakeError where
+    the mesh has an attribute that is not one row per vertex.
     """
+    for name in ATTRIBUTES:
+        values = getattr(mesh, name)
+        if values is not None and len(values) != len(mesh.positions):
+            raise BakeError(f"{len(values)} {name} for {len(mesh.positions)} vertices")
     base = mesh.triangles.reshape(-1)
     flat = {name: values.reshape(len(base), -1) for name, values in corners.items()}
     index, first = number_corners(base, np.concatenate(list(flat.values()), axis=1))
