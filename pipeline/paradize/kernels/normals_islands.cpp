@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 #include "maps_parallel.hpp"
 
@@ -34,30 +35,55 @@ PARADIZE_CLONES void mark_row(const std::int32_t *__restrict ids, const std::int
     }
 }
 
-// The taps on one side, for consecutive texels.
-struct Side {
-    const std::int32_t *ids;
-    const float *heights;
-};
+constexpr std::size_t lanes = IslandRows::run;
+typedef double Reals __attribute__((vector_size(lanes * sizeof(double))));
+typedef float Floats __attribute__((vector_size(lanes * sizeof(float))));
+typedef std::int32_t Ids __attribute__((vector_size(lanes * sizeof(std::int32_t))));
+typedef std::int64_t Masks __attribute__((vector_size(lanes * sizeof(std::int64_t))));
 
-// Adds a pair of taps to the slopes of a run of texels; lost: those of which neither tap is on the island.
-PARADIZE_CLONES void add_pairs(const std::int32_t *__restrict own, const double *__restrict here,
-                               const Side &after, const Side &before, double weight, double *__restrict sums,
-                               std::int32_t *__restrict lost) {
-    const std::int32_t *after_ids = after.ids;
-    const std::int32_t *before_ids = before.ids;
-    const float *after_heights = after.heights;
-    const float *before_heights = before.heights;
-    for (std::size_t i = 0; i < IslandRows::run; ++i) {
-        const bool has_after = after_ids[i] == own[i];
-        const bool has_before = before_ids[i] == own[i];
-        const double above = after_heights[i];
-        const double below = before_heights[i];
-        const double difference = (has_after ? above : here[i]) - (has_before ? below : here[i]);
-        const double factor = has_after && has_before ? 1.0 : 2.0;
-        sums[i] += weight * (factor * difference);
-        lost[i] |= static_cast<std::int32_t>(!has_after) & static_cast<std::int32_t>(!has_before);
+// The slopes of `lanes` texels from x on, in units of height per texel: the sum of all pairs; where a pair is
+// lost, neither of its taps being on the island, half of the one at `middle` instead. `own` and `heights` are
+// those of the row's first texel.
+PARADIZE_CLONES void add_pairs(const IslandRows::Pair *pairs, std::size_t count, std::size_t middle,
+                               std::size_t x, const std::int32_t *own, const float *heights, double *to) {
+    Ids id;
+    Floats flat;
+    std::memcpy(&id, own + x, sizeof id);
+    std::memcpy(&flat, heights + x, sizeof flat);
+    const Reals here = __builtin_convertvector(flat, Reals);
+    Reals sum = {};
+    Reals nearest = {};
+    Masks kept = ~Masks{};
+    for (std::size_t i = 0; i < count; ++i) {
+        const IslandRows::Pair &pair = pairs[i];
+        Ids ids;
+        std::memcpy(&ids, pair.after_ids + x, sizeof ids);
+        const Masks after = __builtin_convertvector(ids == id, Masks);
+        std::memcpy(&ids, pair.before_ids + x, sizeof ids);
+        const Masks before = __builtin_convertvector(ids == id, Masks);
+        std::memcpy(&flat, pair.after_heights + x, sizeof flat);
+        const Reals above = __builtin_convertvector(flat, Reals);
+        std::memcpy(&flat, pair.before_heights + x, sizeof flat);
+        const Reals below = __builtin_convertvector(flat, Reals);
+        const Reals once = (after ? above : here) - (before ? below : here);
+        const Reals difference = (after & before) ? once : once + once;
+        kept &= after | before;
+        if (i > middle && i % 8 == 0) { // often all of them lose a pair early
+            std::int64_t any = 0;
+            for (std::size_t lane = 0; lane < lanes; ++lane) {
+                any |= kept[lane];
+            }
+            if (any == 0) {
+                break;
+            }
+        }
+        sum += pair.weight * difference;
+        if (i == middle) {
+            nearest = 0.5 * difference;
+        }
     }
+    const Reals slopes = kept ? sum : nearest;
+    std::memcpy(to, &slopes, sizeof slopes);
 }
 
 } // namespace
@@ -131,36 +157,21 @@ void IslandRows::mark(std::size_t y) {
     }
 }
 
-// Of a run of texels from column x on, of the row in the middle of around_, in units of height per texel,
-// with the taps that stay on the island.
+// Of the row in the middle of around_, the nearest first.
 template <bool down>
-void IslandRows::slopes(std::size_t x, double *to) const {
-    const std::size_t middle = x + depth_;
-    const std::int32_t *own = around_[depth_]->on_map.data() + middle;
-    std::array<double, run> here;
-    std::copy_n(around_[depth_]->heights.data() + middle, run, here.begin());
-    const auto add = [&](std::ptrdiff_t k, std::ptrdiff_t j, double weight, double *sums,
-                         std::int32_t *lost) {
-        const auto row = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(depth_) + (down ? k : j));
-        const auto column = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(middle) + (down ? j : k));
-        const IdLine &after = *around_[row];
-        const IdLine &before = *around_[2 * depth_ - row];
-        const std::size_t opposite = 2 * middle - column;
-        add_pairs(own, here.data(), {after.on_map.data() + column, after.heights.data() + column},
-                  {before.on_map.data() + opposite, before.heights.data() + opposite}, weight, sums, lost);
-    };
-    std::array<std::int32_t, run> lost{};
-    std::fill_n(to, run, 0.0);
+void IslandRows::pair_up(std::vector<Pair> &pairs) const {
+    pairs.clear();
+    const auto depth = static_cast<std::ptrdiff_t>(depth_);
     for (std::ptrdiff_t k = 1; k <= settings_.reach; ++k) {
         for (std::ptrdiff_t j = -settings_.across; j <= settings_.across; ++j) {
-            add(k, j, settings_.derivative[k - 1] * settings_.smooth[j < 0 ? -j : j], to, lost.data());
+            const std::ptrdiff_t rows = down ? k : j;
+            const std::ptrdiff_t columns = down ? j : k;
+            const IdLine &after = *around_[static_cast<std::size_t>(depth + rows)];
+            const IdLine &before = *around_[static_cast<std::size_t>(depth - rows)];
+            pairs.push_back({after.on_map.data() + depth + columns, after.heights.data() + depth + columns,
+                             before.on_map.data() + depth - columns, before.heights.data() + depth - columns,
+                             settings_.derivative[k - 1] * settings_.smooth[j < 0 ? -j : j]});
         }
-    }
-    std::array<double, run> nearest{};
-    std::array<std::int32_t, run> unused{};
-    add(1, 0, 0.5, nearest.data(), unused.data());
-    for (std::size_t i = 0; i < run; ++i) {
-        to[i] = lost[i] != 0 ? nearest[i] : to[i]; // where too little of the filter is left
     }
 }
 
@@ -170,23 +181,28 @@ void IslandRows::patch(std::size_t y, Encoding encoding, std::uint8_t *codes) {
         around_[i] = &line(static_cast<std::ptrdiff_t>(y + i) - static_cast<std::ptrdiff_t>(depth_));
     }
     const double sy = settings_.green_down ? -settings_.scale_y : settings_.scale_y;
+    pair_up<false>(along_);
+    pair_up<true>(down_);
+    const std::int32_t *own = around_[depth_]->on_map.data() + depth_;
+    const float *heights = around_[depth_]->heights.data() + depth_;
+    const auto nearest = static_cast<std::size_t>(settings_.across); // of the pairs: k 1, j 0
     std::array<double, run> along;
-    std::array<double, run> across;
+    std::array<double, run> down;
     const auto wanted = [&](std::size_t x) { return marked_[x] != 0 && islands_[y * columns_ + x] >= 0; };
     for (std::size_t x = 0; x < columns_;) {
         if (!wanted(x)) {
             ++x;
             continue;
         }
-        slopes<false>(x, along.data());
-        slopes<true>(x, across.data());
+        add_pairs(along_.data(), along_.size(), nearest, x, own, heights, along.data());
+        add_pairs(down_.data(), down_.size(), nearest, x, own, heights, down.data());
         const std::size_t end = std::min(run, columns_ - x);
         for (std::size_t i = 0; i < end; ++i) {
             if (!wanted(x + i)) {
                 continue;
             }
             const double nx = -settings_.scale_x * along[i];
-            const double ny = sy * across[i];
+            const double ny = sy * down[i];
             float xyz[3];
             steep_normals(&nx, &ny, 1, xyz);
             encode_row(xyz, 1, encoding, {codes + (x + i) * texel_bytes(encoding), nullptr, nullptr});

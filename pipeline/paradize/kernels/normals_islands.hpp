@@ -15,7 +15,16 @@ namespace paradize::normals {
 // One per thread; see normals_from_heights.
 class IslandRows {
   public:
-    static constexpr std::size_t run = 16; // texels that are worked on at once
+    static constexpr std::size_t run = 8; // texels that are worked on at once
+
+    // Two opposite taps of a row's first texel, and their weight.
+    struct Pair {
+        const std::int32_t *after_ids;
+        const float *after_heights;
+        const std::int32_t *before_ids;
+        const float *before_heights;
+        double weight;
+    };
 
     IslandRows(std::span<const float> heights, std::span<const std::int32_t> islands, std::size_t rows,
                std::size_t columns, const Settings &settings);
@@ -37,7 +46,7 @@ class IslandRows {
     const IdLine &line(std::ptrdiff_t y);
     void mark(std::size_t y);
     template <bool down>
-    void slopes(std::size_t x, double *to) const;
+    void pair_up(std::vector<Pair> &pairs) const;
 
     std::span<const float> heights_;
     std::span<const std::int32_t> islands_;
@@ -47,6 +56,8 @@ class IslandRows {
     std::size_t depth_;
     std::vector<IdLine> lines_;
     std::vector<std::uint8_t> marked_;
+    std::vector<Pair> along_; // of that row
+    std::vector<Pair> down_;
     std::vector<const IdLine *> around_; // of the row that is patched: the 2 * depth + 1 rows about it
 };
 
