@@ -1,0 +1,88 @@
+// Every number that a KTX2 file states, set to the ends of what it can say.
+#include "assets/inflate.hpp"
+#include "assets/ktx2.hpp"
+#include "error.hpp"
+#include "files.hpp"
+
+#include <cstring>
+#include <doctest/doctest.h>
+#include <limits>
+#include <vector>
+
+using namespace paradize;
+using assets::PixelFormat;
+
+namespace {
+
+constexpr std::size_t level_count = 5;
+
+template <typename T>
+test::Bytes with(test::Bytes file, std::size_t at, T value) {
+    std::memcpy(file.data() + at, &value, sizeof value);
+    return file;
+}
+
+/// Around 0, the file's end, half the range, all of it, and powers of two: where arithmetic breaks.
+template <typename T>
+std::vector<T> ends(std::size_t length) {
+    std::vector<T> out;
+    const T top = std::numeric_limits<T>::max();
+    for (const T near : {T{0}, static_cast<T>(length), static_cast<T>(top / 2), top, T{1} << 16U,
+                         static_cast<T>(T{1} << 31U), static_cast<T>(top - length)}) {
+        for (const int step : {-2, -1, 0, 1, 2}) {
+            out.push_back(static_cast<T>(near + static_cast<T>(step))); // wraps: another end
+        }
+    }
+    return out;
+}
+
+/// Read and inflated whole, inside its file; or refused by name.
+void survives(const test::Bytes &wrong) {
+    try {
+        const assets::Ktx2 ktx = assets::read_ktx2(wrong, "wrong.ktx2");
+        assets::Inflater inflater;
+        for (const assets::Ktx2Level &level : ktx.levels) {
+            const auto held = level.packed.empty() ? level.bytes : level.packed;
+            CHECK(held.data() >= wrong.data());
+            CHECK(held.data() + held.size() <= wrong.data() + wrong.size());
+            if (!level.packed.empty()) {
+                static_cast<void>(inflater.inflate(level.packed, level.room)); // ASan watches
+            }
+        }
+    } catch (const Error &error) {
+        CHECK(std::string(error.what()).starts_with("wrong.ktx2: "));
+    }
+}
+
+} // namespace
+
+TEST_CASE("KTX2: every field at its ends is refused by name or harmless") {
+    for (const test::Bytes &file : {test::ktx2_file(PixelFormat::rg8_snorm, 16, 8),
+                                    test::zstd_ktx2_file(PixelFormat::rg8_snorm, 16, 8)}) {
+        for (std::size_t at = 12; at < 64; at += 4) {
+            for (const auto value : ends<std::uint32_t>(file.size())) {
+                survives(with(file, at, value));
+            }
+        }
+        for (std::size_t at = 64; at < 80 + 24 * level_count; at += 8) {
+            for (const auto value : ends<std::uint64_t>(file.size())) {
+                survives(with(file, at, value));
+            }
+        }
+    }
+}
+
+TEST_CASE("KTX2: an offset and a length whose sum wraps around never leave the file") {
+    for (const test::Bytes &file : {test::ktx2_file(PixelFormat::rg8_snorm, 16, 8),
+                                    test::zstd_ktx2_file(PixelFormat::rg8_snorm, 16, 8)}) {
+        for (std::size_t entry = 80; entry < 80 + 24 * level_count; entry += 24) {
+            for (const auto offset : ends<std::uint64_t>(file.size())) {
+                const test::Bytes moved = with(file, entry, offset);
+                survives(moved);
+                for (const auto length : ends<std::uint64_t>(file.size())) {
+                    survives(with(moved, entry + 8, length));
+                }
+            }
+        }
+    }
+}
