@@ -17,8 +17,9 @@ from PIL import Image
 from paradize.data import Texture
 from paradize.formats.ktx2 import encode_ktx2, full_level_count
 from paradize.report.folder import draw_folder, draw_maps
+from paradize.report.pictures import Ground, SheetMap, lit_preview
 from paradize.report.shade import Material, flat_preview, sphere_preview, to_codes, to_light
-from paradize.report.sheet import Ground, SheetMap, draw_sheet, error_lines, lit_preview
+from paradize.report.sheet import draw_sheet, error_lines
 
 F32 = npt.NDArray[np.float32]
 

@@ -13,7 +13,8 @@ from typing import Any
 from paradize.engine.publish import write_whole
 from paradize.errors import ParadizeError
 from paradize.formats.ktx2 import decode_ktx2
-from paradize.report.sheet import Ground, SheetMap, draw_sheet, draw_sky
+from paradize.report.pictures import Ground, SheetMap
+from paradize.report.sheet import draw_sheet, draw_sky
 
 RECORD = "sheets.json"
 MAPS = ("color", "height", "normal", "gloss", "dudv")

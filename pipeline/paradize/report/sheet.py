@@ -6,99 +6,41 @@ Pillow draws; nothing here reaches an artifact.
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from paradize.metrics.texels import decode_texels
-from paradize.report.shade import Material, flat_preview, sphere_preview, to_codes, to_light
+from paradize.report.pictures import (
+    LARGEST,
+    PREVIEW,
+    Ground,
+    SheetMap,
+    close_view,
+    has_holes,
+    lit_preview,
+    picture_of,
+    shown_level,
+)
+from paradize.report.shade import to_codes
 
 if TYPE_CHECKING:
     import numpy.typing as npt
-
-    from paradize.data import Texture
 
     F32 = npt.NDArray[np.float32]
     U8 = npt.NDArray[np.uint8]
 
 _PAPER, _INK, _PALE, _LINE = (24, 25, 28), (236, 236, 232), (150, 152, 156), (58, 60, 66)
 _MARGIN, _GAP = 40, 24
-_PREVIEW = 640  # pixels
 _PANEL, _LARGE_PANEL = 312, 470  # the large one where there are at most two
 _THUMBS = 7  # mips in a strip
 _COLUMNS = 3
 _ZOOM = 2  # pixels a texel in the close view
-_LARGEST = 1024  # texels a side of the mip that is shown; level 0 is shown in the close view
-
-
-@dataclass(frozen=True)
-class SheetMap:
-    """One map of a material. tier, errors (metric -> value) and levels (one dict of errors a level) as
-    measured; bytes: its file's."""
-
-    texture: Texture
-    bytes: int
-    tier: str
-    errors: dict[str, float]
-    levels: list[dict[str, float]] = field(default_factory=list)
-
-
-@dataclass(frozen=True)
-class Ground:
-    """What the material is where it has no map. tiles: it repeats, and is shown on a sphere."""
-
-    tiles: bool = False
-    color: tuple[float, float, float] = (0.5, 0.5, 0.5)
-    specular: float = 0.5
-    smoothness: float = 0.5
 
 
 def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
     return ImageFont.load_default(size)
-
-
-def _shown_level(texture: Texture, largest: int) -> int:
-    """The finest level of at most `largest` texels a side."""
-    level = 0
-    while max(texture.width, texture.height) >> level > largest and level + 1 < len(texture.levels):
-        level += 1
-    return level
-
-
-def _rebuilt(xy: F32) -> F32:
-    """Unit normals (h, w, 3) of x and y."""
-    z = np.sqrt(np.maximum(0.0, 1.0 - (xy * xy).sum(axis=2, keepdims=True)))
-    out = np.concatenate([xy, z], axis=2)
-    length = np.sqrt((out * out).sum(axis=2, keepdims=True))
-    unit: F32 = (out / np.maximum(length, 1e-6)).astype(np.float32)
-    return unit
-
-
-def _codes(values: F32) -> U8:
-    out: U8 = np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
-    return out
-
-
-def _grey(values: F32) -> U8:
-    codes = _codes(values)
-    return np.repeat(codes[:, :, None], 3, axis=2)
-
-
-def _picture(kind: str, decoded: F32) -> U8:
-    """How a map is shown: colour and grey as they are, signed values with zero in the middle."""
-    if kind == "color":
-        return _codes(decoded[:, :, :3])
-    if kind == "normal":
-        return _codes(_rebuilt(decoded[:, :, :2]) * 0.5 + 0.5)
-    if kind == "dudv":
-        most = max(1e-6, float(np.abs(decoded[:, :, :2]).max()))
-        signed = decoded[:, :, :2] / most * 0.5 + 0.5
-        return _codes(np.dstack([signed, np.full(signed.shape[:2], 0.5, np.float32)]))
-    if kind == "alpha":
-        return _grey(decoded[:, :, 3])
-    return _grey(decoded[:, :, 1 if kind == "smoothness" else 0])
 
 
 _TITLES = {
@@ -122,15 +64,9 @@ def _panels(maps: dict[str, SheetMap]) -> list[tuple[str, str]]:
             out += [(name, "specular"), (name, "smoothness")]
         else:
             out.append((name, name))
-        if name == "color" and _holes(maps[name].texture):
+        if name == "color" and has_holes(maps[name].texture):
             out.append((name, "alpha"))
     return out
-
-
-def _holes(texture: Texture) -> bool:
-    """Whether any texel of a colour map lets light through."""
-    decoded = decode_texels(texture, _shown_level(texture, 256))
-    return decoded.shape[2] == 4 and float(decoded[:, :, 3].min()) < 1.0
 
 
 def _fit(picture: U8, width: int, height: int) -> Image.Image:
@@ -140,47 +76,6 @@ def _fit(picture: U8, width: int, height: int) -> Image.Image:
     size = max(1, round(image.width * scale)), max(1, round(image.height * scale))
     way = Image.Resampling.NEAREST if scale >= 1 else Image.Resampling.BOX
     return image.resize(size, way)
-
-
-def _close_view(texture: Texture, size: int) -> F32:
-    """`size` x `size` texels of level 0's middle, fewer where there are fewer."""
-    rows, columns = min(size, texture.height), min(size, texture.width)
-    edge = 4 if texture.format.startswith("BC") else 1
-    top = (texture.height - rows) // 2 // edge * edge
-    per_row = len(texture.levels[0]) // -(-texture.height // edge)
-    bands = -(-rows // edge)
-    band = texture.levels[0][top // edge * per_row : (top // edge + bands) * per_row]
-    part = type(texture)(texture.format, texture.width, min(bands * edge, texture.height - top), (band,))
-    left = (texture.width - columns) // 2
-    return decode_texels(part)[:rows, left : left + columns]
-
-
-def lit_preview(maps: dict[str, SheetMap], ground: Ground, size: int = _PREVIEW) -> U8:
-    """The material lit, at most (size, size, 3) sRGB bytes, from its decoded maps."""
-    found = {
-        name: decode_texels(entry.texture, _shown_level(entry.texture, _LARGEST))
-        for name, entry in maps.items()
-        if name in ("color", "normal", "gloss")
-    }
-    color, gloss = found.get("color"), found.get("gloss")
-    srgb = color is not None and maps["color"].texture.format.endswith("_SRGB")
-    material = Material(
-        color=None if color is None else to_light(color[:, :, :3]) if srgb else color[:, :, :3],
-        alpha=None if color is None or color.shape[2] < 4 else np.ascontiguousarray(color[:, :, 3]),
-        normal=_rebuilt(found["normal"][:, :, :2]) if "normal" in found else None,
-        specular=None if gloss is None else np.ascontiguousarray(gloss[:, :, 0]),
-        smoothness=None if gloss is None else np.ascontiguousarray(gloss[:, :, 1]),
-        base=ground.color,
-        base_specular=ground.specular,
-        base_smoothness=ground.smoothness,
-    )
-    if ground.tiles:
-        return sphere_preview(material, size)
-    texture = next(iter(maps.values())).texture
-    longest = max(texture.width, texture.height)
-    return flat_preview(
-        material, max(1, size * texture.width // longest), max(1, size * texture.height // longest)
-    )
 
 
 _UNITS = {"deg": "\u00b0", "db": " dB"}
@@ -263,16 +158,16 @@ def _draw_panel(
     size = f"{texture.width} x {texture.height}"
     told = f"{entry.bytes / (1 << 20):.2f} MiB" if entry.bytes >= 1 << 19 else f"{entry.bytes / 1024:.1f} KiB"
     y = sheet.text((x, y), f"{texture.format}   {size}   {told}", 14, _PALE) + 4
-    first = _shown_level(texture, _LARGEST // 2)
+    first = shown_level(texture, LARGEST // 2)
     tall = round(wide * shape)
-    sheet.paste(_fit(_picture(kind, decode_texels(texture, first)), wide, tall), (x, y), (wide, tall))
+    sheet.paste(_fit(picture_of(kind, decode_texels(texture, first)), wide, tall), (x, y), (wide, tall))
     y += tall + 8
     edge = (wide - 4 * (_THUMBS - 1)) // _THUMBS
     low = max(1, round(edge * shape))
-    finest = _shown_level(texture, 128)
+    finest = shown_level(texture, 128)
     for index, level in enumerate(range(finest, min(finest + _THUMBS, len(texture.levels)))):
         left = x + index * (edge + 4)
-        sheet.paste(_fit(_picture(kind, decode_texels(texture, level)), edge, low), (left, y), (edge, low))
+        sheet.paste(_fit(picture_of(kind, decode_texels(texture, level)), edge, low), (left, y), (edge, low))
         sheet.text((left, y + low + 1), str(level), 11, _PALE)
 
 
@@ -280,15 +175,15 @@ def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], ground: Gro
     """The sheet of one material as PNG. maps: any of color, normal, height, gloss, dudv."""
     panels = _panels(maps)
     columns = max(1, min(_COLUMNS, len(panels)))
-    left = _MARGIN + _PREVIEW + 2 * _GAP
+    left = _MARGIN + PREVIEW + 2 * _GAP
     wide = _PANEL if len(panels) > 2 else _LARGE_PANEL
     sheet = _Sheet(left + columns * (wide + _GAP) - _GAP + _MARGIN)
     sheet.text((_MARGIN, 28), title, 44)
     top = sheet.text((_MARGIN + 2, 86), subtitle, 17, _PALE) + 16
 
     preview = Image.fromarray(lit_preview(maps, ground))
-    sheet.paste(preview, (_MARGIN, top), (_PREVIEW, preview.height))
-    y = sheet.text((_MARGIN, top + preview.height + 8), _about(ground), 14, _PALE, _PREVIEW) + 10
+    sheet.paste(preview, (_MARGIN, top), (PREVIEW, preview.height))
+    y = sheet.text((_MARGIN, top + preview.height + 8), _about(ground), 14, _PALE, PREVIEW) + 10
     _draw_close(sheet, y, maps)
 
     shape = max(min(1.0, m.texture.height / m.texture.width) for m in maps.values())
@@ -312,11 +207,11 @@ def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], ground: Gro
 
 def _draw_close(sheet: _Sheet, top: int, maps: dict[str, SheetMap]) -> None:
     """Two maps from so near that each texel is seen."""
-    half = (_PREVIEW - _GAP) // 2
+    half = (PREVIEW - _GAP) // 2
     close = [name for name in ("color", "normal", "height", "gloss") if name in maps][:2]
     for index, name in enumerate(close):
         x = _MARGIN + index * (half + _GAP)
-        view = _picture(name, _close_view(maps[name].texture, half // _ZOOM))
+        view = picture_of(name, close_view(maps[name].texture, half // _ZOOM))
         enlarged = Image.fromarray(view).resize(
             (view.shape[1] * _ZOOM, view.shape[0] * _ZOOM), Image.Resampling.NEAREST
         )
@@ -334,7 +229,7 @@ def draw_sky(title: str, subtitle: str, entry: SheetMap, exposure: float) -> byt
     """The sheet of a cube map: its faces laid out as a cross, and the mips of the front."""
     texture = entry.texture
     edge = 300
-    level = _shown_level(texture, 512)
+    level = shown_level(texture, 512)
     sheet = _Sheet(2 * _MARGIN + 4 * edge)
     sheet.text((_MARGIN, 28), title, 44)
     top = sheet.text((_MARGIN + 2, 86), subtitle, 17, _PALE) + 16
