@@ -75,10 +75,9 @@ def bench_mips(runs: int, codes: np.ndarray) -> Row:
         levels = [np.empty((SIZE >> k, SIZE >> k, 4), np.uint8) for k in range(1, SIZE.bit_length())]
 
         def told(level: int, first: int, rows: np.ndarray) -> None:
-            if level:
-                levels[level - 1][first : first + len(rows)] = rows
+            levels[level - 1][first : first + len(rows)] = rows
 
-        color_rows(codes, told, encoded=True)
+        color_rows(codes, told, encoded=True, with_first=False)
         return levels
 
     def peer() -> list[oiio.ImageBuf]:
