@@ -74,6 +74,20 @@ def test_python_imports_run_one_way() -> None:
     assert not wrong
 
 
+def test_every_room_has_a_layer_and_every_layer_a_room() -> None:
+    assert {room_of(path) for path in PACKAGE.rglob("*.py")} - {"__init__"} == set(LAYERS)
+
+
+def test_every_topic_of_kernels_is_built_and_tested_without_python() -> None:
+    kernels = PACKAGE / "kernels"
+    bound = {path.stem.split("_")[1] for path in kernels.glob("bind_*.cpp")}
+    topics = re.search(r"foreach\(topic IN ITEMS ([a-z0-9 ]+)\)", (kernels / "CMakeLists.txt").read_text())
+    assert topics is not None
+    assert set(topics[1].split()) == bound
+    tested = {path.stem.removeprefix("test_") for path in (ROOT / "tests/kernels").glob("test_*.cpp")}
+    assert bound - tested == {"reference"}  # what others are held to: held to numpy in tests/pipeline
+
+
 def test_metrics_never_use_a_kernel_of_a_stage() -> None:
     wrong = []
     for path in sorted((PACKAGE / "metrics").rglob("*.py")):
