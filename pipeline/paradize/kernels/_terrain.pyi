@@ -4,7 +4,6 @@ import numpy.typing as npt
 def refine(
     heights: npt.NDArray[np.float32], tolerance: float, threads: int
 ) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]: ...
-
 def bisect(
     heights: npt.NDArray[np.float32], tolerance: float, threads: int
 ) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]: ...
