@@ -111,7 +111,7 @@ def _told(judge: Judge, step: Step) -> Step:
     """The step with all that is told of a level: its normals and its texture measured too."""
     if step.mesh is judge.mesh:
         return replace(step, errors=EXACT | _SAME | _STILL)
-    normals = normal_error(judge, step.mesh, _SAMPLES)
+    normals = normal_error(judge, step.mesh, _SAMPLES, apart=step.errors["error_max"])
     return replace(step, errors=step.errors | normals | uv_shift(judge, step.mesh, _SAMPLES))
 
 

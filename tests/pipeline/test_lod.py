@@ -19,7 +19,6 @@ from paradize.errors import BakeError, SourceError
 from paradize.formats.glb import decode_glb
 from paradize.metrics.surface import surface_distance
 from paradize.stages.lod import TIERS, simplify
-from paradize.stages.split import split_by
 from paradize.stages.validate import validate_mesh
 from tests.pipeline.shapes import grid, sphere
 
@@ -86,50 +85,6 @@ def test_an_open_border_stays_where_it_is(tier: str) -> None:
     assert areas(level).sum() == pytest.approx(1, rel=1e-5)
     assert np.allclose(level.positions.min(axis=0), [0, 0, 0], rtol=0, atol=1e-7)
     assert np.allclose(level.positions.max(axis=0), [1, 0, 1], rtol=0, atol=1e-7)
-
-
-@pytest.mark.parametrize("tier", TIERS)
-@pytest.mark.parametrize("share", [2, 8])
-def test_colours_follow_their_vertices_however_many_there_come_to_be(tier: str, share: int) -> None:
-    """Two balls that touch in a vertex, each face an edge of its own, so that normals are let go."""
-    ball = sphere(12)
-    places = np.concatenate([ball.positions, ball.positions + np.float32([0, 2, 0])])
-    triangles = np.concatenate([ball.triangles, ball.triangles + np.uint32(len(ball.positions))])
-    corners = places[triangles].astype(float)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1)[:, None]
-    positions = corners.reshape(-1, 3).astype(np.float32)
-    mesh = Mesh(
-        positions,
-        np.arange(len(positions), dtype=np.uint32).reshape(-1, 3),
-        normals=np.repeat(normals, 3, axis=0).astype(np.float32),
-        colors=np.concatenate([(positions + 1) / 4, np.ones((len(positions), 1))], axis=1).astype(np.float32),
-        groups=(Group("balls", "paint", 0, len(triangles)),),
-    )
-    level = simplify(mesh, len(triangles) // share, tier).mesh
-    assert len(level.triangles) < len(triangles)
-    assert level.normals is not None and len(level.normals) == len(level.positions)
-    assert level.colors is not None and len(level.colors) == len(level.positions)
-    assert np.abs(level.colors[:, :3] - (level.positions + 1) / 4).max() < 0.2
-
-
-def test_a_mesh_whose_attributes_are_not_its_vertices_is_not_split() -> None:
-    mesh = grid(2)
-    stale = replace(mesh, colors=np.zeros((len(mesh.positions) + 1, 4), np.float32))
-    with pytest.raises(BakeError, match="10 colors for 9 vertices"):
-        split_by(stale, uvs=np.zeros((len(mesh.triangles), 3, 2), np.float32))
-
-
-def test_a_pinched_coloured_box_is_baked(tmp_path: Path) -> None:
-    """Its open sides share corners that come apart, so that a level has more vertices than were joined."""
-    corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
-    rows = [f"v {x} {y} {z} {x} {y} {z}" for x, y, z in corners]
-    faces = ("1 3 7 5", "1 2 4 3", "5 6 8 7", "3 4 8 7", "1 2 6 5", "2 6 8 4")
-    path = tmp_path / "box.obj"
-    path.write_text("\n".join([*rows, *(f"f {face}" for face in faces)]) + "\n")
-    for level in bake_mesh(path).lods:
-        assert level.mesh.colors is not None
-        assert np.abs(level.mesh.colors[:, :3] - level.mesh.positions).max() < 0.5
 
 
 def cards(count: int) -> Mesh:

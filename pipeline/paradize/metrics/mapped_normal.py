@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 SAMPLES = 50_000
-# A sheet's other side, or a wall's, may lie this share of the diagonal nearer than the side that is meant.
+# A sheet's other side, or a wall's, may lie this share of the diagonal nearer than the side that is meant,
+# besides what the two surfaces lie apart: where a plank became a sheet, its underside lies on the top that
+# was, and is the underside all the same.
 _NEAR = 1e-3
 
 
@@ -34,6 +36,7 @@ def normal_error(
     level: Mesh,
     samples: int = SAMPLES,
     *,
+    apart: float | None = None,
     normal_map: npt.NDArray[np.float32] | None = None,
     repeat: bool = True,
 ) -> dict[str, float]:
@@ -41,14 +44,17 @@ def normal_error(
 
     Meshes with normals; with a map ((h, w, 3) unit vectors of tangent space, green up) both with tangents and
     texture coordinates, or it is left out. samples: about how many each way, besides four or more in every
-    triangle. All zero where a mesh has no normals. Rounded to six digits.
+    triangle. apart: the level's error_max, where it is known (default: measured). All zero where a mesh has
+    no normals. Rounded to six digits.
     """
     judge = original if isinstance(original, Judge) else Judge(original)
     if judge.mesh.normals is None or level.normals is None:
         return {"normal_mean_deg": 0.0, "normal_p99_deg": 0.0, "normal_max_deg": 0.0}
     truth = _shading_of(judge.mesh, judge.surface)
     seen = _shading_of(level, judge.surface_of(level))
-    near = _NEAR * judge.diagonal_m
+    if apart is None:
+        apart = judge.distance(level, samples)["error_max"]
+    near = (_NEAR + apart) * judge.diagonal_m
     both = [
         a.angles_to(b, near=near, samples=samples, normal_map=normal_map, repeat=repeat)
         for a, b in ((seen, truth), (truth, seen))

@@ -1,0 +1,99 @@
+"""Attributes of levels of detail: colours follow their vertices, normals are compared side with side."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from paradize.bake_mesh import bake_mesh
+from paradize.data import Group, Mesh
+from paradize.errors import BakeError
+from paradize.metrics.mapped_normal import normal_error
+from paradize.stages.lod import TIERS, simplify
+from paradize.stages.split import split_by
+from tests.pipeline.shapes import cube, grid, sphere
+
+
+@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("share", [2, 8])
+def test_colours_follow_their_vertices_however_many_there_come_to_be(tier: str, share: int) -> None:
+    """Two balls that touch in a vertex, each face an edge of its own, so that normals are let go."""
+    ball = sphere(12)
+    places = np.concatenate([ball.positions, ball.positions + np.float32([0, 2, 0])])
+    triangles = np.concatenate([ball.triangles, ball.triangles + np.uint32(len(ball.positions))])
+    corners = places[triangles].astype(float)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    positions = corners.reshape(-1, 3).astype(np.float32)
+    mesh = Mesh(
+        positions,
+        np.arange(len(positions), dtype=np.uint32).reshape(-1, 3),
+        normals=np.repeat(normals, 3, axis=0).astype(np.float32),
+        colors=np.concatenate([(positions + 1) / 4, np.ones((len(positions), 1))], axis=1).astype(np.float32),
+        groups=(Group("balls", "paint", 0, len(triangles)),),
+    )
+    level = simplify(mesh, len(triangles) // share, tier).mesh
+    assert len(level.triangles) < len(triangles)
+    assert level.normals is not None and len(level.normals) == len(level.positions)
+    assert level.colors is not None and len(level.colors) == len(level.positions)
+    assert np.abs(level.colors[:, :3] - (level.positions + 1) / 4).max() < 0.2
+
+
+def test_a_mesh_whose_attributes_are_not_its_vertices_is_not_split() -> None:
+    mesh = grid(2)
+    stale = replace(mesh, colors=np.zeros((len(mesh.positions) + 1, 4), np.float32))
+    with pytest.raises(BakeError, match="10 colors for 9 vertices"):
+        split_by(stale, uvs=np.zeros((len(mesh.triangles), 3, 2), np.float32))
+
+
+def test_a_pinched_coloured_box_is_baked(tmp_path: Path) -> None:
+    """Its open sides share corners that come apart, so that a level has more vertices than were joined."""
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    rows = [f"v {x} {y} {z} {x} {y} {z}" for x, y, z in corners]
+    faces = ("1 3 7 5", "1 2 4 3", "5 6 8 7", "3 4 8 7", "1 2 6 5", "2 6 8 4")
+    path = tmp_path / "box.obj"
+    path.write_text("\n".join([*rows, *(f"f {face}" for face in faces)]) + "\n")
+    for level in bake_mesh(path).lods:
+        assert level.mesh.colors is not None
+        assert np.abs(level.mesh.colors[:, :3] - level.mesh.positions).max() < 0.5
+
+
+# --- normals ---
+
+
+def plank(thickness: float) -> Mesh:
+    """A closed board of 1 x 1 with hard edges; a thickness of 0 leaves two sheets back to back."""
+    base = cube()
+    corners = (base.positions * np.float32([1, thickness, 1]))[base.triangles].astype(float)
+    flat = np.cross(
+        *(base.positions[base.triangles][:, k] - base.positions[base.triangles][:, 0] for k in (1, 2))
+    )
+    kept = np.abs(flat[:, 1]) > 0 if thickness == 0 else np.ones(len(flat), bool)
+    corners = corners[kept]
+    normals = (flat / np.linalg.norm(flat, axis=1)[:, None])[kept]
+    count = len(corners)
+    return Mesh(
+        corners.reshape(-1, 3).astype(np.float32),
+        np.arange(3 * count, dtype=np.uint32).reshape(-1, 3),
+        normals=np.repeat(normals, 3, axis=0).astype(np.float32),
+        groups=(Group("plank", "wood", 0, count),),
+    )
+
+
+@pytest.mark.parametrize("height", [0.0, 0.01, 0.02])
+def test_the_underside_of_a_plank_that_became_a_sheet_is_compared_with_the_underside(height: float) -> None:
+    board, sheet = plank(0.02), plank(0.0)
+    sheet = replace(sheet, positions=sheet.positions + np.float32([0, height, 0]))
+    found = normal_error(board, sheet, 20_000)
+    assert found["normal_mean_deg"] < 8 and found["normal_p99_deg"] < 91  # its narrow sides are gone
+
+
+def test_a_turned_mesh_is_off_by_half_a_turn_and_turned_planks_too() -> None:
+    for mesh in (sphere(24), plank(0.02)):
+        assert mesh.normals is not None
+        inside_out = replace(mesh, triangles=mesh.triangles[:, ::-1].copy(), normals=-mesh.normals)
+        assert normal_error(mesh, inside_out, 5000)["normal_mean_deg"] > 150
+        assert normal_error(mesh, replace(mesh, normals=-mesh.normals), 5000)["normal_mean_deg"] > 179
