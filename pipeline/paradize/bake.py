@@ -27,6 +27,7 @@ from paradize.engine.workers import Job, Outcome, run_jobs
 from paradize.errors import GroupedError, ParadizeError, SceneError, SourceError
 from paradize.flight import Flight, plan_flight
 from paradize.formats.scene_manifest import encode_scene
+from paradize.nearest import least_pixels, places_of
 from paradize.require import Look, Order, Want, meet, require
 from paradize.scene import METRICS, Scene, load_scene
 
@@ -349,7 +350,12 @@ def _commit(
         report.errors += errors
         if errors:
             return
-        manifest = encode_scene(build_manifest(scene, flight, flight_errors, entries, facts, met, gutters))
+        meshes = {name: entries[f"{name}_mesh"]["file"] for name in objects}
+        places = {name: places_of(files[file][0], file) for name, file in meshes.items()}
+        pixels = least_pixels(scene, flight, places)
+        manifest = encode_scene(
+            build_manifest(scene, flight, flight_errors, entries, facts, met, gutters, pixels)
+        )
         _publish(out, files, manifest)
     except ParadizeError as error:
         report.errors.append(error)

@@ -82,9 +82,11 @@ def build_manifest(
     facts: dict[str, MeshFacts],
     met: dict[str, Met],
     gutters: dict[str, dict[str, Any]],
+    pixels: dict[str, float],
 ) -> dict[str, Any]:
-    """The manifest. artifacts: name -> its entry, as bake.py has it; facts: by the artifact's name; met and
-    gutters (as bake_gutter.measure_gutters returns them): by the object's name."""
+    """The manifest. artifacts: name -> its entry, as bake.py has it; facts: by the artifact's name; met,
+    gutters (as bake_gutter.measure_gutters returns them) and pixels (as nearest.least_pixels does): by the
+    object's name."""
     entries = {}
     for name, entry in artifacts.items():
         owner, _, key = name.rpartition("_")
@@ -100,8 +102,8 @@ def build_manifest(
                 else None,
             }
         )
-        if name in facts and owner in met:
-            entries[name]["levels"] = _seen(entry.get("levels", []), facts[name], met[owner])
+        if name in facts and owner in pixels:
+            entries[name]["levels"] = _seen(entry.get("levels", []), facts[name], pixels[owner])
     head = scene.head
     return {
         "format": FORMAT,
@@ -138,11 +140,9 @@ def build_manifest(
     }
 
 
-def _seen(levels: list[dict[str, float]], facts: MeshFacts, met: Met) -> list[dict[str, float]]:
-    """A mesh's levels with their errors in pixels at the flight's nearest view of it; without where the
-    flight never sees it."""
-    pixel_m = met.least_pixel_m
-    if pixel_m is None or len(levels) != len(facts.lods):
+def _seen(levels: list[dict[str, float]], facts: MeshFacts, pixel_m: float) -> list[dict[str, float]]:
+    """A mesh's levels with their errors in pixels, of `pixel_m` metres at the flight's nearest view of it."""
+    if len(levels) != len(facts.lods):
         return levels
     return [
         level | {"error_px": float(f"{error_m / pixel_m:.6g}")}

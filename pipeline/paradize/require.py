@@ -224,12 +224,10 @@ def _object(
 class Met:
     """How the flight meets an object, all its instances: first_s: the second at which it is first in view,
     the end of the flight where it never is. pixel_m: how many metres of it the largest pixel covers, seen
-    squarely at its farthest, per metre of the mesh; None where it is never seen. least_pixel_m: the same of
-    the smallest pixel, at its nearest, the camera's near plane at least away."""
+    squarely at its farthest, per metre of the mesh; None where it is never seen."""
 
     first_s: float
     pixel_m: float | None
-    least_pixel_m: float | None = None
 
 
 def meet(scene: Scene, flight: Flight, bounds: dict[str, tuple[Vec, float]]) -> dict[str, Met]:
@@ -260,9 +258,5 @@ def meet(scene: Scene, flight: Flight, bounds: dict[str, tuple[Vec, float]]) -> 
             was = found[owner]
             pixel_m = 2.0 * sighting.farthest_seen_m * (sine / cosine) / rows / s
             first_s = min(was.first_s, sighting.first_seen_s)
-            near_m = max(sighting.nearest_m, scene.flight.near_m)
-            least_m = 2.0 * near_m * (sine / cosine) / height / s
-            found[owner] = Met(
-                first_s, max(was.pixel_m or 0.0, pixel_m), min(was.least_pixel_m or least_m, least_m)
-            )
+            found[owner] = Met(first_s, max(was.pixel_m or 0.0, pixel_m))
     return found
