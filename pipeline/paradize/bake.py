@@ -18,6 +18,7 @@ from typing import Any
 from paradize import bake_makers
 from paradize.bake_borders import object_gutters
 from paradize.bake_manifest import build_manifest, mesh_facts
+from paradize.bake_nearest import least_pixels, places_of
 from paradize.bake_record import SCENE_FILE, BakeReport, record_name, remember, unchanged_bake
 from paradize.engine.code import code_digest
 from paradize.engine.memory import FileMemory
@@ -27,7 +28,6 @@ from paradize.engine.workers import Job, Outcome, run_jobs
 from paradize.errors import GroupedError, ParadizeError, SceneError, SourceError
 from paradize.flight import Flight, plan_flight
 from paradize.formats.scene_manifest import encode_scene
-from paradize.nearest import least_pixels, places_of
 from paradize.require import Look, Order, Want, meet, require
 from paradize.scene import METRICS, Scene, load_scene
 

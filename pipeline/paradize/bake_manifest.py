@@ -85,8 +85,8 @@ def build_manifest(
     pixels: dict[str, float],
 ) -> dict[str, Any]:
     """The manifest. artifacts: name -> its entry, as bake.py has it; facts: by the artifact's name; met,
-    gutters (as bake_gutter.measure_gutters returns them) and pixels (as nearest.least_pixels does): by the
-    object's name."""
+    gutters (as bake_gutter.measure_gutters returns them) and pixels (as bake_nearest.least_pixels does): by
+    the object's name."""
     entries = {}
     for name, entry in artifacts.items():
         owner, _, key = name.rpartition("_")

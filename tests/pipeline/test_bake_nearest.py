@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from paradize.bake_nearest import least_pixels, places_of
 from paradize.data import Lod, Mesh
 from paradize.errors import FormatError
 from paradize.flight import plan_flight, sight
 from paradize.formats.glb import encode_glb
-from paradize.nearest import least_pixels, places_of
 from paradize.scene import Scene, load_scene
 from tests.pipeline.scenes import make_cove
 from tests.pipeline.shapes import grid, sphere
