@@ -50,7 +50,7 @@ bool quick(const Fans &fans, std::uint32_t vertex, Frame &frame) {
     if (any != all || (any & (face_any | face_flat)) != 0)
         return false;
     // Faces that follow one another around the vertex; all in one chain or ring?
-    std::uint32_t next[largest_quick_fan], reached = 0, links = 0;
+    std::uint32_t next[largest_quick_fan] = {}, reached = 0, links = 0;
     for (std::size_t i = 0; i < size; ++i) {
         std::uint32_t mask = 0;
         for (std::size_t j = 0; j < size; ++j)
