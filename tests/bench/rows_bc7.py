@@ -16,7 +16,7 @@ from paradize.metrics.psnr import psnr_db
 from paradize.metrics.texels import decode_texels
 from row import ROOT, Row, pair_ms
 
-CORPUS = Path(os.environ.get("PARADIZE_CORPUS", "/work/shared/corpus"))
+CORPUS = Path(os.environ.get("PARADIZE_CORPUS", Path(__file__).resolve().parents[3] / "shared/corpus"))
 PHOTOGRAPHS = (
     "images/png-image-rs/kodim02.png",
     "textures/BeachStones.jpg",

@@ -19,7 +19,7 @@ from paradize.metrics.texels import decode_texels
 from paradize.metrics.texels_bc7 import decode_bc7
 
 U8 = npt.NDArray[np.uint8]
-CORPUS = Path(os.environ.get("PARADIZE_CORPUS", "/work/shared/corpus"))
+CORPUS = Path(os.environ.get("PARADIZE_CORPUS", Path(__file__).resolve().parents[3] / "shared/corpus"))
 
 
 def oiio_texels(blocks: bytes, width: int, height: int, folder: Path) -> U8:
