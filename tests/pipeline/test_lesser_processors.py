@@ -1,0 +1,141 @@
+"""The same bytes and errors on a processor without wide vectors.
+
+GLIBC_TUNABLES narrows libc and libm, NPY_DISABLE_CPU_FEATURES numpy. Our kernels ask the processor itself, through
+libgcc's table of features, which neither reaches. So they are copied, and every `cpuid` in the copies becomes
+`xor eax, eax`: the processor then knows no leaf beyond 0, hence no feature, and every dispatch takes its baseline.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import paradize.kernels
+from paradize.kernels.normals import widths
+from tests.pipeline.heights import waves
+from tests.pipeline.scenes import ball, make_cove, write_image
+
+LESSER = {
+    "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
+    "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA",
+}
+# Python runs it as it starts, in every worker too.
+FINDER = """
+import importlib.util, sys
+from pathlib import Path
+
+class Narrow:
+    def find_spec(self, name, path=None, target=None):
+        file = Path(__file__).parent / name.rpartition(".")[2]
+        if name.startswith("paradize.kernels._") and file.exists():
+            return importlib.util.spec_from_file_location(name, file / "kernel.so")
+
+sys.meta_path.insert(0, Narrow())
+"""
+BAKE = """
+import hashlib, json, sys
+from pathlib import Path
+from paradize.bake_color import bake_color
+from paradize.bake_maps import bake_maps
+from paradize.bake_mesh import bake_mesh
+from paradize.bake_terrain import bake_terrain
+from paradize.kernels.normals import widths
+
+folder, told = Path(sys.argv[1]), {}
+print(json.dumps(widths()))
+for tier in ("fast", "balanced", "exact"):
+    mesh = bake_mesh(folder / "post.obj", tier=tier, lods=3)
+    mesh.report.pop("seconds", None)
+    told[f"mesh {tier}"] = mesh.glb, mesh.report
+    made = bake_terrain(folder / "height.png", size_x_m=20.0, size_z_m=30.0, height_m=4.0, max_error_m=0.02, tier=tier)
+    told[f"terrain {tier}"] = made.glb, [made.max_error_m, made.rms_error_m]
+    more = {f"height {k}": v for k, v in bake_maps(
+        folder / "relief.png", source="height", wrap="repeat", tier=tier, destep=True).items()}
+    for name, map in {**more, **bake_maps(folder / "wood.png", strength=5.0, tier=tier, uv=folder / "post.obj"),
+                      "color": bake_color(folder / "wood.png", tier=tier)}.items():
+        told[f"{name} {tier}"] = map.data, [map.filter if name == "normal" else "", map.levels]
+bare = bake_mesh(folder / "bare.obj", atlas=True, lods=2)
+bare.report.pop("seconds", None)
+told["atlas"] = bare.glb, bare.report
+print(json.dumps({k: [hashlib.sha256(data).hexdigest(), rest] for k, (data, rest) in told.items()}))
+"""
+
+
+def narrowed(folder: Path) -> Path:
+    """A folder for PYTHONPATH with copies of the kernels that find no feature of the processor."""
+    folder.mkdir()
+    (folder / "sitecustomize.py").write_text(FINDER)
+    files = [file for top in paradize.kernels.__path__ for file in Path(top).glob("_*.so")]
+    dispatching = 0
+    for file in files:
+        data = bytearray(file.read_bytes())
+        said = subprocess.run(
+            ["objdump", "-d", "--no-show-raw-insn", file], capture_output=True, text=True, check=True
+        )
+        for place in re.findall(r"^ *([0-9a-f]+):\s+cpuid", said.stdout, re.MULTILINE):
+            at = int(place, 16)
+            assert data[at : at + 2] == b"\x0f\xa2"  # code lies in the file where it lies in memory
+            data[at : at + 2] = b"\x31\xc0"
+            dispatching += 1
+        own = folder / file.name.partition(".")[0]
+        own.mkdir()
+        (own / "kernel.so").write_bytes(data)
+    assert len(files) >= 12 and dispatching
+    return folder
+
+
+@pytest.fixture
+def sources(tmp_path: Path) -> Path:
+    folder = make_cove(tmp_path / "cove").parent
+    rng = np.random.default_rng(4)
+    write_image(folder / "wood.png", rng.integers(0, 256, (140, 268, 3), np.uint8))
+    rough = waves(96, 133, 5) * 9000 + rng.normal(0, 300, (96, 133)) + 32768
+    write_image(folder / "height.png", rough.clip(0, 65535).astype(np.uint16)[:, :, None])
+    write_image(
+        folder / "relief.png", (waves(150, 260, 3) * 30 + 128).clip(0, 255).astype(np.uint8)[:, :, None]
+    )
+    text = ball(24)
+    (folder / "post.obj").write_text(text)
+    bare = [line for line in text.splitlines() if not line.startswith("vt ")]
+    (folder / "bare.obj").write_text("\n".join(re.sub(r"/\d+", "", line) for line in bare) + "\n")
+    return folder
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="kernels dispatch on x86-64 alone")
+@pytest.mark.skipif(shutil.which("objdump") is None, reason="no objdump: install binutils")
+def test_every_baker_gives_the_same_bytes_and_errors_without_wide_vectors(
+    sources: Path, tmp_path: Path
+) -> None:
+    if widths() == ["widest", "baseline"]:
+        pytest.skip("this processor has nothing to switch off")
+    features = np._core._multiarray_umath.__cpu_features__
+    known = [name for name in LESSER["NPY_DISABLE_CPU_FEATURES"].split() if features.get(name)]
+    lesser = {
+        **LESSER,
+        "NPY_DISABLE_CPU_FEATURES": " ".join(known),
+        "PYTHONPATH": str(narrowed(tmp_path / "narrow")),
+    }
+    found = []
+    for more in ({}, lesser):
+        done = subprocess.run(
+            [sys.executable, "-c", BAKE, str(sources)],
+            capture_output=True,
+            text=True,
+            timeout=200,
+            env={**os.environ, **more},
+        )
+        assert done.returncode == 0, done.stderr
+        found.append([json.loads(line) for line in done.stdout.splitlines()])
+    (sets, wide), (fewer, narrow) = found
+    assert sets == widths() and fewer == ["widest", "baseline"]
+    assert len(wide) == 3 * (2 + 4 + 4 + 1) + 1
+    assert narrow == wide
