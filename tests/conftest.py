@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 
-os.environ.setdefault("PARADIZE_REPORT", "")  # tests bake much: sheets are drawn where one asks for them
+from tests.places import CORPUS, ROOT
 
-ROOT = Path(__file__).resolve().parent.parent
+os.environ.setdefault("PARADIZE_REPORT", "")  # tests bake much: sheets are drawn where one asks for them
 
 # Tests render as CI does: no display, no sound card, no newer OpenGL than the player asks for.
 RENDER_ENVIRONMENT = {
@@ -33,10 +33,9 @@ def root() -> Path:
 @pytest.fixture(scope="session")
 def corpus() -> Path:
     """Files that nobody here wrote: $PARADIZE_CORPUS, by default ../shared/corpus."""
-    path = Path(os.environ.get("PARADIZE_CORPUS", ROOT.parent / "shared" / "corpus"))
-    if not path.is_dir():
-        pytest.skip(f"no corpus at {path}: set PARADIZE_CORPUS to run this test")
-    return path
+    if not CORPUS.is_dir():
+        pytest.skip(f"no corpus at {CORPUS}: set PARADIZE_CORPUS to run this test")
+    return CORPUS
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bake_product import MapProduct, six
+from paradize.bake_product import MapProduct
+from paradize.data import six
 from paradize.errors import SourceError
 from paradize.formats.ktx2 import encode_ktx2
 from paradize.kernels.maps import linear_light

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Mesh, Texture
+from paradize.data import Mesh, Texture, six
 from paradize.formats.glb import decode_glb
 from paradize.formats.ktx2 import decode_ktx2
 from paradize.kernels.gutter import Bleed, linear_light, walk
@@ -195,16 +195,12 @@ def _facts(
     width = islands.width_texels
     return {
         "islands": islands.count,
-        "needed_texels": _six(gutter.needed_texels(in_use, reach, size)),
-        "width_texels": None if width is None else _six(width),
+        "needed_texels": six(gutter.needed_texels(in_use, reach, size)),
+        "width_texels": None if width is None else six(width),
         "level_in_use": in_use,
         "level_by_width": last if width is None else gutter.level_by_width(width, reach, size, last),
         "max_level": None if safe == last else safe,
         "bound": bleed,
-        "bleed_p99": [_six(level.all_p99) for level in found],
-        "bleed_max": [_six(level.worst) for level in found],
+        "bleed_p99": [six(level.all_p99) for level in found],
+        "bleed_max": [six(level.worst) for level in found],
     }
-
-
-def _six(value: float) -> float:
-    return float(f"{value:.6g}")

@@ -60,7 +60,7 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     )
     levels = made.report["lods"]
     errors = {
-        metric: _six(max(level[key] for level in levels))
+        metric: max(level[key] for level in levels)
         for metric, key in (
             ("surface_max", "error_max"),
             ("surface_rms", "error_rms"),
@@ -71,7 +71,7 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         )
     }
     tangents = ("tangent_max_deg", "tangent_p99_deg", "tangent_mean_deg")
-    errors |= {name: _six(max(level[name] for level in levels)) for name in tangents}
+    errors |= {name: max(level[name] for level in levels) for name in tangents}
     used = str(made.report.get("tier", tier))
     told = [{key: level[key] for key in LOD_FACTS} for level in levels]
     return [Product("mesh", made.glb, "glb", used, errors, list(made.report["warnings"]), told)]
@@ -182,15 +182,10 @@ def make_flight(sources: Sources, settings: Settings, tier: str) -> list[Product
 
 
 def _texture(name: str, made: Any) -> Product:
-    errors = {metric: _six(value) for metric, value in made.errors.items()}
     return Product(
-        name, made.data, "ktx2", made.tier, errors, list(made.warnings),
+        name, made.data, "ktx2", made.tier, dict(made.errors), list(made.warnings),
         made.levels, made.format, made.reason, made.filter,
     )  # fmt: skip
-
-
-def _six(value: float) -> float:
-    return float(f"{value:.6g}")
 
 
 Maker = Callable[[Sources, Settings, str], list[Product]]

@@ -18,7 +18,7 @@ from paradize.stages.normal import prepare
 from paradize.stages.sweep import bands_of, run
 
 if TYPE_CHECKING:
-    from paradize.data import Image
+    from paradize.data import Ground, Image
     from paradize.stages.sweep import Bundle
 
 F32 = npt.NDArray[np.float32]
@@ -40,36 +40,9 @@ class Layout:
         return gutter.source_rows(self.islands, first, last)
 
 
-@dataclass(frozen=True)
-class Ground:
-    """Heights and how slopes are taken of them.
-
-    heights: (h, w) float32. slopes: slope of one unit of height from texel to texel along (x, y). wrap:
-    whether (x, y) repeat.
-    """
-
-    heights: F32
-    slopes: tuple[float, float]
-    wrap: tuple[bool, bool]
-    filter_name: str
-    green_down: bool
-    islands: I32 | None
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """What normals are made with, and measured with, beside the heights."""
-        return {
-            "slope_scale": self.slopes,
-            "wrap": self.wrap,
-            "filter_name": self.filter_name,
-            "green_down": self.green_down,
-            "islands": self.islands,
-        }
-
-
 def filter_errors(ground: Ground) -> dict[str, float]:
     """Degrees between the filter's normals and the exact ones: what the filter alone costs."""
-    found = filter_error(ground.heights, **ground.settings)
+    found = filter_error(ground)
     return {
         "normal_filter_deg": found["mean_deg"],
         "normal_filter_p99_deg": found["p99_deg"],
@@ -96,7 +69,7 @@ class MapRows:
     ) -> None:
         self.ground, self.names = ground, names
         self._unit, self._picture, self._gloss, self._layout = unit, picture, gloss, layout
-        self._normals = prepare(ground.heights, **ground.settings)
+        self._normals = prepare(ground)
         self._border: gutter.Border | None = None
         if layout is not None and layout.filled and names != ("height",):
             self._border = gutter.Border(layout.islands, self._normals.rows)

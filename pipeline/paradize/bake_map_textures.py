@@ -115,10 +115,9 @@ def _dudv(rows: MapRows, mean: Mean) -> Texture:
 
 def _errors(name: str, rows: MapRows, texture: Texture) -> LevelErrors:
     """What was measured of every level."""
-    ground = rows.ground
     if name == "height":
         return value_levels(texture, rows.whole("height"))
     if name == "gloss":
-        return gloss_levels(texture, rows.whole("gloss"), ground.heights, **ground.settings)
+        return gloss_levels(texture, rows.whole("gloss"), rows.ground)
     measured = dudv_levels if name == "dudv" else normal_levels
-    return measured(texture, ground.heights, **ground.settings)
+    return measured(texture, rows.ground)

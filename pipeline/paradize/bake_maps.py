@@ -16,10 +16,10 @@ import numpy.typing as npt
 
 from paradize.bake_color import spread
 from paradize.bake_map_png import png_maps
-from paradize.bake_map_rows import Ground, Layout, MapRows
+from paradize.bake_map_rows import Layout, MapRows
 from paradize.bake_map_textures import ktx2_maps
 from paradize.bake_product import MapProduct, one_of, wraps_of
-from paradize.data import Image
+from paradize.data import Ground, Image
 from paradize.errors import BakeError
 from paradize.kernels.maps import Levels
 from paradize.readers.image import read_image

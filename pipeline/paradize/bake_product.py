@@ -46,11 +46,6 @@ def wraps_of(wrap: str | tuple[str, str]) -> tuple[bool, bool]:
     return pair[0] == "repeat", pair[1] == "repeat"
 
 
-def six(value: float) -> float:
-    """Six significant digits."""
-    return float(f"{value:.6g}")
-
-
 def flat_errors(name: str, level: Mapping[str, float]) -> dict[str, float]:
     """Level 0's errors under the names that budgets use, the one that stands for the map first."""
     if "p99_deg" in level:
@@ -59,7 +54,7 @@ def flat_errors(name: str, level: Mapping[str, float]) -> dict[str, float]:
         found = {f"{name}_psnr_db": level["psnr_db"], f"{name}_max": level["max"]}
     if "alpha_psnr_db" in level:
         found["alpha_psnr_db"] = level["alpha_psnr_db"]
-    return {metric: six(value) for metric, value in found.items()}
+    return found
 
 
 def beyond(errors: Mapping[str, float], budget: Mapping[str, float]) -> list[str]:

@@ -17,7 +17,13 @@ if TYPE_CHECKING:
     U8: TypeAlias = npt.NDArray[np.uint8]
     U16: TypeAlias = npt.NDArray[np.uint16]
     F32: TypeAlias = npt.NDArray[np.float32]
+    I32: TypeAlias = npt.NDArray[np.int32]
     U32: TypeAlias = npt.NDArray[np.uint32]
+
+
+def six(value: float) -> float:
+    """A measured value as it is told: six significant digits, the same wherever it was measured."""
+    return float(f"{value:.6g}")
 
 
 @dataclass(frozen=True)
@@ -85,6 +91,24 @@ class Heightfield:
     heights_m: F32
     size_x_m: float
     size_z_m: float
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Heights of a map and how its normals are taken from them.
+
+    heights: (h, w) float32. slope_scale: slope of one unit of height between neighbours along (x, y):
+    amplitude over texel size. wrap: whether the map repeats along (x, y); where it does not, the slope at an
+    edge goes on as it came. filter_name: one of stages.filters.FILTER_NAMES. islands: (h, w) int32, an id per
+    UV island and below zero outside; no slope crosses a border.
+    """
+
+    heights: F32
+    slope_scale: tuple[float, float]
+    wrap: tuple[bool, bool]
+    filter_name: str
+    green_down: bool = False
+    islands: I32 | None = None
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,11 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import sys
 import tempfile
 from pathlib import Path
+
+sys.path.append(str(Path(__file__).parents[2]))  # rows share tests.places and tests.pipeline's truths
 
 TOPICS = sorted(file.stem.removeprefix("rows_") for file in Path(__file__).parent.glob("rows_*.py"))
 

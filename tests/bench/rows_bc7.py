@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,11 +11,11 @@ import OpenImageIO as oiio
 
 from paradize.data import Texture
 from paradize.kernels.bc7 import QUALITIES, encode_bc7
-from paradize.metrics.psnr import psnr_db
 from paradize.metrics.texels import decode_texels
-from row import ROOT, Row, pair_ms
+from row import Row, pair_ms
+from tests.pipeline.map_truth import differences
+from tests.places import CORPUS, ROOT
 
-CORPUS = Path(os.environ.get("PARADIZE_CORPUS", Path(__file__).resolve().parents[3] / "shared/corpus"))
 PHOTOGRAPHS = (
     "images/png-image-rs/kodim02.png",
     "textures/BeachStones.jpg",
@@ -62,9 +61,9 @@ def decibels(blocks: bytes, rgba: np.ndarray) -> str:
     """PSNR of the sRGB codes of colour, and over all channels where there is alpha."""
     shown = decode_texels(Texture("BC7_SRGB", rgba.shape[1], rgba.shape[0], (blocks,)))
     truth = rgba / np.float64(255)
-    text = f"{psnr_db(shown[:, :, :3], truth[:, :, :3]):.2f} dB"
+    text = f"{differences(shown[:, :, :3], truth[:, :, :3])['psnr_db']:.2f} dB"
     if (rgba[:, :, 3] < 255).any():
-        text += f" of colour, {psnr_db(shown, truth):.2f} dB with alpha"
+        text += f" of colour, {differences(shown, truth)['psnr_db']:.2f} dB with alpha"
     return text
 
 
@@ -79,7 +78,7 @@ def bench(name: str, rgba: np.ndarray, runs: int) -> Iterator[Row]:
 
     peer_error = decibels(peer(), rgba)
     for quality in QUALITIES:
-        blocks = encode_bc7(rgba, quality=quality, threads=1)  # type: ignore[arg-type]
+        blocks = encode_bc7(rgba, quality=quality, threads=1)
         ours, theirs = pair_ms(
             lambda q=quality: encode_bc7(rgba, quality=q, threads=1), peer, max(1, runs // 2)
         )

@@ -8,7 +8,6 @@ of the bake's float normals, read where they lie, has rows of its own. Limits ar
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -21,7 +20,8 @@ from quicktex.s3tc.bc1 import BC1Encoder
 from paradize.data import Texture
 from paradize.kernels import bcn
 from paradize.metrics.texels import decode_texels
-from row import ROOT, Row, pair_ms
+from row import Row, pair_ms
+from tests.places import CORPUS, ROOT
 
 SIZE = 4096
 TILE = 256
@@ -31,13 +31,9 @@ NOT_SLOWER = 1.0  # what the fast tiers promise beside etcpak
 STEEPNESS = 0.41  # of the waves
 
 
-def corpus() -> Path:
-    return Path(os.environ.get("PARADIZE_CORPUS", ROOT.parent / "shared" / "corpus"))
-
-
 def colour_pictures() -> Iterator[tuple[str, np.ndarray]]:
     """Name and (h, w, 3) uint8 of every colour picture of at least 64 x 64 texels, cut to whole blocks."""
-    folders = [corpus() / name for name in ("images", "textures", "pbr-pairs", "water", "sky")]
+    folders = [CORPUS / name for name in ("images", "textures", "pbr-pairs", "water", "sky")]
     for folder in [ROOT / "raw_assets", *folders]:
         for path in sorted(folder.rglob("*")):
             if path.suffix.lower() not in {".png", ".jpg", ".jpeg", ".tga"} or path.parent.name == "pngsuite":

@@ -8,7 +8,8 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from row import ROOT, Row, median_ms
+from row import Row, median_ms
+from tests.places import ROOT
 
 
 def bench_no_op(runs: int) -> Row:

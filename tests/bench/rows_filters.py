@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,11 +12,8 @@ from paradize.kernels.filter import spectral_slopes
 from paradize.kernels.normals import normals_from_heights
 from paradize.stages.destep import destep
 from paradize.stages.filters import FILTERS, choose_filter
-from paradize.stages.normal import normal_map
-from row import ROOT, Row, pair_ms
-
-sys.path.insert(0, str(ROOT))
-from tests.pipeline.heights import angles_between, rounded, sinusoids, up
+from row import Row, pair_ms
+from tests.pipeline.heights import angles_between, normals, rounded, sinusoids, up
 
 SIZE = 1024
 BOTH = (True, True)
@@ -49,7 +45,7 @@ def bench_auto(runs: int) -> Iterator[Row]:
 
         def ours(heights: np.ndarray = heights, bits: int = bits, span: float = span) -> np.ndarray:
             name = choose_filter(heights, bits, BOTH)
-            return normal_map(heights, slope_scale=(span, span), wrap=BOTH, filter_name=name)
+            return normals(heights, scale=(span, span), wrap=BOTH, filter_name=name)
 
         def peer(heights: np.ndarray = heights, span: float = span) -> np.ndarray:
             return sobel_5(heights, span)
@@ -102,7 +98,7 @@ def bench_destep(runs: int) -> Row:
     steps, span, truth = field((32, 256), 8)
 
     def error(values: np.ndarray) -> str:
-        found = normal_map(values, slope_scale=(span, span), wrap=BOTH, filter_name="fourth")
+        found = normals(values, scale=(span, span), wrap=BOTH)
         return f"fourth order then errs by {mean_deg(found, truth):.2f} deg"
 
     def peer() -> np.ndarray:

@@ -13,7 +13,8 @@ from paradize.formats.ktx2 import decode_ktx2
 from paradize.kernels.gutter import walk
 from paradize.readers.obj import read_obj
 from paradize.stages.gutter import find_islands
-from row import ROOT, Row, pair_ms
+from row import Row, pair_ms
+from tests.places import ROOT
 
 JETTY = ROOT / "raw_assets/jetty"
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,14 +9,12 @@ import numpy as np
 
 from paradize.bake_maps import bake_maps
 from paradize.bake_product import MapProduct
-from paradize.data import Texture
+from paradize.data import Ground, Texture
 from paradize.formats.ktx2 import decode_ktx2
 from paradize.formats.png import encode_png
 from paradize.kernels import bcn
 from paradize.metrics.levels import color_levels, normal_levels
-from row import ROOT, Row, pair_ms
-
-sys.path.insert(0, str(ROOT))
+from row import Row, pair_ms
 from tests.pipeline import map_truth
 
 SIZE = 2048
@@ -71,10 +68,10 @@ def bench_normals(runs: int, folder: Path) -> Iterator[Row]:
         return made["normal"]
 
     texture = decode_ktx2(bake().data)
-    settings = {"slope_scale": (SIZE / 100, SIZE / 100), "wrap": (True, True), "filter_name": "fourth"}
+    ground = Ground(heights, (SIZE / 100, SIZE / 100), (True, True), "fourth")
 
     def measure() -> list[dict[str, float]]:
-        return normal_levels(texture, heights, **settings)
+        return normal_levels(texture, ground)
 
     def peer() -> list[dict[str, float]]:
         return in_numpy(texture, heights, SIZE / 100)

@@ -17,7 +17,8 @@ import meshes
 from paradize.data import Mesh
 from paradize.kernels.mesh import corner_tangents, split_tangents
 from paradize.kernels.reference import angles_deg, mikktspace_tangents
-from row import ROOT, Row, median_ms
+from row import Row, median_ms
+from tests.places import ROOT
 
 PROMISE = 25.0
 NODE_MODULES = ROOT / "build/node/node_modules"

@@ -18,7 +18,7 @@ import pytest
 
 from paradize.bake_color import bake_color
 from paradize.bake_maps import bake_maps
-from paradize.data import Texture
+from paradize.data import Ground, Texture
 from paradize.formats.ktx2 import FORMATS, decode_ktx2, encode_ktx2, full_level_count, level_bytes
 from paradize.metrics.levels import color_levels, normal_levels, value_levels
 from paradize.metrics.texels import decode_texels
@@ -250,8 +250,8 @@ def test_normals_and_heights_that_three_shows_have_the_error_that_was_measured(
     slope = 0.04 * 128
     name = made["normal"].filter
     assert name is not None
-    ground = heights, {"slope_scale": (slope, slope), "wrap": (True, True), "filter_name": name}
-    shown = normal_levels(as_texture(page, "normal", texture), ground[0], **ground[1])
+    ground = Ground(heights, (slope, slope), (True, True), name)
+    shown = normal_levels(as_texture(page, "normal", texture), ground)
     for level, (ours, theirs) in enumerate(zip(made["normal"].levels, shown, strict=True)):
         assert theirs["mean_deg"] == pytest.approx(ours["mean_deg"], abs=0.25), (level, ours, theirs)
         assert theirs["max_deg"] <= ours["max_deg"] + 1.0, (level, ours, theirs)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 
+from paradize.data import Ground
 from paradize.stages.normal import normal_map
 
 FILTERS = ("central", "scharr", "fourth")
@@ -21,14 +22,8 @@ def normals(
     green_down: bool = False,
     islands: np.ndarray | None = None,
 ) -> np.ndarray:
-    return normal_map(
-        np.ascontiguousarray(heights, np.float32),
-        slope_scale=scale,
-        filter_name=filter_name,
-        wrap=wrap,
-        green_down=green_down,
-        islands=islands,
-    )
+    rows = np.ascontiguousarray(heights, np.float32)
+    return normal_map(Ground(rows, scale, wrap, filter_name, green_down, islands))
 
 
 def waves(rows: int, columns: int, seed: int, wavelength: float = 12.0) -> np.ndarray:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from paradize.data import Texture
-from paradize.metrics.angle import angles_deg, rebuilt
-from paradize.metrics.texels import decode_texels
+from paradize.metrics.texels import decode_texels, rebuilt
+from tests.pipeline.heights import angles_between, up
 
 BLOCK_BYTES = {"BC1_RGB_SRGB": 8, "BC3_SRGB": 16, "BC4_UNORM": 8, "BC5_UNORM": 16, "BC5_SNORM": 16}
 TEXEL_BYTES = {
@@ -56,6 +57,44 @@ def mean(values: np.ndarray, level: int) -> np.ndarray:
     return np.einsum("lk,ikc->ilc", across, np.einsum("ij,jkc->ikc", down, values))
 
 
+def extended(heights: np.ndarray, reach: int, axis: int, repeats: bool) -> np.ndarray:
+    """Heights with `reach` more at both ends of an axis: repeated, or reflected oddly about the last."""
+    n = heights.shape[axis]
+    places = np.arange(-reach, n + reach)
+    if repeats:
+        return np.take(heights, places % n, axis)
+    edge = np.clip(places, 0, n - 1)
+    mirrored = np.take(heights, np.clip(2 * edge - places, 0, n - 1), axis)
+    inside = np.expand_dims(places == edge, 1 - axis)
+    return np.where(inside, mirrored, 2 * np.take(heights, edge, axis) - mirrored)
+
+
+def normals(
+    heights: np.ndarray,
+    taps: tuple[Sequence[float], Sequence[float]],
+    *,
+    scale: tuple[float, float] = (1.0, 1.0),
+    wrap: tuple[bool, bool] = (False, False),
+    green_down: bool = False,
+) -> np.ndarray:
+    """Unit normals (h, w, 3) of heights by (derivative, smooth): what a filter's taps mean."""
+    derivative, smooth = taps
+    reach = max(len(derivative), len(smooth) - 1)
+    field = extended(extended(heights.astype(np.float64), reach, 0, wrap[1]), reach, 1, wrap[0])
+
+    def along_x(field: np.ndarray) -> np.ndarray:
+        down, across = (size - 2 * reach for size in field.shape)
+        wide = range(1 - len(smooth), len(smooth))
+        mixed = np.sum([field[reach + j : reach + j + down] * smooth[abs(j)] for j in wide], axis=0)
+        parts = [
+            weight * (mixed[:, reach + k : reach + k + across] - mixed[:, reach - k : reach - k + across])
+            for k, weight in enumerate(derivative, start=1)
+        ]
+        return np.sum(parts, axis=0)
+
+    return up(along_x(field) * scale[0], along_x(field.T).T * (-scale[1] if green_down else scale[1]))
+
+
 def normalised(means: np.ndarray) -> np.ndarray:
     length = np.sqrt((means * means).sum(axis=2, keepdims=True))
     return np.where(length > 1e-7, means / np.maximum(length, 1e-300), [0.0, 0.0, 1.0])
@@ -70,7 +109,7 @@ def angles(texture: Texture, truths: list[np.ndarray], masks: list[np.ndarray] |
     """What normal_levels tells, of unit vectors (h, w, 3) per level."""
     out = []
     for level, truth in enumerate(truths):
-        found = angles_deg(rebuilt(decode_texels(texture, level)[:, :, :2]), truth)
+        found = angles_between(rebuilt(decode_texels(texture, level)[:, :, :2]), truth)
         found = found.ravel() if masks is None else found[masks[level]]
         if found.size == 0:
             found = np.zeros(1)

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from paradize.errors import BakeError
 from paradize.kernels import filter as kernel
 from paradize.stages.destep import STEP_8_BIT, destep, destep_pixels
-from paradize.stages.normal import normal_map
-from tests.pipeline.heights import angles_between, rounded, sinusoids, up
+from tests.pipeline.heights import angles_between, normals, rounded, sinusoids, up
 
 BOTH = (True, True)
 
@@ -99,7 +98,7 @@ def test_normals_of_de_stepped_heights_are_far_nearer_to_the_truth(
         truth = up(dx, dy)
 
         def error(plane: np.ndarray, span: float = span, truth: np.ndarray = truth) -> float:
-            found = normal_map(plane, slope_scale=(span, span), wrap=BOTH, filter_name="fourth")
+            found = normals(plane, scale=(span, span), wrap=BOTH)
             return float(angles_between(found, truth).mean())
 
         smooth = error(destep(heights, wrap=BOTH))
@@ -113,7 +112,7 @@ def test_gentle_hills_lose_their_terraces() -> None:
     truth = up(dx, dy)
 
     def error(plane: np.ndarray) -> float:
-        found = normal_map(plane, slope_scale=(1, 1), wrap=BOTH, filter_name="fourth")
+        found = normals(plane, wrap=BOTH)
         return float(angles_between(found, truth).mean())
 
     assert error(destep(stepped, 0.5, wrap=BOTH)) < error(stepped) / 5

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from paradize.data import Ground
 from paradize.metrics import levels
 from paradize.metrics.filters import central_weights, fitted_weights, taps
 from paradize.stages.filters import FILTER_NAMES, SPECTRAL, taps_of
@@ -29,18 +32,18 @@ def test_a_filter_error_leaves_out_what_crosses_from_one_island_to_another() -> 
     heights[:, 32:] += 100.0
     islands = np.zeros((64, 64), np.int32)
     islands[:, 32:] = 1
-    settings = {"slope_scale": (1.0, 1.0), "wrap": (True, True), "filter_name": "central"}
-    torn = levels.filter_error(heights, **settings)
-    whole = levels.filter_error(heights, **settings, islands=islands)
+    ground = Ground(heights, (1.0, 1.0), (True, True), "central")
+    torn = levels.filter_error(ground)
+    whole = levels.filter_error(replace(ground, islands=islands))
     assert whole["max_deg"] < 0.5 * torn["max_deg"]
-    nowhere = levels.filter_error(heights, **settings, islands=np.full((64, 64), -1, np.int32))
+    nowhere = levels.filter_error(replace(ground, islands=np.full((64, 64), -1, np.int32)))
     assert nowhere == {"mean_deg": 0.0, "p99_deg": 0.0, "max_deg": 0.0}
 
 
 def test_a_filter_error_is_nothing_for_the_filter_it_is_measured_by_and_grows_with_steepness() -> None:
     heights = waves(64, 64, 2, 10.0)
     errors = {
-        name: levels.filter_error(heights, slope_scale=(1, 1), wrap=(True, True), filter_name=name)
+        name: levels.filter_error(Ground(heights, (1, 1), (True, True), name))
         for name in ("eighth", "fourth", "central", "spectral")
     }
     assert errors["eighth"] == {"mean_deg": 0.0, "p99_deg": 0.0, "max_deg": 0.0}

@@ -13,11 +13,10 @@ from hypothesis import strategies as st
 
 from paradize.errors import BakeError
 from paradize.kernels import filter as kernel
-from paradize.kernels import normals
+from paradize.kernels.normals import normals_from_heights
 from paradize.stages.destep import destep
 from paradize.stages.filters import FILTER_NAMES, FILTERS, Taps, choose_filter, taps_of
-from paradize.stages.normal import normal_map
-from tests.pipeline.heights import angles_between, rounded, sinusoids, up
+from tests.pipeline.heights import angles_between, normals, rounded, sinusoids, up
 
 BOTH = (True, True)
 
@@ -25,7 +24,7 @@ BOTH = (True, True)
 def mean_angle(
     heights: np.ndarray, span: float, truth: np.ndarray, name: str, wrap: tuple[bool, bool] = BOTH
 ) -> float:
-    found = normal_map(heights, slope_scale=(span, span), wrap=wrap, filter_name=name)
+    found = normals(heights, scale=(span, span), wrap=wrap, filter_name=name)
     return float(angles_between(found, truth).mean())
 
 
@@ -40,7 +39,7 @@ PLAIN = {
 
 
 def plain_angle(heights: np.ndarray, span: float, truth: np.ndarray, name: str) -> float:
-    found = normals.normals_from_heights(
+    found = normals_from_heights(
         heights,
         derivative=PLAIN[name].derivative,
         smooth=PLAIN[name].smooth,
@@ -200,7 +199,7 @@ def test_auto_takes_maps_of_any_shape_and_size(shape: tuple[int, int], size: flo
     for bits in (8, 16, 32):
         name = choose_filter(heights, bits, (False, True))
         assert len(taps_of(name).derivative) <= max(1, min((n - 1 for n in shape if n > 1), default=1))
-        found = normal_map(heights, slope_scale=(1, 1), wrap=(False, True), filter_name=name)
+        found = normals(heights, wrap=(False, True), filter_name=name)
         assert np.isfinite(found).all()
 
 

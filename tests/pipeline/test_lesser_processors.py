@@ -1,8 +1,9 @@
 """The same bytes and errors on a processor without wide vectors.
 
-GLIBC_TUNABLES narrows libc and libm, NPY_DISABLE_CPU_FEATURES numpy. Our kernels ask the processor itself, through
-libgcc's table of features, which neither reaches. So they are copied, and every `cpuid` in the copies becomes
-`xor eax, eax`: the processor then knows no leaf beyond 0, hence no feature, and every dispatch takes its baseline.
+GLIBC_TUNABLES narrows libc and libm, NPY_DISABLE_CPU_FEATURES numpy. Our kernels ask the processor itself,
+through libgcc's table of features, which neither reaches. So they are copied, and every `cpuid` in the copies
+becomes `xor eax, eax`: the processor then knows no leaf beyond 0, hence no feature, and every dispatch takes
+its baseline.
 """
 
 from __future__ import annotations
@@ -56,12 +57,14 @@ for tier in ("fast", "balanced", "exact"):
     mesh = bake_mesh(folder / "post.obj", tier=tier, lods=3)
     mesh.report.pop("seconds", None)
     told[f"mesh {tier}"] = mesh.glb, mesh.report
-    made = bake_terrain(folder / "height.png", size_x_m=20.0, size_z_m=30.0, height_m=4.0, max_error_m=0.02, tier=tier)
+    size = {"size_x_m": 20.0, "size_z_m": 30.0, "height_m": 4.0, "max_error_m": 0.02}
+    made = bake_terrain(folder / "height.png", **size, tier=tier)
     told[f"terrain {tier}"] = made.glb, [made.max_error_m, made.rms_error_m]
-    more = {f"height {k}": v for k, v in bake_maps(
-        folder / "relief.png", source="height", wrap="repeat", tier=tier, destep=True).items()}
-    for name, map in {**more, **bake_maps(folder / "wood.png", strength=5.0, tier=tier, uv=folder / "post.obj"),
-                      "color": bake_color(folder / "wood.png", tier=tier)}.items():
+    relief = bake_maps(folder / "relief.png", source="height", wrap="repeat", tier=tier, destep=True)
+    made = bake_maps(folder / "wood.png", strength=5.0, tier=tier, uv=folder / "post.obj")
+    made |= {f"height {name}": map for name, map in relief.items()}
+    made["color"] = bake_color(folder / "wood.png", tier=tier)
+    for name, map in made.items():
         told[f"{name} {tier}"] = map.data, [map.filter if name == "normal" else "", map.levels]
 bare = bake_mesh(folder / "bare.obj", atlas=True, lods=2)
 bare.report.pop("seconds", None)

@@ -20,8 +20,7 @@ from paradize.data import Texture
 from paradize.errors import BakeError
 from paradize.formats.ktx2 import decode_ktx2
 from paradize.kernels.maps import Levels
-from paradize.metrics.angle import rebuilt
-from paradize.metrics.texels import decode_texels
+from paradize.metrics.texels import decode_texels, rebuilt
 from paradize.scene import FILTERS
 from paradize.stages.filters import FILTER_NAMES
 from tests.pipeline.heights import angles_between, rounded, save, sinusoids, up, waves

@@ -12,12 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from paradize.data import Texture
+from paradize.data import Ground, Texture
 from paradize.kernels import reference_maps
 from paradize.metrics import levels
-from paradize.metrics.angle import reference_normals
 from paradize.metrics.filters import taps
-from paradize.metrics.psnr import LOSSLESS_DB
 from paradize.metrics.texels import decode_texels
 from tests.pipeline import map_truth as truth
 from tests.pipeline.heights import waves
@@ -37,17 +35,20 @@ def near(found: list[dict[str, float]], wanted: list[dict[str, float]], slack: f
 
 
 def ground(
-    heights: np.ndarray, name: str = "fourth", wrap: tuple[bool, bool] = (True, True)
-) -> dict[str, Any]:
-    return {"slope_scale": (2.0, 3.0), "wrap": wrap, "filter_name": name}
+    heights: np.ndarray, name: str = "fourth", wrap: tuple[bool, bool] = (True, True), **more: Any
+) -> Ground:
+    return Ground(heights, **{"slope_scale": (2.0, 3.0), "wrap": wrap, "filter_name": name, **more})
 
 
 def some_heights(rows: int, columns: int) -> np.ndarray:
     return np.random.default_rng(5).random((rows, columns), np.float32)
 
 
-def settled(heights: np.ndarray, settings: dict[str, Any]) -> np.ndarray:
-    return reference_normals(heights, 0, len(heights), **settings)
+def settled(ground: Ground) -> np.ndarray:
+    own = taps(ground.filter_name)
+    return truth.normals(
+        ground.heights, own, scale=ground.slope_scale, wrap=ground.wrap, green_down=ground.green_down
+    )
 
 
 # Against numpy
@@ -58,22 +59,21 @@ def settled(heights: np.ndarray, settings: dict[str, Any]) -> np.ndarray:
 def test_normals_of_every_level_agree_with_numpy(shape: tuple[int, int], name: str) -> None:
     heights = some_heights(*shape)
     for wrap in WRAPS:
-        settings = ground(heights, name, wrap) | {"green_down": wrap[0]}
-        exact = settled(heights, settings)
+        field = ground(heights, name, wrap, green_down=wrap[0])
+        exact = settled(field)
         texture = truth.random_texture("BC5_SNORM", *shape)
         chain = [truth.normalised(truth.mean(exact, k)) for k in range(len(texture.levels))]
-        near(levels.normal_levels(texture, heights, **settings), truth.angles(texture, chain))
+        near(levels.normal_levels(texture, field), truth.angles(texture, chain))
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_dudv_of_every_level_agrees_with_numpy(shape: tuple[int, int]) -> None:
-    heights = some_heights(*shape)
-    settings = ground(heights)
-    xy = settled(heights, settings)[:, :, :2]
+    field = ground(some_heights(*shape))
+    xy = settled(field)[:, :, :2]
     xy = xy - xy.mean(axis=(0, 1))
     texture = truth.random_texture("RG8_SNORM", *shape)
     chain = [truth.rebuilt(truth.mean(xy, k)) for k in range(len(texture.levels))]
-    near(levels.dudv_levels(texture, heights, **settings), truth.angles(texture, chain))
+    near(levels.dudv_levels(texture, field), truth.angles(texture, chain))
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -93,11 +93,11 @@ def test_values_of_every_level_agree_with_numpy(shape: tuple[int, int], name: st
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_gloss_of_every_level_agrees_with_numpy(shape: tuple[int, int]) -> None:
-    heights, gloss = some_heights(*shape) * 0.1, np.random.default_rng(3).random((*shape, 2), np.float32)
-    settings = ground(heights)
+    gloss = np.random.default_rng(3).random((*shape, 2), np.float32)
+    field = ground(some_heights(*shape) * np.float32(0.1))
     texture = truth.random_texture("BC5_UNORM", *shape)
     wide = gloss.astype(np.float64)
-    joined = np.dstack([wide[:, :, 0], (1 - wide[:, :, 1]) ** 4, settled(heights, settings)])
+    joined = np.dstack([wide[:, :, 0], (1 - wide[:, :, 1]) ** 4, settled(field)])
     wanted = []
     for k in range(len(texture.levels)):
         found = truth.mean(joined, k)
@@ -105,7 +105,7 @@ def test_gloss_of_every_level_agrees_with_numpy(shape: tuple[int, int]) -> None:
         lost = 2 * np.maximum(0, 1 - r * r) / (r * (3 - r * r)) if k else 0.0
         smooth = 1 - np.minimum(1, found[:, :, 1] + lost) ** 0.25
         wanted.append(truth.differences(decode_texels(texture, k), np.dstack([found[:, :, 0], smooth])))
-    near(levels.gloss_levels(texture, gloss, heights, **settings), wanted)
+    near(levels.gloss_levels(texture, gloss, field), wanted)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -139,7 +139,7 @@ def test_native_decoders_agree_with_numpy_on_any_bytes(name: str) -> None:
     else:
         found = levels.value_levels(one, decoded)[0]
     assert found["max"] < 2e-7
-    assert found["psnr_db"] == LOSSLESS_DB
+    assert found["psnr_db"] == levels.LOSSLESS_DB
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 12), (12, 1), (7, 9), (16, 64), (45, 50)])
@@ -154,7 +154,7 @@ def test_spectral_slopes_are_those_of_numpys_transform(shape: tuple[int, int]) -
     normals = truth.normalised(np.dstack([-2.0 * slopes[0], 3.0 * slopes[1], np.ones(shape)]))
     texture = truth.random_texture("RG8_SNORM", *shape)
     chain = [truth.normalised(truth.mean(normals, k)) for k in range(len(texture.levels))]
-    near(levels.normal_levels(texture, heights, **ground(heights, "spectral")), truth.angles(texture, chain))
+    near(levels.normal_levels(texture, ground(heights, "spectral")), truth.angles(texture, chain))
 
 
 # Closed forms
@@ -225,11 +225,11 @@ def test_means_of_means_of_odd_sizes_are_told_as_errors() -> None:
 def test_normals_that_cancel_out_are_measured_against_plus_z() -> None:
     heights = np.float32([[0.0, 1e30], [0.0, 1e30]])  # wrapped: slopes of nothing; ends: all one way
     texture = Texture("RG8_SNORM", 2, 2, (bytes(8), bytes(2)))
-    wrapped = levels.normal_levels(texture, heights, **ground(heights))
+    wrapped = levels.normal_levels(texture, ground(heights))
     assert [level["max_deg"] for level in wrapped] == [0.0, 0.0]
     sawtooth = np.float32([[0, 1e30, 2e30, 1e30]])
     texture = Texture("RG8_SNORM", 4, 1, (bytes([129, 0, 0, 0, 127, 0, 0, 0]), bytes(4), bytes(2)))
-    found = levels.normal_levels(texture, sawtooth, **ground(sawtooth, "central"))
+    found = levels.normal_levels(texture, ground(sawtooth, "central"))
     assert found[2]["max_deg"] == pytest.approx(0.0, abs=1e-4)
 
 
@@ -240,7 +240,7 @@ def test_flat_ground_has_no_error_at_all(shape: tuple[int, int], level: float) -
     zero = Texture("RG8_SNORM", shape[1], shape[0], tuple(bytes(2 * a * b) for a, b in truth.sizes(*shape)))
     for name in [*FILTERS, "spectral"]:
         for measure in (levels.normal_levels, levels.dudv_levels):
-            for found in measure(zero, heights, **ground(heights, name)):
+            for found in measure(zero, ground(heights, name)):
                 assert (
                     found["max_deg"] == 0.0
                     if name != "spectral"
@@ -250,12 +250,11 @@ def test_flat_ground_has_no_error_at_all(shape: tuple[int, int], level: float) -
 
 @pytest.mark.parametrize("scale", [1e-6, 1e6, 1e30])
 def test_slopes_of_any_size_are_measured(scale: float) -> None:
-    heights = waves(24, 32, 3, 6.0)
-    settings = ground(heights) | {"slope_scale": (scale, scale)}
-    normals = settled(heights, settings)
+    field = ground(waves(24, 32, 3, 6.0), slope_scale=(scale, scale))
+    normals = settled(field)
     texture = chain_of(normals[:, :, :2], "RG8_SNORM", 127.0)
     one = Texture("RG8_SNORM", 32, 24, texture.levels[:1])
-    found = levels.normal_levels(one, heights, **settings)[0]
+    found = levels.normal_levels(one, field)[0]
     assert np.isfinite([*found.values()]).all()
     near([found], truth.angles(one, [normals]))
 
@@ -339,7 +338,7 @@ def test_texels_whose_taps_or_area_leave_their_island_are_not_measured(
     heights = some_heights(*shape)
     islands = np.full(shape, -1, np.int32)
     islands[2:20, 3:22], islands[4:32, 22:40], islands[:, 44:] = 0, 1, 2
-    settings = ground(heights, name, wrap)
+    field = ground(heights, name, wrap, islands=islands)
     reach = max(len(taps(name)[0]), len(taps(name)[1]) - 1)
     rows, columns = (
         np.arange(-reach, n + reach) % n
@@ -356,12 +355,12 @@ def test_texels_whose_taps_or_area_leave_their_island_are_not_measured(
         for i in range(2 * reach + 1):
             inside &= islands[np.ix_(rows[j : j + shape[0]], columns[i : i + shape[1]])] == islands
     texture = truth.random_texture("RG8_SNORM", *shape)
-    exact = settled(heights, settings)
+    exact = settled(field)
     count = len(texture.levels)
     masks = [truth.mean(inside[:, :, None].astype(float), k)[:, :, 0] > 1 - 1e-9 for k in range(count)]
     assert masks[0].any() and masks[1].any() and not masks[-1].any()
     chain = [truth.normalised(truth.mean(exact, k)) for k in range(count)]
-    found = levels.normal_levels(texture, heights, **settings, islands=islands)
+    found = levels.normal_levels(texture, field)
     near(found, truth.angles(texture, chain, masks))
 
 
@@ -395,13 +394,13 @@ def test_a_large_map_is_measured_in_little_memory(root: Path) -> None:
     """2048^2 normals, 22 MB of heights and texture: measuring adds some rows and the largest errors alone."""
     script = (
         "import numpy as np, resource\n"
+        "from paradize.data import Ground\n"
         "from paradize.metrics import levels\n"
         "from tests.pipeline.map_truth import random_texture\n"
         "heights = np.zeros((2048, 2048), np.float32)\n"
         "texture = random_texture('BC5_SNORM', 2048, 2048)\n"
         "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
-        "settings = dict(slope_scale=(1, 1), wrap=(True, True), filter_name='fourth')\n"
-        "levels.normal_levels(texture, heights, **settings)\n"
+        "levels.normal_levels(texture, Ground(heights, (1, 1), (True, True), 'fourth'))\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)\n"
     )
     found = subprocess.run([sys.executable, "-c", script], cwd=root, capture_output=True, text=True)

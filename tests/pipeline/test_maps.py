@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -21,12 +17,13 @@ from paradize.errors import BakeError
 from paradize.formats.ktx2 import decode_ktx2, full_level_count
 from paradize.kernels import maps
 from paradize.kernels.maps import Levels
-from paradize.metrics.angle import angles_deg, rebuilt, reference_normals
-from paradize.metrics.texels import decode_texels
+from paradize.metrics.filters import taps
+from paradize.metrics.texels import decode_texels, rebuilt
 from paradize.stages.dudv import DudvLevels
 from paradize.stages.gloss import GlossSettings, gloss_map
 from paradize.stages.height import height_from_color, height_from_height
-from tests.pipeline.heights import normals, save, waves
+from tests.pipeline.heights import angles_between, normals, save, waves
+from tests.pipeline.map_truth import normals as true_normals
 
 
 def test_height_is_the_luminance_of_linear_light() -> None:
@@ -109,9 +106,7 @@ def test_dudv_is_the_normal_maps_x_and_y_less_their_mean_in_every_level(tmp_path
     made = bake_maps(path, only=["dudv"], source="height", wrap="repeat", strength=4.0)["dudv"]
     texture = decode_ktx2(made.data)
     assert texture.format == "RG8_SNORM"
-    truth = reference_normals(
-        heights, 0, 64, slope_scale=(2.56, 2.56), wrap=(True, True), filter_name="fourth"
-    )
+    truth = true_normals(heights, taps("fourth"), scale=(2.56, 2.56), wrap=(True, True))
     level_truth = truth[:, :, :2] - truth[:, :, :2].mean(axis=(0, 1))
     for level in range(len(texture.levels)):
         size = 64 >> level
@@ -228,11 +223,9 @@ def test_float_heights_keep_their_slopes_and_the_height_map_is_stretched_with_a_
     path = save(tmp_path / "metres.exr", heights, oiio.FLOAT)
     made = bake_maps(path, source="height", wrap="repeat", slope_scale=1 / 100, only=["height", "normal"])
     assert any("run from" in warning for warning in made["height"].warnings)
-    truth = reference_normals(
-        heights[:, :, 0], 0, 32, slope_scale=(0.01, 0.01), wrap=(True, True), filter_name="fourth"
-    )
+    truth = true_normals(heights[:, :, 0], taps("fourth"), scale=(0.01, 0.01), wrap=(True, True))
     normal = decode_texels(decode_ktx2(made["normal"].data))
-    assert angles_deg(rebuilt(normal), truth).mean() < 3
+    assert angles_between(rebuilt(normal), truth).mean() < 3
 
 
 def test_an_8_bit_height_source_is_warned_about(tmp_path: Path) -> None:
@@ -295,33 +288,3 @@ def test_the_same_bytes_with_one_thread_and_with_many(picture: Path, monkeypatch
             assert np.array_equal(call(1), call(threads))
     first = {name: product.data for name, product in bake_maps(picture).items()}
     assert first == {name: product.data for name, product in bake_maps(picture).items()}
-
-
-BAKE = """
-import hashlib, json, sys
-from pathlib import Path
-from paradize.bake_color import bake_color
-from paradize.bake_maps import bake_maps
-made = {**bake_maps(Path(sys.argv[1]), strength=5.0, wrap="repeat"), "color": bake_color(Path(sys.argv[1]))}
-print(json.dumps({k: [hashlib.sha256(p.data).hexdigest(), p.errors] for k, p in made.items()}))
-"""
-
-
-def test_an_old_cpu_gives_the_same_bytes_and_the_same_errors(picture: Path) -> None:
-    old = {
-        "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
-        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA",
-    }
-    found = []
-    for extra in ({}, old):
-        done = subprocess.run(
-            [sys.executable, "-c", BAKE, str(picture)],
-            capture_output=True,
-            text=True,
-            timeout=100,
-            env={**os.environ, **extra},
-        )
-        assert done.returncode == 0, done.stderr
-        assert "warn" not in done.stderr.lower(), done.stderr
-        found.append(json.loads(done.stdout))
-    assert found[0] == found[1]

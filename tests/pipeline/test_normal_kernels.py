@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from paradize.errors import SourceError
 from paradize.kernels import normals
 from paradize.kernels.normals import material_maps, normals_from_heights, normals_from_slopes
-from paradize.metrics.angle import angles_deg
-from tests.pipeline.heights import waves
+from tests.pipeline.heights import angles_between, waves
+from tests.pipeline.map_truth import normals as true_normals
 
 TAPS: dict[str, tuple[list[float], list[float]]] = {
     "central": ([1 / 2], [1.0]),
@@ -36,47 +36,8 @@ def made(heights: np.ndarray, name: str = "fourth", **more: object) -> np.ndarra
     )
 
 
-def extended(heights: np.ndarray, reach: int, wrap: tuple[bool, bool]) -> np.ndarray:
-    """float64, `reach` more on each side: repeated, or reflected oddly about the edge texel."""
-    out = heights.astype(np.float64)
-    for axis, repeats in ((0, wrap[1]), (1, wrap[0])):
-        n = out.shape[axis]
-        places = np.arange(-reach, n + reach)
-        if repeats:
-            out = np.take(out, places % n, axis)
-            continue
-        about = np.clip(places, 0, n - 1)
-        mirrored = np.take(out, np.clip(2 * about - places, 0, n - 1), axis)
-        out = np.where(
-            np.expand_dims(places == about, 1 - axis), mirrored, 2 * np.take(out, about, axis) - mirrored
-        )
-    return out
-
-
-def reference(
-    heights: np.ndarray,
-    name: str,
-    scale: tuple[float, float] = (1.0, 1.0),
-    wrap: tuple[bool, bool] = (False, False),
-) -> np.ndarray:
-    """Unit normals (h, w, 3) float64 by shifted arrays."""
-    derivative, smooth = TAPS[name]
-    reach = max(len(derivative), len(smooth) - 1)
-    field = extended(heights, reach, wrap)
-    rows, columns = heights.shape
-
-    def at(dy: int, dx: int) -> np.ndarray:
-        return field[reach + dy : reach + dy + rows, reach + dx : reach + dx + columns]
-
-    dx, dy = np.zeros(heights.shape), np.zeros(heights.shape)
-    for k, weight in enumerate(derivative, start=1):
-        for j in range(1 - len(smooth), len(smooth)):
-            share = weight * smooth[abs(j)]
-            dx += share * (at(j, k) - at(j, -k)) * scale[0]
-            dy += share * (at(k, j) - at(-k, j)) * scale[1]
-    largest = np.maximum(np.maximum(np.abs(dx), np.abs(dy)), 1.0)
-    out = np.stack([-dx / largest, dy / largest, 1 / largest], axis=2)
-    return out / np.sqrt((out * out).sum(axis=2, keepdims=True))
+def reference(heights: np.ndarray, name: str, **more: tuple[float, float]) -> np.ndarray:
+    return true_normals(heights, TAPS[name], **more)
 
 
 @pytest.mark.parametrize("name", TAPS)
@@ -94,7 +55,7 @@ def test_normals_agree_with_float64(
     heights = np.random.default_rng(seed).random((rows, columns), np.float32)
     scale = (2.0 * strength, 3.0 * strength)
     found = made(heights, name, scale=scale, wrap=wrap).astype(np.float64)
-    assert angles_deg(found, reference(heights, name, scale, wrap)).max() < 1e-3
+    assert angles_between(found, reference(heights, name, scale=scale, wrap=wrap)).max() < 1e-3
     assert np.abs((found * found).sum(axis=2) - 1).max() < 1e-6
 
 
@@ -122,9 +83,9 @@ def test_a_ramp_of_89_9_degrees_is_right_up_to_its_edges_and_green_points_up(nam
     ramp = np.arange(37, dtype=np.float32)[None, :].repeat(8, 0)
     sine, cosine = np.sin(np.radians(89.9)), np.cos(np.radians(89.9))
     along = made(ramp, name, scale=(slope, 1.0)).astype(np.float64)
-    assert angles_deg(along, np.broadcast_to([-sine, 0, cosine], along.shape)).max() < 1e-3
+    assert angles_between(along, np.broadcast_to([-sine, 0, cosine], along.shape)).max() < 1e-3
     down = made(ramp.T, name, scale=(1.0, slope)).astype(np.float64)
-    assert angles_deg(down, np.broadcast_to([0, sine, cosine], down.shape)).max() < 1e-3
+    assert angles_between(down, np.broadcast_to([0, sine, cosine], down.shape)).max() < 1e-3
     flipped = made(ramp.T, name, scale=(1.0, slope), green_down=True)
     assert np.array_equal(flipped * np.float32([1, -1, 1]), made(ramp.T, name, scale=(1.0, slope)))
 
@@ -146,7 +107,9 @@ def test_heights_of_any_size_are_right(name: str, size: float) -> None:
     heights = (waves(8, 40, 3, 4.0).astype(np.float64) * size).astype(np.float32)
     for scale in ((1 / size, 2 / size), (1.0, 1.0), (1e30, 1e30), (1e-35, 1e-35)):
         found = made(heights, name, scale=scale, wrap=(True, True)).astype(np.float64)
-        assert angles_deg(found, reference(heights, name, scale, (True, True))).max() < 1e-3, scale
+        assert angles_between(found, reference(heights, name, scale=scale, wrap=(True, True))).max() < 1e-3, (
+            scale
+        )
     huge = made(np.float32([[0, 3e38, -3e38, 0]]), name).astype(np.float64)
     assert np.abs((huge * huge).sum(axis=2) - 1).max() < 1e-6
 
@@ -157,7 +120,7 @@ def test_slopes_beyond_float_leave_the_rows_beside_them_alone() -> None:
     cliff[4] *= np.float32(1e37)
     found = made(cliff, "central", scale=(5, 5))
     assert np.array_equal(found[:3], made(heights, "central", scale=(5, 5))[:3])
-    assert angles_deg(found.astype(np.float64), reference(cliff, "central", (5, 5))).max() < 1e-3
+    assert angles_between(found.astype(np.float64), reference(cliff, "central", scale=(5, 5))).max() < 1e-3
 
 
 @settings(deadline=None, max_examples=25)
@@ -240,7 +203,7 @@ def test_codes_are_the_nearest_of_the_floats() -> None:
 
 def test_normals_from_slopes_are_those_of_the_heights_they_came_from() -> None:
     heights = waves(20, 30, 2)
-    field = extended(heights, 1, (True, True))
+    field = np.pad(heights.astype(np.float64), 1, mode="wrap")
     dx = ((field[1:-1, 2:] - field[1:-1, :-2]) / 2).astype(np.float32)
     dy = ((field[2:, 1:-1] - field[:-2, 1:-1]) / 2).astype(np.float32)
     for scale, green_down in product([(2.0, 3.0), (1e25, 1e-25), (1e35, 1e35)], [False, True]):

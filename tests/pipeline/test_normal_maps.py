@@ -7,52 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from paradize.data import Group, Mesh
+from paradize.data import Ground, Group, Mesh
 from paradize.errors import BakeError, SourceError
 from paradize.kernels import maps
-from paradize.metrics.angle import angles_deg
-from paradize.stages import filters, gutter, normal
-from tests.pipeline.heights import normals, sinusoids, up, waves
+from paradize.stages import filters, gutter
+from paradize.stages.normal import normal_map, prepare
+from tests.pipeline.heights import angles_between, normals, sinusoids, up, waves
+from tests.pipeline.map_truth import normals as true_normals
 
 FILTERS = ("central", "scharr", "fourth", "eighth", "smooth2", "quintic4", "septic7", "smooth16")
 
 
-def padded(heights: np.ndarray, reach: int, axis: int, wrap: bool) -> np.ndarray:
-    """float64 heights with `reach` more at both ends of an axis: repeated, or turned about the edge."""
-    line = np.moveaxis(heights.astype(np.float64), axis, 0)
-    n = len(line)
-    at = np.arange(-reach, n + reach)
-    if wrap:
-        return np.moveaxis(line[at % n], 0, axis)
-    edge = np.clip(at, 0, n - 1)
-    mirrored = np.clip(2 * edge - at, 0, n - 1)
-    shape = (-1, *[1] * (line.ndim - 1))
-    inside = (edge == at).reshape(shape)
-    return np.moveaxis(np.where(inside, line[edge], 2 * line[edge] - line[mirrored]), 0, axis)
-
-
-def reference_normals(
-    heights: np.ndarray, name: str, *, scale: tuple[float, float], wrap: tuple[bool, bool]
-) -> np.ndarray:
-    """float64 normals by whole-array shifts: what a filter's taps mean."""
-    taps = filters.FILTERS[name]
-    slopes = []
-    for axis, repeats, across in ((1, wrap[0], wrap[1]), (0, wrap[1], wrap[0])):
-        reach, wide = len(taps.derivative), len(taps.smooth) - 1
-        n, m = heights.shape[axis], heights.shape[1 - axis]
-        h = padded(padded(heights, reach, axis, repeats), wide, 1 - axis, across)
-
-        def part(array: np.ndarray, first: int, count: int, axis: int) -> np.ndarray:
-            return np.take(array, range(first, first + count), axis=axis)
-
-        s = taps.smooth[0] * part(h, wide, m, 1 - axis)
-        for k in range(1, wide + 1):
-            s = s + taps.smooth[k] * (part(h, wide - k, m, 1 - axis) + part(h, wide + k, m, 1 - axis))
-        d = np.zeros(heights.shape)
-        for k, weight in enumerate(taps.derivative, start=1):
-            d += weight * (part(s, reach + k, n, axis) - part(s, reach - k, n, axis))
-        slopes.append(d)
-    return up(slopes[0] * scale[0], slopes[1] * scale[1])
+def taps(name: str) -> tuple[np.ndarray, np.ndarray]:
+    return filters.FILTERS[name].derivative, filters.FILTERS[name].smooth
 
 
 @pytest.mark.parametrize("name", FILTERS)
@@ -84,7 +51,7 @@ def test_a_ramp_of_89_9_degrees_is_right(name: str) -> None:
         np.arange(32, dtype=np.float32)[None, :].repeat(8, 0), filter_name=name, scale=(slope, 1.0)
     )
     truth = np.array([-np.sin(np.radians(89.9)), 0, np.cos(np.radians(89.9))])
-    assert angles_deg(found.astype(np.float64), np.broadcast_to(truth, found.shape)).max() < 1e-3
+    assert angles_between(found.astype(np.float64), np.broadcast_to(truth, found.shape)).max() < 1e-3
 
 
 @settings(deadline=None, max_examples=25)
@@ -92,8 +59,8 @@ def test_a_ramp_of_89_9_degrees_is_right(name: str) -> None:
 def test_scaling_heights_scales_slopes(seed: int, name: str, factor: float) -> None:
     heights = waves(8, 10, seed, 4.0).astype(np.float64)
     one = normals(heights, scale=(factor, factor), filter_name=name, wrap=(True, True)).astype(np.float64)
-    truth = reference_normals(heights.astype(np.float32), name, scale=(factor, factor), wrap=(True, True))
-    assert angles_deg(one, truth).max() < 2e-3
+    truth = true_normals(heights.astype(np.float32), taps(name), scale=(factor, factor), wrap=(True, True))
+    assert angles_between(one, truth).max() < 2e-3
     assert np.abs((one * one).sum(axis=2) - 1).max() < 1e-6
     assert (one[:, :, 2] >= 0).all()
 
@@ -136,27 +103,26 @@ def test_normals_agree_with_an_independent_float64_computation(name: str) -> Non
     heights = waves(33, 47, 7, 5.0)
     for wrap in [(False, False), (True, False), (False, True), (True, True)]:
         found = normals(heights, filter_name=name, scale=(2.0, 3.0), wrap=wrap).astype(np.float64)
-        truth = reference_normals(heights, name, scale=(2.0, 3.0), wrap=wrap)
-        assert angles_deg(found, truth).max() < 1e-3
+        truth = true_normals(heights, taps(name), scale=(2.0, 3.0), wrap=wrap)
+        assert angles_between(found, truth).max() < 1e-3
 
 
 @pytest.mark.parametrize("name", [*FILTERS, "spectral"])
 def test_bands_of_rows_are_the_rows_of_the_whole(name: str) -> None:
     heights = waves(40, 32, 3, 6.0)
-    settings = {"slope_scale": (2.0, 3.0), "wrap": (True, True), "filter_name": name}
-    whole = normal.normal_map(heights, **settings)
-    ground = normal.prepare(heights, **settings)
+    ground = Ground(heights, (2.0, 3.0), (True, True), name)
+    whole = normal_map(ground)
+    made = prepare(ground)
     for first, last in [(0, 7), (7, 8), (8, 40)]:
-        assert np.array_equal(ground.rows(first, last), whole[first:last])
-        assert np.array_equal(normal.normal_rows(heights, first, last, **settings), whole[first:last])
-    codes = ground.rows(3, 9, encoding="snorm8")
+        assert np.array_equal(made.rows(first, last), whole[first:last])
+    codes = made.rows(3, 9, encoding="snorm8")
     assert np.abs(codes / 127.0 - whole[3:9, :, :2]).max() < 0.5001 / 127
 
 
 def test_fourth_order_normals_of_smooth_heights_are_within_a_tenth_of_a_degree_of_the_truth() -> None:
     heights, dx, dy = sinusoids(256, 8, 64, 1)
     means = {
-        name: angles_deg(
+        name: angles_between(
             normals(heights, filter_name=name, wrap=(True, True)).astype(np.float64), up(dx, dy)
         ).mean()
         for name in ("central", "fourth", "eighth", "spectral")

@@ -7,7 +7,6 @@ strength is fitted and the angle says how far two reasonable makers are apart, n
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,8 +16,8 @@ import pytest
 from paradize.readers.image import read_image
 from paradize.stages.filters import choose_filter
 from paradize.stages.height import height_from_color
-from paradize.stages.normal import normal_map
-from tests.pipeline.heights import angles_between, up
+from tests.pipeline.heights import angles_between, normals, up
+from tests.places import CORPUS
 
 BOTH = (True, True)  # all of them are tiles
 
@@ -100,7 +99,7 @@ def slopes_of(normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def compare(pair: Pair, folder: Path) -> Result:
     heights = heights_of(pair, folder / pair.source)
     name = choose_filter(heights, 8, BOTH)
-    dx, dy = slopes_of(normal_map(heights, slope_scale=(1.0, 1.0), wrap=BOTH, filter_name=name))
+    dx, dy = slopes_of(normals(heights, wrap=BOTH, filter_name=name))
     theirs = published(pair, folder / pair.normal, heights.shape)
     tx, ty = slopes_of(theirs)
     least = float(((dx * tx).sum() + (dy * ty).sum()) / ((dx * dx).sum() + (dy * dy).sum()))
@@ -131,10 +130,9 @@ def test_normals_of_published_heights_agree_with_the_published_normals(pair: Pai
 
 
 def main() -> None:
-    folder = Path(os.environ["PARADIZE_CORPUS"]) / "pbr-pairs"
     print(f"{'pair':22} {'filter':10} strength   corr      x      y   mean    p99 (degrees)")
     for pair in PAIRS:
-        r = compare(pair, folder)
+        r = compare(pair, CORPUS / "pbr-pairs")
         print(
             f"{pair.name:22} {r.filter_name:10} {r.strength:8.3f} {r.correlation:6.3f} {r.along_x:6.3f}"
             f" {r.along_y:6.3f} {r.mean_deg:6.2f} {r.p99_deg:6.2f}"

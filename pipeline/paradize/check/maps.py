@@ -21,8 +21,7 @@ from paradize.check.rules import Finding
 from paradize.data import Texture
 from paradize.errors import FormatError
 from paradize.formats.ktx2 import decode_ktx2
-from paradize.metrics.angle import rebuilt
-from paradize.metrics.texels import decode_texels
+from paradize.metrics.texels import decode_texels, rebuilt
 
 F64 = npt.NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Mesh
+from paradize.data import Mesh, six
 from paradize.errors import BakeError
 from paradize.kernels.reference_atlas import layout_quality, layout_raster
 
@@ -50,17 +50,13 @@ def atlas_quality(mesh: Mesh, *, resolution: int = 1024, padding: int = 4) -> di
     )
     density = np.sort(found["density"]) * resolution / unit
     middle = density[[0, len(density) // 2, -1]].tolist() if len(density) else [0.0, 0.0, 0.0]
-    told = {key: _six(found[key]) for key in ("stretch", "seam_length", "packing")}
+    told = {key: six(found[key]) for key in ("stretch", "seam_length", "packing")}
     return {
         **told,
         "charts": int(found["charts"]),
-        "overlap": _six(twice / covered if covered else 0.0),
+        "overlap": six(twice / covered if covered else 0.0),
         "near": near,
         "flipped": int(found["flipped"]),
         "without": int(found["without"]),
-        "texels_per_m": [_six(value) for value in middle],
+        "texels_per_m": [six(value) for value in middle],
     }
-
-
-def _six(value: float) -> float:
-    return float(f"{value:.6g}")

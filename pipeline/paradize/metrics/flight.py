@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from paradize.data import six
+
 F64 = npt.NDArray[np.float64]
 
 MOMENTS = 20_000  # moments of the flight at which the speed is measured
@@ -107,4 +109,4 @@ def flight_error(
         "path_jump_m_per_u2": jumps[2],
         "path_time_s": abs(ends_s - flight["duration_s"]),
     }
-    return {name: float(f"{value:.6g}") for name, value in found.items()}
+    return {name: six(value) for name, value in found.items()}

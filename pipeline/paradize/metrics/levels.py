@@ -9,23 +9,25 @@ Angles are degrees; PSNR is in dB of a peak of 1, at most LOSSLESS_DB; p99 is th
 
 from __future__ import annotations
 
+from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from paradize.data import six
 from paradize.kernels import reference_maps
 from paradize.metrics.filters import EXACT, taps
-from paradize.metrics.psnr import psnr_of
 from paradize.metrics.texels import bc7_codes, decode_texels
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from paradize.data import Texture
+    from paradize.data import Ground, Texture
     from paradize.kernels.reference_maps import Error
 
     F32 = npt.NDArray[np.float32]
-    I32 = npt.NDArray[np.int32]
+
+LOSSLESS_DB = 120.0  # told where the mean squared error is below 1e-12
 
 # How the kernels read a texture's format: name and, of plain texels, channels. Others are decoded first.
 _TEXELS = {
@@ -46,11 +48,6 @@ _TEXELS = {
     "BC5_UNORM": ("bc5", 0),
     "BC5_SNORM": ("bc5_signed", 0),
 }
-
-
-def six(value: float) -> float:
-    """Rounded to six significant digits."""
-    return float(f"{value:.6g}")
 
 
 def _view(texture: Texture) -> reference_maps.Texture:
@@ -79,86 +76,61 @@ def _differences(error: Error) -> dict[str, float]:
 
 
 def _psnr(squares: float, count: int) -> float:
-    return six(psnr_of(squares / count if count else 0.0))
+    """The logarithm is Decimal's, which is the same on every machine; numpy's and libm's are not."""
+    mean = squares / count if count else 0.0
+    return LOSSLESS_DB if mean <= 1e-12 else six(float(-10 * Decimal(mean).log10()))
 
 
-def _ground(
-    heights: F32,
-    slope_scale: tuple[float, float],
-    wrap: tuple[bool, bool],
-    filter_name: str,
-    green_down: bool = False,
-    islands: I32 | None = None,
-) -> reference_maps.Ground:
+def _taken(ground: Ground, filter_name: str | None = None) -> reference_maps.Ground:
+    """The ground for the kernels; by another filter where one is named."""
     return reference_maps.Ground(
-        heights,
-        taps=taps(filter_name),
-        scale=slope_scale,
-        wrap=wrap,
-        green_down=green_down,
-        islands=islands,
+        ground.heights,
+        taps=taps(filter_name or ground.filter_name),
+        scale=ground.slope_scale,
+        wrap=ground.wrap,
+        green_down=ground.green_down,
+        islands=ground.islands,
     )
 
 
-def normal_levels(
-    texture: Texture,
-    heights: F32,
-    *,
-    slope_scale: tuple[float, float],
-    wrap: tuple[bool, bool],
-    filter_name: str,
-    green_down: bool = False,
-    islands: I32 | None = None,
-) -> list[dict[str, float]]:
-    """mean_deg, p99_deg and max_deg of every level of a normal map of heights (h, w).
+def normal_levels(texture: Texture, ground: Ground) -> list[dict[str, float]]:
+    """mean_deg, p99_deg and max_deg of every level of a normal map of the ground.
 
     The truth is what the filter makes of the heights, in float64: it measures arithmetic, mips and storage;
     filter_error tells what the filter itself costs. Levels average normals, then normalise them; where they
-    cancel out the truth is (0, 0, 1). islands (h, w): measured are texels all of whose taps, and all of whose
-    area, lie on one island (elsewhere filters and gutters are another matter); a level without such a texel
-    has errors of 0.
+    cancel out the truth is (0, 0, 1). Of a ground with islands, texels are measured all of whose taps, and
+    all of whose area, lie on one island (elsewhere filters and gutters are another matter); a level without
+    such a texel has errors of 0.
     """
-    ground = _ground(heights, slope_scale, wrap, filter_name, green_down, islands)
-    return [_angles(level) for level in reference_maps.normal_levels(_view(texture), ground)]
+    return [_angles(level) for level in reference_maps.normal_levels(_view(texture), _taken(ground))]
 
 
-def dudv_levels(
-    texture: Texture,
-    heights: F32,
-    *,
-    slope_scale: tuple[float, float],
-    wrap: tuple[bool, bool],
-    filter_name: str,
-    green_down: bool = False,
-    islands: I32 | None = None,
-) -> list[dict[str, float]]:
+def dudv_levels(texture: Texture, ground: Ground) -> list[dict[str, float]]:
     """The same of a du/dv map: x and y of the normals less their mean (over the islands), averaged; angles
     are those of the vectors that a shader would rebuild from them."""
-    ground = _ground(heights, slope_scale, wrap, filter_name, green_down, islands)
-    return [_angles(level) for level in reference_maps.normal_levels(_view(texture), ground, offsets=True)]
+    found = reference_maps.normal_levels(_view(texture), _taken(ground), offsets=True)
+    return [_angles(level) for level in found]
 
 
-def filter_error(
-    heights: F32,
-    *,
-    slope_scale: tuple[float, float],
-    wrap: tuple[bool, bool],
-    filter_name: str,
-    green_down: bool = False,
-    islands: I32 | None = None,
-) -> dict[str, float]:
-    """mean_deg, p99_deg and max_deg between the normals of a filter and those of the eighth-order one.
+def vector_error(xy: F32, ground: Ground, *, less_mean: bool = False) -> dict[str, float]:
+    """The same of decoded x and y (h, w, 2) that are no texture: of normals, or, less_mean, of du/dv."""
+    height, width = xy.shape[:2]
+    level = np.ascontiguousarray(xy, "<f4").data.cast("B")
+    view = reference_maps.Texture("float32", height, width, [level], 2)
+    return _angles(reference_maps.normal_levels(view, _taken(ground), offsets=less_mean)[0])
+
+
+def filter_error(ground: Ground) -> dict[str, float]:
+    """mean_deg, p99_deg and max_deg between the normals of the ground's filter and those of the eighth-order
+    one.
 
     Of heights of 16 bits and more whose waves are longer than some 8 texels, the eighth-order filter is the
     truth within a thousandth of a degree, and this is the error of the filter. Of 8-bit heights it is not:
     it follows every step of the source, and a filter that smooths them over is farther from it and nearer to
     the ground that the picture was taken of. Then this tells only how far the two are apart.
-    islands as normal_levels.
+    Islands as normal_levels.
     """
-    one, other = (
-        _ground(heights, slope_scale, wrap, name, green_down, islands) for name in (filter_name, EXACT)
-    )
-    return _angles(reference_maps.filter_angles(one, other))
+    return _angles(reference_maps.filter_angles(_taken(ground), _taken(ground, EXACT)))
 
 
 def value_levels(texture: Texture, level0: F32) -> list[dict[str, float]]:
@@ -166,24 +138,14 @@ def value_levels(texture: Texture, level0: F32) -> list[dict[str, float]]:
     return [_differences(level) for level in reference_maps.value_levels(_view(texture), level0)]
 
 
-def gloss_levels(
-    texture: Texture,
-    gloss: F32,
-    heights: F32,
-    *,
-    slope_scale: tuple[float, float],
-    wrap: tuple[bool, bool],
-    filter_name: str,
-    green_down: bool = False,
-    islands: I32 | None = None,
-) -> list[dict[str, float]]:
+def gloss_levels(texture: Texture, gloss: F32, ground: Ground) -> list[dict[str, float]]:
     """psnr_db, p99 and max of every level of gloss (h, w, 2), both channels together.
 
     R's truth is averaged. G's, a smoothness s of roughness alpha = (1 - s)^2, averages alpha^2, twice the
-    variance of slopes, and adds what averaging takes out of the heights' normals. islands as normal_levels.
+    variance of slopes, and adds what averaging takes out of the ground's normals. Islands as normal_levels.
     """
-    ground = _ground(heights, slope_scale, wrap, filter_name, green_down, islands)
-    return [_differences(level) for level in reference_maps.gloss_levels(_view(texture), gloss, ground)]
+    found = reference_maps.gloss_levels(_view(texture), gloss, _taken(ground))
+    return [_differences(level) for level in found]
 
 
 def color_levels(

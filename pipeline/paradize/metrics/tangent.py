@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Mesh
+from paradize.data import Mesh, six
 from paradize.kernels.reference import angles_deg, mikktspace_tangents
 
 # The reference takes about a microsecond a triangle: of larger meshes a part is measured.
@@ -24,8 +24,8 @@ def frame_faults(mesh: Mesh) -> dict[str, float]:
     length = np.sqrt(t[:, 0] * t[:, 0] + t[:, 1] * t[:, 1] + t[:, 2] * t[:, 2])
     lean = np.abs(90.0 - angles_deg(mesh.tangents[:, :3], mesh.normals))
     return {
-        "tangent_length": _six(float(np.abs(1.0 - length).max())),
-        "tangent_lean_deg": _six(float(lean.max())),
+        "tangent_length": six(float(np.abs(1.0 - length).max())),
+        "tangent_lean_deg": six(float(lean.max())),
         "tangent_sign": float((np.abs(mesh.tangents[:, 3]) != 1).sum()),
     }
 
@@ -78,12 +78,8 @@ def _told(angles: npt.NDArray[np.float64], turned: int) -> dict[str, float]:
     count = max(1, len(angles))
     last = min(len(angles) - 1, math.ceil(0.99 * len(angles)))
     return {
-        "tangent_max_deg": _six(float(angles.max(initial=0.0))),
-        "tangent_p99_deg": _six(float(np.partition(angles, last)[last]) if len(angles) else 0.0),
-        "tangent_mean_deg": _six(math.fsum(angles.tolist()) / count),
-        "tangent_turned": _six(turned / count),
+        "tangent_max_deg": six(float(angles.max(initial=0.0))),
+        "tangent_p99_deg": six(float(np.partition(angles, last)[last]) if len(angles) else 0.0),
+        "tangent_mean_deg": six(math.fsum(angles.tolist()) / count),
+        "tangent_turned": six(turned / count),
     }
-
-
-def _six(value: float) -> float:
-    return float(f"{value:.6g}")

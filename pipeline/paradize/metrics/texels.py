@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from paradize.data import Texture
 
     F32 = npt.NDArray[np.float32]
+    F64 = npt.NDArray[np.float64]
     U8 = npt.NDArray[np.uint8]
 
 _PLAIN = {
@@ -126,3 +127,12 @@ def decode_texels(texture: Texture, level: int = 0, face: int = 0) -> F32:
         texels = np.stack([_decode_values(half, signed) for half in halves], axis=2)
     grid = texels.reshape(down, across, 4, 4, texels.shape[2]).transpose(0, 2, 1, 3, 4)
     return np.ascontiguousarray(grid.reshape(4 * down, 4 * across, texels.shape[2])[:height, :width])
+
+
+def rebuilt(xy: npt.NDArray[np.floating]) -> F64:
+    """The unit vector (..., 3) that a shader rebuilds from x and y: z = sqrt(max(0, 1 - x^2 - y^2)),
+    normalised."""
+    x, y = xy[..., 0].astype(np.float64), xy[..., 1].astype(np.float64)
+    z = np.sqrt(np.maximum(0.0, 1.0 - x * x - y * y))
+    length = np.sqrt(x * x + y * y + z * z)
+    return np.stack([x / length, y / length, z / length], axis=-1)
