@@ -22,7 +22,7 @@ from paradize.data import Ground, Texture
 from paradize.formats.ktx2 import FORMATS, decode_ktx2, encode_ktx2, full_level_count, level_bytes
 from paradize.metrics.levels import color_levels, normal_levels, value_levels
 from paradize.metrics.texels import decode_texels
-from tests.e2e.browser import Browser, find_browser, serve
+from tests.e2e.three import ThreePage, three_page
 
 F64 = npt.NDArray[np.float64]
 
@@ -45,11 +45,9 @@ SLACK_DB = 0.35  # of a PSNR near 40 dB
 
 
 @dataclass
-class Page:
-    """three.js in a browser, a folder that it loads from, and what it drew."""
+class Page(ThreePage):
+    """What three.js drew, by name, level and face."""
 
-    browser: Browser
-    files: Path
     drawn: dict[tuple[str, int, int], npt.NDArray[np.float32]] = field(default_factory=dict)
 
     def take(self, query: dict[str, str], body: bytes) -> None:
@@ -58,33 +56,13 @@ class Page:
         self.drawn[key] = np.frombuffer(body, "<f4").reshape(shape)
 
     def show(self, name: str, data: bytes) -> dict[str, Any]:
-        """Shows a file; fails on any complaint of the console or of GL."""
-        (self.files / f"{name}.ktx2").write_bytes(data)
-        found: dict[str, Any] = self.browser.run(f"window.show('{name}')")
-        assert self.browser.complaints == []
-        assert found["error"] == 0
-        return found
+        return self.run(f"{name}.ktx2", data, f"window.show('{name}')")
 
 
 @pytest.fixture(scope="module")
-def page(root: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    program, three = find_browser(), root / "build/node/node_modules/three"
-    if program is None:
-        pytest.skip("no chromium that is no snap: Debian's package brings it, Ubuntu has none")
-    if not three.is_dir():
-        pytest.skip("no build/node/node_modules/three: `make setup-test` brings it")
-    files = tmp_path_factory.mktemp("files")
-    drawn: list[Page] = []
-    folders = {"three": three, "page": root / "tests/e2e", "files": files}
-    with serve(folders, lambda query, body: drawn[0].take(query, body)) as address:
-        browser = Browser(program, tmp_path_factory.mktemp("profile"))
-        try:
-            drawn.append(Page(browser, files))
-            browser.open(f"{address}/page/show_ktx2.html")
-            assert browser.complaints == []
-            yield drawn[0]
-        finally:
-            browser.close()
+def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    with three_page("show_ktx2.html", Page, tmp_path_factory) as page:
+        yield page
 
 
 def to_light(values: F64) -> F64:

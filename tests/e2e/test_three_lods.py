@@ -20,7 +20,7 @@ from paradize.bake_color import bake_color
 from paradize.bake_mesh import bake_mesh
 from paradize.data import Mesh
 from paradize.formats.glb import decode_glb
-from tests.e2e.browser import Browser, find_browser, serve
+from tests.e2e.three import ThreePage, three_page
 from tests.pictures import save
 
 HEIGHT = 480
@@ -28,12 +28,9 @@ Box = tuple[float, float, float, float]
 
 
 @dataclass
-class Page:
-    """three.js in a browser, a folder that it loads from, and what it drew by name, level and kind:
-    (h, w, 4)."""
+class Page(ThreePage):
+    """What three.js drew, by name, level and kind: (h, w, 4)."""
 
-    browser: Browser
-    files: Path
     size: tuple[int, int] = (0, 0)
     drawn: dict[tuple[str, int, str], npt.NDArray[np.uint8]] = field(default_factory=dict)
 
@@ -43,35 +40,15 @@ class Page:
         self.drawn[key] = np.frombuffer(body, np.uint8).reshape(height, width, 4)
 
     def show(self, name: str, glb: bytes, box: Box, color: str | None, cutoffs: dict[str, float]) -> Any:
-        """Shows a file; fails on any complaint of the console or of GL."""
-        (self.files / f"{name}.glb").write_bytes(glb)
         self.size = width_of(box), HEIGHT
         asked = {"width": self.size[0], "height": HEIGHT, "box": box, "color": color, "cutoffs": cutoffs}
-        found = self.browser.run(f"window.show('{name}', {json.dumps(asked)})")
-        assert self.browser.complaints == []
-        assert found["error"] == 0
-        return found["levels"]
+        return self.run(f"{name}.glb", glb, f"window.show('{name}', {json.dumps(asked)})")["levels"]
 
 
 @pytest.fixture(scope="module")
-def page(root: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    program, three = find_browser(), root / "build/node/node_modules/three"
-    if program is None:
-        pytest.skip("no chromium that is no snap: Debian's package brings it, Ubuntu has none")
-    if not three.is_dir():
-        pytest.skip("no build/node/node_modules/three: `make setup-test` brings it")
-    files = tmp_path_factory.mktemp("files")
-    shown: list[Page] = []
-    folders = {"three": three, "page": root / "tests/e2e", "files": files}
-    with serve(folders, lambda query, body: shown[0].take(query, body)) as address:
-        browser = Browser(program, tmp_path_factory.mktemp("profile"))
-        try:
-            shown.append(Page(browser, files))
-            browser.open(f"{address}/page/show_glb.html")
-            assert browser.complaints == []
-            yield shown[0]
-        finally:
-            browser.close()
+def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    with three_page("show_glb.html", Page, tmp_path_factory) as page:
+        yield page
 
 
 def window(mesh: Mesh) -> Box:

@@ -19,11 +19,10 @@ from paradize.formats.ktx2_layout import (
     MAX_SIZE,
     NONE,
     ZSTD,
-    aligned,
-    alignment,
     descriptor,
     full_level_count,
     level_bytes,
+    level_start,
 )
 from paradize.formats.ktx2_reader import decode_ktx2
 
@@ -102,7 +101,7 @@ def encode_ktx2(
     offsets = [0] * count
     end = key_values_at + len(key_values)
     for level in reversed(range(count)):
-        offsets[level] = aligned(end, alignment(fmt, scheme))
+        offsets[level] = level_start(end, fmt, scheme)
         end = offsets[level] + len(stored[level])
 
     head = bytearray(key_values_at + len(key_values))

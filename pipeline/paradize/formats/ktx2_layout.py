@@ -132,11 +132,8 @@ def descriptor(fmt: Format, scheme: int = NONE) -> bytes:
     return b"".join(parts)
 
 
-def alignment(fmt: Format, scheme: int = NONE) -> int:
-    """Levels start at multiples of that many bytes; supercompressed ones follow one another."""
-    return 1 if scheme else lcm(fmt.block_bytes, 4)
-
-
-def aligned(offset: int, to: int) -> int:
-    """The first multiple of `to` that is no less than offset."""
-    return offset + -offset % to
+def level_start(end: int, fmt: Format, scheme: int) -> int:
+    """The byte at which a level starts where the one before ends at `end`: a multiple of the block's bytes and
+    of 4; supercompressed ones follow one another."""
+    step = 1 if scheme else lcm(fmt.block_bytes, 4)
+    return -(-end // step) * step

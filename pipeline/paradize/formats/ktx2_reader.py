@@ -20,11 +20,10 @@ from paradize.formats.ktx2_layout import (
     MAX_SIZE,
     NONE,
     ZSTD,
-    aligned,
-    alignment,
     descriptor,
     full_level_count,
     level_bytes,
+    level_start,
 )
 
 MAX_INFLATED = 1 << 31  # bytes: 16384 x 16384 texels of RGBA8 with all mips fit
@@ -143,7 +142,7 @@ def decode_ktx2(data: bytes, file: object = None, *, most_bytes: int = MAX_INFLA
         if raw_size != expected or (size != expected and not scheme):
             told = f"{size} bytes" if raw_size == size else f"{size} bytes, {raw_size} uncompressed"
             raise FormatError(f"{told}; {name} needs {expected}", file=file, place=place)
-        start = aligned(end, alignment(fmt, scheme))
+        start = level_start(end, fmt, scheme)
         if at != start:
             raise FormatError(f"starts at byte {at}, belongs at {start}", file=file, place=place)
         if at + size > len(data):
