@@ -133,7 +133,7 @@ def descriptor(fmt: Format, scheme: int = NONE) -> bytes:
 
 
 def level_start(end: int, fmt: Format, scheme: int) -> int:
-    """The byte at which a level starts where the one before ends at `end`: a multiple of the block's bytes and
-    of 4; supercompressed ones follow one another."""
+    """The byte at which a level starts where the one before ends at `end`: a multiple of 4 and of the block's
+    bytes; supercompressed ones follow one another."""
     step = 1 if scheme else lcm(fmt.block_bytes, 4)
     return -(-end // step) * step
