@@ -7,3 +7,11 @@ def refine(
 def bisect(
     heights: npt.NDArray[np.float32], tolerance: float, threads: int
 ) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]: ...
+def patch(
+    heights: npt.NDArray[np.float32],
+    corners: tuple[tuple[int, int], tuple[int, int], tuple[int, int]],
+    inside: float,
+    hypotenuse: float,
+    leg: float,
+    most: int,
+) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]: ...

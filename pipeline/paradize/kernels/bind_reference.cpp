@@ -98,6 +98,26 @@ nb::tuple ground_error(Rows<float> positions, Rows<std::uint32_t> triangles, Row
     return nb::make_tuple(found.max_m, found.squares, found.covered, found.holes, found.flipped, found.worst);
 }
 
+nb::tuple patch_error(Rows<float> positions, Rows<std::uint32_t> triangles, Rows<float> heights,
+                      double size_x_m, double size_z_m,
+                      const std::vector<std::vector<std::int64_t>> &corners) {
+    const reference::HeightField ground{
+        {heights.data(), heights.size()}, heights.shape(0), heights.shape(1), size_x_m, size_z_m};
+    std::array<reference::Place, 3> places{};
+    for (std::size_t k = 0; k < 3; ++k) {
+        places[k] = {corners.at(k).at(0), corners.at(k).at(1)};
+    }
+    reference::PatchError found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = reference::patch_error({positions.data(), positions.size()},
+                                       {triangles.data(), triangles.size()}, ground, places);
+    }
+    const reference::GroundError &inside = found.inside;
+    return nb::make_tuple(inside.max_m, inside.squares, inside.covered, inside.holes, inside.flipped,
+                          inside.worst, found.strays);
+}
+
 nb::object angles_deg(Rows<float> a, Rows<float> b) {
     auto *out = new std::vector<double>(a.shape(0));
     nb::capsule owner(out, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
@@ -236,6 +256,7 @@ NB_MODULE(_reference, m) {
           nb::arg("map").none(), nb::arg("repeat"), nb::arg("near"), nb::arg("samples"), nb::arg("threads"));
     m.def("uv_shift", &uv_shift);
     m.def("ground_error", &ground_error);
+    m.def("patch_error", &patch_error);
     m.def("angles_deg", &angles_deg);
     m.def("corner_tangents", &corner_tangents);
     nb::class_<Texture>(m, "Texture")

@@ -2,6 +2,7 @@
 // float64: it knows only positions and triangles, and nothing of how they were found.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -26,5 +27,24 @@ struct GroundError {
 // field's size is made; the bits do not depend on `threads`.
 GroundError ground_error(std::span<const float> positions, std::span<const std::uint32_t> triangles,
                          const HeightField &ground, int threads);
+
+// A pixel, also outside the field.
+struct Place {
+    std::int64_t row, column;
+};
+
+// As GroundError, of the pixels of the field that lie in a closed triangle. strays: pixels outside it that
+// the mesh covers.
+struct PatchError {
+    GroundError inside;
+    std::uint64_t strays = 0;
+};
+
+// The mesh of one patch, in its place in the whole field: brute force over every pixel of the closed triangle
+// `corners`. A pixel on the triangle's sides is also measured against the sides of faces that lie there
+// (within a millionth of the field's side), as it belongs to the patch, whatever float32 did to the
+// positions.
+PatchError patch_error(std::span<const float> positions, std::span<const std::uint32_t> triangles,
+                       const HeightField &ground, const std::array<Place, 3> &corners);
 
 } // namespace paradize::reference

@@ -32,6 +32,47 @@ def bisect(
     return _listed(_terrain.bisect, heights, tolerance, threads)
 
 
+Corners = tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
+
+
+def patch(
+    heights: npt.NDArray[np.float32],
+    corners: Corners,
+    tolerance_m: float,
+    hypotenuse_tolerance_m: float,
+    leg_tolerance_m: float,
+    *,
+    most_vertices: int = 2**32 - 1,
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.uint32]]:
+    """The part of a right triangle of pixel space that lies in the field, as a Delaunay triangulation.
+
+    heights: (rows, columns) float32, metres, 2 to 16385 on each side, C-contiguous; they must be finite,
+    which the caller knows: it is not looked at again for every patch. corners: (row, column) of the right angle
+    and of the hypotenuse's ends, up to 2^20 pixels away, also outside the field; legs of one length, along
+    rows and columns or along diagonals. Tolerances: metres, >= 0; tolerance_m is that of pixels inside and where
+    the field's rim cuts the triangle.
+
+    The vertices of a border depend on the heights on it, its two ends (where it leaves the field) and its
+    tolerance alone, so that the patch on its other side has the same. Returns vertices (n, 2) int32 as (row,
+    column) and triangles (m, 3) uint32, which turn clockwise in an image drawn with row 0 at the top; both
+    empty where the triangle covers no area. most_vertices: none is added inside from that number on, whatever
+    tolerance_m says; the worst pixels come first. Raises ValueError. Runs beside other threads.
+    """
+    if heights.dtype != np.float32 or heights.ndim != 2 or not heights.flags.c_contiguous:
+        raise ValueError(f"heights must be contiguous (rows, columns) float32, not {heights.shape}")
+    pixels, triangles = _terrain.patch(
+        heights,
+        corners,
+        float(tolerance_m),
+        float(hypotenuse_tolerance_m),
+        float(leg_tolerance_m),
+        most_vertices,
+    )
+    columns = np.uint32(heights.shape[1])
+    vertices = np.stack([pixels // columns, pixels % columns], axis=1).astype(np.int32)
+    return vertices, triangles.reshape(-1, 3)
+
+
 def _listed(
     make: Callable[..., tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]],
     heights: npt.NDArray[np.float32],

@@ -5,7 +5,6 @@
 #include "terrain_tiles.hpp"
 
 namespace paradize::terrain {
-namespace {
 
 Triangulation listed(Net &&net, std::uint32_t width) {
     Triangulation found;
@@ -30,8 +29,6 @@ Triangulation listed(Net &&net, std::uint32_t width) {
     found.triangles = std::move(net.corners);
     return found;
 }
-
-} // namespace
 
 Triangulation refine(std::span<const float> heights, std::uint32_t width, std::uint32_t height,
                      double tolerance, int threads) {

@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "terrain_mesher.hpp"
+
 namespace paradize::terrain {
 
 struct Triangulation {
@@ -20,5 +22,8 @@ struct Triangulation {
 // input, and the same on every CPU and any number of threads.
 Triangulation refine(std::span<const float> heights, std::uint32_t width, std::uint32_t height,
                      double tolerance, int threads);
+
+// The living triangles of a net of a field `width` pixels wide.
+Triangulation listed(Net &&net, std::uint32_t width);
 
 } // namespace paradize::terrain

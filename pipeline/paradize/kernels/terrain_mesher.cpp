@@ -48,14 +48,22 @@ void Mesher::link(std::uint32_t edge, std::uint32_t twin) {
     }
 }
 
-void Mesher::start(Spot last) {
+void Mesher::start(const std::vector<Spot> &corners) {
     net_ = {};
     candidates_.clear();
-    const std::uint32_t a = add_vertex({0, 0}), b = add_vertex({last.x, 0});
-    const std::uint32_t c = add_vertex({0, last.y}), d = add_vertex(last);
-    add_triangle(a, b, d);
-    add_triangle(a, d, c);
-    link(2, 3); // d -> a of the first, a -> d of the second
+    spokes_.assign(corners.size(), none);
+    for (const Spot corner : corners) {
+        add_vertex(corner);
+    }
+    const auto count = static_cast<std::uint32_t>(corners.size());
+    for (std::uint32_t k = 1; k + 1 < count; ++k) { // a fan about the first
+        const std::uint32_t triangle = add_triangle(0, k, k + 1);
+        if (k > 1) {
+            link(3 * triangle, 3 * triangle - 1);
+            suspects_.push_back(3 * triangle);
+        }
+    }
+    make_delaunay();
 }
 
 void Mesher::adopt(Net &&net, std::uint32_t tracked) {
@@ -82,20 +90,16 @@ Net Mesher::release() {
     return std::move(net_);
 }
 
-void Mesher::insert_on_rim(Spot spot) {
-    for (std::uint32_t edge = 0; edge < net_.corners.size(); ++edge) {
-        if (net_.twins[edge] != none) {
-            continue;
-        }
-        const Spot a = at(net_.corners[edge]), b = at(net_.corners[next(edge)]);
-        const bool between = std::min(a.x, b.x) <= spot.x && spot.x <= std::max(a.x, b.x) &&
-                             std::min(a.y, b.y) <= spot.y && spot.y <= std::max(a.y, b.y);
-        if (between && turn(a, b, spot) == 0) {
-            split_edge(edge, add_vertex(spot));
-            settle();
-            return;
-        }
+std::uint32_t Mesher::insert_on_rim(std::uint32_t before, Spot spot) {
+    std::uint32_t edge = spokes_[before];
+    while (net_.twins[edge] != none) { // turn back to the rim
+        edge = next(net_.twins[edge]);
     }
+    const std::uint32_t vertex = add_vertex(spot);
+    spokes_.resize(net_.vertices.size(), none);
+    split_edge(edge, vertex);
+    settle();
+    return vertex;
 }
 
 void Mesher::insert(std::uint32_t triangle, Spot spot) {
@@ -197,7 +201,11 @@ void Mesher::settle() {
 
 void Mesher::scan(std::uint32_t triangle) {
     const std::uint32_t *corner = &net_.corners[3 * triangle];
-    const Worst worst = scan_triangle(view_, at(corner[0]), at(corner[1]), at(corner[2]), tolerance_);
+    unsigned fixed = 0;
+    for (std::uint32_t side = 0; rim_is_fixed_ && side < 3; ++side) {
+        fixed |= net_.twins[3 * triangle + side] == none ? 1U << side : 0U;
+    }
+    const Worst worst = scan_triangle(view_, at(corner[0]), at(corner[1]), at(corner[2]), tolerance_, fixed);
     candidates_[triangle] = worst.pixel;
     if (worst.pixel != none) {
         queue_.push_back({static_cast<float>(worst.error), worst.pixel, triangle});
@@ -225,8 +233,8 @@ void Mesher::scan_around(std::uint32_t triangle) {
     }
 }
 
-void Mesher::drain() {
-    while (!queue_.empty()) {
+void Mesher::drain(std::size_t most) {
+    while (!queue_.empty() && net_.vertices.size() < most) {
         const Candidate worst = queue_.front();
         std::pop_heap(queue_.begin(), queue_.end());
         queue_.pop_back();
@@ -236,16 +244,16 @@ void Mesher::drain() {
     }
 }
 
-void Mesher::refine_all() {
+void Mesher::refine_all(std::size_t most) {
     for (std::uint32_t triangle = 0; triangle < candidates_.size(); ++triangle) {
         scan(triangle);
     }
-    drain();
+    drain(most);
 }
 
-void Mesher::mend(const std::vector<std::uint32_t> &edges) {
+// From the suspects on; what flipped goes into changed_.
+void Mesher::make_delaunay() {
     changed_.clear();
-    suspects_.assign(edges.begin(), edges.end());
     while (!suspects_.empty()) {
         const std::uint32_t edge = suspects_.back();
         suspects_.pop_back();
@@ -257,12 +265,17 @@ void Mesher::mend(const std::vector<std::uint32_t> &edges) {
         suspects_.insert(suspects_.end(), {3 * t, 3 * t + 2, 3 * s, 3 * s + 1});
         changed_.insert(changed_.end(), {t, s});
     }
+}
+
+void Mesher::mend(const std::vector<std::uint32_t> &edges) {
+    suspects_.assign(edges.begin(), edges.end());
+    make_delaunay();
     std::sort(changed_.begin(), changed_.end());
     changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
     for (const std::uint32_t triangle : changed_) {
         scan(triangle);
     }
-    drain();
+    drain(none);
 }
 
 // The polygon around a vertex, and its triangles into freed_. False for a corner of the rectangle.

@@ -24,16 +24,20 @@ class Mesher {
     // tolerance: >= 0, the unit of the heights.
     Mesher(View view, double tolerance) : view_(view), tolerance_(tolerance) {}
 
-    // The rectangle [0, right] x [0, bottom] as two triangles; vertices 0..3 are its corners, row by row.
-    void start(Spot last);
+    // A strictly convex polygon of positive turn, Delaunay; its corners are the first vertices, in order.
+    void start(const std::vector<Spot> &corners);
     // Takes a triangulation over; the first `tracked` vertices may later be removed.
     void adopt(Net &&net, std::uint32_t tracked);
     Net release();
 
-    // A vertex on the rim, flipped in but not scanned.
-    void insert_on_rim(Spot spot);
-    // Inserts pixels, the worst first, until all keep the tolerance. From the start of a net: all of it.
-    void refine_all();
+    // A vertex on the side of the rim that leaves `before`, a corner or one that this returned; flipped in,
+    // not scanned. Returns its index.
+    std::uint32_t insert_on_rim(std::uint32_t before, Spot spot);
+    // From here on pixels on the rim are neither judged nor inserted.
+    void fix_rim() { rim_is_fixed_ = true; }
+    // Inserts pixels, the worst first, until all keep the tolerance or there are `most` vertices. From the
+    // start of a net: all of it.
+    void refine_all(std::size_t most = none);
     // Makes the edges Delaunay, beginning with `edges`, then refines what changed.
     void mend(const std::vector<std::uint32_t> &edges);
     // Removes a tracked vertex where the pixels keep the tolerance without it; says whether it did.
@@ -57,6 +61,7 @@ class Mesher {
 
     View view_;
     double tolerance_;
+    bool rim_is_fixed_ = false;
     Net net_;
     std::vector<std::uint32_t> candidates_; // per triangle: its worst pixel, or none
     std::vector<Candidate> queue_;          // a heap
@@ -82,7 +87,8 @@ class Mesher {
     void settle();
     void scan(std::uint32_t triangle);
     void scan_around(std::uint32_t triangle);
-    void drain();
+    void make_delaunay();
+    void drain(std::size_t most);
     bool gather_hole(std::uint32_t vertex);
     bool fill_hole();
 };

@@ -50,8 +50,8 @@ PARADIZE_CLONES double largest(const float *row, int count, double base, double 
 
 class Scan {
   public:
-    Scan(View view, Spot a, Spot b, Spot c, double tolerance)
-        : view_(view), a_(a), b_(b), c_(c), worst_{tolerance, none} {
+    Scan(View view, Spot a, Spot b, Spot c, double tolerance, unsigned skipped)
+        : view_(view), a_(a), b_(b), c_(c), skipped_(skipped), worst_{tolerance, none} {
         const double z0 = static_cast<double>(view.height(a));
         const double z1 = static_cast<double>(view.height(b)) - z0,
                      z2 = static_cast<double>(view.height(c)) - z0;
@@ -94,10 +94,18 @@ class Scan {
   private:
     View view_;
     Spot a_, b_, c_;
+    unsigned skipped_;
     double base_, per_x_, per_y_;
     Worst worst_;
 
-    bool is_corner(Spot spot) const { return spot == a_ || spot == b_ || spot == c_; }
+    bool counts(Spot spot) const {
+        if (spot == a_ || spot == b_ || spot == c_) {
+            return false;
+        }
+        return skipped_ == 0 || (((skipped_ & 1U) == 0 || turn(a_, b_, spot) != 0) &&
+                                 ((skipped_ & 2U) == 0 || turn(b_, c_, spot) != 0) &&
+                                 ((skipped_ & 4U) == 0 || turn(c_, a_, spot) != 0));
+    }
 
     void rows(int first, int last, std::int64_t from, std::int64_t per_from, std::int64_t to,
               std::int64_t per_to) {
@@ -114,7 +122,7 @@ class Scan {
                     std::fabs(static_cast<double>(row[x]) - (start + static_cast<double>(x - left) * per_x_));
                 if (off > worst_.error) {
                     const Spot spot{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
-                    if (!is_corner(spot)) {
+                    if (counts(spot)) {
                         worst_ = {off, packed(spot)};
                     }
                 }
@@ -125,8 +133,8 @@ class Scan {
 
 } // namespace
 
-Worst scan_triangle(View view, Spot a, Spot b, Spot c, double tolerance) {
-    return Scan(view, a, b, c, tolerance).run();
+Worst scan_triangle(View view, Spot a, Spot b, Spot c, double tolerance, unsigned skipped) {
+    return Scan(view, a, b, c, tolerance, skipped).run();
 }
 
 } // namespace paradize::terrain

@@ -43,7 +43,8 @@ inline std::int64_t turn(Spot a, Spot b, Spot c) {
 
 // The pixel of the closed triangle a, b, c (positive turn), its corners excepted, that lies farthest, by more
 // than `tolerance`, from the plane through the corners' heights; of equals the first in reading order. In
-// float64, the same bits on every CPU.
-Worst scan_triangle(View view, Spot a, Spot b, Spot c, double tolerance);
+// float64, the same bits on every CPU. skipped: bits of the sides (1: ab, 2: bc, 4: ca) whose pixels do not
+// count.
+Worst scan_triangle(View view, Spot a, Spot b, Spot c, double tolerance, unsigned skipped = 0);
 
 } // namespace paradize::terrain

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "terrain_line.hpp"
 #include "terrain_parallel.hpp"
 
 namespace paradize::terrain {
@@ -27,50 +28,25 @@ Tiles::Tiles(View view, Spot last, double tolerance)
     : view_(view), tolerance_(tolerance), columns_(cuts(last.x)), rows_(cuts(last.y)) {
     for (const std::uint16_t y : rows_) {
         for (std::size_t k = 0; k < across(); ++k) {
-            borders_.push_back({{columns_[k], y}, {columns_[k + 1], y}, {}});
+            borders_.push_back({{columns_[k], y}, {columns_[k + 1], y}, {}, {}, {}});
         }
     }
     for (const std::uint16_t x : columns_) {
         for (std::size_t k = 0; k < down(); ++k) {
-            borders_.push_back({{x, rows_[k]}, {x, rows_[k + 1]}, {}});
+            borders_.push_back({{x, rows_[k]}, {x, rows_[k + 1]}, {}, {}, {}});
         }
     }
 }
 
 // The fewest pixels, greedily, whose polyline keeps the tolerance along the border.
 void Tiles::split(Border &border) const {
-    const bool across = border.from.y == border.to.y;
-    const int length = across ? border.to.x - border.from.x : border.to.y - border.from.y;
-    const auto spot = [&](int k) {
-        return across ? Spot{static_cast<std::uint16_t>(border.from.x + k), border.from.y}
-                      : Spot{border.from.x, static_cast<std::uint16_t>(border.from.y + k)};
+    const auto add = [&](std::uint32_t before, std::uint32_t after, Spot spot) {
+        border.inner.push_back(spot);
+        border.before.push_back(before);
+        border.after.push_back(after);
+        return static_cast<std::uint32_t>(border.inner.size() - 1);
     };
-    std::vector<double> heights;
-    for (int k = 0; k <= length; ++k) {
-        heights.push_back(static_cast<double>(view_.height(spot(k))));
-    }
-    std::vector<std::pair<int, int>> open{{0, length}};
-    while (!open.empty()) { // the left part first: vertices come in order
-        const auto [from, to] = open.back();
-        open.pop_back();
-        const double base = heights[static_cast<std::size_t>(from)];
-        const double step = (heights[static_cast<std::size_t>(to)] - base) / (to - from);
-        double worst = tolerance_;
-        int at = -1;
-        for (int k = from + 1; k < to; ++k) {
-            const double off = std::fabs(heights[static_cast<std::size_t>(k)] - (base + step * (k - from)));
-            if (off > worst) {
-                worst = off;
-                at = k;
-            }
-        }
-        if (at >= 0) {
-            open.push_back({at, to});
-            open.push_back({from, at});
-        } else if (to < length) {
-            border.inner.push_back(spot(to));
-        }
-    }
+    Line(view_, border.from, border.to).split(tolerance_, Border::start, Border::end, add);
 }
 
 Tiles::Tile Tiles::mesh(std::size_t row, std::size_t column) const {
@@ -85,11 +61,20 @@ Tiles::Tile Tiles::mesh(std::size_t row, std::size_t column) const {
         heights.insert(heights.end(), from, from + width);
     }
     Mesher mesher({heights.data(), width}, tolerance_);
-    mesher.start(last);
-    for (const std::size_t border : {along_row(row, column), along_row(row + 1, column),
-                                     along_column(column, row), along_column(column + 1, row)}) {
-        for (const Spot spot : borders_[border].inner) {
+    mesher.start({{0, 0}, {last.x, 0}, last, {0, last.y}});
+    const std::array<std::size_t, 4> borders = around(row, column);
+    for (std::uint32_t side = 0; side < 4; ++side) {
+        const Border &border = borders_[borders[side]];
+        const bool against = side >= 2; // the lower border runs against the turn, and so does the left one
+        const std::uint32_t from = against ? (side + 1) % 4 : side, to = against ? side : (side + 1) % 4;
+        const auto base = static_cast<std::uint32_t>(mesher.net().vertices.size());
+        for (std::size_t k = 0; k < border.inner.size(); ++k) {
+            const std::uint32_t before = against ? border.after[k] : border.before[k];
+            const Spot spot = border.inner[k];
             mesher.insert_on_rim(
+                before == Border::start ? from
+                : before == Border::end ? to
+                                        : base + before,
                 {static_cast<std::uint16_t>(spot.x - first.x), static_cast<std::uint16_t>(spot.y - first.y)});
         }
     }
@@ -109,9 +94,8 @@ std::vector<std::uint32_t> Tiles::global_of(std::size_t row, std::size_t column)
         return static_cast<std::uint32_t>(r * columns_.size() + c);
     };
     std::vector<std::uint32_t> found{crossing(row, column), crossing(row, column + 1),
-                                     crossing(row + 1, column), crossing(row + 1, column + 1)};
-    for (const std::size_t border : {along_row(row, column), along_row(row + 1, column),
-                                     along_column(column, row), along_column(column + 1, row)}) {
+                                     crossing(row + 1, column + 1), crossing(row + 1, column)};
+    for (const std::size_t border : around(row, column)) {
         for (std::uint32_t k = 0; k < borders_[border].inner.size(); ++k) {
             found.push_back(borders_[border].first + k);
         }

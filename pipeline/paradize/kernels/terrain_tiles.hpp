@@ -2,6 +2,7 @@
 // depends on the heights of that border alone, so both sides have it, whoever meshes them and when.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -12,8 +13,10 @@ namespace paradize::terrain {
 // One straight border from crossing to crossing: its vertices between them, and their first index in the net.
 struct Border {
     Spot from, to;
-    std::vector<Spot> inner;
+    std::vector<Spot> inner; // each between two that came before it, or the ends: `before` is the nearer to
+    std::vector<std::uint32_t> before, after; // `from`, `after` to `to`; indices of `inner`, or the ends'
     std::uint32_t first = 0;
+    static constexpr std::uint32_t start = none, end = none - 1;
 };
 
 class Tiles {
@@ -47,6 +50,11 @@ class Tiles {
     std::size_t along_row(std::size_t row, std::size_t tile) const { return row * across() + tile; }
     std::size_t along_column(std::size_t column, std::size_t tile) const {
         return rows_.size() * across() + column * down() + tile;
+    }
+    // Of a tile: the upper, right, lower and left border.
+    std::array<std::size_t, 4> around(std::size_t row, std::size_t column) const {
+        return {along_row(row, column), along_column(column + 1, row), along_row(row + 1, column),
+                along_column(column, row)};
     }
     void split(Border &border) const;
     Tile mesh(std::size_t row, std::size_t column) const;

@@ -64,6 +64,22 @@ def terrain_mesh(field: Heightfield, *, tolerance_m: float, sand_repeat: float =
     else:
         make = bisect if tier == "fast" else refine
         vertices, triangles = make(field.heights_m, tolerance_m)
+    return pixels_mesh(field, vertices, triangles, sand_repeat=sand_repeat)
+
+
+def pixels_mesh(
+    field: Heightfield,
+    vertices: npt.NDArray[np.integer],
+    triangles: npt.NDArray[np.integer],
+    *,
+    sand_repeat: float = 1.0,
+) -> Mesh:
+    """The mesh of pixels: positions, normals, tangents and both UV sets of each, as `terrain_mesh` says.
+
+    vertices: (n, 2) as (row, column); triangles: (m, 3), clockwise in an image drawn with row 0 at the top.
+    What a vertex gets depends on its pixel alone, so that meshes of parts have the same where they meet.
+    """
+    rows, columns = field.heights_m.shape
     row, column = vertices[:, 0], vertices[:, 1]
     u = column.astype(np.float64) / (columns - 1)
     v = row.astype(np.float64) / (rows - 1)
