@@ -21,7 +21,8 @@ Pixel = tuple[int, int]
 
 
 def noise(rows: int, columns: int, seed: int = 0) -> F32:
-    return np.asarray(np.random.default_rng(seed).normal(size=(rows, columns)), np.float32)
+    heights: F32 = np.random.default_rng(seed).normal(size=(rows, columns)).astype(np.float32)
+    return heights
 
 
 def hills(rows: int, columns: int) -> F32:

@@ -47,10 +47,10 @@ def patch(
     """The part of a right triangle of pixel space that lies in the field, as a Delaunay triangulation.
 
     heights: (rows, columns) float32, metres, 2 to 16385 on each side, C-contiguous; they must be finite,
-    which the caller knows: it is not looked at again for every patch. corners: (row, column) of the right angle
-    and of the hypotenuse's ends, up to 2^20 pixels away, also outside the field; legs of one length, along
-    rows and columns or along diagonals. Tolerances: metres, >= 0; tolerance_m is that of pixels inside and where
-    the field's rim cuts the triangle.
+    which the caller knows: it is not looked at again for every patch. corners: (row, column) of the right
+    angle and of the hypotenuse's ends, up to 2^20 pixels away, also outside the field; legs of one length,
+    along rows and columns or along diagonals. Tolerances: metres, >= 0; tolerance_m is that of pixels inside
+    and where the field's rim cuts the triangle.
 
     The vertices of a border depend on the heights on it, its two ends (where it leaves the field) and its
     tolerance alone, so that the patch on its other side has the same. Returns vertices (n, 2) int32 as (row,
