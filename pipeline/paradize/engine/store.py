@@ -4,6 +4,7 @@ blobs/<2>/<sha256>      artifact bytes, named by their hash, verified when read
 products/<2>/<key>      JSON: what a task with this key produced; keys hash sources, settings and code
 bakes/<id>.json         JSON: what a bake read and wrote, with the stamps of every file (see `Stamp`)
 locks/<id>              one bake at a time on one output folder
+locks/use               held in common by bakes, alone by `clean`
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import hashlib
 import json
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -90,27 +91,37 @@ class Store:
         write_whole(self.root / "products" / key[:2] / key, json.dumps(product).encode(), durable=False)
 
     def get_product(self, key: str) -> Any | None:
-        """What put_product kept; None where there is none or it cannot be read."""
-        return self._read_json(self.root / "products" / key[:2] / key)
+        """What put_product kept; None where there is none or it cannot be read. The entry counts as used."""
+        return self._read_used(self.root / "products" / key[:2] / key)
 
     def put_bake(self, name: str, record: Any) -> None:
         """Remembers what a bake read and wrote (JSON)."""
         write_whole(self.root / "bakes" / f"{name}.json", json.dumps(record).encode(), durable=False)
 
     def get_bake(self, name: str) -> Any | None:
-        """What put_bake kept; None where there is none or it cannot be read."""
-        return self._read_json(self.root / "bakes" / f"{name}.json")
+        """What put_bake kept; None where there is none or it cannot be read. The record counts as used."""
+        return self._read_used(self.root / "bakes" / f"{name}.json")
+
+    @classmethod
+    def _read_used(cls, path: Path) -> Any | None:
+        found = cls.read_json(path)
+        if found is not None:
+            with suppress(OSError):  # a store that is only read keeps the times that it has
+                os.utime(path)
+        return found
 
     @staticmethod
-    def _read_json(path: Path) -> Any | None:
+    def read_json(path: Path) -> Any | None:
+        """The JSON in a file; None where there is none or it cannot be read."""
         try:
             return json.loads(path.read_bytes())
         except (OSError, ValueError):
             return None
 
     @contextmanager
-    def locked(self, name: str) -> Iterator[None]:
-        """Holds the lock called `name`; a second bake waits here. The kernel frees it when a process dies."""
+    def locked(self, name: str, *, shared: bool = False) -> Iterator[None]:
+        """Holds the lock called `name`; a second holder waits here, unless both hold it shared. The kernel
+        frees it when a process dies."""
         path = self.root / "locks" / name
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -122,5 +133,13 @@ class Store:
                 mend="set PARADIZE_STORE to a folder that can",
             ) from None
         with stream:
-            fcntl.flock(stream, fcntl.LOCK_EX)
+            fcntl.flock(stream, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
             yield
+
+    def in_use(self) -> AbstractContextManager[None]:
+        """While a bake uses the store: nothing is taken from it."""
+        return self.locked("use", shared=True)
+
+    def alone(self) -> AbstractContextManager[None]:
+        """While entries are taken from the store: waits until no bake uses it."""
+        return self.locked("use")
