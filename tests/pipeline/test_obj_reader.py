@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from paradize.errors import SourceError
+from paradize.errors import GroupedError, SourceError
 from paradize.readers.obj import UNKNOWN_SMOOTHING, ObjResult, read_obj
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -403,10 +403,29 @@ def test_a_root_above_the_folder_lets_maps_be_shared(tmp_path: Path) -> None:
 
 
 def test_missing_libraries_maps_and_materials_are_told(tmp_path: Path) -> None:
-    result = model(tmp_path, "gone.mtl a.mtl", "newmtl stone\nmap_Kd gone.png\nKd red\nNs nan\n")
+    result = model(tmp_path, "gone.mtl a.mtl", "newmtl stone\nmap_Kd gone.png\n")
     told = " ".join(result.warnings)
-    for part in ("'gone.mtl' is missing", "'gone.png' does not exist", "'red'", "'nan'", "'wood'"):
+    for part in ("'gone.mtl' is missing", "'gone.png' does not exist", "'wood'"):
         assert part in told
+
+
+@pytest.mark.parametrize(
+    "line", ["Kd red", "Kd 1 nan 0", "Ks 1 2", "Kd 0.5 1_0 0", "Ns inf", "d 1e999", "Tr -halo x", "Ns"]
+)
+def test_a_bad_number_in_a_material_is_an_error_with_file_and_line(tmp_path: Path, line: str) -> None:
+    with pytest.raises(SourceError, match=r"a\.mtl: line 3: .*, expected .*finite number"):
+        model(tmp_path, "a.mtl", f"newmtl wood\n# fine\n{line}\n")
+
+
+def test_all_bad_numbers_of_a_material_file_are_told_together(tmp_path: Path) -> None:
+    with pytest.raises(GroupedError) as caught:
+        model(tmp_path, "a.mtl", "newmtl wood\nKd red\nKs 0 0 0\nNs -inf\n")
+    assert [error.place for error in caught.value.errors] == ["line 2", "line 4"]
+
+
+def test_a_material_that_is_not_rgb_is_told_and_left_out(tmp_path: Path) -> None:
+    result = model(tmp_path, "a.mtl", "newmtl wood\nKd xyz 1 1 1\nKs spectral a.rfl\n")
+    assert sum("is not read" in text for text in result.warnings) == 2
 
 
 @given(st.binary(max_size=200))
@@ -415,5 +434,9 @@ def test_any_material_file_leaves_the_mesh_whole(
     tmp_path_factory: pytest.TempPathFactory, text: bytes
 ) -> None:
     folder = tmp_path_factory.getbasetemp()
+    """Or is an error with its line, never anything else."""
     (folder / "a.mtl").write_bytes(b"newmtl wood\n" + text)
-    assert len(read(folder, "mtllib a.mtl\n" + TRIANGLE + "f 1 2 3\n").mesh.triangles) == 1
+    try:
+        assert len(read(folder, "mtllib a.mtl\n" + TRIANGLE + "f 1 2 3\n").mesh.triangles) == 1
+    except (SourceError, GroupedError) as error:
+        assert "a.mtl: line " in str(error)

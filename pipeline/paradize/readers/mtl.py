@@ -2,7 +2,7 @@
 
 Format: Wavefront, "Advanced Visualizer Manual, Appendix B2. Material (.mtl)", 1992. A map's path is looked
 for beside the MTL file and must stay inside the root folder; anything else becomes a warning, never a file
-opened.
+opened. A number that is none, NaN or infinite is an error with its line.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
+
+from paradize.errors import GroupedError, SourceError
 
 MAX_BYTES = 16 << 20
 # Arguments that each option of a map statement takes at most.
@@ -78,8 +80,9 @@ def is_file(path: Path) -> bool:
 def read_mtl(
     path: Path, root: Path, absent: list[Path] | None = None
 ) -> tuple[dict[str, Material], list[str]]:
-    """Materials by name in the file's order, and warnings. Unreadable files and lines are warnings: a mesh
-    is whole without its materials. absent: takes the map files that are named and not there."""
+    """Materials by name in the file's order, and warnings. Files that cannot be read are warnings: a mesh is
+    whole without its materials. absent: takes the map files that are named and not there. Raises SourceError
+    for a bad number, GroupedError for several: each with its line."""
     try:
         if path.stat().st_size > MAX_BYTES:
             return {}, [f"{path}: larger than {MAX_BYTES >> 20} MiB, not read"]
@@ -88,6 +91,7 @@ def read_mtl(
         return {}, [f"{path}: {error.strerror or error}"]
     fields: dict[str, dict[str, Any]] = {}
     warnings: list[str] = []
+    errors: list[SourceError] = []
     current: dict[str, Any] | None = None
     try:
         text = raw.removeprefix(b"\xef\xbb\xbf").decode("utf-8")
@@ -106,14 +110,16 @@ def read_mtl(
             continue
         elif word in ("kd", "ks"):
             color = _floats(rest, 3)
-            if color is None:
-                warnings.append(f"{where}: {word} {rest[:40]!r} is not a colour; ignored")
+            if rest.split()[:1] in (["spectral"], ["xyz"]):
+                warnings.append(f"{where}: {word} as {rest.split()[0]} is not read; ignored")
+            elif color is None:
+                errors.append(_bad(path, number, word, rest, "1 or 3 finite numbers"))
             else:
                 current[word] = color
         elif word in ("ns", "d", "tr"):
             value = _floats(rest.removeprefix("-halo").strip(), 1)
             if value is None:
-                warnings.append(f"{where}: {word} {rest[:40]!r} is not a number; ignored")
+                errors.append(_bad(path, number, word, rest, "a finite number"))
             elif word == "ns":
                 current["ns"] = value[0]
             else:
@@ -124,7 +130,13 @@ def read_mtl(
                 current[_MAPS[word]] = found
             else:
                 warnings.append(f"{where}: {word}: {found}")
+    if errors:
+        raise errors[0] if len(errors) == 1 else GroupedError(errors)
     return {name: Material(name, **values) for name, values in fields.items()}, warnings
+
+
+def _bad(path: Path, line: int, word: str, rest: str, expected: str) -> SourceError:
+    return SourceError(f"{word} {rest[:40]!r}, expected {expected}", file=path, place=f"line {line}")
 
 
 def _split_tab(line: str) -> tuple[str, str, str]:
@@ -134,8 +146,11 @@ def _split_tab(line: str) -> tuple[str, str, str]:
 
 def _floats(text: str, count: int) -> tuple[float, ...] | None:
     """`count` finite numbers; one number stands for all three of a colour."""
+    words = text.split()[:count]
+    if not all(word.isascii() and "_" not in word for word in words):  # which Python would take
+        return None
     try:
-        values = [float(word) for word in text.split()[:count]]
+        values = [float(word) for word in words]
     except ValueError:
         return None
     if count == 3 and len(values) == 1:
