@@ -8,7 +8,8 @@ import numpy as np
 import OpenImageIO as oiio
 
 from paradize.data import Ground
-from paradize.stages.normal import normal_map
+from paradize.kernels.normals import THREADS
+from paradize.stages.normal import prepare
 
 FILTERS = ("central", "scharr", "fourth")
 
@@ -23,7 +24,8 @@ def normals(
     islands: np.ndarray | None = None,
 ) -> np.ndarray:
     rows = np.ascontiguousarray(heights, np.float32)
-    return normal_map(Ground(rows, scale, wrap, filter_name, green_down, islands))
+    ground = Ground(rows, scale, wrap, filter_name, green_down, islands)
+    return prepare(ground).rows(0, len(rows), threads=THREADS)
 
 
 def waves(rows: int, columns: int, seed: int, wavelength: float = 12.0) -> np.ndarray:

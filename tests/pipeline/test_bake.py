@@ -284,37 +284,6 @@ def test_effects_on_an_oblong_terrain_rise_as_steeply_both_ways(copied: tuple[Pa
     assert slopes[1][1] == pytest.approx(2.0 * slopes[0][1], rel=0.3)
 
 
-def test_the_bytes_do_not_depend_on_the_processor(copied: tuple[Path, Path], tmp_path: Path) -> None:
-    """Without the wider instructions of numpy and libm the same artifacts come out."""
-    import numpy as np
-
-    scene, out = copied
-    narrow = {
-        "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
-        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA",
-    }
-    features = np._core._multiarray_umath.__cpu_features__
-    known = [name for name in narrow["NPY_DISABLE_CPU_FEATURES"].split() if features.get(name)]
-    if not known:
-        pytest.skip("this processor has nothing to switch off")
-    narrow["NPY_DISABLE_CPU_FEATURES"] = " ".join(known)
-    command = [
-        sys.executable,
-        "-W",
-        "error",
-        "-m",
-        "paradize.cli",
-        "bake",
-        str(scene),
-        "-o",
-        str(tmp_path / "narrow"),
-    ]
-    environment = {**os.environ, **narrow}
-    result = subprocess.run([*command, "--force", "-j", "2"], capture_output=True, text=True, env=environment)
-    assert result.returncode == 0 and "CPU" not in result.stderr, result.stderr
-    assert state_of(tmp_path / "narrow") == state_of(out)
-
-
 @pytest.mark.parametrize("delay_s", [0.05, 0.2, 0.35, 0.5, 0.7, 0.9])
 def test_a_kill_at_any_moment_leaves_the_old_or_the_new_scene(
     copied: tuple[Path, Path], tmp_path: Path, delay_s: float

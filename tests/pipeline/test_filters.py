@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import time
 
 import numpy as np
@@ -245,34 +243,6 @@ def test_a_look_costs_the_same_whatever_the_size() -> None:
         choose_filter(heights, 32, BOTH, "exact")
         times.append(time.perf_counter() - start)
     assert min(times) < 0.05  # some 3 ms on an idle machine; looking at all texels would take a second
-
-
-SAME = """
-import numpy as np
-from paradize.kernels import filter as kernel
-from paradize.kernels import normals
-from paradize.stages.filters import FILTERS
-rng = np.random.default_rng(0)
-heights = (rng.integers(0, 256, (150, 131)) / 255).astype(np.float32)
-taps = [(t.derivative, t.smooth) for t in FILTERS.values()]
-found = kernel.predict_errors(heights, taps, source_bits=8, wrap=(True, True))
-dx, dy = kernel.spectral_slopes(heights)
-import hashlib
-v = kernel.destep(heights, step=1 / 255, wrap=(True, False))
-print(found, *(hashlib.sha256(a.tobytes()).hexdigest() for a in (dx, dy, v)))
-"""
-
-
-def test_predictions_spectra_and_de_stepping_have_the_same_bits_without_wide_instructions() -> None:
-    plain = {
-        "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
-        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA",
-    }
-    said = [
-        subprocess.run([sys.executable, "-c", SAME], env=env, capture_output=True, text=True, check=True)
-        for env in ({}, plain)
-    ]
-    assert said[0].stdout == said[1].stdout
 
 
 # Spectral

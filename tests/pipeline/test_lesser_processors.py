@@ -24,6 +24,7 @@ import paradize.kernels
 from paradize.kernels.normals import widths
 from tests.pipeline.heights import waves
 from tests.pipeline.scenes import ball, make_cove, write_image
+from tests.places import ROOT
 
 LESSER = {
     "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
@@ -42,17 +43,15 @@ class Narrow:
 
 sys.meta_path.insert(0, Narrow())
 """
-BAKE = """
+BAKERS = """
 import hashlib, json, sys
 from pathlib import Path
 from paradize.bake_color import bake_color
 from paradize.bake_maps import bake_maps
 from paradize.bake_mesh import bake_mesh
 from paradize.bake_terrain import bake_terrain
-from paradize.kernels.normals import widths
 
 folder, told = Path(sys.argv[1]), {}
-print(json.dumps(widths()))
 for tier in ("fast", "balanced", "exact"):
     mesh = bake_mesh(folder / "post.obj", tier=tier, lods=3)
     mesh.report.pop("seconds", None)
@@ -69,7 +68,36 @@ for tier in ("fast", "balanced", "exact"):
 bare = bake_mesh(folder / "bare.obj", atlas=True, lods=2)
 bare.report.pop("seconds", None)
 told["atlas"] = bare.glb, bare.report
+assert len(told) == 3 * (2 + 4 + 4 + 1) + 1
 print(json.dumps({k: [hashlib.sha256(data).hexdigest(), rest] for k, (data, rest) in told.items()}))
+"""
+SCENE = """
+import hashlib, json, sys
+from pathlib import Path
+from paradize.bake import bake
+
+out = Path(sys.argv[2])
+report = bake(Path(sys.argv[1]) / "cove.toml", out, jobs=2, force=True)
+assert not report.errors, report.errors
+files = {file.name: file.read_bytes() for file in sorted(out.iterdir())}
+print(json.dumps({name: hashlib.sha256(data).hexdigest() for name, data in files.items()}))
+"""
+# Of kernels what no bake above asks of them.
+KERNELS = """
+import hashlib
+import numpy as np
+from paradize.kernels import filter as kernel
+from paradize.stages.filters import FILTERS
+from tests.pipeline.test_map_metrics import measured
+
+rng = np.random.default_rng(0)
+heights = (rng.integers(0, 256, (150, 131)) / 255).astype(np.float32)
+taps = [(t.derivative, t.smooth) for t in FILTERS.values()]
+print(kernel.predict_errors(heights, taps, source_bits=8, wrap=(True, True)))
+slopes = kernel.spectral_slopes(heights)
+print([hashlib.sha256(plane.tobytes()).hexdigest() for plane in slopes])
+print(hashlib.sha256(kernel.destep(heights, step=1 / 255, wrap=(True, False)).tobytes()).hexdigest())
+print(measured(2))
 """
 
 
@@ -113,32 +141,50 @@ def sources(tmp_path: Path) -> Path:
     return folder
 
 
-@pytest.mark.skipif(platform.machine() != "x86_64", reason="kernels dispatch on x86-64 alone")
-@pytest.mark.skipif(shutil.which("objdump") is None, reason="no objdump: install binutils")
-def test_every_baker_gives_the_same_bytes_and_errors_without_wide_vectors(
-    sources: Path, tmp_path: Path
-) -> None:
-    if widths() == ["widest", "baseline"]:
+@pytest.fixture(scope="module")
+def lesser(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """The environment of such a processor."""
+    if platform.machine() != "x86_64" or widths() == ["widest", "baseline"]:
         pytest.skip("this processor has nothing to switch off")
+    if shutil.which("objdump") is None:
+        pytest.skip("no objdump: install binutils")
     features = np._core._multiarray_umath.__cpu_features__
     known = [name for name in LESSER["NPY_DISABLE_CPU_FEATURES"].split() if features.get(name)]
-    lesser = {
-        **LESSER,
-        "NPY_DISABLE_CPU_FEATURES": " ".join(known),
-        "PYTHONPATH": str(narrowed(tmp_path / "narrow")),
-    }
-    found = []
-    for more in ({}, lesser):
-        done = subprocess.run(
-            [sys.executable, "-c", BAKE, str(sources)],
-            capture_output=True,
-            text=True,
-            timeout=200,
-            env={**os.environ, **more},
-        )
-        assert done.returncode == 0, done.stderr
-        found.append([json.loads(line) for line in done.stdout.splitlines()])
-    (sets, wide), (fewer, narrow) = found
-    assert sets == widths() and fewer == ["widest", "baseline"]
-    assert len(wide) == 3 * (2 + 4 + 4 + 1) + 1
-    assert narrow == wide
+    path = f"{narrowed(tmp_path_factory.mktemp('narrow') / 'kernels')}:{ROOT}"
+    return LESSER | {"NPY_DISABLE_CPU_FEATURES": " ".join(known), "PYTHONPATH": path}
+
+
+def said(script: str, environment: dict[str, str], *arguments: object) -> str:
+    """What a script says; warnings are errors."""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", script, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=200,
+        cwd=ROOT,
+        env={**os.environ, **environment},
+    )
+    assert done.returncode == 0 and not done.stderr, done.stderr
+    assert len(done.stdout) > 64
+    return done.stdout
+
+
+def test_the_lesser_processor_has_no_wide_vectors(lesser: dict[str, str]) -> None:
+    script = "from paradize.kernels.normals import widths; print(' ' * 64, widths())"
+    assert said(script, lesser).strip() == "['widest', 'baseline']"
+
+
+def test_every_baker_gives_the_same_bytes_and_errors(sources: Path, lesser: dict[str, str]) -> None:
+    assert json.loads(said(BAKERS, lesser, sources)) == json.loads(said(BAKERS, {}, sources))
+
+
+def test_a_scene_is_the_same_bytes(sources: Path, lesser: dict[str, str], tmp_path: Path) -> None:
+    wide, narrow = (
+        said(SCENE, environment | {"PARADIZE_STORE": str(tmp_path / "store")}, sources, tmp_path / name)
+        for name, environment in (("wide", {}), ("narrow", lesser))
+    )
+    assert json.loads(narrow) == json.loads(wide)
+
+
+def test_kernels_give_the_same_bits_and_metrics(lesser: dict[str, str]) -> None:
+    assert said(KERNELS, lesser) == said(KERNELS, {})

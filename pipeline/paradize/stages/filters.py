@@ -124,7 +124,7 @@ def choose_filter(
 
     source_bits: 8, 16 or 32, of the file that the heights came from. tier: "fast" is "central" without a
     look; "balanced" the best taps; "exact" also "spectral", where the map repeats on both axes and its edges
-    meet. islands: (h, w) int32 as of `normal_map`. Raises BakeError for a tier that is none.
+    meet. islands: (h, w) int32 as of data.Ground. Raises BakeError for a tier that is none.
     """
     if tier not in TIERS:
         raise BakeError(f"no tier {tier!r}", mend=f"one of {', '.join(TIERS)}")

@@ -42,7 +42,8 @@ class Normals:
         threads: int = 1,
     ) -> npt.NDArray[Any]:
         """Normals of the rows first..last: "float" (n, w, 3) unit float32, "rgb8" (n, w, 3) uint8 or "snorm8"
-        (n, w, 2) int8; see kernels.normals. One thread by itself: bands of rows run side by side."""
+        (n, w, 2) int8; see kernels.normals. Flat ground gives exactly (0, 0, 1). One thread by itself: bands
+        of rows run side by side. Raises SourceError for a height that is not finite."""
         ground = self.ground
         if self.slopes is not None:
             dx, dy = self.slopes
@@ -84,9 +85,3 @@ def prepare(ground: Ground) -> Normals:
     else:
         taps_of(ground.filter_name)
     return Normals(ground, slopes)
-
-
-def normal_map(ground: Ground) -> F32:
-    """Unit normals (h, w, 3) float32; of flat ground exactly (0, 0, 1). Raises SourceError for a height that
-    is not finite, and what `prepare` raises."""
-    return prepare(ground).rows(0, len(ground.heights), threads=normals.THREADS)
