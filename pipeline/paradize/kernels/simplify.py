@@ -31,7 +31,8 @@ class Simplified:
     one place. attributes: (k, a) float32. vertex: (k,) a source vertex that became part of each; one that
     did not move has its source's position and attributes exactly. place: (k,) equal for vertices of one
     place. triangle: (j,) source triangle. error: the largest distance, in units of the positions, that any
-    one collapse was estimated to make (root of the mean square over the surface that a vertex stands for).
+    one collapse was estimated to make (root of the mean square over the surface that a vertex stands for,
+    with what its attributes come to differ, by their weights).
     stop: "target" (reached), "error" (max_error holds the rest) or "nothing" (no edge may collapse).
     """
 

@@ -8,54 +8,65 @@ namespace {
 
 using Numbers = std::vector<std::uint32_t>;
 
-// Half-edges by the place that they leave.
+// Half-edges by the place that they leave, each with the place that it runs to.
 struct Leaving {
+    struct Way {
+        std::uint32_t to;
+        std::uint32_t half;
+    };
     Numbers first;
-    Numbers list;
+    Array<Way> list;
 
-    Leaving(const Numbers &corner_place, std::size_t places) : first(places + 1), list(corner_place.size()) {
-        for (const std::uint32_t place : corner_place) {
-            ++first[place + 1];
+    Leaving(const Surface &surface, std::size_t places)
+        : first(places + 1), list(3 * surface.triangle.size()) {
+        for (const Triangle &triangle : surface.triangle) {
+            for (const Half &half : triangle.half) {
+                ++first[half.vertex + 1];
+            }
         }
         for (std::size_t i = 0; i < places; ++i) {
             first[i + 1] += first[i];
         }
         Numbers at(first.begin(), first.end() - 1);
-        for (std::uint32_t h = 0; h < corner_place.size(); ++h) {
-            list[at[corner_place[h]]++] = h;
+        for (std::uint32_t t = 0; t < surface.triangles(); ++t) {
+            for (std::uint32_t h = 4 * t; h < 4 * t + 3; ++h) {
+                list[at[surface.at(h).vertex]++] = {surface.at(next(h)).vertex, h};
+            }
         }
     }
 };
 
 // Twins of edges with exactly one triangle on each side; places of all other edges but borders are held.
-void find_twins(Surface &surface, const Numbers &at, std::size_t places, std::vector<std::uint8_t> &held) {
-    const Leaving leaving(at, places);
-    surface.twin.assign(at.size(), none);
+// The halves' vertices are places still.
+void find_twins(Surface &surface, std::size_t places, std::vector<std::uint8_t> &held) {
+    const Leaving leaving(surface, places);
     const auto count = [&](std::uint32_t from, std::uint32_t to, std::uint32_t &found) {
         std::uint32_t number = 0;
         for (std::uint32_t i = leaving.first[from]; i < leaving.first[from + 1]; ++i) {
-            if (at[next(leaving.list[i])] == to) {
-                found = leaving.list[i];
+            if (leaving.list[i].to == to) {
+                found = leaving.list[i].half;
                 ++number;
             }
         }
         return number;
     };
-    for (std::uint32_t h = 0; h < at.size(); ++h) {
-        const std::uint32_t from = at[h];
-        const std::uint32_t to = at[next(h)];
-        if (surface.twin[h] != none) {
-            continue;
-        }
-        std::uint32_t same = none;
-        std::uint32_t other = none;
-        const std::uint32_t along = count(from, to, same);
-        const std::uint32_t against = count(to, from, other);
-        if (along == 1 && against == 1) {
-            surface.twin[h] = other;
-            surface.twin[other] = h;
-        } else if (along > 1 || against > 1) {
-            held[from] = held[to] = 1;
+    for (std::uint32_t t = 0; t < surface.triangles(); ++t) {
+        for (std::uint32_t h = 4 * t; h < 4 * t + 3; ++h) {
+            if (surface.at(h).twin != none) {
+                continue;
+            }
+            const std::uint32_t from = surface.at(h).vertex;
+            const std::uint32_t to = surface.at(next(h)).vertex;
+            std::uint32_t same = none;
+            std::uint32_t other = none;
+            const std::uint32_t along = count(from, to, same);
+            const std::uint32_t against = count(to, from, other);
+            if (along == 1 && against == 1) {
+                surface.at(h).twin = other;
+                surface.at(other).twin = h;
+            } else if (along > 1 || against > 1) {
+                held[from] = held[to] = 1;
+            }
         }
     }
 }
@@ -75,8 +86,8 @@ void number_parts(Surface &surface) {
     }
     for (std::uint32_t t = 0; t < surface.triangles(); ++t) {
         for (std::uint32_t k = 1; k < 3; ++k) {
-            const std::uint32_t a = root(parent, surface.vertex[3 * t]);
-            const std::uint32_t b = root(parent, surface.vertex[3 * t + k]);
+            const std::uint32_t a = root(parent, surface.at(4 * t).vertex);
+            const std::uint32_t b = root(parent, surface.at(4 * t + k).vertex);
             parent[a < b ? b : a] = a < b ? a : b;
         }
     }
@@ -87,75 +98,84 @@ void number_parts(Surface &surface) {
     }
 }
 
+// Vertices and wedges, in order of their first corners; places of several vertices are held.
+void number_fans(Surface &surface, std::span<const std::uint32_t> triangles,
+                 std::span<const std::uint32_t> group, std::size_t places, std::vector<std::uint8_t> &held) {
+    Numbers first(places, none); // vertex of a place
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> wedges;
+    for (std::uint32_t start = 0; start < 4 * surface.triangles(); ++start) {
+        if ((start & 3) == 3 || surface.at(start).wedge != none) {
+            continue;
+        }
+        const std::uint32_t v = surface.vertices();
+        const std::uint32_t home = surface.at(start).vertex;
+        surface.first.push_back(start);
+        surface.home.push_back(home);
+        if (first[home] == none) {
+            first[home] = v;
+        } else {
+            held[home] = 1;
+        }
+        wedges.clear();
+        std::uint8_t border = 0;
+        around(surface, start, [&](std::uint32_t h) {
+            Half &half = surface.at(h);
+            half.vertex = v;
+            border |= half.twin == none || surface.at(previous(h)).twin == none;
+            const std::uint32_t t = surface.triangle[triangle_of(h)].source;
+            const std::uint32_t from = triangles[3 * t + (h & 3)];
+            const std::uint64_t key = std::uint64_t{group[t]} << 32 | from;
+            for (const auto &[known, number] : wedges) {
+                if (known == key) {
+                    half.wedge = number;
+                    return;
+                }
+            }
+            half.wedge = surface.wedges();
+            surface.source.push_back(from);
+            wedges.emplace_back(key, half.wedge);
+        });
+        surface.border.push_back(border);
+        surface.split.push_back(wedges.size() > 1);
+    }
+}
+
 } // namespace
 
 Surface join(std::span<const std::uint32_t> triangles, std::span<const std::uint32_t> place,
              std::span<const std::uint32_t> group, std::span<const std::uint8_t> locked) {
     Surface surface;
-    Numbers at;
     const std::size_t count = triangles.size() / 3;
-    at.reserve(3 * count);
+    surface.triangle.reserve(count);
     for (std::uint32_t t = 0; t < count; ++t) {
         const std::uint32_t a = place[triangles[3 * t]];
         const std::uint32_t b = place[triangles[3 * t + 1]];
         const std::uint32_t c = place[triangles[3 * t + 2]];
         if (a != b && b != c && c != a) {
-            at.insert(at.end(), {a, b, c});
-            surface.triangle.push_back(t);
+            const auto half = [](std::uint32_t at) { return Half{at, none, none, none}; };
+            surface.triangle.push_back({{half(a), half(b), half(c)}, t, 1, {}});
         }
     }
     std::vector<std::uint8_t> held(place.size());
-    find_twins(surface, at, place.size(), held);
+    find_twins(surface, place.size(), held);
     for (std::size_t i = 0; i < locked.size(); ++i) {
         held[place[i]] |= locked[i] != 0;
     }
-
-    surface.vertex.assign(at.size(), none);
-    surface.wedge.assign(at.size(), none);
-    Numbers first(place.size(), none); // vertex of a place
-    std::vector<std::pair<std::uint64_t, std::uint32_t>> wedges;
-    for (std::uint32_t h = 0; h < at.size(); ++h) {
-        if (surface.vertex[h] != none) {
-            continue;
-        }
-        const std::uint32_t v = surface.vertices();
-        surface.leaving.push_back(h);
-        surface.border.push_back(0);
-        surface.home.push_back(at[h]);
-        if (first[at[h]] == none) {
-            first[at[h]] = v;
-        } else {
-            held[at[h]] = 1;
-        }
-        wedges.clear();
-        around(surface, h, [&](std::uint32_t i) {
-            surface.vertex[i] = v;
-            surface.border[v] |= surface.twin[i] == none || surface.twin[previous(i)] == none;
-            const std::uint32_t t = surface.triangle[i / 3];
-            const std::uint32_t from = triangles[3 * t + i % 3];
-            const std::uint64_t key = std::uint64_t{group[t]} << 32 | from;
-            for (const auto &[known, number] : wedges) {
-                if (known == key) {
-                    surface.wedge[i] = number;
-                    return;
-                }
-            }
-            surface.wedge[i] = surface.wedges();
-            surface.source.push_back(from);
-            wedges.emplace_back(key, surface.wedge[i]);
-        });
-        surface.split.push_back(wedges.size() > 1);
+    number_fans(surface, triangles, group, place.size(), held);
+    for (const std::uint32_t home : surface.home) {
+        surface.locked.push_back(held[home]);
     }
-    surface.locked.assign(surface.vertices(), 0);
-    surface.edge.assign(at.size(), none);
-    for (std::uint32_t h = 0; h < at.size(); ++h) {
-        surface.locked[surface.vertex[h]] = held[at[h]];
-        if (surface.edge[h] == none) {
-            surface.edge[h] = surface.edges();
-            if (surface.twin[h] != none) {
-                surface.edge[surface.twin[h]] = surface.edges();
+    surface.half.reserve(2 * count);
+    for (std::uint32_t t = 0; t < surface.triangles(); ++t) {
+        for (std::uint32_t h = 4 * t; h < 4 * t + 3; ++h) {
+            Half &half = surface.at(h);
+            if (half.edge == none) {
+                half.edge = surface.edges();
+                if (half.twin != none) {
+                    surface.at(half.twin).edge = half.edge;
+                }
+                surface.half.push_back(h);
             }
-            surface.half.push_back(h);
         }
     }
     number_parts(surface);

@@ -6,44 +6,61 @@
 #include <span>
 #include <vector>
 
+#include "simplify_pages.hpp"
+
 namespace paradize::simplify {
 
 inline constexpr std::uint32_t none = 0xffffffffu;
 
-// Corner 3 t + k of triangle t is also the half-edge from its vertex to the next corner's.
-//
+// A corner of a triangle, and the half-edge from its vertex to the next corner's.
+struct Half {
+    std::uint32_t vertex;
+    std::uint32_t wedge;
+    std::uint32_t twin; // the half-edge that runs the other way, or none
+    std::uint32_t edge; // number of the edge
+};
+
+// A triangle is one cache line: half-edges 4 t, 4 t + 1 and 4 t + 2, and beside them its source.
+struct alignas(64) Triangle {
+    Half half[3];
+    std::uint32_t source; // source triangle
+    std::uint32_t alive;
+    std::uint32_t spare[2];
+};
+
+inline std::uint32_t next(std::uint32_t h) {
+    return (h & 3) == 2 ? h - 2 : h + 1;
+}
+inline std::uint32_t previous(std::uint32_t h) {
+    return (h & 3) == 0 ? h + 2 : h - 1;
+}
+inline std::uint32_t triangle_of(std::uint32_t h) {
+    return h >> 2;
+}
+
 // A vertex is a place with one fan of triangles around it: where several fans meet in one place, or an edge
 // has three triangles or two that run along it the same way, each fan is a vertex of its own and all of them
 // are locked, so that nothing comes apart. A wedge is what a fan's corners of one source vertex and one group
 // share; a vertex has several on seams.
 struct Surface {
-    std::vector<std::uint32_t> vertex;   // (3 m) of each corner
-    std::vector<std::uint32_t> wedge;    // (3 m) of each corner
-    std::vector<std::uint32_t> twin;     // (3 m) the half-edge that runs the other way, or none
-    std::vector<std::uint32_t> edge;     // (3 m) number of the edge
-    std::vector<std::uint32_t> leaving;  // (vertices) a half-edge that leaves it
-    std::vector<std::uint32_t> half;     // (edges) a half-edge of it
-    std::vector<std::uint32_t> source;   // (wedges) its source vertex
-    std::vector<std::uint32_t> triangle; // (m) its source triangle
-    std::vector<std::uint32_t> part;     // (vertices) the component it belongs to
-    std::vector<std::uint32_t> home;     // (vertices) its source place
-    std::vector<std::uint8_t> locked;    // (vertices)
-    std::vector<std::uint8_t> border;    // (vertices) 1 where an edge of one triangle ends
-    std::vector<std::uint8_t> split;     // (vertices) 1 where it has several wedges
+    Array<Triangle> triangle;
+    Array<std::uint32_t> half;         // (edges) a half-edge of it
+    std::vector<std::uint32_t> source; // (wedges) its source vertex
+    std::vector<std::uint32_t> first;  // (vertices) a half-edge that leaves it, at first
+    std::vector<std::uint32_t> part;   // (vertices) the component it belongs to
+    std::vector<std::uint32_t> home;   // (vertices) its source place
+    std::vector<std::uint8_t> locked;  // (vertices)
+    std::vector<std::uint8_t> border;  // (vertices) 1 where an edge of one triangle ends
+    std::vector<std::uint8_t> split;   // (vertices) 1 where it has several wedges
     std::uint32_t parts = 0;
 
-    std::uint32_t vertices() const { return static_cast<std::uint32_t>(leaving.size()); }
+    std::uint32_t vertices() const { return static_cast<std::uint32_t>(first.size()); }
     std::uint32_t wedges() const { return static_cast<std::uint32_t>(source.size()); }
     std::uint32_t edges() const { return static_cast<std::uint32_t>(half.size()); }
     std::uint32_t triangles() const { return static_cast<std::uint32_t>(triangle.size()); }
+    Half &at(std::uint32_t h) { return triangle[h >> 2].half[h & 3]; }
+    const Half &at(std::uint32_t h) const { return triangle[h >> 2].half[h & 3]; }
 };
-
-inline std::uint32_t next(std::uint32_t h) {
-    return h % 3 == 2 ? h - 2 : h + 1;
-}
-inline std::uint32_t previous(std::uint32_t h) {
-    return h % 3 == 0 ? h + 2 : h - 1;
-}
 
 // Calls visit(h) for the half-edge of every triangle that leaves the vertex of half-edge `start`.
 template <typename Visit>
@@ -51,10 +68,10 @@ void around(const Surface &surface, std::uint32_t start, Visit &&visit) {
     std::uint32_t h = start;
     do {
         visit(h);
-        h = surface.twin[previous(h)];
+        h = surface.at(previous(h)).twin;
     } while (h != start && h != none);
     if (h == none) {
-        for (h = surface.twin[start]; h != none; h = surface.twin[h]) {
+        for (h = surface.at(start).twin; h != none; h = surface.at(h).twin) {
             h = next(h);
             visit(h);
         }

@@ -29,6 +29,17 @@ struct Quadric {
         x += w.x * d, y += w.y * d, z += w.z * d;
         c += weight * d * d;
     }
+    // Adds weight * (n'x)^2.
+    void add_square(Vec n, double weight) {
+        const Vec w = weight * n;
+        xx += w.x * n.x, xy += w.x * n.y, xz += w.x * n.z, yy += w.y * n.y, yz += w.y * n.z, zz += w.z * n.z;
+    }
+    // The form of places that are counted from `at` on. With -at: a form about `at`, counted from the origin.
+    void look_from(Vec at) {
+        const Vec g = half_gradient(at);
+        c += dot(at, g) + (x * at.x + y * at.y + z * at.z);
+        x = g.x, y = g.y, z = g.z;
+    }
     Vec half_gradient(Vec at) const {
         return {xx * at.x + xy * at.y + xz * at.z + x, xy * at.x + yy * at.y + yz * at.z + y,
                 xz * at.x + yz * at.y + zz * at.z + z};
@@ -40,9 +51,9 @@ struct Quadric {
     double trace() const { return xx + yy + zz; }
 };
 
-// Moves `at` to the place where the form is least; along directions in which it hardly changes, not at all.
-// False where rounding leaves no such place. Tikhonov's method, iterated twice: what the damping leaves is
-// damping squared.
+// The place, from the origin, where the form is least; along directions in which it hardly changes, not away
+// from the origin. False where rounding leaves no such place. Tikhonov's method, iterated twice: what the
+// damping leaves is damping squared.
 inline bool least(const Quadric &q, double damping, Vec &at) {
     const double extra = damping * q.trace();
     if (!(extra > 0)) {
@@ -63,8 +74,9 @@ inline bool least(const Quadric &q, double damping, Vec &at) {
         return false;
     }
     const double i2 = 1.0 / std::sqrt(d2);
-    for (int round = 0; round < 2; ++round) {
-        const Vec g = q.half_gradient(at);
+    at = {};
+    Vec g{q.x, q.y, q.z};
+    for (int round = 0;; ++round) {
         const double u = g.x * i0;
         const double v = (g.y - l10 * u) * i1;
         const double w = (g.z - l20 * u - l21 * v) * i2;
@@ -72,19 +84,11 @@ inline bool least(const Quadric &q, double damping, Vec &at) {
         const double y = (v - l21 * z) * i1;
         const double x = (u - l10 * y - l20 * z) * i0;
         at = {at.x - x, at.y - y, at.z - z};
+        if (round == 1) {
+            return true;
+        }
+        g = q.half_gradient(at);
     }
-    return true;
 }
-
-// The area-weighted sum of the linear functions that triangles extend one attribute to: value(x) = g'x + d.
-struct Slope {
-    double x = 0, y = 0, z = 0, d = 0;
-
-    Slope &operator+=(const Slope &o) {
-        x += o.x, y += o.y, z += o.z, d += o.d;
-        return *this;
-    }
-    double value(Vec at) const { return x * at.x + y * at.y + z * at.z + d; }
-};
 
 } // namespace paradize::simplify

@@ -1,4 +1,4 @@
-// Edges by cost, in buckets of a quarter of an octave; those of one bucket come in order of their numbers.
+// Edges by cost, in buckets of an octave; those of one bucket come in order of their numbers.
 #pragma once
 
 #include <algorithm>
@@ -47,7 +47,7 @@ class Queue {
     std::uint32_t ahead(std::size_t others) const { return batch[std::min(at + others, batch.size() - 1)]; }
 
   private:
-    static constexpr std::uint32_t shift = 21; // two bits of the mantissa stay
+    static constexpr std::uint32_t shift = 23;
     static constexpr std::uint32_t buckets = 0x7f800000u >> shift;
     std::vector<std::vector<std::uint32_t>> bins;
     std::uint32_t lowest = buckets;
