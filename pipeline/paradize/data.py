@@ -6,7 +6,8 @@ C-contiguous; a stage returns new arrays and never writes into those it was give
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -14,6 +15,8 @@ import numpy as np
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    I8: TypeAlias = npt.NDArray[np.int8]
+    I16: TypeAlias = npt.NDArray[np.int16]
     U8: TypeAlias = npt.NDArray[np.uint8]
     U16: TypeAlias = npt.NDArray[np.uint16]
     F32: TypeAlias = npt.NDArray[np.float32]
@@ -127,10 +130,48 @@ class Texture:
 
 
 @dataclass(frozen=True)
+class Lattice:
+    """Places that whole numbers can name: origin + code * step along each axis, codes 0 to 65,535.
+
+    step, origin: metres along x, y, z; steps are above 0.
+    """
+
+    step: tuple[float, float, float]
+    origin: tuple[float, float, float]
+
+    @property
+    def uniform(self) -> bool:
+        """Whether one step serves all axes: then directions need no change."""
+        return self.step[0] == self.step[1] == self.step[2]
+
+
+@dataclass(frozen=True)
+class Codes:
+    """A mesh's vertices as whole numbers, one row each; what is float32 stayed as it was.
+
+    positions: (n, 3), places of `lattice`. normals (n, 3), tangents (n, 4): v = max(code / 127, -1) or of
+    32,767; in the lattice's space: where its steps differ, a normal's part along an axis was multiplied by
+    the step and a tangent's divided by it, and both made unit again. uvs, uvs1: code / 65,535. colors:
+    (n, 4), code / 255 or / 65,535.
+    """
+
+    lattice: Lattice
+    positions: U16
+    normals: I8 | I16 | F32 | None = None
+    tangents: I8 | I16 | F32 | None = None
+    uvs: U16 | F32 | None = None
+    uvs1: U16 | F32 | None = None
+    colors: U8 | U16 | None = None
+
+
+@dataclass(frozen=True)
 class Lod:
     """One level of detail with its two-sided surface distance from level 0, as fractions of the bounding
-    box's diagonal: the largest found, and the larger of the two directions' RMS."""
+    box's diagonal: the largest found, and the larger of the two directions' RMS. errors: what else was
+    measured of it, by name. codes: its vertices as a file shall hold them; None: as float32."""
 
     mesh: Mesh
     error_max: float
     error_rms: float
+    errors: Mapping[str, float] = field(default_factory=dict)
+    codes: Codes | None = None

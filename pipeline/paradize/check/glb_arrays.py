@@ -35,11 +35,13 @@ _UNREADABLE = (
 
 @dataclass(frozen=True)
 class Primitive:
-    """place: JSON pointer. indices: (m,) or None. attributes: glTF name -> (n, k) float32."""
+    """place: JSON pointer. indices: (m,) or None. attributes: glTF name -> (n, k) float32, of normalized
+    codes what they stand for. slack: what rounding to codes may add to a vector's length, by name."""
 
     place: str
     indices: npt.NDArray[np.integer] | None
     attributes: dict[str, npt.NDArray[np.float32]]
+    slack: dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,8 @@ def read_levels(data: bytes, file: object) -> list[Level]:
                 for name, values in attributes.items():
                     if values.shape[1] != _WIDTHS.get(name, values.shape[1]):
                         raise ValueError(f"{name} has {values.shape[1]} numbers, not {_WIDTHS[name]}")
-                primitives.append(Primitive(place, indices, attributes))
+                slack = {name: arrays.slack(at) for name, at in primitive["attributes"].items()}
+                primitives.append(Primitive(place, indices, attributes, slack))
             levels.append(Level(str(node.get("name", k)), dict(node.get("extras", {})), tuple(primitives)))
     except _UNREADABLE as error:
         text = f"{error} is missing" if isinstance(error, KeyError) else str(error)
@@ -130,10 +133,27 @@ class _Arrays:
         return self._indices[index]
 
     def floats(self, index: int) -> npt.NDArray[np.float32]:
-        """The same as float32."""
+        """The same as float32, normalized codes as what they stand for."""
         if index not in self._floats:
-            self._floats[index] = self.of(index).astype(np.float32)
+            values = self.of(index).astype(np.float32)
+            if top := self._largest(index):
+                values = np.maximum(values / np.float32(top), np.float32(-1.0))
+            self._floats[index] = values
         return self._floats[index]
+
+    def slack(self, index: int) -> float:
+        """Half a code along each of three axes; 0 of what is not normalized."""
+        top = self._largest(index)
+        return 0.5 * 3.0**0.5 / top if top else 0.0
+
+    def _largest(self, index: int) -> int:
+        """The normalized code that stands for 1; 0 where there is none."""
+        if self._tree["accessors"][index].get("normalized", False) is not True:
+            return 0
+        kind = self.of(index).dtype
+        if kind.kind == "f":
+            raise ValueError(f"accessor {index} has normalized floats")
+        return int(np.iinfo(kind).max)
 
 
 def _accessor(tree: Any, binary: bytes, index: int) -> npt.NDArray[Any]:

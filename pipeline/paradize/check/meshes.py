@@ -12,7 +12,7 @@ from paradize.check.rules import Finding
 from paradize.errors import FormatError
 
 _ROUNDING = 1e-7  # of the diagonal: errors nearer than this are one, for positions are float32
-_UNIT = 2e-3  # how far a length may be from 1, and a dot product from 0
+_UNIT = 2e-3  # how far a length may be from 1, and a dot product from 0, besides what codes round
 
 
 def check_mesh(data: bytes, file: str) -> Iterator[Finding]:
@@ -72,12 +72,14 @@ def _vertices(primitive: Primitive, file: str, where: str) -> Iterator[Finding]:
     if normals is None:
         return
     length = _length(np.where(finite[:, None], normals, [1.0, 0.0, 0.0]))
-    bad = np.abs(length - 1.0) > _UNIT
+    slack = primitive.slack.get("NORMAL", 0.0)
+    bad = np.abs(length - 1.0) > _UNIT + slack
     if bad.any():
         count, first = _rows(bad)
         yield Finding("PZ203", file, f"a length of {length[first]:.4g}", f"{where} vertex {first}", count)
     if "TANGENT" in attributes:
-        yield from _tangents(normals, attributes["TANGENT"], finite & ~bad, file, where)
+        slack = max(slack, primitive.slack.get("TANGENT", 0.0))
+        yield from _tangents(normals, attributes["TANGENT"], finite & ~bad, slack, file, where)
 
 
 def _triangles(primitive: Primitive, file: str, where: str) -> Iterator[Finding]:
@@ -99,13 +101,14 @@ def _tangents(
     normals: npt.NDArray[np.float32],
     tangents: npt.NDArray[np.float32],
     sound: npt.NDArray[np.bool_],
+    slack: float,
     file: str,
     where: str,
 ) -> Iterator[Finding]:
     length = _length(tangents[:, :3])
     with np.errstate(invalid="ignore"):
         lean = np.abs((normals.astype(np.float64) * tangents[:, :3]).sum(axis=1))
-    bad = sound & ((np.abs(length - 1.0) > _UNIT) | (lean > _UNIT))
+    bad = sound & ((np.abs(length - 1.0) > _UNIT + slack) | (lean > _UNIT + 3.0 * slack))
     if bad.any():
         count, first = _rows(bad)
         what = f"a tangent of length {length[first]:.4g} that leans {lean[first]:.4g} along the normal"

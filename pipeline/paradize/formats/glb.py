@@ -8,46 +8,22 @@ byte layout is told in FORMAT.md.
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from paradize.data import Group, Lod, Mesh
+from paradize.data import Group, Lod, Mesh, six
 from paradize.errors import BakeError
-from paradize.formats.glb_layout import ATTRIBUTES, BIN, CHUNK, FLOAT, HEADER, JSON, MAGIC, SHAPES, U16, U32
+from paradize.formats.glb_layout import ATTRIBUTES, BIN, CHUNK, HEADER, JSON, MAGIC, QUANTIZATION, SHAPES
 from paradize.formats.glb_reader import decode_glb
+from paradize.formats.glb_writer import Writer, placement
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 __all__ = ["decode_glb", "encode_glb"]
 
-_ARRAY, _ELEMENTS = 34962, 34963
 _MAX_BYTES = (1 << 32) - 64
-_MAX_U16_VERTICES = 65535  # index 65535 is kept free: it restarts primitives
-
-
-@dataclass
-class _Writer:
-    """The binary chunk and the tables that describe it, growing together."""
-
-    binary: bytearray = field(default_factory=bytearray)
-    views: list[dict[str, Any]] = field(default_factory=list)
-    accessors: list[dict[str, Any]] = field(default_factory=list)
-
-    def view(self, data: bytes, target: int) -> int:
-        self.binary += b"\0" * (-len(self.binary) % 16)
-        self.views.append(
-            {"buffer": 0, "byteOffset": len(self.binary), "byteLength": len(data), "target": target}
-        )
-        self.binary += data
-        return len(self.views) - 1
-
-    def accessor(self, view: int, component: int, count: int, shape: str, **more: object) -> int:
-        entry = {"bufferView": view, "componentType": component, "count": count, "type": shape, **more}
-        self.accessors.append(entry)
-        return len(self.accessors) - 1
 
 
 def _material(name: str, base_color: Sequence[float] | None) -> dict[str, Any]:
@@ -66,36 +42,44 @@ def encode_glb(
     """Writes levels of detail, the finest first in `lods`, the coarsest first in the binary chunk.
 
     Every level becomes node `lod<k>` with a mesh of one primitive per group; node extras hold error_max and
-    error_rms (fractions of level 0's bounding-box diagonal) and error_m (error_max in metres). `extras`
-    land in the asset. base_colors: linear RGB by material name, clamped to 0..1; white where absent. Raises
-    BakeError on arrays that do not fit each other, values that are not finite, or more than 4 GiB.
+    error_rms (fractions of level 0's bounding-box diagonal), error_m (error_max in metres) and the level's
+    other errors. All levels have codes, of one lattice, or none has. `extras` land in the asset.
+    base_colors: linear RGB by material name, clamped to 0..1; white where absent. Raises BakeError on arrays
+    that do not fit each other, values that are not finite, or more than 4 GiB.
     """
     if not lods:
         raise BakeError("a mesh file needs one level of detail at least", file=name)
     for at, lod in enumerate(lods):
         _require_sound(lod.mesh, f"{name}: lod{at}")
+        _require_codes(lod, lods[0], f"{name}: lod{at}")
     first = lods[0].mesh.positions.astype(np.float64)
     size = [float(first[:, axis].max() - first[:, axis].min()) for axis in range(3)]
     diagonal = float(np.sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2]))
-    writer = _Writer()
+    writer = Writer()
     materials: dict[str, int] = {}
     for lod in lods:
         for group in _groups(lod.mesh):
             materials.setdefault(group.material, len(materials))
     meshes: list[dict[str, Any]] = [{} for _ in lods]
     for at in reversed(range(len(lods))):
-        meshes[at] = _mesh(writer, lods[at].mesh, f"lod{at}", materials)
+        meshes[at] = _mesh(writer, lods[at], f"lod{at}", materials)
     nodes: list[dict[str, Any]] = []
     for at, lod in enumerate(lods):
         errors = {"error_max": lod.error_max, "error_rms": lod.error_rms, "error_m": lod.error_max * diagonal}
-        told = {key: float(f"{value:.6g}") for key, value in errors.items()}
-        nodes.append({"name": f"lod{at}", "mesh": at, "extras": told})
+        told = {key: six(value) for key, value in (errors | dict(lod.errors)).items()}
+        place = {} if lod.codes is None else placement(lod.codes.lattice)
+        nodes.append({"name": f"lod{at}", "mesh": at, **place, "extras": told})
     document: dict[str, Any] = {"asset": {"version": "2.0", "generator": "paradize"}}
     if extras:
         document["asset"]["extras"] = dict(extras)
+    used = [QUANTIZATION] if lods[0].codes is not None else []
+    if used:
+        document["extensionsRequired"] = used
     if len(lods) > 1:
-        document["extensionsUsed"] = ["MSFT_lod"]
+        used = [*used, "MSFT_lod"]
         nodes[0]["extensions"] = {"MSFT_lod": {"ids": list(range(1, len(lods)))}}
+    if used:
+        document["extensionsUsed"] = used
     document |= {
         "scene": 0,
         "scenes": [{"name": name, "nodes": [0]}],
@@ -157,29 +141,27 @@ def _require_sound(mesh: Mesh, name: str) -> None:
         raise BakeError(f"groups cover {at} of {len(mesh.triangles)} triangles", file=name)
 
 
-def _mesh(writer: _Writer, mesh: Mesh, name: str, materials: Mapping[str, int]) -> dict[str, Any]:
+def _require_codes(lod: Lod, first: Lod, name: str) -> None:
+    if (lod.codes is None) != (first.codes is None):
+        raise BakeError("levels have codes or none has", file=name)
+    if lod.codes is None or first.codes is None:
+        return
+    if lod.codes.lattice != first.codes.lattice:
+        raise BakeError("levels lie on one lattice", file=name)
+    for _, attribute, _ in ATTRIBUTES:
+        values, coded = getattr(lod.mesh, attribute), getattr(lod.codes, attribute)
+        if (values is None) != (coded is None) or (values is not None and values.shape != coded.shape):
+            raise BakeError(f"the codes of {attribute} do not fit the mesh", file=name)
+
+
+def _mesh(writer: Writer, lod: Lod, name: str, materials: Mapping[str, int]) -> dict[str, Any]:
     """Appends one level's vertices and indices; primitives share the vertices, each has its own index
     accessor."""
-    count = len(mesh.positions)
-    attributes = {}
-    for key, attribute, shape in ATTRIBUTES:
-        values = getattr(mesh, attribute)
-        if values is None:
-            continue
-        view = writer.view(np.ascontiguousarray(values, "<f4").tobytes(), _ARRAY)
-        bounds = {}
-        if key == "POSITION":
-            bounds = {
-                "min": [float(x) for x in values.min(axis=0)],
-                "max": [float(x) for x in values.max(axis=0)],
-            }
-        attributes[key] = writer.accessor(view, FLOAT, count, shape, **bounds)
-    component, dtype = (U16, "<u2") if count <= _MAX_U16_VERTICES else (U32, "<u4")
-    indices = np.ascontiguousarray(mesh.triangles, dtype)
-    view = writer.view(indices.tobytes(), _ELEMENTS)
+    attributes = writer.vertices(lod.mesh, lod.codes)
+    view, component, size = writer.indices(lod.mesh)
     primitives = []
-    for group in _groups(mesh):
-        offset = group.first * 3 * indices.itemsize
+    for group in _groups(lod.mesh):
+        offset = group.first * 3 * size
         accessor = writer.accessor(view, component, group.count * 3, "SCALAR", byteOffset=offset)
         primitives.append(
             {

@@ -8,7 +8,8 @@ MAGIC = b"glTF"
 HEADER = struct.Struct("<4sII")
 CHUNK = struct.Struct("<I4s")
 JSON, BIN = b"JSON", b"BIN\0"
-FLOAT, U16, U32 = 5126, 5123, 5125
+BYTE, UBYTE, SHORT, U16, U32, FLOAT = 5120, 5121, 5122, 5123, 5125, 5126
+DTYPES = {BYTE: "<i1", UBYTE: "<u1", SHORT: "<i2", U16: "<u2", U32: "<u4", FLOAT: "<f4"}
 SHAPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 # glTF name, field of Mesh, type, in the order of the file.
 ATTRIBUTES = (
@@ -19,3 +20,13 @@ ATTRIBUTES = (
     ("TEXCOORD_1", "uvs1", "VEC2"),
     ("COLOR_0", "colors", "VEC4"),
 )
+QUANTIZATION = "KHR_mesh_quantization"
+# The component types that an attribute of ours may have as codes, and whether they are normalized.
+CODED = {
+    "POSITION": ((U16,), False),
+    "NORMAL": ((BYTE, SHORT), True),
+    "TANGENT": ((BYTE, SHORT), True),
+    "TEXCOORD_0": ((U16,), True),
+    "TEXCOORD_1": ((U16,), True),
+    "COLOR_0": ((UBYTE, U16), True),
+}

@@ -9,9 +9,24 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Group, Lod, Mesh
+from paradize.data import Codes, Group, Lattice, Lod, Mesh
 from paradize.errors import FormatError
-from paradize.formats.glb_layout import ATTRIBUTES, BIN, CHUNK, FLOAT, HEADER, JSON, MAGIC, SHAPES, U16, U32
+from paradize.formats.glb_codes import decoded
+from paradize.formats.glb_layout import (
+    ATTRIBUTES,
+    BIN,
+    CHUNK,
+    CODED,
+    DTYPES,
+    FLOAT,
+    HEADER,
+    JSON,
+    MAGIC,
+    QUANTIZATION,
+    SHAPES,
+    U16,
+    U32,
+)
 
 
 class _Reader:
@@ -79,9 +94,9 @@ class _Reader:
         return found
 
     def accessor(
-        self, index: object, where: str, shape: str, components: tuple[int, ...]
+        self, index: object, where: str, shape: str, components: tuple[int, ...], normalized: bool = False
     ) -> npt.NDArray[Any]:
-        """The values of one accessor, without a copy."""
+        """The values of one accessor, without a copy. normalized: what it must be, of codes."""
         entry = self.item("accessors", index, where)
         here = f"/accessors/{index}"
         if self.get(entry, here, "type", str) != shape:
@@ -89,8 +104,10 @@ class _Reader:
         component = self.get(entry, here, "componentType", int)
         if component not in components:
             raise self.fault(f"{component}, expected one of {components}", f"{here}/componentType")
-        if "sparse" in entry or entry.get("normalized", False):
-            raise self.fault("sparse and normalized accessors are not ours", here)
+        if "sparse" in entry:
+            raise self.fault("sparse accessors are not ours", here)
+        if self.get(entry, here, "normalized", bool, False) != (normalized and component != FLOAT):
+            raise self.fault("normalized where it is not, or not where it is", f"{here}/normalized")
         count = self.get(entry, here, "count", int)
         offset = self.get(entry, here, "byteOffset", int, 0)
         view_index = self.get(entry, here, "bufferView", int)
@@ -98,19 +115,24 @@ class _Reader:
         there = f"/bufferViews/{view_index}"
         if self.get(view, there, "buffer", int) != 0:
             raise self.fault("only the GLB's own buffer is used", f"{there}/buffer")
-        if "byteStride" in view:
-            raise self.fault("our views are tightly packed", f"{there}/byteStride")
         start = self.get(view, there, "byteOffset", int, 0)
         length = self.get(view, there, "byteLength", int)
         if start < 0 or start % 4 or length < 1 or start + length > len(self.binary):
             raise self.fault(f"bytes {start} to {start + length} of {len(self.binary)}", there)
-        dtype = np.dtype({FLOAT: "<f4", U16: "<u2", U32: "<u4"}[component])
+        dtype = np.dtype(DTYPES[component])
         width = SHAPES[shape]
-        need = count * width * dtype.itemsize
+        packed = width * dtype.itemsize
+        stride = packed if width == 1 else -(-packed // 4) * 4
+        if ("byteStride" in view) != (stride != packed) or view.get("byteStride", stride) != stride:
+            what = "tightly packed" if stride == packed else f"padded to {stride} bytes a row"
+            raise self.fault(f"our views are {what}", f"{there}/byteStride")
+        need = count * stride
         if count < 1 or offset < 0 or offset % dtype.itemsize or offset + need > length:
             raise self.fault(f"{count} items at {offset} in a view of {length} bytes", here)
-        flat = np.frombuffer(self.binary, dtype, count * width, start + offset)
-        return flat if width == 1 else flat.reshape(count, width)
+        raw = self.binary[start + offset : start + offset + need]
+        if width == 1:
+            return np.frombuffer(raw, dtype)
+        return np.ndarray((count, width), dtype, raw, 0, (stride, dtype.itemsize))
 
 
 def _refuse_constant(name: str) -> object:
@@ -159,7 +181,39 @@ def decode_glb(data: bytes, file: object = None) -> list[Lod]:
         raise reader.fault(
             f"levels {str(ids)[:40]} of {len(nodes)} nodes, expected each once", "/nodes/0/extensions"
         )
-    return [_read_level(reader, at) for at in range(len(nodes))]
+    for key, names in (
+        ("extensionsRequired", (QUANTIZATION,)),
+        ("extensionsUsed", (QUANTIZATION, "MSFT_lod")),
+    ):
+        listed = reader.get(reader.document, "", key, list, [])
+        if any(name not in names for name in listed):
+            raise reader.fault(f"{str(listed)[:80]}, expected of {', '.join(names)}", f"/{key}")
+    levels = [_read_level(reader, at) for at in range(len(nodes))]
+    lattices = {level.codes.lattice if level.codes else None for level in levels}
+    if len(lattices) > 1:
+        raise reader.fault("levels of one mesh lie on one lattice", "/nodes")
+    if (QUANTIZATION in reader.document.get("extensionsRequired", [])) != (lattices != {None}):
+        raise reader.fault(f"{QUANTIZATION} is required where there are codes", "/extensionsRequired")
+    return levels
+
+
+def _lattice(reader: _Reader, node: dict[str, Any], where: str, coded: bool) -> Lattice | None:
+    """The lattice that a node of codes states; a node of floats states none."""
+    if not coded:
+        for key in ("translation", "scale", "rotation", "matrix"):
+            if key in node:
+                raise reader.fault("a node of floats stands where it is", f"{where}/{key}")
+        return None
+    found = []
+    for key, low in (("scale", 2.0**-126), ("translation", -1e39)):
+        values = reader.get(node, where, key, list)
+        if len(values) != 3 or not all(
+            isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= 1e39
+            for value in values
+        ):
+            raise reader.fault(f"{str(values)[:80]}, expected three numbers", f"{where}/{key}")
+        found.append((float(values[0]), float(values[1]), float(values[2])))
+    return Lattice(found[0], found[1])
 
 
 def _read_level(reader: _Reader, at: int) -> Lod:
@@ -174,6 +228,10 @@ def _read_level(reader: _Reader, at: int) -> Lod:
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < float("inf"):
             raise reader.fault(f"{str(value)[:40]}, expected a number from 0", f"{where}/extras/{key}")
         errors.append(float(value))
+    more = {key: value for key, value in extras.items() if key not in ("error_max", "error_rms", "error_m")}
+    for key, value in more.items():
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < float("inf"):
+            raise reader.fault(f"{str(value)[:40]}, expected a number", f"{where}/extras/{key}")
     mesh_index = reader.get(node, where, "mesh", int)
     entry = reader.item("meshes", mesh_index, f"{where}/mesh")
     here = f"/meshes/{mesh_index}"
@@ -188,13 +246,16 @@ def _read_level(reader: _Reader, at: int) -> Lod:
     for key, index in shared.items():
         attribute, shape = known[key]
         place = f"{here}/primitives/0/attributes/{key}"
-        values = reader.accessor(index, place, shape, (FLOAT,)).astype(np.float32)
-        if not np.isfinite(values).all():
+        components, normalized = CODED[key]
+        values = reader.accessor(index, place, shape, (FLOAT, *components), normalized)
+        if values.dtype.kind == "i" and int(values.min()) < -np.iinfo(values.dtype).max:
+            raise reader.fault(f"a code of {int(values.min())}", f"/accessors/{index}")
+        if values.dtype.kind == "f" and not np.isfinite(values).all():
             vertex = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
             raise reader.fault(f"{key} of vertex {vertex} is not finite", f"/accessors/{index}")
-        if key == "COLOR_0" and (values.min() < 0 or values.max() > 1):
+        if key == "COLOR_0" and values.dtype.kind == "f" and (values.min() < 0 or values.max() > 1):
             raise reader.fault("colours leave 0 to 1", f"/accessors/{index}")
-        arrays[attribute] = values
+        arrays[attribute] = np.ascontiguousarray(values, values.dtype.newbyteorder("="))
     count = len(arrays["positions"])
     for attribute, values in arrays.items():
         if len(values) != count:
@@ -226,10 +287,19 @@ def _read_level(reader: _Reader, at: int) -> Lod:
         first += len(indices) // 3
         if first * 6 > len(reader.binary):  # else a small file could ask for endless triangles
             raise reader.fault(f"{first} triangles of {len(reader.binary)} bytes", place)
-    return Lod(Mesh(**arrays, triangles=np.concatenate(parts), groups=tuple(groups)), errors[0], errors[1])
+    lattice = _lattice(reader, node, where, arrays["positions"].dtype != np.float32)
+    codes = None if lattice is None else Codes(lattice, **arrays)
+    if codes is not None:
+        arrays = decoded(codes)
+        if not np.isfinite(arrays["positions"]).all():
+            raise reader.fault("places beyond the largest float", where)
+    elif any(values.dtype != np.float32 for values in arrays.values()):
+        raise reader.fault("codes beside positions that are floats", here)
+    mesh = Mesh(**arrays, triangles=np.concatenate(parts), groups=tuple(groups))
+    return Lod(mesh, errors[0], errors[1], more, codes)
 
 
-def _check_bounds(reader: _Reader, index: int, positions: npt.NDArray[np.float32]) -> None:
+def _check_bounds(reader: _Reader, index: int, positions: npt.NDArray[Any]) -> None:
     entry = reader.item("accessors", index, "")
     for key, values in (("min", positions.min(axis=0)), ("max", positions.max(axis=0))):
         told = reader.get(entry, f"/accessors/{index}", key, list)

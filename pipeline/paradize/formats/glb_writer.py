@@ -1,0 +1,83 @@
+"""The binary chunk of a GLB while it grows: views, accessors, and a mesh's vertices as floats or as codes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.data import Codes, Lattice, Mesh
+from paradize.formats.glb_layout import ATTRIBUTES, CODED, DTYPES, FLOAT, U16, U32
+
+ARRAY, ELEMENTS = 34962, 34963
+MAX_U16_VERTICES = 65535  # index 65535 is kept free: it restarts primitives
+_COMPONENTS = {np.dtype(name): component for component, name in DTYPES.items()}
+
+
+@dataclass
+class Writer:
+    """The binary chunk and the tables that describe it, growing together."""
+
+    binary: bytearray = field(default_factory=bytearray)
+    views: list[dict[str, Any]] = field(default_factory=list)
+    accessors: list[dict[str, Any]] = field(default_factory=list)
+
+    def view(self, data: bytes, target: int, **more: object) -> int:
+        """Appends bytes at a multiple of 16; the view's index."""
+        self.binary += b"\0" * (-len(self.binary) % 16)
+        where = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": len(data)}
+        self.views.append(where | more | {"target": target})
+        self.binary += data
+        return len(self.views) - 1
+
+    def accessor(self, view: int, component: int, count: int, shape: str, **more: object) -> int:
+        """Appends an accessor; its index."""
+        entry = {"bufferView": view, "componentType": component, "count": count, "type": shape, **more}
+        self.accessors.append(entry)
+        return len(self.accessors) - 1
+
+    def vertices(self, mesh: Mesh, codes: Codes | None = None) -> dict[str, int]:
+        """Appends the attributes that the mesh has, each in a view of its own, as float32 or as its codes;
+        glTF name -> accessor. Rows of codes are padded with zeros to multiples of 4 bytes."""
+        made: dict[str, int] = {}
+        for key, attribute, shape in ATTRIBUTES:
+            values = getattr(mesh if codes is None else codes, attribute)
+            if values is None:
+                continue
+            component = FLOAT if values.dtype == np.float32 else _COMPONENTS[values.dtype]
+            more: dict[str, object] = {}
+            if component != FLOAT and CODED[key][1]:
+                more["normalized"] = True
+            if key == "POSITION":
+                number = float if component == FLOAT else int
+                more["min"] = [number(x) for x in values.min(axis=0)]
+                more["max"] = [number(x) for x in values.max(axis=0)]
+            rows = np.ascontiguousarray(values, DTYPES[component])
+            width = rows.itemsize * rows.shape[1]
+            stride = -(-width // 4) * 4
+            if stride == width:
+                view = self.view(rows.tobytes(), ARRAY)
+            else:
+                view = self.view(_padded(rows, stride), ARRAY, byteStride=stride)
+            made[key] = self.accessor(view, component, len(values), shape, **more)
+        return made
+
+    def indices(self, mesh: Mesh) -> tuple[int, int, int]:
+        """Appends the triangles' indices: (view, component type, bytes of an index)."""
+        component = U16 if len(mesh.positions) <= MAX_U16_VERTICES else U32
+        values = np.ascontiguousarray(mesh.triangles, DTYPES[component])
+        return self.view(values.tobytes(), ELEMENTS), component, values.itemsize
+
+
+def placement(lattice: Lattice) -> dict[str, list[float]]:
+    """What a node needs so that codes become metres."""
+    return {"translation": list(lattice.origin), "scale": list(lattice.step)}
+
+
+def _padded(rows: npt.NDArray[Any], stride: int) -> bytes:
+    raw = rows.view(np.uint8).reshape(len(rows), -1)
+    wide = np.zeros((len(rows), stride), np.uint8)
+    wide[:, : raw.shape[1]] = raw
+    return wide.tobytes()

@@ -1,0 +1,191 @@
+"""Vertices as whole numbers, as KHR_mesh_quantization has them: smaller meshes, at an error that is known.
+
+Positions are places of one lattice for all levels of a mesh, or for all parts of a terrain: what is one place
+as floats stays one place as codes, so seams, welds and borders stay closed. Directions take 8 bits where the
+largest error that this makes is accepted, else 16. Texture coordinates take 16 bits where they lie in 0 to 1;
+others stay floats, for codes beyond that range would need a transform of the texture.
+
+Source: The Khronos Group, "KHR_mesh_quantization", extension of glTF 2.0, 2020.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.data import Codes, Lattice, Mesh
+from paradize.errors import BakeError
+
+LARGEST_CODE = 65535
+# Directions take 8 bits where none is turned by more than this.
+DIRECTION_DEG = 0.1
+# The smallest step: below it float32, in which a graphics card multiplies, loses bits.
+_LEAST_STEP = 2.0**-126
+# A terrain's heights take steps no finer than this share of a pixel, where the bound has room: so its
+# normals, which are stretched with the lattice, keep their precision in 16 bits.
+_FLATTEST = 64
+_ROOM = 16
+_DEGREES = 180.0 / 3.141592653589793
+
+
+def mesh_lattice(meshes: Sequence[Mesh]) -> Lattice:
+    """The finest lattice of equal steps that spans all vertices of the meshes.
+
+    Step and origin are float32 numbers, so that a graphics card reckons with the same. Raises BakeError
+    where the mesh is too small for a step in float32.
+    """
+    lows = np.min([mesh.positions.min(axis=0) for mesh in meshes], axis=0).astype(np.float64)
+    highs = np.max([mesh.positions.max(axis=0) for mesh in meshes], axis=0).astype(np.float64)
+    extent = float((highs - lows).max())
+    if extent == 0.0:
+        step = 1.0
+    else:
+        rounded = np.float32(extent / LARGEST_CODE)
+        if float(rounded) * LARGEST_CODE < extent:
+            rounded = np.nextafter(rounded, np.float32(np.inf))
+        step = float(rounded)
+        if step < _LEAST_STEP:
+            raise BakeError(
+                f"{extent:g} metres are too small a mesh for 16-bit positions: a step of {step:g}",
+                mend="scale the model up, or leave its floats as they are",
+            )
+    x, y, z = (float(value) for value in lows)
+    return Lattice((step, step, step), (x, y, z))
+
+
+def terrain_lattice(
+    shape: tuple[int, int],
+    size_m: tuple[float, float],
+    heights_m: tuple[float, float],
+    max_error_m: float = 0.0,
+) -> Lattice:
+    """The lattice of a whole terrain: codes along x and z are columns and rows of its pixels, codes along y
+    span its heights.
+
+    shape: (rows, columns), at most 65,536 each. size_m: (x, z), first to last pixel. heights_m: (lowest,
+    highest). max_error_m: the terrain's bound; where a step of a 64th of a pixel's side costs no more than
+    a 16th of it, heights take that step, unless they need a larger one. Raises BakeError.
+    """
+    rows, columns = shape
+    if max(shape) > LARGEST_CODE + 1:
+        raise BakeError(
+            f"{columns} x {rows} pixels, limit of 16-bit positions {LARGEST_CODE + 1} a side",
+            mend="leave its floats as they are",
+        )
+    low, high = heights_m
+    across, along = size_m[0] / (columns - 1), size_m[1] / (rows - 1)
+    up = (high - low) / LARGEST_CODE
+    gentle = min(across, along) / _FLATTEST
+    if up < gentle and (gentle <= 2.0 * max_error_m / _ROOM or up == 0.0):
+        up = gentle
+    # A little more than the range, so that no code lies beyond the largest by rounding.
+    up = float(np.nextafter(up, np.inf))
+    if min(across, along, up) < _LEAST_STEP:
+        raise BakeError("the terrain is too small for 16-bit positions", mend="leave its floats as they are")
+    return Lattice((across, up, along), (-0.5 * size_m[0], low, -0.5 * size_m[1]))
+
+
+def quantise(mesh: Mesh, lattice: Lattice, *, direction_bits: int = 16) -> Codes:
+    """The mesh's vertices as codes. direction_bits: 8, 16 or 32 (float32) for normals and tangents.
+
+    Every vertex's codes depend on that vertex alone. Raises BakeError for a vertex outside the lattice.
+    """
+    step, origin = np.array(lattice.step), np.array(lattice.origin)
+    codes = np.rint((mesh.positions.astype(np.float64) - origin) / step)
+    if codes.size and (codes.min() < 0 or codes.max() > LARGEST_CODE):
+        at = int(np.flatnonzero(((codes < 0) | (codes > LARGEST_CODE)).any(axis=1))[0])
+        raise BakeError(f"a place outside the lattice of 16-bit positions: codes {codes[at].tolist()}")
+    stretch = None if lattice.uniform else step
+    return Codes(
+        lattice=lattice,
+        positions=codes.astype(np.uint16),
+        normals=_directions(mesh.normals, stretch, direction_bits),
+        tangents=_directions(mesh.tangents, None if stretch is None else 1.0 / stretch, direction_bits),
+        uvs=_shares(mesh.uvs),
+        uvs1=_shares(mesh.uvs1),
+        colors=_colors(mesh.colors),
+    )
+
+
+def quantise_levels(
+    meshes: Sequence[Mesh], lattice: Lattice, *, direction_deg: float = DIRECTION_DEG
+) -> list[Codes]:
+    """All levels of a mesh as codes of one lattice. direction_deg: normals and tangents of all of them take
+    the fewest bits, of 8 and 16, that turn none of them by more than this; 16 where both do."""
+    eight = [quantise(mesh, lattice, direction_bits=8) for mesh in meshes]
+    turned = max(_most_turned(mesh, codes) for mesh, codes in zip(meshes, eight, strict=True))
+    return eight if turned <= direction_deg else [quantise(mesh, lattice) for mesh in meshes]
+
+
+def direction_bits(lattice: Lattice, direction_deg: float = DIRECTION_DEG) -> int:
+    """Bits for directions that keep the bound on any mesh of a lattice, told from the lattice alone: the same
+    for all parts of a terrain. 8, 16, or 32 where only floats do."""
+    # Half a code along each axis, magnified by no more than the ratio of the steps.
+    ratio = max(lattice.step) / min(lattice.step)
+    for bits in (8, 16):
+        if 0.5 * 3.0**0.5 / (2 ** (bits - 1) - 1) * ratio * _DEGREES <= direction_deg:
+            return bits
+    return 32
+
+
+def _directions(
+    values: npt.NDArray[np.float32] | None, stretch: npt.NDArray[np.float64] | None, bits: int
+) -> Any:
+    """Unit vectors (n, 3) or (n, 4: w = +-1) as codes of `bits` bits, or float32."""
+    if values is None:
+        return None
+    wide = values.astype(np.float64)
+    if stretch is not None:
+        x, y, z = (wide[:, axis] * (stretch[axis] / stretch.max()) for axis in range(3))
+        length = np.sqrt(x * x + y * y + z * z)
+        length[length == 0.0] = 1.0
+        wide[:, :3] = np.stack([x / length, y / length, z / length], axis=1)
+    if bits == 32:
+        return wide.astype(np.float32)
+    top = 2 ** (bits - 1) - 1
+    return np.rint(np.clip(wide, -1.0, 1.0) * top).astype(np.int8 if bits == 8 else np.int16)
+
+
+def _shares(values: npt.NDArray[np.float32] | None) -> Any:
+    if values is None or values.min() < 0.0 or values.max() > 1.0:
+        return values
+    return np.rint(values.astype(np.float64) * LARGEST_CODE).astype(np.uint16)
+
+
+def _colors(values: npt.NDArray[np.float32] | None) -> Any:
+    """8 bits where the values are such codes, else 16."""
+    if values is None:
+        return None
+    wide = values.astype(np.float64)
+    codes = np.rint(wide * 255.0)
+    if np.abs(codes / 255.0 - wide).max() <= 1e-6:
+        return codes.astype(np.uint8)
+    return np.rint(wide * LARGEST_CODE).astype(np.uint16)
+
+
+def _most_turned(mesh: Mesh, codes: Codes) -> float:
+    """A bound on the largest angle, in degrees, between a direction and its codes, both of the lattice's
+    space stretched back; the sine stands for the angle, which is small."""
+    most = 0.0
+    step = np.array(codes.lattice.step)
+    for values, coded, stretch in (
+        (mesh.normals, codes.normals, 1.0 / step),
+        (mesh.tangents, codes.tangents, step),
+    ):
+        if values is None or coded is None:
+            continue
+        a = values[:, :3].astype(np.float64)
+        b = coded[:, :3].astype(np.float64) * (stretch / stretch.max())
+        cross = np.stack(
+            [a[:, (k + 1) % 3] * b[:, (k + 2) % 3] - a[:, (k + 2) % 3] * b[:, (k + 1) % 3] for k in range(3)],
+            axis=1,
+        )
+        sine = np.sqrt(cross[:, 0] ** 2 + cross[:, 1] ** 2 + cross[:, 2] ** 2)
+        size = np.sqrt(b[:, 0] ** 2 + b[:, 1] ** 2 + b[:, 2] ** 2)
+        sound = size > 0
+        if sound.any():
+            most = max(most, float((sine[sound] / size[sound]).max()) * _DEGREES)
+    return most
