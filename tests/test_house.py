@@ -15,9 +15,10 @@ PACKAGE = ROOT / "pipeline/paradize"
 GROUND = {"data", "errors", "kernels"}
 LAYERS = {
     # room: what it may import (besides itself and the ground)
-    "cli": {"tradeoff", "check", "explain", "report", "bake", "scene", "engine"},
+    "cli": {"tradeoff", "check", "explain", "report", "new", "bake", "scene", "engine"},
     "check": {"bake", "formats", "metrics", "scene"},
     "explain": {"bake", "require", "scene", "formats"},
+    "new": {"readers", "formats", "engine"},
     "report": {"bake", "engine", "formats", "metrics", "scene"},
     "bake": {"require", "engine", "readers", "stages", "formats", "metrics", "scene", "flight"},
     "require": {"scene", "flight"},
@@ -36,9 +37,9 @@ LAYERS = {
 
 
 def whose(name: str) -> str:
-    """bake_mesh.py, bake_maps.py ... are rooms of bake, one per kind of product; cli_options.py is of cli."""
+    """bake_mesh.py, bake_maps.py ... are rooms of bake, one per kind of product; cli_options.py is of cli, new_sources.py of new."""
     first = name.partition("_")[0]
-    return first if first in ("bake", "cli") else name
+    return first if first in ("bake", "cli", "new") else name
 
 
 def room_of(path: Path) -> str:
