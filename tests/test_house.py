@@ -37,7 +37,8 @@ LAYERS = {
 
 
 def whose(name: str) -> str:
-    """bake_mesh.py, bake_maps.py ... are rooms of bake, one per kind of product; cli_options.py is of cli, new_sources.py of new."""
+    """bake_mesh.py, bake_maps.py ... are rooms of bake, one per kind of product; cli_options.py is of cli,
+    new_sources.py of new."""
     first = name.partition("_")[0]
     return first if first in ("bake", "cli", "new") else name
 
