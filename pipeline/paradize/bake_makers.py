@@ -36,13 +36,16 @@ class Product:
 LOD_FACTS = (
     "triangles", "error_max", "error_rms", "error_p99",
     "normal_mean_deg", "normal_p99_deg", "normal_max_deg", "uv_shift_p99", "uv_shift_max",
+    "mapped_mean_deg", "mapped_p99_deg", "mapped_max_deg",
 )  # fmt: skip
 
 
 def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """OBJ -> GLB with tangent frames and LODs."""
+    from paradize.bake_bumps import Bumps
     from paradize.bake_sight import bake_seen
 
+    laid = settings.get("bumps")
     made = bake_seen(
         sources["mesh"],
         settings.get("sight"),
@@ -57,6 +60,8 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         base_colors=settings["base_colors"],
         weld_m=settings["weld_m"],
         crease_deg=settings["crease_deg"],
+        tangents=settings["tangents"],
+        bumps=Bumps(sources["image"], tier=tier, layout=_layout(sources), **laid) if laid else None,
     )
     levels = made.report["lods"]
     errors = {
@@ -68,12 +73,15 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
             ("lod_normal_mean_deg", "normal_mean_deg"),
             ("uv_shift_p99", "uv_shift_p99"),
             ("uv_shift_max", "uv_shift_max"),
+            ("lod_mapped_p99_deg", "mapped_p99_deg"),
+            ("lod_mapped_mean_deg", "mapped_mean_deg"),
         )
+        if all(key in level for level in levels)
     }
     tangents = ("tangent_max_deg", "tangent_p99_deg", "tangent_mean_deg")
     errors |= {name: max(level[name] for level in levels) for name in tangents}
     used = str(made.report.get("tier", tier))
-    told = [{key: level[key] for key in LOD_FACTS} for level in levels]
+    told = [{key: level[key] for key in LOD_FACTS if key in level} for level in levels]
     return [Product("mesh", made.glb, "glb", used, errors, list(made.report["warnings"]), told)]
 
 

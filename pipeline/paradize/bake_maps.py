@@ -72,10 +72,48 @@ def bake_maps(
     supercompression. measure: False leaves out errors (and with them the budget).
     Raises SourceError for what cannot be read, BakeError for settings that cannot be met.
     """
-    names = ("auto", *FILTER_NAMES)
-    one_of("filter", [] if filter_name in names else [filter_name], names)
     one_of("map", [name for name in only if name not in MAPS], MAPS)
     _check(path, source, strength, green, fmt, tier)
+    rows, warnings = picture_rows(
+        path,
+        only=only,
+        source=source,
+        strength=strength,
+        wrap=wrap,
+        green=green,
+        tier=tier,
+        filter_name=filter_name,
+        destep=destep,
+        uv=uv,
+        gloss_groups=gloss_groups,
+        slope_scale=slope_scale,
+        levels=levels,
+        gloss=gloss,
+    )
+    bake = ktx2_maps if fmt == "ktx2" else png_maps
+    return bake(rows, tier=tier, warnings=warnings, budget=budget or {}, zstd=zstd, measure=measure)
+
+
+def picture_rows(
+    path: Path,
+    *,
+    only: Sequence[str],
+    source: str,
+    strength: float,
+    wrap: str | tuple[str, str],
+    green: str = "up",
+    tier: str,
+    filter_name: str,
+    destep: bool,
+    uv: Path | None = None,
+    gloss_groups: Collection[str] | None = None,
+    slope_scale: float | tuple[float, float] | None = None,
+    levels: Levels | None = None,
+    gloss: GlossSettings | None = None,
+) -> tuple[MapRows, list[str]]:
+    """Rows of level 0 of a picture's maps before any encoding, and warnings; settings as of bake_maps."""
+    names = ("auto", *FILTER_NAMES)
+    one_of("filter", [] if filter_name in names else [filter_name], names)
     wraps = wraps_of(wrap)
     if gloss_groups is not None and uv is None:
         raise BakeError("groups that shine need a UV layout", mend="name the OBJ whose UVs the map follows")
@@ -106,9 +144,7 @@ def bake_maps(
     ground = Ground(heights, slopes, wraps, filter_name, green == "down", islands)
     picture = image if source == "color" and levels is not None else None
     del image  # the codes of a height map are not needed any more
-    rows = MapRows(ground, tuple(only), unit, picture, gloss or GlossSettings(), layout)
-    bake = ktx2_maps if fmt == "ktx2" else png_maps
-    return bake(rows, tier=tier, warnings=warnings, budget=budget or {}, zstd=zstd, measure=measure)
+    return MapRows(ground, tuple(only), unit, picture, gloss or GlossSettings(), layout), warnings
 
 
 def relief_levels(relief: Mapping[str, Any]) -> Levels | None:

@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 
 from paradize.bake_atlas import with_atlas
+from paradize.bake_bumps import Bumps, mapped_errors
 from paradize.bake_lods import DEFAULT_MAX_ERROR, Plan, make_levels
 from paradize.data import Group, Lod, Mesh
-from paradize.errors import BakeError, ParadizeError, SourceError
+from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
 from paradize.formats.glb import decode_glb, encode_glb
+from paradize.kernels.mesh import TANGENT_METHODS
 from paradize.metrics.draw import draw_costs
-from paradize.metrics.tangent import frame_errors, frame_faults
+from paradize.metrics.tangent import frame_errors, frame_faults, part_of
 from paradize.readers.mtl import base_colors_of
 from paradize.readers.obj import read_obj
 from paradize.stages.lod import RATIO, TIERS
@@ -58,6 +60,7 @@ def bake_mesh(
     weld_m: float = 0.0,
     crease_deg: float = CREASE_DEG,
     tangents: str = "mikktspace",
+    bumps: Bumps | None = None,
 ) -> MeshProduct:
     """Reads an OBJ, mends it, gives it normals, tangent frames and levels of detail, and measures each level.
 
@@ -71,8 +74,9 @@ def bake_mesh(
     the source, of the diagonal, instead of `ratio`: each is the coarsest mesh inside its bound. plan: what
     makes another plan of this one, knowing the mesh. weld_m: join places at most this far apart. crease_deg:
     0 to 180, where normals are missing and the file names no smoothing groups: faces at a larger angle meet
-    in an edge. tangents: the tier of tangent frames, as stages/tangents names them. Raises SourceError for an
-    input that cannot be baked, BakeError where a stage fails.
+    in an edge. tangents: the tier of tangent frames, as stages/tangents names them. bumps: what the mesh is
+    drawn with, so that levels are judged with it too. Raises SourceError (of several faults GroupedError) for
+    an input that cannot be baked, BakeError where a stage fails.
     """
     started = time.monotonic()
     path = Path(path)
@@ -94,10 +98,13 @@ def bake_mesh(
     )
     try:
         return _bake(
-            path, asked, plan, tier, atlas, painted, root, base_colors, weld_m, crease_deg, tangents, started
+            *(path, asked, plan, tier, atlas, painted, root, base_colors, weld_m, crease_deg),
+            *(tangents, bumps, started),
         )
     except MemoryError as error:
         raise SourceError("too large for this machine's memory", file=path) from error
+    except GroupedError:
+        raise
     except ParadizeError as error:
         if error.file is None:
             raise type(error)(error.what, file=path, place=error.place, mend=error.mend) from error
@@ -116,6 +123,7 @@ def _bake(
     weld_m: float,
     crease_deg: float,
     tangents: str,
+    bumps: Bumps | None,
     started: float,
 ) -> MeshProduct:
     read = read_obj(path, root)
@@ -144,11 +152,18 @@ def _bake(
         warnings.append(f"{path}: levels of detail have no tier {tier!r}; {used!r} used")
     steps, notes = make_levels(mesh, asked if plan is None else plan(mesh, asked), used)
     warnings += [f"{path}: {note}" for note in notes]
-    levels = [(_colored(mesh, replace(step.mesh, tangents=None)), step.errors) for step in steps]
+    levels = [
+        (step.mesh if step.mesh is mesh else _colored(mesh, replace(step.mesh, tangents=None)), step.errors)
+        for step in steps
+    ]
     framed = [
         (tangent_frames(level, tangents) if level.uvs is not None else level, errors)
         for level, errors in levels
     ]
+    if bumps is not None and mesh.uvs is not None:
+        source = framed[0][0] if levels[0][0] is mesh else tangent_frames(mesh, tangents)
+        mapped = mapped_errors(source, framed, bumps)
+        framed = [(level, errors | more) for (level, errors), more in zip(framed, mapped, strict=True)]
     unordered = [draw_costs(level) for level, _ in framed]
     framed = [(draw_order(level), errors) for level, errors in framed]
     done = tuple(Lod(level, errors["error_max"], errors["error_rms"]) for level, errors in framed)
@@ -164,6 +179,7 @@ def _bake(
         "layout": layout,
         "closed": found.closed,
         "components": found.topology.components,
+        "tangent_tiers": _tangent_tiers(levels[0][0]),
         "repairs": repairs(found, read.lines)
         | {"welded": welding.joined, "welded_most_m": welding.largest_m},
         "materials": [group.material for group in framed[0][0].groups],
@@ -178,6 +194,14 @@ def _bake(
         "warnings": warnings,
     }
     return MeshProduct(glb, report, done)
+
+
+def _tangent_tiers(mesh: Mesh) -> dict[str, dict[str, float]]:
+    """What each tier of tangent frames would cost on the finest level: frame_errors by tier."""
+    if mesh.uvs is None:
+        return {}
+    part, counted = part_of(mesh)
+    return {tier: frame_errors(tangent_frames(part, tier), counted=counted) for tier in TANGENT_METHODS}
 
 
 def _colored(source: Mesh, level: Mesh) -> Mesh:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from paradize.bake_bumps import Bumps
 from paradize.bake_lods import Plan
 from paradize.bake_mesh import MeshProduct, bake_mesh
 from paradize.data import Mesh
@@ -66,8 +67,14 @@ def sight_plan(seen: dict[str, Any], instances: list[dict[str, Any]]) -> Callabl
 
 
 def bake_seen(
-    path: Path, sight: dict[str, Any] | None, instances: list[dict[str, Any]], **settings: Any
+    path: Path,
+    sight: dict[str, Any] | None,
+    instances: list[dict[str, Any]],
+    *,
+    bumps: Bumps | None = None,
+    **settings: Any,
 ) -> MeshProduct:
-    """bake_mesh with levels for what the flight sees; by its own settings where `sight` is None."""
+    """bake_mesh with levels for what the flight sees; by its own settings where `sight` is None. bumps: as
+    the scene's object has them."""
     plan = None if sight is None else sight_plan(sight, instances)
-    return bake_mesh(path, plan=plan, **settings)
+    return bake_mesh(path, plan=plan, bumps=bumps, **settings)

@@ -172,10 +172,16 @@ def _object(
 ) -> None:
     name, things = item.name, ("objects",)
     why = f"the object {name}, its shadow and its mirror image"
+    layout = {"layout": item.mesh} if item.wrap == "clamp" else {}
+    laid: dict[str, Path] = {}
+    bumps: dict[str, Any] = {}
+    if look.color_map is not None and item.strength > 0.0:  # levels are judged by what light sees of them
+        laid = {"image": look.color_map, **layout}
+        bumps = {"bumps": {"strength": item.strength, "relief": asdict(item.relief), "wrap": item.wrap}}
     found.add(
         f"{name} mesh",
         "mesh",
-        {"mesh": item.mesh},
+        {"mesh": item.mesh, **laid},
         [Want(f"{name}_mesh", "mesh", "mesh", why, (*things, *views))],
         lods=item.lods,
         max_error=item.max_error,
@@ -183,6 +189,8 @@ def _object(
         lod_errors=list(item.lod_errors),
         weld_m=item.weld_m,
         crease_deg=item.crease_deg,
+        tangents=item.tangents,
+        **bumps,
         **({"instances": [asdict(instance) for instance in item.instances]} | seen if seen else {}),
         atlas=look.color_map is not None,  # a map needs a UV layout
         base_colors={material: list(color) for material, color in look.base_colors.items()},
@@ -190,7 +198,6 @@ def _object(
     if look.color_map is None:
         return
     alpha = {"alpha": item.alpha} if item.alpha else {}
-    layout = {"layout": item.mesh} if item.wrap == "clamp" else {}
     cutoffs = [material.alpha_cutoff for material in item.materials.values() if material.alpha_cutoff > 0.0]
     sources = {"image": look.color_map, **alpha, **layout}
     _color(

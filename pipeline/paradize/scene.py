@@ -45,6 +45,8 @@ METRICS = {
     "tangent_mean_deg": Limit("degrees", True, 180.0, "mean angle of the tangents from MikkTSpace's"),
     "lod_normal_p99_deg": Limit("degrees", True, 180.0, "99 of 100 normals of a LOD are this near"),
     "lod_normal_mean_deg": Limit("degrees", True, 180.0, "mean angle of a LOD's normals from the mesh's"),
+    "lod_mapped_p99_deg": Limit("degrees", True, 180.0, "99 of 100, turned by the normal map, are this near"),
+    "lod_mapped_mean_deg": Limit("degrees", True, 180.0, "mean angle of a LOD's normals turned by the map"),
     "uv_shift_max": Limit("of the diagonal", True, 1.0, "how far a texture slid on a LOD, at most"),
     "uv_shift_p99": Limit("of the diagonal", True, 1.0, "99 of 100 places of a LOD's texture slid less"),
     "terrain_max_m": Limit("m", True, FAR, "largest vertical distance of the terrain from its heightmap"),
@@ -225,6 +227,7 @@ class SceneObject:
     lod_errors: tuple[float, ...] = numbers((), low=0.0, high=1.0, unit="of the diagonal")  # by error; rising
     weld_m: float = number(0.0, low=0.0, high=FAR, unit="m")  # places this near are joined; 0: none
     crease_deg: float = number(45.0, low=0.0, high=180.0, unit="degrees")  # where normals are missing
+    tangents: str = choice("mikktspace", among=("face", "vertex", "mikktspace"))
     wrap: str = choice("clamp", among=("clamp", "repeat"))
     strength: float = number(
         1.0, low=0.0, high=100.0, unit="% of the width"

@@ -14,11 +14,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from paradize.bake_mesh import bake_mesh
 from paradize.data import Mesh
 from paradize.errors import BakeError
 from paradize.kernels.mesh import TANGENT_METHODS, corner_tangents, split_tangents
 from paradize.kernels.reference import angles_deg, mikktspace_tangents
-from paradize.metrics.tangent import frame_errors, frame_faults
+from paradize.metrics.tangent import frame_errors, frame_faults, part_of
 from paradize.readers.obj import read_obj
 from paradize.stages.normals import complete_normals
 from paradize.stages.split import split_by
@@ -227,6 +228,29 @@ def test_a_part_of_a_large_mesh_tells_what_the_whole_does() -> None:
     assert frame_errors(exact, 6_000)["tangent_max_deg"] < 1e-4
 
 
+@pytest.mark.parametrize("method", TANGENT_METHODS)
+def test_frames_made_of_a_part_have_the_errors_of_the_whole(method: str) -> None:
+    mesh = meshes.torus(40_000, mirrored=True)
+    part, counted = part_of(mesh, 6_000)
+    assert len(part.triangles) < 8_000
+    alone = frame_errors(tangent_frames(part, method), counted=counted)
+    assert alone == pytest.approx(frame_errors(tangent_frames(mesh, method), 6_000), abs=1e-9)
+
+
+def test_a_report_states_the_error_of_every_tier(tmp_path: Path) -> None:
+    path, told = tmp_path / "a.obj", {}
+    meshes.write_obj(sphere(24), path)
+    for method in TANGENT_METHODS:
+        report = bake_mesh(path, lods=1, tangents=method).report
+        told[method] = report["lods"][0]["tangent_mean_deg"]
+    tiers = report["tangent_tiers"]
+    assert list(tiers) == list(TANGENT_METHODS)
+    assert {tier: tiers[tier]["tangent_mean_deg"] for tier in tiers} == pytest.approx(
+        told, rel=1e-3, abs=1e-6
+    )
+    assert tiers["face"]["tangent_p99_deg"] > tiers["vertex"]["tangent_p99_deg"] > 0
+
+
 def test_meshes_without_tangents_have_no_errors() -> None:
     assert set(frame_errors(grid(2)).values()) == {0.0}
 
@@ -242,17 +266,8 @@ def test_a_mesh_is_baked_with_the_frames_asked_for(
     meshes.write_obj(meshes.sphere(2_000), tmp_path / "ball.obj")
     found = {}
     for method in ("face", "vertex", "mikktspace"):
-        made = paradize(
-            "mesh",
-            tmp_path / "ball.obj",
-            "-o",
-            tmp_path / "ball.glb",
-            "--tangents",
-            method,
-            "--lods",
-            2,
-            "--json",
-        )
+        options = ("--tangents", method, "--lods", 2, "--json")
+        made = paradize("mesh", tmp_path / "ball.obj", "-o", tmp_path / "ball.glb", *options)
         assert made.returncode == 0, made.stderr
         found[method] = [level["tangent_p99_deg"] for level in json.loads(made.stdout)["lods"]]
         assert len(found[method]) == 2

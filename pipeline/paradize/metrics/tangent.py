@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -30,22 +31,32 @@ def frame_faults(mesh: Mesh) -> dict[str, float]:
     }
 
 
-def frame_errors(mesh: Mesh, most: int = _MOST_TRIANGLES) -> dict[str, float]:
+def frame_errors(
+    mesh: Mesh, most: int = _MOST_TRIANGLES, *, counted: npt.NDArray[np.bool_] | None = None
+) -> dict[str, float]:
     """Angle between each corner's tangent and the one that a float64 MikkTSpace gives it: tangent_max_deg,
     tangent_p99_deg, tangent_mean_deg; tangent_turned: share of the corners whose w is the other one. All 0
     without tangents.
 
     Corners of triangles without area in the image have no defined frame and are not counted. Of meshes with
-    more than `most` triangles the corners of about most / 4 vertices, evenly spread, are.
+    more than `most` triangles the corners of about most / 4 vertices, evenly spread, are. counted: (3 m,) the
+    corners that count, of a mesh that is such a part itself (part_of).
     """
     if mesh.tangents is None or mesh.normals is None or mesh.uvs is None:
         return _told(np.zeros(0), 0)
-    triangles, measured = _part(mesh, most)
+    triangles, measured = (mesh.triangles, counted.copy()) if counted is not None else _part(mesh, most)
     truth = mikktspace_tangents(mesh.positions, mesh.normals, mesh.uvs, triangles).reshape(-1, 4)
     measured &= np.repeat(_image_areas(mesh.uvs, triangles) > np.finfo(np.float32).tiny, 3)
     ours = mesh.tangents[triangles.reshape(-1)[measured]]
     truth = truth[measured]
     return _told(angles_deg(ours[:, :3], truth[:, :3]), int((ours[:, 3] != truth[:, 3]).sum()))
+
+
+def part_of(mesh: Mesh, most: int = _MOST_TRIANGLES) -> tuple[Mesh, npt.NDArray[np.bool_]]:
+    """What frame_errors looks at of a mesh, as a mesh of about `most` triangles in one group; and which of
+    its corners (3 m,) have all their neighbours there, so that frames made of the part are the whole's."""
+    triangles, counted = _part(mesh, most)
+    return replace(mesh, triangles=triangles, groups=()), counted
 
 
 def _part(mesh: Mesh, most: int) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.bool_]]:

@@ -1,0 +1,142 @@
+"""The angle between mapped normals: cases whose answer is known, and its way into a scene's report."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from paradize.bake import bake
+from paradize.bake_bumps import MAPPED, Bumps, mapped_errors
+from paradize.bake_mesh import bake_mesh
+from paradize.data import Mesh
+from paradize.metrics.mapped_normal import normal_error
+from paradize.stages.tangents import tangent_frames
+from tests.pipeline.scenes import make_cove, write_image
+from tests.pipeline.shapes import grid, sphere
+from tests.pipeline.test_mesh_extremes import write
+
+RELIEF = {
+    **{"black": 0.0, "white": 1.0, "gamma": 1.0, "contrast": 1.0, "brightness": 0.0},
+    **{"invert": False, "filter": "central", "destep": False},
+}
+
+
+def tilted(degrees: np.ndarray) -> np.ndarray:
+    """(h, w, 3) unit normals that lean along +u by (h, w) degrees."""
+    angle = np.radians(degrees)
+    return np.stack([np.sin(angle), np.zeros_like(angle), np.cos(angle)], -1).astype(np.float32)
+
+
+def turned_frames(mesh: Mesh, degrees: float) -> Mesh:
+    """Tangents of the ground turned about its normal."""
+    assert mesh.tangents is not None
+    tangents = mesh.tangents.copy()
+    tangents[:, :3] = [np.cos(np.radians(degrees)), 0, np.sin(np.radians(degrees))]
+    return replace(mesh, tangents=tangents)
+
+
+@pytest.mark.parametrize("lean", [0.0, 5.0, 40.0])
+@pytest.mark.parametrize("turn", [0.0, 30.0, 180.0])
+def test_a_frame_that_is_turned_turns_what_the_map_leans(lean: float, turn: float) -> None:
+    """Two normals that lean by a, turned by t apart, enclose 2 asin(sin a sin(t / 2))."""
+    ground = tangent_frames(grid(6))
+    told = normal_error(
+        ground, turned_frames(ground, turn), normal_map=tilted(np.full((4, 4), lean)), repeat=True
+    )
+    known = np.degrees(2 * np.arcsin(np.sin(np.radians(lean)) * np.sin(np.radians(turn / 2))))
+    for key in ("normal_mean_deg", "normal_p99_deg", "normal_max_deg"):
+        assert told[key] == pytest.approx(known, abs=1e-3), key
+
+
+@pytest.mark.parametrize("slid", [0.0, 0.125])
+def test_a_texture_that_slid_shows_the_lean_of_another_place(slid: float) -> None:
+    """A map that leans by 40 degrees per width, seen `slid` widths beside where it was."""
+    ground = tangent_frames(grid(6))
+    assert ground.uvs is not None
+    inside = ground.uvs * np.float32(0.5) + np.float32(0.2)  # no sample meets the map's rim
+    ground = replace(ground, uvs=inside)
+    level = replace(ground, uvs=(inside + np.float32([slid, 0])).astype(np.float32))
+    u = (np.arange(256) + 0.5) / 256
+    leans = np.broadcast_to(40 * u, (4, 256))
+    told = normal_error(ground, level, normal_map=tilted(leans), repeat=False)
+    assert told["normal_mean_deg"] == pytest.approx(40 * slid, abs=0.01)
+    assert told["normal_max_deg"] == pytest.approx(40 * slid, abs=0.01)
+
+
+def test_a_mirrored_sign_turns_the_bitangent_over() -> None:
+    ground = tangent_frames(grid(4))
+    assert ground.tangents is not None
+    tangents = ground.tangents * np.float32([1, 1, 1, -1])
+    lean = np.radians(20)
+    up = np.tile(np.float32([0, np.sin(lean), np.cos(lean)]), (2, 2, 1))
+    told = normal_error(ground, replace(ground, tangents=tangents), normal_map=up)
+    assert told["normal_mean_deg"] == pytest.approx(40, abs=1e-3)
+
+
+def test_a_flat_map_leaves_the_error_of_the_surface() -> None:
+    source, level = (tangent_frames(sphere(rings)) for rings in (24, 8))
+    flat = normal_error(source, level, normal_map=tilted(np.zeros((2, 2))))
+    assert flat == pytest.approx(normal_error(source, level), rel=1e-4)
+    assert flat["normal_mean_deg"] > 0.1
+
+
+def picture(path: Path, grain: int) -> Path:
+    """64 x 64 texels of ridges that stand `grain` codes about the middle."""
+    pixels = 128 + grain * np.round(np.sin(np.arange(64) / 3))
+    write_image(path, np.ascontiguousarray(np.broadcast_to(pixels[None, :, None], (64, 64, 3)), np.uint8))
+    return path
+
+
+def test_a_mesh_is_judged_with_its_bumps_and_the_source_has_no_error(tmp_path: Path) -> None:
+    obj = write(tmp_path / "ball.obj", sphere(12))
+    settings = {"strength": 1.0, "relief": RELIEF, "wrap": "repeat", "tier": "balanced"}
+    flat, rough = (
+        bake_mesh(obj, lods=3, bumps=Bumps(picture(tmp_path / f"{grain}.png", grain), **settings))  # type: ignore[arg-type]
+        for grain in (0, 100)
+    )
+    assert [flat.report["lods"][0][key] for key in MAPPED] == [0, 0, 0]
+    for smooth, bumpy in zip(flat.report["lods"][1:], rough.report["lods"][1:], strict=True):
+        assert smooth["mapped_mean_deg"] == pytest.approx(smooth["normal_mean_deg"], rel=0.02)
+        assert bumpy["mapped_mean_deg"] > 1.2 * smooth["mapped_mean_deg"]
+        assert bumpy["normal_mean_deg"] == smooth["normal_mean_deg"]
+    for one, other in zip(flat.lods, rough.lods, strict=True):
+        assert np.array_equal(one.mesh.positions, other.mesh.positions)
+    assert not set(MAPPED) & set(bake_mesh(obj, lods=2).report["lods"][1])
+
+
+def test_a_first_level_that_is_not_the_source_is_judged_against_it(tmp_path: Path) -> None:
+    source, level = (tangent_frames(sphere(rings)) for rings in (24, 12))
+    bumps = Bumps(picture(tmp_path / "a.png", 50), 1.0, RELIEF, "repeat", "balanced")
+    (told,) = mapped_errors(source, [(level, {"error_max": 0.01})], bumps)
+    assert 0 < told["mapped_mean_deg"] <= told["mapped_p99_deg"] <= told["mapped_max_deg"]
+
+
+def test_a_scene_tells_the_mapped_error_of_every_level_and_budgets_know_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    scene = make_cove(tmp_path)
+    scene.write_text(scene.read_text() + "[budget]\nlod_mapped_p99_deg = 1e-9\n")
+    report = bake(scene, tmp_path / "out")
+    assert any("lod_mapped_p99_deg" in text and "post_mesh" in text for text in report.warnings)
+    told = json.loads((tmp_path / "out/scene.json").read_text())["artifacts"]["post_mesh"]
+    first, *others = told["levels"]
+    assert [first[key] for key in MAPPED] == [0, 0, 0]
+    assert others and all(level["mapped_p99_deg"] >= level["mapped_mean_deg"] > 0 for level in others)
+    assert told["errors"]["lod_mapped_p99_deg"] == max(level["mapped_p99_deg"] for level in others)
+
+
+@pytest.mark.parametrize("tier", ["face", "mikktspace"])
+def test_a_scene_chooses_its_tangent_frames(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tier: str
+) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    scene = make_cove(tmp_path)
+    scene.write_text(scene.read_text().replace('name = "post"', f'name = "post"\ntangents = "{tier}"'))
+    row = next(row for row in bake(scene, tmp_path / "out").artifacts if row["name"] == "post_mesh")
+    off = row["errors"]["tangent_mean_deg"]
+    assert off > 0.5 if tier == "face" else off < 1e-3
