@@ -32,17 +32,25 @@ class Product:
     filter: str | None = None
 
 
+# What is told of vertices as codes, where they are.
+QUANTISED = (
+    "quantise_max", "quantise_p99", "quantise_rms", "quantise_max_m",
+    "quantise_normal_max_deg", "quantise_normal_p99_deg", "quantise_normal_mean_deg",
+    "quantise_tangent_max_deg", "quantise_tangent_p99_deg", "quantise_tangent_mean_deg",
+    "quantise_uv_max", "quantise_color_max",
+)  # fmt: skip
 # What scene.json tells of each level of a mesh, besides the GLB itself.
 LOD_FACTS = (
     "triangles", "error_max", "error_rms", "error_p99",
     "normal_mean_deg", "normal_p99_deg", "normal_max_deg", "uv_shift_p99", "uv_shift_max",
-    "mapped_mean_deg", "mapped_p99_deg", "mapped_max_deg",
+    "mapped_mean_deg", "mapped_p99_deg", "mapped_max_deg", *QUANTISED,
 )  # fmt: skip
 
 
 def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """OBJ -> GLB with tangent frames and LODs."""
     from paradize.bake_bumps import Bumps
+    from paradize.bake_quantise import direction_deg_of
     from paradize.bake_sight import bake_seen
 
     laid = settings.get("bumps")
@@ -61,6 +69,7 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         weld_m=settings["weld_m"],
         crease_deg=settings["crease_deg"],
         tangents=settings["tangents"],
+        quantise_deg=direction_deg_of(settings["quantise"]) if "quantise" in settings else None,
         bumps=Bumps(sources["image"], tier=tier, layout=_layout(sources), **laid) if laid else None,
     )
     levels = made.report["lods"]
@@ -75,6 +84,7 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
             ("uv_shift_max", "uv_shift_max"),
             ("lod_mapped_p99_deg", "mapped_p99_deg"),
             ("lod_mapped_mean_deg", "mapped_mean_deg"),
+            *((key, key) for key in QUANTISED),
         )
         if all(key in level for level in levels)
     }

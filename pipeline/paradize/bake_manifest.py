@@ -53,8 +53,10 @@ def mesh_facts(glb: bytes, name: str) -> MeshFacts:
             tree["accessors"][primitive["attributes"]["POSITION"]]
             for primitive in tree["meshes"][nodes[0]["mesh"]]["primitives"]
         ]
-        low = tuple(min(float(a["min"][k]) for a in accessors) for k in range(3))
-        high = tuple(max(float(a["max"][k]) for a in accessors) for k in range(3))
+        step = nodes[0].get("scale", [1.0, 1.0, 1.0])  # codes become metres
+        origin = nodes[0].get("translation", [0.0, 0.0, 0.0])
+        low = tuple(origin[k] + step[k] * min(float(a["min"][k]) for a in accessors) for k in range(3))
+        high = tuple(origin[k] + step[k] * max(float(a["max"][k]) for a in accessors) for k in range(3))
         lods = tuple((str(node["name"]), float(node["extras"]["error_m"])) for node in nodes)
         materials = {str(material["name"]): _base_color(material) for material in tree.get("materials", [])}
     except (KeyError, IndexError, TypeError, ValueError, struct.error) as error:

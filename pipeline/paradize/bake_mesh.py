@@ -13,6 +13,7 @@ import numpy as np
 from paradize.bake_atlas import with_atlas
 from paradize.bake_bumps import Bumps, mapped_errors
 from paradize.bake_lods import DEFAULT_MAX_ERROR, Plan, make_levels
+from paradize.bake_quantise import quantised_levels
 from paradize.data import Group, Lod, Mesh
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
 from paradize.formats.glb import decode_glb, encode_glb
@@ -61,6 +62,7 @@ def bake_mesh(
     crease_deg: float = CREASE_DEG,
     tangents: str = "mikktspace",
     bumps: Bumps | None = None,
+    quantise_deg: float | None = None,
 ) -> MeshProduct:
     """Reads an OBJ, mends it, gives it normals, tangent frames and levels of detail, and measures each level.
 
@@ -75,7 +77,8 @@ def bake_mesh(
     makes another plan of this one, knowing the mesh. weld_m: join places at most this far apart. crease_deg:
     0 to 180, where normals are missing and the file names no smoothing groups: faces at a larger angle meet
     in an edge. tangents: the tier of tangent frames, as stages/tangents names them. bumps: what the mesh is
-    drawn with, so that levels are judged with it too. Raises SourceError (of several faults GroupedError) for
+    drawn with, so that levels are judged with it too. quantise_deg: vertices as codes that turn no normal or
+    tangent by more than this; None: as floats. Raises SourceError (of several faults GroupedError) for
     an input that cannot be baked, BakeError where a stage fails.
     """
     started = time.monotonic()
@@ -99,7 +102,7 @@ def bake_mesh(
     try:
         return _bake(
             *(path, asked, plan, tier, atlas, painted, root, base_colors, weld_m, crease_deg),
-            *(tangents, bumps, started),
+            *(tangents, bumps, quantise_deg, started),
         )
     except MemoryError as error:
         raise SourceError("too large for this machine's memory", file=path) from error
@@ -124,6 +127,7 @@ def _bake(
     crease_deg: float,
     tangents: str,
     bumps: Bumps | None,
+    quantise_deg: float | None,
     started: float,
 ) -> MeshProduct:
     read = read_obj(path, root)
@@ -166,7 +170,9 @@ def _bake(
         framed = [(level, errors | more) for (level, errors), more in zip(framed, mapped, strict=True)]
     unordered = [draw_costs(level) for level, _ in framed]
     framed = [(draw_order(level), errors) for level, errors in framed]
-    done = tuple(Lod(level, errors["error_max"], errors["error_rms"]) for level, errors in framed)
+    done = tuple(_lod(level, errors) for level, errors in framed)
+    if quantise_deg is not None:
+        done = quantised_levels(done, direction_deg=quantise_deg)
     glb = encode_glb(
         done, path.stem, base_colors=base_colors_of(read.materials) if base_colors is None else base_colors
     )
@@ -180,15 +186,17 @@ def _bake(
         "closed": found.closed,
         "components": found.topology.components,
         "tangent_tiers": _tangent_tiers(levels[0][0]),
+        "bytes": len(glb),
+        "quantised": quantise_deg is not None,
         "repairs": repairs(found, read.lines)
         | {"welded": welding.joined, "welded_most_m": welding.largest_m},
         "materials": [group.material for group in framed[0][0].groups],
         "lods": [
-            {"triangles": len(level.triangles), "vertices": len(level.positions), **errors}
+            {"triangles": len(level.triangles), "vertices": len(level.positions), **errors, **_told(lod)}
             | frame_faults(level)
             | frame_errors(level)
             | {"draw": draw_costs(level) | {"acmr_before": before["acmr"], "atvr_before": before["atvr"]}}
-            for (level, errors), before in zip(framed, unordered, strict=True)
+            for (level, errors), before, lod in zip(framed, unordered, done, strict=True)
         ],
         "seconds": round(time.monotonic() - started, 3),
         "warnings": warnings,
@@ -202,6 +210,15 @@ def _tangent_tiers(mesh: Mesh) -> dict[str, dict[str, float]]:
         return {}
     part, counted = part_of(mesh)
     return {tier: frame_errors(tangent_frames(part, tier), counted=counted) for tier in TANGENT_METHODS}
+
+
+def _lod(level: Mesh, errors: Mapping[str, float]) -> Lod:
+    more = {key: value for key, value in errors.items() if key not in ("error_max", "error_rms")}
+    return Lod(level, errors["error_max"], errors["error_rms"], more)
+
+
+def _told(lod: Lod) -> dict[str, float]:
+    return {"error_max": lod.error_max, "error_rms": lod.error_rms, **lod.errors}
 
 
 def _colored(source: Mesh, level: Mesh) -> Mesh:

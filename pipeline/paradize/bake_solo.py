@@ -34,9 +34,11 @@ def solo_mesh(
     weld_m: float = 0.0,
     crease_deg: float = 45.0,
     tangents: str = "mikktspace",
+    quantise: bool = False,
 ) -> Made:
     """`paradize mesh`: the file is named after the input's stem; the caller renames it."""
     from paradize.bake_mesh import bake_mesh
+    from paradize.bake_quantise import DIRECTION_DEG
 
     made = bake_mesh(
         path,
@@ -49,6 +51,7 @@ def solo_mesh(
         weld_m=weld_m,
         crease_deg=crease_deg,
         tangents=tangents,
+        quantise_deg=DIRECTION_DEG if quantise else None,
     )
     if atlas and not made.report["atlas"]:
         what = "has texture coordinates that its maps may be painted for; no atlas made"
@@ -57,6 +60,7 @@ def solo_mesh(
     for i, level in enumerate(made.report["lods"]):
         told = {"surface_max": level["error_max"], "surface_rms": level["error_rms"]}
         told["lod_normal_p99_deg"] = level["normal_p99_deg"]
+        told |= {key: level[key] for key in ("quantise_max_m", "quantise_normal_max_deg") if key in level}
         rows.append((f"lod{i}, {level['triangles']} triangles", str(level.get("tier", tier)), told, 0))
     rows.append((path.stem, tier, {}, len(made.glb)))
     return Made({path.stem: made.glb}, dict(made.report), rows)

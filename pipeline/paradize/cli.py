@@ -100,6 +100,9 @@ def parser() -> argparse.ArgumentParser:
     )
     sub.add_argument("--atlas", action="store_true", help="make a UV layout")
     sub.add_argument(
+        "--quantise", action="store_true", help="vertices as 16-bit codes; what that costs is told"
+    )
+    sub.add_argument(
         "--weld", type=number(0.0, 1e6), default=0.0, metavar="METRES", help="join places this near (0: none)"
     )
     sub.add_argument(
@@ -326,7 +329,8 @@ def _mesh(arguments: argparse.Namespace) -> int:
     from paradize.bake_solo import solo_mesh
 
     settings = {
-        key: getattr(arguments, key) for key in ("lods", "max_error", "atlas", "ratio", "errors", "tangents")
+        key: getattr(arguments, key)
+        for key in ("lods", "max_error", "atlas", "ratio", "errors", "tangents", "quantise")
     }
     settings |= {"weld_m": arguments.weld, "crease_deg": arguments.crease}
     return _solo(arguments, solo_mesh, settings, arguments.out)

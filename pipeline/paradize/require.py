@@ -73,8 +73,10 @@ def require(scene: Scene, looks: dict[str, Look]) -> Requirements:
         _terrain(found, scene.terrain, views)
     if scene.water:
         _water(found, scene.water)
+    accepted = {metric: limit for metric, limit in scene.budget.items() if metric.startswith("quantise_")}
     for item in scene.objects:
-        _object(found, item, looks[item.name], views, _seen_by(scene) if item.lods_by == "sight" else {})
+        sight = _seen_by(scene) if item.lods_by == "sight" else {}
+        _object(found, item, looks[item.name], views, sight, accepted)
     if scene.sound:
         want = Want("sound", "sound", "sound", "the sound of the scene")
         found.add("sound", "sound", {"file": scene.sound.file}, [want])
@@ -168,7 +170,12 @@ def _seen_by(scene: Scene) -> dict[str, Any]:
 
 
 def _object(
-    found: Requirements, item: SceneObject, look: Look, views: tuple[str, ...], seen: dict[str, Any]
+    found: Requirements,
+    item: SceneObject,
+    look: Look,
+    views: tuple[str, ...],
+    seen: dict[str, Any],
+    accepted: dict[str, float],
 ) -> None:
     name, things = item.name, ("objects",)
     why = f"the object {name}, its shadow and its mirror image"
@@ -190,6 +197,7 @@ def _object(
         weld_m=item.weld_m,
         crease_deg=item.crease_deg,
         tangents=item.tangents,
+        **({"quantise": accepted} if item.quantise else {}),
         **bumps,
         **({"instances": [asdict(instance) for instance in item.instances]} | seen if seen else {}),
         atlas=look.color_map is not None,  # a map needs a UV layout

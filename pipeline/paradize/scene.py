@@ -47,6 +47,11 @@ METRICS = {
     "lod_normal_mean_deg": Limit("degrees", True, 180.0, "mean angle of a LOD's normals from the mesh's"),
     "lod_mapped_p99_deg": Limit("degrees", True, 180.0, "99 of 100, turned by the normal map, are this near"),
     "lod_mapped_mean_deg": Limit("degrees", True, 180.0, "mean angle of a LOD's normals turned by the map"),
+    "quantise_max": Limit("of the diagonal", True, 1.0, "how far 16-bit positions moved a vertex, at most"),
+    "quantise_max_m": Limit("m", True, FAR, "the same in metres"),
+    "quantise_normal_max_deg": Limit("degrees", True, 180.0, "how far codes turned a normal, at most"),
+    "quantise_tangent_max_deg": Limit("degrees", True, 180.0, "how far codes turned a tangent, at most"),
+    "quantise_uv_max": Limit("of the side", True, 1.0, "how far codes moved a texture along a side, at most"),
     "uv_shift_max": Limit("of the diagonal", True, 1.0, "how far a texture slid on a LOD, at most"),
     "uv_shift_p99": Limit("of the diagonal", True, 1.0, "99 of 100 places of a LOD's texture slid less"),
     "terrain_max_m": Limit("m", True, FAR, "largest vertical distance of the terrain from its heightmap"),
@@ -228,6 +233,7 @@ class SceneObject:
     weld_m: float = number(0.0, low=0.0, high=FAR, unit="m")  # places this near are joined; 0: none
     crease_deg: float = number(45.0, low=0.0, high=180.0, unit="degrees")  # where normals are missing
     tangents: str = choice("mikktspace", among=("face", "vertex", "mikktspace"))
+    quantise: bool = flag(False)  # vertices as 16-bit codes; the budget says how far they may turn normals
     wrap: str = choice("clamp", among=("clamp", "repeat"))
     strength: float = number(
         1.0, low=0.0, high=100.0, unit="% of the width"
