@@ -32,7 +32,7 @@ Triangulation listed(Net &&net, std::uint32_t width) {
 
 Triangulation refine(std::span<const float> heights, std::uint32_t width, std::uint32_t height,
                      double tolerance, int threads) {
-    const View view{heights.data(), width};
+    const View view{heights.data(), width, heights.data() + heights.size()};
     Tiles tiles(view, {static_cast<std::uint16_t>(width - 1), static_cast<std::uint16_t>(height - 1)},
                 tolerance);
     std::vector<std::uint32_t> seams;

@@ -27,6 +27,7 @@ std::uint32_t Mesher::add_triangle(std::uint32_t a, std::uint32_t b, std::uint32
     net_.corners.insert(net_.corners.end(), {a, b, c});
     net_.twins.insert(net_.twins.end(), {none, none, none});
     candidates_.push_back(none);
+    queue_.reach(candidates_.size());
     set_triangle(triangle, a, b, c);
     return triangle;
 }
@@ -69,6 +70,8 @@ void Mesher::start(const std::vector<Spot> &corners) {
 void Mesher::adopt(Net &&net, std::uint32_t tracked) {
     net_ = std::move(net);
     candidates_.assign(net_.corners.size() / 3, none);
+    queue_ = {};
+    queue_.reach(candidates_.size());
     spokes_.assign(tracked, none);
     for (std::uint32_t edge = 0; edge < net_.corners.size(); ++edge) {
         if (net_.corners[edge] < tracked) {
@@ -207,9 +210,9 @@ void Mesher::scan(std::uint32_t triangle) {
     }
     const Worst worst = scan_triangle(view_, at(corner[0]), at(corner[1]), at(corner[2]), tolerance_, fixed);
     candidates_[triangle] = worst.pixel;
+    queue_.drop(triangle);
     if (worst.pixel != none) {
-        queue_.push_back({static_cast<float>(worst.error), worst.pixel, triangle});
-        std::push_heap(queue_.begin(), queue_.end());
+        queue_.add(triangle, worst.error);
     }
 }
 
@@ -234,13 +237,9 @@ void Mesher::scan_around(std::uint32_t triangle) {
 }
 
 void Mesher::drain(std::size_t most) {
-    while (!queue_.empty() && net_.vertices.size() < most) {
-        const Candidate worst = queue_.front();
-        std::pop_heap(queue_.begin(), queue_.end());
-        queue_.pop_back();
-        if (candidates_[worst.triangle] == worst.pixel) {
-            insert(worst.triangle, unpacked(worst.pixel));
-        }
+    for (std::uint32_t worst = queue_.worst(); worst != none && net_.vertices.size() < most;
+         worst = queue_.worst()) {
+        insert(worst, unpacked(candidates_[worst]));
     }
 }
 

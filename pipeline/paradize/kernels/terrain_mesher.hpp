@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "terrain_queue.hpp"
 #include "terrain_scan.hpp"
 
 namespace paradize::terrain {
@@ -48,13 +49,6 @@ class Mesher {
     const Net &net() const { return net_; }
 
   private:
-    struct Candidate {
-        float error;
-        std::uint32_t pixel, triangle;
-        bool operator<(const Candidate &other) const { // the largest error first; then the first pixel
-            return error != other.error ? error < other.error : pixel > other.pixel;
-        }
-    };
     struct Tip { // a corner of the hole that a vertex leaves, and the half-edge outside the side to the next
         std::uint32_t vertex, outside;
     };
@@ -64,7 +58,7 @@ class Mesher {
     bool rim_is_fixed_ = false;
     Net net_;
     std::vector<std::uint32_t> candidates_; // per triangle: its worst pixel, or none
-    std::vector<Candidate> queue_;          // a heap
+    WorstFirst queue_;                      // of the triangles that have one
     std::vector<std::uint32_t> suspects_;   // half-edges that may have to flip
     std::vector<std::uint32_t> spokes_;     // per tracked vertex: a half-edge that leaves it
     std::vector<std::uint32_t> changed_;    // triangles that `mend` flipped

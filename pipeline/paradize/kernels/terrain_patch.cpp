@@ -93,7 +93,8 @@ Triangulation patch(std::span<const float> heights, std::uint32_t width, std::ui
         first = {std::min(first.x, side.from.x), std::min(first.y, side.from.y)};
         last = {std::max(last.x, side.from.x), std::max(last.y, side.from.y)};
     }
-    View view{heights.data() + static_cast<std::size_t>(first.y) * width + first.x, width};
+    View view{heights.data() + static_cast<std::size_t>(first.y) * width + first.x, width,
+              heights.data() + heights.size()};
     const auto across = static_cast<std::size_t>(last.x - first.x + 1),
                down = static_cast<std::size_t>(last.y - first.y + 1);
     std::vector<float> near;
@@ -101,7 +102,7 @@ Triangulation patch(std::span<const float> heights, std::uint32_t width, std::ui
         for (std::size_t y = 0; y < down; ++y) {
             near.insert(near.end(), view.at + y * view.stride, view.at + y * view.stride + across);
         }
-        view = {near.data(), across};
+        view = {near.data(), across, near.data() + near.size()};
     }
 
     std::vector<Spot> spots;

@@ -219,7 +219,7 @@ class Lattice {
 
 Triangulation bisect(std::span<const float> heights, std::uint32_t width, std::uint32_t height,
                      double tolerance, int threads) {
-    Lattice lattice({heights.data(), width}, width, height, tolerance);
+    Lattice lattice({heights.data(), width, heights.data() + heights.size()}, width, height, tolerance);
     lattice.mark(threads);
     Triangulation found;
     found.triangles = lattice.triangles(width);

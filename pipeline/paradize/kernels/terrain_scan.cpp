@@ -2,11 +2,17 @@
 
 #include "maps_parallel.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 namespace paradize::terrain {
 namespace {
+
+typedef double Lanes __attribute__((vector_size(64)));
+typedef float Floats __attribute__((vector_size(32)));
+constexpr int lanes = 8;
+constexpr int few = 12; // pixels in a box: as quick one by one
 
 constexpr std::int64_t one = std::int64_t{1} << 32;
 // A border meets a row at a whole number or at least 2^-14 beside one; sixteen thousand steps of a slope of
@@ -23,35 +29,11 @@ std::int64_t fixed(Spot spot) {
     return static_cast<std::int64_t>(spot.x) << 32;
 }
 
-// The largest |row[k] - (base + k * step)| for k in [0, count).
-PARADIZE_CLONES double largest(const float *row, int count, double base, double step) {
-    typedef double Lanes __attribute__((vector_size(64)));
-    typedef float Floats __attribute__((vector_size(32)));
-    Lanes most{}, places = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
-    int k = 0;
-    for (; k + 8 <= count; k += 8) {
-        Floats heights;
-        __builtin_memcpy(&heights, row + k, sizeof heights);
-        Lanes off = __builtin_convertvector(heights, Lanes) - (base + places * step);
-        off = off < 0.0 ? -off : off;
-        most = off > most ? off : most;
-        places += 8.0;
-    }
-    double found = 0.0;
-    for (int lane = 0; lane < 8; ++lane) {
-        found = most[lane] > found ? most[lane] : found;
-    }
-    for (; k < count; ++k) {
-        const double off = std::fabs(static_cast<double>(row[k]) - (base + static_cast<double>(k) * step));
-        found = off > found ? off : found;
-    }
-    return found;
-}
+struct Face { // three corners of positive turn, and the plane base + per_x * x + per_y * y from the first on
+    Spot corner[3];
+    double base, per_x, per_y;
 
-class Scan {
-  public:
-    Scan(View view, Spot a, Spot b, Spot c, double tolerance, unsigned skipped)
-        : view_(view), a_(a), b_(b), c_(c), skipped_(skipped), worst_{tolerance, none} {
+    Face(View view, Spot a, Spot b, Spot c, double area) : corner{a, b, c} {
         const double z0 = static_cast<double>(view.height(a));
         const double z1 = static_cast<double>(view.height(b)) - z0,
                      z2 = static_cast<double>(view.height(c)) - z0;
@@ -59,82 +41,189 @@ class Scan {
                      y1 = static_cast<int>(b.y) - static_cast<int>(a.y);
         const double x2 = static_cast<int>(c.x) - static_cast<int>(a.x),
                      y2 = static_cast<int>(c.y) - static_cast<int>(a.y);
-        const double area = x1 * y2 - y1 * x2;
-        base_ = z0;
-        per_x_ = (z1 * y2 - z2 * y1) / area;
-        per_y_ = (z2 * x1 - z1 * x2) / area;
+        base = z0;
+        per_x = (z1 * y2 - z2 * y1) / area;
+        per_y = (z2 * x1 - z1 * x2) / area;
     }
 
-    Worst run() {
-        // a is the highest corner, and the left one of two.
-        Spot a = a_, b = b_, c = c_;
-        while (a.y > b.y || a.y >= c.y) {
-            const Spot first = a;
-            a = b, b = c, c = first;
-        }
-        const std::int64_t left = slope(c, a);
-        if (b.y <= c.y) { // the right border bends at b
-            std::int64_t from = fixed(a) + one - bias;
-            if (b.y > a.y) {
-                const std::int64_t right = slope(a, b);
-                rows(a.y, b.y, from, left, fixed(a) + bias, right);
-            }
-            from += left * (b.y - a.y);
-            rows(b.y, b.y < c.y ? c.y + 1 : b.y + 1, from, left, fixed(b) + bias,
-                 b.y < c.y ? slope(b, c) : 0);
-        } else { // the left border bends at c
-            const std::int64_t right = slope(a, b);
-            rows(a.y, c.y, fixed(a) + one - bias, left, fixed(a) + bias, right);
-            rows(c.y, b.y + 1, fixed(c) + one - bias, slope(b, c), fixed(a) + bias + right * (c.y - a.y),
-                 right);
-        }
-        return worst_;
-    }
-
-  private:
-    View view_;
-    Spot a_, b_, c_;
-    unsigned skipped_;
-    double base_, per_x_, per_y_;
-    Worst worst_;
-
-    bool counts(Spot spot) const {
-        if (spot == a_ || spot == b_ || spot == c_) {
-            return false;
-        }
-        return skipped_ == 0 || (((skipped_ & 1U) == 0 || turn(a_, b_, spot) != 0) &&
-                                 ((skipped_ & 2U) == 0 || turn(b_, c_, spot) != 0) &&
-                                 ((skipped_ & 4U) == 0 || turn(c_, a_, spot) != 0));
-    }
-
-    void rows(int first, int last, std::int64_t from, std::int64_t per_from, std::int64_t to,
-              std::int64_t per_to) {
-        for (int y = first; y < last; ++y, from += per_from, to += per_to) {
-            const int left = static_cast<int>(from >> 32), right = static_cast<int>(to >> 32);
-            const float *row = view_.at + static_cast<std::size_t>(y) * view_.stride;
-            const double at_row = base_ + per_y_ * static_cast<double>(y - static_cast<int>(a_.y));
-            const double start = at_row + per_x_ * static_cast<double>(left - static_cast<int>(a_.x));
-            if (right - left >= 16 && largest(row + left, right - left + 1, start, per_x_) <= worst_.error) {
-                continue;
-            }
-            for (int x = left; x <= right; ++x) {
-                const double off =
-                    std::fabs(static_cast<double>(row[x]) - (start + static_cast<double>(x - left) * per_x_));
-                if (off > worst_.error) {
-                    const Spot spot{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
-                    if (counts(spot)) {
-                        worst_ = {off, packed(spot)};
-                    }
-                }
-            }
-        }
+    double at(int x, int y) const { // exact in x and y
+        return base + per_y * static_cast<double>(y - static_cast<int>(corner[0].y)) +
+               per_x * static_cast<double>(x - static_cast<int>(corner[0].x));
     }
 };
+
+struct Box {
+    int left, top, right, bottom;
+};
+
+// Rows [first, last) from the left to the right border: columns with 32 fractional bits, and what they gain a
+// row.
+struct Run {
+    int first, last;
+    std::int64_t from, per_from, to, per_to;
+};
+
+// The largest error of eight lanes, of equals the first pixel.
+Worst reduced(const Lanes &most, const Lanes &where, double tolerance) {
+    Worst worst{tolerance, none};
+    double first = 0.0;
+    for (int lane = 0; lane < lanes; ++lane) {
+        if (where[lane] >= 0.0 &&
+            (most[lane] > worst.error || (most[lane] == worst.error && where[lane] < first))) {
+            worst.error = most[lane];
+            first = where[lane];
+            worst.pixel = static_cast<std::uint32_t>(first);
+        }
+    }
+    return worst;
+}
+
+// Eight heights from `at` on, as many as there are.
+inline __attribute__((always_inline)) void load(const float *at, const float *end, Lanes &heights) {
+    Floats read{};
+    if (end - at >= lanes) [[likely]] {
+        __builtin_memcpy(&read, at, sizeof read);
+    } else {
+        __builtin_memcpy(&read, at, static_cast<std::size_t>(end - at) * sizeof(float));
+    }
+    heights = __builtin_convertvector(read, Lanes);
+}
+
+// A triangle of at most eight columns: a row of pixels at once, inside where no side has it on its left.
+PARADIZE_CLONES Worst scan_narrow(View view, const Face &face, const Box &box, double tolerance) {
+    const Lanes places = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
+    double start[3], across[3], down[3]; // of twice the area that a pixel spans with each side
+    for (int k = 0; k < 3; ++k) {
+        const Spot p = face.corner[k], q = face.corner[k == 2 ? 0 : k + 1];
+        down[k] = static_cast<int>(q.x) - static_cast<int>(p.x);
+        across[k] = static_cast<int>(p.y) - static_cast<int>(q.y);
+        start[k] =
+            down[k] * (box.top - static_cast<int>(p.y)) + across[k] * (box.left - static_cast<int>(p.x));
+    }
+    Lanes ab = start[0] + places * across[0], bc = start[1] + places * across[1],
+          ca = start[2] + places * across[2];
+    const Lanes along = places * face.per_x;
+    const Lanes outside = Lanes{} - 1.0;
+    Lanes most = Lanes{} + tolerance, where = outside;
+    const float *row = view.at + static_cast<std::size_t>(box.top) * view.stride + box.left;
+    Lanes pixels = places + static_cast<double>(box.top * 65536.0 + box.left);
+    for (int y = box.top; y <= box.bottom; ++y, row += view.stride) {
+        Lanes heights;
+        load(row, view.end, heights);
+        Lanes off = heights - (face.at(box.left, y) + along);
+        off = off < 0.0 ? -off : off;
+        Lanes least = ab < bc ? ab : bc;
+        least = least < ca ? least : ca;
+        off = least < 0.0 ? outside : off;
+        where = off > most ? pixels : where;
+        most = off > most ? off : most;
+        ab += down[0];
+        bc += down[1];
+        ca += down[2];
+        pixels += 65536.0;
+    }
+    return reduced(most, where, tolerance);
+}
+
+PARADIZE_CLONES Worst scan_wide(View view, const Face &face, const Run (&runs)[2], double tolerance) {
+    const Lanes places = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
+    const Lanes along = places * face.per_x;
+    const double step = 8.0 * face.per_x;
+    const Lanes outside = Lanes{} - 1.0;
+    Lanes most = Lanes{} + tolerance, where = outside;
+    for (const Run &run : runs) {
+        std::int64_t from = run.from, to = run.to;
+        for (int y = run.first; y < run.last; ++y, from += run.per_from, to += run.per_to) {
+            const int left = static_cast<int>(from >> 32), right = static_cast<int>(to >> 32);
+            const float *row = view.at + static_cast<std::size_t>(y) * view.stride;
+            const double start = face.at(left, y);
+            double block = 0.0;
+            Lanes pixels = places + static_cast<double>(y * 65536.0 + left);
+            for (int x = left; x <= right; x += lanes, block += 1.0, pixels += 8.0) {
+                Lanes heights;
+                load(row + x, view.end, heights);
+                Lanes off = heights - ((start + block * step) + along);
+                off = off < 0.0 ? -off : off;
+                off = places <= static_cast<double>(right - x) ? off : outside;
+                where = off > most ? pixels : where;
+                most = off > most ? off : most;
+            }
+        }
+    }
+    return reduced(most, where, tolerance);
+}
+
+// Pixel by pixel: for small boxes, and where a corner, or a pixel of a skipped side, seems the worst by its
+// rounding or because it is.
+Worst scan_slowly(View view, const Face &face, const Box &box, double tolerance, unsigned skipped) {
+    Worst worst{tolerance, none};
+    for (int y = box.top; y <= box.bottom; ++y) {
+        for (int x = box.left; x <= box.right; ++x) {
+            const Spot spot{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
+            const double off = std::fabs(static_cast<double>(view.height(spot)) - face.at(x, y));
+            if (!(off > worst.error)) {
+                continue;
+            }
+            bool counts = true;
+            for (unsigned k = 0; k < 3; ++k) {
+                const std::int64_t side = turn(face.corner[k], face.corner[(k + 1) % 3], spot);
+                counts = counts && !(spot == face.corner[k]) && side >= 0 &&
+                         (side > 0 || (skipped >> k & 1U) == 0);
+            }
+            if (counts) {
+                worst = {off, packed(spot)};
+            }
+        }
+    }
+    return worst;
+}
+
+// a is the highest corner, and the left one of two.
+Worst scan_runs(View view, const Face &face, double tolerance) {
+    Spot a = face.corner[0], b = face.corner[1], c = face.corner[2];
+    while (a.y > b.y || a.y >= c.y) {
+        const Spot first = a;
+        a = b, b = c, c = first;
+    }
+    const std::int64_t left = slope(c, a), start = fixed(a) + one - bias;
+    if (b.y <= c.y) { // the right border bends at b
+        return scan_wide(
+            view, face,
+            {{a.y, b.y, start, left, fixed(a) + bias, b.y > a.y ? slope(a, b) : 0},
+             {b.y, c.y + 1, start + left * (b.y - a.y), left, fixed(b) + bias, b.y < c.y ? slope(b, c) : 0}},
+            tolerance);
+    }
+    const std::int64_t right = slope(a, b);
+    return scan_wide(
+        view, face,
+        {{a.y, c.y, start, left, fixed(a) + bias, right},
+         {c.y, b.y + 1, fixed(c) + one - bias, slope(b, c), fixed(a) + bias + right * (c.y - a.y), right}},
+        tolerance);
+}
 
 } // namespace
 
 Worst scan_triangle(View view, Spot a, Spot b, Spot c, double tolerance, unsigned skipped) {
-    return Scan(view, a, b, c, tolerance, skipped).run();
+    const std::int64_t area = turn(a, b, c);
+    if (area == 1) {
+        return {tolerance, none}; // three pixels in all
+    }
+    const Face face(view, a, b, c, static_cast<double>(area));
+    const Box box{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), std::max({a.x, b.x, c.x}),
+                  std::max({a.y, b.y, c.y})};
+    if ((box.right - box.left + 1) * (box.bottom - box.top + 1) <= few) {
+        return scan_slowly(view, face, box, tolerance, skipped);
+    }
+    const Worst worst = box.right - box.left < lanes ? scan_narrow(view, face, box, tolerance)
+                                                     : scan_runs(view, face, tolerance);
+    if (worst.pixel == none) {
+        return worst;
+    }
+    const Spot spot = unpacked(worst.pixel);
+    bool counts = !(spot == a) && !(spot == b) && !(spot == c);
+    counts = counts && ((skipped & 1U) == 0 || turn(a, b, spot) != 0) &&
+             ((skipped & 2U) == 0 || turn(b, c, spot) != 0) && ((skipped & 4U) == 0 || turn(c, a, spot) != 0);
+    return counts ? worst : scan_slowly(view, face, box, tolerance, skipped);
 }
 
 } // namespace paradize::terrain

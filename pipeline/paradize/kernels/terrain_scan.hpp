@@ -23,10 +23,11 @@ constexpr Spot unpacked(std::uint32_t pixel) {
     return {static_cast<std::uint16_t>(pixel & 0xffffU), static_cast<std::uint16_t>(pixel >> 16)};
 }
 
-// A window of the height field: at[y * stride + x].
+// A window of the height field: at[y * stride + x]; nothing is read from `end` on.
 struct View {
     const float *at;
     std::size_t stride;
+    const float *end;
     float height(Spot spot) const { return at[spot.y * stride + spot.x]; }
 };
 

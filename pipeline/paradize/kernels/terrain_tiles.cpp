@@ -60,7 +60,7 @@ Tiles::Tile Tiles::mesh(std::size_t row, std::size_t column) const {
         const float *from = view_.at + y * view_.stride + first.x;
         heights.insert(heights.end(), from, from + width);
     }
-    Mesher mesher({heights.data(), width}, tolerance_);
+    Mesher mesher({heights.data(), width, heights.data() + heights.size()}, tolerance_);
     mesher.start({{0, 0}, {last.x, 0}, last, {0, last.y}});
     const std::array<std::size_t, 4> borders = around(row, column);
     for (std::uint32_t side = 0; side < 4; ++side) {
