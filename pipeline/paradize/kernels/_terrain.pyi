@@ -15,3 +15,18 @@ def patch(
     leg: float,
     most: int,
 ) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]: ...
+def vertices(
+    heights: npt.NDArray[np.float32],
+    pixels: npt.NDArray[np.uint32] | None,
+    size_x_m: float,
+    size_z_m: float,
+    sand_repeat: float,
+    threads: int,
+) -> tuple[
+    npt.NDArray[np.float32],
+    npt.NDArray[np.float32],
+    npt.NDArray[np.float32],
+    npt.NDArray[np.float32],
+    npt.NDArray[np.float32],
+    npt.NDArray[np.uint32],
+]: ...

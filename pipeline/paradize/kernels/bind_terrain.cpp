@@ -1,13 +1,17 @@
 #include "terrain_delaunay.hpp"
 #include "terrain_patch.hpp"
 #include "terrain_rtin.hpp"
+#include "terrain_vertices.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstdlib>
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -68,6 +72,46 @@ nb::tuple patch(const Heights &heights, const std::array<std::array<std::int32_t
     return nb::make_tuple(to_numpy(std::move(result.pixels)), to_numpy(std::move(result.triangles)));
 }
 
+// An array that is not filled yet; `data` becomes its first element.
+template <typename Value>
+nb::ndarray<nb::numpy, Value> room(std::size_t count, std::size_t width, Value *&data) {
+    data = new Value[std::max<std::size_t>(count * width, 1)];
+    nb::capsule owner(data, [](void *p) noexcept { delete[] static_cast<Value *>(p); });
+    return nb::ndarray<nb::numpy, Value>(data, {count, width}, owner);
+}
+
+using Pixels = nb::ndarray<const std::uint32_t, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
+
+// pixels: none for every pixel, with triangles.
+nb::tuple vertices(const Heights &heights, const std::optional<Pixels> &pixels, double size_x_m,
+                   double size_z_m, double sand_repeat, int threads) {
+    const std::size_t rows = heights.shape(0), columns = heights.shape(1);
+    if (rows < 2 || columns < 2 || rows * columns > 0xffffffffU)
+        throw nb::value_error("heights must be 2 or more on each side, and less than 2^32 in all");
+    for (std::size_t k = 0; pixels && k < pixels->shape(0); ++k) {
+        if (pixels->data()[2 * k] >= rows || pixels->data()[2 * k + 1] >= columns)
+            throw nb::value_error("a vertex is no pixel of the field");
+    }
+    const paradize::terrain::Ground ground{
+        {heights.data(), rows * columns}, rows, columns, size_x_m, size_z_m, sand_repeat};
+    const std::size_t count = pixels ? pixels->shape(0) : rows * columns;
+    paradize::terrain::VertexArrays out{};
+    auto positions = room(count, 3, out.positions), normals = room(count, 3, out.normals),
+         tangents = room(count, 4, out.tangents), uvs = room(count, 2, out.uvs),
+         uvs1 = room(count, 2, out.uvs1);
+    std::uint32_t *indices = nullptr;
+    auto triangles = room(pixels ? 0 : 2 * (rows - 1) * (columns - 1), 3, indices);
+    {
+        nb::gil_scoped_release release;
+        if (pixels) {
+            paradize::terrain::vertices_of(ground, {pixels->data(), 2 * count}, out, threads);
+        } else {
+            paradize::terrain::whole_grid(ground, out, indices, threads);
+        }
+    }
+    return nb::make_tuple(positions, normals, tangents, uvs, uvs1, triangles);
+}
+
 } // namespace
 
 NB_MODULE(_terrain, m) {
@@ -78,4 +122,6 @@ NB_MODULE(_terrain, m) {
           nb::arg("tolerance"), nb::arg("threads"));
     m.def("patch", &patch, nb::arg("heights").noconvert(), nb::arg("corners"), nb::arg("inside"),
           nb::arg("hypotenuse"), nb::arg("leg"), nb::arg("most"));
+    m.def("vertices", &vertices, nb::arg("heights").noconvert(), nb::arg("pixels").noconvert().none(),
+          nb::arg("size_x_m"), nb::arg("size_z_m"), nb::arg("sand_repeat"), nb::arg("threads"));
 }

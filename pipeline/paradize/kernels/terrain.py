@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -71,6 +72,44 @@ def patch(
     columns = np.uint32(heights.shape[1])
     vertices = np.stack([pixels // columns, pixels % columns], axis=1).astype(np.int32)
     return vertices, triangles.reshape(-1, 3)
+
+
+@dataclass(frozen=True)
+class Vertices:
+    """Float32 arrays, one row a vertex: positions and normals (n, 3), tangents (n, 4), both UV sets (n, 2).
+    triangles: (m, 3) uint32, facing up; none for vertices that were asked for one by one."""
+
+    positions: npt.NDArray[np.float32]
+    normals: npt.NDArray[np.float32]
+    tangents: npt.NDArray[np.float32]
+    uvs: npt.NDArray[np.float32]
+    uvs1: npt.NDArray[np.float32]
+    triangles: npt.NDArray[np.uint32]
+
+
+def vertices(
+    heights: npt.NDArray[np.float32],
+    size_m: tuple[float, float],
+    pixels: npt.NDArray[np.integer] | None = None,
+    *,
+    sand_repeat: float = 1.0,
+    threads: int = THREADS,
+) -> Vertices:
+    """What pixels carry as vertices of a terrain of size_m = (x, z) metres about the origin.
+
+    heights: (rows, columns) float32, metres, 2 or more each way. pixels: (n, 2) as (row, column), or None
+    for every pixel with two triangles a cell. Normals and tangents: central differences of the heights,
+    one-sided on the rim; T along +X, w = +1. uvs: sand_repeat times along x, as often along z as keeps tiles
+    square; uvs1: once. Raises ValueError.
+    """
+    if heights.dtype != np.float32 or heights.ndim != 2:
+        raise ValueError(f"heights must be (rows, columns) float32, not {heights.shape} {heights.dtype}")
+    if pixels is not None and (pixels.ndim != 2 or pixels.shape[1] != 2):
+        raise ValueError(f"pixels must be (n, 2), not {pixels.shape}")
+    listed = None if pixels is None else np.ascontiguousarray(pixels, np.uint32)
+    return Vertices(
+        *_terrain.vertices(np.ascontiguousarray(heights), listed, *size_m, float(sand_repeat), threads)
+    )
 
 
 def _listed(
