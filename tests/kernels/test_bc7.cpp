@@ -5,25 +5,11 @@
 #include <memory>
 #include <vector>
 
-#include "bc7_effort.hpp"
 #include "bc7_encode.hpp"
 #include "bc7_pack.hpp"
-#include "bc7_picture.hpp"
+#include "bc7_widths.hpp"
 
 using namespace paradize;
-
-namespace paradize::bc7 {
-#define PARADIZE_ROWS(width)                                                                                 \
-    namespace width {                                                                                        \
-    void encode_row(const Picture &, std::size_t, const Effort &, Scratch &, std::uint8_t *);                \
-    }
-PARADIZE_ROWS(baseline)
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define PARADIZE_WIDE 1
-PARADIZE_ROWS(avx2)
-PARADIZE_ROWS(avx512)
-#endif
-} // namespace paradize::bc7
 
 namespace {
 
@@ -69,11 +55,10 @@ TEST_CASE("every instruction set gives the same BC7 blocks") {
             return out;
         };
         const auto baseline = run(&bc7::baseline::encode_row);
-        if (__builtin_cpu_supports("avx2")) {
+        if (has_avx2()) {
             CHECK(run(&bc7::avx2::encode_row) == baseline);
         }
-        if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-            __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw")) {
+        if (has_avx512()) {
             CHECK(run(&bc7::avx512::encode_row) == baseline);
         }
     }

@@ -9,24 +9,11 @@
 #include <vector>
 
 #include "bcn_encode.hpp"
+#include "bcn_widths.hpp"
 
 using namespace paradize;
 using bcn::Quality;
 using bcn::Texels;
-
-namespace paradize::bcn {
-#define PARADIZE_ROWS(width)                                                                                 \
-    namespace width {                                                                                        \
-    void color_row(const Texels &, std::size_t, bool, Quality, std::uint8_t *);                              \
-    void value_row(const Texels &, std::size_t, bool, Quality, std::uint8_t *);                              \
-    }
-PARADIZE_ROWS(baseline)
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define PARADIZE_WIDE 1
-PARADIZE_ROWS(avx2)
-PARADIZE_ROWS(avx512)
-#endif
-} // namespace paradize::bcn
 
 namespace {
 
@@ -133,11 +120,10 @@ TEST_CASE("every instruction set gives the same blocks") {
                 return out;
             };
             const auto baseline = run(&bcn::baseline::color_row, &bcn::baseline::value_row);
-            if (__builtin_cpu_supports("avx2")) {
+            if (has_avx2()) {
                 CHECK(run(&bcn::avx2::color_row, &bcn::avx2::value_row) == baseline);
             }
-            if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-                __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw")) {
+            if (has_avx512()) {
                 CHECK(run(&bcn::avx512::color_row, &bcn::avx512::value_row) == baseline);
             }
         }

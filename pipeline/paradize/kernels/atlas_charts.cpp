@@ -6,7 +6,7 @@
 
 #include "atlas_flatten.hpp"
 #include "atlas_merge.hpp"
-#include "maps_parallel.hpp"
+#include "parallel.hpp"
 
 namespace paradize::atlas {
 
@@ -19,7 +19,7 @@ Charts make_charts(const Surface &surface, double deviation, int threads) {
     std::vector<std::vector<Piece>> found(tree.roots.size());
     std::atomic<std::size_t> next{0};
     const auto lanes = static_cast<std::size_t>(std::max(threads, 1));
-    maps::for_rows(std::min(lanes, tree.roots.size()), threads, [&](std::size_t, std::size_t) {
+    for_rows(std::min(lanes, tree.roots.size()), threads, [&](std::size_t, std::size_t) {
         for (std::size_t root = next++; root < tree.roots.size(); root = next++) {
             std::vector<std::uint32_t> open{tree.roots[root]};
             while (!open.empty()) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -10,7 +11,7 @@ namespace paradize::atlas {
 
 namespace {
 
-constexpr std::uint32_t most_cells = 512; // a side; larger squares are packed by cells of some texels
+constexpr std::int32_t most_cells = 512; // a side; larger squares are packed by cells of some texels
 constexpr int attempts = 6;
 // With this many charts the guesses are good, and a layout takes long.
 constexpr std::size_t many_charts = 200;
@@ -117,7 +118,8 @@ Shape widened(const Shape &shape, std::int32_t room) {
     return out;
 }
 
-// A field of cells, `width` wide and as high as it must be; per cell how many free ones follow.
+// A field of cells, at most `most_cells` wide and as high as it must be; of each row, a bit for every free
+// cell.
 class Field {
   public:
     Field(std::int32_t width, std::int32_t most_rows) : width_(width), most_rows_(most_rows) {}
@@ -129,38 +131,27 @@ class Field {
         if (shape.width > width_) {
             return false;
         }
-        std::size_t first = 0, widest = 0; // the row that was in the way is asked first
-        for (std::size_t r = 0; r < shape.rows.size(); ++r) {
-            const auto length = [&](std::size_t row) { return shape.rows[row].high - shape.rows[row].low; };
-            widest = length(r) > length(widest) ? r : widest;
-        }
-        const std::int32_t needed = shape.rows[widest].high - shape.rows[widest].low;
+        std::size_t first = 0; // the row that was in the way is asked first
         for (std::int32_t y = from; y + height <= std::min(below - 1, most_rows_); ++y) {
             grow(y + height);
-            if (longest_[static_cast<std::size_t>(y) + widest] < needed) {
-                continue;
+            Bits fits;
+            fits.fill(~std::uint64_t{0});
+            bool any = true;
+            for (std::size_t n = 0; any && n < shape.rows.size(); ++n) {
+                std::size_t r = n + first;
+                r = r >= shape.rows.size() ? r - shape.rows.size() : r;
+                const Span span = shape.rows[r];
+                any = keep(fits, starts(static_cast<std::size_t>(y) + r, span.high - span.low), span.low);
+                first = any ? first : r;
             }
-            for (std::int32_t x = 0; x + shape.width <= width_;) {
-                std::int32_t next = x;
-                for (std::size_t n = 0; n < shape.rows.size(); ++n) {
-                    std::size_t r = n + first;
-                    r = r >= shape.rows.size() ? r - shape.rows.size() : r;
-                    const Span span = shape.rows[r];
-                    const std::int32_t run =
-                        free_[(static_cast<std::size_t>(y) + r) * static_cast<std::size_t>(width_) +
-                              static_cast<std::size_t>(x + span.low)];
-                    if (run < span.high - span.low) {
-                        next = x + run + 1;
-                        first = r;
-                        break;
-                    }
+            if (any) {
+                std::size_t word = 0;
+                while (fits[word] == 0) {
+                    ++word;
                 }
-                if (next == x) {
-                    place.x = x;
-                    place.y = y;
-                    return true;
-                }
-                x = next;
+                place.x = static_cast<std::int32_t>(64 * word) + std::countr_zero(fits[word]);
+                place.y = y;
+                return true;
             }
         }
         return false;
@@ -169,35 +160,78 @@ class Field {
     void take(const Shape &shape, std::int32_t x, std::int32_t y) {
         grow(y + static_cast<std::int32_t>(shape.rows.size()));
         for (std::size_t r = 0; r < shape.rows.size(); ++r) {
-            std::uint16_t *row =
-                free_.data() + (static_cast<std::size_t>(y) + r) * static_cast<std::size_t>(width_);
-            const std::int32_t low = x + shape.rows[r].low, high = x + shape.rows[r].high;
-            std::fill(row + low, row + high, std::uint16_t{0});
-            for (std::int32_t at = low - 1; at >= 0 && row[at] > 0; --at) {
-                row[at] = static_cast<std::uint16_t>(low - at);
-            }
-            std::int32_t longest = 0;
-            for (std::int32_t at = 0; at < width_; at += row[at] + 1) {
-                longest = std::max<std::int32_t>(longest, row[at]);
-            }
-            longest_[static_cast<std::size_t>(y) + r] = longest;
+            Row &row = rows_[static_cast<std::size_t>(y) + r];
+            clear(row.free, x + shape.rows[r].low, x + shape.rows[r].high);
+            row.length = 0;
         }
     }
 
   private:
-    void grow(std::int32_t rows) {
-        while (rows_ < rows) {
-            for (std::int32_t x = 0; x < width_; ++x) {
-                free_.push_back(static_cast<std::uint16_t>(width_ - x));
-            }
-            longest_.push_back(width_);
-            ++rows_;
+    using Bits = std::array<std::uint64_t, most_cells / 64>;
+    struct Row {
+        Bits free{}, starts{};   // `starts`: where `length` free cells begin, of the last length asked for
+        std::int32_t length = 0; // 0: not known
+    };
+
+    // bits moved down by `by`, from 0 to most_cells; what comes in is 0.
+    static Bits down(const Bits &bits, std::int32_t by) {
+        std::array<std::uint64_t, 2 * most_cells / 64 + 1> wide{};
+        std::ranges::copy(bits, wide.begin());
+        const std::uint64_t *from = wide.data() + by / 64;
+        const int shift = by % 64;
+        Bits out;
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            out[i] = from[i] >> shift | from[i + 1] << 1 << (63 - shift);
+        }
+        return out;
+    }
+
+    // Leaves of `fits` what `starts` has `low` further on; whether anything is left.
+    static bool keep(Bits &fits, const Bits &starts, std::int32_t low) {
+        const Bits moved = low == 0 ? starts : down(starts, low);
+        std::uint64_t any = 0;
+        for (std::size_t i = 0; i < fits.size(); ++i) {
+            fits[i] &= moved[i];
+            any |= fits[i];
+        }
+        return any != 0;
+    }
+
+    static void clear(Bits &bits, std::int32_t low, std::int32_t high) {
+        for (std::int32_t at = low; at < high;) {
+            const std::int32_t end = std::min(high, at / 64 * 64 + 64);
+            const std::uint64_t ones = ~std::uint64_t{0} >> (64 - (end - at));
+            bits[static_cast<std::size_t>(at / 64)] &= ~(ones << at % 64);
+            at = end;
         }
     }
 
-    std::int32_t width_, most_rows_, rows_ = 0;
-    std::vector<std::uint16_t> free_;
-    std::vector<std::int32_t> longest_; // free run of each row
+    // Where in a row `length` free cells begin: runs are halved, so that few steps do.
+    const Bits &starts(std::size_t index, std::int32_t length) {
+        Row &row = rows_[index];
+        if (row.length != length) {
+            row.starts = row.free;
+            for (std::int32_t known = 1; known < length;) {
+                const std::int32_t more = std::min(known, length - known);
+                keep(row.starts, row.starts, more);
+                known += more;
+            }
+            row.length = length;
+        }
+        return row.starts;
+    }
+
+    void grow(std::int32_t rows) {
+        while (rows_.size() < static_cast<std::size_t>(rows)) {
+            Row row;
+            row.free.fill(~std::uint64_t{0});
+            clear(row.free, width_, most_cells);
+            rows_.push_back(row);
+        }
+    }
+
+    std::int32_t width_, most_rows_;
+    std::vector<Row> rows_;
 };
 
 // Puts all charts into a strip `side` cells wide; how high it became, or more than `most` where it was left.
@@ -274,7 +308,7 @@ Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart
     };
     std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return span(a) > span(b); });
 
-    const std::uint32_t cell = (resolution + most_cells - 1) / most_cells;
+    const std::uint32_t cell = (resolution + std::uint32_t{most_cells} - 1) / std::uint32_t{most_cells};
     const auto room = static_cast<std::int32_t>((padding + cell - 1) / cell);
     const auto margin = (room + 1) / 2;
     const auto side = static_cast<std::int32_t>(resolution / cell) - 2 * margin;

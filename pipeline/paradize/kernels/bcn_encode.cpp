@@ -1,24 +1,9 @@
 #include "bcn_encode.hpp"
 
-#include "maps_parallel.hpp"
+#include "bcn_widths.hpp"
+#include "parallel.hpp"
 
 namespace paradize::bcn {
-
-// The same rows compiled for several instruction sets (bcn_rows_*.cpp).
-#define PARADIZE_ROWS(width)                                                                                 \
-    namespace width {                                                                                        \
-    void color_row(const Texels &from, std::size_t row, bool with_alpha, Quality quality,                    \
-                   std::uint8_t *out);                                                                       \
-    void value_row(const Texels &from, std::size_t row, bool is_signed, Quality quality, std::uint8_t *out); \
-    }
-
-PARADIZE_ROWS(baseline)
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define PARADIZE_WIDE 1
-PARADIZE_ROWS(avx2)
-PARADIZE_ROWS(avx512)
-#endif
-#undef PARADIZE_ROWS
 
 namespace {
 
@@ -30,11 +15,10 @@ struct Rows {
 // The widest that this CPU runs; all give the same bits.
 Rows widest() {
 #ifdef PARADIZE_WIDE
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw")) {
+    if (has_avx512()) {
         return {&avx512::color_row, &avx512::value_row};
     }
-    if (__builtin_cpu_supports("avx2")) {
+    if (has_avx2()) {
         return {&avx2::color_row, &avx2::value_row};
     }
 #endif
@@ -46,7 +30,7 @@ template <typename Row>
 void over_rows(const Texels &texels, std::size_t block_bytes, std::span<std::uint8_t> out, int threads,
                Row &&encode) {
     const std::size_t row_bytes = (texels.columns + 3) / 4 * block_bytes;
-    maps::for_rows((texels.rows + 3) / 4, threads, [&](std::size_t first, std::size_t last) {
+    for_rows((texels.rows + 3) / 4, threads, [&](std::size_t first, std::size_t last) {
         for (std::size_t row = first; row < last; ++row) {
             encode(row, out.data() + row * row_bytes);
         }

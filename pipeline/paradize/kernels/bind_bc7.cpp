@@ -1,13 +1,13 @@
 // Python face of the BC7 encoder. The output is an array that the caller made; sizes are checked here.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 
 #include <stdexcept>
 
 #include "bc7_encode.hpp"
+#include "bind.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
+using namespace paradize::bind;
 
 namespace {
 
@@ -23,8 +23,8 @@ void encode(const Pixels &rgba, int quality, const Blocks &blocks, int threads) 
         throw std::invalid_argument("there is no such quality");
     }
     nb::gil_scoped_release unlocked;
-    bc7::encode({rgba.data(), rgba.size()}, rgba.shape(0), rgba.shape(1), static_cast<bc7::Quality>(quality),
-                {blocks.data(), blocks.size()}, threads);
+    bc7::encode(flat(rgba), rgba.shape(0), rgba.shape(1), static_cast<bc7::Quality>(quality), flat(blocks),
+                threads);
 }
 
 } // namespace

@@ -1,14 +1,14 @@
 // Python face of the block compressors. Sizes are checked here; arrays may have any strides between texels
 // and between rows, the channels of a texel lie one after another.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 
 #include <stdexcept>
 
 #include "bcn_encode.hpp"
+#include "bind.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
+using namespace paradize::bind;
 
 namespace {
 

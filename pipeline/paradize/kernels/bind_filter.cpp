@@ -1,44 +1,26 @@
 // Python face of the derivative filters' kernels. Shapes are checked in kernels/filter.py; sizes here once
 // more.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
-#include <stdexcept>
 #include <tuple>
 
+#include "bind.hpp"
 #include "filter_choose.hpp"
 #include "filter_destep.hpp"
 #include "filter_spectral.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
+using namespace paradize::bind;
 
 namespace {
-
-template <typename T>
-using In = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
-template <typename T>
-using Out = nb::ndarray<T, nb::c_contig, nb::device::cpu>;
-
-template <typename T>
-std::span<const T> in(const In<T> &array) {
-    return {array.data(), array.size()};
-}
-
-void need(bool condition, const char *what) {
-    if (!condition) {
-        throw std::invalid_argument(what);
-    }
-}
 
 void spectral_slopes(const In<float> &heights, const Out<float> &dx, const Out<float> &dy, int threads) {
     need(heights.ndim() == 2, "heights are not two-dimensional");
     need(dx.size() == heights.size() && dy.size() == heights.size(), "an output array has the wrong size");
     nb::gil_scoped_release unlocked;
-    filter::spectral_slopes(in(heights), heights.shape(0), heights.shape(1), {dx.data(), dx.size()},
-                            {dy.data(), dy.size()}, threads);
+    filter::spectral_slopes(flat(heights), heights.shape(0), heights.shape(1), flat(dx), flat(dy), threads);
 }
 
 std::tuple<std::vector<double>, double, double, bool>
@@ -49,12 +31,12 @@ predict_errors(const In<float> &heights, const In<std::int32_t> &islands, int so
     need(derivative.size() % filter::reach == 0 &&
              smooth.size() == derivative.size() / filter::reach * (filter::reach + 1),
          "the filters' weights have the wrong sizes");
-    const filter::Map map{in(heights), heights.shape(0), heights.shape(1), in(islands), source_bits, wrap_x,
-                          wrap_y};
+    const filter::Map map{
+        flat(heights), heights.shape(0), heights.shape(1), flat(islands), source_bits, wrap_x, wrap_y};
     filter::Prediction found;
     {
         nb::gil_scoped_release unlocked;
-        found = filter::predict_errors(map, in(derivative), in(smooth));
+        found = filter::predict_errors(map, flat(derivative), flat(smooth));
     }
     return {found.errors, found.spectral, found.step, found.repeats};
 }
@@ -65,8 +47,8 @@ void destep(const In<float> &heights, double step, bool wrap_x, bool wrap_y, con
     need(result.size() == heights.size(), "an output array has the wrong size");
     need(step > 0.0, "a step is not positive");
     nb::gil_scoped_release unlocked;
-    filter::destep(in(heights), heights.shape(0), heights.shape(1), step, wrap_x, wrap_y,
-                   {result.data(), result.size()}, threads);
+    filter::destep(flat(heights), heights.shape(0), heights.shape(1), step, wrap_x, wrap_y, flat(result),
+                   threads);
 }
 
 } // namespace

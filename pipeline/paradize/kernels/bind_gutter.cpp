@@ -1,30 +1,18 @@
 // Python face of the gutter kernels; shapes are checked in kernels/gutter.py, sizes and indices once more
 // here.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 
 #include <algorithm>
 #include <array>
-#include <stdexcept>
 
+#include "bind.hpp"
 #include "gutter_walk.hpp"
 #include "mathx.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
+using namespace paradize::bind;
 
 namespace {
-
-template <typename T>
-using In = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
-template <typename T>
-using Out = nb::ndarray<T, nb::c_contig, nb::device::cpu>;
-
-void need(bool condition, const char *what) {
-    if (!condition) {
-        throw std::invalid_argument(what);
-    }
-}
 
 gutter::Layout layout_of(const In<std::uint8_t> &inside, const In<std::int32_t> &source,
                          const In<std::int32_t> &owner, bool repeat) {
@@ -64,7 +52,7 @@ void touching(const In<std::int32_t> &ids, std::size_t count, bool repeat, const
     need(std::all_of(ids.data(), ids.data() + ids.size(), [&](std::int32_t id) { return id < limit; }),
          "an island is out of range");
     nb::gil_scoped_release unlocked;
-    const auto found = gutter::touching({ids.data(), ids.size()}, ids.shape(0), ids.shape(1), count, repeat);
+    const auto found = gutter::touching(flat(ids), ids.shape(0), ids.shape(1), count, repeat);
     std::copy(found.begin(), found.end(), names.data());
 }
 
@@ -105,11 +93,9 @@ void walk(const In<float> &texels, std::size_t channels, int kind, const In<std:
         count += rows * columns;
     }
     need(texels.size() == count * channels, "the chain is not whole");
-    const gutter::Chain chain{
-        {texels.data(), texels.size()}, inside.shape(0), inside.shape(1), channels, levels};
+    const gutter::Chain chain{flat(texels), inside.shape(0), inside.shape(1), channels, levels};
     nb::gil_scoped_release unlocked;
-    const auto found =
-        gutter::walk(chain, static_cast<gutter::Kind>(kind), layout, {reach.data(), reach.size()}, threads);
+    const auto found = gutter::walk(chain, static_cast<gutter::Kind>(kind), layout, flat(reach), threads);
     double *to = result.data();
     for (const gutter::Found &level : found) {
         for (const double value :

@@ -1,13 +1,12 @@
 // Python face of the map kernels. Shapes are checked in kernels/maps.py; here sizes are checked once more
 // against each other, so that no call can leave its arrays. Outputs are arrays that the caller made.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
 
 #include <array>
 #include <stdexcept>
 #include <string>
 
+#include "bind.hpp"
 #include "maps_codes.hpp"
 #include "maps_color.hpp"
 #include "maps_gutter.hpp"
@@ -16,32 +15,9 @@
 
 namespace nb = nanobind;
 using namespace paradize;
+using namespace paradize::bind;
 
 namespace {
-
-template <typename T>
-using In = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
-template <typename T>
-using Out = nb::ndarray<T, nb::c_contig, nb::device::cpu>;
-
-template <typename T>
-std::span<const T> in(const In<T> &array) {
-    return {array.data(), array.size()};
-}
-
-template <typename T>
-std::span<T> out(const Out<T> &array, std::size_t expected) {
-    if (array.size() != expected) {
-        throw std::invalid_argument("an output array has the wrong size");
-    }
-    return {array.data(), array.size()};
-}
-
-void need(bool condition, const char *what) {
-    if (!condition) {
-        throw std::invalid_argument(what);
-    }
-}
 
 template <typename T>
 void linear_light(const In<T> &pixels, std::size_t channels, bool encoded, const Out<float> &result,
@@ -50,7 +26,7 @@ void linear_light(const In<T> &pixels, std::size_t channels, bool encoded, const
          "channels do not divide the pixels");
     const auto to = out(result, pixels.size());
     nb::gil_scoped_release unlocked;
-    maps::linear_light<T>(in(pixels), channels, encoded, to, threads);
+    maps::linear_light<T>(flat(pixels), channels, encoded, to, threads);
 }
 
 void halved_light(const In<std::uint8_t> &pixels, const Out<float> &result, int threads) {
@@ -61,7 +37,7 @@ void halved_light(const In<std::uint8_t> &pixels, const Out<float> &result, int 
     need(rows % 2 == 0 && columns % 2 == 0, "the size is odd");
     const auto to = out(result, pixels.size() / 4);
     nb::gil_scoped_release unlocked;
-    maps::halved_light(in(pixels), rows, columns, pixels.shape(2), to, threads);
+    maps::halved_light(flat(pixels), rows, columns, pixels.shape(2), to, threads);
 }
 
 template <typename T>
@@ -71,7 +47,7 @@ void rgba_codes(const In<T> &pixels, std::size_t channels, bool encoded, const O
          "channels do not divide the pixels");
     const auto to = out(result, pixels.size() / channels * 4);
     nb::gil_scoped_release unlocked;
-    maps::rgba_codes<T>(in(pixels), channels, encoded, to, threads);
+    maps::rgba_codes<T>(flat(pixels), channels, encoded, to, threads);
 }
 
 void luminance(const In<float> &pixels, std::size_t channels, const Out<float> &result, int threads) {
@@ -79,7 +55,7 @@ void luminance(const In<float> &pixels, std::size_t channels, const Out<float> &
          "channels do not divide the pixels");
     const auto to = out(result, pixels.size() / channels);
     nb::gil_scoped_release unlocked;
-    maps::luminance(in(pixels), channels, to, threads);
+    maps::luminance(flat(pixels), channels, to, threads);
 }
 
 void apply_levels(const In<float> &values, double black, double white, double gamma, double contrast,
@@ -87,7 +63,7 @@ void apply_levels(const In<float> &values, double black, double white, double ga
     need(black != white && gamma > 0.0, "black equals white, or gamma is not positive");
     const auto to = out(result, values.size());
     nb::gil_scoped_release unlocked;
-    maps::apply_levels(in(values), {black, white, gamma, contrast, brightness, invert}, to, threads);
+    maps::apply_levels(flat(values), {black, white, gamma, contrast, brightness, invert}, to, threads);
 }
 
 void halve(const In<float> &image, std::size_t rows, std::size_t first, bool with_alpha,
@@ -102,25 +78,25 @@ void halve(const In<float> &image, std::size_t rows, std::size_t first, bool wit
     need(!with_alpha || channels == 2 || channels == 4, "no alpha channel");
     const auto to = out(result, half.count * maps::half_size(columns) * channels);
     nb::gil_scoped_release unlocked;
-    (with_alpha ? maps::halve_with_alpha : maps::halve)(in(image), half, columns, channels, to, threads);
+    (with_alpha ? maps::halve_with_alpha : maps::halve)(flat(image), half, columns, channels, to, threads);
 }
 
 void normalise(const In<float> &vectors, const Out<float> &result, int threads) {
     need(vectors.size() % 3 == 0, "vectors have three parts");
     const auto to = out(result, vectors.size());
     nb::gil_scoped_release unlocked;
-    maps::normalise(in(vectors), to, threads);
+    maps::normalise(flat(vectors), to, threads);
 }
 
 double coverage_factor(const In<float> &alpha, double fraction, double cutoff) {
     nb::gil_scoped_release unlocked;
-    return maps::coverage_factor(in(alpha), fraction, cutoff);
+    return maps::coverage_factor(flat(alpha), fraction, cutoff);
 }
 
 void smoothness_to_variance(const In<float> &smoothness, const Out<float> &result, int threads) {
     const auto to = out(result, smoothness.size());
     nb::gil_scoped_release unlocked;
-    maps::smoothness_to_variance(in(smoothness), to, threads);
+    maps::smoothness_to_variance(flat(smoothness), to, threads);
 }
 
 void widened_smoothness(const In<float> &variance, const In<float> &averages, const Out<float> &result,
@@ -128,12 +104,12 @@ void widened_smoothness(const In<float> &variance, const In<float> &averages, co
     need(averages.size() == variance.size() * 3, "averages and variances differ in size");
     const auto to = out(result, variance.size());
     nb::gil_scoped_release unlocked;
-    maps::widened_smoothness(in(variance), in(averages), to, threads);
+    maps::widened_smoothness(flat(variance), flat(averages), to, threads);
 }
 
 void check_indices(const In<std::uint32_t> &triangles, std::size_t points) {
     need(triangles.size() % 3 == 0, "triangles have three corners");
-    for (const std::uint32_t index : in(triangles)) {
+    for (const std::uint32_t index : flat(triangles)) {
         need(index < points, "a triangle's index is out of range");
     }
 }
@@ -142,7 +118,7 @@ void uv_islands(const In<float> &uvs, const In<std::uint32_t> &triangles, const 
     check_indices(triangles, uvs.size() / 2);
     const auto to = out(result, triangles.size() / 3);
     nb::gil_scoped_release unlocked;
-    const auto ids = maps::uv_islands(in(uvs), in(triangles));
+    const auto ids = maps::uv_islands(flat(uvs), flat(triangles));
     std::copy(ids.begin(), ids.end(), to.begin());
 }
 
@@ -153,7 +129,7 @@ void rasterise(const In<float> &uvs, const In<std::uint32_t> &triangles, const I
     need(result.ndim() == 2 && result.size() > 0, "the map is not two-dimensional");
     const auto to = out(result, result.size());
     nb::gil_scoped_release unlocked;
-    maps::rasterise(in(uvs), in(triangles), in(ids), result.shape(0), result.shape(1), work_limit, to);
+    maps::rasterise(flat(uvs), flat(triangles), flat(ids), result.shape(0), result.shape(1), work_limit, to);
 }
 
 void nearest_covered(const In<std::uint8_t> &covered, bool wrap_x, bool wrap_y,
@@ -162,13 +138,13 @@ void nearest_covered(const In<std::uint8_t> &covered, bool wrap_x, bool wrap_y,
     need(covered.size() < (std::size_t{1} << 31), "the mask is too large");
     const auto to = out(result, covered.size());
     nb::gil_scoped_release unlocked;
-    maps::nearest_covered(in(covered), covered.shape(0), covered.shape(1), wrap_x, wrap_y, to, threads);
+    maps::nearest_covered(flat(covered), covered.shape(0), covered.shape(1), wrap_x, wrap_y, to, threads);
 }
 
 void snorm8(const In<float> &values, const Out<std::int8_t> &result, int threads) {
     const auto to = out(result, values.size());
     nb::gil_scoped_release unlocked;
-    maps::snorm8(in(values), to, threads);
+    maps::snorm8(flat(values), to, threads);
 }
 
 void dudv_codes(const In<float> &vectors, double mean_x, double mean_y, const Out<std::int8_t> &codes,
@@ -178,7 +154,7 @@ void dudv_codes(const In<float> &vectors, double mean_x, double mean_y, const Ou
     const auto left = out(rest, codes.size());
     const std::array<double, 2> mean = {mean_x, mean_y};
     nb::gil_scoped_release unlocked;
-    maps::dudv_codes(in(vectors), mean, to, left, threads);
+    maps::dudv_codes(flat(vectors), mean, to, left, threads);
 }
 
 void balance(const Out<std::int8_t> &codes, const Out<std::int8_t> &rest) {
@@ -192,8 +168,8 @@ void balance(const Out<std::int8_t> &codes, const Out<std::int8_t> &rest) {
 // One elementary function over an array; `second` is the other argument of pow and atan2.
 void elementary(const std::string &name, const In<double> &first, const In<double> &second,
                 const Out<double> &result) {
-    const auto a = in(first);
-    const auto b = in(second);
+    const auto a = flat(first);
+    const auto b = flat(second);
     const auto to = out(result, a.size());
     const bool two = name == "pow" || name == "atan2";
     need(!two || b.size() == a.size(), "the two arguments differ in size");

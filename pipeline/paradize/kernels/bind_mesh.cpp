@@ -1,13 +1,11 @@
 // Python face of the mesh kernels. kernels/mesh.py checks shapes, ranges and finiteness before it calls
 // these.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 
 #include <memory>
-#include <span>
 #include <utility>
 #include <vector>
 
+#include "bind.hpp"
 #include "mesh_buffer.hpp"
 #include "mesh_normals.hpp"
 #include "mesh_project.hpp"
@@ -18,35 +16,13 @@
 
 namespace nb = nanobind;
 using namespace paradize;
+using namespace paradize::bind;
 
 namespace {
 
-template <typename T>
-using Rows = nb::ndarray<const T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-template <typename T>
-using Column = nb::ndarray<const T, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-
-template <typename Array>
-auto view(const Array &array) {
-    return std::span(array.data(), array.size());
-}
-
-template <typename T>
-nb::object take(std::vector<T> &&values, std::initializer_list<std::size_t> shape) {
-    auto *owned = new std::vector<T>(std::move(values));
-    nb::capsule owner(owned, [](void *p) noexcept { delete static_cast<std::vector<T> *>(p); });
-    return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), shape, owner));
-}
-
-template <typename T>
-nb::object take(std::vector<T> &&values) {
-    const std::size_t size = values.size();
-    return take(std::move(values), {size});
-}
-
 mesh::Surface surface_of(const Rows<float> &positions, const Rows<float> &normals, const Rows<float> &uvs,
                          const Rows<std::uint32_t> &triangles) {
-    return {view(positions), view(normals), view(uvs), view(triangles)};
+    return {flat(positions), flat(normals), flat(uvs), flat(triangles)};
 }
 
 nb::object corner_tangents(Rows<float> positions, Rows<float> normals, Rows<float> uvs,
@@ -75,7 +51,7 @@ nb::tuple split_tangents(Rows<float> positions, Rows<float> normals, Rows<float>
     auto *const frames = new std::vector<mesh::Frame>(std::move(split.frames));
     nb::capsule owner(frames, [](void *p) noexcept { delete static_cast<std::vector<mesh::Frame> *>(p); });
     auto *const values = reinterpret_cast<float *>(frames->data());
-    return nb::make_tuple(take(std::move(split.index)), take(std::move(split.source)),
+    return nb::make_tuple(give(std::move(split.index)), give(std::move(split.source)),
                           nb::ndarray<nb::numpy, float>(values, {frames->size(), 4}, owner));
 }
 
@@ -84,27 +60,27 @@ nb::object corner_normals(Rows<float> positions, Column<std::uint32_t> places, R
     std::vector<float> out(triangles.size() * 3);
     {
         nb::gil_scoped_release unlocked;
-        mesh::corner_normals(view(positions), view(places), view(triangles), view(smoothing), crease_deg,
+        mesh::corner_normals(flat(positions), flat(places), flat(triangles), flat(smoothing), crease_deg,
                              out);
     }
-    return take(std::move(out), {triangles.size(), 3});
+    return give(std::move(out), 3);
 }
 
 nb::tuple rows_by_value(Rows<float> rows) {
     Numbered numbered;
     {
         nb::gil_scoped_release unlocked;
-        numbered = paradize::number_rows(view(rows), rows.shape(1));
+        numbered = paradize::number_rows(flat(rows), rows.shape(1));
     }
-    return nb::make_tuple(take(std::move(numbered.index)), take(std::move(numbered.first)));
+    return nb::make_tuple(give(std::move(numbered.index)), give(std::move(numbered.first)));
 }
 
 nb::tuple corners_by_value(Column<std::uint32_t> base, Rows<float> rows) {
     Numbered numbered;
     {
         nb::gil_scoped_release unlocked;
-        const auto keys = view(base);
-        const auto values = view(rows);
+        const auto keys = flat(base);
+        const auto values = flat(rows);
         const std::size_t width = rows.shape(1);
         numbered = number_equal(
             keys.size(),
@@ -123,14 +99,14 @@ nb::tuple corners_by_value(Column<std::uint32_t> base, Rows<float> rows) {
                 return true;
             });
     }
-    return nb::make_tuple(take(std::move(numbered.index)), take(std::move(numbered.first)));
+    return nb::make_tuple(give(std::move(numbered.index)), give(std::move(numbered.first)));
 }
 
 nb::dict topology(Rows<std::uint32_t> triangles, std::uint32_t vertices) {
     mesh::Topology found;
     {
         nb::gil_scoped_release unlocked;
-        found = mesh::topology(view(triangles), vertices);
+        found = mesh::topology(flat(triangles), vertices);
     }
     const auto told = [](const mesh::Found &kind) { return nb::make_tuple(kind.count, kind.first_triangle); };
     nb::dict out;
@@ -140,9 +116,9 @@ nb::dict topology(Rows<std::uint32_t> triangles, std::uint32_t vertices) {
     out["turned"] = told(found.turned);
     out["bow_tie"] = told(found.bow_tie);
     out["components"] = found.components;
-    out["component"] = take(std::move(found.component));
-    out["island"] = take(std::move(found.island));
-    out["border_vertex"] = take(std::move(found.border_vertex));
+    out["component"] = give(std::move(found.component));
+    out["island"] = give(std::move(found.island));
+    out["border_vertex"] = give(std::move(found.border_vertex));
     return out;
 }
 
@@ -150,9 +126,9 @@ nb::object weld(Rows<float> points, double tolerance) {
     std::vector<std::uint32_t> target;
     {
         nb::gil_scoped_release unlocked;
-        target = mesh::weld(view(points), tolerance);
+        target = mesh::weld(flat(points), tolerance);
     }
-    return take(std::move(target));
+    return give(std::move(target));
 }
 
 nb::tuple project(Rows<float> source_positions, Rows<std::uint32_t> source_triangles,
@@ -161,11 +137,10 @@ nb::tuple project(Rows<float> source_positions, Rows<std::uint32_t> source_trian
     mesh::Places places;
     {
         nb::gil_scoped_release unlocked;
-        places = mesh::project(view(source_positions), view(source_triangles), view(charts), view(positions),
-                               view(triangles), one_chart);
+        places = mesh::project(flat(source_positions), flat(source_triangles), flat(charts), flat(positions),
+                               flat(triangles), one_chart);
     }
-    const std::size_t corners = places.triangle.size();
-    return nb::make_tuple(take(std::move(places.triangle)), take(std::move(places.weights), {corners, 3}));
+    return nb::make_tuple(give(std::move(places.triangle)), give(std::move(places.weights), 3));
 }
 
 } // namespace

@@ -1,39 +1,17 @@
 // Python face of the normal kernels. Shapes are checked in kernels/normals.py; here sizes are checked once
 // more against each other, so that no call can leave its arrays. Outputs are arrays that the caller made.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 
 #include <cmath>
-#include <stdexcept>
 
+#include "bind.hpp"
 #include "normals_field.hpp"
 #include "normals_material.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
+using namespace paradize::bind;
 
 namespace {
-
-template <typename T>
-using In = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
-template <typename T>
-using Out = nb::ndarray<T, nb::c_contig, nb::device::cpu>;
-
-void need(bool condition, const char *what) {
-    if (!condition) {
-        throw std::invalid_argument(what);
-    }
-}
-
-template <typename T>
-std::span<const T> in(const In<T> &array) {
-    return {array.data(), array.size()};
-}
-
-std::span<std::uint8_t> out(const Out<std::uint8_t> &array, std::size_t bytes) {
-    need(array.size() == bytes, "an output array has the wrong size");
-    return {array.data(), bytes};
-}
 
 normals::Settings settings_of(const In<double> &derivative, const In<double> &smooth, double scale_x,
                               double scale_y, bool wrap_x, bool wrap_y, bool green_down) {
@@ -79,8 +57,8 @@ bool normals_from_heights(const In<float> &heights, const In<std::int32_t> &isla
     const auto to = out(result, (last - first) * heights.shape(1) * normals::texel_bytes(code));
     nb::gil_scoped_release unlocked;
     try {
-        normals::normals_from_heights(in(heights), heights.shape(0), heights.shape(1), in(islands), settings,
-                                      first, last, code, to, threads, width_of(width));
+        normals::normals_from_heights(flat(heights), heights.shape(0), heights.shape(1), flat(islands),
+                                      settings, first, last, code, to, threads, width_of(width));
     } catch (const normals::NotFinite &) {
         return false;
     }
@@ -96,8 +74,8 @@ bool normals_from_slopes(const In<float> &dx, const In<float> &dy, double scale_
     const auto to = out(result, dx.size() * normals::texel_bytes(code));
     nb::gil_scoped_release unlocked;
     try {
-        normals::normals_from_slopes(in(dx), in(dy), dx.shape(0), dx.shape(1), scale_x, scale_y, green_down,
-                                     code, to, threads, width_of(width));
+        normals::normals_from_slopes(flat(dx), flat(dy), dx.shape(0), dx.shape(1), scale_x, scale_y,
+                                     green_down, code, to, threads, width_of(width));
     } catch (const normals::NotFinite &) {
         return false;
     }

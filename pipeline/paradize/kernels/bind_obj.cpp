@@ -1,27 +1,18 @@
 // Python face of the OBJ kernels: bytes in, numpy arrays out.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
 
 #include <cerrno>
 #include <string_view>
 #include <utility>
 
+#include "bind.hpp"
 #include "obj_parse.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
+using namespace paradize::bind;
 
 namespace {
-
-template <typename T>
-nb::object take(obj::Buffer<T> &&values, std::size_t width) {
-    auto *owned = new obj::Buffer<T>(std::move(values));
-    nb::capsule owner(owned, [](void *p) noexcept { delete static_cast<obj::Buffer<T> *>(p); });
-    if (width == 1)
-        return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), {owned->size()}, owner));
-    return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), {owned->size() / width, width}, owner));
-}
 
 nb::bytes as_bytes(const std::string &text) {
     return nb::bytes(text.data(), text.size());
@@ -50,12 +41,12 @@ nb::dict told(obj::Parsed &&parsed) {
     out["positions_in_file"] = parsed.positions_in_file;
     out["uvs_in_file"] = parsed.uvs_in_file;
     out["normals_in_file"] = parsed.normals_in_file;
-    out["positions"] = take(std::move(parsed.positions), 3);
-    out["normals"] = take(std::move(parsed.normals), 3);
-    out["uvs"] = take(std::move(parsed.uvs), 2);
-    out["colors"] = take(std::move(parsed.colors), 4);
-    out["triangles"] = take(std::move(parsed.triangles), 3);
-    out["triangle_lines"] = take(std::move(parsed.triangle_lines), 1);
+    out["positions"] = give(std::move(parsed.positions), 3);
+    out["normals"] = give(std::move(parsed.normals), 3);
+    out["uvs"] = give(std::move(parsed.uvs), 2);
+    out["colors"] = give(std::move(parsed.colors), 4);
+    out["triangles"] = give(std::move(parsed.triangles), 3);
+    out["triangle_lines"] = give(std::move(parsed.triangle_lines));
     return out;
 }
 

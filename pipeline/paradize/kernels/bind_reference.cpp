@@ -1,7 +1,5 @@
 // Python face of the reference kernels that metrics measure with. kernels/reference.py and
 // kernels/reference_maps.py check what goes in.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/vector.h>
 
@@ -9,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "bind.hpp"
 #include "bind_reference_layout.hpp"
 #include "reference_distance.hpp"
 #include "reference_frames.hpp"
@@ -18,11 +17,10 @@
 
 namespace nb = nanobind;
 using namespace paradize;
+using namespace paradize::bind;
 
 namespace {
 
-template <typename T>
-using Rows = nb::ndarray<const T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Bytes = nb::ndarray<const std::uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Values = nb::ndarray<const float, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 using Islands = nb::ndarray<const std::int32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
@@ -31,8 +29,7 @@ using Any = nb::ndarray<nb::ro, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 // A surface in a tree; the arrays must outlive it (kernels/reference.py keeps them).
 struct Measured {
     Measured(Rows<float> positions, Rows<std::uint32_t> triangles)
-        : tree(reference::Surface{{positions.data(), positions.size()},
-                                  {triangles.data(), triangles.size()}}) {}
+        : tree(reference::Surface{flat(positions), flat(triangles)}) {}
     reference::Tree tree;
 };
 
@@ -51,11 +48,11 @@ std::span<const float> rows_or_none(const nb::object &rows) {
         return {};
     }
     const auto array = nb::cast<Rows<float>>(rows); // the caller holds the array
-    return {array.data(), array.size()};
+    return flat(array);
 }
 
 reference::Shading shading(Rows<float> normals, const nb::object &tangents, const nb::object &uvs) {
-    return {{normals.data(), normals.size()}, rows_or_none(tangents), rows_or_none(uvs)};
+    return {flat(normals), rows_or_none(tangents), rows_or_none(uvs)};
 }
 
 // The arrays of both shadings and of the map are held by the caller.
@@ -65,7 +62,7 @@ nb::tuple normal_angles(const Measured &from, const reference::Shading &seen, co
     reference::NormalMap vectors;
     if (!map.is_none()) {
         const auto array = nb::cast<Values>(map);
-        vectors = {{array.data(), array.size()}, array.shape(0), array.shape(1), repeat};
+        vectors = {flat(array), array.shape(0), array.shape(1), repeat};
     }
     reference::Spread found;
     {
@@ -87,13 +84,12 @@ nb::tuple uv_shift(const Measured &from, const reference::Shading &seen, const M
 
 nb::tuple ground_error(Rows<float> positions, Rows<std::uint32_t> triangles, Rows<float> heights,
                        double size_x_m, double size_z_m, int threads) {
-    const reference::HeightField ground{
-        {heights.data(), heights.size()}, heights.shape(0), heights.shape(1), size_x_m, size_z_m};
+    const reference::HeightField ground{flat(heights), heights.shape(0), heights.shape(1), size_x_m,
+                                        size_z_m};
     reference::GroundError found;
     {
         nb::gil_scoped_release unlocked;
-        found = reference::ground_error({positions.data(), positions.size()},
-                                        {triangles.data(), triangles.size()}, ground, threads);
+        found = reference::ground_error(flat(positions), flat(triangles), ground, threads);
     }
     return nb::make_tuple(found.max_m, found.squares, found.covered, found.holes, found.flipped, found.worst);
 }
@@ -101,8 +97,8 @@ nb::tuple ground_error(Rows<float> positions, Rows<std::uint32_t> triangles, Row
 nb::tuple patch_error(Rows<float> positions, Rows<std::uint32_t> triangles, Rows<float> heights,
                       double size_x_m, double size_z_m,
                       const std::vector<std::vector<std::int64_t>> &corners) {
-    const reference::HeightField ground{
-        {heights.data(), heights.size()}, heights.shape(0), heights.shape(1), size_x_m, size_z_m};
+    const reference::HeightField ground{flat(heights), heights.shape(0), heights.shape(1), size_x_m,
+                                        size_z_m};
     std::array<reference::Place, 3> places{};
     for (std::size_t k = 0; k < 3; ++k) {
         places[k] = {corners.at(k).at(0), corners.at(k).at(1)};
@@ -110,8 +106,7 @@ nb::tuple patch_error(Rows<float> positions, Rows<std::uint32_t> triangles, Rows
     reference::PatchError found;
     {
         nb::gil_scoped_release unlocked;
-        found = reference::patch_error({positions.data(), positions.size()},
-                                       {triangles.data(), triangles.size()}, ground, places);
+        found = reference::patch_error(flat(positions), flat(triangles), ground, places);
     }
     const reference::GroundError &inside = found.inside;
     return nb::make_tuple(inside.max_m, inside.squares, inside.covered, inside.holes, inside.flipped,
@@ -123,7 +118,7 @@ nb::object angles_deg(Rows<float> a, Rows<float> b) {
     nb::capsule owner(out, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
     {
         nb::gil_scoped_release unlocked;
-        reference::angles_deg({a.data(), a.size()}, {b.data(), b.size()}, *out);
+        reference::angles_deg(flat(a), flat(b), *out);
     }
     return nb::cast(nb::ndarray<nb::numpy, double>(out->data(), {out->size()}, owner));
 }
@@ -134,8 +129,7 @@ nb::object corner_tangents(Rows<float> positions, Rows<float> normals, Rows<floa
     nb::capsule owner(out, [](void *p) noexcept { delete static_cast<std::vector<float> *>(p); });
     {
         nb::gil_scoped_release unlocked;
-        reference::corner_tangents({positions.data(), positions.size()}, {normals.data(), normals.size()},
-                                   {uvs.data(), uvs.size()}, {triangles.data(), triangles.size()}, *out);
+        reference::corner_tangents(flat(positions), flat(normals), flat(uvs), flat(triangles), *out);
     }
     return nb::cast(nb::ndarray<nb::numpy, float>(out->data(), {triangles.shape(0), 3, 4}, owner));
 }
@@ -156,7 +150,7 @@ reference::Ground ground(const Rows<float> &heights, std::vector<double> derivat
                          std::vector<double> smooth, std::pair<double, double> scale,
                          std::pair<bool, bool> wrap, bool green_down, const nb::object &islands) {
     reference::Ground out;
-    out.heights = {heights.data(), heights.size()};
+    out.heights = flat(heights);
     out.size = {heights.shape(0), heights.shape(1)};
     out.spectral = derivative.empty();
     out.derivative = std::move(derivative);
@@ -168,7 +162,7 @@ reference::Ground ground(const Rows<float> &heights, std::vector<double> derivat
     out.green_down = green_down;
     if (!islands.is_none()) {
         const auto ids = nb::cast<Islands>(islands); // the caller holds the array
-        out.islands = {ids.data(), ids.size()};
+        out.islands = flat(ids);
     }
     return out;
 }
@@ -208,8 +202,7 @@ nb::list value_levels(const Texture &texture, Values values, int threads) {
     Found found;
     {
         nb::gil_scoped_release unlocked;
-        found =
-            reference::value_levels(texture.view, {values.data(), values.size()}, values.shape(2), threads);
+        found = reference::value_levels(texture.view, flat(values), values.shape(2), threads);
     }
     return told(found);
 }
@@ -218,7 +211,7 @@ nb::list gloss_levels(const Texture &texture, Values gloss, const reference::Gro
     Found found;
     {
         nb::gil_scoped_release unlocked;
-        found = reference::gloss_levels(texture.view, {gloss.data(), gloss.size()}, truth, threads);
+        found = reference::gloss_levels(texture.view, flat(gloss), truth, threads);
     }
     return told(found);
 }

@@ -2,38 +2,35 @@
 // kernels/reference_draw.py and kernels/reference_atlas.py check what goes in.
 #include "bind_reference_layout.hpp"
 
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/vector.h>
 
 #include <cstdint>
 #include <utility>
 #include <vector>
 
+#include "bind.hpp"
 #include "reference_atlas.hpp"
 #include "reference_draw.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
+using namespace paradize::bind;
 
 namespace {
-
-template <typename T>
-using Rows = nb::ndarray<const T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 nb::tuple draw_cost(Rows<std::uint32_t> triangles, std::size_t vertices, unsigned cache,
                     const std::vector<std::uint32_t> &strides, std::uint64_t lines) {
     reference::DrawCost found;
     {
         nb::gil_scoped_release unlocked;
-        found = reference::draw_cost({triangles.data(), triangles.size()}, vertices, cache, strides, lines);
+        found = reference::draw_cost(flat(triangles), vertices, cache, strides, lines);
     }
     return nb::make_tuple(found.acmr, found.atvr, found.overfetch);
 }
 
 double overdraw(Rows<float> positions, Rows<std::uint32_t> triangles, unsigned side) {
     nb::gil_scoped_release unlocked;
-    return reference::overdraw({positions.data(), positions.size()}, {triangles.data(), triangles.size()},
-                               side);
+    return reference::overdraw(flat(positions), flat(triangles), side);
 }
 
 using Names = nb::ndarray<const std::int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
@@ -42,9 +39,7 @@ nb::dict layout_quality(Rows<double> positions, Rows<std::uint32_t> triangles, R
     reference::LayoutQuality found;
     {
         nb::gil_scoped_release unlocked;
-        found = reference::layout_quality({{positions.data(), positions.size()},
-                                           {triangles.data(), triangles.size()},
-                                           {corners.data(), corners.size()}});
+        found = reference::layout_quality({flat(positions), flat(triangles), flat(corners)});
     }
     nb::dict told;
     told["stretch"] = found.stretch;
@@ -64,10 +59,8 @@ nb::tuple layout_raster(Rows<double> positions, Rows<std::uint32_t> triangles, R
     reference::LayoutRaster found;
     {
         nb::gil_scoped_release unlocked;
-        const auto chart = reference::charts_of({{positions.data(), positions.size()},
-                                                 {triangles.data(), triangles.size()},
-                                                 {corners.data(), corners.size()}});
-        found = reference::layout_raster({corners.data(), corners.size()}, chart, resolution, gap);
+        const auto chart = reference::charts_of({flat(positions), flat(triangles), flat(corners)});
+        found = reference::layout_raster(flat(corners), chart, resolution, gap);
     }
     return nb::make_tuple(found.covered, found.twice, found.near);
 }

@@ -1,45 +1,19 @@
 // Python face of the simplifier; shapes are checked in kernels/simplify.py, sizes and indices once more here.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 
 #include <algorithm>
-#include <stdexcept>
 #include <utility>
-#include <vector>
 
+#include "bind.hpp"
 #include "simplify_collapse.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
+using namespace paradize::bind;
 
 namespace {
 
-template <typename T>
-using In = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
-
-void need(bool condition, const char *what) {
-    if (!condition) {
-        throw std::invalid_argument(what);
-    }
-}
-
-template <typename T>
-std::span<const T> flat(const In<T> &array) {
-    return {array.data(), array.size()};
-}
-
 bool below(std::span<const std::uint32_t> numbers, std::size_t limit) {
     return std::all_of(numbers.begin(), numbers.end(), [&](std::uint32_t number) { return number < limit; });
-}
-
-// A numpy array that owns the vector's numbers; columns 0 for one dimension.
-template <typename T>
-nb::ndarray<nb::numpy, T> give(std::vector<T> &&values, std::size_t columns) {
-    auto *kept = new std::vector<T>(std::move(values));
-    const nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<std::vector<T> *>(p); });
-    const std::size_t rows = columns == 0 ? kept->size() : kept->size() / columns;
-    const std::size_t shape[2] = {rows, columns};
-    return nb::ndarray<nb::numpy, T>(kept->data(), columns == 0 ? 1 : 2, shape, owner);
 }
 
 nb::tuple collapse(const In<double> &positions, const In<std::uint32_t> &triangles,
@@ -63,8 +37,8 @@ nb::tuple collapse(const In<double> &positions, const In<std::uint32_t> &triangl
     }
     return nb::make_tuple(give(std::move(result.positions), 3), give(std::move(result.triangles), 3),
                           give(std::move(result.attributes), std::max<std::size_t>(width, 1)),
-                          give(std::move(result.vertex), 0), give(std::move(result.place), 0),
-                          give(std::move(result.triangle), 0), result.error, static_cast<int>(result.stop));
+                          give(std::move(result.vertex)), give(std::move(result.place)),
+                          give(std::move(result.triangle)), result.error, static_cast<int>(result.stop));
 }
 
 } // namespace

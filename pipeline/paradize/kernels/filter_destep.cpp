@@ -1,6 +1,7 @@
 #include "filter_destep.hpp"
 
-#include "maps_parallel.hpp"
+#include "cpu.hpp"
+#include "parallel.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -113,7 +114,7 @@ class Level {
     // Lowers v's bending; v comes within half a step of the source, or is taken there first.
     void solve(std::span<float> v) {
         const float half = 0.5F * step_;
-        maps::for_rows(grid_.size(), threads_, [&](std::size_t first, std::size_t last) {
+        for_rows(grid_.size(), threads_, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
                 const float away = std::clamp(v[i] - source_[i], -half, half);
                 v[i] = source_[i] + weight_[i] * away;
@@ -125,7 +126,7 @@ class Level {
             const double later = (1.0 + std::sqrt(1.0 + 4.0 * t * t)) / 2.0;
             const auto momentum = static_cast<float>((t - 1.0) / later);
             t = later;
-            maps::for_rows(grid_.rows, threads_, [&](std::size_t first, std::size_t last) {
+            for_rows(grid_.rows, threads_, [&](std::size_t first, std::size_t last) {
                 sweep_rows(v, half, momentum, first, last);
             });
             y_.swap(next_);
@@ -152,7 +153,7 @@ class Level {
                  c, n, to);
         };
         const auto each_row = [&](const auto &work) {
-            maps::for_rows(grid_.rows, threads_, [&](std::size_t first, std::size_t last) {
+            for_rows(grid_.rows, threads_, [&](std::size_t first, std::size_t last) {
                 std::vector<float> room;
                 for (std::size_t y = first; y < last; ++y) {
                     work(y, room);
@@ -243,7 +244,7 @@ Grid coarser(const Grid &grid) {
 std::vector<float> halve(std::span<const float> from, const Grid &fine, int threads) {
     const Grid coarse = coarser(fine);
     std::vector<float> to(coarse.size());
-    maps::for_rows(coarse.rows, threads, [&](std::size_t first, std::size_t last) {
+    for_rows(coarse.rows, threads, [&](std::size_t first, std::size_t last) {
         for (std::size_t y = first; y < last; ++y) {
             const float *a = &from[2 * y * fine.columns];
             const float *b = 2 * y + 1 < fine.rows ? a + fine.columns : a;
@@ -259,7 +260,7 @@ std::vector<float> halve(std::span<const float> from, const Grid &fine, int thre
 // Bilinear between the centres of the coarse texels.
 void expand(std::span<const float> from, const Grid &coarse, const Grid &fine, std::span<float> to,
             int threads) {
-    maps::for_rows(fine.rows, threads, [&](std::size_t first, std::size_t last) {
+    for_rows(fine.rows, threads, [&](std::size_t first, std::size_t last) {
         std::vector<float> mixed(coarse.columns);
         std::vector<float> room;
         for (std::size_t y = first; y < last; ++y) {
@@ -280,7 +281,7 @@ void expand(std::span<const float> from, const Grid &coarse, const Grid &fine, s
 
 // Every value exactly within half a step: what float rounding took beyond goes back.
 void keep_within(std::span<const float> heights, double step, std::span<float> out, int threads) {
-    maps::for_rows(heights.size(), threads, [&](std::size_t first, std::size_t last) {
+    for_rows(heights.size(), threads, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
             const double centre = heights[i];
             float v = out[i];

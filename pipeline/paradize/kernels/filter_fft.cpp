@@ -1,6 +1,6 @@
 #include "filter_fft.hpp"
 
-#include "maps_parallel.hpp" // PARADIZE_CLONES
+#include "cpu.hpp"
 #include "mathx.hpp"
 
 #include <algorithm>

@@ -1,21 +1,9 @@
 // The noise of a map whose heights stand in steps.
 #pragma once
 
-#include "filter_choose.hpp"
+#include "filter_patches.hpp"
 
 namespace paradize::filter {
-
-struct Patch {
-    std::size_t y;
-    std::size_t x;
-};
-
-// Patches of one size, evenly over the map.
-struct Patches {
-    std::size_t height = 1;
-    std::size_t width = 1;
-    std::vector<Patch> at;
-};
 
 struct Steps {
     double step;     // root mean square distance of neighbouring values, 0: none found

@@ -1,8 +1,9 @@
 #include "filter_spectral.hpp"
 
+#include "cpu.hpp"
 #include "filter_fft.hpp"
-#include "maps_parallel.hpp"
 #include "mathx.hpp"
+#include "parallel.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -91,7 +92,7 @@ class Worker {
 void along(const float *heights, const Lines &lines_of, float *slopes, int threads) {
     const Fft fft(lines_of.n);
     const std::vector<double> factors = wave_numbers(lines_of.n);
-    maps::for_rows((lines_of.count + block - 1) / block, threads, [&](std::size_t first, std::size_t last) {
+    for_rows((lines_of.count + block - 1) / block, threads, [&](std::size_t first, std::size_t last) {
         Worker worker(fft, factors);
         for (std::size_t b = first; b < last; ++b) {
             worker.work(heights, lines_of, b * block, slopes);

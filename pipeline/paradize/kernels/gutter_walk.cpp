@@ -1,7 +1,7 @@
 #include "gutter_walk.hpp"
 
 #include "gutter_means.hpp"
-#include "maps_parallel.hpp"
+#include "parallel.hpp"
 
 #include <algorithm>
 #include <array>
@@ -228,7 +228,7 @@ std::vector<Found> walk(const Chain &chain, Kind kind, const Layout &layout, std
         const Level level{texels, rows, columns, chain.channels, means};
         const double sx = static_cast<double>(columns) / width;
         const double sy = static_cast<double>(rows) / height;
-        maps::for_rows(border.size(), threads, [&](std::size_t from, std::size_t to) {
+        for_rows(border.size(), threads, [&](std::size_t from, std::size_t to) {
             for (std::size_t b = from; b < to; ++b) {
                 const std::size_t texel = border[b];
                 const std::int32_t island = layout.owner[texel];

@@ -1,7 +1,7 @@
 #include "maps_color.hpp"
 
-#include "maps_parallel.hpp"
 #include "mathx.hpp"
+#include "parallel.hpp"
 
 #include <array>
 #include <limits>

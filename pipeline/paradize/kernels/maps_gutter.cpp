@@ -1,6 +1,6 @@
 #include "maps_gutter.hpp"
 
-#include "maps_parallel.hpp"
+#include "parallel.hpp"
 
 #include <algorithm>
 #include <array>

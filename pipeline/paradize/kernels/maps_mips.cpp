@@ -1,6 +1,7 @@
 #include "maps_mips.hpp"
 
-#include "maps_parallel.hpp"
+#include "cpu.hpp"
+#include "parallel.hpp"
 
 #include <algorithm>
 #include <array>

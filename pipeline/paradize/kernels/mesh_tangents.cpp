@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <utility>
 
-#include "maps_parallel.hpp"
 #include "mesh_tangents_faces.hpp"
 #include "mesh_tangents_fans.hpp"
 #include "mesh_tangents_simple.hpp"
+#include "parallel.hpp"
 
 namespace paradize::mesh {
 namespace {
@@ -26,16 +26,15 @@ Frames frames_of(const Surface &surface, int threads) {
     Frames out{weld(surface), Buffer<Frame>(0), {}};
     const std::size_t count = surface.triangles.size() / 3;
     Buffer<Face> faces(count);
-    maps::for_rows((count + faces_at_once - 1) / faces_at_once, threads,
-                   [&](std::size_t first, std::size_t last) {
-                       measure_faces(surface, out.welded, faces.data(), first * faces_at_once,
-                                     std::min(last * faces_at_once, count));
-                   });
+    for_rows((count + faces_at_once - 1) / faces_at_once, threads, [&](std::size_t first, std::size_t last) {
+        measure_faces(surface, out.welded, faces.data(), first * faces_at_once,
+                      std::min(last * faces_at_once, count));
+    });
     const Fans fans(surface, out.welded, faces);
     out.of_vertex = Buffer<Frame>(out.welded.count);
     const std::size_t runs = (out.welded.count + fans_at_once - 1) / fans_at_once;
     std::vector<Found> found(runs);
-    maps::for_rows(runs, threads, [&](std::size_t first, std::size_t last) {
+    for_rows(runs, threads, [&](std::size_t first, std::size_t last) {
         for (std::size_t run = first; run < last; ++run)
             gather_frames(fans, run * fans_at_once, std::min((run + 1) * fans_at_once, out.welded.count),
                           out.of_vertex.data(), found[run]);
@@ -102,7 +101,7 @@ void corner_tangents(const Surface &surface, Method method, std::span<Frame> out
         return;
     }
     const Frames frames = frames_of(surface, threads);
-    maps::for_rows(out.size() / faces_at_once + 1, threads, [&](std::size_t first, std::size_t last) {
+    for_rows(out.size() / faces_at_once + 1, threads, [&](std::size_t first, std::size_t last) {
         for (std::size_t c = first * faces_at_once; c < std::min(last * faces_at_once, out.size()); ++c)
             out[c] = frames.of_vertex[frames.welded.number[surface.triangles[c]]];
     });

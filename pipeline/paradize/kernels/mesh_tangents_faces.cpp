@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "maps_parallel.hpp"
+#include "cpu.hpp"
 #include "mathx.hpp"
 #include "unify.hpp"
 

@@ -5,9 +5,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "maps_parallel.hpp"
 #include "normals_islands.hpp"
 #include "normals_store.hpp"
+#include "parallel.hpp"
 
 namespace paradize::normals {
 namespace {
@@ -58,7 +58,7 @@ void normals_from_heights(std::span<const float> heights, std::size_t rows, std:
                           Width width) {
     const Kernels &kernels = need_kernels(width);
     const std::size_t bytes = columns * texel_bytes(encoding);
-    maps::for_rows(last - first, threads, [&](std::size_t from, std::size_t to) {
+    for_rows(last - first, threads, [&](std::size_t from, std::size_t to) {
         HeightRows source(heights.data(), columns, kernels);
         Sweep sweep(source, rows, columns, settings, kernels);
         RowStore store(bytes, out.size(), kernels);
@@ -83,7 +83,7 @@ void normals_from_slopes(std::span<const float> dx, std::span<const float> dy, s
     const std::size_t bytes = columns * texel_bytes(encoding);
     const double down = green_down ? -scale_y : scale_y;
     const bool steep = !fits_float(scale_x) || !fits_float(scale_y);
-    maps::for_rows(rows, threads, [&](std::size_t from, std::size_t to) {
+    for_rows(rows, threads, [&](std::size_t from, std::size_t to) {
         RowStore store(bytes, out.size(), kernels);
         std::vector<float> x(columns + margin);
         std::vector<float> y(columns + margin);

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstring>
 
-#include "maps_parallel.hpp"
+#include "cpu.hpp"
 
 namespace paradize::normals {
 namespace {

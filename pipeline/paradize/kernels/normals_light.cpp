@@ -3,6 +3,8 @@
 
 #include <bit>
 
+#include "cpu.hpp"
+
 namespace paradize::normals {
 
 SharePlanes planes_of(const Shares &shares) {
@@ -20,7 +22,7 @@ SharePlanes planes_of(const Shares &shares) {
 
 } // namespace paradize::normals
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#ifdef PARADIZE_WIDE
 #include <immintrin.h>
 
 namespace paradize::normals {

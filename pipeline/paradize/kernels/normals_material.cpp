@@ -4,12 +4,12 @@
 #include <mutex>
 #include <vector>
 
-#include "maps_parallel.hpp"
 #include "normals_balance.hpp"
 #include "normals_field.hpp"
 #include "normals_levels.hpp"
 #include "normals_store.hpp"
 #include "normals_sweep.hpp"
+#include "parallel.hpp"
 
 namespace paradize::normals {
 namespace {
@@ -82,7 +82,7 @@ void finish_dudv(const FineCounts &counts, const ColorView &color, const Materia
         balance_cut_off(out.normal.data(), dudv, color.rows * columns, 1);
         return;
     }
-    maps::for_rows(color.rows, threads, [&](std::size_t from, std::size_t to) {
+    for_rows(color.rows, threads, [&](std::size_t from, std::size_t to) {
         std::vector<std::uint8_t> normal(3 * columns + slack);
         std::vector<std::uint8_t> rest(2 * columns + slack);
         const std::int32_t by[2] = {shifts[0].by, shifts[1].by};
@@ -106,7 +106,7 @@ void material_maps(const ColorView &color, const MaterialSettings &settings, con
     FineCounts counts;
     counts.levels.resize(2 * levels * color.rows);
     std::mutex adding;
-    maps::for_rows(color.rows, threads, [&](std::size_t from, std::size_t to) {
+    for_rows(color.rows, threads, [&](std::size_t from, std::size_t to) {
         ColorRows source(luminance, settings, color, out, from, to, kernels);
         Sweep sweep(source, color.rows, columns, settings.normal, kernels);
         RowStore normal(3 * columns, out.normal.size(), kernels);

@@ -1,21 +1,9 @@
-// Rows of normals for AVX2. Standard headers come before the pragma, so that nothing shared is compiled for
-// it.
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <limits>
-#include <utility>
+// Rows of normals for AVX2.
+#include "normals_shared.hpp"
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#include <immintrin.h>
+#ifdef PARADIZE_WIDE
+#include "begin_avx2.hpp"
 
-#include "normals_types.hpp"
-
-#pragma GCC push_options
-#pragma GCC target("avx2")
-#define PARADIZE_WIDTH avx2
-#define PARADIZE_LANES 8
 #include "normals_code_rows.hpp"
 #pragma GCC pop_options
 #endif

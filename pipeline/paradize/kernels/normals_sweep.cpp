@@ -3,33 +3,25 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cpu.hpp"
 #include "normals_codes.hpp"
 
 namespace paradize::normals {
 
-namespace baseline {
-const Kernels *kernels();
-}
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define PARADIZE_WIDE 1
-namespace avx2 {
-const Kernels *kernels();
-}
-namespace avx512 {
-const Kernels *kernels();
-}
-#endif
+#define PARADIZE_ROWS(width)                                                                                 \
+    namespace width {                                                                                        \
+    const Kernels *kernels();                                                                                \
+    }
+PARADIZE_EACH_WIDTH(PARADIZE_ROWS)
+#undef PARADIZE_ROWS
 
 const Kernels *kernels_of(Width width) {
 #ifdef PARADIZE_WIDE
-    const bool has512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-                        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw");
-    const bool has2 = __builtin_cpu_supports("avx2");
-    if (width == Width::avx512 || (width == Width::widest && has512)) {
-        return has512 ? avx512::kernels() : nullptr;
+    if (width == Width::avx512 || (width == Width::widest && has_avx512())) {
+        return has_avx512() ? avx512::kernels() : nullptr;
     }
-    if (width == Width::avx2 || (width == Width::widest && has2)) {
-        return has2 ? avx2::kernels() : nullptr;
+    if (width == Width::avx2 || (width == Width::widest && has_avx2())) {
+        return has_avx2() ? avx2::kernels() : nullptr;
     }
 #else
     if (width == Width::avx2 || width == Width::avx512) {

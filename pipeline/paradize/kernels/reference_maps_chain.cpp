@@ -6,7 +6,8 @@
 #include <thread>
 #include <vector>
 
-#include "maps_parallel.hpp"
+#include "cpu.hpp"
+#include "parallel.hpp"
 
 namespace paradize::reference {
 namespace {
@@ -174,19 +175,19 @@ void show_run(Size size, Run run, const Rows &source, std::span<const std::uniqu
         held->resize(count * end.rows);
     }
     std::atomic<std::size_t> next = 0;
-    maps::for_rows(std::min(judges.size(), end.rows), static_cast<int>(judges.size()),
-                   [&](std::size_t first, std::size_t last) {
-                       for (std::size_t thread = first; thread < last; ++thread) {
-                           Cascade cascade(size, run, source, *judges[thread]);
-                           for (std::size_t y = next++; y < end.rows; y = next++) {
-                               const std::vector<double> &row = cascade.row(run.last, y);
-                               if (held != nullptr) {
-                                   std::copy(row.begin(), row.end(),
-                                             held->begin() + static_cast<std::ptrdiff_t>(y * count));
-                               }
-                           }
-                       }
-                   });
+    for_rows(std::min(judges.size(), end.rows), static_cast<int>(judges.size()),
+             [&](std::size_t first, std::size_t last) {
+                 for (std::size_t thread = first; thread < last; ++thread) {
+                     Cascade cascade(size, run, source, *judges[thread]);
+                     for (std::size_t y = next++; y < end.rows; y = next++) {
+                         const std::vector<double> &row = cascade.row(run.last, y);
+                         if (held != nullptr) {
+                             std::copy(row.begin(), row.end(),
+                                       held->begin() + static_cast<std::ptrdiff_t>(y * count));
+                         }
+                     }
+                 }
+             });
 }
 
 } // namespace

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <functional>
 
-#include "maps_parallel.hpp"
+#include "cpu.hpp"
 #include "reference_maps_curve.hpp"
 #include "reference_maps_judges.hpp"
 

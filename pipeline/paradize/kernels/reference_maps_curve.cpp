@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "maps_parallel.hpp"
+#include "cpu.hpp"
 
 namespace paradize::reference {
 

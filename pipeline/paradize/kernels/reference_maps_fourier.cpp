@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <bit>
 
-#include "maps_parallel.hpp"
 #include "mathx.hpp"
+#include "parallel.hpp"
 
 namespace paradize::reference {
 namespace {
@@ -122,7 +122,7 @@ namespace {
 void slopes_along(std::span<const float> heights, std::size_t count, std::size_t next, std::size_t length,
                   std::size_t step, std::span<float> out, int threads) {
     const Fourier plan(length);
-    maps::for_rows((count + together - 1) / together, threads, [&](std::size_t begin, std::size_t end) {
+    for_rows((count + together - 1) / together, threads, [&](std::size_t begin, std::size_t end) {
         Fourier fourier = plan;
         std::vector<double> lines(together * length);
         for (std::size_t group = begin; group < end; ++group) {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "maps_parallel.hpp"
+#include "cpu.hpp"
 
 namespace paradize::reference {
 namespace {

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "maps_parallel.hpp"
+#include "parallel.hpp"
 #include "reference_maps_angle.hpp"
 #include "reference_maps_judges.hpp"
 
@@ -89,7 +89,7 @@ Mean mean_of(const GroundRows &ground, Size size, int threads) {
     std::vector<double> sum_x(size.rows);
     std::vector<double> sum_y(size.rows);
     std::vector<double> counts(size.rows);
-    maps::for_rows(size.rows, threads, [&](std::size_t first, std::size_t last) {
+    for_rows(size.rows, threads, [&](std::size_t first, std::size_t last) {
         const std::unique_ptr<Rows> rows = ground.fresh();
         std::vector<double> planes(rows->channels() * size.columns);
         for (std::size_t y = first; y < last; ++y) {
@@ -140,7 +140,7 @@ LevelError filter_angles(const Ground &ground, const Ground &other, int threads)
     std::vector<double> sums(ground.size.rows);
     std::vector<std::size_t> counts(ground.size.rows);
     std::vector<Largest> largest(static_cast<std::size_t>(std::max(1, threads)), Largest(keep));
-    maps::for_rows(largest.size(), static_cast<int>(largest.size()), [&](std::size_t begin, std::size_t end) {
+    for_rows(largest.size(), static_cast<int>(largest.size()), [&](std::size_t begin, std::size_t end) {
         for (std::size_t part = begin; part < end; ++part) {
             const std::unique_ptr<Rows> a = one.fresh();
             const std::unique_ptr<Rows> b = two.fresh();

@@ -4,7 +4,7 @@
 #include <array>
 #include <functional>
 
-#include "maps_parallel.hpp"
+#include "cpu.hpp"
 
 namespace paradize::reference {
 namespace {

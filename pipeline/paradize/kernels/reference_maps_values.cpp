@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "maps_parallel.hpp"
+#include "cpu.hpp"
 #include "reference_maps_judges.hpp"
 
 namespace paradize::reference {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "maps_parallel.hpp" // PARADIZE_CLONES
+#include "cpu.hpp"
 
 namespace paradize::reference {
 namespace {

@@ -1,0 +1,14 @@
+// What rows of blocks need, not compiled for any wider instruction set.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <utility>
+
+#include "cpu.hpp"
+
+#ifdef PARADIZE_WIDE
+#include <immintrin.h>
+#endif
