@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "terrain_parallel.hpp"
+#include "parallel.hpp"
 #include "terrain_scan.hpp"
 
 namespace paradize::terrain {

@@ -1,6 +1,6 @@
 #include "terrain_scan.hpp"
 
-#include "maps_parallel.hpp"
+#include "cpu.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "parallel.hpp"
 #include "terrain_line.hpp"
-#include "terrain_parallel.hpp"
 
 namespace paradize::terrain {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "terrain_parallel.hpp"
+#include "parallel.hpp"
 
 namespace paradize::terrain {
 namespace {

@@ -1,4 +1,0 @@
-// For the rows of maps: see cpu.hpp.
-#pragma once
-
-#include "cpu.hpp"

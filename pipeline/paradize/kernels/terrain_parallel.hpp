@@ -1,4 +1,0 @@
-// For tiles of terrain: see parallel.hpp.
-#pragma once
-
-#include "parallel.hpp"
