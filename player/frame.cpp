@@ -29,6 +29,10 @@ Frame::Frame(const Scene &shown, std::span<const std::unique_ptr<Pass>> passes)
     glBindBuffer(GL_UNIFORM_BUFFER, uniforms_.name());
     glBufferData(GL_UNIFORM_BUFFER, static_cast<GLsizeiptr>(slot_bytes_ * slots), nullptr, GL_DYNAMIC_DRAW);
     empty_ = gl::VertexArray::create();
+    if (const assets::SceneFile &file = scene.file(); file.terrain) {
+        terrain_ = std::make_unique<TerrainTiles>(*file.terrain, scene.streamer());
+        terrain_->set_water(file.water ? file.water->level_m : no_water);
+    }
     for (std::vector<DrawItem> &items : visible_) {
         items.reserve(scene.instance_count());
     }

@@ -4,6 +4,7 @@
 
 #include "gl/handle.hpp"
 #include "scene.hpp"
+#include "terrain_tiles.hpp"
 #include "view.hpp"
 
 #include <array>
@@ -55,6 +56,9 @@ class Frame {
         return visible_[static_cast<std::size_t>(kind)];
     }
 
+    /// The terrain with the cut of this frame; nullptr: the scene has none.
+    TerrainTiles *terrain() const { return terrain_.get(); }
+
     /// Uploads and binds FrameUniforms for the view, binds the framebuffer with the view's size as viewport,
     /// sets winding and clip distance, clears depth and (unless depth_only) colour to transparent black, lets
     /// every pass draw in order, and puts the default state back. Restores no framebuffer.
@@ -67,6 +71,7 @@ class Frame {
     friend class Renderer;
     std::array<View, view_kinds> views_;
     std::array<std::vector<DrawItem>, view_kinds> visible_;
+    std::unique_ptr<TerrainTiles> terrain_;
     std::span<const std::unique_ptr<Pass>> passes_;
     gl::Buffer uniforms_;
     gl::VertexArray empty_;

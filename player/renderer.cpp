@@ -95,6 +95,9 @@ void Renderer::set_views(const Pose &pose) {
     place(mirror_view(main, level, file.reflection_scale.value_or(1.0F)));
     place(refraction_view(main, level, file.refraction_scale.value_or(1.0F)));
     place(light_view(file.shadow.value_or(assets::Shadow()), file.sun.direction));
+    if (frame_.terrain_) {
+        frame_.terrain_->update(main, file.lod_error_px);
+    }
     for (std::size_t i = 0; i < view_kinds; ++i) {
         const View &view = frame_.views_[i];
         const bool light = view.kind == ViewKind::light;
@@ -126,6 +129,10 @@ void Renderer::draw(double elapsed_s, const Pose &pose) {
         gl::blit_color(resolved_.name(), width_px_, height_px_, output_.name(), width_px_, height_px_);
     }
     ++frame_.clock.frame;
+}
+
+std::optional<TerrainCounts> Renderer::terrain_counts() const {
+    return frame_.terrain_ ? std::optional(frame_.terrain_->counts()) : std::nullopt;
 }
 
 unsigned Renderer::output() const {

@@ -38,6 +38,9 @@ class Renderer {
     /// Draws the moment `elapsed_s` of the show, seen from `pose`. Steps the simulation up to it first.
     void draw(double elapsed_s, const Pose &pose);
 
+    /// Of the last frame; none where the scene has no terrain.
+    std::optional<TerrainCounts> terrain_counts() const;
+
     /// Framebuffer with the finished 8-bit picture.
     unsigned output() const;
     int width_px() const { return width_px_; }

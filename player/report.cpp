@@ -134,6 +134,15 @@ std::string to_json(const Report &report) {
         static_cast<unsigned long long>(report.total_bytes),
         static_cast<unsigned long long>(peak_rss_bytes()));
     std::string out = numbers;
+    if (report.terrain) {
+        const TerrainCounts &terrain = *report.terrain;
+        out += ", \"terrain\": {\"patches\": " + std::to_string(terrain.patches) +
+               ", \"triangles\": " + std::to_string(terrain.triangles) +
+               ", \"cut_patches\": " + std::to_string(terrain.cut_patches) +
+               ", \"cut_triangles\": " + std::to_string(terrain.cut_triangles) +
+               ", \"arrived\": " + std::to_string(terrain.arrived) +
+               ", \"baked\": " + std::to_string(terrain.baked) + "}";
+    }
     out += ", \"program_bytes\": " + std::to_string(program_bytes()) +
            ", \"shared_libraries\": " + quoted(shared_libraries()) +
            ", \"gl_renderer\": " + quoted(report.renderer) + ", \"gl_version\": " + quoted(report.version) +

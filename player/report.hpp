@@ -1,7 +1,10 @@
 #pragma once
 // What --json prints.
 
+#include "terrain_tiles.hpp"
+
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +15,7 @@ struct Report {
     std::vector<double> frame_ms; // drawing of each frame until the device has finished it
     std::uint64_t resident_bytes = 0;
     std::uint64_t total_bytes = 0;
+    std::optional<TerrainCounts> terrain; // of the last frame
     std::string renderer, version;
     std::vector<std::string> screenshots;
 };

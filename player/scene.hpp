@@ -57,6 +57,7 @@ class Scene {
     /// so that a name of the scene file is always there.
     const StreamedTexture *texture(std::string_view artifact) const;
     const StreamedMesh *mesh(std::string_view artifact) const;
+    const Streamer &streamer() const { return streamer_; }
 
     std::size_t instance_count() const { return instance_count_; }
     /// Culls by sphere and picks levels; appends to `items`, whose capacity must hold instance_count()

@@ -98,6 +98,7 @@ class Show {
         out.frame_ms = frame_ms_;
         out.resident_bytes = streamer_.resident_bytes();
         out.total_bytes = streamer_.total_bytes();
+        out.terrain = renderer_.terrain_counts();
         out.renderer = gl::renderer_name();
         out.version = gl::version_name();
         out.screenshots = screenshots_;

@@ -13,49 +13,12 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <array>
 
 namespace paradize {
 
 void StreamedTexture::bind(unsigned unit, unsigned sampler) const {
     gl::bind_texture(unit, target_, resident() ? texture_.name() : fallback_.name(), sampler);
 }
-
-int StreamedMesh::best_level(int wanted) const {
-    const int count = static_cast<int>(levels_.size());
-    for (int level = wanted; level < count; ++level) {
-        if (levels_[static_cast<std::size_t>(level)].resident) {
-            return level;
-        }
-    }
-    for (int level = std::min(wanted, count) - 1; level >= 0; --level) {
-        if (levels_[static_cast<std::size_t>(level)].resident) {
-            return level;
-        }
-    }
-    return -1;
-}
-
-void StreamedMesh::draw(int level, int material) const {
-    const MeshLevel &mesh = levels_[static_cast<std::size_t>(level)];
-    glBindVertexArray(mesh.vertex_array.name());
-    for (const MeshPrimitive &primitive : mesh.primitives) {
-        if (material < 0 || primitive.material == material) {
-            glDrawElements(GL_TRIANGLES, primitive.index_count, mesh.index_type,
-                           reinterpret_cast<const void *>(primitive.index_offset));
-        }
-    }
-}
-
-namespace {
-
-constexpr std::array<int, assets::mesh_attributes> components{3, 3, 4, 2, 2, 4};
-
-constexpr std::size_t aligned(std::size_t bytes) {
-    return (bytes + 15) & ~std::size_t{15};
-}
-
-} // namespace
 
 /// One artifact on its way.
 struct StreamItem {
@@ -65,21 +28,30 @@ struct StreamItem {
     std::string path; // empty: not opened yet, or a sound
     StreamedTexture texture;
     StreamedMesh mesh;
+    StreamedTile tile;
+    bool is_tile = false;
     assets::ArtifactKind kind = assets::ArtifactKind::sound;
-    std::vector<std::vector<std::size_t>> offsets; // mesh: per level and part, byte in its buffer
     std::size_t pieces_left = 0;
 };
 
 struct Streamer::Impl {
     const assets::SceneFile &scene;
-    std::vector<StreamItem> items; // one per artifact, same order
+    std::vector<StreamItem> items;    // one per artifact, same order
+    std::vector<std::uint32_t> tiles; // the items that are the terrain's
     std::vector<assets::StreamPiece> pieces;
     std::size_t next = 0;
     std::uint64_t resident = 0;
     std::uint64_t total = 0;
     std::unique_ptr<assets::Loader> loader;
 
-    explicit Impl(const assets::SceneFile &file) : scene(file), items(file.artifacts.size()) {}
+    explicit Impl(const assets::SceneFile &file) : scene(file), items(file.artifacts.size()) {
+        if (scene.terrain) {
+            for (const std::string &name : scene.terrain->tiles) {
+                tiles.push_back(
+                    static_cast<std::uint32_t>(scene.find_artifact(name) - scene.artifacts.data()));
+            }
+        }
+    }
 
     void open(std::uint32_t index, const std::filesystem::path &folder) {
         const assets::Artifact &artifact = scene.artifacts[index];
@@ -96,10 +68,13 @@ struct Streamer::Impl {
                         std::to_string(artifact.bytes) + "; bake the scene again");
         }
         const std::size_t before = pieces.size();
-        if (artifact.kind == assets::ArtifactKind::mesh) {
+        const auto tile = std::ranges::find(tiles, index);
+        if (tile != tiles.end()) {
+            open_tile(item, index, static_cast<std::uint32_t>(tile - tiles.begin()));
+        } else if (artifact.kind == assets::ArtifactKind::mesh) {
             item.glb = assets::read_glb(bytes, item.path);
             plan_mesh(item.glb, index, pieces);
-            make_mesh(item);
+            item.mesh = StreamedMesh(item.glb);
         } else {
             item.ktx = assets::read_ktx2(bytes, item.path);
             const bool cube = artifact.kind == assets::ArtifactKind::cubemap;
@@ -113,6 +88,24 @@ struct Streamer::Impl {
         item.pieces_left = pieces.size() - before;
     }
 
+    void open_tile(StreamItem &item, std::uint32_t index, std::uint32_t tile) {
+        const assets::TerrainPatches &patches = scene.terrain->patches;
+        const auto [first, end] = std::ranges::equal_range(patches.tile, tile);
+        const auto row = static_cast<std::size_t>(first - patches.tile.begin());
+        const auto count = static_cast<std::size_t>(end - first);
+        if (count == 0) {
+            throw Error(item.path + ": scene.json has no patch in this tile of the terrain");
+        }
+        item.glb =
+            assets::read_glb_nodes(item.file.bytes(), item.path, std::span(patches.node).subspan(row, count));
+        const auto roots = static_cast<std::size_t>(
+            std::count(patches.made_by.begin() + static_cast<std::ptrdiff_t>(row),
+                       patches.made_by.begin() + static_cast<std::ptrdiff_t>(row + count), std::int32_t{-1}));
+        plan_patches(item.glb, roots, index, pieces);
+        item.tile = StreamedTile(item.glb, item.path);
+        item.is_tile = true;
+    }
+
     static void make_texture(StreamItem &item) {
         StreamedTexture &out = item.texture;
         out.target_ = item.ktx.faces == 6 ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
@@ -122,60 +115,6 @@ struct Streamer::Impl {
         out.finest_ = out.levels_;
         out.texture_ = allocate_texture(item.ktx, item.path, best_storage());
         out.fallback_ = neutral_texture(item.ktx);
-    }
-
-    static void make_mesh(StreamItem &item) {
-        StreamedMesh &out = item.mesh;
-        out.materials_ = item.glb.materials;
-        for (const assets::GlbLevel &level : item.glb.levels) {
-            MeshLevel &made = out.levels_.emplace_back();
-            std::vector<std::size_t> &offsets = item.offsets.emplace_back();
-            std::size_t bytes = 0;
-            for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
-                offsets.push_back(bytes);
-                bytes += aligned(mesh_attribute(level, part).size());
-            }
-            made.vertex_array = gl::VertexArray::create();
-            glBindVertexArray(made.vertex_array.name());
-            made.vertices = gl::make_buffer(GL_ARRAY_BUFFER, bytes, gl::Usage::fixed);
-            for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
-                if (!mesh_attribute(level, part).empty()) {
-                    gl::attribute_floats(part, components[part], made.vertices, 0, offsets[part]);
-                }
-            }
-            made.has_uv1 = !level.uvs1.empty();
-            std::size_t index_bytes = 0;
-            for (const assets::GlbPrimitive &primitive : level.primitives) {
-                offsets.push_back(index_bytes);
-                made.primitives.push_back(
-                    {static_cast<int>(primitive.material), static_cast<int>(primitive.count), index_bytes});
-                index_bytes += aligned(primitive.indices.size());
-            }
-            made.index_type = level.index_bytes == 2 ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
-            made.indices = gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, index_bytes, gl::Usage::fixed);
-            glBindVertexArray(0);
-        }
-    }
-
-    void upload_mesh(const assets::StreamPiece &piece) {
-        StreamItem &item = items[piece.artifact];
-        const assets::GlbLevel &level = item.glb.levels[piece.level];
-        MeshLevel &made = item.mesh.levels_[piece.level];
-        const bool indices = piece.part >= assets::mesh_attributes;
-        if (indices) {
-            if (const std::ptrdiff_t bad =
-                    assets::first_bad_index(piece.bytes, level.index_bytes, level.vertices);
-                bad >= 0) {
-                throw Error(item.path + ": node " + level.name + ", primitive " +
-                            std::to_string(piece.part - assets::mesh_attributes) + ", index " +
-                            std::to_string(static_cast<std::size_t>(bad) + piece.offset / level.index_bytes) +
-                            ": is not below the " + std::to_string(level.vertices) + " vertices");
-            }
-        }
-        // A copy target, so that no vertex array's element buffer is disturbed.
-        gl::write_buffer(GL_COPY_WRITE_BUFFER, indices ? made.indices : made.vertices,
-                         item.offsets[piece.level][piece.part] + piece.offset, piece.bytes);
-        made.resident = made.resident || piece.last;
     }
 
     void upload_texture(const assets::StreamPiece &piece) {
@@ -213,8 +152,10 @@ struct Streamer::Impl {
     void upload_one() {
         const assets::StreamPiece &piece = pieces[next++];
         StreamItem &item = items[piece.artifact];
-        if (item.kind == assets::ArtifactKind::mesh) {
-            upload_mesh(piece);
+        if (item.is_tile) {
+            item.tile.upload(item.glb, piece, item.path);
+        } else if (item.kind == assets::ArtifactKind::mesh) {
+            item.mesh.upload(item.glb, piece, item.path);
         } else {
             upload_texture(piece);
         }
@@ -262,6 +203,10 @@ const StreamedMesh *Streamer::mesh(std::string_view artifact) const {
     return found == nullptr
                ? nullptr
                : &impl_->items[static_cast<std::size_t>(found - impl_->scene.artifacts.data())].mesh;
+}
+
+const StreamedTile &Streamer::tile(std::size_t index) const {
+    return impl_->items[impl_->tiles[index]].tile;
 }
 
 bool Streamer::upload(std::size_t budget_bytes, Unready unready) {

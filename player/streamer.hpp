@@ -3,6 +3,8 @@
 
 #include "assets/scene_file.hpp"
 #include "gl/handle.hpp"
+#include "streamed_mesh.hpp"
+#include "streamed_tile.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -37,37 +39,6 @@ class StreamedTexture {
     int finest_ = 0; // the finest level that is resident; levels_: none
 };
 
-/// A run of triangles of one material.
-struct MeshPrimitive {
-    int material = 0; // index into StreamedMesh::materials()
-    int index_count = 0;
-    std::size_t index_offset = 0; // bytes into the level's index buffer
-};
-
-struct MeshLevel {
-    gl::VertexArray vertex_array;
-    gl::Buffer vertices, indices;
-    unsigned index_type = 0; // GL_UNSIGNED_SHORT or GL_UNSIGNED_INT
-    std::vector<MeshPrimitive> primitives;
-    bool has_uv1 = false;
-    bool resident = false;
-};
-
-class StreamedMesh {
-  public:
-    std::span<const MeshLevel> levels() const { return levels_; } // level 0, the finest, first
-    std::span<const std::string> materials() const { return materials_; }
-    /// The resident level nearest to `wanted`, coarser ones first; -1 when none is there.
-    int best_level(int wanted) const;
-    /// Draws all primitives of a material, or of all (-1). Leaves the vertex array bound.
-    void draw(int level, int material = -1) const;
-
-  private:
-    friend class Streamer;
-    std::vector<MeshLevel> levels_;
-    std::vector<std::string> materials_;
-};
-
 enum class Unready { wait, leave };
 
 class Streamer {
@@ -79,7 +50,8 @@ class Streamer {
     Streamer &operator=(const Streamer &) = delete;
 
     const StreamedTexture *texture(std::string_view artifact) const;
-    const StreamedMesh *mesh(std::string_view artifact) const;
+    const StreamedMesh *mesh(std::string_view artifact) const; // empty for a tile of the terrain
+    const StreamedTile &tile(std::size_t index) const;         // of Terrain::tiles
 
     /// Uploads at most `budget_bytes` (at least one step, so that it always gets on). True when all is
     /// resident. What another thread has not inflated yet is waited for, or left for a later frame: then no

@@ -14,7 +14,7 @@ out vec4 v_tangent;
 out vec2 v_uv;
 
 void main() {
-    mat3 turn = mat3(u_model) / max(u_scale, 1e-6);
+    mat3 turn = mat3(u_model) / max(u_scale, 1e-37);
     v_position = (u_model * vec4(position, 1.0)).xyz;
     v_normal = turn * normal;
     v_tangent = vec4(turn * tangent.xyz, tangent.w);

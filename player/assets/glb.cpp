@@ -3,7 +3,10 @@
 #include "assets/json_reader.hpp"
 #include "error.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cstring>
+#include <limits>
 #include <optional>
 
 namespace paradize::assets {
@@ -13,11 +16,49 @@ namespace {
 constexpr std::uint32_t glb_magic = 0x46546C67;  // "glTF"
 constexpr std::uint32_t json_chunk = 0x4E4F534A; // "JSON"
 constexpr std::uint32_t bin_chunk = 0x004E4942;  // "BIN\0"
-constexpr std::size_t most_entries = 1 << 16;
+constexpr std::size_t most_entries = 1 << 20;    // a tile of the terrain has six accessors a patch
 constexpr long long most_count = 1LL << 31;
-constexpr long long float_type = 5126;
+constexpr long long byte_type = 5120;
+constexpr long long ubyte_type = 5121;
+constexpr long long short_type = 5122;
 constexpr long long ushort_type = 5123;
+constexpr long long float_type = 5126;
 constexpr long long uint_type = 5125;
+
+constexpr double largest_float = 3.4028234e38;
+
+/// Bytes of a component; 0 of what glTF does not know.
+constexpr std::size_t size_of(long long component) {
+    switch (component) {
+    case byte_type:
+    case ubyte_type:
+        return 1;
+    case short_type:
+    case ushort_type:
+        return 2;
+    case uint_type:
+    case float_type:
+        return 4;
+    default:
+        return 0;
+    }
+}
+
+/// Which components an attribute may have besides float32, and whether those are normalized
+/// (KHR_mesh_quantization, as far as the bake uses it).
+struct Codes {
+    std::string_view key;
+    const char *type;
+    std::size_t components;
+    long long narrow, wide;
+    bool normalized;
+};
+constexpr std::array<Codes, 6> attributes_known{{{"POSITION", "VEC3", 3, ushort_type, ushort_type, false},
+                                                 {"NORMAL", "VEC3", 3, byte_type, short_type, true},
+                                                 {"TANGENT", "VEC4", 4, byte_type, short_type, true},
+                                                 {"TEXCOORD_0", "VEC2", 2, ushort_type, ushort_type, true},
+                                                 {"TEXCOORD_1", "VEC2", 2, ushort_type, ushort_type, true},
+                                                 {"COLOR_0", "VEC4", 4, ubyte_type, ushort_type, true}}};
 
 std::uint32_t word_at(std::span<const std::byte> bytes, std::size_t offset) {
     std::uint32_t value = 0;
@@ -111,6 +152,30 @@ class Reader {
 
     std::vector<std::string> materials() const { return materials_; }
 
+    /// Adds the node's level; all of them stand alike.
+    void add(const JsonObject &node, Glb &glb) const {
+        for (const char *key : {"matrix", "rotation"}) {
+            if (node.has(key)) {
+                node.fail(key, "is not ours: a mesh is moved and stretched only");
+            }
+        }
+        GlbLattice lattice;
+        const auto read = [&](const char *key, double low, std::array<float, 3> &out) {
+            if (node.has(key)) {
+                const std::vector<double> numbers = node.numbers(key, out.size(), low, largest_float);
+                std::transform(numbers.begin(), numbers.end(), out.begin(),
+                               [](double number) { return static_cast<float>(number); });
+            }
+        };
+        read("scale", std::numeric_limits<float>::min(), lattice.step);
+        read("translation", -largest_float, lattice.origin);
+        if (!glb.levels.empty() && lattice != glb.lattice) {
+            node.fail("scale", "and translation must be those of the other levels");
+        }
+        glb.lattice = lattice;
+        glb.levels.push_back(level(node));
+    }
+
   private:
     static std::size_t index(const JsonObject &from, std::string_view key, std::size_t size) {
         return static_cast<std::size_t>(from.integer(key, 0, static_cast<long long>(size) - 1));
@@ -120,6 +185,8 @@ class Reader {
         std::span<const std::byte> bytes;
         std::uint32_t count = 0;
         long long component = 0;
+        bool normalized = false;
+        std::size_t stride = 0;
     };
 
     Accessor accessor(const JsonObject &from, std::string_view key, const char *type,
@@ -128,23 +195,27 @@ class Reader {
         Accessor out;
         out.component = entry.integer("componentType", 0, 65535);
         out.count = static_cast<std::uint32_t>(entry.integer("count", 1, most_count));
-        if (entry.text("type") != type || entry.has("sparse") || entry.boolean_or("normalized", false)) {
-            entry.fail("type", std::string("must be ") + type + ", neither sparse nor normalized");
+        if (entry.text("type") != type || entry.has("sparse")) {
+            entry.fail("type", std::string("must be ") + type + ", not sparse");
         }
-        const std::size_t component_bytes = out.component == ushort_type ? 2 : 4;
-        if (out.component != float_type && out.component != ushort_type && out.component != uint_type) {
-            entry.fail("componentType", "must be 5123, 5125 or 5126");
+        out.normalized = entry.boolean_or("normalized", false);
+        const std::size_t component_bytes = size_of(out.component);
+        if (component_bytes == 0) {
+            entry.fail("componentType", "must be one of 5120 to 5123, 5125 and 5126");
         }
         const JsonObject &view = views_[index(entry, "bufferView", views_.size())];
-        const std::size_t stride = component_bytes * components;
+        // Vertices start at multiples of four bytes, indices follow each other.
+        const std::size_t packed = component_bytes * components;
+        const std::size_t stride = components == 1 ? packed : (packed + 3) / 4 * 4;
+        out.stride = stride;
         const auto most = static_cast<long long>(bin_.size());
         const auto start = static_cast<std::size_t>(view.integer_or("byteOffset", 0, most, 0));
         const auto length = static_cast<std::size_t>(view.integer("byteLength", 1, most));
         const auto within = static_cast<std::size_t>(entry.integer_or("byteOffset", 0, most, 0));
         if (view.integer("buffer", 0, 0) != 0 ||
-            static_cast<std::size_t>(view.integer_or("byteStride", 0, 252, static_cast<long long>(stride))) !=
+            static_cast<std::size_t>(view.integer_or("byteStride", 0, 252, static_cast<long long>(packed))) !=
                 stride) {
-            view.fail("byteStride", "must be that of tightly packed data, " + std::to_string(stride));
+            view.fail("byteStride", "must be " + std::to_string(stride) + ", as near as vertices may lie");
         }
         const std::uint64_t needed = std::uint64_t{out.count} * stride;
         if (length > bin_.size() - start || within > length || needed > length - within ||
@@ -159,32 +230,37 @@ class Reader {
     }
 
     void read_attributes(const JsonObject &attributes, GlbLevel &out) const {
-        const auto floats = [&](std::string_view key, const char *type, std::size_t components) {
-            const Accessor found = accessor(attributes, key, type, components);
-            if (found.component != float_type) {
-                attributes.fail(key, "must be float32");
+        const std::array<std::span<const std::byte> *, attributes_known.size()> parts{
+            &out.positions, &out.normals, &out.tangents, &out.uvs, &out.uvs1, &out.colors};
+        for (std::size_t part = 0; part < parts.size(); ++part) {
+            const Codes &known = attributes_known[part];
+            if (part != 0 && !attributes.has(known.key)) {
+                continue;
             }
-            if (out.vertices != 0 && found.count != out.vertices) {
-                attributes.fail(key, "has " + std::to_string(found.count) + " entries, POSITION has " +
-                                         std::to_string(out.vertices));
+            const Accessor found = accessor(attributes, known.key, known.type, known.components);
+            const bool coded = found.component == known.narrow || found.component == known.wide;
+            if (!coded && found.component != float_type) {
+                attributes.fail(known.key, "has the component type " + std::to_string(found.component));
+            }
+            if (found.normalized != (coded && known.normalized)) {
+                attributes.fail(known.key,
+                                found.normalized ? "must not be normalized" : "must be normalized");
+            }
+            if (part != 0 && found.count != out.vertices) {
+                attributes.fail(known.key, "has " + std::to_string(found.count) + " entries, POSITION has " +
+                                               std::to_string(out.vertices));
             }
             out.vertices = found.count;
-            return found.bytes;
-        };
-        const auto maybe = [&](std::string_view key, const char *type, std::size_t components) {
-            return attributes.has(key) ? floats(key, type, components) : std::span<const std::byte>();
-        };
-        out.positions = floats("POSITION", "VEC3", 3);
-        out.normals = maybe("NORMAL", "VEC3", 3);
-        out.tangents = maybe("TANGENT", "VEC4", 4);
-        out.uvs = maybe("TEXCOORD_0", "VEC2", 2);
-        out.uvs1 = maybe("TEXCOORD_1", "VEC2", 2);
-        out.colors = maybe("COLOR_0", "VEC4", 4);
+            *parts[part] = found.bytes;
+            out.formats[part] = {static_cast<std::uint32_t>(found.component), found.normalized,
+                                 static_cast<std::uint32_t>(found.stride)};
+        }
     }
 
     void read_indices(const JsonObject &primitive, std::size_t &room, GlbLevel &out) const {
         const Accessor indices = accessor(primitive, "indices", "SCALAR", 1);
-        if (indices.component == float_type || indices.count % 3 != 0) {
+        if ((indices.component != ushort_type && indices.component != uint_type) || indices.normalized ||
+            indices.count % 3 != 0) {
             primitive.fail("indices", "must be whole triangles of uint16 or uint32");
         }
         const std::uint32_t bytes = indices.component == ushort_type ? 2 : 4;
@@ -207,15 +283,40 @@ class Reader {
     std::vector<std::string> materials_;
 };
 
+void demand_version(const JsonObject &root) {
+    if (root.object("asset").text("version") != "2.0") {
+        root.fail("asset", "version must be 2.0");
+    }
+}
+
 } // namespace
+
+Glb read_glb_nodes(std::span<const std::byte> file, const std::string &name,
+                   std::span<const std::uint32_t> nodes) {
+    const Chunks chunks = split(file, name);
+    const JsonDocument document(chunks.json, name);
+    const JsonObject root = document.root();
+    demand_version(root);
+    const Reader reader(root, chunks.bin);
+    const std::vector<JsonObject> all = root.objects("nodes", most_entries);
+    Glb out;
+    out.materials = reader.materials();
+    out.levels.reserve(nodes.size());
+    for (const std::uint32_t node : nodes) {
+        if (node >= all.size()) {
+            root.fail("nodes", "has " + std::to_string(all.size()) +
+                                   " entries, scene.json names a patch's node " + std::to_string(node));
+        }
+        reader.add(all[node], out);
+    }
+    return out;
+}
 
 Glb read_glb(std::span<const std::byte> file, const std::string &name) {
     const Chunks chunks = split(file, name);
     const JsonDocument document(chunks.json, name);
     const JsonObject root = document.root();
-    if (root.object("asset").text("version") != "2.0") {
-        root.fail("asset", "version must be 2.0");
-    }
+    demand_version(root);
     const Reader reader(root, chunks.bin);
     const std::vector<JsonObject> nodes = root.objects("nodes", most_entries);
     const auto last_node = static_cast<long long>(nodes.size()) - 1;
@@ -232,11 +333,11 @@ Glb read_glb(std::span<const std::byte> file, const std::string &name) {
     Glb out;
     out.materials = reader.materials();
     const JsonObject &finest = nodes[static_cast<std::size_t>(roots[0])];
-    out.levels.push_back(reader.level(finest));
+    reader.add(finest, out);
     if (finest.has("extensions") && finest.object("extensions").has("MSFT_lod")) {
         const JsonObject lod = finest.object("extensions").object("MSFT_lod");
         for (const long long id : lod.integers("ids", 64, 0, last_node)) {
-            out.levels.push_back(reader.level(nodes[static_cast<std::size_t>(id)]));
+            reader.add(nodes[static_cast<std::size_t>(id)], out);
         }
     }
     return out;

@@ -2,6 +2,7 @@
 // GLB (glTF 2.0) meshes as the bake writes them: one node per level of detail, tied by MSFT_lod
 // (pipeline/paradize/formats/FORMAT.md). Not a reader of glTF at large.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -16,16 +17,35 @@ struct GlbPrimitive {
     std::uint32_t count = 0;
 };
 
-/// float32 attributes, tightly packed; empty when the mesh has none.
+/// How the numbers of an attribute lie in its bytes.
+struct GlbFormat {
+    std::uint32_t component = 5126; // glTF's, which is GL's: 5120 to 5123 for 8 and 16 bits, 5126 float32
+    bool normalized = false;
+    std::uint32_t stride = 0; // bytes from one vertex to the next
+
+    bool operator==(const GlbFormat &) const = default;
+};
+
+/// Where a mesh stands in its object or in the world: metres = origin + step * position. Positions are metres
+/// (step 1, origin 0) or codes of a lattice.
+struct GlbLattice {
+    std::array<float, 3> step{1.0F, 1.0F, 1.0F};
+    std::array<float, 3> origin{};
+
+    bool operator==(const GlbLattice &) const = default;
+};
+
+/// Attributes as float32, or as codes of 8 and 16 bits (KHR_mesh_quantization); empty when the mesh has none.
 struct GlbLevel {
     std::string name;
     std::uint32_t vertices = 0;
-    std::span<const std::byte> positions; // 3 floats per vertex
+    std::span<const std::byte> positions; // 3 per vertex
     std::span<const std::byte> normals;   // 3
     std::span<const std::byte> tangents;  // 4
     std::span<const std::byte> uvs;       // 2
     std::span<const std::byte> uvs1;      // 2
     std::span<const std::byte> colors;    // 4
+    std::array<GlbFormat, 6> formats;     // of the above, in their order
     std::uint32_t index_bytes = 2;        // 2 or 4, the same for all primitives
     std::vector<GlbPrimitive> primitives;
 };
@@ -33,11 +53,17 @@ struct GlbLevel {
 struct Glb {
     std::vector<std::string> materials;
     std::vector<GlbLevel> levels; // level 0, the finest, first
+    GlbLattice lattice;           // of all levels
 };
 
 /// Spans point into `file`. Indices are not compared with the count of vertices here (that would read the
 /// whole file): first_bad_index() does it, piece by piece, before the upload. Throws Error with the place.
 Glb read_glb(std::span<const std::byte> file, const std::string &name);
+
+/// The same of a tile of the terrain: `levels` are the meshes of these nodes, in this order; the scene is not
+/// looked at.
+Glb read_glb_nodes(std::span<const std::byte> file, const std::string &name,
+                   std::span<const std::uint32_t> nodes);
 
 /// Place in `indices` of the first index that is not below `vertices`, or -1.
 std::ptrdiff_t first_bad_index(std::span<const std::byte> indices, std::uint32_t index_bytes,

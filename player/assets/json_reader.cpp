@@ -140,10 +140,16 @@ std::string JsonObject::text_or(std::string_view key, std::string otherwise) con
 
 std::vector<double> JsonObject::numbers(std::string_view key, std::size_t count, double low,
                                         double high) const {
+    check_array(member(value_, place_, key), child(place_, key), count, count);
+    return column(key, count, low, high);
+}
+
+std::vector<double> JsonObject::column(std::string_view key, std::size_t most, double low,
+                                       double high) const {
     asked_.emplace_back(key);
     const std::string place = child(place_, key);
     const Json &array = member(value_, place_, key);
-    check_array(array, place, count, count);
+    check_array(array, place, 0, most);
     std::vector<double> out;
     out.reserve(array.size());
     for (std::size_t i = 0; i < array.size(); ++i) {
@@ -181,18 +187,28 @@ std::vector<std::string> JsonObject::texts(std::string_view key, std::size_t mos
 
 std::vector<std::vector<double>> JsonObject::rows(std::string_view key, std::size_t most, std::size_t count,
                                                   double low, double high) const {
+    check_array(member(value_, place_, key), child(place_, key), 1, most);
+    const std::vector<double> flat = flat_rows(key, most, count, low, high);
+    std::vector<std::vector<double>> out;
+    out.reserve(flat.size() / count);
+    for (auto row = flat.begin(); row != flat.end(); row += static_cast<std::ptrdiff_t>(count)) {
+        out.emplace_back(row, row + static_cast<std::ptrdiff_t>(count));
+    }
+    return out;
+}
+
+std::vector<double> JsonObject::flat_rows(std::string_view key, std::size_t most, std::size_t count,
+                                          double low, double high) const {
     asked_.emplace_back(key);
     const std::string place = child(place_, key);
     const Json &array = member(value_, place_, key);
-    check_array(array, place, 1, most);
-    std::vector<std::vector<double>> out;
-    out.reserve(array.size());
+    check_array(array, place, 0, most);
+    std::vector<double> out;
+    out.reserve(array.size() * count);
     for (std::size_t i = 0; i < array.size(); ++i) {
-        const Json &row = array[i];
-        check_array(row, at(place, i), count, count);
-        std::vector<double> &values = out.emplace_back();
+        check_array(array[i], at(place, i), count, count);
         for (std::size_t k = 0; k < count; ++k) {
-            values.push_back(checked_number(row[k], at(at(place, i), k), low, high));
+            out.push_back(checked_number(array[i][k], at(at(place, i), k), low, high));
         }
     }
     return out;

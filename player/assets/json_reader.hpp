@@ -31,12 +31,17 @@ class JsonObject {
     std::string text_or(std::string_view key, std::string otherwise) const; // also for null
     /// An array of `count` numbers, each in the range.
     std::vector<double> numbers(std::string_view key, std::size_t count, double low, double high) const;
+    /// An array of at most `most` numbers, each in the range.
+    std::vector<double> column(std::string_view key, std::size_t most, double low, double high) const;
     std::vector<long long> integers(std::string_view key, std::size_t most, long long low,
                                     long long high) const;
     std::vector<std::string> texts(std::string_view key, std::size_t most) const;
     /// An array of rows of `count` numbers.
     std::vector<std::vector<double>> rows(std::string_view key, std::size_t most, std::size_t count,
                                           double low, double high) const;
+    /// The same rows, one after the other in one array; it may be empty.
+    std::vector<double> flat_rows(std::string_view key, std::size_t most, std::size_t count, double low,
+                                  double high) const;
     JsonObject object(std::string_view key) const;
     std::optional<JsonObject> object_or_none(std::string_view key) const; // none: absent or null
     std::vector<JsonObject> objects(std::string_view key, std::size_t most) const;

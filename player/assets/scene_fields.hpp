@@ -22,7 +22,9 @@ std::string maybe_artifact(const SceneFile &scene, const JsonObject &from, std::
 std::string needed_artifact(const SceneFile &scene, const JsonObject &from, std::string_view key,
                             ArtifactKind kind);
 
-// In scene_things.cpp; each reads its members of the root into `out`, whose artifacts are known already.
+// In scene_terrain.cpp and scene_things.cpp; each reads its members of the root into `out`, whose artifacts
+// are known already.
+void read_terrain(const JsonObject &root, SceneFile &out);
 void read_objects(const JsonObject &root, SceneFile &out);
 void read_particles(const JsonObject &root, SceneFile &out);
 void read_sound(const JsonObject &root, SceneFile &out);

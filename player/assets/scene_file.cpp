@@ -18,7 +18,7 @@ class SceneReader {
         if (root_.text("format") != "paradize-scene") {
             root_.fail("format", "is \"" + root_.text("format") + "\", must be \"paradize-scene\"");
         }
-        if (const long long version = root_.integer("version", 0, 1LL << 40); version != 1) {
+        if (const long long version = root_.integer("version", 0, 1LL << 40); version != 1 && version != 2) {
             root_.fail("version",
                        "is " + std::to_string(version) +
                            ", this player reads version 1; bake the scene with the Paradize that came "
@@ -27,7 +27,7 @@ class SceneReader {
         head();
         artifacts();
         light();
-        terrain();
+        read_terrain(root_, out_);
         water();
         read_objects(root_, out_);
         read_particles(root_, out_);
@@ -138,31 +138,6 @@ class SceneReader {
             out_.refraction_scale = real(*refraction, "scale", 1e-2, 4.0);
             refraction->done();
         }
-    }
-
-    void terrain() {
-        const auto from = root_.object_or_none("terrain");
-        if (!from) {
-            return;
-        }
-        Terrain value;
-        value.mesh = needed_artifact(out_, *from, "mesh", ArtifactKind::mesh);
-        value.sand_color = needed_artifact(out_, *from, "sand_color", ArtifactKind::texture);
-        value.sand_normal = maybe_artifact(out_, *from, "sand_normal", ArtifactKind::texture);
-        value.effect_color = maybe_artifact(out_, *from, "effect_color", ArtifactKind::texture);
-        value.effect_normal = maybe_artifact(out_, *from, "effect_normal", ArtifactKind::texture);
-        value.sand_repeat = real(*from, "sand_repeat", 1e-3, 1e6);
-        value.mix_low_m = real(*from, "mix_low_m", -far_m, far_m);
-        value.mix_high_m = real(*from, "mix_high_m", -far_m, far_m);
-        value.specular = real_or(*from, "specular", 0.0, 1e3, value.specular);
-        value.smoothness = real_or(*from, "smoothness", 0.0, 1.0, value.smoothness);
-        value.wet_high_m = real_or(*from, "wet_high_m", 0.0, far_m, value.wet_high_m);
-        value.wet_darkness = real_or(*from, "wet_darkness", 0.0, 1.0, value.wet_darkness);
-        value.wet_smoothness = real_or(*from, "wet_smoothness", 0.0, 1.0, value.wet_smoothness);
-        value.size_m = pair(*from, "size_m", 1e-6, far_m);
-        value.height_range_m = pair(*from, "height_range_m", -far_m, far_m);
-        from->done();
-        out_.terrain = value;
     }
 
     void water() {

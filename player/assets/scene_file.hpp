@@ -52,11 +52,39 @@ struct Shadow {
     float blur_distance_m = 50.0F; // beyond this from the eye the shadow's edge is not blurred
 };
 
+/// Right triangles of several sizes that cover the terrain; the coarse levels first. Columns of one length, a
+/// row a patch; spheres are in the world.
+struct TerrainPatches {
+    std::vector<std::uint32_t> tile;      // index into Terrain::tiles, never falling
+    std::vector<std::uint32_t> node;      // of the tile's GLB, rising within a tile
+    std::vector<std::uint32_t> level;     // never falling
+    std::vector<std::int32_t> made_by;    // the diamond whose split shows it; -1: a root
+    std::vector<std::int32_t> diamond;    // the diamond whose split replaces it; -1: nothing finer is baked
+    std::vector<glm::vec3> center;        // of a sphere around it, metres
+    std::vector<float> radius_m, error_m; // error: measured, vertical
+
+    std::size_t size() const { return tile.size(); }
+};
+
+/// The one or two patches that share a hypotenuse; they split together. Columns of one length, coarse first.
+struct TerrainDiamonds {
+    std::vector<std::uint32_t> level;
+    std::vector<float> error_m; // of its patches and of all that come of them
+    std::vector<glm::vec3> center;
+    std::vector<float> radius_m;
+
+    std::size_t size() const { return level.size(); }
+};
+
 struct Terrain {
-    std::string mesh, sand_color, effect_color, effect_normal, sand_normal; // artifacts; empty: none
-    float sand_repeat = 1.0F; // TEXCOORD_0 spans [0, sand_repeat]
-    float mix_low_m = 0.0F;   // at and below: effect only
-    float mix_high_m = 2.0F;  // at and above: sand only
+    std::vector<std::string> tiles; // artifacts of kind mesh
+    TerrainPatches patches;
+    TerrainDiamonds diamonds;
+    std::uint64_t left_out = 0; // patches that no moment of the flight asks for and that were not baked
+    std::string sand_color, effect_color, effect_normal, sand_normal; // artifacts; empty: none
+    float sand_repeat = 1.0F;                                         // TEXCOORD_0 spans [0, sand_repeat]
+    float mix_low_m = 0.0F;                                           // at and below: effect only
+    float mix_high_m = 2.0F;                                          // at and above: sand only
     float specular = 0.0F;
     float smoothness = 0.0F;
     float wet_high_m = 0.0F;     // sand is wet up to here above the water

@@ -55,28 +55,43 @@ void plan_texture(const Ktx2 &texture, std::uint32_t artifact, std::vector<Strea
     }
 }
 
+namespace {
+
+void plan_level(const GlbLevel &level, std::size_t index, bool coarse, std::uint32_t artifact,
+                std::vector<StreamPiece> &pieces) {
+    const auto parts = mesh_attributes + static_cast<std::uint32_t>(level.primitives.size());
+    for (std::uint32_t part = 0; part < parts; ++part) {
+        const std::span<const std::byte> bytes = part < mesh_attributes
+                                                     ? mesh_attribute(level, part)
+                                                     : level.primitives[part - mesh_attributes].indices;
+        for (std::size_t at = 0; at < bytes.size(); at += piece_bytes) {
+            StreamPiece piece;
+            piece.artifact = artifact;
+            piece.level = static_cast<std::uint32_t>(index);
+            piece.part = part;
+            piece.offset = static_cast<std::uint32_t>(at);
+            piece.coarse = coarse;
+            piece.bytes = bytes.subspan(at, std::min(piece_bytes, bytes.size() - at));
+            // Every level has positions and at least one primitive with indices: the last piece is one of
+            // those.
+            piece.last = part + 1 == parts && at + piece.bytes.size() == bytes.size();
+            pieces.push_back(piece);
+        }
+    }
+}
+
+} // namespace
+
 void plan_mesh(const Glb &mesh, std::uint32_t artifact, std::vector<StreamPiece> &pieces) {
     for (std::size_t i = mesh.levels.size(); i-- > 0;) {
-        const GlbLevel &level = mesh.levels[i];
-        const auto parts = mesh_attributes + static_cast<std::uint32_t>(level.primitives.size());
-        for (std::uint32_t part = 0; part < parts; ++part) {
-            const std::span<const std::byte> bytes = part < mesh_attributes
-                                                         ? mesh_attribute(level, part)
-                                                         : level.primitives[part - mesh_attributes].indices;
-            for (std::size_t at = 0; at < bytes.size(); at += piece_bytes) {
-                StreamPiece piece;
-                piece.artifact = artifact;
-                piece.level = static_cast<std::uint32_t>(i);
-                piece.part = part;
-                piece.offset = static_cast<std::uint32_t>(at);
-                piece.coarse = i + 1 == mesh.levels.size();
-                piece.bytes = bytes.subspan(at, std::min(piece_bytes, bytes.size() - at));
-                // Every level has positions and at least one primitive with indices: the last piece is one of
-                // those.
-                piece.last = part + 1 == parts && at + piece.bytes.size() == bytes.size();
-                pieces.push_back(piece);
-            }
-        }
+        plan_level(mesh.levels[i], i, i + 1 == mesh.levels.size(), artifact, pieces);
+    }
+}
+
+void plan_patches(const Glb &tile, std::size_t coarse, std::uint32_t artifact,
+                  std::vector<StreamPiece> &pieces) {
+    for (std::size_t i = 0; i < tile.levels.size(); ++i) {
+        plan_level(tile.levels[i], i, i < coarse, artifact, pieces);
     }
 }
 

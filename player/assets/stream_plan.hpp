@@ -37,6 +37,9 @@ struct StreamPiece {
 /// them.
 void plan_texture(const Ktx2 &texture, std::uint32_t artifact, std::vector<StreamPiece> &pieces);
 void plan_mesh(const Glb &mesh, std::uint32_t artifact, std::vector<StreamPiece> &pieces);
+/// A tile of the terrain, its patches in the order of the file; the first `coarse` of them count as coarse.
+void plan_patches(const Glb &tile, std::size_t coarse, std::uint32_t artifact,
+                  std::vector<StreamPiece> &pieces);
 /// Coarse pieces first; otherwise the order stays.
 void order_pieces(std::vector<StreamPiece> &pieces);
 

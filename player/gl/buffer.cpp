@@ -20,11 +20,16 @@ void write_buffer(unsigned target, const Buffer &buffer, std::size_t offset,
 
 void attribute_floats(unsigned location, int components, const Buffer &buffer, int stride_bytes,
                       std::size_t offset_bytes, unsigned divisor) {
+    attribute_numbers(location, components, GL_FLOAT, false, buffer, stride_bytes, offset_bytes);
+    glVertexAttribDivisor(location, divisor);
+}
+
+void attribute_numbers(unsigned location, int components, unsigned component_type, bool normalized,
+                       const Buffer &buffer, int stride_bytes, std::size_t offset_bytes) {
     glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
     glEnableVertexAttribArray(location);
-    glVertexAttribPointer(location, components, GL_FLOAT, GL_FALSE, stride_bytes,
+    glVertexAttribPointer(location, components, component_type, normalized ? GL_TRUE : GL_FALSE, stride_bytes,
                           reinterpret_cast<const void *>(offset_bytes));
-    glVertexAttribDivisor(location, divisor);
 }
 
 } // namespace paradize::gl

@@ -10,7 +10,7 @@ namespace paradize::gl {
 
 /// Fixed places of vertex attributes, the same in every shader: layout(location = N).
 enum Attribute : unsigned {
-    attribute_position = 0, // vec3, metres
+    attribute_position = 0, // vec3, metres, or codes of the mesh's lattice
     attribute_normal = 1,   // vec3, unit
     attribute_tangent = 2,  // vec4, xyz unit, w = +-1
     attribute_uv0 = 3,      // vec2, origin at the top left texel corner
@@ -31,5 +31,10 @@ void write_buffer(unsigned target, const Buffer &buffer, std::size_t offset, std
 /// instance.
 void attribute_floats(unsigned location, int components, const Buffer &buffer, int stride_bytes,
                       std::size_t offset_bytes, unsigned divisor = 0);
+
+/// One attribute of any component type for `buffer`'s vertices; normalized integers reach the shader as 0 to
+/// 1 or -1 to 1, others as they are.
+void attribute_numbers(unsigned location, int components, unsigned component_type, bool normalized,
+                       const Buffer &buffer, int stride_bytes, std::size_t offset_bytes);
 
 } // namespace paradize::gl

@@ -71,7 +71,7 @@ void ObjectsPass::draw_depth(const Frame &frame) {
         if (object.color != nullptr) {
             object.color->bind(unit_color, samplers_of(frame, object)[unit_color]);
         }
-        gl::Program::set(depth_model_at_, item.instance->model);
+        gl::Program::set(depth_model_at_, item.instance->model * object.mesh->model());
         for (std::size_t m = 0; m < object.materials.size(); ++m) {
             const assets::Material &material = object.materials[m];
             sides(material.two_sided);
@@ -109,8 +109,8 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
         const float height = bind(object.height, unit_height);
         const float gloss = bind(object.gloss, unit_gloss);
         gl::Program::set(maps_at_, glm::vec4(color, normal, height, gloss));
-        gl::Program::set(model_at_, item.instance->model);
-        gl::Program::set(scale_at_, item.instance->scale);
+        gl::Program::set(model_at_, item.instance->model * object.mesh->model());
+        gl::Program::set(scale_at_, item.instance->scale * object.mesh->step_m());
         for (std::size_t m = 0; m < object.materials.size(); ++m) {
             const assets::Material &material = object.materials[m];
             sides(material.two_sided);

@@ -28,9 +28,12 @@ std::uint64_t fingerprint(const Frame &frame, const View &light) {
         mix(hash, static_cast<std::uint64_t>(item.lod));
         mix(hash, item.object->color != nullptr && item.object->color->complete() ? 1U : 0U);
     }
-    if (frame.scene.file().terrain) {
-        const StreamedMesh *mesh = frame.scene.mesh(frame.scene.file().terrain->mesh);
-        mix(hash, static_cast<std::uint64_t>(mesh != nullptr ? mesh->best_level(0) + 1 : 0));
+    if (const TerrainTiles *terrain = frame.terrain()) {
+        for (const std::uint32_t patch : terrain->cut().patches()) {
+            if (terrain->sees(light, no_plane, patch)) {
+                mix(hash, std::uint64_t{patch} + 1);
+            }
+        }
     }
     return hash | 1U;
 }

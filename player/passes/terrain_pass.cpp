@@ -2,10 +2,8 @@
 
 #include "gl/texture.hpp"
 
-#include <epoxy/gl.h>
-#include <glm/mat4x4.hpp>
-
 #include <algorithm>
+#include <epoxy/gl.h>
 
 namespace paradize {
 
@@ -24,7 +22,8 @@ TerrainPass::TerrainPass(const PassSetup &setup)
       has_effect_at_(program_.location("u_has_effect")),
       sand_reference_at_(program_.location("u_sand_reference_m")), edge_at_(program_.location("u_edge")),
       mix_at_(program_.location("u_mix")), wet_at_(program_.location("u_wet")),
-      clip_at_(program_.location("u_clip_plane")) {
+      clip_at_(program_.location("u_clip_plane")), model_at_(program_.location("u_model")),
+      normals_at_(program_.location("u_normals")) {
     program_.set_unit("u_sand_color", unit_sand_color);
     program_.set_unit("u_sand_normal", unit_sand_normal);
     program_.set_unit("u_effect_color", unit_effect_color);
@@ -34,17 +33,11 @@ TerrainPass::TerrainPass(const PassSetup &setup)
 void TerrainPass::draw(const Frame &frame, const View &view) {
     const assets::SceneFile &file = frame.scene.file();
     const assets::Terrain &terrain = *file.terrain;
-    const StreamedMesh *mesh = frame.scene.mesh(terrain.mesh);
-    const int level = mesh != nullptr ? mesh->best_level(0) : -1;
-    if (level < 0) {
-        return;
-    }
     if (view.kind == ViewKind::light) {
         depth_.use();
-        gl::Program::set(depth_model_at_, glm::mat4(1.0F));
         gl::Program::set(depth_cutoff_at_, 0.0F);
         depth_bias(true);
-        mesh->draw(level);
+        frame.terrain()->draw(view, no_plane, {depth_model_at_});
         depth_bias(false);
         return;
     }
@@ -73,16 +66,18 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
     // Under water the refraction's picture shows the floor: the main view need not draw it twice.
     const bool hidden = view.kind == ViewKind::main && frame.shared.refraction != nullptr && file.water &&
                         view.eye.y > file.water->level_m;
+    glm::vec4 plane = view.clipped ? view.clip_plane : no_plane;
     if (hidden) {
         glEnable(GL_CLIP_DISTANCE0);
-        gl::Program::set(clip_at_, glm::vec4(0.0F, 1.0F, 0.0F, 0.3F - file.water->level_m));
+        plane = glm::vec4(0.0F, 1.0F, 0.0F, 0.3F - file.water->level_m);
     }
     // The refraction's picture reaches a little up the beach: at the water's edge its coarser pixels must not
     // show a gap.
     if (view.kind == ViewKind::refraction && file.water) {
-        gl::Program::set(clip_at_, glm::vec4(0.0F, -1.0F, 0.0F, file.water->level_m + 1.0F));
+        plane = glm::vec4(0.0F, -1.0F, 0.0F, file.water->level_m + 1.0F);
     }
-    mesh->draw(level);
+    gl::Program::set(clip_at_, plane);
+    frame.terrain()->draw(view, plane, {model_at_, normals_at_});
     if (hidden) {
         glDisable(GL_CLIP_DISTANCE0);
     }

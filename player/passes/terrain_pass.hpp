@@ -21,7 +21,7 @@ class TerrainPass : public Pass {
     gl::Sampler once_;    // clamps: the effect map covers the terrain once
     int depth_model_at_ = -1, depth_cutoff_at_ = -1;
     int has_sand_normal_at_ = -1, has_effect_at_ = -1, sand_reference_at_ = -1, edge_at_ = -1, mix_at_ = -1,
-        wet_at_ = -1, clip_at_ = -1;
+        wet_at_ = -1, clip_at_ = -1, model_at_ = -1, normals_at_ = -1;
 };
 
 } // namespace paradize

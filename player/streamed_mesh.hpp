@@ -1,0 +1,71 @@
+#pragma once
+// An object's mesh on the GPU: a vertex array per level of detail.
+
+#include "assets/glb.hpp"
+#include "assets/stream_plan.hpp"
+#include "gl/handle.hpp"
+
+#include <glm/mat4x4.hpp>
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace paradize {
+
+/// A run of triangles of one material.
+struct MeshPrimitive {
+    int material = 0; // index into StreamedMesh::materials()
+    int index_count = 0;
+    std::size_t index_offset = 0; // bytes into the level's index buffer
+};
+
+struct MeshLevel {
+    gl::VertexArray vertex_array;
+    gl::Buffer vertices, indices;
+    unsigned index_type = 0; // GL_UNSIGNED_SHORT or GL_UNSIGNED_INT
+    std::vector<MeshPrimitive> primitives;
+    bool has_uv1 = false;
+    bool resident = false;
+};
+
+class StreamedMesh {
+  public:
+    StreamedMesh() = default;
+    /// Buffers for all levels.
+    explicit StreamedMesh(const assets::Glb &glb);
+
+    std::span<const MeshLevel> levels() const { return levels_; } // level 0, the finest, first
+    std::span<const std::string> materials() const { return materials_; }
+    /// The object's space from the mesh's: its positions may be codes of a lattice.
+    const glm::mat4 &model() const { return model_; }
+    float step_m() const { return step_m_; } // of that lattice, the same along all axes
+    /// The resident level nearest to `wanted`, coarser ones first; -1 when none is there.
+    int best_level(int wanted) const;
+    /// Draws all primitives of a material, or of all (-1). Leaves the vertex array bound.
+    void draw(int level, int material = -1) const;
+
+    /// Writes a piece of plan_mesh(). Throws Error for an index beyond the vertices.
+    void upload(const assets::Glb &glb, const assets::StreamPiece &piece, const std::string &path);
+
+  private:
+    std::vector<MeshLevel> levels_;
+    std::vector<std::string> materials_;
+    glm::mat4 model_{1.0F};
+    float step_m_ = 1.0F;
+    std::vector<std::vector<std::size_t>> offsets_; // per level and part, byte in its buffer
+};
+
+/// What makes metres of a lattice's codes.
+glm::mat4 model_of(const assets::GlbLattice &lattice);
+/// Enables attribute `part` of the vertex array that is bound, unless the level has none such: read from
+/// `vertices` at `offset_bytes`.
+void attach_attribute(const assets::GlbLevel &level, std::uint32_t part, const gl::Buffer &vertices,
+                      std::size_t offset_bytes);
+/// Where the next attribute may begin.
+std::size_t attribute_end(std::size_t offset_bytes, std::size_t bytes);
+/// Throws Error, with node, primitive and place, for a piece with an index beyond the level's vertices.
+void demand_indices(const assets::GlbLevel &level, const assets::StreamPiece &piece, const std::string &path);
+
+} // namespace paradize
