@@ -78,7 +78,7 @@ def terrain_lattice(
     low, high = heights_m
     across, along = size_m[0] / (columns - 1), size_m[1] / (rows - 1)
     up = (high - low) / LARGEST_CODE
-    gentle = min(across, along) / _FLATTEST
+    gentle = max(across, along) / _FLATTEST
     if up < gentle and (gentle <= 2.0 * max_error_m / _ROOM or up == 0.0):
         up = gentle
     # A little more than the range, so that no code lies beyond the largest by rounding.
