@@ -26,8 +26,10 @@ _WORTH = 0.1
 _ROUNDING = 1e-7
 _BISECTIONS = {"fast": 4, "balanced": 4, "exact": 9}
 _SAMPLES = 50_000
-# A texture that slid by more than this, of the diagonal, is told.
-_SLID = 0.01
+# A texture of which more than a hundredth slid by more than this, of the diagonal, is held with so many times
+# the weight, which costs next to no shape. What still slid by more than the second is told.
+_SLID, _SEEN = 0.01, 0.02
+_HELD = (4.0, 16.0)
 # Words to a level's shares: the largest distance, its RMS and 99th percentile, of the diagonal.
 EXACT = {"error_max": 0.0, "error_rms": 0.0, "error_p99": 0.0}
 _SAME = {"normal_mean_deg": 0.0, "normal_p99_deg": 0.0, "normal_max_deg": 0.0}
@@ -112,7 +114,8 @@ def _told(judge: Judge, step: Step) -> Step:
     if step.mesh is judge.mesh:
         return replace(step, errors=EXACT | _SAME | _STILL)
     normals = normal_error(judge, step.mesh, _SAMPLES, apart=step.errors["error_max"])
-    return replace(step, errors=step.errors | normals | uv_shift(judge, step.mesh, _SAMPLES))
+    slid = {key: step.errors[key] for key in _STILL if key in step.errors}
+    return replace(step, errors=step.errors | normals | (slid or uv_shift(judge, step.mesh, _SAMPLES)))
 
 
 def _slides(steps: list[Step]) -> list[str]:
@@ -124,16 +127,22 @@ def _slides(steps: list[Step]) -> list[str]:
                 f"lod{at}: the texture is stretched beside seams, which had to be let go; it slid by up to "
                 f"{most:.2g} of the diagonal (99 % by {p99:.2g}); ask for fewer levels to keep them"
             )
-        elif p99 > _SLID:
-            notes.append(f"lod{at}: the texture slid by up to {most:.2g} of the diagonal (99 % by {p99:.2g})")
+        elif p99 > _SEEN:
+            notes.append(
+                f"lod{at}: the texture slid by up to {most:.2g} of the diagonal (99 % by {p99:.2g}); ask for "
+                "fewer levels or a larger ratio to keep it in place"
+            )
     return notes
 
 
-def _made(judge: Judge, before: Mesh, target: int, tier: str, aim: str) -> tuple[Step | None, str]:
+def _made(
+    judge: Judge, before: Mesh, target: int, limit: float, tier: str, aim: str
+) -> tuple[Step | None, str]:
     """About `target` triangles, measured; None where nothing would be left; and why there are more.
 
     The exact tier starts from the level before and from the source, weighs attributes in several ways, asks
-    the other simplifier too, and takes what has the least `aim` (a name in errors).
+    the other simplifier too, and takes what has the least `aim` (a name in errors). Where its texture slid it
+    is made again with more weight on that, and the least slid one inside `limit` is taken.
     """
     best: Step | None = None
     note = ""
@@ -154,7 +163,29 @@ def _made(judge: Judge, before: Mesh, target: int, tier: str, aim: str) -> tuple
         step = Step(mesh, judge.distance(mesh, _SAMPLES), level.seams_kept)
         if best is None or (step.seams_kept, -step.errors[aim]) > (best.seams_kept, -best.errors[aim]):
             best = step
-    return best, note
+    return (best if best is None else _held(judge, best, before, target, limit, tier)), note
+
+
+def _held(judge: Judge, step: Step, before: Mesh, target: int, limit: float, tier: str) -> Step:
+    """The step; where its texture slid too far, one of as few triangles inside `limit` whose slid less."""
+    if judge.mesh.uvs is None or tier == "fast" or step.errors["error_max"] > limit:
+        return step
+    best = replace(step, errors=step.errors | uv_shift(judge, step.mesh, _SAMPLES))
+    for weight in _HELD:
+        if best.errors["uv_shift_p99"] <= _SLID:
+            break
+        level = simplify(before, target, tier, original=judge.mesh, hold=weight)
+        try:
+            mesh, _ = validate_mesh(level.mesh)
+        except SourceError:
+            continue
+        errors = judge.distance(mesh, _SAMPLES)
+        if errors["error_max"] > limit or len(mesh.triangles) > 1.02 * len(step.mesh.triangles):
+            continue
+        errors |= uv_shift(judge, mesh, _SAMPLES)
+        if level.seams_kept >= step.seams_kept and errors["uv_shift_p99"] < best.errors["uv_shift_p99"]:
+            best = Step(mesh, errors, level.seams_kept)
+    return best
 
 
 def _off(step: Step, limit: float) -> str:
@@ -168,7 +199,7 @@ def _nearest(judge: Judge, before: Mesh, target: int, limit: float, tier: str) -
     most = int(len(before.triangles) * (1 - _WORTH))
     least, best, note = target, None, ""
     for _ in range(_BISECTIONS[tier]):
-        step, told = _made(judge, before, target, tier, "error_rms")
+        step, told = _made(judge, before, target, limit, tier, "error_rms")
         if step is None:
             return best, note or told
         count = len(step.mesh.triangles)
@@ -201,7 +232,7 @@ def _coarsest(judge: Judge, before: Mesh, bound: float, tier: str) -> tuple[Step
         if low > high:
             break
         target = max(low, min(high, isqrt(low * high)))
-        step, told = _made(judge, before, target, tier, "error_max")
+        step, told = _made(judge, before, target, bound, tier, "error_max")
         if step is None or step.errors["error_max"] > bound:
             if step is not None:
                 off = step.errors["error_max"]

@@ -97,3 +97,19 @@ def test_a_turned_mesh_is_off_by_half_a_turn_and_turned_planks_too() -> None:
         inside_out = replace(mesh, triangles=mesh.triangles[:, ::-1].copy(), normals=-mesh.normals)
         assert normal_error(mesh, inside_out, 5000)["normal_mean_deg"] > 150
         assert normal_error(mesh, replace(mesh, normals=-mesh.normals), 5000)["normal_mean_deg"] > 179
+
+
+def test_a_texture_that_would_slide_is_held_at_next_to_no_cost_of_shape(
+    root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The jetty's planks: boxes that become sheets, whose ends pull the wood along."""
+    jetty = root / "raw_assets/jetty/jetty.obj"
+    held = bake_mesh(jetty, lods=3).report
+    monkeypatch.setattr("paradize.bake_lods._HELD", ())
+    loose = bake_mesh(jetty, lods=3).report
+    assert not any("slid" in warning for warning in held["warnings"])
+    last, before = held["lods"][2], loose["lods"][2]
+    assert before["uv_shift_p99"] > 0.02 > 1.5 * last["uv_shift_p99"]
+    assert any("slid" in text and "fewer levels or a larger ratio" in text for text in loose["warnings"])
+    assert last["error_rms"] < 1.2 * before["error_rms"]
+    assert last["triangles"] <= 1.02 * before["triangles"]

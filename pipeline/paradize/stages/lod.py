@@ -75,10 +75,12 @@ def simplify(
     *,
     original: Mesh | None = None,
     variant: float = 1.0,
+    hold: float = 1.0,
 ) -> Level:
     """A mesh of about `target` triangles (1 or more), from a validated mesh with normals; `original` is the
     surface that attributes come from (default: the mesh itself). variant: what the weights of attributes
-    beside positions are multiplied with, more than 0.
+    beside positions are multiplied with, more than 0. hold: the same for texture coordinates alone; `fast`
+    knows neither.
 
     Tangents are left out: they are made anew for each level. Raises BakeError for an unknown tier or where
     the library returns something that is not a mesh.
@@ -91,7 +93,7 @@ def simplify(
     def attempt(released: tuple[str, ...]) -> Level:
         if tier == "fast":
             return _simplify_fast(mesh, target, original, released)
-        return _simplify_own(mesh, target, original, released, variant)
+        return _simplify_own(mesh, target, original, released, variant, hold)
 
     best = attempt(())
     for released in _RELEASED:
@@ -248,7 +250,7 @@ def _image_scale(mesh: Mesh, points: npt.NDArray[np.float64], uvs: npt.NDArray[n
 
 
 def _simplify_own(
-    mesh: Mesh, target: int, original: Mesh, released: tuple[str, ...], variant: float
+    mesh: Mesh, target: int, original: Mesh, released: tuple[str, ...], variant: float, hold: float
 ) -> Level:
     """Vertices move to where the error is least, and their attributes with them. What did not move keeps its
     bits."""
@@ -261,7 +263,7 @@ def _simplify_own(
             continue
         names.append(name)
         columns.append(values)
-        scale = 1.0 if name == "normals" else _image_scale(joined, points, values)
+        scale = 1.0 if name == "normals" else hold * _image_scale(joined, points, values)
         weights += [variant * weight * scale] * values.shape[1]
     places, _ = number_rows(joined.positions)
     best = None
