@@ -9,6 +9,7 @@ Pixel (0, 0) is the corner at -X, -Z; a pixel is a vertex, so the sizes span the
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from paradize.readers.nodata import declared_nodata, fill_nodata
 MAX_SIDE = 16385
 HEIGHT_LIMIT_M = 1e7
 SRTM_VOID = -32768.0
+BAND = 256  # rows
 
 
 def read_heightmap(
@@ -44,16 +46,15 @@ def read_heightmap(
         if void is not None and not metres:  # a code, as the pixels are shares of the largest
             top = np.float32({8: 255.0, 16: 65535.0}.get(image.source_bits, 4294967295.0))
             void = float(np.float32(void) / top)
-    pixels = image.pixels
-    rows, columns, channels = pixels.shape
+    rows, columns, channels = image.values.shape
     if min(rows, columns) < 2 or max(rows, columns) > MAX_SIDE:
         raise SourceError(
             f"is {columns} x {rows} pixels; allowed: 2 to {MAX_SIDE} on each side",
             file=path,
             mend="a pixel is a vertex, so a terrain needs two each way",
         )
-    levels = pixels[:, :, 0]
-    if channels >= 3 and not all(np.array_equal(levels, pixels[:, :, k]) for k in (1, 2)):
+    levels = image.values[:, :, 0]
+    if channels >= 3 and not all(np.array_equal(levels, image.values[:, :, k]) for k in (1, 2)):
         raise SourceError("is a colour picture", file=path, mend="save the heights as one grey channel")
     if channels in (2, 4):
         warnings.append(f"{path}: the alpha channel is ignored")
@@ -62,20 +63,43 @@ def read_heightmap(
         warnings.append(
             f"{path}: has 8 bits a pixel: heights are steps of {step:.3g} m; save it with 16 bits"
         )
-    heights, told = _filled(levels.astype(np.float64), void, path)
-    warnings.extend(told)
-    if not metres:
-        heights = heights * height_m
-    heights = heights + base_m
-    bad = ~(np.abs(heights) <= HEIGHT_LIMIT_M)
-    if bad.any():
-        row, column = (int(k) for k in np.argwhere(bad)[0])
+    heights = np.empty((rows, columns), np.float32)
+    filled: npt.NDArray[np.float64] | None = None
+    if any(_missing(_levels(image, band), void).any() for band in _bands(rows)):
+        filled, told = _filled(_levels(image, slice(0, rows)), void, path)
+        warnings.extend(told)
+    bad = 0
+    worst: tuple[int, int, float] | None = None
+    for band in _bands(rows):
+        part = _levels(image, band) if filled is None else filled[band]
+        if not metres:
+            part = part * height_m
+        part = part + base_m
+        wrong = ~(np.abs(part) <= HEIGHT_LIMIT_M)
+        if wrong.any():
+            row, column = (int(k) for k in np.argwhere(wrong)[0])
+            worst = worst or (band.start + row, column, float(part[row, column]))
+            bad += int(wrong.sum())
+        with np.errstate(over="ignore"):  # what overflows is told below
+            heights[band] = part
+    if worst is not None:
+        row, column, height = worst
         raise SourceError(
-            f"holds {heights[row, column]:g} m; allowed: up to {HEIGHT_LIMIT_M:g} m ({int(bad.sum())} such)",
+            f"holds {height:g} m; allowed: up to {HEIGHT_LIMIT_M:g} m ({bad} such)",
             file=path,
             place=f"pixel ({column}, {row})",
         )
-    return Heightfield(np.ascontiguousarray(heights.astype(np.float32)), size_x_m, size_z_m), warnings
+    return Heightfield(heights, size_x_m, size_z_m), warnings
+
+
+def _bands(rows: int) -> list[slice]:
+    """Rows in bands, so that large fields are widened a piece at a time."""
+    return [slice(first, min(first + BAND, rows)) for first in range(0, rows, BAND)]
+
+
+def _levels(image: Image, band: slice) -> npt.NDArray[np.float64]:
+    """The first channel of some rows, codes as shares of the largest."""
+    return replace(image, values=image.values[band, :, :1]).pixels[:, :, 0].astype(np.float64)
 
 
 def _read_srtm(path: Path) -> Image:
@@ -97,16 +121,19 @@ def _read_srtm(path: Path) -> Image:
     return Image(raw.reshape(side, side, 1).astype(np.float32), "data", 32)
 
 
+def _missing(heights: npt.NDArray[np.float64], void: float | None) -> npt.NDArray[np.bool_]:
+    missing = np.isnan(heights)
+    if void is not None and not math.isnan(void):
+        missing |= heights == np.float64(np.float32(void))
+    return missing
+
+
 def _filled(
     heights: npt.NDArray[np.float64], void: float | None, path: Path
 ) -> tuple[npt.NDArray[np.float64], list[str]]:
     """Heights without holes, and a warning with the number of pixels filled and the first of them."""
-    missing = np.isnan(heights)
-    if void is not None and not math.isnan(void):
-        missing |= heights == np.float64(np.float32(void))
+    missing = _missing(heights, void)
     count = int(np.count_nonzero(missing))
-    if count == 0:
-        return heights, []
     row, column = (int(k) for k in np.argwhere(missing)[0])
     place = f"pixel ({column}, {row})"
     if count == heights.size:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from paradize.data import F32, U8, U16
 
 # Setting -> what holds where the environment does not say: 16384 x 16384 is the largest map that is promised.
-LIMITS = {"PARADIZE_MAX_SIDE": 32768, "PARADIZE_MAX_TEXELS": 1 << 28, "PARADIZE_MAX_MB": 8192}
+LIMITS = {"PARADIZE_MAX_SIDE": 32768, "PARADIZE_MAX_TEXELS": 1 << 29, "PARADIZE_MAX_MB": 8192}
 
 # Formats whose files keep straight alpha, as OpenImageIO hands it over when asked for it.
 _STRAIGHT = {
