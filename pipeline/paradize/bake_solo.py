@@ -67,13 +67,25 @@ def solo_mesh(
 
 
 def solo_terrain(
-    path: Path, *, size_m: tuple[float, float], height_m: float, max_error_m: float, tier: str
+    path: Path,
+    *,
+    size_m: tuple[float, float],
+    height_m: float,
+    max_error_m: float,
+    tier: str,
+    quantise: bool = False,
 ) -> Made:
     """`paradize terrain`: sizes and heights in metres; the file is named as solo_mesh does."""
     from paradize.bake_terrain import bake_terrain
 
     made = bake_terrain(
-        path, size_x_m=size_m[0], size_z_m=size_m[1], height_m=height_m, max_error_m=max_error_m, tier=tier
+        path,
+        size_x_m=size_m[0],
+        size_z_m=size_m[1],
+        height_m=height_m,
+        max_error_m=max_error_m,
+        tier=tier,
+        quantise=quantise,
     )
     told = {
         "triangles": made.triangles,
@@ -81,6 +93,9 @@ def solo_terrain(
         "max_error_m": made.max_error_m,
         "rms_error_m": made.rms_error_m,
         "tier": made.tier,
+        "bytes": len(made.glb),
+        "quantised": quantise,
+        **made.codes,
         "warnings": made.warnings,
     }
     errors = {"terrain_max_m": made.max_error_m, "terrain_rms_m": made.rms_error_m}

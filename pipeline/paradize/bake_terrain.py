@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Lod
+from paradize.bake_quantise import quantised_terrain, terrain_lattice
+from paradize.data import Heightfield, Lattice, Lod
 from paradize.errors import BakeError
 from paradize.formats.glb import encode_glb
+from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.terrain import TerrainError, terrain_error
 from paradize.readers.heightmap import read_heightmap
 from paradize.stages.terrain import terrain_mesh
@@ -21,7 +23,8 @@ TRIES = 6
 
 @dataclass(frozen=True)
 class TerrainProduct:
-    """glb: one node at one level. max_error_m, rms_error_m: vertical metres, measured at every pixel."""
+    """glb: one node at one level. max_error_m, rms_error_m: vertical metres, measured at every pixel, of the
+    codes where there are such. codes: what they cost by themselves, as metrics/quantised.py names it."""
 
     glb: bytes
     triangles: int
@@ -30,6 +33,7 @@ class TerrainProduct:
     rms_error_m: float
     tier: str
     warnings: list[str]
+    codes: dict[str, float] = field(default_factory=dict)
 
 
 def bake_terrain(
@@ -42,25 +46,34 @@ def bake_terrain(
     max_error_m: float = 0.1,
     sand_repeat: float = 1.0,
     tier: str = "balanced",
+    quantise: bool = False,
 ) -> TerrainProduct:
     """Bakes the heightmap at `path`; no pixel is farther than max_error_m (metres, >= 0) from the mesh.
 
-    tier: "fast", "balanced" or "exact"; the product says which was used. Raises SourceError for a picture
-    that is no heightmap, BakeError when the bound cannot be held (finer than float32 positions at that
-    slope).
+    tier: "fast", "balanced" or "exact"; the product says which was used. quantise: vertices as 16-bit codes,
+    along x and z those of the pixels; the bound holds for them. Raises SourceError for a picture that is no
+    heightmap, BakeError when the bound cannot be held (finer than float32 positions at that slope, or than
+    16-bit heights).
     """
-    field, warnings = read_heightmap(
+    ground, warnings = read_heightmap(
         path, size_x_m=size_x_m, size_z_m=size_z_m, height_m=height_m, base_m=base_m
     )
     if tier not in TIERS:
         raise ValueError(f"no tier {tier!r}")
     used = tier
+    lattice = _lattice(ground, max_error_m) if quantise else None
+    reached = "float32 positions" if lattice is None else "16-bit positions"
     tolerance = max_error_m
+    if lattice is not None:
+        tolerance = max(0.0, tolerance - 0.5 * lattice.step[1])
     if tolerance == 0.0:
         used = "exact"
     for _ in range(TRIES):
-        mesh = terrain_mesh(field, tolerance_m=tolerance, sand_repeat=sand_repeat, tier=used)
-        error = terrain_error(mesh, field)
+        source = mesh = terrain_mesh(ground, tolerance_m=tolerance, sand_repeat=sand_repeat, tier=used)
+        codes = None
+        if lattice is not None:
+            mesh, codes = quantised_terrain(source, lattice)
+        error = terrain_error(mesh, ground)
         _require_whole(error, path)
         if error.max_m <= max_error_m or used == "exact":
             break
@@ -68,17 +81,21 @@ def bake_terrain(
         tolerance -= 4.0 * (error.max_m - max_error_m)
         if tolerance <= 0.0:
             tolerance, used = 0.0, "exact"
-    if error.max_m > max_error_m and max_error_m > 0.0:
+    if error.max_m > max_error_m and (max_error_m > 0.0 or lattice is not None):
         row, column = error.worst
         raise BakeError(
-            f"the error is {error.max_m:.6g} m, allowed {max_error_m:.6g} m: float32 positions reach no less",
+            f"the error is {error.max_m:.6g} m, allowed {max_error_m:.6g} m: {reached} reach no less",
             file=path,
             place=f"pixel ({column}, {row})",
-            mend="allow a larger error, or a smaller terrain",
+            mend="allow a larger error, or a smaller terrain" + ("" if codes is None else ", or keep floats"),
         )
     diagonal = _diagonal(mesh.positions)
     share = 1.0 / diagonal if diagonal > 0.0 else 0.0
-    lod = Lod(mesh, error_max=error.max_m * share, error_rms=error.rms_m * share)
+    lod = Lod(mesh, error_max=error.max_m * share, error_rms=error.rms_m * share, codes=codes)
+    cost: dict[str, float] = {}
+    if codes is not None:
+        cost = quantised_errors(encode_glb([lod], "terrain"), [source])[0]
+        lod = replace(lod, errors=cost)
     return TerrainProduct(
         glb=encode_glb([lod], "terrain"),
         triangles=len(mesh.triangles),
@@ -87,6 +104,17 @@ def bake_terrain(
         rms_error_m=_six(error.rms_m),
         tier=used,
         warnings=warnings,
+        codes=cost,
+    )
+
+
+def _lattice(ground: Heightfield, max_error_m: float) -> Lattice:
+    heights = ground.heights_m
+    return terrain_lattice(
+        (heights.shape[0], heights.shape[1]),
+        (ground.size_x_m, ground.size_z_m),
+        (float(heights.min()), float(heights.max())),
+        max_error_m,
     )
 
 

@@ -16,6 +16,7 @@ import pytest
 from paradize.bake_manifest import mesh_facts
 from paradize.bake_mesh import bake_mesh
 from paradize.bake_quantise import direction_deg_of, quantised_levels, quantised_terrain
+from paradize.bake_terrain import bake_terrain
 from paradize.check.meshes import check_mesh
 from paradize.data import Heightfield, Lattice, Lod, Mesh
 from paradize.errors import BakeError, FormatError
@@ -406,3 +407,36 @@ def test_levels_need_one_lattice() -> None:
         encode_glb([Lod(fine, 0, 0, codes=a), Lod(coarse, 0, 0, codes=b)], "two")
     with pytest.raises(BakeError, match="outside the lattice"):
         quantise(fine, Lattice((1e-6, 1e-6, 1e-6), (0.0, 0.0, 0.0)))
+
+
+def hills(tmp_path: Path) -> Path:
+    z, x = np.mgrid[0:129, 0:161]
+    codes = 32767 * (1.0 + np.sin(x / 17.0) * np.cos(z / 11.0))
+    path = tmp_path / "hills.pgm"
+    path.write_bytes(b"P5 161 129 65535\n" + codes.astype(">u2").tobytes())
+    return path
+
+
+@pytest.mark.parametrize("tier", ["fast", "balanced", "exact"])
+def test_a_terrain_of_codes_keeps_the_bound_that_was_asked_for(tmp_path: Path, tier: str) -> None:
+    size = {"size_x_m": 160.0, "size_z_m": 128.0, "height_m": 20.0}
+    plain = bake_terrain(hills(tmp_path), **size, max_error_m=0.1, tier=tier)
+    made = bake_terrain(hills(tmp_path), **size, max_error_m=0.1, tier=tier, quantise=True)
+    assert made.tier == tier
+    assert 0 < made.max_error_m <= 0.1
+    assert 0 < made.codes["quantise_max_m"] <= 0.1 / 8
+    assert made.codes["quantise_normal_max_deg"] <= 0.1
+    assert len(made.glb) / made.vertices < 0.8 * len(plain.glb) / plain.vertices
+    assert list(check_mesh(made.glb, "terrain.glb")) == []
+    node = document(made.glb)["nodes"][0]
+    assert node["extras"]["quantise_max_m"] == made.codes["quantise_max_m"]
+    (lod,) = decode_glb(made.glb)
+    assert lod.codes is not None
+    assert lod.codes.positions.max(axis=0)[[0, 2]].tolist() == [160, 128]
+
+
+def test_a_bound_finer_than_codes_is_refused_and_told(tmp_path: Path) -> None:
+    with pytest.raises(BakeError, match="16-bit positions reach no less"):
+        bake_terrain(
+            hills(tmp_path), size_x_m=160.0, size_z_m=128.0, height_m=2000.0, max_error_m=0.0, quantise=True
+        )

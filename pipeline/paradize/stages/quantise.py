@@ -27,7 +27,7 @@ _LEAST_STEP = 2.0**-126
 # A terrain's heights take steps no finer than this share of a pixel, where the bound has room: so its
 # normals, which are stretched with the lattice, keep their precision in 16 bits.
 _FLATTEST = 64
-_ROOM = 16
+_ROOM = 8
 _DEGREES = 180.0 / 3.141592653589793
 
 
@@ -67,7 +67,7 @@ def terrain_lattice(
 
     shape: (rows, columns), at most 65,536 each. size_m: (x, z), first to last pixel. heights_m: (lowest,
     highest). max_error_m: the terrain's bound; where a step of a 64th of a pixel's side costs no more than
-    a 16th of it, heights take that step, unless they need a larger one. Raises BakeError.
+    an eighth of it, heights take that step, unless they need a larger one. Raises BakeError.
     """
     rows, columns = shape
     if max(shape) > LARGEST_CODE + 1:
