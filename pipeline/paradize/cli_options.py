@@ -1,4 +1,4 @@
-"""The options of `paradize maps`, and what the options of every command are read with."""
+"""The options of the commands that bake one file, and what the options of every command are read with."""
 
 from __future__ import annotations
 
@@ -123,4 +123,76 @@ def add_maps_options(sub: argparse.ArgumentParser) -> None:
         const=10,
         metavar="LEVEL",
         help="supercompress KTX2 (level 10)",
+    )
+
+
+def add_mesh_options(sub: argparse.ArgumentParser) -> None:
+    """What `paradize mesh` takes beside the options that all bakers share."""
+    sub.add_argument("input", type=Path, metavar="IN.obj")
+    sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True)
+    sub.add_argument(
+        "--lods", type=whole(1, 8), default=4, metavar="N", help="levels, the source counted (4)"
+    )
+    sub.add_argument(
+        "--max-error", type=number(0.0, 1.0), metavar="F", help="largest error, a share of the diagonal"
+    )
+    sub.add_argument(
+        "--ratio",
+        type=number(0.05, 0.95),
+        default=0.5,
+        metavar="R",
+        help="triangles of a level, of those of the one before (0.5)",
+    )
+    sub.add_argument(
+        "--errors",
+        type=rising(0.0, 1.0),
+        default=(),
+        metavar="A,B",
+        help="levels by error instead: the coarsest mesh inside each bound, shares of the diagonal",
+    )
+    sub.add_argument(
+        "--tangents",
+        choices=("face", "vertex", "mikktspace"),
+        default="mikktspace",
+        help="tangent frames: each face's own, the mean at each vertex, or those of MikkTSpace (mikktspace)",
+    )
+    sub.add_argument("--atlas", action="store_true", help="make a UV layout")
+    sub.add_argument(
+        "--quantise", action="store_true", help="vertices as 16-bit codes; what that costs is told"
+    )
+    sub.add_argument(
+        "--weld", type=number(0.0, 1e6), default=0.0, metavar="METRES", help="join places this near (0: none)"
+    )
+    sub.add_argument(
+        "--crease",
+        type=number(0.0, 180.0),
+        default=45.0,
+        metavar="DEGREES",
+        help="where normals are missing, faces at a larger angle meet in an edge (45)",
+    )
+
+
+def add_terrain_options(sub: argparse.ArgumentParser) -> None:
+    """What `paradize terrain` takes beside the options that all bakers share."""
+    sub.add_argument("input", type=Path, metavar="IN.png")
+    sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True)
+    sub.add_argument(
+        "--size",
+        type=number(1e-6, 1e6),
+        nargs=2,
+        required=True,
+        metavar=("X", "Z"),
+        help="metres, first to last pixel",
+    )
+    sub.add_argument(
+        "--height", type=number(-1e6, 1e6), required=True, metavar="H", help="metres from black to white"
+    )
+    sub.add_argument(
+        "--max-error",
+        type=number(0.0, 1e6),
+        metavar="M",
+        help="metres; 0: exact (default: a thousandth of H)",
+    )
+    sub.add_argument(
+        "--quantise", action="store_true", help="vertices as 16-bit codes, inside the same bound"
     )

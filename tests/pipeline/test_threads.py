@@ -10,10 +10,9 @@ from typing import Any
 
 import pytest
 
-from paradize import cli
+from paradize import cli, cli_solo
 from paradize.bake_solo import Made, solo_maps, solo_mesh, solo_terrain
 from paradize.cli_options import MAPS
-from paradize.engine import workers
 from paradize.engine.workers import Job, Outcome, run_jobs
 from paradize.kernels import maps
 from paradize.kernels.threads import VARIABLE, default_threads
@@ -112,7 +111,7 @@ def test_j_is_the_number_of_threads_of_the_one_worker(
         asked.append((count, threads))
         return run_jobs(jobs, count, threads=threads)
 
-    monkeypatch.setattr(workers, "run_jobs", spy)
+    monkeypatch.setattr(cli_solo, "run_jobs", spy)
     out = str(tmp_path / "a.glb")
     size = ["--size", "20", "20", "--height", "4"]
     assert cli.main(["terrain", str(sources / "height.png"), "-o", out, *size, *words]) == 0

@@ -1,0 +1,107 @@
+"""`paradize bake`: a scene, or the word that nothing changed."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from paradize.cli_output import complain, say, show, show_json
+from paradize.errors import one_line
+
+
+class Progress:
+    """What runs and how much is done; on a terminal only."""
+
+    def __init__(self) -> None:
+        self.bar: Any = None
+
+    def told(self, what: str, done: int, of: int) -> None:
+        if not sys.stderr.isatty():
+            return
+        if self.bar is None:
+            from tqdm import tqdm
+
+            self.bar = tqdm(total=of, unit="task", file=sys.stderr, leave=False)
+        self.bar.set_description(what)
+        self.bar.update(done - self.bar.n)
+        if done == of:
+            self.bar.close()
+
+
+def run_bake(arguments: argparse.Namespace) -> int:
+    """The exit code."""
+    from paradize.bake_record import record_name, unchanged_bake
+    from paradize.engine.store import Store, default_root
+
+    start = time.monotonic()
+    report = None
+    if not arguments.force:
+        name = record_name(arguments.scene, arguments.out, arguments.tier)
+        report = unchanged_bake(Store(default_root()), name)
+    if report is not None:
+        report.seconds = time.monotonic() - start
+    else:
+        from paradize.bake import bake
+
+        report = bake(
+            arguments.scene,
+            arguments.out,
+            jobs=arguments.jobs,
+            tier=arguments.tier,
+            force=arguments.force,
+            told=Progress().told,
+        )
+    stream = sys.stderr if arguments.json else sys.stdout
+    _bake_table(report, stream)
+    sheets = _sheets(report, stream)
+    for warning in report.warnings:
+        say(f"paradize: warning: {warning}")
+    if arguments.json:
+        show_json(report.as_json() | {"sheets": sheets})
+    if report.errors:
+        complain(report.errors)
+    return 1 if report.errors else 0
+
+
+def _sheets(report: Any, stream: Any) -> list[str]:
+    """Draws the contact sheets of what was baked into $PARADIZE_REPORT (build/report; empty: none), in a
+    folder named as the baked one; the files drawn. With nothing baked one look tells that they are there."""
+    root = os.environ.get("PARADIZE_REPORT", "build/report")
+    folder = Path(root) / report.out.resolve().name
+    if not root or report.errors or not (report.count("baked") or not (folder / "sheets.json").is_file()):
+        return []
+    from paradize.report.folder import draw_folder
+
+    done = draw_folder(report.out, folder)
+    report.warnings += done.warnings
+    if done.drawn:
+        many = "sheet" if len(done.drawn) == 1 else "sheets"
+        show(one_line(f"{len(done.drawn)} contact {many} drawn in {folder}"), stream)
+    return [str(path) for path in done.drawn]
+
+
+def _bake_table(report: Any, stream: Any) -> None:
+    from paradize.bake_table import errors_text, table
+
+    rows = [
+        (
+            row["name"],
+            row["status"],
+            row["tier"] or "-",
+            errors_text(row["errors"], report.budget),
+            str(row["bytes"]),
+            f"{row['seconds']:.2f}",
+        )
+        for row in report.artifacts
+    ]
+    show(table(rows), stream)
+    counts = (
+        f"{report.count('baked')} baked, {report.count('reused')} reused, {report.count('failed')} failed"
+    )
+    what = "nothing to bake: " if not report.count("baked") and not report.errors else ""
+    where = "nothing published; the folder is as it was" if report.errors else f"in {report.out}"
+    show(one_line(f"{what}{counts} in {report.seconds:.2f} s, {where}"), stream)

@@ -1,0 +1,28 @@
+"""`paradize check` and `paradize explain`: they look and tell, and change nothing."""
+
+from __future__ import annotations
+
+import argparse
+
+from paradize.cli_output import show, show_json
+
+
+def run_check(arguments: argparse.Namespace) -> int:
+    """The exit code."""
+    from paradize.check import check_paths, render
+
+    findings = check_paths(arguments.paths)
+    show(render(findings, "json" if arguments.json else arguments.fmt))
+    return 1 if any(finding.severity == "error" for finding in findings) else 0
+
+
+def run_explain(arguments: argparse.Namespace) -> int:
+    """The exit code."""
+    from paradize.explain import explain, render
+
+    explanation = explain(arguments.scene, arguments.artifact, arguments.out)
+    if arguments.json:
+        show_json(explanation.as_json())
+    else:
+        show(render(explanation, details=arguments.artifact is not None))
+    return 0
