@@ -7,6 +7,7 @@ stands; files that it no longer names are swept afterwards. If anything fails, t
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import time
@@ -25,7 +26,7 @@ from paradize.engine.memory import FileMemory
 from paradize.engine.publish import sweep_aside, write_whole
 from paradize.engine.store import Stamp, Store, default_root, hash_file, key_of, stamp
 from paradize.engine.workers import Job, Outcome, run_jobs
-from paradize.errors import GroupedError, ParadizeError, SceneError, SourceError
+from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError, SourceError
 from paradize.flight import Flight, plan_flight
 from paradize.formats.scene_manifest import encode_scene
 from paradize.require import Look, Order, Want, meet, require
@@ -52,8 +53,13 @@ class _Task:
     status: str = "reused"
     seconds: float = 0.0
     products: dict[str, dict[str, Any]] = field(default_factory=dict)
-    data: dict[str, bytes] = field(default_factory=dict)
+    data: dict[str, bytes | Path] = field(default_factory=dict)
     error: ParadizeError | None = None
+
+    @property
+    def wants(self) -> list[Want]:
+        """The order's wants, and those that its products show to be there."""
+        return [made for want in self.order.wants for made in want.made(self.products)]
 
 
 def bake(
@@ -79,16 +85,17 @@ def bake(
         was = stamp(scene_path)
         scene = load_scene(scene_path)
         folder = out or Path("build/assets") / scene.head.name
-        with store.locked(key_of(str(folder.resolve()))[:32]):
-            report = _bake(
-                store, name, scene_path, was, scene, folder, jobs or os.cpu_count() or 1, tier, force, told
-            )
+        lock = key_of(str(folder.resolve()))[:32]
+        with store.locked(lock), store.room(lock) as room:
+            hands = jobs or os.cpu_count() or 1
+            report = _bake(store, room, name, scene_path, was, scene, folder, hands, tier, force, told)
     report.seconds = time.monotonic() - start
     return report
 
 
 def _bake(
     store: Store,
+    room: Path,
     name: str,
     scene_path: Path,
     was: Stamp | None,
@@ -110,7 +117,7 @@ def _bake(
     for task in tasks:
         if force or not _recall(store, task):
             task.status = "baked"
-    _run(store, [task for task in tasks if task.status == "baked"], stamps, jobs, tier, told)
+    _run(store, room, [task for task in tasks if task.status == "baked"], stamps, jobs, tier, told)
     report = _report(scene, out, tasks)
     if not report.errors:
         _commit(store, scene, scene_path, flight, out, tasks, report, jobs, force)
@@ -142,7 +149,8 @@ def looks_of(scene: Scene, scene_path: Path) -> tuple[dict[str, Look], list[Path
             continue
         libraries += [item.mesh, *read.libraries]
         absent += read.absent
-        maps = {material.map_kd for material in read.materials.values() if material.map_kd}
+        used = [read.materials.get(group.material) for group in read.mesh.groups]
+        maps = {material.map_kd for material in used if material and material.map_kd}
         if len(maps) < 2:
             own = {} if maps else base_colors_of(read.materials)
             looks[item.name] = Look(maps.pop() if maps else None, own)
@@ -195,11 +203,12 @@ def _recall(store: Store, task: _Task) -> bool:
     products = store.get_product(task.key)
     if not isinstance(products, dict) or {want.product for want in task.order.wants} - products.keys():
         return False
-    for want in task.order.wants:
+    for want in (made for first in task.order.wants for made in first.made(products)):
         product = products[want.product]
         if not isinstance(product, dict) or _TOLD - product.keys():
             return False
-        data = store.get(str(product["sha256"]))
+        sha256 = str(product["sha256"])
+        data = store.find(sha256) if want.many else store.get(sha256)
         if data is None:
             return False
         task.data[want.product] = data
@@ -209,14 +218,16 @@ def _recall(store: Store, task: _Task) -> bool:
 
 def _run(
     store: Store,
+    room: Path,
     tasks: list[_Task],
     stamps: Mapping[Path, Stamp | None],
     jobs: int,
     tier: str,
     told: Told | None,
 ) -> None:
-    """Bakes the tasks in worker processes and keeps what they make; their errors stay with them. stamps: of
-    the sources when they were hashed; what was made of a source that changed since is refused."""
+    """Bakes the tasks in worker processes and keeps what they make; their errors stay with them. room: where
+    they write what they do not hand over. stamps: of the sources when they were hashed; what was made of a
+    source that changed since is refused."""
     by_name = {task.order.name: task for task in tasks}
     done = 0
 
@@ -233,9 +244,9 @@ def _run(
             task.error, task.status = error, "failed"
         else:
             for product in outcome.value:
-                task.data[product.name] = product.data
+                sha256, task.data[product.name] = _keep(store, product.data)
                 task.products[product.name] = {
-                    "sha256": store.put(product.data),
+                    "sha256": sha256,
                     "suffix": product.suffix,
                     "tier": product.tier,
                     "errors": product.errors,
@@ -253,7 +264,8 @@ def _run(
         Job(
             task.order.name,
             bake_makers.MAKERS[task.order.maker][1],
-            {"sources": task.order.sources, "settings": task.settings, "tier": tier},
+            {"sources": task.order.sources, "settings": task.settings, "tier": tier}
+            | ({"room": room / task.key} if task.order.maker in bake_makers.ROOMS else {}),
         )
         for task in tasks
     ]
@@ -261,12 +273,23 @@ def _run(
         run_jobs(work, min(jobs, len(work)), ended)
 
 
+def _keep(store: Store, data: bytes | Path) -> tuple[str, bytes | Path]:
+    """The hash of what a worker made, and where it is now: bytes stay in memory, a file goes to the store."""
+    if isinstance(data, bytes):
+        return store.put(data), data
+    sha256 = store.take(data)
+    kept = store.find(sha256)
+    if kept is None:
+        raise BakeError("was changed as it was written", file=store.root)
+    return sha256, kept
+
+
 def _report(scene: Scene, out: Path, tasks: list[_Task]) -> BakeReport:
     report = BakeReport(out, budget=scene.budget)
     for task in tasks:
         if task.error:
             report.errors.append(task.error)
-        for want in task.order.wants:
+        for want in task.wants:
             product = task.products.get(want.product)
             report.warnings += product["warnings"] if product else []
             if not want.kind:
@@ -276,7 +299,7 @@ def _report(scene: Scene, out: Path, tasks: list[_Task]) -> BakeReport:
             row |= {"levels": [], "format": None, "reason": None, "filter": None}
             if product:
                 file = f"{want.artifact}-{product['sha256'][:8]}.{product['suffix']}"
-                row |= {"file": file, "sha256": product["sha256"], "bytes": len(task.data[want.product])}
+                row |= {"file": file, "sha256": product["sha256"], "bytes": size_of(task.data[want.product])}
                 row |= {key: product[key] for key in _MEASURED}
             row["over"] = over_budget(scene.budget, row["errors"])
             report.warnings += [f"{want.artifact}: {text}" for text in row["over"]]
@@ -311,23 +334,27 @@ def _commit(
     """Measures the gutters, builds scene.json and publishes everything; adds what goes wrong to the report's
     errors."""
     entries: dict[str, dict[str, Any]] = {}
-    files: dict[str, tuple[bytes, str]] = {}
+    files: dict[str, tuple[bytes | Path, str]] = {}
     facts = {}
     rows = {row["name"]: row for row in report.artifacts}
     flight_errors: dict[str, float] = {}
+    ground: dict[str, Any] | None = None
     try:
         for task in tasks:
-            for want in task.order.wants:
+            for want in task.wants:
                 data, product = task.data[want.product], task.products[want.product]
-                if not want.kind:
+                if want.product == "flight":
                     flight_errors = product["errors"]
+                if want.product == "tree" and isinstance(data, bytes):
+                    ground = json.loads(data)
+                if not want.kind:
                     continue
                 row = rows[want.artifact]
                 files[row["file"]] = (data, row["sha256"])
                 entries[want.artifact] = {"file": row["file"], "kind": want.kind} | {
                     key: row[key] for key in ("sha256", "bytes", "tier", "errors", "levels")
                 }
-                if want.kind == "mesh":
+                if want.kind == "mesh" and isinstance(data, bytes):
                     facts[want.artifact] = mesh_facts(data, row["file"])
         for i, item in enumerate(scene.objects):
             known = facts[f"{item.name}_mesh"].materials
@@ -344,32 +371,40 @@ def _commit(
         bounds = {name: (known.center, known.radius_m) for name, known in objects.items()}
         met = meet(scene, flight, bounds)
         names = {name: list(known.materials) for name, known in objects.items()}
-        texels = {name: files[entry["file"]][0] for name, entry in entries.items()}
+        held = {name: files[entry["file"]][0] for name, entry in entries.items()}
+        texels = {name: data for name, data in held.items() if isinstance(data, bytes)}
         hashes = {name: entry["sha256"] for name, entry in entries.items()}
         gutters, errors = object_gutters(store, scene, met, names, texels, hashes, jobs, force)
         report.errors += errors
         if errors:
             return
-        meshes = {name: entries[f"{name}_mesh"]["file"] for name in objects}
-        places = {name: places_of(files[file][0], file) for name, file in meshes.items()}
+        places = {
+            name: places_of(texels[f"{name}_mesh"], entries[f"{name}_mesh"]["file"]) for name in objects
+        }
         pixels = least_pixels(scene, flight, places)
         manifest = encode_scene(
-            build_manifest(scene, flight, flight_errors, entries, facts, met, gutters, pixels)
+            build_manifest(scene, flight, flight_errors, entries, facts, met, gutters, pixels, ground)
         )
         _publish(out, files, manifest)
     except ParadizeError as error:
         report.errors.append(error)
 
 
-def _publish(out: Path, files: dict[str, tuple[bytes, str]], manifest: bytes) -> None:
-    """Writes artifacts (file name -> bytes, SHA-256), then scene.json, then sweeps what it no longer names.
+def size_of(data: bytes | Path) -> int:
+    """How many bytes there are, here or in a file."""
+    return data.stat().st_size if isinstance(data, Path) else len(data)
+
+
+def _publish(out: Path, files: dict[str, tuple[bytes | Path, str]], manifest: bytes) -> None:
+    """Writes artifacts (file name -> bytes or the file that holds them, SHA-256), then scene.json, then
+    sweeps what it no longer names.
 
     Raises BakeError when the folder cannot be written; scene.json is then the old one.
     """
     for name, (data, sha256) in files.items():
         path = out / name
         was = stamp(path)
-        if was is None or was[0] != len(data) or hash_file(path) != sha256:
+        if was is None or was[0] != size_of(data) or hash_file(path) != sha256:
             write_whole(path, data)
     scene = out / SCENE_FILE
     if stamp(scene) is None or scene.read_bytes() != manifest:

@@ -6,6 +6,7 @@ tells its results in one form. Imports wait until they are needed, so that plann
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,11 +18,12 @@ Settings = dict[str, Any]
 
 @dataclass(frozen=True)
 class Product:
-    """One artifact's bytes. name: which of its order's products. errors: metric -> value, six digits. Of
-    textures levels, format, reason and filter are as in bake_product.MapProduct."""
+    """One artifact's bytes, or the file that holds them, in the room that the maker was given. name: which of
+    its order's products. errors: metric -> value, six digits. Of textures levels, format, reason and filter
+    are as in bake_product.MapProduct."""
 
     name: str
-    data: bytes
+    data: bytes | Path
     suffix: str
     tier: str
     errors: dict[str, float]
@@ -95,13 +97,18 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     return [Product("mesh", made.glb, "glb", used, errors, list(made.report["warnings"]), told)]
 
 
-def make_terrain(sources: Sources, settings: Settings, tier: str) -> list[Product]:
-    """Heightmap -> GLB under a vertical error bound."""
-    from paradize.bake_terrain import bake_terrain
+def make_terrain(sources: Sources, settings: Settings, tier: str, room: Path) -> list[Product]:
+    """Heightmap -> GLB tiles, as many as it takes, and what scene.json tells of their patches."""
+    from paradize.bake_terrain_tiles import bake_tiles
 
-    made = bake_terrain(sources["heightmap"], tier=tier, **settings)
-    errors = {"terrain_max_m": made.max_error_m, "terrain_rms_m": made.rms_error_m}
-    return [Product("mesh", made.glb, "glb", made.tier, errors, made.warnings)]
+    made = bake_tiles(sources["heightmap"], room, tier=tier, **settings)
+    tree = {"tables": made.tables, "first_s": [tile.first_s for tile in made.tiles]}
+    found = [
+        Product("tree", json.dumps(tree, allow_nan=False).encode(), "json", made.tier, {}, made.warnings)
+    ]
+    for k, tile in enumerate(made.tiles):
+        found.append(Product(f"mesh_{k}" if k else "mesh", tile.file, "glb", made.tier, tile.errors))
+    return found
 
 
 def make_color(sources: Sources, settings: Settings, tier: str) -> list[Product]:
@@ -206,11 +213,12 @@ def _texture(name: str, made: Any) -> Product:
     )  # fmt: skip
 
 
-Maker = Callable[[Sources, Settings, str], list[Product]]
+Maker = Callable[..., list[Product]]  # of sources, settings and tier; those of ROOMS of a folder too
+ROOMS = ("terrain",)
 # maker -> (the module whose code, with all that it imports, decides the result; the function)
 MAKERS: dict[str, tuple[str, Maker]] = {
     "mesh": ("paradize.bake_sight", make_mesh),
-    "terrain": ("paradize.bake_terrain", make_terrain),
+    "terrain": ("paradize.bake_terrain_tiles", make_terrain),
     "color": ("paradize.bake_color", make_color),
     "maps": ("paradize.bake_maps", make_maps),
     "cubemap": ("paradize.bake_cubemap", make_cubemap),

@@ -9,9 +9,9 @@ from math import sqrt
 from typing import Any
 
 from paradize.errors import FormatError
-from paradize.flight import PI, Flight, Vec, sine_cosine
+from paradize.flight import PI, Flight, Vec
 from paradize.formats.scene_manifest import FORMAT, VERSION
-from paradize.require import Met
+from paradize.require import Met, sun_direction
 from paradize.scene import ObjectMaterial, Scene, SceneObject
 
 # What the first frames need first: the sky, then the ground, then things; colour before relief.
@@ -69,13 +69,6 @@ def _base_color(material: dict[str, Any]) -> Vec:
     return float(r), float(g), float(b)
 
 
-def sun_direction(azimuth_deg: float, elevation_deg: float) -> list[float]:
-    """Unit vector from the ground to the sun; azimuth from -Z towards +X."""
-    sin_a, cos_a = sine_cosine(azimuth_deg)
-    sin_e, cos_e = sine_cosine(elevation_deg)
-    return [sin_a * cos_e, sin_e, -cos_a * cos_e]
-
-
 def build_manifest(
     scene: Scene,
     flight: Flight,
@@ -85,10 +78,13 @@ def build_manifest(
     met: dict[str, Met],
     gutters: dict[str, dict[str, Any]],
     pixels: dict[str, float],
+    ground: dict[str, Any] | None,
 ) -> dict[str, Any]:
     """The manifest. artifacts: name -> its entry, as bake.py has it; facts: by the artifact's name; met,
     gutters (as bake_gutter.measure_gutters returns them) and pixels (as bake_nearest.least_pixels does): by
-    the object's name."""
+    the object's name. ground: the terrain's tables and when each of its tiles is first needed, as
+    bake_makers.make_terrain tells them."""
+    tiles = _tiles(ground)
     entries = {}
     for name, entry in artifacts.items():
         owner, _, key = name.rpartition("_")
@@ -97,7 +93,7 @@ def build_manifest(
             {"levels": []}
             | entry
             | {
-                "first_needed_s": met[owner].first_s if owner in met else 0.0,
+                "first_needed_s": met[owner].first_s if owner in met else tiles.get(name, 0.0),
                 "max_level": gutter["max_level"] if gutter else None,
                 "gutter": {fact: value for fact, value in gutter.items() if fact != "max_level"}
                 if gutter
@@ -130,7 +126,7 @@ def build_manifest(
         "shadow": _plain(scene.shadow) if scene.shadow else None,
         "reflection": _plain(scene.reflection) if scene.reflection else None,
         "refraction": _plain(scene.refraction) if scene.refraction else None,
-        "terrain": _terrain(scene, entries, facts),
+        "terrain": _terrain(scene, entries, ground),
         "water": _water(scene),
         "objects": [
             _object(item, entries, facts[f"{item.name}_mesh"], gutters.get(item.name))
@@ -161,7 +157,7 @@ def _plain(settings: Any) -> dict[str, Any]:
 def _rank(name: str, entries: dict[str, dict[str, Any]]) -> tuple[float, int, int, str]:
     stem, _, tail = name.rpartition("_")
     kind = tail if tail in _STREAMING else entries[name]["kind"]
-    ground = 0 if stem in {"", "terrain", "sand", "effect", "water"} else 1
+    ground = 0 if stem in {"", "terrain", "terrain_mesh", "sand", "effect", "water"} else 1
     return entries[name]["first_needed_s"], _STREAMING.index(kind), ground, name
 
 
@@ -169,13 +165,19 @@ def _present(name: str, entries: dict[str, Any]) -> str | None:
     return name if name in entries else None
 
 
-def _terrain(scene: Scene, entries: dict[str, Any], facts: dict[str, MeshFacts]) -> dict[str, Any] | None:
+def _tiles(ground: dict[str, Any] | None) -> dict[str, float]:
+    """The terrain's tiles in their order, and when each is first needed."""
+    seconds = ground["first_s"] if ground else []
+    return {f"terrain_mesh_{k}" if k else "terrain_mesh": second for k, second in enumerate(seconds)}
+
+
+def _terrain(scene: Scene, entries: dict[str, Any], ground: dict[str, Any] | None) -> dict[str, Any] | None:
     terrain = scene.terrain
-    if terrain is None:
+    if terrain is None or ground is None:
         return None
-    box = facts["terrain_mesh"]
+    told: dict[str, Any] = ground["tables"]
     return {
-        "mesh": "terrain_mesh",
+        "tiles": list(_tiles(ground)),
         "sand_color": "sand_color",
         "sand_normal": _present("sand_normal", entries),
         "effect_color": _present("effect_color", entries),
@@ -189,8 +191,7 @@ def _terrain(scene: Scene, entries: dict[str, Any], facts: dict[str, MeshFacts])
         "wet_darkness": terrain.wet_darkness,
         "wet_smoothness": terrain.wet_smoothness,
         "size_m": list(terrain.size_m),
-        "height_range_m": [box.low[1], box.high[1]],
-    }
+    } | told
 
 
 def _water(scene: Scene) -> dict[str, Any] | None:

@@ -102,7 +102,7 @@ def _write(grower: Grower, tree: Tree, room: Path) -> tuple[list[Tile], list[int
         TilePatch(
             index,
             grower.mesh(patch),
-            float(f"{patch.error.max_m:.6g}") if patch.error else 0.0,
+            patch.told_m,
             patch.diamond is None,
         )
         for index, patch in enumerate(tree.patches)

@@ -9,6 +9,7 @@ it, or where a split below needs it.
 from __future__ import annotations
 
 import math
+import weakref
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -51,6 +52,11 @@ class Patch:
     area_px: float = 0.0
     first_s: float = 0.0
     diamond: Diamond | None = None
+
+    @property
+    def told_m(self) -> float:
+        """The measured error, six digits, rounded up."""
+        return _f32_up(_error(self))
 
     @property
     def bytes(self) -> int:
@@ -113,6 +119,7 @@ class Grower:
         self.levels: list[dict[Point, Diamond]] = [{} for _ in range(self.shape.finest + 1)]
         self.patches: list[Patch] = []
         self._spool = TemporaryFile()  # noqa: SIM115 (lives as long as the tree)
+        weakref.finalize(self, self._spool.close)
         self._end = 0
         self._lock = Lock()
 
@@ -394,7 +401,7 @@ def columns_of(tree: Tree, tile: list[int], node: list[int]) -> dict[str, dict[s
             "made_by": [row_of(p.made_by) for p in tree.patches],
             "diamond": [row_of(p.diamond) for p in tree.patches],
             **spheres([p.sphere for p in tree.patches]),
-            "error_m": [_f32_up(_error(p)) for p in tree.patches],
+            "error_m": [p.told_m for p in tree.patches],
         },
         "diamonds": {
             "level": [d.level for d in tree.diamonds],

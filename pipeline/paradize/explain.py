@@ -8,6 +8,7 @@ Reads the scene, and scene.json of the last bake where there is one.
 from __future__ import annotations
 
 import difflib
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -49,10 +50,15 @@ def explain(scene_path: Path, artifact: str | None = None, out: Path | None = No
     """
     scene = load_scene(scene_path)
     folder = out or Path("build/assets") / scene.head.name
+    manifest, why_not = _last_bake(folder)
+    terrain = manifest["terrain"] if manifest else None
+    tiles = {f"mesh_{k}" for k in range(1, len(terrain["tiles"]))} if terrain else set()
     wanted = {
-        want.artifact: (order, want)
+        made.artifact: (order, made)
         for order in require(scene, looks_of(scene, scene_path)[0]).orders
         for want in order.wants
+        if want.kind
+        for made in want.made(tiles)
     }
     if artifact is not None and artifact not in wanted:
         near = difflib.get_close_matches(artifact, wanted, n=1)
@@ -60,7 +66,6 @@ def explain(scene_path: Path, artifact: str | None = None, out: Path | None = No
         raise SceneError(
             f"asks for no artifact {artifact!r}", file=scene_path, mend=mend + ", ".join(sorted(wanted))
         )
-    manifest, why_not = _last_bake(folder)
     names = [artifact] if artifact is not None else list(wanted)
     told = [_told(scene, *wanted[name], manifest) for name in names]
     return Explanation(scene.head.name, folder, manifest is not None, why_not, told)
@@ -88,10 +93,14 @@ def _told(scene: Scene, order: Order, want: Want, manifest: dict[str, Any] | Non
         "settings": order.settings,
         "first_needed_s": None,
         "gutter": None,
+        "demand": None,
     }
     if entry is None:
         return told
     told |= {key: entry[key] for key in ("first_needed_s", "file", "bytes", "tier", "errors", "levels")}
+    terrain = (manifest or {})["terrain"]
+    if terrain and want.artifact in terrain["tiles"]:
+        told["demand"] = _demand(terrain, want.artifact)
     owner = next((o for o in (manifest or {})["objects"] if want.artifact in o.values()), None)
     if entry["gutter"] is not None and owner is not None:
         told["gutter"] = entry["gutter"] | {
@@ -101,6 +110,44 @@ def _told(scene: Scene, order: Order, want: Want, manifest: dict[str, Any] | Non
         }
         told["decides"] = _decides(told["gutter"])
     return told
+
+
+def _demand(terrain: dict[str, Any], artifact: str) -> dict[str, Any]:
+    """What the flight asks of the terrain, and how many patches of each level a tile and the terrain have."""
+    patches, tile = terrain["patches"], terrain["tiles"].index(artifact)
+    levels = list(zip(patches["tile"], patches["level"], strict=True))
+    here = Counter(level for number, level in levels if number == tile)
+    asked: dict[str, Any] = terrain["demand"]
+    return asked | {
+        "tiles": len(terrain["tiles"]),
+        "patches": len(levels),
+        "here": {str(level): count for level, count in sorted(here.items())},
+    }
+
+
+def _asked(demand: dict[str, Any]) -> list[str]:
+    """In words: which second asked for the finest patches, and what was left out."""
+    levels = list(demand["here"])
+    span = f"level {levels[0]}" if len(levels) == 1 else f"levels {levels[0]} to {levels[-1]}"
+    words = [
+        f"{sum(demand['here'].values())} of {demand['patches']} patches, {span} (0 is the coarsest); the "
+        f"terrain has {demand['tiles']} file{'s' if demand['tiles'] > 1 else ''}"
+    ]
+    if demand["finest_s"] is not None:
+        words.append(
+            f"the finest, level {demand['finest_level']}, are first asked for at second "
+            f"{demand['finest_s']:g}"
+        )
+    if demand["left_out"]:
+        words.append(
+            f"{demand['left_out']} patches that no second asks for are left out: some "
+            f"{_short(demand['left_out_bytes'])} saved"
+        )
+    return words
+
+
+def _short(count: int) -> str:
+    return f"{count / 1e6:.3g} MB" if count >= 1_000_000 else f"{count / 1e3:.3g} kB"
 
 
 def _parallax(owner: dict[str, Any]) -> dict[str, Any]:
@@ -190,6 +237,8 @@ def _text(told: dict[str, Any], details: bool) -> list[str]:
         if "errors" in told:
             lines.append(f"  {told['file']}, {told['bytes']} bytes, tier {told['tier']}")
             lines += [f"  {metric} {value:g}" for metric, value in told["errors"].items()]
+    if told["demand"] is not None:
+        lines += [f"  {words}" for words in _asked(told["demand"])]
     gutter = told["gutter"]
     if gutter is None:
         return lines

@@ -6,8 +6,8 @@ Each order names the pass that asked. What nothing reads is not here, so it is n
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Container, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +17,24 @@ from paradize.scene import Scene, SceneObject, Terrain, Water
 
 @dataclass(frozen=True)
 class Want:
-    """One artifact: its name, its kind (as in scene.json), which of its order's products it is, why it is
-    wanted, and the player's passes that read it (none: it is heard)."""
+    """One artifact: its name, its kind (as in scene.json; none: it is not published), which of its order's
+    products it is, why it is wanted, and the player's passes that read it (none: it is heard). many: also the
+    products <product>_1, <product>_2 ..., as many as there are, as artifacts <artifact>_1 ..."""
 
     artifact: str
     kind: str
     product: str
     reason: str
     passes: tuple[str, ...] = ()
+    many: bool = False
+
+    def made(self, products: Container[str]) -> list[Want]:
+        """A want for each of these products that it names: itself, and those that follow it."""
+        found = [self]
+        while self.many and f"{self.product}_{len(found)}" in products:
+            tail = f"_{len(found)}"
+            found.append(replace(self, artifact=self.artifact + tail, product=self.product + tail))
+        return found
 
 
 @dataclass(frozen=True)
@@ -70,7 +80,7 @@ def require(scene: Scene, looks: dict[str, Look]) -> Requirements:
         found.add("sky", "cubemap", faces, [want])
     views = tuple(name for name in ("shadow", "reflection", "refraction") if getattr(scene, name))
     if scene.terrain:
-        _terrain(found, scene.terrain, views)
+        _terrain(found, scene.terrain, views, _ground_sight(scene))
     if scene.water:
         _water(found, scene.water)
     accepted = {metric: limit for metric, limit in scene.budget.items() if metric.startswith("quantise_")}
@@ -96,20 +106,25 @@ def _color(
     found.add(f"{name} colour", "color", sources, [want], wrap=wrap, alpha_cutoff=alpha_cutoff)
 
 
-def _terrain(found: Requirements, terrain: Terrain, views: tuple[str, ...]) -> None:
+def _terrain(found: Requirements, terrain: Terrain, views: tuple[str, ...], sight: dict[str, Any]) -> None:
     ground = ("terrain",)
     why = "the terrain, its shadow and its mirror image"
     found.add(
         "terrain",
         "terrain",
         {"heightmap": terrain.heightmap},
-        [Want("terrain_mesh", "mesh", "mesh", why, ("terrain", *views))],
+        [
+            Want("terrain_mesh", "mesh", "mesh", why, ("terrain", *views), many=True),
+            Want("terrain_tree", "", "tree", "which parts of the terrain stand for which"),
+        ],
         size_x_m=terrain.size_m[0],
         size_z_m=terrain.size_m[1],
         height_m=terrain.height_m,
         base_m=terrain.base_m,
         max_error_m=terrain.max_error_m,
         sand_repeat=terrain.sand_repeat,
+        patch_px=terrain.patch_px,
+        sight=sight,
     )
     _color(found, "sand", {"image": terrain.sand_color}, "repeat", "the terrain's sand pattern", ground)
     if terrain.sand_strength > 0.0:
@@ -167,6 +182,26 @@ def _seen_by(scene: Scene) -> dict[str, Any]:
             "error_px": scene.head.lod_error_px,
         }
     }
+
+
+def _ground_sight(scene: Scene) -> dict[str, Any]:
+    """What decides which parts of the terrain are ever seen, and how finely, for bake_demand.py."""
+    level_m = scene.water.level_m if scene.water else 0.0
+    seen: dict[str, Any] = _seen_by(scene)["sight"]
+    return seen | {
+        "mirror_m": level_m if scene.reflection else None,
+        "shadow": {"extent_m": scene.shadow.extent_m, "center": list(scene.shadow.center)}
+        if scene.shadow
+        else None,
+        "sun": sun_direction(scene.sun.azimuth_deg, scene.sun.elevation_deg),
+    }
+
+
+def sun_direction(azimuth_deg: float, elevation_deg: float) -> list[float]:
+    """Unit vector from the ground to the sun; azimuth from -Z towards +X."""
+    sin_a, cos_a = sine_cosine(azimuth_deg)
+    sin_e, cos_e = sine_cosine(elevation_deg)
+    return [sin_a * cos_e, sin_e, -cos_a * cos_e]
 
 
 def _object(

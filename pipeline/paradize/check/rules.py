@@ -102,6 +102,12 @@ RULES: dict[str, Rule] = {
         "position or velocity differs from one segment to the next",
         "bake again",
     ),
+    "PZ404": Rule(
+        "error", "tile is not the scene's", "a tile holds other patches than scene.json says", "bake again"
+    ),
+    "PZ405": Rule(
+        "error", "crack in the terrain", "patches that are drawn together do not meet", "bake again"
+    ),
 }
 
 

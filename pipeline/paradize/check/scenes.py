@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +13,11 @@ from paradize.check.gutters import check_gutters
 from paradize.check.maps import scene_maps
 from paradize.check.meshes import check_mesh
 from paradize.check.rules import Finding
+from paradize.check.terrain import check_tiles
 from paradize.check.textures import check_texture
 from paradize.errors import FormatError
 from paradize.formats.glb import decode_glb
+from paradize.formats.glb_tiles import decode_tile
 from paradize.formats.scene_manifest import decode_scene, references
 
 _JUMP = 1e-6  # of the segment's own size: how far apart two segments may meet
@@ -33,12 +35,15 @@ def check_scene(path: Path) -> Iterator[Finding]:
         yield Finding("PZ102", file, error.what, error.place or "")
         return
     colors = _colors(manifest)
+    tiles = manifest["terrain"]["tiles"] if manifest["terrain"] else []
     for name, artifact in manifest["artifacts"].items():
-        yield from _artifact(path.parent, name, artifact, colors.get(name))
+        decode = decode_tile if name in tiles else decode_glb
+        yield from _artifact(path.parent, name, artifact, colors.get(name), decode)
         yield from _over(manifest["budget"], artifact["errors"], file, name)
     yield from _over(manifest["budget"], manifest["flight"]["errors"], file, "flight")
     yield from check_gutters(manifest, path.parent)
     yield from scene_maps(manifest, path.parent)
+    yield from check_tiles(manifest, path.parent)
     yield from _unused(path.parent, manifest, file)
     yield from _path(manifest["flight"], file)
 
@@ -50,7 +55,13 @@ def _colors(manifest: dict[str, Any]) -> dict[str, bool]:
     }
 
 
-def _artifact(folder: Path, name: str, artifact: dict[str, Any], color: bool | None) -> Iterator[Finding]:
+def _artifact(
+    folder: Path,
+    name: str,
+    artifact: dict[str, Any],
+    color: bool | None,
+    decode: Callable[[bytes, object], object],
+) -> Iterator[Finding]:
     path = folder / artifact["file"]
     file = str(path)
     try:
@@ -67,7 +78,7 @@ def _artifact(folder: Path, name: str, artifact: dict[str, Any], color: bool | N
         yield from found
         if not any(finding.severity == "error" for finding in found):
             try:
-                decode_glb(data, file)
+                decode(data, file)
             except FormatError as error:
                 yield Finding("PZ102", file, error.what, error.place or "")
     elif artifact["kind"] in ("texture", "cubemap"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import secrets
+import shutil
 from pathlib import Path
 
 from paradize.errors import BakeError
@@ -11,9 +12,10 @@ from paradize.errors import BakeError
 ASIDE = ".part-"  # marks a file that is being written; a sweep may remove what a kill left behind
 
 
-def write_whole(path: Path, data: bytes, *, durable: bool = True) -> None:
-    """Writes `data` to `path` so that a reader, also after a kill or a power cut, finds the old file or the
-    new one. Makes missing folders. `durable=False` leaves out the flush, for what can be derived again.
+def write_whole(path: Path, data: bytes | Path, *, durable: bool = True) -> None:
+    """Writes `data`, or what the file at `data` holds, to `path` so that a reader, also after a kill or a
+    power cut, finds the old file or the new one. Makes missing folders. `durable=False` leaves out the flush,
+    for what can be derived again.
 
     Raises BakeError (file, reason) when the file system refuses; nothing half-written stays.
     """
@@ -24,7 +26,11 @@ def write_whole(path: Path, data: bytes, *, durable: bool = True) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             with aside.open("xb") as stream:
-                stream.write(data)
+                if isinstance(data, Path):
+                    with data.open("rb") as source:
+                        shutil.copyfileobj(source, stream, 1 << 20)
+                else:
+                    stream.write(data)
                 if durable:
                     stream.flush()
                     os.fsync(stream.fileno())

@@ -4,6 +4,7 @@ blobs/<2>/<sha256>      artifact bytes, named by their hash, verified when read
 products/<2>/<key>      JSON: what a task with this key produced; keys hash sources, settings and code
 bakes/<id>.json         JSON: what a bake read and wrote, with the stamps of every file (see `Stamp`)
 locks/<id>              one bake at a time on one output folder
+rooms/<id>              where its workers write what is too large to be handed over; gone afterwards
 locks/use               held in common by bakes, alone by `clean`
 """
 
@@ -13,6 +14,7 @@ import fcntl
 import hashlib
 import json
 import os
+import shutil
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
@@ -86,6 +88,29 @@ class Store:
             return None
         return data
 
+    def take(self, path: Path) -> str:
+        """Keeps the bytes of a file on the store's own file system, which is moved away; returns their
+        SHA-256."""
+        sha256 = hash_file(path)
+        if self.find(sha256) is None:
+            blob = self._blob(sha256)
+            try:
+                blob.parent.mkdir(parents=True, exist_ok=True)
+                path.replace(blob)
+            except OSError as error:
+                raise BakeError(f"cannot be written: {error.strerror or error}", file=blob) from None
+        return sha256
+
+    def find(self, sha256: str) -> Path | None:
+        """The file that holds the bytes with this hash; None as `get`, but they are not held in memory."""
+        path = self._blob(sha256)
+        if not path.is_file():
+            return None
+        if hash_file(path) != sha256:
+            path.unlink(missing_ok=True)
+            return None
+        return path
+
     def put_product(self, key: str, product: Any) -> None:
         """Remembers what the task with this key produced (JSON)."""
         write_whole(self.root / "products" / key[:2] / key, json.dumps(product).encode(), durable=False)
@@ -117,6 +142,17 @@ class Store:
             return json.loads(path.read_bytes())
         except (OSError, ValueError):
             return None
+
+    @contextmanager
+    def room(self, name: str) -> Iterator[Path]:
+        """An empty folder for the holder of the lock called `name`, removed afterwards; what a kill left in
+        it is removed before."""
+        path = self.root / "rooms" / name
+        shutil.rmtree(path, ignore_errors=True)
+        try:
+            yield path
+        finally:
+            shutil.rmtree(path, ignore_errors=True)
 
     @contextmanager
     def locked(self, name: str, *, shared: bool = False) -> Iterator[None]:

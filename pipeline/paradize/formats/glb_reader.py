@@ -29,7 +29,7 @@ from paradize.formats.glb_layout import (
 )
 
 
-class _Reader:
+class Reader:
     """Typed access to a GLB's JSON; every fault names the place as a JSON pointer or a byte offset."""
 
     def __init__(self, data: bytes, file: object) -> None:
@@ -153,7 +153,7 @@ def decode_glb(data: bytes, file: object = None) -> list[Lod]:
     does not write: bad chunks, tables that do not fit each other, ranges beyond the file, indices beyond
     the vertices, values that are not finite, bounds that are not those of the positions.
     """
-    reader = _Reader(data, file)
+    reader = Reader(data, file)
     asset = reader.get(reader.document, "", "asset", dict)
     if asset.get("version") != "2.0":
         raise reader.fault(
@@ -197,7 +197,7 @@ def decode_glb(data: bytes, file: object = None) -> list[Lod]:
     return levels
 
 
-def _lattice(reader: _Reader, node: dict[str, Any], where: str, coded: bool) -> Lattice | None:
+def _lattice(reader: Reader, node: dict[str, Any], where: str, coded: bool) -> Lattice | None:
     """The lattice that a node of codes states; a node of floats states none."""
     if not coded:
         for key in ("translation", "scale", "rotation", "matrix"):
@@ -216,7 +216,7 @@ def _lattice(reader: _Reader, node: dict[str, Any], where: str, coded: bool) -> 
     return Lattice(found[0], found[1])
 
 
-def _read_level(reader: _Reader, at: int) -> Lod:
+def _read_level(reader: Reader, at: int) -> Lod:
     where = f"/nodes/{at}"
     node = reader.item("nodes", at, where)
     if reader.get(node, where, "name", str) != f"lod{at}":
@@ -299,7 +299,7 @@ def _read_level(reader: _Reader, at: int) -> Lod:
     return Lod(mesh, errors[0], errors[1], more, codes)
 
 
-def _check_bounds(reader: _Reader, index: int, positions: npt.NDArray[Any]) -> None:
+def _check_bounds(reader: Reader, index: int, positions: npt.NDArray[Any]) -> None:
     entry = reader.item("accessors", index, "")
     for key, values in (("min", positions.min(axis=0)), ("max", positions.max(axis=0))):
         told = reader.get(entry, f"/accessors/{index}", key, list)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,12 +15,13 @@ import numpy as np
 from paradize.data import Mesh
 from paradize.errors import BakeError
 from paradize.formats.glb_layout import ATTRIBUTES, BIN, CHUNK, FLOAT, HEADER, JSON, MAGIC, SHAPES, U16
+from paradize.formats.glb_reader import Reader
+from paradize.formats.glb_writer import MAX_U16_VERTICES, Writer
 
 TILE_BYTES = 64_000_000  # a tile's limit
-_ARRAY, _ELEMENTS = 34962, 34963
-_MAX_VERTICES = 65535  # index 65535 is kept free: it restarts primitives
-_TABLES = 1600  # bytes of JSON for a patch, at most
+_TABLES = 1800  # bytes of JSON for a patch, at most
 _HEAD = 1000
+_COLUMNS = tuple(entry for entry in ATTRIBUTES if entry[0] != "COLOR_0")
 
 
 @dataclass(frozen=True)
@@ -33,107 +34,139 @@ class TilePatch:
     finest: bool
 
 
-# (index, error_m, finest, byte offsets of the views, vertices, indices, low, high)
-_Held = tuple[int, float, bool, list[int], int, int, list[float], list[float]]
-
-
 def encode_tiles(patches: Iterable[TilePatch]) -> Iterator[tuple[bytes, list[int]]]:
     """Packs patches in their order into tiles of at most TILE_BYTES; gives each tile's bytes and the indices
     of its patches as soon as it is full. Raises BakeError on a mesh that lacks an attribute, has numbers that
     are not finite, or too many vertices."""
-    binary = bytearray()
-    held: list[_Held] = []
+    tile = _Tile()
     for patch in patches:
-        size = _binary_bytes(patch.mesh)
-        if held and len(binary) + size + _TABLES * (len(held) + 1) + _HEAD > TILE_BYTES:
-            yield _tile(binary, held), [entry[0] for entry in held]
-            binary, held = bytearray(), []
-        held.append((patch.index, patch.error_m, patch.finest, *_append(binary, patch)))
-    if held:
-        yield _tile(binary, held), [entry[0] for entry in held]
+        _require_sound(patch)
+        size = 56 * len(patch.mesh.positions) + 2 * patch.mesh.triangles.size + 16 * (len(_COLUMNS) + 1)
+        if tile.indices and tile.size + size + _TABLES > TILE_BYTES:
+            yield tile.encoded(), tile.indices
+            tile = _Tile()
+        tile.add(patch)
+    if tile.indices:
+        yield tile.encoded(), tile.indices
 
 
-_COLUMNS = tuple(entry for entry in ATTRIBUTES if entry[0] != "COLOR_0")
-
-
-def _binary_bytes(mesh: Mesh) -> int:
-    return len(mesh.positions) * 56 + mesh.triangles.size * 2 + 16 * (len(_COLUMNS) + 1)
-
-
-def _append(binary: bytearray, patch: TilePatch) -> tuple[list[int], int, int, list[float], list[float]]:
+def _require_sound(patch: TilePatch) -> None:
     mesh, name = patch.mesh, f"patch{patch.index}"
     count = len(mesh.positions)
-    if not 0 < count < _MAX_VERTICES or not len(mesh.triangles) or int(mesh.triangles.max()) >= count:
+    if not 0 < count < MAX_U16_VERTICES or not len(mesh.triangles) or int(mesh.triangles.max()) >= count:
         raise BakeError(f"{len(mesh.triangles)} triangles of {count} vertices do not fit", place=name)
-    offsets = []
     for _, attribute, shape in _COLUMNS:
         values = getattr(mesh, attribute)
         if values is None or values.shape != (count, SHAPES[shape]) or not np.isfinite(values).all():
             raise BakeError(f"{attribute} is missing or not finite", place=name)
-        offsets.append(_view(binary, np.ascontiguousarray(values, "<f4").tobytes()))
-    offsets.append(_view(binary, np.ascontiguousarray(mesh.triangles, "<u2").tobytes()))
-    low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
-    return offsets, count, mesh.triangles.size, [float(x) for x in low], [float(x) for x in high]
+    if mesh.colors is not None:
+        raise BakeError("a terrain has no vertex colours", place=name)
 
 
-def _view(binary: bytearray, data: bytes) -> int:
-    binary += b"\0" * (-len(binary) % 16)
-    at = len(binary)
-    binary += data
-    return at
+@dataclass
+class _Tile:
+    """A tile while it fills."""
+
+    writer: Writer = field(default_factory=Writer)
+    indices: list[int] = field(default_factory=list)
+    nodes: list[dict[str, Any]] = field(default_factory=list)
+    meshes: list[dict[str, Any]] = field(default_factory=list)
+    finest: list[int] = field(default_factory=list)
+
+    @property
+    def size(self) -> int:
+        """At least as many as it has now."""
+        return len(self.writer.binary) + _TABLES * len(self.indices) + _HEAD
+
+    def add(self, patch: TilePatch) -> None:
+        if patch.finest:
+            self.finest.append(len(self.nodes))
+        attributes = self.writer.vertices(patch.mesh)
+        view, component, _ = self.writer.indices(patch.mesh)
+        corners = self.writer.accessor(view, component, patch.mesh.triangles.size, "SCALAR")
+        name = f"patch{patch.index}"
+        self.nodes.append({"name": name, "mesh": len(self.meshes), "extras": {"error_m": patch.error_m}})
+        primitive = {"attributes": attributes, "indices": corners, "material": 0}
+        self.meshes.append({"name": name, "primitives": [primitive]})
+        self.indices.append(patch.index)
+
+    def encoded(self) -> bytes:
+        scene: dict[str, Any] = {"name": "terrain"}
+        if self.finest:
+            scene["nodes"] = self.finest
+        binary = self.writer.binary
+        binary += b"\0" * (-len(binary) % 4)
+        document = {
+            "asset": {"version": "2.0", "generator": "paradize"},
+            "scene": 0,
+            "scenes": [scene],
+            "nodes": self.nodes,
+            "meshes": self.meshes,
+            "materials": [{"name": "terrain"}],
+            "accessors": self.writer.accessors,
+            "bufferViews": self.writer.views,
+            "buffers": [{"byteLength": len(binary)}],
+        }
+        text = json.dumps(document, separators=(",", ":"), allow_nan=False).encode()
+        text += b" " * (-(len(text) + HEADER.size + 2 * CHUNK.size) % 16)
+        total = HEADER.size + 2 * CHUNK.size + len(text) + len(binary)
+        head = HEADER.pack(MAGIC, 2, total) + CHUNK.pack(len(text), JSON) + text
+        return b"".join((head, CHUNK.pack(len(binary), BIN), binary))
 
 
-def _tile(binary: bytearray, held: list[_Held]) -> bytes:
-    nodes: list[dict[str, Any]] = []
-    meshes: list[dict[str, Any]] = []
-    accessors: list[dict[str, Any]] = []
-    views: list[dict[str, Any]] = []
-    for index, error_m, _, offsets, count, indices, low, high in held:
-        attributes = {}
-        for (key, _, shape), at in zip(_COLUMNS, offsets[:-1], strict=True):
-            bounds = {"min": low, "max": high} if key == "POSITION" else {}
-            attributes[key] = len(accessors)
-            accessors.append(_accessor(len(views), FLOAT, count, shape) | bounds)
-            views.append(_buffer_view(at, count * SHAPES[shape] * 4, _ARRAY))
-        primitive = {"attributes": attributes, "indices": len(accessors), "material": 0}
-        accessors.append(_accessor(len(views), U16, indices, "SCALAR"))
-        views.append(_buffer_view(offsets[-1], indices * 2, _ELEMENTS))
-        name = f"patch{index}"
-        nodes.append({"name": name, "mesh": len(meshes), "extras": {"error_m": error_m}})
-        meshes.append({"name": name, "primitives": [primitive]})
-    scene: dict[str, Any] = {"name": "terrain"}
-    finest = [at for at, entry in enumerate(held) if entry[2]]
-    if finest:
-        scene["nodes"] = finest
-    document = {
-        "asset": {"version": "2.0", "generator": "paradize"},
-        "scene": 0,
-        "scenes": [scene],
-        "nodes": nodes,
-        "meshes": meshes,
-        "materials": [{"name": "terrain"}],
-        "accessors": accessors,
-        "bufferViews": views,
-        "buffers": [{"byteLength": len(binary)}],
-    }
-    text = json.dumps(document, separators=(",", ":"), allow_nan=False).encode()
-    text += b" " * (-(len(text) + HEADER.size + 2 * CHUNK.size) % 16)
-    binary += b"\0" * (-len(binary) % 4)
-    total = HEADER.size + 2 * CHUNK.size + len(text) + len(binary)
-    return b"".join(
-        (
-            HEADER.pack(MAGIC, 2, total),
-            CHUNK.pack(len(text), JSON),
-            text,
-            CHUNK.pack(len(binary), BIN),
-            binary,
-        )
-    )
+def decode_tile(data: bytes, file: object = None) -> list[TilePatch]:
+    """Reads a tile's patches in the order of its nodes. Raises FormatError, with the byte offset or the JSON
+    pointer of the place, on anything that encode_tiles does not write."""
+    reader = Reader(data, file)
+    if len(data) > TILE_BYTES:
+        raise reader.fault(f"{len(data)} bytes, a tile has at most {TILE_BYTES}", "byte 0")
+    nodes = reader.get(reader.document, "", "nodes", list)
+    scenes = reader.get(reader.document, "", "scenes", list)
+    shown = scenes[0].get("nodes", []) if len(scenes) == 1 and isinstance(scenes[0], dict) else None
+    if not isinstance(shown, list) or any(type(at) is not int for at in shown):
+        raise reader.fault("one scene with a list of nodes expected", "/scenes")
+    if not nodes or sorted(set(shown)) != shown or (shown and not 0 <= shown[0] <= shown[-1] < len(nodes)):
+        raise reader.fault("rising indices of nodes expected", "/scenes/0/nodes")
+    finest = set(shown)
+    patches = [_read_patch(reader, at, at in finest) for at in range(len(nodes))]
+    for at in range(1, len(patches)):
+        if patches[at].index != patches[at - 1].index + 1:
+            raise reader.fault("patches stand in their order, without gaps", f"/nodes/{at}/name")
+    return patches
 
 
-def _accessor(view: int, component: int, count: int, shape: str) -> dict[str, Any]:
-    return {"bufferView": view, "componentType": component, "count": count, "type": shape}
-
-
-def _buffer_view(at: int, length: int, target: int) -> dict[str, Any]:
-    return {"buffer": 0, "byteOffset": at, "byteLength": length, "target": target}
+def _read_patch(reader: Reader, at: int, finest: bool) -> TilePatch:
+    where = f"/nodes/{at}"
+    node = reader.item("nodes", at, where)
+    name = reader.get(node, where, "name", str)
+    number = name.removeprefix("patch")
+    if name == number or not (number.isascii() and number.isdigit()) or len(number) > 9:
+        raise reader.fault(f"{name[:40]!r}, expected 'patch' and a number", f"{where}/name")
+    if node.keys() != {"name", "mesh", "extras"}:
+        raise reader.fault(f"{sorted(node)!r:.80}, expected name, mesh and extras", where)
+    error_m = reader.get(node, where, "extras", dict).get("error_m")
+    if isinstance(error_m, bool) or not isinstance(error_m, int | float) or not 0 <= error_m < float("inf"):
+        raise reader.fault(f"{str(error_m)[:40]}, expected a number from 0", f"{where}/extras/error_m")
+    place = f"/meshes/{reader.get(node, where, 'mesh', int)}"
+    entry = reader.item("meshes", node["mesh"], f"{where}/mesh")
+    primitives = reader.get(entry, place, "primitives", list)
+    if len(primitives) != 1:
+        raise reader.fault(f"{len(primitives)} primitives, expected one", f"{place}/primitives")
+    place += "/primitives/0"
+    keys = reader.get(primitives[0], place, "attributes", dict)
+    if keys.keys() != {key for key, _, _ in _COLUMNS}:
+        raise reader.fault(f"attributes {sorted(keys)!r:.80}", f"{place}/attributes")
+    arrays: dict[str, Any] = {}
+    for key, attribute, shape in _COLUMNS:
+        values = reader.accessor(keys[key], f"{place}/attributes/{key}", shape, (FLOAT,))
+        if not np.isfinite(values).all():
+            raise reader.fault(f"{key} is not finite", f"{place}/attributes/{key}")
+        arrays[attribute] = values.astype(np.float32)
+    count = len(arrays["positions"])
+    indices = reader.accessor(primitives[0].get("indices"), f"{place}/indices", "SCALAR", (U16,))
+    if any(len(values) != count for values in arrays.values()) or not count < MAX_U16_VERTICES:
+        raise reader.fault(f"{count} vertices, and not as many of each attribute", f"{place}/attributes")
+    if len(indices) % 3 or int(indices.max()) >= count:
+        raise reader.fault(f"{len(indices)} indices below {count} expected, three each", f"{place}/indices")
+    mesh = Mesh(**arrays, triangles=indices.astype(np.uint32).reshape(-1, 3))
+    return TilePatch(int(number), mesh, float(error_m), finest)

@@ -1,0 +1,96 @@
+"""What a member of scene.json may hold: checks that know its place, put together in scene_manifest.py."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+Check = Callable[[Any, str], None]  # value, key path; raises Wrong
+
+
+class Wrong(Exception):  # noqa: N818 (never leaves this module)
+    def __init__(self, place: str, what: str) -> None:
+        super().__init__(what)
+        self.place = place
+
+
+def number(low: float = -1e30, high: float = 1e30) -> Check:
+    def check(value: Any, place: str) -> None:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+            raise Wrong(place, f"is {value!r:.60}, not a number in {low:g} to {high:g}")
+
+    return check
+
+
+def whole(low: int, high: int) -> Check:
+    def check(value: Any, place: str) -> None:
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            raise Wrong(place, f"is {value!r:.60}, not a whole number in {low} to {high}")
+
+    return check
+
+
+def text(value: Any, place: str) -> None:
+    if not isinstance(value, str) or not value:
+        raise Wrong(place, f"is {value!r:.60}, not a name")
+
+
+def file_name(value: Any, place: str) -> None:
+    text(value, place)
+    if "/" in value or "\\" in value or value.startswith("."):
+        raise Wrong(place, f"is {value!r:.60}, not a file name in the manifest's own folder")
+
+
+def sha256(value: Any, place: str) -> None:
+    if not isinstance(value, str) or len(value) != 64 or set(value) - set("0123456789abcdef"):
+        raise Wrong(place, f"is {value!r:.80}, not a SHA-256")
+
+
+def flag(value: Any, place: str) -> None:
+    if not isinstance(value, bool):
+        raise Wrong(place, f"is {value!r:.60}, not true or false")
+
+
+def list_of(item: Check, *, size: int | None = None, least: int = 0) -> Check:
+    def check(value: Any, place: str) -> None:
+        if not isinstance(value, list) or len(value) < least or (size is not None and len(value) != size):
+            wanted = f"{size}" if size is not None else f"at least {least}"
+            raise Wrong(place, f"is not a list of {wanted}")
+        for i, part in enumerate(value):
+            item(part, f"{place}[{i}]")
+
+    return check
+
+
+def map_of(item: Check) -> Check:
+    def check(value: Any, place: str) -> None:
+        if not isinstance(value, dict):
+            raise Wrong(place, "is not an object")
+        for key, part in value.items():
+            item(part, f"{place}.{key}")
+
+    return check
+
+
+def table(**keys: Check) -> Check:
+    def check(value: Any, place: str) -> None:
+        if not isinstance(value, dict):
+            raise Wrong(place, "is not an object")
+        dotted = f"{place}." if place else ""
+        for key in value:
+            if key not in keys:
+                raise Wrong(f"{dotted}{key}", "is not a key that this version knows")
+        for key, item in keys.items():
+            if key not in value:
+                raise Wrong(f"{dotted}{key}", "is missing")
+            item(value[key], f"{dotted}{key}")
+
+    return check
+
+
+def or_null(item: Check) -> Check:
+    def check(value: Any, place: str) -> None:
+        if value is not None:
+            item(value, place)
+
+    return check
