@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cstring>
 
 using namespace paradize;
@@ -113,4 +114,65 @@ TEST_CASE("GLB: the first index beyond the vertices is found") {
     const assets::GlbLevel &level = glb.levels[0];
     CHECK(assets::first_bad_index(level.primitives[0].indices, 2, level.vertices) == -1);
     CHECK(assets::first_bad_index(level.primitives[1].indices, 2, level.vertices) == 2);
+}
+
+namespace {
+
+/// One triangle of codes: positions in bytes 0 to 24, normals 24 to 36, UVs 36 to 48, indices 48 to 54.
+std::string coded_json() {
+    return R"({"asset":{"version":"2.0"},"extensionsRequired":["KHR_mesh_quantization"],"scene":0,
+"scenes":[{"nodes":[0]}],"nodes":[{"name":"lod0","mesh":0,"translation":[1,2,3],"scale":[0.5,0.25,0.125]}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1,"TEXCOORD_0":2},"indices":3}]}],
+"accessors":[{"bufferView":0,"componentType":5123,"count":3,"type":"VEC3"},
+{"bufferView":1,"componentType":5120,"normalized":true,"count":3,"type":"VEC3"},
+{"bufferView":2,"componentType":5123,"normalized":true,"count":3,"type":"VEC2"},
+{"bufferView":3,"componentType":5123,"count":3,"type":"SCALAR"}],
+"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":24,"byteStride":8},
+{"buffer":0,"byteOffset":24,"byteLength":12,"byteStride":4},
+{"buffer":0,"byteOffset":36,"byteLength":12},{"buffer":0,"byteOffset":48,"byteLength":6}],
+"buffers":[{"byteLength":54}]})";
+}
+
+} // namespace
+
+TEST_CASE("GLB: codes come with their types, their strides and their lattice") {
+    const test::Bytes file = test::glb_file(coded_json());
+    const assets::Glb glb = assets::read_glb(file, "a.glb");
+    REQUIRE(glb.levels.size() == 1);
+    const assets::GlbLevel &level = glb.levels[0];
+    CHECK(level.vertices == 3);
+    CHECK(level.positions.size() == 24);
+    CHECK(level.formats[0] == assets::GlbFormat{5123, false, 8});
+    CHECK(level.formats[1] == assets::GlbFormat{5120, true, 4});
+    CHECK(level.formats[3] == assets::GlbFormat{5123, true, 4});
+    CHECK(glb.lattice.step == std::array<float, 3>{0.5F, 0.25F, 0.125F});
+    CHECK(glb.lattice.origin == std::array<float, 3>{1.0F, 2.0F, 3.0F});
+    CHECK(assets::read_glb(test::glb_file(test::glb_json()), "b.glb").lattice == assets::GlbLattice());
+}
+
+TEST_CASE("GLB: codes that the player cannot draw are refused with their place") {
+    const std::string json = coded_json();
+    check_refused(replaced(json, R"("componentType":5120,"normalized":true)", R"("componentType":5120)"),
+                  "NORMAL: must be normalized");
+    check_refused(replaced(json, R"("componentType":5123,"count":3,"type":"VEC3")",
+                           R"("componentType":5123,"normalized":true,"count":3,"type":"VEC3")"),
+                  "POSITION: must not be normalized");
+    check_refused(replaced(json, R"("componentType":5120)", R"("componentType":5121)"),
+                  "NORMAL: has the component type 5121");
+    check_refused(replaced(json, R"("componentType":5120)", R"("componentType":5124)"),
+                  "accessors[1].componentType");
+    check_refused(replaced(json, R"("byteLength":24,"byteStride":8)", R"("byteLength":24)"),
+                  "bufferViews[0].byteStride: must be 8");
+    check_refused(replaced(json, R"("byteLength":24,"byteStride":8)", R"("byteLength":24,"byteStride":12)"),
+                  "bufferViews[0].byteStride: must be 8");
+    check_refused(replaced(json, R"("byteLength":24,"byteStride")", R"("byteLength":23,"byteStride")"),
+                  "accessors[0].count");
+    check_refused(replaced(json, "[0.5,0.25,0.125]", "[0.5,0,0.125]"), "scale");
+    check_refused(replaced(json, "[0.5,0.25,0.125]", "[0.5,0.25]"), "scale");
+    check_refused(replaced(json, R"("mesh":0,)", R"("mesh":0,"rotation":[0,0,0,1],)"), "rotation");
+}
+
+TEST_CASE("GLB: levels that stand apart are refused") {
+    check_refused(replaced(test::glb_json(), R"("name":"lod1",)", R"("name":"lod1","scale":[2,2,2],)"),
+                  "must be those of the other levels");
 }

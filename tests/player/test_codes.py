@@ -1,0 +1,66 @@
+"""A mesh of codes is drawn as the same mesh of floats."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+from paradize.bake_quantise import quantised_levels
+from paradize.data import Lod, Mesh
+from paradize.formats.glb import encode_glb
+from tests.player import synthetic
+
+
+def picture(folder: Path, player: Callable[..., Any], glb: bytes) -> np.ndarray:
+    synthetic.write_scene(folder)
+    scene = json.loads((folder / "scene.json").read_text())
+    (folder / "box_mesh.glb").write_bytes(glb)
+    scene["artifacts"]["box_mesh"] |= {"bytes": len(glb), "sha256": hashlib.sha256(glb).hexdigest()}
+    (folder / "scene.json").write_text(json.dumps(scene))
+    out = folder / "a.png"
+    result = player(folder, "--time", 2.5, "--size", "192x108", "--screenshot", out, "--debug")
+    assert result.returncode == 0, result.stderr
+    return np.asarray(oiio.ImageBuf(str(out)).get_pixels(oiio.FLOAT)[..., :3], np.float32)
+
+
+def tilted() -> Mesh:
+    """The box on one of its edges: no direction lies along an axis, where codes are exact."""
+    box = synthetic.box()
+    turn = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
+    assert box.normals is not None
+    assert box.tangents is not None
+    tangents = box.tangents.copy()
+    tangents[:, :3] = box.tangents[:, :3] @ turn.T
+    positions = (box.positions - [0, 1, 0]) @ turn.T + [0, 1, 0]
+    return replace(
+        box,
+        positions=positions.astype(np.float32),
+        normals=(box.normals @ turn.T).astype(np.float32),
+        tangents=tangents,
+    )
+
+
+@pytest.mark.parametrize(("direction_deg", "kind"), [(0.1, np.int16), (1.0, np.int8)])
+def test_codes_are_drawn_as_floats_are(
+    tmp_path: Path, player: Callable[..., Any], direction_deg: float, kind: type
+) -> None:
+    lods = [Lod(tilted(), 0.0, 0.0), Lod(tilted(), 0.02, 0.01)]
+    codes = quantised_levels(lods, direction_deg=direction_deg)
+    assert codes[0].codes is not None
+    assert codes[0].codes.normals is not None
+    assert codes[0].codes.normals.dtype == kind
+    floats = picture(tmp_path / "floats", player, encode_glb(lods, "box"))
+    drawn = picture(tmp_path / "codes", player, encode_glb(codes, "box"))
+    other = picture(tmp_path / "other", player, encode_glb([Lod(synthetic.box(), 0.0, 0.0)] * 2, "box"))
+    assert (np.abs(floats - other).max(axis=2) > 0.05).sum() > 200, "the box hardly is in the picture"
+    off = np.abs(drawn - floats).max(axis=2)
+    assert off.mean() < 0.5 / 255
+    assert (off > 4 / 255).sum() <= 0.002 * off.size
