@@ -232,6 +232,23 @@ def test_what_is_no_picture_is_refused(tmp_path: Path) -> None:
             read_image(tmp_path / name)
 
 
+@pytest.mark.parametrize("faces", [0, 0xFE00])
+def test_the_faces_of_a_cube_map_are_no_picture(tmp_path: Path, faces: int) -> None:
+    """A DDS file of 4 x 4 texels, flat or six times."""
+    head = np.zeros(32, "<u4")
+    head[0] = int.from_bytes(b"DDS ", "little")
+    head[1:5] = [124, 0x100F, 4, 4]
+    head[19:28] = [32, 0x41, 0, 32, 0xFF, 0xFF00, 0xFF0000, 0xFF000000, 0x1000 | (0x8 if faces else 0)]
+    head[28] = faces
+    path = tmp_path / "a.dds"
+    path.write_bytes(head.tobytes() + bytes(range(64)) * (6 if faces else 1))
+    if not faces:
+        assert read_image(path).values.shape == (4, 4, 4)
+        return
+    with pytest.raises(SourceError, match="cube map"):
+        read_image(path)
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_a_texel_that_is_no_number_is_refused_with_its_place(tmp_path: Path, bad: float) -> None:
     values = np.zeros((4, 6, 3), np.float32)

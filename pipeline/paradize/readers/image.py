@@ -97,7 +97,8 @@ def read_image(path: Path, *, color_space: str | None = None, finite: bool = Tru
     with _silenced():
         source = oiio.ImageInput.open(str(path), hints)
     if source is None:
-        raise SourceError(f"no picture that can be read: {_message(oiio) or 'no reason given'}", file=path)
+        what = f"no picture that can be read: {_message(oiio) or 'no reason given'}"
+        raise SourceError(what, file=path, mend="save it as PNG, TIFF or OpenEXR")
     try:
         return _read_open(source, path, color_space, finite)
     except MemoryError as error:
@@ -201,6 +202,9 @@ def _require_shape(spec: Any, name: str, path: Path) -> None:
     width, height = spec.width, spec.height
     if spec.deep or spec.depth > 1:
         raise SourceError("deep and volume pictures are not maps", file=path)
+    if spec.get_string_attribute("textureformat") == "CubeFace Environment":  # the faces side by side
+        mend = "save each face as a picture of its own"
+        raise SourceError("the six faces of a cube map are not one picture", file=path, mend=mend)
     if width < 1 or height < 1 or spec.nchannels < 1:
         raise SourceError(f"{width} x {height} texels of {spec.nchannels} channels are no picture", file=path)
     side, texels = limit("PARADIZE_MAX_SIDE"), limit("PARADIZE_MAX_TEXELS")
