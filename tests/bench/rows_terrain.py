@@ -1,4 +1,8 @@
-"""Terrain meshes beside pydelatin and pymartini; true errors by the reference rasteriser."""
+"""Terrain meshes beside pydelatin and pymartini; true errors by the reference rasteriser.
+
+At 513 x 513 twice: Mount Fuji, the tile that pymartini's own example shows, from the corpus; and a field so
+rough down to its pixels that most of them are needed.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +11,16 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+import OpenImageIO as oiio
 import pydelatin
 import pymartini
 
+from paradize.data import Heightfield
 from paradize.kernels.reference_terrain import ground_error
 from paradize.kernels.terrain import refine
+from paradize.stages.terrain import terrain_mesh
 from row import Row, pair_ms
+from tests.places import CORPUS
 
 RANGE_M = 3800.0
 
@@ -68,8 +76,17 @@ def bench_delatin(runs: int) -> Row:
     return Row("Terrain 4097 x 4097, 10 m of 3,800 m", times[0], "pydelatin", times[1], *texts, limit=3.0)
 
 
-def bench_martini(runs: int) -> Row:
-    heights = rough_field(513)
+def fuji() -> npt.NDArray[np.float32] | None:
+    """513 x 513, metres: decoded from the tile's colours, its last row and column repeated."""
+    path = CORPUS / "height" / "fuji_512_rgb.png"
+    if not path.is_file():
+        return None
+    r, g, b = np.moveaxis(np.asarray(oiio.ImageBuf(str(path)).get_pixels(oiio.UINT8), np.float64), 2, 0)[:3]
+    heights = -10000.0 + (r * 65536.0 + g * 256.0 + b) * 0.1
+    return np.ascontiguousarray(np.pad(heights, ((0, 1), (0, 1)), "edge"), np.float32)
+
+
+def bench_martini(name: str, heights: npt.NDArray[np.float32], runs: int) -> Row:
     maker = pymartini.Martini(513)
 
     def martini() -> tuple[npt.NDArray[np.integer], npt.NDArray[np.integer]]:
@@ -84,10 +101,41 @@ def bench_martini(runs: int) -> Row:
     texts = told(len(ours[1]), true_error(heights, *ours)), told(len(peer[1]), error)
     times = pair_ms(lambda: refine(heights, error), martini, runs)
     return Row(
-        "Terrain 513 x 513, at the peer's true error", times[0], "pymartini", times[1], *texts, limit=1.0
+        f"Terrain 513 x 513, {name}, at the peer's true error",
+        times[0],
+        "pymartini",
+        times[1],
+        *texts,
+        limit=1.0,
     )
+
+
+def bench_grid(runs: int, folder: Path) -> Row:
+    """Every pixel a vertex, beside a plain write of the same arrays to a file that nobody flushes."""
+    field = Heightfield(rough_field(4097), 4096.0, 4096.0)
+    path = folder / "grid.bin"
+    mesh = terrain_mesh(field, tolerance_m=0.0, tier="exact")
+    made = mesh.positions, mesh.normals, mesh.tangents, mesh.uvs, mesh.uvs1, mesh.triangles
+    arrays = [array for array in made if array is not None]
+
+    def write() -> None:
+        with path.open("wb", buffering=0) as file:
+            for array in arrays:
+                view = memoryview(array).cast("B")  # type: ignore[arg-type]
+                while view:
+                    view = view[file.write(view) or 0 :]
+
+    size = sum(array.nbytes for array in arrays) / 1e6
+    times = pair_ms(lambda: terrain_mesh(field, tolerance_m=0.0, tier="exact"), write, max(1, runs // 2))
+    path.unlink()
+    texts = f"{len(mesh.triangles)} triangles, normals, tangents, two UV sets", f"{size:.0f} MB"
+    return Row("Terrain 4097 x 4097, every pixel", times[0], "plain write", times[1], *texts, limit=0.5)
 
 
 def rows(runs: int, folder: Path) -> Iterator[Row]:
     yield bench_delatin(runs)
-    yield bench_martini(runs)
+    mountain = fuji()
+    if mountain is not None:
+        yield bench_martini("Mount Fuji", mountain, runs)
+    yield bench_martini("rough", rough_field(513), runs)
+    yield bench_grid(runs, folder)

@@ -50,7 +50,13 @@ void Mesher::link(std::uint32_t edge, std::uint32_t twin) {
 }
 
 void Mesher::start(const std::vector<Spot> &corners) {
+    constexpr std::size_t some = 4096; // triangles: room for a tile of common ground
     net_ = {};
+    net_.vertices.reserve(some / 2);
+    net_.corners.reserve(3 * some);
+    net_.twins.reserve(3 * some);
+    candidates_.reserve(some);
+    queue_.reserve(some);
     candidates_.clear();
     spokes_.assign(corners.size(), none);
     for (const Spot corner : corners) {

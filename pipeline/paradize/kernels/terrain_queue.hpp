@@ -20,7 +20,7 @@ class WorstFirst {
     // Room for triangles below `count`.
     void reach(std::size_t count) { links_.resize(count); }
 
-    bool holds(std::uint32_t triangle) const { return links_[triangle].step != none; }
+    void reserve(std::size_t count) { links_.reserve(count); }
 
     // error: >= 0. The triangle must not be held.
     void add(std::uint32_t triangle, double error) {

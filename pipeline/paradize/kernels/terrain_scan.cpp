@@ -12,7 +12,8 @@ namespace {
 typedef double Lanes __attribute__((vector_size(64)));
 typedef float Floats __attribute__((vector_size(32)));
 constexpr int lanes = 8;
-constexpr int few = 12; // pixels in a box: as quick one by one
+constexpr std::int64_t enough = 512; // half the pixels of a large triangle that are looked at first
+constexpr int few = 12;              // pixels in a box: as quick one by one
 
 constexpr std::int64_t one = std::int64_t{1} << 32;
 // A border meets a row at a whole number or at least 2^-14 beside one; sixteen thousand steps of a slope of
@@ -41,9 +42,10 @@ struct Face { // three corners of positive turn, and the plane base + per_x * x 
                      y1 = static_cast<int>(b.y) - static_cast<int>(a.y);
         const double x2 = static_cast<int>(c.x) - static_cast<int>(a.x),
                      y2 = static_cast<int>(c.y) - static_cast<int>(a.y);
+        const double share = 1.0 / area;
         base = z0;
-        per_x = (z1 * y2 - z2 * y1) / area;
-        per_y = (z2 * x1 - z1 * x2) / area;
+        per_x = (z1 * y2 - z2 * y1) * share;
+        per_y = (z2 * x1 - z1 * x2) * share;
     }
 
     double at(int x, int y) const { // exact in x and y
@@ -125,7 +127,9 @@ PARADIZE_CLONES Worst scan_narrow(View view, const Face &face, const Box &box, d
     return reduced(most, where, tolerance);
 }
 
-PARADIZE_CLONES Worst scan_wide(View view, const Face &face, const Run (&runs)[2], double tolerance) {
+// Every `step_rows`th row of each run.
+PARADIZE_CLONES Worst scan_wide(View view, const Face &face, const Run (&runs)[2], double tolerance,
+                                int step_rows) {
     const Lanes places = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
     const Lanes along = places * face.per_x;
     const double step = 8.0 * face.per_x;
@@ -133,7 +137,8 @@ PARADIZE_CLONES Worst scan_wide(View view, const Face &face, const Run (&runs)[2
     Lanes most = Lanes{} + tolerance, where = outside;
     for (const Run &run : runs) {
         std::int64_t from = run.from, to = run.to;
-        for (int y = run.first; y < run.last; ++y, from += run.per_from, to += run.per_to) {
+        const std::int64_t per_from = run.per_from * step_rows, per_to = run.per_to * step_rows;
+        for (int y = run.first; y < run.last; y += step_rows, from += per_from, to += per_to) {
             const int left = static_cast<int>(from >> 32), right = static_cast<int>(to >> 32);
             const float *row = view.at + static_cast<std::size_t>(y) * view.stride;
             const double start = face.at(left, y);
@@ -179,7 +184,7 @@ Worst scan_slowly(View view, const Face &face, const Box &box, double tolerance,
 }
 
 // a is the highest corner, and the left one of two.
-Worst scan_runs(View view, const Face &face, double tolerance) {
+Worst scan_runs(View view, const Face &face, double tolerance, int step_rows) {
     Spot a = face.corner[0], b = face.corner[1], c = face.corner[2];
     while (a.y > b.y || a.y >= c.y) {
         const Spot first = a;
@@ -191,14 +196,14 @@ Worst scan_runs(View view, const Face &face, double tolerance) {
             view, face,
             {{a.y, b.y, start, left, fixed(a) + bias, b.y > a.y ? slope(a, b) : 0},
              {b.y, c.y + 1, start + left * (b.y - a.y), left, fixed(b) + bias, b.y < c.y ? slope(b, c) : 0}},
-            tolerance);
+            tolerance, step_rows);
     }
     const std::int64_t right = slope(a, b);
     return scan_wide(
         view, face,
         {{a.y, c.y, start, left, fixed(a) + bias, right},
          {c.y, b.y + 1, fixed(c) + one - bias, slope(b, c), fixed(a) + bias + right * (c.y - a.y), right}},
-        tolerance);
+        tolerance, step_rows);
 }
 
 } // namespace
@@ -214,8 +219,18 @@ Worst scan_triangle(View view, Spot a, Spot b, Spot c, double tolerance, unsigne
     if ((box.right - box.left + 1) * (box.bottom - box.top + 1) <= few) {
         return scan_slowly(view, face, box, tolerance, skipped);
     }
-    const Worst worst = box.right - box.left < lanes ? scan_narrow(view, face, box, tolerance)
-                                                     : scan_runs(view, face, tolerance);
+    Worst worst{tolerance, none};
+    if (box.right - box.left < lanes) {
+        worst = scan_narrow(view, face, box, tolerance);
+    } else {
+        const std::int64_t step = std::min<std::int64_t>(area / enough, (box.bottom - box.top) / 8);
+        if (step > 1) {
+            worst = scan_runs(view, face, tolerance, static_cast<int>(step));
+        }
+        if (worst.pixel == none) {
+            worst = scan_runs(view, face, tolerance, 1);
+        }
+    }
     if (worst.pixel == none) {
         return worst;
     }
