@@ -20,7 +20,7 @@ from paradize.formats.glb import decode_glb
 from paradize.kernels.atlas import make_charts, pack
 from paradize.kernels.reference_atlas import layout_quality, layout_raster
 from paradize.metrics.atlas import atlas_quality
-from paradize.stages.atlas import TIERS, make_atlas
+from paradize.stages.atlas import TIERS, make_atlas, seam_length
 from tests.pipeline.shapes import cube, grid, soup, sphere
 
 
@@ -108,6 +108,50 @@ def test_the_gutter_is_kept_at_every_resolution(resolution: int, padding: int) -
 def test_what_does_not_fit_is_an_error_not_an_overlap() -> None:
     with pytest.raises(BakeError, match="2000 charts do not fit into 64 texels"):
         make_atlas(cards(2000), resolution=64, padding=4)
+
+
+def test_the_exact_tier_has_no_longer_seams_than_any_of_its_ways() -> None:
+    for mesh in (bare(sphere(14)), moebius(), cube(), bare(grid(12, height=0.9))):
+        seams = {tier: atlas_quality(make_atlas(mesh, tier=tier))["seam_length"] for tier in TIERS}
+        assert seams["exact"] <= seams["balanced"] + 1e-6
+    assert atlas_quality(make_atlas(bare(sphere(14)), tier="fast"))["charts"] > 2
+
+
+def test_seams_are_counted_once_each() -> None:
+    points, faces = (
+        np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], float),
+        np.array([[0, 1, 2], [0, 2, 3]]),
+    )
+    assert seam_length(points, faces.astype(np.uint32), np.array([0, 0], np.int32)) == 0
+    assert seam_length(points, faces.astype(np.uint32), np.array([0, 1], np.int32)) == pytest.approx(8**0.5)
+
+
+def test_more_charts_than_the_square_has_room_for_are_refused_at_once() -> None:
+    corners = np.tile(np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]]), (400_000, 1, 1))
+    started = time.monotonic()
+    assert pack(corners, np.arange(400_000), 400_000, resolution=1024, padding=4) is None
+    assert time.monotonic() - started < 5
+
+
+@pytest.mark.parametrize("resolution", [100, 512, 1000, 4096])
+def test_charts_of_every_width_are_packed_apart(resolution: int) -> None:
+    """Rectangles a few texels to the whole square wide, with gutters up to the widest."""
+    rng = np.random.default_rng(resolution)
+    for padding in (0, 1, 7, 64):
+        count = 40 if resolution > 100 or padding < 8 else 1
+        sides = 10.0 ** rng.uniform(-2, 0, (count, 2))
+        across = sides[:, None, :]
+        corners = np.concatenate(
+            [across * [[0, 0], [1, 0], [1, 1]], across * [[0, 0], [1, 1], [0, 1]]], axis=1
+        ).reshape(-1, 3, 2)
+        packed = pack(corners, np.repeat(np.arange(count), 2), count, resolution=resolution, padding=padding)
+        assert packed is not None
+        boxes = packed[0].reshape(count, 6, 2)
+        low, high = boxes.min(axis=1), boxes.max(axis=1)
+        assert low.min() >= padding // 2 and high.max() <= resolution - padding // 2
+        gap = np.maximum(low[:, None] - high[None], low[None] - high[:, None]).max(axis=2)
+        np.fill_diagonal(gap, np.inf)
+        assert gap.min() >= padding - 1e-9
 
 
 def test_the_bytes_do_not_depend_on_threads_and_hardly_on_the_order_of_faces() -> None:

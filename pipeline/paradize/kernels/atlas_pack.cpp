@@ -2,35 +2,20 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
+
+#include "atlas_field.hpp"
 
 namespace paradize::atlas {
 
 namespace {
 
-constexpr std::int32_t most_cells = 512; // a side; larger squares are packed by cells of some texels
 constexpr int attempts = 6;
 // With this many charts the guesses are good, and a layout takes long.
 constexpr std::size_t many_charts = 200;
 constexpr int attempts_with_many = 4;
-
-struct Span {
-    std::int32_t low, high; // cells [low, high)
-    bool operator==(const Span &) const = default;
-};
-
-struct Place {
-    std::int32_t x = 0, y = 0, turn = 0;
-};
-
-// What a chart covers, cell row by cell row, in one of its four turns.
-struct Shape {
-    std::vector<Span> rows;
-    std::int32_t width = 0;
-};
 
 struct Chart {
     std::vector<double> corners; // (k, 3, 2)
@@ -118,123 +103,10 @@ Shape widened(const Shape &shape, std::int32_t room) {
     return out;
 }
 
-// A field of cells, at most `most_cells` wide and as high as it must be; of each row, a bit for every free
-// cell.
-class Field {
-  public:
-    Field(std::int32_t width, std::int32_t most_rows) : width_(width), most_rows_(most_rows) {}
+constexpr std::int32_t too_high = std::numeric_limits<std::int32_t>::max();
 
-    // The lowest place from row `from`, of these the leftmost, where a widened shape meets nothing and whose
-    // top stays below `below`; false where there is none.
-    bool find(const Shape &shape, std::int32_t from, std::int32_t below, Place &place) {
-        const auto height = static_cast<std::int32_t>(shape.rows.size());
-        if (shape.width > width_) {
-            return false;
-        }
-        std::size_t first = 0; // the row that was in the way is asked first
-        for (std::int32_t y = from; y + height <= std::min(below - 1, most_rows_); ++y) {
-            grow(y + height);
-            Bits fits;
-            fits.fill(~std::uint64_t{0});
-            bool any = true;
-            for (std::size_t n = 0; any && n < shape.rows.size(); ++n) {
-                std::size_t r = n + first;
-                r = r >= shape.rows.size() ? r - shape.rows.size() : r;
-                const Span span = shape.rows[r];
-                any = keep(fits, starts(static_cast<std::size_t>(y) + r, span.high - span.low), span.low);
-                first = any ? first : r;
-            }
-            if (any) {
-                std::size_t word = 0;
-                while (fits[word] == 0) {
-                    ++word;
-                }
-                place.x = static_cast<std::int32_t>(64 * word) + std::countr_zero(fits[word]);
-                place.y = y;
-                return true;
-            }
-        }
-        return false;
-    }
-
-    void take(const Shape &shape, std::int32_t x, std::int32_t y) {
-        grow(y + static_cast<std::int32_t>(shape.rows.size()));
-        for (std::size_t r = 0; r < shape.rows.size(); ++r) {
-            Row &row = rows_[static_cast<std::size_t>(y) + r];
-            clear(row.free, x + shape.rows[r].low, x + shape.rows[r].high);
-            row.length = 0;
-        }
-    }
-
-  private:
-    using Bits = std::array<std::uint64_t, most_cells / 64>;
-    struct Row {
-        Bits free{}, starts{};   // `starts`: where `length` free cells begin, of the last length asked for
-        std::int32_t length = 0; // 0: not known
-    };
-
-    // bits moved down by `by`, from 0 to most_cells; what comes in is 0.
-    static Bits down(const Bits &bits, std::int32_t by) {
-        std::array<std::uint64_t, 2 * most_cells / 64 + 1> wide{};
-        std::ranges::copy(bits, wide.begin());
-        const std::uint64_t *from = wide.data() + by / 64;
-        const int shift = by % 64;
-        Bits out;
-        for (std::size_t i = 0; i < out.size(); ++i) {
-            out[i] = from[i] >> shift | from[i + 1] << 1 << (63 - shift);
-        }
-        return out;
-    }
-
-    // Leaves of `fits` what `starts` has `low` further on; whether anything is left.
-    static bool keep(Bits &fits, const Bits &starts, std::int32_t low) {
-        const Bits moved = low == 0 ? starts : down(starts, low);
-        std::uint64_t any = 0;
-        for (std::size_t i = 0; i < fits.size(); ++i) {
-            fits[i] &= moved[i];
-            any |= fits[i];
-        }
-        return any != 0;
-    }
-
-    static void clear(Bits &bits, std::int32_t low, std::int32_t high) {
-        for (std::int32_t at = low; at < high;) {
-            const std::int32_t end = std::min(high, at / 64 * 64 + 64);
-            const std::uint64_t ones = ~std::uint64_t{0} >> (64 - (end - at));
-            bits[static_cast<std::size_t>(at / 64)] &= ~(ones << at % 64);
-            at = end;
-        }
-    }
-
-    // Where in a row `length` free cells begin: runs are halved, so that few steps do.
-    const Bits &starts(std::size_t index, std::int32_t length) {
-        Row &row = rows_[index];
-        if (row.length != length) {
-            row.starts = row.free;
-            for (std::int32_t known = 1; known < length;) {
-                const std::int32_t more = std::min(known, length - known);
-                keep(row.starts, row.starts, more);
-                known += more;
-            }
-            row.length = length;
-        }
-        return row.starts;
-    }
-
-    void grow(std::int32_t rows) {
-        while (rows_.size() < static_cast<std::size_t>(rows)) {
-            Row row;
-            row.free.fill(~std::uint64_t{0});
-            clear(row.free, width_, most_cells);
-            rows_.push_back(row);
-        }
-    }
-
-    std::int32_t width_, most_rows_;
-    std::vector<Row> rows_;
-};
-
-// Puts all charts into a strip `side` cells wide; how high it became, or more than `most` where it was left.
+// Puts all charts into a strip `side` cells wide; how high it became, or `too_high` where they need more than
+// `most`.
 std::int32_t lay_out(const std::vector<Chart> &charts, const std::vector<std::size_t> &order, double scale,
                      std::int32_t side, std::int32_t room, std::int32_t most, std::vector<Place> &places) {
     Field field(side + room, most + room);
@@ -267,7 +139,7 @@ std::int32_t lay_out(const std::vector<Chart> &charts, const std::vector<std::si
             }
         }
         if (kept.rows.empty()) {
-            return most + 1;
+            return too_high;
         }
         field.take(kept, best.x, best.y);
         places[index] = best;
@@ -315,7 +187,9 @@ Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart
     // The field starts at the widened shapes' border: the first `room` rows and columns are the margin's.
     const std::int32_t inner = side + room;
     Packed out;
-    if (side < 1) {
+    // However small, each takes a cell and the room beside and above it.
+    const std::int64_t square = std::int64_t{inner} * inner, least = std::int64_t{room + 1} * (room + 1);
+    if (side < 1 || count > square / least) {
         return out;
     }
     double good = 0, bad = longest > 0 ? side / longest : 1;
