@@ -27,7 +27,8 @@ _ROUNDING = 1e-7
 _BISECTIONS = {"fast": 4, "balanced": 4, "exact": 9}
 _SAMPLES = 50_000
 # A texture of which more than a hundredth slid by more than this, of the diagonal, is held with so many times
-# the weight, which costs next to no shape. What still slid by more than the second is told.
+# the weight, which costs next to no shape. What still slid by more than the second is told. A slide of less
+# than twice what the surface itself is off is left alone.
 _SLID, _SEEN = 0.01, 0.02
 _HELD = (4.0, 16.0)
 # Words to a level's shares: the largest distance, its RMS and 99th percentile, of the diagonal.
@@ -127,7 +128,7 @@ def _slides(steps: list[Step]) -> list[str]:
                 f"lod{at}: the texture is stretched beside seams, which had to be let go; it slid by up to "
                 f"{most:.2g} of the diagonal (99 % by {p99:.2g}); ask for fewer levels to keep them"
             )
-        elif p99 > _SEEN:
+        elif p99 > max(_SEEN, 2 * step.errors["error_max"]):
             notes.append(
                 f"lod{at}: the texture slid by up to {most:.2g} of the diagonal (99 % by {p99:.2g}); ask for "
                 "fewer levels or a larger ratio to keep it in place"
@@ -172,7 +173,7 @@ def _held(judge: Judge, step: Step, before: Mesh, target: int, limit: float, tie
         return step
     best = replace(step, errors=step.errors | uv_shift(judge, step.mesh, _SAMPLES))
     for weight in _HELD:
-        if best.errors["uv_shift_p99"] <= _SLID:
+        if best.errors["uv_shift_p99"] <= max(_SLID, 2 * best.errors["error_max"]):
             break
         level = simplify(before, target, tier, original=judge.mesh, hold=weight)
         try:

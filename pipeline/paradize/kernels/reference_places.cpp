@@ -238,15 +238,18 @@ Spread uv_shift(const Tree &from, const Shading &seen, const Tree &to, const Sha
                             image[j][axis] =
                                 truth.uvs[other.triangles[t * std::size_t{3} + j] * std::size_t{2} + axis];
                     const Point looked{uv[0], uv[1], 0};
-                    const auto weights = weights_at(looked, image);
-                    Point miss = looked, off = p;
                     const Corners there = corners_of(other, t);
-                    for (std::size_t j = 0; j < 3; ++j) {
-                        miss = along(miss, -weights[j], image[j]);
-                        off = along(off, -weights[j], there[j]);
+                    // The place that shows the same texel, or, as in palettes, where many do or nearly so,
+                    // the nearest place with what it shows beside.
+                    for (const auto &weights : {weights_at(looked, image), weights_at(p, there)}) {
+                        Point miss = looked, off = p;
+                        for (std::size_t j = 0; j < 3; ++j) {
+                            miss = along(miss, -weights[j], image[j]);
+                            off = along(off, -weights[j], there[j]);
+                        }
+                        const double far = std::sqrt(dot(off, off)) + unit * std::sqrt(dot(miss, miss));
+                        best = std::min(best, far * far);
                     }
-                    const double far = std::sqrt(dot(off, off)) + unit * std::sqrt(dot(miss, miss));
-                    best = std::min(best, far * far);
                 });
                 shifts[shares.first[i] + k] = std::sqrt(best);
             }

@@ -36,9 +36,9 @@ Spread normal_angles(const Tree &from, const Shading &seen, const Tree &to, cons
                      const NormalMap &map, double near, std::uint64_t samples, unsigned threads);
 
 // How far, in the positions' unit, the texture that `from` shows lies from where `to` shows it: the least
-// distance from a sample to a place of `to` with the same texture coordinates. Where the nearest triangles
-// hold no such place, what is missing in texture coordinates counts `unit` a piece. Samples: about `samples`
-// in all, one in every triangle at least up to that number.
+// distance from a sample to a place of `to`, where what is missing there in texture coordinates counts `unit`
+// a piece: to a place that shows the same, or, where the image is next to a point (palettes), to any.
+// Samples: about `samples` in all, one in every triangle at least up to that number.
 Spread uv_shift(const Tree &from, const Shading &seen, const Tree &to, const Shading &truth, double unit,
                 std::uint64_t samples, unsigned threads);
 
