@@ -62,11 +62,25 @@ class Show {
         gl::demand_memory();
     }
 
+    /// Says once, where a picture is taller than those that the bake was made for, what it lacks.
+    void tell_height(int height_px) {
+        if (told_ || !file_.terrain || file_.terrain->left_out == 0 || height_px <= file_.height_px) {
+            return;
+        }
+        told_ = true;
+        std::fprintf(
+            stderr,
+            "paradize-player: the picture is %d pixels high, the scene was baked for %d: finer patches "
+            "of the terrain were not baked; raise `viewport` in the scene and bake it again\n",
+            height_px, file_.height_px);
+    }
+
     Renderer &renderer() { return renderer_; }
     std::vector<double> &frame_ms() { return frame_ms_; }
 
     void frame(double elapsed_s, const Pose &pose, gl::DebugLog &log) {
         // Headless frames do not depend on the clock; those for the eye do not wait.
+        tell_height(renderer_.height_px());
         streamer_.upload(upload_bytes_per_frame, options_.headless ? Unready::wait : Unready::leave);
         renderer_.draw(elapsed_s, pose);
         if (options_.debug) {
@@ -115,6 +129,7 @@ class Show {
     std::vector<double> frame_ms_;
     std::vector<std::uint8_t> pixels_;
     std::vector<std::string> screenshots_;
+    bool told_ = false;
 };
 
 /// poster.png -> poster_0007.png

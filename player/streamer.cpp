@@ -98,6 +98,13 @@ struct Streamer::Impl {
         }
         item.glb =
             assets::read_glb_nodes(item.file.bytes(), item.path, std::span(patches.node).subspan(row, count));
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::string expected = "patch" + std::to_string(row + i);
+            if (const std::string &name = item.glb.levels[i].name; name != expected) {
+                throw Error(item.path + ": node " + name + ": scene.json says that it is " + expected +
+                            "; bake the scene again");
+            }
+        }
         const auto roots = static_cast<std::size_t>(
             std::count(patches.made_by.begin() + static_cast<std::ptrdiff_t>(row),
                        patches.made_by.begin() + static_cast<std::ptrdiff_t>(row + count), std::int32_t{-1}));

@@ -18,10 +18,10 @@ class SceneReader {
         if (root_.text("format") != "paradize-scene") {
             root_.fail("format", "is \"" + root_.text("format") + "\", must be \"paradize-scene\"");
         }
-        if (const long long version = root_.integer("version", 0, 1LL << 40); version != 1 && version != 2) {
+        if (const long long version = root_.integer("version", 0, 1LL << 40); version != 2) {
             root_.fail("version",
                        "is " + std::to_string(version) +
-                           ", this player reads version 1; bake the scene with the Paradize that came "
+                           ", this player reads version 2; bake the scene with the Paradize that came "
                            "with the player");
         }
         head();

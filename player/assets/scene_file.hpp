@@ -1,5 +1,5 @@
 #pragma once
-// scene.json, version 1, as plain values. Knows no GL. What a name means is in
+// scene.json, version 2, as plain values. Knows no GL. What a name means is in
 // pipeline/paradize/formats/FORMAT.md.
 
 #include <glm/mat4x3.hpp>

@@ -155,12 +155,6 @@ void read_patches(const JsonObject &from, std::size_t tiles, Terrain &out) {
     check_tree(table, diamond_table, patches, diamonds);
 }
 
-/// A terrain of one mesh: one patch that nothing replaces.
-void read_mesh(const SceneFile &scene, const JsonObject &from, Terrain &out) {
-    out.tiles = {needed_artifact(scene, from, "mesh", ArtifactKind::mesh)};
-    out.patches = {{0}, {0}, {0}, {-1}, {-1}, {glm::vec3(0.0F)}, {static_cast<float>(far_m)}, {0.0F}};
-}
-
 void read_tiles(const SceneFile &scene, const JsonObject &from, Terrain &out) {
     out.tiles = from.texts("tiles", most_tiles);
     for (std::size_t i = 0; i < out.tiles.size(); ++i) {
@@ -193,11 +187,7 @@ void read_terrain(const JsonObject &root, SceneFile &out) {
         return;
     }
     Terrain value;
-    if (from->has("mesh")) {
-        read_mesh(out, *from, value);
-    } else {
-        read_tiles(out, *from, value);
-    }
+    read_tiles(out, *from, value);
     value.sand_color = needed_artifact(out, *from, "sand_color", ArtifactKind::texture);
     value.sand_normal = maybe_artifact(out, *from, "sand_normal", ArtifactKind::texture);
     value.effect_color = maybe_artifact(out, *from, "effect_color", ArtifactKind::texture);

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from paradize.data import Group, Lod, Mesh, Texture
 from paradize.formats.glb import encode_glb
 from paradize.formats.ktx2 import encode_ktx2
-from paradize.formats.scene_manifest import encode_scene
+from paradize.formats.scene_manifest import VERSION, encode_scene
+from tests.player.patches import Tiled, tiled
 
 SUN = [0.6, 0.64, 0.48]
 EYE = [0.0, 3.0, 9.0]
@@ -55,22 +56,6 @@ def box() -> Mesh:
     return Mesh(_f32(positions), faces, _f32(normals), _f32(tangents), _f32(uvs), groups=groups)
 
 
-def plane(size_m: float, height_m: float) -> Mesh:
-    """A square in the middle, of two triangles."""
-    corners = [(-1, -1), (1, -1), (-1, 1), (1, 1)]
-    positions = [[x * size_m / 2, height_m, z * size_m / 2] for x, z in corners]
-    uvs = _f32([[(x + 1) / 2, (z + 1) / 2] for x, z in corners])
-    return Mesh(
-        _f32(positions),
-        np.asarray([[0, 2, 1], [1, 2, 3]], dtype=np.uint32),
-        _f32([[0, 1, 0]] * 4),
-        _f32([[1, 0, 0, 1]] * 4),
-        uvs * np.float32(8),
-        uvs,
-        groups=(Group("sand", "sand", 0, 2),),
-    )
-
-
 def checker(a: tuple[int, int, int], b: tuple[int, int, int], size: int = 64) -> npt.NDArray[np.uint8]:
     """(size, size, 4) uint8: eight by eight squares of two colours."""
     y, x = np.mgrid[0:size, 0:size] * 8 // size
@@ -78,9 +63,15 @@ def checker(a: tuple[int, int, int], b: tuple[int, int, int], size: int = 64) ->
     return np.dstack([squares, np.full((size, size), 255, dtype=np.uint8)])
 
 
-def write_scene(folder: Path, *, bare: bool = False, **changes: Any) -> Path:
+def flat_terrain() -> Tiled:
+    """60 m of flat ground in patches, which say that their coarse levels have errors."""
+    return tiled(60.0, error_m=0.2)
+
+
+def write_scene(folder: Path, *, bare: bool = False, terrain: Tiled | None = None, **changes: Any) -> Path:
     """Writes scene.json and its artifacts; `bare` leaves out every pass that a scene may leave out. `changes`
     replace top-level members of the manifest."""
+    ground = terrain or flat_terrain()
     folder.mkdir(parents=True, exist_ok=True)
     flat = np.zeros((16, 16, 2), dtype=np.int8)
     waves = np.indices((16, 16)).sum(axis=0).astype(np.int8)[..., None] - np.int8(15)
@@ -91,7 +82,6 @@ def write_scene(folder: Path, *, bare: bool = False, **changes: Any) -> Path:
     }
     if not bare:
         files |= {
-            "terrain_mesh": ("glb", "mesh", encode_glb([Lod(plane(60.0, 0.0), 0.0, 0.0)], "terrain")),
             "sand_color": (
                 "ktx2",
                 "texture",
@@ -101,6 +91,9 @@ def write_scene(folder: Path, *, bare: bool = False, **changes: Any) -> Path:
             "water_normal": ("ktx2", "texture", texture("RG8_SNORM", np.repeat(waves, 2, axis=2))),
             "water_dudv": ("ktx2", "texture", texture("RG8_SNORM", np.repeat(waves, 2, axis=2))),
             "sky": ("ktx2", "cubemap", texture("RGBA16F", sky)),
+        }
+        files |= {
+            name: ("glb", "mesh", data) for name, data in zip(tile_names(ground), ground.tiles, strict=True)
         }
     artifacts = {}
     for name, (ending, kind, data) in files.items():
@@ -117,12 +110,17 @@ def write_scene(folder: Path, *, bare: bool = False, **changes: Any) -> Path:
             "gutter": None,
             "first_needed_s": 0.0,
         }
-    manifest = _manifest(artifacts, bare) | changes
+    manifest = _manifest(artifacts, bare, ground) | changes
     (folder / "scene.json").write_bytes(encode_scene(manifest))
     return folder
 
 
-def _manifest(artifacts: dict[str, Any], bare: bool) -> dict[str, Any]:
+def tile_names(terrain: Tiled) -> list[str]:
+    """The artifacts that the bake would call its tiles."""
+    return ["terrain_mesh", *(f"terrain_mesh_{i}" for i in range(1, len(terrain.tiles)))]
+
+
+def _manifest(artifacts: dict[str, Any], bare: bool, ground: Tiled) -> dict[str, Any]:
     material = {
         "color": [1.0, 1.0, 1.0],
         "parallax_scale": 0.0,
@@ -139,7 +137,7 @@ def _manifest(artifacts: dict[str, Any], bare: bool) -> dict[str, Any]:
     way.append([[2.0, -4.0, 0.0, 0.0], [EYE[1], 0, 0, 0], [EYE[2], 0, 0, 0]])
     manifest: dict[str, Any] = {
         "format": "paradize-scene",
-        "version": 1,
+        "version": VERSION,
         "name": "synthetic",
         "exposure": 1.0,
         "viewport": [96, 54],
@@ -198,7 +196,8 @@ def _manifest(artifacts: dict[str, Any], bare: bool) -> dict[str, Any]:
             "reflection": {"scale": 0.5},
             "refraction": {"scale": 0.5},
             "terrain": {
-                "mesh": "terrain_mesh",
+                "tiles": tile_names(ground),
+                **ground.tables,
                 "sand_color": "sand_color",
                 "sand_normal": None,
                 "effect_color": None,

@@ -45,7 +45,7 @@ TEST_CASE("scene.json: another version is refused with what to do") {
     test::SceneText text;
     text.version = "3";
     check_refused(
-        text, "scene.json: version: is 3, this player reads version 1; bake the scene with the Paradize that "
+        text, "scene.json: version: is 3, this player reads version 2; bake the scene with the Paradize that "
               "came with the player");
 }
 

@@ -16,14 +16,51 @@
 
 using namespace paradize;
 
+namespace {
+
+// The small scene of files.hpp, in a folder of its own.
+struct SmallScene {
+    test::Folder folder;
+    assets::SceneFile file = assets::parse_scene(test::SceneText().str(), "scene.json");
+
+    SmallScene() { test::write_scene(folder); }
+    [[nodiscard]] Streamer streamer() const { return Streamer(file, folder.path()); }
+};
+
+// How many bytes of quad_color are not those of its file, which count up.
+int wrong_bytes(const Streamer &streamer) {
+    streamer.texture("quad_color")->bind(0);
+    std::vector<unsigned char> texels(256 * 256 * 4);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glGetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_UNSIGNED_BYTE, texels.data());
+    int wrong = 0;
+    for (std::size_t i = 0; i < texels.size(); ++i) {
+        wrong += texels[i] != i % 256 ? 1 : 0;
+    }
+    return wrong;
+}
+
+// What is said of a scene that is uploaded whole; nothing where nothing is wrong.
+std::string complaint(const SmallScene &scene, Unready unready) {
+    try {
+        Streamer streamer = scene.streamer(); // ends before its files change: the loader walks their pages
+        while (!streamer.upload(1 << 20, unready)) {
+            std::this_thread::yield();
+        }
+    } catch (const Error &error) {
+        return error.what();
+    }
+    return "";
+}
+
+} // namespace
+
 TEST_CASE("streamer: coarse first, within the budget, complete at last") {
     if (!test::have_context()) {
         return;
     }
-    const test::Folder folder;
-    test::write_scene(folder);
-    const assets::SceneFile file = assets::parse_scene(test::SceneText().str(), "scene.json");
-    Streamer streamer(file, folder.path());
+    const SmallScene scene;
+    Streamer streamer = scene.streamer();
     const StreamedTexture *color = streamer.texture("quad_color");
     const StreamedMesh *mesh = streamer.mesh("quad_mesh");
     REQUIRE(color != nullptr);
@@ -58,21 +95,11 @@ TEST_CASE("streamer: the texels that arrive are those of the file") {
     if (!test::have_context()) {
         return;
     }
-    const test::Folder folder;
-    test::write_scene(folder);
-    const assets::SceneFile file = assets::parse_scene(test::SceneText().str(), "scene.json");
-    Streamer streamer(file, folder.path());
+    const SmallScene scene;
+    Streamer streamer = scene.streamer();
     while (!streamer.upload(1 << 20)) {
     }
-    streamer.texture("quad_color")->bind(0);
-    std::vector<unsigned char> texels(256 * 256 * 4);
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glGetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_UNSIGNED_BYTE, texels.data());
-    int wrong = 0;
-    for (std::size_t i = 0; i < texels.size(); ++i) {
-        wrong += texels[i] != i % 256 ? 1 : 0;
-    }
-    CHECK(wrong == 0);
+    CHECK(wrong_bytes(streamer) == 0);
     test::demand_clean();
 }
 
@@ -80,13 +107,11 @@ TEST_CASE("streamer: a supercompressed texture arrives as the plain one does, an
     if (!test::have_context()) {
         return;
     }
-    const test::Folder folder;
-    test::write_scene(folder);
-    folder.write("quad_color.ktx2", test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
-    folder.write("sky.ktx2", test::zstd_ktx2_file(assets::PixelFormat::rgba8_unorm, 8, 8, 6));
-    const assets::SceneFile file = assets::parse_scene(test::SceneText().str(), "scene.json");
+    const SmallScene scene;
+    scene.folder.write("quad_color.ktx2", test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
+    scene.folder.write("sky.ktx2", test::zstd_ktx2_file(assets::PixelFormat::rgba8_unorm, 8, 8, 6));
     for (const Unready unready : {Unready::wait, Unready::leave}) {
-        Streamer streamer(file, folder.path());
+        Streamer streamer = scene.streamer();
         int frames = 0;
         while (!streamer.upload(100000, unready)) {
             ++frames;
@@ -95,15 +120,7 @@ TEST_CASE("streamer: a supercompressed texture arrives as the plain one does, an
         CHECK(frames >= 1); // 350 kB in steps of 100 kB or one piece
         CHECK(streamer.resident_bytes() == streamer.total_bytes());
         CHECK(streamer.total_bytes() > 256 * 256 * 4);
-        streamer.texture("quad_color")->bind(0);
-        std::vector<unsigned char> texels(256 * 256 * 4);
-        glPixelStorei(GL_PACK_ALIGNMENT, 1);
-        glGetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_UNSIGNED_BYTE, texels.data());
-        int wrong = 0;
-        for (std::size_t i = 0; i < texels.size(); ++i) {
-            wrong += texels[i] != i % 256 ? 1 : 0;
-        }
-        CHECK(wrong == 0);
+        CHECK(wrong_bytes(streamer) == 0);
     }
     test::demand_clean();
 }
@@ -112,29 +129,19 @@ TEST_CASE("streamer: a level that does not inflate is told by file and level, an
     if (!test::have_context()) {
         return;
     }
-    const test::Folder folder;
-    test::write_scene(folder);
+    const SmallScene scene;
     const test::Bytes whole = test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
     const test::Bytes short_one = test::zstd_frame(test::Bytes(256 * 256 * 4 - 1), false);
-    folder.write("quad_color.ktx2", test::with_frame(whole, short_one));
-    const assets::SceneFile file = assets::parse_scene(test::SceneText().str(), "scene.json");
+    scene.folder.write("quad_color.ktx2", test::with_frame(whole, short_one));
     for (const Unready unready : {Unready::wait, Unready::leave}) {
-        Streamer streamer(file, folder.path());
-        std::string message;
-        try {
-            while (!streamer.upload(1 << 20, unready)) {
-                std::this_thread::yield();
-            }
-        } catch (const Error &error) {
-            message = error.what();
-        }
+        const std::string message = complaint(scene, unready);
         CHECK_MESSAGE(
             message.find(
                 "quad_color.ktx2: level 0: its Zstandard frame holds 262143 bytes, expected 262144") !=
                 std::string::npos,
             message);
     }
-    { const Streamer unused(file, folder.path()); } // ends while its loader is at work
+    { const Streamer unused = scene.streamer(); } // ends while its loader is at work
 }
 
 TEST_CASE("textures: storage of a plain 3.3 driver holds the same texels as immutable storage") {
@@ -169,40 +176,29 @@ TEST_CASE("streamer: an index beyond the vertices, a wrong size and a flat sky a
     if (!test::have_context()) {
         return;
     }
-    const test::Folder folder;
-    test::write_scene(folder);
-    const assets::SceneFile file = assets::parse_scene(test::SceneText().str(), "scene.json");
-    folder.write("quad_mesh.glb", test::glb_file(test::glb_json(), 4));
-    try {
-        Streamer streamer(file, folder.path()); // ends before its files change: the loader walks their pages
-        while (!streamer.upload(1 << 20)) {
-        }
-        FAIL("uploaded");
-    } catch (const Error &error) {
-        const std::string message = error.what();
-        CHECK_MESSAGE(
-            message.find("quad_mesh.glb: node lod0, primitive 1, index 2: is not below the 4 vertices") !=
-                std::string::npos,
-            message);
-    }
-    assets::SceneFile wrong = file;
+    const SmallScene scene;
+    scene.folder.write("quad_mesh.glb", test::glb_file(test::glb_json(), 4));
+    const std::string message = complaint(scene, Unready::wait);
+    CHECK_MESSAGE(
+        message.find("quad_mesh.glb: node lod0, primitive 1, index 2: is not below the 4 vertices") !=
+            std::string::npos,
+        message);
+    assets::SceneFile wrong = scene.file;
     wrong.artifacts[0].bytes = 17; // in the order of names: quad_color
-    CHECK_THROWS_AS(Streamer(wrong, folder.path()), Error);
-    folder.write("sky.ktx2", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 8, 8, 1));
-    CHECK_THROWS_AS(Streamer(file, folder.path()), Error);
-    std::filesystem::remove(folder.path() / "sky.ktx2");
-    CHECK_THROWS_AS(Streamer(file, folder.path()), Error);
+    CHECK_THROWS_AS(Streamer(wrong, scene.folder.path()), Error);
+    scene.folder.write("sky.ktx2", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 8, 8, 1));
+    CHECK_THROWS_AS(scene.streamer(), Error);
+    std::filesystem::remove(scene.folder.path() / "sky.ktx2");
+    CHECK_THROWS_AS(scene.streamer(), Error);
 }
 
 TEST_CASE("scene: visible instances come with a resident level, hidden ones do not come") {
     if (!test::have_context()) {
         return;
     }
-    const test::Folder folder;
-    test::write_scene(folder);
-    const assets::SceneFile file = assets::parse_scene(test::SceneText().str(), "scene.json");
-    Streamer streamer(file, folder.path());
-    const Scene scene(file, streamer);
+    const SmallScene small;
+    Streamer streamer = small.streamer();
+    const Scene scene(small.file, streamer);
     CHECK(scene.instance_count() == 1);
     CHECK(scene.objects()[0].materials[1].two_sided);       // leaf, by name
     CHECK_FALSE(scene.objects()[0].materials[0].two_sided); // wood: defaults
@@ -225,10 +221,8 @@ TEST_CASE("scene: a scene.json that disagrees with its meshes is refused") {
     if (!test::have_context()) {
         return;
     }
-    const test::Folder folder;
-    test::write_scene(folder);
-    assets::SceneFile file = assets::parse_scene(test::SceneText().str(), "scene.json");
-    file.objects[0].lods.pop_back();
-    const Streamer streamer(file, folder.path());
-    CHECK_THROWS_AS(Scene(file, streamer), Error);
+    SmallScene small;
+    small.file.objects[0].lods.pop_back();
+    const Streamer streamer = small.streamer();
+    CHECK_THROWS_AS(Scene(small.file, streamer), Error);
 }

@@ -1,0 +1,160 @@
+"""The terrain as patches: no cracks at any moment, culling that nobody sees, few triangles where few do."""
+
+from __future__ import annotations
+
+import copy
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import OpenImageIO as oiio
+import pytest
+
+from tests.player.patches import tiled
+from tests.player.synthetic import write_scene
+
+Player = Callable[..., "subprocess.CompletedProcess[str]"]
+SIZE_M = 60.0
+LEVELS = 9
+WIDTH, HEIGHT = 320, 180
+
+
+def hills(x: npt.NDArray[np.float64], z: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Up to 3 m above and below the middle, with small ones in one corner only."""
+    small = np.exp(-((x - 15) ** 2 + (z - 15) ** 2) / 100) * np.sin(3 * x) * np.cos(2.5 * z)
+    return np.asarray(2.4 * np.sin(x / 6) * np.cos(z / 8) + 0.6 * small)
+
+
+@pytest.fixture(scope="module")
+def hilly(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Hills in a sea, in 1022 patches and three tiles; measured errors."""
+    terrain = tiled(SIZE_M, hills, levels=LEVELS, refine=4, tiles=3)
+    folder = write_scene(tmp_path_factory.mktemp("hilly"), terrain=terrain, objects=[], particles=[])
+    manifest = json.loads((folder / "scene.json").read_text())
+    manifest["terrain"] |= {"mix_low_m": -5.0, "mix_high_m": -4.0}
+    (folder / "scene.json").write_text(json.dumps(manifest))
+    return folder
+
+
+def pose(manifest: dict[str, Any], eye: tuple[float, ...], target: tuple[float, ...]) -> dict[str, Any]:
+    """The scene seen from one place for ever."""
+    out = copy.deepcopy(manifest)
+    out["flight"]["segments"] = [
+        {
+            "eye": [[v, 0.0, 0.0, 0.0] for v in eye],
+            "target": [[v, 0.0, 0.0, 0.0] for v in target],
+            "roll": [0.0, 0.0, 0.0, 0.0],
+        }
+    ]
+    out["flight"]["time_table"] = [[0.0, 0.0, 0.1], [10.0, 1.0, 0.1]]
+    out["flight"]["waypoint_u"] = [0]
+    return out
+
+
+def place(folder: Path, source: Path, manifest: dict[str, Any]) -> Path:
+    """A scene folder of other text and the same artifacts."""
+    folder.mkdir(parents=True)
+    for artifact in manifest["artifacts"].values():
+        (folder / artifact["file"]).symlink_to(source / artifact["file"])
+    (folder / "scene.json").write_text(json.dumps(manifest))
+    return folder
+
+
+def shown(player: Player, folder: Path, *arguments: object) -> tuple[npt.NDArray[np.float32], dict[str, int]]:
+    """The picture (180, 320, 3) in 0..1, and the counts of the terrain."""
+    out = folder / "picture.png"
+    asked = ["--size", f"{WIDTH}x{HEIGHT}", "--screenshot", out, "--json", "--debug", "--check-finite"]
+    result = player(folder, *asked, *arguments)
+    assert result.returncode == 0, result.stderr
+    pixels = oiio.ImageBuf(str(out)).get_pixels(oiio.FLOAT)[..., :3]
+    return np.asarray(pixels), json.loads(result.stdout)["terrain"]
+
+
+EYES = {
+    "above": ((0.5, 40.0, 0.0), (0.0, 0.0, 0.0)),
+    "low": ((-8.0, 3.5, 4.0), (20.0, 0.0, 10.0)),
+    "at the small hills": ((12.0, 3.0, 11.0), (18.0, 0.0, 20.0)),
+    "at the rim": ((29.0, 4.0, -29.0), (0.0, -2.0, 0.0)),
+}
+
+
+@pytest.mark.parametrize("eye", EYES)
+def test_the_cut_looks_like_the_finest_and_costs_less(
+    eye: str, hilly: Path, player: Player, tmp_path: Path
+) -> None:
+    manifest = pose(json.loads((hilly / "scene.json").read_text()), *EYES[eye])
+    cut, counts = shown(player, place(tmp_path / "cut", hilly, manifest))
+    finest, most = shown(player, place(tmp_path / "fine", hilly, manifest | {"lod_error_px": 0.01}))
+    assert most["cut_patches"] > 0.7 * 2 ** (LEVELS // 2 * 2)
+    assert counts["cut_triangles"] < 0.7 * most["cut_triangles"]
+    assert counts["patches"] <= counts["cut_patches"]
+    assert counts["triangles"] == 16 * counts["patches"]
+    assert counts["arrived"] == counts["baked"] == 2 ** (LEVELS + 1) - 2
+    worse = np.abs(cut - finest).max(axis=2) > 0.1  # silhouettes move by less than a pixel, shading stays
+    assert worse.mean() < 0.02
+
+
+def test_nothing_that_a_view_sees_is_culled(hilly: Path, player: Player, tmp_path: Path) -> None:
+    """Picture, mirror, refraction and shadow: the same bytes as with spheres that reach everywhere."""
+    for name, (eye, target) in EYES.items():
+        manifest = pose(json.loads((hilly / "scene.json").read_text()), eye, target)
+        culled, counts = shown(player, place(tmp_path / name / "culled", hilly, manifest))
+        patches = manifest["terrain"]["patches"]
+        patches["radius_m"] = [1e6] * len(patches["radius_m"])
+        whole, all_of_it = shown(player, place(tmp_path / name / "whole", hilly, manifest))
+        assert np.array_equal(culled, whole), name
+        assert all_of_it["patches"] == all_of_it["cut_patches"] == counts["cut_patches"]
+        assert counts["patches"] < (1.0 if name in ("above", "at the rim") else 0.8) * all_of_it["patches"]
+
+
+def test_no_crack_opens_while_the_tiles_arrive(player: Player, tmp_path: Path) -> None:
+    """From above, the ground fills the picture from the first frame on, at every share of what has come."""
+    terrain = tiled(SIZE_M, hills, levels=LEVELS, refine=8, tiles=3)
+    folder = write_scene(
+        tmp_path / "scene", terrain=terrain, objects=[], particles=[], water=None, shadow=None, sky=None
+    )
+    manifest = pose(json.loads((folder / "scene.json").read_text()), *EYES["above"])
+    manifest |= {"lod_error_px": 0.02, "reflection": None, "refraction": None, "fog": None}
+    manifest["flight"]["fov_rad"] = 0.6
+    folder = place(tmp_path / "posed", folder, manifest)
+    arguments = ["--size", f"{WIDTH}x{HEIGHT}", "--screenshot", folder / "f.png", "--json", "--debug"]
+    arrived = []
+    for frames in (1, 2, 4):
+        result = player(folder, "--frames", frames, *arguments)
+        assert result.returncode == 0, result.stderr
+        counts = json.loads(result.stdout)["terrain"]
+        arrived.append(counts["arrived"])
+        pixels = oiio.ImageBuf(str(folder / f"f_{frames - 1:04d}.png")).get_pixels(oiio.FLOAT)[..., :3]
+        assert pixels.max(axis=2).min() > 0.05, frames  # what is not ground is black
+    assert arrived[0] < arrived[1] < arrived[2] == counts["baked"]
+
+
+def test_a_window_larger_than_the_bake_was_made_for_is_told_once(
+    hilly: Path, player: Player, tmp_path: Path
+) -> None:
+    manifest = json.loads((hilly / "scene.json").read_text())
+    manifest["terrain"]["demand"]["left_out"] = 7
+    folder = place(tmp_path / "left_out", hilly, manifest)
+    words = "finer patches of the terrain were not baked"
+    for scene, size, times in ((folder, "96x55", 1), (folder, "200x54", 0), (hilly, "96x55", 0)):
+        result = player(scene, "--size", size, "--frames", 3)
+        assert result.returncode == 0, result.stderr
+        assert result.stderr.count(words) == times, (size, result.stderr)
+
+
+def test_a_tile_that_is_not_what_scene_json_says_is_refused_by_name(
+    hilly: Path, player: Player, tmp_path: Path
+) -> None:
+    manifest = json.loads((hilly / "scene.json").read_text())
+    manifest["terrain"]["tiles"] = ["terrain_mesh_1", "terrain_mesh", "terrain_mesh_2"]
+    result = player(place(tmp_path / "swapped", hilly, manifest))
+    assert result.returncode == 1
+    assert "terrain_mesh.glb: node patch0: scene.json says that it is patch341" in result.stderr
+    manifest["terrain"]["tiles"] = ["terrain_mesh", "terrain_mesh_1", "sky"]
+    result = player(place(tmp_path / "sky", hilly, manifest))
+    assert result.returncode == 1
+    assert 'terrain.tiles[2]: names "sky", which is no artifact of the right kind' in result.stderr
