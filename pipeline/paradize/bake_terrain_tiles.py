@@ -54,14 +54,16 @@ def bake_tiles(
     max_error_m: float = 0.03,
     sand_repeat: float = 1.0,
     patch_px: int = PATCH_PX,
+    tile_mb: float = 64.0,
     sight: dict[str, Any] | None = None,
     tier: str = "balanced",
 ) -> TilesProduct:
     """Bakes the heightmap at `path` into tiles in the folder `room`.
 
     max_error_m: vertical, of the finest level; tier "exact" makes it 0. patch_px: side of the finest cells,
-    pixels. sight: as bake_demand.plan_demand takes it; None: every patch is made. Raises SourceError for a
-    picture that is no heightmap, BakeError when the bound cannot be held.
+    pixels. tile_mb: a tile's limit, megabytes, up to 64; a patch that is larger has a tile for itself. sight:
+    as bake_demand.plan_demand takes it; None: every patch is made. Raises SourceError for a picture that is
+    no heightmap, BakeError when the bound cannot be held.
     """
     if tier not in TIERS:
         raise ValueError(f"no tier {tier!r}")
@@ -79,7 +81,7 @@ def bake_tiles(
         tree = grower.grow()
     except BakeError as error:
         raise BakeError(error.what, file=path, place=error.place, mend=error.mend) from None
-    tiles, tile_of, node_of = _write(grower, tree, room)
+    tiles, tile_of, node_of = _write(grower, tree, room, round(tile_mb * 1e6))
     finest = tree.patches[-1].level
     tables = columns_of(tree, tile_of, node_of) | {
         "demand": {
@@ -93,7 +95,7 @@ def bake_tiles(
     return TilesProduct(tiles, tables, tier, warnings)
 
 
-def _write(grower: Grower, tree: Tree, room: Path) -> tuple[list[Tile], list[int], list[int]]:
+def _write(grower: Grower, tree: Tree, room: Path, limit: int) -> tuple[list[Tile], list[int], list[int]]:
     """The tiles, and of each patch its tile and its node there."""
     tiles: list[Tile] = []
     tile_of: list[int] = []
@@ -107,7 +109,7 @@ def _write(grower: Grower, tree: Tree, room: Path) -> tuple[list[Tile], list[int
         )
         for index, patch in enumerate(tree.patches)
     )
-    for data, indices in encode_tiles(meshes):
+    for data, indices in encode_tiles(meshes, limit):
         file = room / f"tile{len(tiles)}.glb"
         write_whole(file, data, durable=False)
         held = [tree.patches[index] for index in indices]

@@ -124,6 +124,7 @@ def _terrain(found: Requirements, terrain: Terrain, views: tuple[str, ...], sigh
         max_error_m=terrain.max_error_m,
         sand_repeat=terrain.sand_repeat,
         patch_px=terrain.patch_px,
+        tile_mb=terrain.tile_mb,
         sight=sight,
     )
     _color(found, "sand", {"image": terrain.sand_color}, "repeat", "the terrain's sand pattern", ground)

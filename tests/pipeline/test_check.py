@@ -217,7 +217,7 @@ def cut_mesh(scene: Path) -> None:
 
 PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ101", "missing file", lambda s: file_of(s, "sky").unlink()),
-    ("PZ102", "manifest of another version", manifest(lambda m: m.update(version=2))),
+    ("PZ102", "manifest of another version", manifest(lambda m: m.update(version=1))),
     ("PZ102", "manifest with an unknown key", manifest(lambda m: m.update(extra=1))),
     ("PZ102", "manifest cut short", lambda s: os.truncate(s / "scene.json", 500)),
     ("PZ102", "mesh cut short", cut_mesh),
@@ -279,8 +279,9 @@ def test_the_rule_fires_and_no_other_error_does(
 def test_every_rule_has_a_planted_fault() -> None:
     from tests.pipeline.test_check_maps import MAP_FAULTS
     from tests.pipeline.test_gutters import GUTTER_FAULTS
+    from tests.pipeline.test_terrain_tiles import TILE_FAULTS
 
-    assert {code for code, _, _ in (*PLANTED, *GUTTER_FAULTS, *MAP_FAULTS)} == set(RULES)
+    assert {code for code, _, _ in (*PLANTED, *GUTTER_FAULTS, *MAP_FAULTS, *TILE_FAULTS)} == set(RULES)
 
 
 def test_a_thousand_equal_findings_are_one_line_with_a_count(scene: Path) -> None:

@@ -12,11 +12,24 @@ from typing import Any
 
 import numpy as np
 
-from paradize.data import Mesh
+from paradize.data import Codes, Lattice, Mesh
 from paradize.errors import BakeError
-from paradize.formats.glb_layout import ATTRIBUTES, BIN, CHUNK, FLOAT, HEADER, JSON, MAGIC, SHAPES, U16
-from paradize.formats.glb_reader import Reader
-from paradize.formats.glb_writer import MAX_U16_VERTICES, Writer
+from paradize.formats.glb_codes import decoded
+from paradize.formats.glb_layout import (
+    ATTRIBUTES,
+    BIN,
+    CHUNK,
+    CODED,
+    FLOAT,
+    HEADER,
+    JSON,
+    MAGIC,
+    QUANTIZATION,
+    SHAPES,
+    U16,
+)
+from paradize.formats.glb_reader import Reader, lattice_of
+from paradize.formats.glb_writer import MAX_U16_VERTICES, Writer, placement
 
 TILE_BYTES = 64_000_000  # a tile's limit
 _TABLES = 1800  # bytes of JSON for a patch, at most
@@ -26,23 +39,25 @@ _COLUMNS = tuple(entry for entry in ATTRIBUTES if entry[0] != "COLOR_0")
 
 @dataclass(frozen=True)
 class TilePatch:
-    """index: the patch's row in scene.json. error_m: measured. finest: whether nothing finer replaces it."""
+    """index: the patch's row in scene.json. error_m: measured. finest: whether nothing finer replaces it.
+    codes: its vertices as the file shall hold them, of one lattice in a terrain; None: as floats."""
 
     index: int
     mesh: Mesh
     error_m: float
     finest: bool
+    codes: Codes | None = None
 
 
-def encode_tiles(patches: Iterable[TilePatch]) -> Iterator[tuple[bytes, list[int]]]:
-    """Packs patches in their order into tiles of at most TILE_BYTES; gives each tile's bytes and the indices
-    of its patches as soon as it is full. Raises BakeError on a mesh that lacks an attribute, has numbers that
-    are not finite, or too many vertices."""
+def encode_tiles(patches: Iterable[TilePatch], limit: int = TILE_BYTES) -> Iterator[tuple[bytes, list[int]]]:
+    """Packs patches in their order into tiles of at most `limit` bytes, or of one patch; gives each tile's
+    bytes and the indices of its patches as soon as it is full. Raises BakeError on a mesh that lacks an
+    attribute, has numbers that are not finite, or too many vertices."""
     tile = _Tile()
     for patch in patches:
         _require_sound(patch)
         size = 56 * len(patch.mesh.positions) + 2 * patch.mesh.triangles.size + 16 * (len(_COLUMNS) + 1)
-        if tile.indices and tile.size + size + _TABLES > TILE_BYTES:
+        if tile.indices and tile.size + size + _TABLES > limit:
             yield tile.encoded(), tile.indices
             tile = _Tile()
         tile.add(patch)
@@ -72,6 +87,7 @@ class _Tile:
     nodes: list[dict[str, Any]] = field(default_factory=list)
     meshes: list[dict[str, Any]] = field(default_factory=list)
     finest: list[int] = field(default_factory=list)
+    lattices: set[Lattice | None] = field(default_factory=set)
 
     @property
     def size(self) -> int:
@@ -81,11 +97,16 @@ class _Tile:
     def add(self, patch: TilePatch) -> None:
         if patch.finest:
             self.finest.append(len(self.nodes))
-        attributes = self.writer.vertices(patch.mesh)
+        attributes = self.writer.vertices(patch.mesh, patch.codes)
         view, component, _ = self.writer.indices(patch.mesh)
         corners = self.writer.accessor(view, component, patch.mesh.triangles.size, "SCALAR")
         name = f"patch{patch.index}"
-        self.nodes.append({"name": name, "mesh": len(self.meshes), "extras": {"error_m": patch.error_m}})
+        self.lattices.add(None if patch.codes is None else patch.codes.lattice)
+        if len(self.lattices) > 1:
+            raise BakeError("patches of one terrain lie on one lattice, or none does", place=name)
+        place = {} if patch.codes is None else placement(patch.codes.lattice)
+        extras = {"error_m": patch.error_m}
+        self.nodes.append({"name": name, "mesh": len(self.meshes), **place, "extras": extras})
         primitive = {"attributes": attributes, "indices": corners, "material": 0}
         self.meshes.append({"name": name, "primitives": [primitive]})
         self.indices.append(patch.index)
@@ -96,8 +117,11 @@ class _Tile:
             scene["nodes"] = self.finest
         binary = self.writer.binary
         binary += b"\0" * (-len(binary) % 4)
+        used = [QUANTIZATION] if self.lattices - {None} else []
+        extensions = {"extensionsRequired": used, "extensionsUsed": used} if used else {}
         document = {
             "asset": {"version": "2.0", "generator": "paradize"},
+            **extensions,
             "scene": 0,
             "scenes": [scene],
             "nodes": self.nodes,
@@ -129,6 +153,11 @@ def decode_tile(data: bytes, file: object = None) -> list[TilePatch]:
         raise reader.fault("rising indices of nodes expected", "/scenes/0/nodes")
     finest = set(shown)
     patches = [_read_patch(reader, at, at in finest) for at in range(len(nodes))]
+    if len({patch.codes.lattice if patch.codes else None for patch in patches}) > 1:
+        raise reader.fault("patches of one terrain lie on one lattice", "/nodes")
+    required = [] if patches[0].codes is None else [QUANTIZATION]
+    if reader.get(reader.document, "", "extensionsRequired", list, []) != required:
+        raise reader.fault(f"{required} expected", "/extensionsRequired")
     for at in range(1, len(patches)):
         if patches[at].index != patches[at - 1].index + 1:
             raise reader.fault("patches stand in their order, without gaps", f"/nodes/{at}/name")
@@ -142,7 +171,7 @@ def _read_patch(reader: Reader, at: int, finest: bool) -> TilePatch:
     number = name.removeprefix("patch")
     if name == number or not (number.isascii() and number.isdigit()) or len(number) > 9:
         raise reader.fault(f"{name[:40]!r}, expected 'patch' and a number", f"{where}/name")
-    if node.keys() != {"name", "mesh", "extras"}:
+    if node.keys() - {"translation", "scale"} != {"name", "mesh", "extras"}:
         raise reader.fault(f"{sorted(node)!r:.80}, expected name, mesh and extras", where)
     error_m = reader.get(node, where, "extras", dict).get("error_m")
     if isinstance(error_m, bool) or not isinstance(error_m, int | float) or not 0 <= error_m < float("inf"):
@@ -158,15 +187,24 @@ def _read_patch(reader: Reader, at: int, finest: bool) -> TilePatch:
         raise reader.fault(f"attributes {sorted(keys)!r:.80}", f"{place}/attributes")
     arrays: dict[str, Any] = {}
     for key, attribute, shape in _COLUMNS:
-        values = reader.accessor(keys[key], f"{place}/attributes/{key}", shape, (FLOAT,))
+        components, normalized = CODED[key]
+        values = reader.accessor(
+            keys[key], f"{place}/attributes/{key}", shape, (FLOAT, *components), normalized
+        )
         if not np.isfinite(values).all():
             raise reader.fault(f"{key} is not finite", f"{place}/attributes/{key}")
-        arrays[attribute] = values.astype(np.float32)
+        arrays[attribute] = np.ascontiguousarray(values, values.dtype.newbyteorder("="))
     count = len(arrays["positions"])
     indices = reader.accessor(primitives[0].get("indices"), f"{place}/indices", "SCALAR", (U16,))
     if any(len(values) != count for values in arrays.values()) or not count < MAX_U16_VERTICES:
         raise reader.fault(f"{count} vertices, and not as many of each attribute", f"{place}/attributes")
     if len(indices) % 3 or int(indices.max()) >= count:
         raise reader.fault(f"{len(indices)} indices below {count} expected, three each", f"{place}/indices")
+    lattice = lattice_of(reader, node, where, arrays["positions"].dtype != np.float32)
+    codes = None if lattice is None else Codes(lattice, **arrays)
+    if codes is not None:
+        arrays = decoded(codes)
+    elif any(values.dtype != np.float32 for values in arrays.values()):
+        raise reader.fault("codes beside positions that are floats", f"{place}/attributes")
     mesh = Mesh(**arrays, triangles=indices.astype(np.uint32).reshape(-1, 3))
-    return TilePatch(int(number), mesh, float(error_m), finest)
+    return TilePatch(int(number), mesh, float(error_m), finest, codes)
