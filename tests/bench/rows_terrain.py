@@ -119,11 +119,9 @@ def bench_grid(runs: int, folder: Path) -> Row:
     arrays = [array for array in made if array is not None]
 
     def write() -> None:
-        with path.open("wb", buffering=0) as file:
+        with path.open("wb") as file:
             for array in arrays:
-                view = memoryview(array).cast("B")  # type: ignore[arg-type]
-                while view:
-                    view = view[file.write(view) or 0 :]
+                array.tofile(file)
 
     size = sum(array.nbytes for array in arrays) / 1e6
     times = pair_ms(lambda: terrain_mesh(field, tolerance_m=0.0, tier="exact"), write, max(1, runs // 2))
