@@ -21,6 +21,7 @@ from paradize.check.meshes import check_mesh
 from paradize.data import Heightfield, Lattice, Lod, Mesh
 from paradize.errors import BakeError, FormatError
 from paradize.formats.glb import decode_glb, encode_glb
+from paradize.formats.glb_tiles import TilePatch, decode_tile, encode_tiles
 from paradize.metrics.quantised import quantised_errors
 from paradize.stages.quantise import (
     direction_bits,
@@ -440,3 +441,49 @@ def test_a_bound_finer_than_codes_is_refused_and_told(tmp_path: Path) -> None:
         bake_terrain(
             hills(tmp_path), size_x_m=160.0, size_z_m=128.0, height_m=2000.0, max_error_m=0.0, quantise=True
         )
+
+
+def tile_of(field: Heightfield, lattice: Lattice | None) -> bytes:
+    patches = []
+    for index, columns in enumerate((range(41), range(40, 97))):
+        mesh, _ = part(field, range(65), columns)
+        codes = None if lattice is None else quantised_terrain(mesh, lattice)[1]
+        patches.append(TilePatch(index, mesh, 0.25, True, codes))
+    ((data, indices),) = encode_tiles(patches)
+    assert indices == [0, 1]
+    return data
+
+
+def test_a_tile_of_codes_comes_back_and_its_patches_meet() -> None:
+    field = dunes()
+    lattice = lattice_of(field, 0.1)
+    data = tile_of(field, lattice)
+    west, east = decode_tile(data)
+    assert west.codes is not None
+    assert east.codes is not None
+    assert west.codes.lattice == east.codes.lattice == lattice
+    left, right = west.codes.positions[:, 0] == 40, east.codes.positions[:, 0] == 40
+    assert left.sum() == right.sum() == 65
+    assert np.array_equal(west.codes.positions[left], east.codes.positions[right])
+    assert np.array_equal(west.mesh.positions[left], east.mesh.positions[right])
+    assert np.array_equal(west.codes.normals[left], east.codes.normals[right])  # type: ignore[index]
+    meshes = [part(field, range(65), columns)[0] for columns in (range(41), range(40, 97))]
+    for errors in quantised_errors(data, meshes):
+        assert 0 < errors["quantise_max_m"] <= 0.1 / 8
+        assert errors["quantise_normal_max_deg"] < 0.1
+    assert len(data) < 0.8 * len(tile_of(field, None))
+    tree = document(data)
+    del tree["nodes"][1]["scale"]
+    with pytest.raises(FormatError):
+        decode_tile(with_document(data, tree))
+
+
+def test_patches_of_two_lattices_are_no_terrain() -> None:
+    field = dunes()
+    mesh, _ = part(field, range(65), range(97))
+    patches = [
+        TilePatch(index, mesh, 0.0, True, quantised_terrain(mesh, lattice_of(field, bound))[1])
+        for index, bound in enumerate((0.0, 0.1))
+    ]
+    with pytest.raises(BakeError, match="one lattice"):
+        list(encode_tiles(patches))

@@ -197,7 +197,7 @@ def decode_glb(data: bytes, file: object = None) -> list[Lod]:
     return levels
 
 
-def _lattice(reader: Reader, node: dict[str, Any], where: str, coded: bool) -> Lattice | None:
+def lattice_of(reader: Reader, node: dict[str, Any], where: str, coded: bool) -> Lattice | None:
     """The lattice that a node of codes states; a node of floats states none."""
     if not coded:
         for key in ("translation", "scale", "rotation", "matrix"):
@@ -287,7 +287,7 @@ def _read_level(reader: Reader, at: int) -> Lod:
         first += len(indices) // 3
         if first * 6 > len(reader.binary):  # else a small file could ask for endless triangles
             raise reader.fault(f"{first} triangles of {len(reader.binary)} bytes", place)
-    lattice = _lattice(reader, node, where, arrays["positions"].dtype != np.float32)
+    lattice = lattice_of(reader, node, where, arrays["positions"].dtype != np.float32)
     codes = None if lattice is None else Codes(lattice, **arrays)
     if codes is not None:
         arrays = decoded(codes)
