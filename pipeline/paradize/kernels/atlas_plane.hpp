@@ -1,0 +1,38 @@
+// A chart in the plane, and what is asked of it there.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace paradize::atlas {
+
+struct Vec {
+    double x = 0, y = 0;
+};
+inline Vec operator-(Vec a, Vec b) {
+    return {a.x - b.x, a.y - b.y};
+}
+inline double cross(Vec a, Vec b) {
+    return a.x * b.y - a.y * b.x;
+}
+
+struct Triangle {
+    std::array<std::uint32_t, 3> corner{}; // numbers within the chart
+    std::array<Vec, 3> rest{};             // its own shape in the plane
+    std::array<double, 3> weight{};        // of the edge from corner k to k + 1: half the opposite cotangent
+    double area2 = 0;                      // twice its area
+};
+
+// Whether the two lengths that a unit in the surface can have in the plane are too far from 1. area2: of all
+// triangles; places: in the plane.
+bool too_stretched(std::span<const Triangle> triangles, double area2, std::span<const Vec> places);
+
+// Whether two edges of the border meet elsewhere than at a common end.
+bool border_crosses(std::span<const Triangle> triangles, std::span<const Vec> places);
+
+// Turns the chart so that a side of its convex hull is level and the rectangle around it is the smallest.
+void turn_upright(std::vector<Vec> &places);
+
+} // namespace paradize::atlas
