@@ -49,15 +49,15 @@ class TilePatch:
     codes: Codes | None = None
 
 
-def encode_tiles(patches: Iterable[TilePatch]) -> Iterator[tuple[bytes, list[int]]]:
-    """Packs patches in their order into tiles of at most TILE_BYTES; gives each tile's bytes and the indices
-    of its patches as soon as it is full. Raises BakeError on a mesh that lacks an attribute, has numbers that
-    are not finite, or too many vertices."""
+def encode_tiles(patches: Iterable[TilePatch], limit: int = TILE_BYTES) -> Iterator[tuple[bytes, list[int]]]:
+    """Packs patches in their order into tiles of at most `limit` bytes, or of one patch; gives each tile's
+    bytes and the indices of its patches as soon as it is full. Raises BakeError on a mesh that lacks an
+    attribute, has numbers that are not finite, or too many vertices."""
     tile = _Tile()
     for patch in patches:
         _require_sound(patch)
         size = 56 * len(patch.mesh.positions) + 2 * patch.mesh.triangles.size + 16 * (len(_COLUMNS) + 1)
-        if tile.indices and tile.size + size + _TABLES > TILE_BYTES:
+        if tile.indices and tile.size + size + _TABLES > limit:
             yield tile.encoded(), tile.indices
             tile = _Tile()
         tile.add(patch)
