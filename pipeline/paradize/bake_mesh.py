@@ -131,20 +131,22 @@ def _bake(
     started: float,
 ) -> MeshProduct:
     read = read_obj(path, root)
-    warnings = list(read.warnings)
+    warnings, lines = list(read.warnings), read.lines
     joined, welding = weld(read.mesh, weld_m)
     mesh, found = validate_mesh(joined, path)
+    smoothing, materials = read.smoothing[found.kept], read.materials
+    del read, joined  # a large mesh in memory three times over is three times too often
     if float(np.abs(mesh.positions).max()) > _LARGEST:
         raise SourceError(
             f"a coordinate of {float(np.abs(mesh.positions).max()):g} metres, limit {_LARGEST:g}",
             file=path,
             mend="scale the model down",
         )
-    warnings += [f"{path}: {text}" for text in (*welded_messages(welding), *messages(found, read.lines))]
+    warnings += [f"{path}: {text}" for text in (*welded_messages(welding), *messages(found, lines))]
     if mesh.colors is not None and (mesh.colors.min() < 0 or mesh.colors.max() > 1):
         mesh = replace(mesh, colors=np.clip(mesh.colors, 0, 1))
         warnings.append(f"{path}: vertex colours beyond 0 to 1, held to it")
-    mesh = _by_material(complete_normals(mesh, read.smoothing[found.kept], crease_deg=crease_deg)[0])
+    mesh = _by_material(complete_normals(mesh, smoothing, crease_deg=crease_deg)[0])
     layout = None
     if atlas and not (painted and mesh.uvs is not None):
         mesh, layout, notes = with_atlas(mesh, path, tier)
@@ -174,7 +176,7 @@ def _bake(
     if quantise_deg is not None:
         done = quantised_levels(done, direction_deg=quantise_deg)
     glb = encode_glb(
-        done, path.stem, base_colors=base_colors_of(read.materials) if base_colors is None else base_colors
+        done, path.stem, base_colors=base_colors_of(materials) if base_colors is None else base_colors
     )
     decode_glb(glb, path.with_suffix(".glb"))
     report: dict[str, Any] = {
@@ -188,8 +190,7 @@ def _bake(
         "tangent_tiers": _tangent_tiers(levels[0][0]),
         "bytes": len(glb),
         "quantised": quantise_deg is not None,
-        "repairs": repairs(found, read.lines)
-        | {"welded": welding.joined, "welded_most_m": welding.largest_m},
+        "repairs": repairs(found, lines) | {"welded": welding.joined, "welded_most_m": welding.largest_m},
         "materials": [group.material for group in framed[0][0].groups],
         "lods": [
             {"triangles": len(level.triangles), "vertices": len(level.positions), **errors, **_told(lod)}

@@ -128,12 +128,19 @@ def _areas(positions: npt.NDArray[np.float64], triangles: npt.NDArray[np.uint32]
 def _used_only(mesh: Mesh) -> Mesh:
     """Vertices that a triangle uses, in the order of their first use."""
     index, first = number_corners(mesh.triangles.reshape(-1), np.zeros((mesh.triangles.size, 1), np.float32))
-    source = mesh.triangles.reshape(-1)[first]
-    arrays = {
-        name: None if (values := getattr(mesh, name)) is None else np.ascontiguousarray(values[source])
+    arrays = _taken(mesh, mesh.triangles.reshape(-1)[first])
+    return replace(mesh, **arrays, triangles=index.reshape(-1, 3))  # type: ignore[arg-type]
+
+
+def _taken(mesh: Mesh, source: npt.NDArray[np.uint32]) -> dict[str, npt.NDArray[np.float32] | None]:
+    """What the mesh's vertices carry, in the order of `source`; its own arrays where that is theirs."""
+    own = len(source) == len(mesh.positions) and bool((source == np.arange(len(source))).all())
+    return {
+        name: values
+        if (values := getattr(mesh, name)) is None or own
+        else np.ascontiguousarray(values[source])
         for name in ("positions", *ATTRIBUTES)
     }
-    return replace(mesh, **arrays, triangles=index.reshape(-1, 3))  # type: ignore[arg-type]
 
 
 def _joined(mesh: Mesh, released: tuple[str, ...]) -> tuple[Mesh, npt.NDArray[np.uint32]]:
@@ -146,11 +153,9 @@ def _joined(mesh: Mesh, released: tuple[str, ...]) -> tuple[Mesh, npt.NDArray[np
         if values is not None and name not in released:
             columns.append(values[base])
     index, first = number_rows(np.concatenate(columns, axis=1))
+    del columns
     source = base[first]
-    arrays = {
-        name: None if (values := getattr(mesh, name)) is None else np.ascontiguousarray(values[source])
-        for name in ("positions", *ATTRIBUTES)
-    }
+    arrays = _taken(mesh, source)
     joined = replace(mesh, **arrays, triangles=index.reshape(-1, 3))  # type: ignore[arg-type]
     return joined, np.repeat(triangle_groups(mesh), 3)[first]
 
@@ -281,6 +286,7 @@ def _simplify_own(
         )
         if best is None or len(found.triangles) < len(best.triangles):
             best = found
+        del found  # as large as the mesh
         if len(best.triangles) <= _NEAR * target:
             break
     assert best is not None
