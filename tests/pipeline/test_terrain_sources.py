@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -57,3 +58,73 @@ def test_filling_keeps_what_is_known_and_stays_between_it() -> None:
     assert np.array_equal(filled[known], heights[known])
     assert heights[known].min() <= filled.min() and filled.max() <= heights[known].max()
     assert np.array_equal(filled, fill_nodata(heights, known))
+
+
+def tiff(path: Path, pixels: npt.NDArray[np.generic], nodata: str | None = None) -> Path:
+    """A classic TIFF of one strip, with GDAL's no-data tag where asked: OpenImageIO writes no such tag."""
+    rows, columns = pixels.shape
+    data = pixels.tobytes()
+    text = b"" if nodata is None else nodata.encode() + b"\0" * (8 - len(nodata))
+    tags = {256: columns, 257: rows, 258: 8 * pixels.itemsize, 259: 1, 262: 1, 273: 8 + len(text), 277: 1}
+    tags |= {278: rows, 279: len(data), 339: 3 if pixels.dtype.kind == "f" else 1}
+    entries = [struct.pack("<HHII", tag, 4, 1, value) for tag, value in sorted(tags.items())]
+    if nodata is not None:
+        entries.append(struct.pack("<HHII", 42113, 2, len(text), 8))
+    where = 8 + len(text) + len(data)
+    head = b"II*\0" + struct.pack("<I", where) + text + data
+    path.write_bytes(head + struct.pack("<H", len(entries)) + b"".join(entries) + b"\0\0\0\0")
+    return path
+
+
+def test_a_geotiff_is_metres_with_its_declared_nodata_filled(tmp_path: Path) -> None:
+    heights = slope(20).astype(np.float32)
+    heights[4:6, 9] = -9999.0
+    path = tiff(tmp_path / "h.tif", heights, "-9999")
+    field, warnings = read_heightmap(path, size_x_m=1, size_z_m=1, height_m=99.0)
+    assert field.heights_m[4, 9] == pytest.approx(30.0, abs=1.0)
+    assert np.array_equal(field.heights_m[:4], heights[:4])
+    assert len(warnings) == 1 and "2 pixels" in warnings[0] and "(9, 4)" in warnings[0]
+    plain, none = read_heightmap(tiff(tmp_path / "plain.tif", heights), size_x_m=1, size_z_m=1, height_m=99.0)
+    assert plain.heights_m[4, 9] == -9999.0 and none == []
+
+
+def test_nodata_of_a_16_bit_tiff_is_a_code(tmp_path: Path) -> None:
+    codes = (slope(12) * 100).astype(np.uint16)
+    codes[3, 3] = 65535
+    path = tiff(tmp_path / "h.tif", codes, "65535")
+    field, warnings = read_heightmap(path, size_x_m=1, size_z_m=1, height_m=65.535)
+    assert field.heights_m[3, 3] == pytest.approx(1.5, abs=0.2) and len(warnings) == 1
+    assert field.heights_m[11, 11] == pytest.approx(5.5, abs=1e-5)
+
+
+@pytest.mark.parametrize(("top", "kind"), [(65535, ">u2"), (255, "u1")])
+def test_a_pgm_spans_black_to_white(tmp_path: Path, top: int, kind: str) -> None:
+    codes = np.array([[0, top], [top // 5, 1]])
+    path = tmp_path / "h.pgm"
+    path.write_bytes(b"P5\n2 2\n%d\n" % top + codes.astype(kind).tobytes())
+    field, warnings = read_heightmap(path, size_x_m=1, size_z_m=1, height_m=10.0, base_m=-2.0)
+    assert field.heights_m == pytest.approx(codes / top * 10.0 - 2.0, abs=1e-6)
+    assert len(warnings) == (1 if top == 255 else 0)
+
+
+@pytest.mark.parametrize("name", ["h.exr", "h.tif"])
+def test_floats_are_metres_bit_for_bit(tmp_path: Path, name: str) -> None:
+    heights = np.array([[1e-6, -1e6], [0.1, 3.0]], np.float32)
+    if name == "h.tif":
+        tiff(tmp_path / name, heights)
+    else:
+        out = oiio.ImageOutput.create(str(tmp_path / name))
+        assert out and out.open(str(tmp_path / name), oiio.ImageSpec(2, 2, 1, "float"))
+        assert out.write_image(heights[:, :, None])
+        out.close()
+    field, _ = read_heightmap(tmp_path / name, size_x_m=1, size_z_m=1, height_m=99.0)
+    assert np.array_equal(field.heights_m, heights)
+
+
+def test_infinity_is_refused_with_its_place(tmp_path: Path) -> None:
+    heights = slope(9).astype(np.float32)
+    heights[2, 7] = np.inf
+    with pytest.raises(SourceError, match=r"\(7, 2\)"):
+        read_heightmap(tiff(tmp_path / "h.tif", heights), size_x_m=1, size_z_m=1, height_m=1.0)
+    with pytest.raises(SourceError, match=r"\(7, 2\)"):
+        read_heightmap(tiff(tmp_path / "v.tif", heights, "-9999"), size_x_m=1, size_z_m=1, height_m=1.0)

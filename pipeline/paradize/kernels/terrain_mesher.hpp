@@ -13,6 +13,15 @@
 
 namespace paradize::terrain {
 
+// Positive when d lies inside the circle through a, b, c (which turn positively). Coordinates differ by at
+// most 2^14, so each product is below 2^58.
+inline std::int64_t in_circle(Spot a, Spot b, Spot c, Spot d) {
+    const std::int64_t ax = a.x - d.x, ay = a.y - d.y, bx = b.x - d.x, by = b.y - d.y, cx = c.x - d.x,
+                       cy = c.y - d.y;
+    return (ax * ax + ay * ay) * (bx * cy - by * cx) - (bx * bx + by * by) * (ax * cy - ay * cx) +
+           (cx * cx + cy * cy) * (ax * by - ay * bx);
+}
+
 // Three half-edges a triangle: corners[3t + k] is the vertex that edge 3t + k leaves; twins[e] runs back, or
 // is `none` on the rim. A dead triangle has `none` as its first corner.
 struct Net {
