@@ -13,10 +13,12 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from paradize.bake import bake
 from paradize.bake_manifest import mesh_facts
 from paradize.bake_mesh import bake_mesh
 from paradize.bake_quantise import direction_deg_of, quantised_levels, quantised_terrain
 from paradize.bake_terrain import bake_terrain
+from paradize.check import check_paths
 from paradize.check.meshes import check_mesh
 from paradize.data import Heightfield, Lattice, Lod, Mesh
 from paradize.errors import BakeError, FormatError
@@ -32,6 +34,7 @@ from paradize.stages.quantise import (
 )
 from paradize.stages.tangents import tangent_frames
 from paradize.stages.terrain import pixels_mesh
+from tests.pipeline.scenes import make_cove
 from tests.pipeline.shapes import cube, sphere
 
 
@@ -487,3 +490,30 @@ def test_patches_of_two_lattices_are_no_terrain() -> None:
     ]
     with pytest.raises(BakeError, match="one lattice"):
         list(encode_tiles(patches))
+
+
+@pytest.mark.parametrize(("accepted", "kind"), [(0.1, np.int16), (1.0, np.int8)])
+def test_a_scenes_budget_decides_how_its_objects_codes_are_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, accepted: float, kind: type
+) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    scene = make_cove(tmp_path / "scene")
+    text = scene.read_text().replace("lods = 3", "lods = 3\nquantise = true")
+    scene.write_text(f"{text}\n[budget]\nquantise_normal_max_deg = {accepted}\n")
+    report = bake(scene, tmp_path / "out", jobs=1)
+    assert not report.errors
+    manifest = json.loads((tmp_path / "out/scene.json").read_text())
+    entry = manifest["artifacts"]["post_mesh"]
+    assert 0 < entry["errors"]["quantise_normal_max_deg"] <= accepted
+    assert entry["errors"]["quantise_max_m"] > 0
+    assert all("quantise_max" in level for level in entry["levels"])
+    codes = decode_glb((tmp_path / "out" / entry["file"]).read_bytes())[0].codes
+    assert codes is not None
+    assert codes.normals is not None
+    assert codes.normals.dtype == kind
+    low, high = decode_glb((tmp_path / "out" / entry["file"]).read_bytes())[0].mesh.positions[[0, -1]]
+    (post,) = manifest["objects"]
+    center = np.array(post["center"])
+    for corner in (low, high):
+        assert np.sqrt(((corner - center) ** 2).sum()) <= post["radius_m"] * 1.0001
+    assert list(check_paths([tmp_path / "out"])) == []
