@@ -16,8 +16,7 @@ from paradize.readers.obj import read_obj
 from paradize.stages.atlas import PADDING, RESOLUTION, make_atlas
 from paradize.stages.split import split_by
 from row import Row, pair_ms
-
-JETTY = Path(__file__).resolve().parents[2] / "raw_assets/jetty/jetty.obj"
+from tests.places import ROOT
 
 
 def closed(mesh: Mesh) -> Mesh:
@@ -52,7 +51,7 @@ def rows(runs: int, folder: Path) -> Iterator[Row]:
         name: closed(getattr(meshes, name)(count)) for name, count in (("sphere", 50_000), ("torus", 50_000))
     }
     # Hundreds of charts: planks and poles that touch nothing.
-    surfaces["jetty"] = closed(read_obj(JETTY).mesh)
+    surfaces["jetty"] = closed(read_obj(ROOT / "raw_assets/jetty/jetty.obj").mesh)
     for name, mesh in surfaces.items():
         times = pair_ms(lambda m=mesh: make_atlas(m), lambda m=mesh: plain_xatlas(m), max(1, runs // 9))
         work = f"atlas, {name} of {len(mesh.triangles)} triangles"

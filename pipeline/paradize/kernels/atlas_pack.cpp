@@ -148,6 +148,21 @@ std::int32_t lay_out(const std::vector<Chart> &charts, const std::vector<std::si
     return height;
 }
 
+// Where the charts and half the room around each cover `cells`: the root of a square equation, or little
+// where the room alone covers that much.
+double first_scale(const std::vector<Chart> &charts, double area, std::int32_t room, double cells) {
+    double around = 0; // outlines are about 1.6 times as long as a width and a height
+    for (const Chart &one : charts) {
+        around += 0.8 * room * (one.high[0] - one.low[0] + one.high[1] - one.low[1]);
+    }
+    if (!(area > 0)) {
+        return std::numeric_limits<double>::infinity();
+    }
+    const double gutter = static_cast<double>(charts.size()) * (room + 1) * (room + 1);
+    const double free = std::max(cells - gutter, 0.01 * cells);
+    return (std::sqrt(around * around + 4 * area * free) - around) / (2 * area);
+}
+
 } // namespace
 
 Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart, std::int32_t count,
@@ -193,7 +208,7 @@ Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart
         return out;
     }
     double good = 0, bad = longest > 0 ? side / longest : 1;
-    double scale = area > 0 ? std::min(bad, std::sqrt(0.75 * side * side / area)) : bad;
+    double scale = std::min(bad, first_scale(charts, area, room, 0.75 * side * side));
     std::vector<Place> places(charts.size()), best;
     const int enough = charts.size() > many_charts ? attempts_with_many : attempts;
     for (int attempt = 0; attempt < 6 * attempts; ++attempt) {
