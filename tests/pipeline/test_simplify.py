@@ -243,6 +243,28 @@ def test_degenerate_triangles_are_left_out_and_empty_meshes_stay_empty() -> None
     assert (len(flat.triangles), flat.stop) == (1, "nothing")
 
 
+def test_a_mesh_without_any_area_ends_as_it_is() -> None:
+    ball = sphere(12)
+    line = Mesh(ball.positions * np.array([1, 0, 0], np.float32), ball.triangles, uvs=ball.uvs)
+    found = made(line, 4, seams=np.arange(len(line.positions)), weights=[0.05] * 2)
+    assert found.stop == "nothing"
+    assert np.isfinite(found.positions).all() and np.isfinite(found.attributes).all()
+
+
+@pytest.mark.deep
+def test_a_million_cards_keep_their_area() -> None:
+    count = 1_000_000
+    random = np.random.default_rng(1)
+    square = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0]]) * 1e-3
+    points = ((random.random((count, 1, 3)) - 0.5) * 0.577 + square).reshape(-1, 3)
+    one = np.array([[0, 1, 2], [0, 2, 3]], np.uint32)
+    faces = (one + 4 * np.arange(count, dtype=np.uint32)[:, None, None]).reshape(-1, 3)
+    uvs = np.tile(np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32), (count, 1))
+    found = simplify(points, faces, target=500_000, attributes=uvs, weights=[0.05] * 2, kept_area=0.75)
+    assert (len(found.triangles), found.stop) == (2 * count, "nothing")
+    assert found.triangles.max() < len(found.positions) == 4 * count
+
+
 def test_the_order_of_triangles_changes_errors_by_less_than_a_tenth() -> None:
     ball = sphere(64)
     errors = []
