@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,17 +23,8 @@ F32 = npt.NDArray[np.float32]
 Codes = npt.NDArray[Any]
 
 
-def png_maps(
-    rows: MapRows,
-    *,
-    tier: str,
-    warnings: Sequence[str],
-    budget: Mapping[str, float],
-    zstd: int | None,
-    measure: bool,
-) -> dict[str, MapProduct]:
-    """The maps that `rows` was made for; PNG knows neither another format for a budget nor zstd."""
-    del budget, zstd
+def png_maps(rows: MapRows, *, tier: str, warnings: Sequence[str], measure: bool) -> dict[str, MapProduct]:
+    """The maps that `rows` was made for. measure: False leaves out errors."""
     made = {}
     for name in rows.names:
         codes = _codes(name, rows)

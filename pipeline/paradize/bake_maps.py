@@ -90,8 +90,9 @@ def bake_maps(
         levels=levels,
         gloss=gloss,
     )
-    bake = ktx2_maps if fmt == "ktx2" else png_maps
-    return bake(rows, tier=tier, warnings=warnings, budget=budget or {}, zstd=zstd, measure=measure)
+    if fmt == "png":
+        return png_maps(rows, tier=tier, warnings=warnings, measure=measure)
+    return ktx2_maps(rows, tier=tier, warnings=warnings, budget=budget or {}, zstd=zstd, measure=measure)
 
 
 def picture_rows(
