@@ -219,7 +219,7 @@ Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart
         } else {
             bad = scale;
         }
-        if (!best.empty() && (attempt + 1 >= enough || bad - good < 2e-3 * good)) {
+        if (!best.empty() && ((attempt + 1 >= enough && bad < 1.25 * good) || bad - good < 2e-3 * good)) {
             break;
         }
         const double guess =
