@@ -86,7 +86,7 @@ def bake(
         scene = load_scene(scene_path)
         folder = out or Path("build/assets") / scene.head.name
         lock = key_of(str(folder.resolve()))[:32]
-        with store.locked(lock), store.room(lock) as room:
+        with store.in_use(), store.locked(lock), store.room(lock) as room:
             hands = jobs or os.cpu_count() or 1
             report = _bake(store, room, name, scene_path, was, scene, folder, hands, tier, force, told)
     report.seconds = time.monotonic() - start

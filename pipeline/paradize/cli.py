@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from paradize.cli_options import add_maps_options, add_mesh_options, add_terrain_options, whole
+from paradize.cli_options import add_maps_options, add_mesh_options, add_terrain_options, age, size, whole
 from paradize.cli_output import OutputLost, complain, say, show, show_json
 from paradize.errors import BakeError, GroupedError, ParadizeError, one_line
 
@@ -88,6 +88,16 @@ def parser() -> argparse.ArgumentParser:
     sub.add_argument("paths", type=Path, nargs="+", metavar="PATH")
     sub.add_argument("--format", dest="fmt", choices=("text", "json", "junit", "sarif"), default="text")
     sub.add_argument("--json", action="store_true", help="the same as --format json")
+
+    sub = command("new", "cli_keep:run_new", "Make a small scene to start from, with a model of yours in it.")
+    sub.add_argument("folder", type=Path, metavar="DIR", help="a new folder for the scene")
+    sub.add_argument("--from", dest="model", type=Path, metavar="IN.obj", help="the model (default: a vase)")
+    sub.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+
+    sub = command("clean", "cli_keep:run_clean", "Take from the store what is of no use, old or too much.")
+    sub.add_argument("--older-than", type=age, metavar="D", help="not used that long: 30d, 12h, 10m, 90s")
+    sub.add_argument("--to-size", type=size, metavar="B", help="keep at most that: 500M, 2G, 1Gi, bytes")
+    sub.add_argument("--json", action="store_true", help="print one JSON object on standard output")
     return top
 
 

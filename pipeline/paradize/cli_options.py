@@ -46,6 +46,32 @@ def rising(low: float, high: float) -> Callable[[str], tuple[float, ...]]:
     return read
 
 
+def _scaled(text: str, scales: dict[str, float], unit: str, otherwise: str) -> float:
+    """A number with one of the units in `scales`; without one it is in `otherwise`. Raises for others."""
+    digits = text.rstrip("".join(scales) + "i")
+    name = text[len(digits) :] or otherwise
+    try:
+        value = float(digits) * scales[name]
+    except (ValueError, KeyError):
+        raise argparse.ArgumentTypeError(f"{text!r} is no {unit}; units: {', '.join(scales)}") from None
+    if not 0.0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no {unit}: it must be at least 0, and finite")
+    return value
+
+
+def age(text: str) -> float:
+    """An option that is a time, in seconds: 90s, 10m, 12h, 30d; a number alone is days."""
+    return _scaled(text, {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}, "time", "d")
+
+
+def size(text: str) -> int:
+    """An option that is a number of bytes: 500M (a million each), 2G, 1Ki (1024), or a number alone."""
+    scales = {"B": 1.0}
+    for i, letter in enumerate("KMGT"):
+        scales |= {letter: 1000.0 ** (i + 1), f"{letter}i": 1024.0 ** (i + 1)}
+    return int(_scaled(text, scales, "size", "B"))
+
+
 def _maps(text: str) -> list[str]:
     names = [name.strip() for name in text.split(",")]
     for name in names:

@@ -7,6 +7,7 @@ bake on record that names one of its files last had nothing to do.
 
 from __future__ import annotations
 
+import shutil
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -58,6 +59,7 @@ def _clean(store: Store, now_s: float, older_than_s: float | None, to_bytes: int
     root = store.root
     for folder in [root / "bakes", *_folders(root / "blobs"), *_folders(root / "products")]:
         sweep_aside(folder)
+    shutil.rmtree(root / "rooms", ignore_errors=True)  # of killed bakes: none runs now
     blobs = {path.name: path.stat().st_size for path in _files(root / "blobs")}
     records, bad_records = _entries(root / "bakes")
     products, bad_products = _entries(root / "products")

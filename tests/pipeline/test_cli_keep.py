@@ -1,0 +1,70 @@
+"""`paradize new` and `paradize clean` as a user calls them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from paradize.cli import main
+from paradize.cli_options import age, size
+from paradize.engine.store import Store
+
+
+@pytest.fixture(autouse=True)
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Store:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    monkeypatch.setenv("PARADIZE_REPORT", "")
+    return Store(tmp_path / "store")
+
+
+def test_a_new_scene_says_how_to_go_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["new", str(tmp_path / "mine")]) == 0
+    told = capsys.readouterr().out
+    assert f"paradize bake {tmp_path}/mine/scene.toml" in told
+    assert main(["new", str(tmp_path / "mine")]) == 1
+    assert "not empty" in capsys.readouterr().err
+    assert main(["new", str(tmp_path / "other"), "--from", str(tmp_path / "none.obj"), "--json"]) == 1
+    assert "none.obj" in json.loads(capsys.readouterr().out)["error"][0]
+
+
+def test_cleaning_tells_what_went_and_what_stays(
+    tmp_path: Path, own_store: Store, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["new", str(tmp_path / "mine")]) == 0
+    assert main(["bake", str(tmp_path / "mine/scene.toml"), "-o", str(tmp_path / "out")]) == 0
+    capsys.readouterr()
+    assert main(["clean", "--older-than", "1d", "--json"]) == 0
+    kept = json.loads(capsys.readouterr().out)
+    assert kept["dropped"] == 0 and kept["kept_bytes"] > 0
+    assert main(["clean", "--to-size", "0"]) == 0
+    assert f"{kept['kept_bytes']} bytes freed, 0 bytes stay" in capsys.readouterr().out
+    assert not any(path.is_file() for path in (own_store.root / "blobs").rglob("*"))
+    assert main(["bake", str(tmp_path / "mine/scene.toml"), "-o", str(tmp_path / "out"), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["failed"] == 0 and report["baked"] == len(report["artifacts"])
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [("30d", 2_592_000.0), ("2", 172_800.0), ("1.5h", 5400.0), ("10m", 600.0), ("0s", 0.0)],
+)
+def test_ages_have_units(text: str, seconds: float) -> None:
+    assert age(text) == seconds
+
+
+@pytest.mark.parametrize(
+    ("text", "count"), [("12", 12), ("2G", 2_000_000_000), ("1Ki", 1024), ("1.5M", 1_500_000), ("7B", 7)]
+)
+def test_sizes_have_units(text: str, count: int) -> None:
+    assert size(text) == count
+
+
+@pytest.mark.parametrize(
+    "words", [["--older-than", "3x"], ["--older-than", "-1d"], ["--to-size", "nan"], ["--to-size", "G"],
+              ["--to-size", "1Mim"], ["--older-than", "inf"]]
+)  # fmt: skip
+def test_other_words_are_wrong_usage(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["clean", *words]) == 2
+    assert words[1] in capsys.readouterr().err
