@@ -11,7 +11,7 @@
 namespace paradize::terrain {
 namespace {
 
-constexpr int side = 171; // pixels of a tile, about: its heights stay in a core's cache
+constexpr int side = 128; // pixels of a tile, about: its heights stay in a core's cache
 
 std::vector<std::uint16_t> cuts(std::uint16_t last) {
     const int count = (last + side - 1) / side;
