@@ -6,6 +6,7 @@ Tiles are written into a folder as they fill, so that a terrain of any size is n
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from paradize.bake_demand import plan_demand
-from paradize.bake_terrain_tree import Grower, Patch, Tree, columns_of
+from paradize.bake_terrain_grow import Grower
+from paradize.bake_terrain_tree import Patch, Tree, columns_of
 from paradize.engine.publish import write_whole
 from paradize.errors import BakeError
 from paradize.formats.glb_tiles import TilePatch, encode_tiles
@@ -55,29 +57,32 @@ def bake_tiles(
     sand_repeat: float = 1.0,
     patch_px: int = PATCH_PX,
     tile_mb: float = 64.0,
+    quantise: bool = False,
     sight: dict[str, Any] | None = None,
     tier: str = "balanced",
 ) -> TilesProduct:
     """Bakes the heightmap at `path` into tiles in the folder `room`.
 
     max_error_m: vertical, of the finest level; tier "exact" makes it 0. patch_px: side of the finest cells,
-    pixels. tile_mb: a tile's limit, megabytes, up to 64; a patch that is larger has a tile for itself. sight:
-    as bake_demand.plan_demand takes it; None: every patch is made. Raises SourceError for a picture that is
-    no heightmap, BakeError when the bound cannot be held.
+    pixels. tile_mb: a tile's limit, megabytes, up to 64; a patch that is larger has a tile for itself.
+    quantise: vertices as 16-bit codes of one lattice. sight: as bake_demand.plan_demand takes it; None: every
+    patch is made. Raises SourceError for a picture that is no heightmap, BakeError when the bound cannot be
+    held.
     """
     if tier not in TIERS:
         raise ValueError(f"no tier {tier!r}")
     ground, warnings = read_heightmap(
         path, size_x_m=size_x_m, size_z_m=size_z_m, height_m=height_m, base_m=base_m
     )
-    grower = Grower(
-        ground,
-        max_error_m=0.0 if tier == "exact" else max_error_m,
-        leaf_px=patch_px,
-        sand_repeat=sand_repeat,
-        demand=None if sight is None else plan_demand(sight),
-    )
     try:
+        grower = Grower(
+            ground,
+            max_error_m=0.0 if tier == "exact" else max_error_m,
+            leaf_px=patch_px,
+            sand_repeat=sand_repeat,
+            demand=None if sight is None else plan_demand(sight),
+            quantise=quantise,
+        )
         tree = grower.grow()
     except BakeError as error:
         raise BakeError(error.what, file=path, place=error.place, mend=error.mend) from None
@@ -100,16 +105,7 @@ def _write(grower: Grower, tree: Tree, room: Path, limit: int) -> tuple[list[Til
     tiles: list[Tile] = []
     tile_of: list[int] = []
     node_of: list[int] = []
-    meshes = (
-        TilePatch(
-            index,
-            grower.mesh(patch),
-            patch.told_m,
-            patch.diamond is None,
-        )
-        for index, patch in enumerate(tree.patches)
-    )
-    for data, indices in encode_tiles(meshes, limit):
+    for data, indices in encode_tiles(_patches(grower, tree), limit):
         file = room / f"tile{len(tiles)}.glb"
         write_whole(file, data, durable=False)
         held = [tree.patches[index] for index in indices]
@@ -117,6 +113,12 @@ def _write(grower: Grower, tree: Tree, room: Path, limit: int) -> tuple[list[Til
         node_of += range(len(held))
         tiles.append(Tile(file, _errors(held, grower.shape.finest), min(patch.first_s for patch in held)))
     return tiles, tile_of, node_of
+
+
+def _patches(grower: Grower, tree: Tree) -> Iterator[TilePatch]:
+    for index, patch in enumerate(tree.patches):
+        mesh = grower.mesh(patch)
+        yield TilePatch(index, mesh, patch.told_m, patch.diamond is None, grower.codes(mesh))
 
 
 def _errors(held: list[Patch], finest: int) -> dict[str, float]:

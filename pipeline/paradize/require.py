@@ -125,6 +125,7 @@ def _terrain(found: Requirements, terrain: Terrain, views: tuple[str, ...], sigh
         sand_repeat=terrain.sand_repeat,
         patch_px=terrain.patch_px,
         tile_mb=terrain.tile_mb,
+        quantise=terrain.quantise,
         sight=sight,
     )
     _color(found, "sand", {"image": terrain.sand_color}, "repeat", "the terrain's sand pattern", ground)

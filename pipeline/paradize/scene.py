@@ -164,6 +164,7 @@ class Terrain:
     base_m: float = number(0.0, low=-FAR, high=FAR, unit="m")  # y of black
     max_error_m: float = number(0.03, low=0.0, high=FAR, unit="m")  # 0: every pixel becomes a vertex
     patch_px: int = whole(128, low=8, high=256, unit="pixels")  # side of the finest cells of the tree
+    quantise: bool = flag(False)  # vertices as 16-bit codes of one lattice, inside max_error_m
     tile_mb: float = number(64.0, low=0.01, high=64.0, unit="MB")  # what a file of patches may hold
     sand_color: Path = source()
     sand_repeat: float = number(1.0, low=1e-3, high=1e5)  # nb: how often the sand lies along X
