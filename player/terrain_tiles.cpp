@@ -63,13 +63,15 @@ void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainP
     const std::span<const std::uint32_t> patches = cut_.patches();
     std::uint32_t drawn = 0;
     std::uint64_t triangles = 0;
-    for (std::size_t at = 0; at < patches.size();) {
-        const std::uint32_t tile_index = terrain_.patches.tile[patches[at]];
+    // From the last: fine patches are near, and hide what coarse ones behind them would shade.
+    for (std::size_t end = patches.size(); end > 0;) {
+        const std::uint32_t tile_index = terrain_.patches.tile[patches[end - 1]];
         const StreamedTile &tile = streamer_.tile(tile_index);
         std::size_t count = 0;
-        for (; at < patches.size() && patches[at] < first_patch_[tile_index + 1]; ++at) {
-            if (sees(view, plane, patches[at])) {
-                const PatchRange &range = tile.range(patches[at] - first_patch_[tile_index]);
+        for (; end > 0 && patches[end - 1] >= first_patch_[tile_index]; --end) {
+            const std::uint32_t patch = patches[end - 1];
+            if (sees(view, plane, patch)) {
+                const PatchRange &range = tile.range(patch - first_patch_[tile_index]);
                 counts_[count] = range.index_count;
                 base_vertices_[count] = range.base_vertex;
                 offsets_[count] = reinterpret_cast<const void *>(range.index_offset);
