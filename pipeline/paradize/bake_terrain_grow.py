@@ -201,9 +201,9 @@ class Grower:
                 mend="give the terrain a larger size, or the heightmap fewer pixels",
             )
         if finest and error.max_m > self.max_error_m > 0.0:
+            what = "16-bit codes" if self.lattice else "float32 positions"
             raise BakeError(
-                f"the error is {error.max_m:.6g} m, allowed {self.max_error_m:.6g} m: float32 positions "
-                "reach no less",
+                f"the error is {error.max_m:.6g} m, allowed {self.max_error_m:.6g} m: {what} reach no less",
                 place=f"pixel ({error.worst[1]}, {error.worst[0]})",
                 mend="allow a larger error, or a smaller terrain",
             )

@@ -15,7 +15,7 @@ import numpy as np
 
 from paradize.bake_demand import plan_demand
 from paradize.bake_terrain_grow import Grower
-from paradize.bake_terrain_tree import Patch, Tree, columns_of
+from paradize.bake_terrain_tree import Patch, Tree, columns_of, six_up
 from paradize.engine.publish import write_whole
 from paradize.errors import BakeError
 from paradize.formats.glb_tiles import TilePatch, encode_tiles
@@ -130,10 +130,4 @@ def _errors(held: list[Patch], finest: int) -> dict[str, float]:
         squares += error.rms_m * error.rms_m * size
         area += size
     largest = max(error.max_m for error, _ in known)
-    return {"terrain_max_m": _six(largest), "terrain_rms_m": _six(float(np.sqrt(squares / area)))}
-
-
-def _six(value: float) -> float:
-    """Six significant digits, rounded up."""
-    rounded = float(f"{value:.5e}")
-    return rounded if rounded >= value else float(f"{value * (1.0 + 1e-5):.5e}")
+    return {"terrain_max_m": six_up(largest), "terrain_rms_m": six_up(float(np.sqrt(squares / area)))}

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from decimal import ROUND_CEILING, Context
 
 from paradize.bake_demand import Runs, Sphere
 from paradize.metrics.terrain import TerrainError
 from paradize.stages.terrain_tree import Corners, Point
+
+_UP = Context(prec=6, rounding=ROUND_CEILING)
 
 
 @dataclass(eq=False)
@@ -31,7 +34,7 @@ class Patch:
     @property
     def told_m(self) -> float:
         """The measured error, six digits, rounded up."""
-        return _f32_up(error_of(self))
+        return six_up(error_of(self))
 
 
 @dataclass(eq=False)
@@ -96,7 +99,7 @@ def box_middle(inner: list[Sphere]) -> tuple[float, float, float]:
 def _spheres(spheres: list[Sphere]) -> dict[str, list[object]]:
     return {
         "center": [[_f32(x) for x in sphere.center] for sphere in spheres],
-        "radius_m": [_f32_up(sphere.radius_m) for sphere in spheres],
+        "radius_m": [six_up(sphere.radius_m) for sphere in spheres],
     }
 
 
@@ -119,7 +122,7 @@ def columns_of(tree: Tree, tile: list[int], node: list[int]) -> dict[str, dict[s
         },
         "diamonds": {
             "level": [d.level for d in tree.diamonds],
-            "error_m": [_f32_up(d.error_m) for d in tree.diamonds],
+            "error_m": [six_up(d.error_m) for d in tree.diamonds],
             **_spheres([d.sphere for d in tree.diamonds]),
         },
     }
@@ -130,6 +133,6 @@ def _f32(value: float) -> float:
     return float(f"{value:.7g}")
 
 
-def _f32_up(value: float) -> float:
-    rounded = float(f"{value:.6g}")
-    return rounded if rounded >= value else float(f"{value * (1.0 + 1e-5):.6g}")
+def six_up(value: float) -> float:
+    """Six digits, never less than the value; a larger value never gives less than a smaller one."""
+    return float(_UP.create_decimal_from_float(value))

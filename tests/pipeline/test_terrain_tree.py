@@ -16,6 +16,7 @@ from paradize.bake_demand import Demand, Sphere, plan_demand
 from paradize.bake_terrain_grow import MOST_VERTICES, Grower
 from paradize.bake_terrain_tree import Tree, columns_of
 from paradize.data import Heightfield, Mesh
+from paradize.errors import BakeError
 from paradize.flight import plan_flight
 from paradize.formats.glb_codes import decoded_mesh
 from paradize.formats.terrain_tables import check_tree
@@ -241,6 +242,44 @@ def test_a_plain_needs_its_corners_only() -> None:
     assert [patch.sizes for patch in tree.patches] == [(3, 1), (3, 1)]
     assert tree.asked_s is None
     assert tree.left_out == sum(grower.shape.count()) - 2
+
+
+NOISE = np.random.default_rng(0).standard_normal((70, 90))
+SPIKE = np.pad([[100.0]], 40)
+EXTREMES: dict[str, tuple[np.ndarray, float, float, float]] = {
+    # heights, size along x and z, tolerance: metres
+    "a millimetre": (NOISE * 1e-6, 1e-3, 1e-3, 1e-7),
+    "a thousand kilometres": (NOISE * 1e3, 1e6, 1e6, 1.0),
+    "heights of 1e6": (NOISE * 1e6, 100.0, 100.0, 10.0),
+    "heights of 1e-6": (NOISE * 1e-6, 100.0, 100.0, 1e-8),
+    "two pixels": (NOISE[:2, :2], 1.0, 1.0, 0.01),
+    "two rows": (NOISE[:2], 89.0, 1.0, 0.01),
+    "two columns": (NOISE[:, :2], 1.0, 69.0, 0.01),
+    "a spike": (SPIKE, 80.0, 80.0, 0.5),
+    "a step": (np.where(np.arange(81)[:, None] > 40, 10.0, 0.0) * np.ones(81), 80.0, 80.0, 0.5),
+    "long pixels": (NOISE, 1e5, 1.0, 0.05),
+    "no error": (NOISE, 89.0, 69.0, 0.0),
+}
+
+
+@pytest.mark.parametrize("name", EXTREMES)
+@pytest.mark.parametrize("leaf_px", [16, 13, 256])
+def test_extremes_keep_the_bound_at_the_finest_level(name: str, leaf_px: int) -> None:
+    heights, size_x_m, size_z_m, bound_m = EXTREMES[name]
+    ground = Heightfield(np.ascontiguousarray(heights, np.float32), size_x_m, size_z_m)
+    grower = Grower(ground, max_error_m=bound_m, leaf_px=leaf_px, sand_repeat=1.0, demand=None)
+    tree = grower.grow()
+    check_tree(tables_of(tree) | {"tiles": ["terrain_mesh"]})
+    finest = [p.error for p in tree.patches if p.level == grower.shape.finest]
+    assert finest and all(error and error.max_m <= max(bound_m, 1e-12) for error in finest)
+
+
+def test_a_bound_that_codes_cannot_hold_is_refused() -> None:
+    ground = Heightfield((NOISE * 100).astype(np.float32), 89.0, 69.0)
+    grower = Grower(ground, max_error_m=1e-4, leaf_px=16, sand_repeat=1.0, demand=None, quantise=True)
+    with pytest.raises(BakeError, match="16-bit codes reach no less") as raised:
+        grower.grow()
+    assert raised.value.place and raised.value.mend
 
 
 # -- requirements
