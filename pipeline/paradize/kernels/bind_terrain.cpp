@@ -11,9 +11,14 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
+#include <new>
 #include <optional>
 #include <utility>
 #include <vector>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 namespace nb = nanobind;
 
@@ -72,11 +77,23 @@ nb::tuple patch(const Heights &heights, const std::array<std::array<std::int32_t
     return nb::make_tuple(to_numpy(std::move(result.pixels)), to_numpy(std::move(result.triangles)));
 }
 
-// An array that is not filled yet; `data` becomes its first element.
+// An array that is not filled yet; `data` becomes its first element. Large ones ask for large pages: a grid
+// of 16 million vertices is mostly the kernel's work of making them.
 template <typename Value>
 nb::ndarray<nb::numpy, Value> room(std::size_t count, std::size_t width, Value *&data) {
-    data = new Value[std::max<std::size_t>(count * width, 1)];
-    nb::capsule owner(data, [](void *p) noexcept { delete[] static_cast<Value *>(p); });
+    constexpr std::size_t page = std::size_t{1} << 21;
+    const std::size_t bytes = std::max<std::size_t>(count * width, 1) * sizeof(Value);
+    const std::size_t unit = bytes < page ? 64 : page, whole = (bytes + unit - 1) / unit * unit;
+    data = static_cast<Value *>(std::aligned_alloc(unit, whole));
+    if (data == nullptr) {
+        throw std::bad_alloc();
+    }
+#ifdef MADV_HUGEPAGE
+    if (unit == page) {
+        madvise(data, whole, MADV_HUGEPAGE); // a wish: what it answers does not matter
+    }
+#endif
+    nb::capsule owner(data, [](void *p) noexcept { std::free(p); });
     return nb::ndarray<nb::numpy, Value>(data, {count, width}, owner);
 }
 
