@@ -27,8 +27,8 @@ PATCH_PX = 128
 
 @dataclass(frozen=True)
 class Tile:
-    """file: its GLB. errors: of its patches of the finest level, vertical metres; none where it has none of
-    them. first_s: the second of the flight that first shows one of its patches."""
+    """file: its GLB. errors: vertical metres, of all its patches, and of those of the finest level where it
+    has some. first_s: the second of the flight that first shows one of its patches."""
 
     file: Path
     errors: dict[str, float]
@@ -122,12 +122,13 @@ def _patches(grower: Grower, tree: Tree) -> Iterator[TilePatch]:
 
 
 def _errors(held: list[Patch], finest: int) -> dict[str, float]:
+    told = {"terrain_tile_max_m": max(patch.told_m for patch in held)}
     known = [(patch.error, patch.area_px) for patch in held if patch.level == finest and patch.error]
     if not known:
-        return {}
+        return told
     squares = area = 0.0
     for error, size in known:
         squares += error.rms_m * error.rms_m * size
         area += size
     largest = max(error.max_m for error, _ in known)
-    return {"terrain_max_m": six_up(largest), "terrain_rms_m": six_up(float(np.sqrt(squares / area)))}
+    return told | {"terrain_max_m": six_up(largest), "terrain_rms_m": six_up(float(np.sqrt(squares / area)))}
