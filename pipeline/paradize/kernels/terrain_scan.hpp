@@ -43,9 +43,9 @@ inline std::int64_t turn(Spot a, Spot b, Spot c) {
 }
 
 // A pixel of the closed triangle a, b, c (positive turn), its corners excepted, that lies by more than
-// `tolerance` from the plane through the corners' heights, where there is any: the farthest, of equals the first
-// in reading order; in a large triangle the farthest of some rows, where those hold one. In float64, the same
-// bits on every CPU. skipped: bits of the sides (1: ab, 2: bc, 4: ca) whose pixels do not count.
+// `tolerance` from the plane through the corners' heights, where there is any: the farthest, of equals the
+// first in reading order; in a large triangle the farthest of some rows, where those hold one. In float64,
+// the same bits on every CPU. skipped: bits of the sides (1: ab, 2: bc, 4: ca) whose pixels do not count.
 Worst scan_triangle(View view, Spot a, Spot b, Spot c, double tolerance, unsigned skipped = 0);
 
 } // namespace paradize::terrain
