@@ -222,3 +222,37 @@ def test_archipelago_renders_with_every_object_in_view(
     pixels = load(picture)
     assert pixels.std() > 0.08
     assert (pixels.max(axis=2) < 4 / 255).mean() < 0.02  # no black holes
+
+
+def test_archipelago_from_above_and_from_the_beach_has_no_cracks(
+    archipelago: Path, player: Callable[..., subprocess.CompletedProcess[str]], root: Path, tmp_path: Path
+) -> None:
+    """Where neither sky nor sea nor objects are drawn, what shows through a crack is black."""
+    manifest = json.loads((archipelago / "scene.json").read_text())
+    duration_s = manifest["flight"]["duration_s"]
+    x, y, z = manifest["objects"][0]["instances"][0]["position"]
+    for name, eye, target, covered in (
+        ("above", (x + 40, 260.0, z + 200), (x, 0.0, z), 0.0),
+        ("high", (x, 1200.0, z + 50), (x, 0.0, z), 0.0),
+        ("beach", (x, y + 2.5, z), (x - 300, y - 100, z - 100), 0.5),
+    ):
+        still = [[[v, 0.0, 0.0, 0.0] for v in place] for place in (eye, target)]
+        manifest["flight"] |= {
+            "far_m": 8000.0,
+            "segments": [{"eye": still[0], "target": still[1], "roll": [0.0, 0.0, 0.0, 0.0]}],
+            "time_table": [[0.0, 0.0, 1.0 / duration_s], [duration_s, 1.0, 1.0 / duration_s]],
+            "waypoint_u": [0],
+        }
+        folder = tmp_path / name
+        folder.mkdir()
+        for artifact in manifest["artifacts"].values():
+            (folder / artifact["file"]).symlink_to(archipelago / artifact["file"])
+        (folder / "scene.json").write_text(json.dumps(manifest))
+        picture = root / f"build/e2e/archipelago_{name}.png"
+        picture.parent.mkdir(parents=True, exist_ok=True)
+        arguments = ["--size", "480x270", "--check-finite", "--screenshot"]
+        assert player(folder, *arguments, picture).returncode == 0
+        bare = tmp_path / f"{name}_bare.png"
+        assert player(folder, "--disable", "sky,water,objects,post", *arguments, bare).returncode == 0
+        pixels = load(bare)[int(covered * 270) :]
+        assert (pixels.max(axis=2) == 0).sum() == 0, name
