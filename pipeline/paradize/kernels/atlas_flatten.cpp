@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "atlas_plane.hpp"
+#include "atlas_border.hpp"
 
 namespace paradize::atlas {
 
@@ -13,6 +13,10 @@ namespace {
 constexpr int rounds = 8;
 constexpr int steps = 60;
 constexpr double enough = 1e-4; // of the first residual, when a solve ends
+// A chart is not rigid enough where its mean stretch is more than this; one this many times as far after two
+// rounds is given up, as six more hardly halve it.
+constexpr double most_stretch = 0.02;
+constexpr double hopeless = 3;
 // Slivers thinner than this share of their longest side's square are as stiff as one of this.
 constexpr double thinnest = 1e-4;
 // A triangle is turned over where its image has less than this share of its area.
@@ -66,6 +70,9 @@ class Chart {
         if (std::ranges::any_of(triangles_, [](const Triangle &t) { return t.area2 > 0; })) {
             for (int round = 0; round < rounds; ++round) {
                 relax();
+                if (round == 1 && stretch_of(triangles_, area2_, places_).mean > hopeless * most_stretch) {
+                    return {};
+                }
             }
         }
         for (const Vec &place : places_) {
@@ -75,11 +82,12 @@ class Chart {
         }
         for (const Triangle &t : triangles_) {
             const double image = cross(at(t, 1) - at(t, 0), at(t, 2) - at(t, 0));
-            if (t.area2 > 0 && !(image > least_area * t.area2)) {
+            if (!(image > (t.area2 > 0 ? least_area * t.area2 : -least_area * t.stiff))) {
                 return {};
             }
         }
-        if (too_stretched(triangles_, area2_, places_) || border_crosses(triangles_, places_)) {
+        const Stretch stretch = stretch_of(triangles_, area2_, places_);
+        if (stretch.torn || stretch.mean > most_stretch || overlaps_itself(triangles_, places_)) {
             return {};
         }
         turn_upright(places_);
@@ -121,9 +129,9 @@ class Chart {
             t.rest = {Vec{}, Vec{side, 0}, Vec{ab / side, t.area2 / side}};
         }
         const double cc = aa + bb - 2 * ab;
-        const double stiff = std::max(t.area2, thinnest * std::max({aa, bb, cc}));
-        if (stiff > 0) { // all three divided by one number: the sum of squares stays one
-            t.weight = {(bb - ab) / stiff / 2, ab / stiff / 2, (aa - ab) / stiff / 2};
+        t.stiff = std::max(t.area2, thinnest * std::max({aa, bb, cc}));
+        if (t.stiff > 0) { // all three divided by one number: the sum of squares stays one
+            t.weight = {(bb - ab) / t.stiff / 2, ab / t.stiff / 2, (aa - ab) / t.stiff / 2};
         }
     }
 

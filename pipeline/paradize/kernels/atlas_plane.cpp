@@ -8,52 +8,16 @@ namespace paradize::atlas {
 
 namespace {
 
-// A chart is cut where a triangle of more than this share of it becomes longer or shorter by more than this,
-// or where the squares of what lengths are off exceed this in the mean.
+// A triangle of less than this share of a chart has no say of its own in how far it is stretched.
 constexpr double own_say = 1e-5;
 constexpr double most_stretch = 2.5;
-constexpr double most_energy = 0.02;
-
-// Edges of one triangle only.
-std::vector<std::array<std::uint32_t, 2>> border(std::span<const Triangle> triangles) {
-    std::vector<std::array<std::uint32_t, 3>> edges; // low, high, turned
-    for (const Triangle &t : triangles) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint32_t i = t.corner[k], j = t.corner[(k + 1) % 3];
-            edges.push_back({std::min(i, j), std::max(i, j), i > j ? 1U : 0U});
-        }
-    }
-    std::ranges::sort(edges);
-    std::vector<std::array<std::uint32_t, 2>> found;
-    for (std::size_t i = 0; i < edges.size();) {
-        std::size_t end = i + 1;
-        while (end < edges.size() && edges[end][0] == edges[i][0] && edges[end][1] == edges[i][1]) {
-            ++end;
-        }
-        if (end - i == 1) {
-            found.push_back({edges[i][0], edges[i][1]});
-        }
-        i = end;
-    }
-    return found;
-}
-
-bool cross_each_other(std::span<const Vec> places, const std::array<std::uint32_t, 2> &e,
-                      const std::array<std::uint32_t, 2> &f) {
-    if (e[0] == f[0] || e[0] == f[1] || e[1] == f[0] || e[1] == f[1]) {
-        return false;
-    }
-    const Vec a = places[e[0]], b = places[e[1]], c = places[f[0]], d = places[f[1]];
-    const double x = cross(b - a, c - a), y = cross(b - a, d - a);
-    const double z = cross(d - c, a - c), w = cross(d - c, b - c);
-    return ((x > 0) != (y > 0)) && ((z > 0) != (w > 0));
-}
 
 } // namespace
 
-bool too_stretched(std::span<const Triangle> triangles, double area2, std::span<const Vec> places) {
+Stretch stretch_of(std::span<const Triangle> triangles, double area2, std::span<const Vec> places) {
+    Stretch out;
     const auto at = [&](const Triangle &t, std::size_t k) { return places[t.corner[k]]; };
-    double sum = 0, area = 0;
+    double sum = 0;
     for (const Triangle &t : triangles) {
         if (!(t.area2 > 0)) {
             continue;
@@ -65,52 +29,11 @@ bool too_stretched(std::span<const Triangle> triangles, double area2, std::span<
         const double turn = std::sqrt((a + d) * (a + d) + (c - b) * (c - b)) / 2;
         const double shear = std::sqrt((a - d) * (a - d) + (c + b) * (c + b)) / 2;
         const double most = turn + shear, least = std::abs(turn - shear);
-        if (t.area2 > own_say * area2 && (most > most_stretch || least * most_stretch < 1)) {
-            return true;
-        }
+        out.torn |= t.area2 > own_say * area2 && (most > most_stretch || least * most_stretch < 1);
         sum += t.area2 * ((most - 1) * (most - 1) + (least - 1) * (least - 1));
-        area += t.area2;
     }
-    return sum > most_energy * area;
-}
-
-bool border_crosses(std::span<const Triangle> triangles, std::span<const Vec> places) {
-    const auto edges = border(triangles);
-    if (edges.empty()) {
-        return true; // a closed surface has no place in a plane
-    }
-    Vec low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()},
-        high{-low.x, -low.y};
-    for (const Vec &p : places) {
-        low = {std::min(low.x, p.x), std::min(low.y, p.y)};
-        high = {std::max(high.x, p.x), std::max(high.y, p.y)};
-    }
-    const auto cells =
-        static_cast<std::size_t>(std::clamp(std::sqrt(static_cast<double>(edges.size())), 1.0, 512.0));
-    const double size = std::max(high.x - low.x, high.y - low.y);
-    if (!(size > 0)) {
-        return false; // no triangle has an area: nothing to cover twice
-    }
-    const auto cell = [&](double value) {
-        return static_cast<std::size_t>(
-            std::clamp(value / size * static_cast<double>(cells), 0.0, static_cast<double>(cells) - 1));
-    };
-    std::vector<std::vector<std::uint32_t>> grid(cells * cells);
-    for (std::uint32_t e = 0; e < edges.size(); ++e) {
-        const Vec a = places[edges[e][0]], b = places[edges[e][1]];
-        for (std::size_t y = cell(std::min(a.y, b.y) - low.y); y <= cell(std::max(a.y, b.y) - low.y); ++y) {
-            for (std::size_t x = cell(std::min(a.x, b.x) - low.x); x <= cell(std::max(a.x, b.x) - low.x);
-                 ++x) {
-                for (const std::uint32_t other : grid[y * cells + x]) {
-                    if (cross_each_other(places, edges[e], edges[other])) {
-                        return true;
-                    }
-                }
-                grid[y * cells + x].push_back(e);
-            }
-        }
-    }
-    return false;
+    out.mean = area2 > 0 ? sum / area2 : 0;
+    return out;
 }
 
 void turn_upright(std::vector<Vec> &places) {

@@ -23,14 +23,16 @@ struct Triangle {
     std::array<Vec, 3> rest{};             // its own shape in the plane
     std::array<double, 3> weight{};        // of the edge from corner k to k + 1: half the opposite cotangent
     double area2 = 0;                      // twice its area
+    double stiff = 0;                      // the same, or more where it is a sliver
 };
 
-// Whether the two lengths that a unit in the surface can have in the plane are too far from 1. area2: of all
-// triangles; places: in the plane.
-bool too_stretched(std::span<const Triangle> triangles, double area2, std::span<const Vec> places);
-
-// Whether two edges of the border meet elsewhere than at a common end.
-bool border_crosses(std::span<const Triangle> triangles, std::span<const Vec> places);
+// How far the two lengths that a unit in the surface has in the plane are from 1.
+struct Stretch {
+    double mean = 0;   // of the squares, over the surface
+    bool torn = false; // whether a triangle is stretched or pressed beyond measure
+};
+// area2: of all triangles; places: in the plane.
+Stretch stretch_of(std::span<const Triangle> triangles, double area2, std::span<const Vec> places);
 
 // Turns the chart so that a side of its convex hull is level and the rectangle around it is the smallest.
 void turn_upright(std::vector<Vec> &places);
