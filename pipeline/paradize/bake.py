@@ -18,6 +18,7 @@ from typing import Any
 
 from paradize import bake_makers
 from paradize.bake_borders import object_gutters
+from paradize.bake_estimate import memory_of
 from paradize.bake_manifest import build_manifest, mesh_facts
 from paradize.bake_nearest import least_pixels, places_of
 from paradize.bake_record import SCENE_FILE, BakeReport, record_name, remember, unchanged_bake
@@ -266,6 +267,8 @@ def _run(
             bake_makers.MAKERS[task.order.maker][1],
             {"sources": task.order.sources, "settings": task.settings, "tier": tier}
             | ({"room": room / task.key} if task.order.maker in bake_makers.ROOMS else {}),
+            file=next(iter(task.order.sources.values()), None),
+            memory_bytes=memory_of(task.order.sources.values()),
         )
         for task in tasks
     ]

@@ -25,7 +25,8 @@ def _solo(
     start = time.monotonic()
     if out is not None and _same(out, arguments.input):
         raise BakeError("is the input itself", file=out, mend="name another file with -o")
-    job = Job(arguments.input.name, call, {"path": arguments.input, "tier": arguments.tier, **settings})
+    given = {"path": arguments.input, "tier": arguments.tier, **settings}
+    job = Job(arguments.input.name, call, given, file=arguments.input)
     cores = os.cpu_count() or 1
     outcome = run_jobs([job], 1, threads=min(arguments.jobs or cores, cores))[0]
     if outcome.error:

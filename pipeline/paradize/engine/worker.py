@@ -9,6 +9,7 @@ import signal
 import sys
 from multiprocessing.connection import Connection
 
+from paradize.engine.limits import VARIABLE
 from paradize.errors import BakeError, ParadizeError, SourceError
 
 _PR_SET_PDEATHSIG = 1  # Linux, sys/prctl.h
@@ -21,14 +22,32 @@ def _die_with_parent() -> None:
             os._exit(1)
 
 
-def serve(descriptor: int) -> None:
-    """Serves calls on the socket until it closes. An interrupt is the parent's business."""
+def _limit_memory(most_bytes: int) -> None:
+    """Lets this process allocate no more than that; no limit where it is 0."""
+    if most_bytes and sys.platform == "linux":
+        import resource
+
+        hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
+        wanted = most_bytes if hard == resource.RLIM_INFINITY else min(most_bytes, hard)
+        resource.setrlimit(resource.RLIMIT_DATA, (wanted, hard))
+
+
+def _give_back() -> None:
+    """Returns what the last call freed to the system, so that it is not counted as held (glibc)."""
+    with contextlib.suppress(AttributeError, OSError):
+        ctypes.CDLL(None).malloc_trim(0)
+
+
+def serve(descriptor: int, memory_bytes: int = 0) -> None:
+    """Serves calls on the socket until it closes. An interrupt is the parent's business. memory_bytes: what
+    this process may allocate; 0: no limit."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _die_with_parent()
+    _limit_memory(memory_bytes)
     link = Connection(descriptor)
     while True:
         try:
-            call, arguments = link.recv()
+            call, arguments, file = link.recv()
         except (EOFError, ConnectionError):
             return
         except Exception as broken:  # the module of the call cannot be imported
@@ -40,11 +59,13 @@ def serve(descriptor: int) -> None:
         except ParadizeError as known:
             error = known
         except MemoryError:
-            error = SourceError("needs more memory than there is", mend="bake a smaller input")
+            mend = f"bake a smaller input, or set ${VARIABLE}"
+            error = SourceError("needs more memory than there may be", file=file, mend=mend)
         except RecursionError:
-            error = SourceError("is nested too deeply")
+            error = SourceError("is nested too deeply", file=file)
         except Exception as unknown:
-            error = BakeError(f"unforeseen {type(unknown).__name__}: {unknown}{_where(unknown)}")
+            what = f"unforeseen {type(unknown).__name__}: {unknown}{_where(unknown)}"
+            error = BakeError(what, file=file)
         if sys.stdout is not None:
             with contextlib.suppress(OSError):  # what a library printed is no part of the answer
                 sys.stdout.flush()
@@ -52,6 +73,10 @@ def serve(descriptor: int) -> None:
             link.send((value, error))
         except (BrokenPipeError, ConnectionError):
             return
+        except Exception as unsendable:
+            link.send((None, BakeError(f"gave what cannot be sent: {unsendable}", file=file)))
+        call = arguments = value = error = None
+        _give_back()
 
 
 def _where(error: BaseException) -> str:

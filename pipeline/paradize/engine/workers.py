@@ -1,88 +1,41 @@
-"""Runs jobs in worker processes of our own: a crash or a hang spoils one job and no other.
+"""Runs jobs in worker processes of our own: a crash, a hang or a hunger for memory spoils one job, no other.
 
-Workers are fresh interpreters (never forked), talk over a socket pair, and die with their parent. Results
+Workers are fresh interpreters (never forked), talk over a socket pair, and die with their parent. A job whose
+process crashes or hangs is killed and tried once more. The memory of all running jobs stays under a limit: a
+job starts when what it is thought to take fits beside what the others take; one may always run. Results
 come back by job, so their order does not depend on how many workers there were.
 """
 
 from __future__ import annotations
 
 import os
-import pickle
-import signal
-import socket
-import subprocess
-import sys
+import queue
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
-from multiprocessing.connection import Connection, wait
+from dataclasses import dataclass
 from typing import Any
 
+from paradize.engine.crew import Answer, Job, Worker, start_worker
+from paradize.engine.limits import VARIABLE, cores, memory_limit
 from paradize.errors import BakeError, ParadizeError
-from paradize.kernels.threads import VARIABLE
+from paradize.kernels.threads import VARIABLE as THREADS
 
-_BOOT = "import sys; from paradize.engine.worker import serve; serve(int(sys.argv[1]))"
+__all__ = ["Job", "Outcome", "run_jobs"]
 
-
-@dataclass(frozen=True)
-class Job:
-    """A call to a module-level function; arguments and result are pickled. `name` stands in messages."""
-
-    name: str
-    call: Callable[..., Any]
-    arguments: dict[str, Any]
-    timeout_s: float = 1800.0
+_TRIES = 2
+_LOOK_S = 0.05  # how often memory and time are looked at
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a job: its value, or the error that it met; and the seconds it took."""
+    """What became of a job: its value, or the error that it met; the seconds of the last try; the tries."""
 
     name: str
     value: Any
     error: ParadizeError | None
     seconds: float
-
-
-@dataclass
-class _Worker:
-    process: subprocess.Popen[bytes]
-    link: Connection
-    job: Job | None = None
-    since: float = field(default=0.0)
-
-
-def _start(threads: int | None = None) -> _Worker:
-    ours, theirs = socket.socketpair()
-    with theirs:
-        process = subprocess.Popen(
-            [sys.executable, "-c", _BOOT, str(theirs.fileno())],
-            pass_fds=[theirs.fileno()],
-            stdin=subprocess.DEVNULL,
-            env=None if threads is None else {**os.environ, VARIABLE: str(threads)},
-            stdout=2,  # what libraries print goes to standard error: standard output is the caller's
-        )
-    return _Worker(process, Connection(ours.detach()))
-
-
-def _stop(worker: _Worker) -> None:
-    worker.link.close()
-    worker.process.kill()
-    worker.process.wait()
-
-
-def _death(worker: _Worker) -> str:
-    try:
-        code = worker.process.wait(timeout=5.0)
-    except subprocess.TimeoutExpired:
-        return "its process stopped answering"
-    if code >= 0:
-        return f"its process ended with code {code}"
-    try:
-        return f"its process crashed ({signal.Signals(-code).name})"
-    except ValueError:
-        return f"its process was killed by signal {-code}"
+    tries: int = 1
 
 
 def run_jobs(
@@ -93,56 +46,123 @@ def run_jobs(
     threads: int | None = None,
 ) -> list[Outcome]:
     """Runs the jobs, at most `workers` at once; returns their outcomes in the order of the jobs. `told` hears
-    of each as it ends. threads: what native kernels use in each worker (default: `default_threads`). Never
-    raises for a job's own failure: that is in its outcome."""
-    waiting = list(reversed(jobs))
-    outcomes: dict[str, Outcome] = {}
-    crew: list[_Worker] = []
-
-    def ended(worker: _Worker, value: Any, error: ParadizeError | None) -> None:
-        assert worker.job is not None
-        outcome = Outcome(worker.job.name, value, error, time.monotonic() - worker.since)
-        outcomes[worker.job.name] = outcome
-        worker.job = None
-        if told:
-            told(outcome)
-
-    def give(worker: _Worker) -> None:
-        worker.job, worker.since = waiting.pop(), time.monotonic()
-        with suppress(BrokenPipeError, ConnectionError):  # its death is read from the link
-            worker.link.send((worker.job.call, worker.job.arguments))
-
+    of each as it ends. threads: what native kernels use in each worker (default: $PARADIZE_THREADS, else the
+    cores shared out among the workers). Never raises for a job's own failure: that is in its outcome. Raises
+    BakeError where $PARADIZE_MEMORY is no amount of memory."""
+    if threads is None and not os.environ.get(THREADS):
+        threads = max(1, cores() // max(1, workers))
+    shift = _Shift(jobs, max(1, workers), threads, told)
     try:
-        while waiting or any(worker.job for worker in crew):
-            for worker in crew:
-                if worker.job is None and waiting:
-                    give(worker)
-            while waiting and len(crew) < max(1, workers):
-                crew.append(_start(threads))
-                give(crew[-1])
-            busy = [worker for worker in crew if worker.job]
-            ready = wait([worker.link for worker in busy], timeout=0.5)
-            now = time.monotonic()
-            for worker in busy:
-                assert worker.job is not None
-                if worker.link in ready:
-                    try:
-                        value, error = worker.link.recv()
-                    except (EOFError, ConnectionError, pickle.UnpicklingError):
-                        what = f"{worker.job.name} could not be baked: {_death(worker)}"
-                        ended(
-                            worker, None, BakeError(what, mend="the input may be at fault; please report it")
-                        )
-                        _stop(worker)
-                        crew.remove(worker)
-                        continue
-                    ended(worker, value, error)
-                elif now - worker.since > worker.job.timeout_s:
-                    limit = worker.job.timeout_s
-                    _stop(worker)
-                    crew.remove(worker)
-                    ended(worker, None, BakeError(f"{worker.job.name} took longer than {limit:g} s"))
+        return shift.run()
     finally:
-        for worker in crew:
-            _stop(worker)
-    return [outcomes[job.name] for job in jobs]
+        for worker in shift.crew:
+            worker.stop()
+
+
+class _Shift:
+    """One call of run_jobs."""
+
+    def __init__(
+        self,
+        jobs: Sequence[Job],
+        workers: int,
+        threads: int | None,
+        told: Callable[[Outcome], None] | None,
+    ) -> None:
+        self.jobs, self.workers, self.threads, self.told = jobs, workers, threads, told
+        self.limit = memory_limit()
+        self.waiting = [(job, 1) for job in jobs]  # and which try it would be
+        self.alone: list[tuple[Job, int]] = []  # those that took too much beside others: after all others
+        self.outcomes: dict[str, Outcome] = {}
+        self.crew: list[Worker] = []
+        self.answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
+
+    def run(self) -> list[Outcome]:
+        while self.waiting or self.alone or self.busy():
+            self.hand_out()
+            with suppress(queue.Empty):
+                self.hear(self.answers.get(timeout=_LOOK_S))
+            self.look()
+        return [self.outcomes[job.name] for job in self.jobs]
+
+    def busy(self) -> list[Worker]:
+        return [worker for worker in self.crew if worker.job]
+
+    def hand_out(self) -> None:
+        """Gives waiting jobs to workers as long as there is memory for them."""
+        while len(busy := self.busy()) < self.workers:
+            if self.waiting:
+                fitting = self.first_fitting(busy)
+                if fitting is None:
+                    return
+                job, tries = self.waiting.pop(fitting)
+            elif self.alone and not busy:
+                job, tries = self.alone.pop(0)
+            else:
+                return
+            free = next((worker for worker in self.crew if worker.job is None), None)
+            if free is None:
+                free = start_worker(self.answers, self.threads, self.limit)
+                self.crew.append(free)
+            free.give(job, tries)
+
+    def first_fitting(self, busy: list[Worker]) -> int | None:
+        """The first waiting job that fits beside those that run: its place; None where none does."""
+        if not busy or self.limit is None:
+            return 0
+        room = self.limit - sum(max(worker.job.memory_bytes, worker.held()) for worker in busy if worker.job)
+        return next((i for i, (job, _) in enumerate(self.waiting) if job.memory_bytes <= room), None)
+
+    def hear(self, answer: Answer) -> None:
+        """Takes what a worker sent."""
+        worker = answer.worker
+        if worker not in self.crew:
+            return  # killed meanwhile
+        if answer.dead:
+            what = f"could not be baked: {worker.death()}"
+            self.fail(worker, what, "the input may be at fault; please report it", self.waiting)
+        else:
+            self.end(worker, answer.value, answer.error)
+
+    def look(self) -> None:
+        """Kills what takes too long, and what takes more memory than there may be."""
+        now = time.monotonic()
+        for worker in self.busy():
+            if worker.job and now - worker.since > worker.job.timeout_s:
+                self.fail(worker, f"took longer than {worker.job.timeout_s:g} s", None, self.waiting)
+        if self.limit is None or sum(worker.held() for worker in self.crew) <= self.limit:
+            return
+        for worker in [worker for worker in self.crew if not worker.job]:
+            self.dismiss(worker)
+        beyond = {worker: worker.held() - worker.job.memory_bytes for worker in self.crew if worker.job}
+        if beyond and sum(worker.held() for worker in beyond) > self.limit:
+            what = f"needs more memory than the {self.limit / 1e6:.0f} MB that there may be"
+            mend = f"bake a smaller input, or set ${VARIABLE}"
+            again = self.alone if len(beyond) > 1 else None
+            self.fail(max(beyond, key=beyond.__getitem__), what, mend, again)
+
+    def fail(self, worker: Worker, what: str, mend: str | None, again: list[tuple[Job, int]] | None) -> None:
+        """Kills a worker; its job goes to `again` where it has a try left, and is an error else."""
+        job = worker.job
+        assert job is not None
+        if again is not None and worker.tries < _TRIES:
+            again.append((job, worker.tries + 1))
+            worker.job = None
+        else:
+            twice = ", twice" if worker.tries > 1 else ""
+            self.end(worker, None, BakeError(f"{job.name} {what}{twice}", file=job.file, mend=mend))
+        self.dismiss(worker)
+
+    def end(self, worker: Worker, value: Any, error: ParadizeError | None) -> None:
+        """Notes what became of a worker's job."""
+        job = worker.job
+        assert job is not None
+        outcome = Outcome(job.name, value, error, time.monotonic() - worker.since, worker.tries)
+        self.outcomes[job.name] = outcome
+        worker.job = None
+        if self.told:
+            self.told(outcome)
+
+    def dismiss(self, worker: Worker) -> None:
+        worker.stop()
+        self.crew.remove(worker)
