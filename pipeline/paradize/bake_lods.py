@@ -81,6 +81,12 @@ def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[Step], list[str
             notes.append(f"lod0 has {share}: nothing finer is seen")
     first = len(steps[0].mesh.triangles)
     count = min(plan.count, 1 + len(plan.errors)) if plan.errors else plan.count
+    left_out = len(plan.errors) + 1 - count if plan.errors else 0
+    if left_out:
+        notes.append(
+            f"{left_out} of {len(plan.errors)} bounds have no level: at most {plan.count} are asked for, the "
+            "source counted"
+        )
     for at in range(1, count):
         last = steps[-1]
         before = len(last.mesh.triangles)
@@ -107,7 +113,7 @@ def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[Step], list[str
             )
         steps.append(found)
     steps = [_told(judge, step) for step in steps]
-    return steps, notes + _slides(steps)
+    return steps, list(dict.fromkeys(notes + _slides(steps)))
 
 
 def _told(judge: Judge, step: Step) -> Step:

@@ -67,7 +67,8 @@ def bake_mesh(
     """Reads an OBJ, mends it, gives it normals, tangent frames and levels of detail, and measures each level.
 
     lods: levels at most, level 0 included, 1 to MAX_LODS. max_error: largest surface distance of any level,
-    of the bounding box's diagonal. tier: the LOD tier; the nearest one there is is used and named in the
+    of the bounding box's diagonal (None: a tenth of it, or the largest of `errors` where that is more).
+    tier: the LOD tier; the nearest one there is is used and named in the
     report. atlas: make texture coordinates where there are none or they overlap; painted: only where
     there are none, since maps are painted for those there are. root: folder
     that material files must lie in. base_colors: linear RGB by material, instead of the Kd of materials
@@ -95,7 +96,7 @@ def bake_mesh(
         raise BakeError(f"a crease angle of {crease_deg:g} degrees, expected 0 to 180", file=path)
     asked = Plan(
         count=lods,
-        limit=DEFAULT_MAX_ERROR if max_error is None else max_error,
+        limit=max(DEFAULT_MAX_ERROR, *errors, 0.0) if max_error is None else max_error,
         ratio=ratio,
         errors=tuple(errors),
     )
@@ -134,6 +135,7 @@ def _bake(
     warnings, lines = list(read.warnings), read.lines
     joined, welding = weld(read.mesh, weld_m)
     mesh, found = validate_mesh(joined, path)
+    found = replace(found, unused_vertices=found.unused_vertices + read.counts["positions_unused"])
     smoothing, materials = read.smoothing[found.kept], read.materials
     del read, joined  # a large mesh in memory three times over is three times too often
     if float(np.abs(mesh.positions).max()) > _LARGEST:

@@ -13,7 +13,10 @@ def number(low: float, high: float) -> Callable[[str], float]:
     """An option that is a finite number in [low, high]."""
 
     def read(text: str) -> float:
-        value = float(text)
+        try:
+            value = float(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"{text!r} is no number") from None
         if not low <= value <= high:
             raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {low:g} to {high:g}")
         return value
@@ -25,7 +28,10 @@ def whole(low: int, high: int) -> Callable[[str], int]:
     """An option that is a whole number in [low, high]."""
 
     def read(text: str) -> int:
-        value = int(text)
+        try:
+            value = int(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"{text!r} is no whole number") from None
         if not low <= value <= high:
             raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {low} to {high}")
         return value

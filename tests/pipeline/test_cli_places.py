@@ -86,6 +86,28 @@ def test_pipes_and_devices_are_refused_not_waited_for(shell: Shell, words: str) 
     assert any(text in told.stdout + told.stderr for text in ("regular file", "not a file"))
 
 
+def test_a_device_or_a_pipe_is_never_replaced_by_a_baked_file(shell: Shell, tmp_path: Path) -> None:
+    shell("mkfifo pipe; ln -s pipe link")
+    for name in ("pipe", "link"):
+        told = shell(f"$P mesh post.obj -o {name}")
+        assert told.returncode == 1 and f"{name}: is no regular file" in told.stderr
+    assert (tmp_path / "pipe").is_fifo() and (tmp_path / "link").is_symlink()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("--lods x", "--lods: 'x' is no whole number"),
+        ("--errors 0.1,", "--errors: '' is no number"),
+        ("--ratio nan", "--ratio: nan is out of range; allowed: 0.05 to 0.95"),
+        ("--errors 0.2,0.1", "--errors: 0.2,0.1 falls"),
+    ],
+)
+def test_a_value_that_an_option_cannot_take_is_named(shell: Shell, words: str, said: str) -> None:
+    told = shell(f"$P mesh post.obj -o a.glb {words}")
+    assert told.returncode == 2 and said in told.stderr
+
+
 LONG = "n" * 300
 
 

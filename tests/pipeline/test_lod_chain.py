@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from paradize.bake_lods import Plan, make_levels
+from paradize.bake_mesh import bake_mesh
 from paradize.bake_sight import bake_seen, sight_plan
 from paradize.data import Group, Mesh
 from paradize.flight import plan_flight, sight
@@ -55,6 +56,29 @@ def test_by_error_each_level_is_inside_its_bound_and_as_coarse_as_can_be(tier: s
     assert len(steps) == 3
     for step, bound in zip(steps[1:], bounds, strict=True):
         assert 0.4 * bound < step.errors["error_max"] <= bound
+
+
+def test_a_bound_that_gets_no_level_is_told() -> None:
+    steps, notes = make_levels(sphere(12), Plan(count=2, errors=(0.01, 0.02, 0.05)), "balanced")
+    assert len(steps) == 2 and any("2 of 3 bounds have no level" in note for note in notes)
+    steps, notes = make_levels(sphere(12), Plan(count=4, errors=(0.01, 0.02, 0.05)), "balanced")
+    assert len(steps) == 4 and not any("have no level" in note for note in notes)
+
+
+def test_what_stops_several_levels_is_said_once() -> None:
+    _, notes = make_levels(grid(1), Plan(count=4, errors=(1e-6, 1e-6, 1e-6)), "balanced")
+    assert len(notes) == len(set(notes)) >= 1
+
+
+def test_a_bound_above_the_limit_that_nobody_asked_for_counts(tmp_path: Path) -> None:
+    """Without --max-error a level may be a tenth of the diagonal off, but where a larger bound is asked."""
+    path = tmp_path / "cube.obj"
+    rows = [f"v {x} {y} {z}" for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    faces = ("1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8 4")
+    path.write_text("\n".join(rows + [f"f {face}" for face in faces]))
+    last = bake_mesh(path, errors=(0.3,)).report["lods"][-1]
+    assert last["triangles"] < 12 and 0.1 < last["error_max"] <= 0.3
+    assert len(bake_mesh(path, errors=(0.3,), max_error=0.2).report["lods"]) == 1
 
 
 def test_a_better_tier_is_nearer_to_the_source() -> None:

@@ -90,6 +90,14 @@ def test_a_file_without_a_surface_is_refused(tmp_path: Path, faces: str, said: s
         bake_mesh(path)
 
 
+def test_vertices_that_no_face_names_are_counted_and_told(tmp_path: Path) -> None:
+    path = tmp_path / "points.obj"
+    path.write_text("v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 1 0\nv 0 0 7\nf 2 3 4\n")
+    report = bake_mesh(path).report
+    assert report["repairs"]["unused_vertices"]["count"] == 3
+    assert any("3 vertices without a triangle left out" in text for text in report["warnings"])
+
+
 def test_two_cubes_that_share_an_edge_are_told_with_its_line(tmp_path: Path) -> None:
     points = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
     quads = [(1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (2, 6, 8, 4)]

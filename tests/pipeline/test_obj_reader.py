@@ -402,6 +402,17 @@ def test_a_root_above_the_folder_lets_maps_be_shared(tmp_path: Path) -> None:
     assert found.materials["wood"].map_kd == (tmp_path / "out.png").resolve()
 
 
+def test_one_library_named_often_is_looked_for_once(tmp_path: Path) -> None:
+    found = read(tmp_path, "mtllib gone.mtl gone.mtl\n" * 50_000 + TRIANGLE + "f 1 2 3\n")
+    assert sum("gone.mtl" in text for text in found.warnings) == 1
+
+
+def test_more_libraries_than_anyone_has_are_told_not_looked_for(tmp_path: Path) -> None:
+    text = "".join(f"mtllib gone{at}.mtl\n" for at in range(2000))
+    found = read(tmp_path, text + TRIANGLE + "f 1 2 3\n")
+    assert len(found.warnings) < 300 and any("limit 256; the rest ignored" in said for said in found.warnings)
+
+
 def test_missing_libraries_maps_and_materials_are_told(tmp_path: Path) -> None:
     result = model(tmp_path, "gone.mtl a.mtl", "newmtl stone\nmap_Kd gone.png\n")
     told = " ".join(result.warnings)

@@ -17,13 +17,16 @@ def write_whole(path: Path, data: bytes | Path, *, durable: bool = True) -> None
     power cut, finds the old file or the new one. Makes missing folders. `durable=False` leaves out the flush,
     for what can be derived again.
 
-    Raises BakeError (file, reason) when the file system refuses; nothing half-written stays.
+    Raises BakeError (file, reason) when the file system refuses, or where a device, a pipe or a socket is;
+    nothing half-written stays.
     """
     if path.name in ("", ".."):
         raise BakeError("names a folder, not a file", file=path, mend="name a file with -o")
     aside = path.with_name(f".{path.name[:40]}{ASIDE}{secrets.token_hex(4)}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        if path.exists() and not (path.is_file() or path.is_dir()):  # a rename would take a device's place
+            raise BakeError("is no regular file", file=path, mend="name a file with -o")
         try:
             with aside.open("xb") as stream:
                 if isinstance(data, Path):

@@ -39,6 +39,7 @@ nb::dict told(obj::Parsed &&parsed) {
     out["runs"] = runs;
     out["faces"] = parsed.faces;
     out["positions_in_file"] = parsed.positions_in_file;
+    out["positions_unused"] = parsed.positions_unused;
     out["uvs_in_file"] = parsed.uvs_in_file;
     out["normals_in_file"] = parsed.normals_in_file;
     out["positions"] = give(std::move(parsed.positions), 3);

@@ -52,6 +52,7 @@ class ParsedObj:
     fault_count: int
     faces: int
     positions_in_file: int
+    positions_unused: int
 
 
 def decode_name(raw: bytes) -> str:
@@ -100,4 +101,5 @@ def _parsed(raw: dict[str, Any]) -> ParsedObj:
         fault_count=raw["fault_count"],
         faces=raw["faces"],
         positions_in_file=raw["positions_in_file"],
+        positions_unused=raw["positions_unused"],
     )

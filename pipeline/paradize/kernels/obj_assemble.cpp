@@ -52,6 +52,7 @@ class Assembler {
             rows.uvs = elements_.uvs;
         if (any_normal_)
             rows.normals = elements_.normals;
+        out_.positions_unused = unused_positions();
         share_by_value(vertices_.all(), rows, out_);
     }
 
@@ -82,6 +83,13 @@ class Assembler {
             notes_.add("faces_without_uv", face.line);
         if (!normal)
             notes_.add("faces_without_normal", face.line);
+    }
+
+    std::uint64_t unused_positions() const {
+        std::vector<bool> used(elements_.positions.size() / 3);
+        for (const auto &vertex : vertices_.all())
+            used[vertex.corner.position] = true;
+        return static_cast<std::uint64_t>(std::count(used.begin(), used.end(), false));
     }
 
     Elements &elements_;

@@ -58,6 +58,7 @@ struct Parsed {
     std::uint64_t fault_count = 0;
     std::uint64_t faces = 0; // face statements with three corners or more
     std::uint64_t positions_in_file = 0, uvs_in_file = 0, normals_in_file = 0;
+    std::uint64_t positions_unused = 0; // those that no face names
 };
 
 // Reads a whole file's text. LF, CR and CRLF end lines, a backslash before the end of a line continues it, a

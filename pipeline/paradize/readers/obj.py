@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 MAX_BYTES = 4 << 30
+MAX_LIBRARIES = 256  # mtllib statements that name something else than those before
 UNKNOWN_SMOOTHING = 0xFFFFFFFF
 DEFAULT_NAME = "default"
 
@@ -78,13 +79,17 @@ def read_obj(path: Path, root: Path | None = None) -> ObjResult:
     materials: dict[str, Material] = {}
     libraries: list[Path] = []
     absent: list[Path] = []
-    for library in parsed.libraries:
+    statements = list(dict.fromkeys(parsed.libraries))
+    if len(statements) > MAX_LIBRARIES:
+        warnings.append(f"{path}: {len(statements)} material files, limit {MAX_LIBRARIES}; the rest ignored")
+    for library in statements[:MAX_LIBRARIES]:
         for found in _libraries(path, root, library, warnings, absent):
             if found not in libraries:
                 libraries.append(found)
                 more, said = read_mtl(found, root, absent)
                 materials |= more
                 warnings += said
+    warnings = list(dict.fromkeys(warnings))
     groups, smoothing = _groups(parsed)
     used = dict.fromkeys(group.material for group in groups)
     missing = [name for name in used if name not in materials and name != DEFAULT_NAME]
@@ -104,6 +109,7 @@ def read_obj(path: Path, root: Path | None = None) -> ObjResult:
         "triangles": len(parsed.triangles),
         "vertices": len(parsed.positions),
         "positions_in_file": parsed.positions_in_file,
+        "positions_unused": parsed.positions_unused,
     }
     counts |= {note.code: note.count for note in parsed.notes}
     return ObjResult(mesh, materials, warnings, counts, smoothing, parsed.triangle_lines, libraries, absent)
