@@ -2,8 +2,9 @@
 
 The flight is cut into short runs. In each the eye stays in a ball and the view direction in a cone that hold
 the whole run (the splines' Bezier control points bound them), so that nothing between two samples is missed.
-Views are those that draw terrain: the camera's and what is seen through water, the mirror's, the light's. How
-fine is decided by the camera's eye for all of them, as the player does. Arithmetic: + - * / sqrt by element.
+Views are those that draw terrain: the camera's, the water's refraction, which lifts what lies below the water
+towards its surface, the mirror's, the light's. How fine is decided by the camera's eye for all of them, as
+the player does. Arithmetic: + - * / sqrt by element.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ Runs = npt.NDArray[np.intp]
 
 RUN_S = 0.05
 RUNS = (256, 8192)  # at least and at most
+LIFTS = 8  # spheres at most that stand for one which refraction lifts
 CLIP_M = 0.1  # how far below the water's level the mirror may show ground; the player has 0.05
 
 
@@ -49,7 +51,8 @@ class Demand:
     """The runs of a flight, n of them. start_s: (n,) when each starts. eye: three (n,) metres, the middle of
     its ball; slack_m: (n,) the ball's radius. ahead: three (n,), unit. sine, cosine: (n,) of half the cone
     that holds the picture during the run; cosine <= 0: all round. pixels: how many an error of one metre
-    covers at one metre, over those accepted."""
+    covers at one metre, over those accepted. mirror_m, water_m: the level of the water that mirrors,
+    and of that which refracts."""
 
     duration_s: float
     start_s: F64
@@ -62,6 +65,7 @@ class Demand:
     near_m: float
     far_m: float
     mirror_m: float | None
+    water_m: float | None
     light: _Light | None
 
     @property
@@ -84,6 +88,10 @@ class Demand:
             mirrored = Sphere((x, 2.0 * self.mirror_m - y, z), sphere.radius_m)
             above = self.eye[1][runs] + self.slack_m[runs] > self.mirror_m
             seen |= above & self._in_cone(mirrored, runs)
+        if self.water_m is not None and y < self.water_m:
+            above = self.eye[1][runs] + self.slack_m[runs] > self.water_m
+            for lifted in _lifted(sphere, self.water_m):
+                seen |= above & self._in_cone(lifted, runs)
         return runs[seen]
 
     def _away(self, sphere: Sphere, runs: Runs) -> F64:
@@ -105,6 +113,15 @@ class Demand:
         return around | (inside & reached)
 
 
+def _lifted(sphere: Sphere, water_m: float) -> list[Sphere]:
+    """Spheres that hold everything between a sphere below the water and its surface straight above it."""
+    x, y, z = sphere.center
+    rise = water_m - y
+    count = LIFTS if rise > LIFTS * sphere.radius_m else max(1, -int(-rise // sphere.radius_m))
+    half = 0.5 * rise / count
+    return [Sphere((x, y + (2 * k + 1) * half, z), sphere.radius_m + half) for k in range(count)]
+
+
 def _lit(sphere: Sphere, light: _Light) -> bool:
     offset = [a - b for a, b in zip(sphere.center, light.middle, strict=True)]
     return all(
@@ -116,6 +133,7 @@ def _lit(sphere: Sphere, light: _Light) -> bool:
 def plan_demand(sight: dict[str, Any]) -> Demand:
     """The demand of a scene. sight: as require.py orders it: `flight` (scene.Flight as a dict), `viewport`
     (the largest, pixels), `error_px`, `mirror_m` (the water's level where there is a mirror, else None),
+    `water_m` (the same of refraction),
     `shadow` (extent_m and center, or None), `sun` (unit, towards it)."""
     told = dict(sight["flight"])
     told["eye"] = tuple(EyePoint(**point) for point in told["eye"])
@@ -148,6 +166,7 @@ def plan_demand(sight: dict[str, Any]) -> Demand:
         near_m=settings.near_m,
         far_m=settings.far_m,
         mirror_m=sight["mirror_m"],
+        water_m=sight["water_m"],
         light=_light(shadow["extent_m"], shadow["center"], sight["sun"]) if shadow else None,
     )
 

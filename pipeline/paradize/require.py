@@ -192,6 +192,7 @@ def _ground_sight(scene: Scene) -> dict[str, Any]:
     seen: dict[str, Any] = _seen_by(scene)["sight"]
     return seen | {
         "mirror_m": level_m if scene.reflection else None,
+        "water_m": level_m if scene.water and scene.refraction else None,
         "shadow": {"extent_m": scene.shadow.extent_m, "center": list(scene.shadow.center)}
         if scene.shadow
         else None,

@@ -23,7 +23,7 @@ eye = tuple(EyePoint(position=(a * side / 2, 0.18 * side, b * side / 2)) for a, 
 target = tuple(TargetPoint(position=(b * side / 2, 0.1 * side, a * side / 2)) for a, b in ways)
 flight = Flight(duration_s=240.0, fov_deg=52.0, near_m=1.0, far_m=2 * side, eye=eye, target=target)
 sight = {"flight": asdict(flight), "viewport": [1920, 1080], "error_px": 1.0}
-sight |= {"mirror_m": None, "shadow": None, "sun": [0.0, 1.0, 0.0]}
+sight |= {"mirror_m": None, "water_m": None, "shadow": None, "sun": [0.0, 1.0, 0.0]}
 made = bake_tiles(
     Path(sys.argv[1]), Path(sys.argv[2]), size_x_m=side, size_z_m=side, height_m=0.2 * side,
     max_error_m=1.0, patch_px=256, sight=sight,

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from itertools import pairwise
 from typing import Any
 
@@ -293,7 +293,7 @@ def flight_settings(low: bool) -> Flight:
 
 
 def sight_of(flight: Flight, **more: Any) -> dict[str, Any]:
-    plain = {"mirror_m": None, "shadow": None, "sun": [0.3, 0.9, 0.3]}
+    plain = {"mirror_m": None, "water_m": None, "shadow": None, "sun": [0.3, 0.9, 0.3]}
     return {"flight": asdict(flight), "viewport": [160, 90], "error_px": 1.0} | plain | more
 
 
@@ -336,7 +336,12 @@ class Known:
         self.names = [(patch.level, diamond_of(patch.corners)) for patch in patches]
 
     def wanted(
-        self, eye: np.ndarray, target: np.ndarray, flight: Flight, mirror_m: float | None
+        self,
+        eye: np.ndarray,
+        target: np.ndarray,
+        flight: Flight,
+        mirror_m: float | None,
+        water_m: float | None = None,
     ) -> set[tuple[int, tuple[int, int]]]:
         """The diamonds, by level and place, of whose patches one is in view with too large an error."""
         pixels = 90 / (2 * math.tan(math.radians(flight.fov_deg) / 2))
@@ -346,6 +351,11 @@ class Known:
             flipped = self.centers * [1.0, -1.0, 1.0] + [0.0, 2 * mirror_m, 0.0]
             above = self.centers[:, 1] + self.radii > mirror_m
             seen |= above & visible(flipped, self.radii, eye, target, flight)
+        if water_m is not None and eye[1] > water_m:  # refraction may show it anywhere below the surface
+            for share in np.linspace(0.0, 1.0, 23):
+                lifted = self.centers.copy()
+                lifted[:, 1] += share * np.maximum(0.0, water_m - lifted[:, 1])
+                seen |= visible(lifted, self.radii, eye, target, flight)
         wants = seen & (self.errors * pixels > np.maximum(flight.near_m, away))
         return {self.names[k] for k in np.flatnonzero(wants)}
 
@@ -356,16 +366,17 @@ def everything() -> Tree:
 
 
 @pytest.mark.parametrize("low", [True, False])
-@pytest.mark.parametrize("mirror_m", [None, 0.5])
+@pytest.mark.parametrize(("mirror_m", "water_m"), [(None, None), (0.5, None), (None, 3.0)])
 def test_what_any_moment_wants_of_the_whole_tree_is_baked(
-    everything: Tree, low: bool, mirror_m: float | None
+    everything: Tree, low: bool, mirror_m: float | None, water_m: float | None
 ) -> None:
     flight, known = flight_settings(low), Known(everything)
-    _, asked = grown(FIELDS["square"], 4, plan_demand(sight_of(flight, mirror_m=mirror_m)))
+    demand = plan_demand(sight_of(flight, mirror_m=mirror_m, water_m=water_m))
+    _, asked = grown(FIELDS["square"], 4, demand)
     baked = {(diamond.level, diamond.key) for diamond in asked.diamonds}
     wanted = set()
     for eye, target in looks(flight, 331):
-        wanted |= known.wanted(eye, target, flight, mirror_m)
+        wanted |= known.wanted(eye, target, flight, mirror_m, water_m)
     assert wanted
     assert wanted <= baked
     if not low:
@@ -400,6 +411,23 @@ def test_ground_in_the_lights_square_counts_as_seen() -> None:
     assert len(lit.seeing(inside, lit.runs)) == len(lit.runs)
     assert len(dark.seeing(inside, dark.runs)) < len(dark.runs)
     assert len(lit.seeing(outside, lit.runs)) == len(dark.seeing(outside, dark.runs)) == 0
+
+
+def test_ground_that_water_lifts_into_view_counts_as_seen() -> None:
+    """Straight ahead over the sea: what lies below the picture's lower edge is drawn higher up."""
+    eye = (EyePoint(position=(0.0, 1.0, 10.0)),) * 4
+    target = (TargetPoint(position=(0.0, 1.0, -10.0)),) * 4
+    eye = (*eye[:3], EyePoint(position=(0.1, 1.0, 10.0)))
+    flight = replace(flight_settings(True), eye=eye, target=target)
+    dry, wet = (plan_demand(sight_of(flight, water_m=level)) for level in (None, 0.0))
+    for depth_m in (8.0, 40.0):
+        floor = Sphere((0.0, -depth_m, 2.0), 0.5)
+        assert len(dry.seeing(floor, dry.runs)) == 0
+        assert len(wet.seeing(floor, wet.runs)) == len(wet.runs)
+    behind = Sphere((0.0, -8.0, 20.0), 0.5)
+    assert len(wet.seeing(behind, wet.runs)) == 0
+    below = plan_demand(sight_of(flight, water_m=2.0))  # an eye under water sees things where they are
+    assert len(below.seeing(Sphere((0.0, -8.0, 2.0), 0.5), below.runs)) == 0
 
 
 def test_runs_hold_the_eye_and_the_view_at_every_moment() -> None:
