@@ -40,8 +40,8 @@ struct Sheet {
 TEST_CASE("a sheet is laid out and packed without overlap, with any number of threads") {
     for (const double height : {0.0, 0.1, 0.6}) {
         const Sheet sheet(20, height);
-        const auto one = atlas::make_charts({sheet.positions, sheet.triangles}, 0.3, 1);
-        const auto many = atlas::make_charts({sheet.positions, sheet.triangles}, 0.3, 5);
+        const auto one = atlas::make_charts({sheet.positions, sheet.triangles}, 0.3, 1000, 1);
+        const auto many = atlas::make_charts({sheet.positions, sheet.triangles}, 0.3, 1000, 5);
         CHECK(one.corners == many.corners);
         CHECK(one.chart == many.chart);
         auto packed = atlas::pack(one.corners, one.chart, one.count, 256, 4);
@@ -65,7 +65,7 @@ TEST_CASE("a sheet is laid out and packed without overlap, with any number of th
 TEST_CASE("triangles on a line and on a point come back, finite") {
     const std::vector<double> positions{0, 0, 0, 0.5, 0, 0, 1, 0, 0, 0, 0, 0};
     const std::vector<std::uint32_t> triangles{0, 1, 2, 0, 3, 0};
-    const auto found = atlas::make_charts({positions, triangles}, 0.5, 2);
+    const auto found = atlas::make_charts({positions, triangles}, 0.5, 1000, 2);
     CHECK(std::ranges::all_of(found.corners, [](double v) { return std::isfinite(v); }));
     const auto packed = atlas::pack(found.corners, found.chart, found.count, 64, 2);
     CHECK(std::ranges::all_of(packed.corners, [](double v) { return v >= 0 && v <= 64; }));

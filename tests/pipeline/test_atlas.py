@@ -82,6 +82,46 @@ def test_closed_open_one_sided_and_scattered_meshes_get_sound_atlases(mesh: Mesh
     assert told["packing"] > 0.25
 
 
+def bumpy(side: int, height: float, seed: int) -> Mesh:
+    """A sheet of `side` x `side` quads, one wide; each corner as high as chance has it."""
+    flat = bare(grid(side))
+    up = np.random.default_rng(seed).uniform(0, height, len(flat.positions))
+    sheet = (flat.positions - flat.positions.min(axis=0)) / np.float32(np.ptp(flat.positions))
+    points = np.stack([sheet[:, 0], sheet[:, 2 if np.ptp(sheet[:, 2]) > 0 else 1], up], axis=1)
+    return Mesh(points.astype(np.float32), flat.triangles)
+
+
+def rough(rings: int, share: float, seed: int) -> Mesh:
+    ball = bare(sphere(rings))
+    _, place = np.unique(ball.positions, axis=0, return_inverse=True)
+    size = np.random.default_rng(seed).uniform(1, 1 + share, place.max() + 1)[place.reshape(-1)]
+    return replace(ball, positions=(ball.positions * size[:, None]).astype(np.float32))
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("rough_by", [0.005, 0.02, 0.05, 0.3])
+def test_rough_sheets_and_balls_of_any_kind_get_sound_atlases(rough_by: float, seed: int) -> None:
+    """Their charts are pinched at corners, where two parts of one came to lie over each other."""
+    for mesh in (bumpy(60, rough_by, seed), rough(24, 4 * rough_by, seed)):
+        made = make_atlas(mesh)
+        require_sound(atlas_quality(made, resolution=2048, padding=8))
+        assert np.array_equal(made.positions[made.triangles], mesh.positions[mesh.triangles])
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize(("side", "height"), [(100, 0.02), (100, 0.1), (224, 0.01), (224, 0.05)])
+def test_large_rough_sheets_get_sound_atlases(side: int, height: float) -> None:
+    require_sound(atlas_quality(make_atlas(bumpy(side, height, 1))))
+
+
+def test_thousands_of_triangles_that_touch_nothing_are_packed() -> None:
+    points = np.random.default_rng(2).normal(size=(60_000, 3)).astype(np.float32)
+    told = atlas_quality(make_atlas(Mesh(points, np.arange(60_000, dtype=np.uint32).reshape(-1, 3))))
+    require_sound(told)
+    assert told["charts"] == 20_000
+    assert told["packing"] > 0.03  # of 52 texels each the gutter takes most
+
+
 def test_a_grid_stays_one_chart_and_a_cube_is_cut() -> None:
     assert atlas_quality(make_atlas(bare(grid(10))))["charts"] == 1
     assert 2 <= atlas_quality(make_atlas(cube()))["charts"] <= 6
@@ -106,7 +146,9 @@ def test_the_gutter_is_kept_at_every_resolution(resolution: int, padding: int) -
 
 
 def test_what_does_not_fit_is_an_error_not_an_overlap() -> None:
-    with pytest.raises(BakeError, match="2000 charts do not fit into 64 texels"):
+    with pytest.raises(
+        BakeError, match=r"2000 charts do not fit into 64 texels.* which hold 144 at most; weld"
+    ):
         make_atlas(cards(2000), resolution=64, padding=4)
 
 

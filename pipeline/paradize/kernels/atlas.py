@@ -10,12 +10,18 @@ from paradize.kernels.threads import default_threads
 
 
 def make_charts(
-    positions: npt.ArrayLike, triangles: npt.ArrayLike, *, deviation: float, threads: int | None = None
+    positions: npt.ArrayLike,
+    triangles: npt.ArrayLike,
+    *,
+    deviation: float,
+    most: int | None = None,
+    threads: int | None = None,
 ) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float64], int]:
     """(chart of each triangle (m,), corners (m, 3, 2) in the chart's plane, number of charts).
 
     positions: (n, 3) finite, about the origin, of a size near 1; triangles: (m, 3), one index per place.
     deviation: how far from flat a chart may be, above 0 and below 1. The corners' unit is the positions'.
+    most: where there are more charts, their number so far comes back with two empty arrays, soon.
     """
     points = np.ascontiguousarray(positions, np.float64)
     faces = np.ascontiguousarray(triangles, np.uint32)
@@ -26,8 +32,14 @@ def make_charts(
     if not 0 < deviation < 1:
         raise ValueError(f"deviation {deviation}, expected 0 to 1")
     workers = default_threads(8) if threads is None else max(1, threads)
-    chart, corners, count = _atlas.make_charts(points, faces, deviation, workers)
+    limit = len(faces) if most is None else most
+    chart, corners, count = _atlas.make_charts(points, faces, deviation, limit, workers)
     return chart, corners.reshape(-1, 3, 2), count
+
+
+def most_charts(*, resolution: int, padding: int) -> int:
+    """More charts than this do not fit, however small they are. Arguments as of `pack`."""
+    return int(_atlas.most_charts(resolution, padding))
 
 
 def pack(

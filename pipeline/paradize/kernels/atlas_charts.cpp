@@ -96,8 +96,13 @@ class Cutter {
 
 } // namespace
 
-Charts make_charts(const Surface &surface, double deviation, int threads) {
+Charts make_charts(const Surface &surface, double deviation, std::int32_t most, int threads) {
     const Tree tree = merge_triangles(surface, deviation);
+    Charts out;
+    if (tree.roots.size() > static_cast<std::size_t>(std::max(most, 0))) {
+        out.count = static_cast<std::int32_t>(tree.roots.size());
+        return out;
+    }
     const Cutter cutter(surface, tree);
     std::vector<std::vector<Piece>> found(tree.roots.size());
     std::atomic<std::size_t> next{0};
@@ -107,7 +112,6 @@ Charts make_charts(const Surface &surface, double deviation, int threads) {
             found[root] = cutter.cut(tree.roots[root]);
         }
     });
-    Charts out;
     out.chart.resize(tree.triangles);
     out.corners.resize(tree.triangles * 6);
     for (const auto &pieces : found) {

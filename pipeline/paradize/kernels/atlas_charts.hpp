@@ -23,10 +23,11 @@ struct Charts {
 };
 
 // deviation: how far a chart may be from flat: 1 less the length of its mean normal, above 0 and below 1.
-// Every chart is laid out without a turned triangle and without a border that crosses itself; what cannot be
-// is cut in two until it can. Triangles without area lie where their corners come to lie. Triangles are
-// neighbours where exactly two share an edge, once in each direction. threads: 1 or more; the result does not
+// Every chart is laid out without a turned triangle and without lying over itself; what cannot be
+// is cut until it can. Triangles without area lie where their corners come to lie. Triangles are
+// neighbours where exactly two share an edge, once in each direction. most: where there are more charts than
+// that before any is cut, nothing but their number is returned. threads: 1 or more; the result does not
 // depend on it.
-Charts make_charts(const Surface &surface, double deviation, int threads);
+Charts make_charts(const Surface &surface, double deviation, std::int32_t most, int threads);
 
 } // namespace paradize::atlas

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 
@@ -16,11 +17,17 @@ constexpr int attempts = 6;
 // With this many charts the guesses are good, and a layout takes long.
 constexpr std::size_t many_charts = 200;
 constexpr int attempts_with_many = 4;
+// A chart is looked a place for from the lowest row on that one of so many before it has found; from the
+// first row again when charts have become this much smaller. So each takes a few rows' work, not all.
+constexpr std::size_t looked_back = 64;
+constexpr double smaller = 0.7;
 
 struct Chart {
     std::vector<double> corners; // (k, 3, 2)
     std::array<double, 2> low{}, high{};
     double area = 0;
+
+    double longest() const { return std::max(high[0] - low[0], high[1] - low[1]); }
 };
 
 std::array<double, 2> turned(double x, double y, const Chart &chart, int turn) {
@@ -114,7 +121,15 @@ std::int32_t lay_out(const std::vector<Chart> &charts, const std::vector<std::si
     // By turn: the shape that was placed last, and below which row there is no room for another like it.
     std::array<Shape, 4> last;
     std::array<std::int32_t, 4> from{};
+    std::array<std::int32_t, looked_back> rows{};
+    std::size_t placed = 0;
+    double size = 0;
     for (const std::size_t index : order) {
+        if (charts[index].longest() < smaller * size || placed == 0) {
+            size = charts[index].longest();
+            rows.fill(0);
+        }
+        const std::int32_t lowest = *std::ranges::min_element(rows);
         Place best;
         std::int32_t below = most + room + 2;
         Shape kept;
@@ -131,7 +146,7 @@ std::int32_t lay_out(const std::vector<Chart> &charts, const std::vector<std::si
                 from[at] = 0;
             }
             Place found;
-            if (field.find(widened(shape, room), from[at], below, found)) {
+            if (field.find(widened(shape, room), std::max(from[at], lowest), below, found)) {
                 from[at] = found.y;
                 best = {found.x + room, found.y + room, turn};
                 kept = shape;
@@ -142,28 +157,55 @@ std::int32_t lay_out(const std::vector<Chart> &charts, const std::vector<std::si
             return too_high;
         }
         field.take(kept, best.x, best.y);
+        rows[placed++ % looked_back] = best.y - room;
         places[index] = best;
         height = std::max(height, best.y + static_cast<std::int32_t>(kept.rows.size()));
     }
     return height;
 }
 
-// Where the charts and half the room around each cover `cells`: the root of a square equation, or little
-// where the room alone covers that much.
-double first_scale(const std::vector<Chart> &charts, double area, std::int32_t room, double cells) {
-    double around = 0; // outlines are about 1.6 times as long as a width and a height
-    for (const Chart &one : charts) {
-        around += 0.8 * room * (one.high[0] - one.low[0] + one.high[1] - one.low[1]);
+// How many cells charts take with half the room around each, by their scale.
+struct Need {
+    double area = 0;   // of a chart: grows with the square of the scale
+    double around = 0; // along its outline, about 1.6 times as long as a width and a height
+    double gutter = 0; // however small it is
+
+    void add(const Chart &chart, std::int32_t room) {
+        area += chart.area;
+        around += 0.8 * room * (chart.high[0] - chart.low[0] + chart.high[1] - chart.low[1]);
+        gutter += (room + 1) * (room + 1);
     }
-    if (!(area > 0)) {
-        return std::numeric_limits<double>::infinity();
+    double cells(double scale) const { return (area * scale + around) * scale + gutter; }
+    double scale(double cells) const {
+        if (!(area > 0)) {
+            return std::numeric_limits<double>::infinity();
+        }
+        const double free = std::max(cells - gutter, 0.01 * cells);
+        return (std::sqrt(around * around + 4 * area * free) - around) / (2 * area);
     }
-    const double gutter = static_cast<double>(charts.size()) * (room + 1) * (room + 1);
-    const double free = std::max(cells - gutter, 0.01 * cells);
-    return (std::sqrt(around * around + 4 * area * free) - around) / (2 * area);
-}
+};
+
+// The square in cells.
+struct Square {
+    std::uint32_t cell; // texels
+    std::int32_t room, margin, side;
+    // The field starts at the widened shapes' border: the first `room` rows and columns are the margin's.
+    std::int32_t inner;
+
+    Square(std::uint32_t resolution, std::uint32_t padding)
+        : cell((resolution + std::uint32_t{most_cells} - 1) / std::uint32_t{most_cells}),
+          room(static_cast<std::int32_t>((padding + cell - 1) / cell)), margin((room + 1) / 2),
+          side(static_cast<std::int32_t>(resolution / cell) - 2 * margin), inner(side + room) {}
+
+    // However small, each takes a cell and the room beside and above it.
+    std::int32_t most_charts() const { return side < 1 ? 0 : inner / (room + 1) * (inner / (room + 1)); }
+};
 
 } // namespace
+
+std::int32_t most_charts(std::uint32_t resolution, std::uint32_t padding) {
+    return Square(resolution, padding).most_charts();
+}
 
 Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart, std::int32_t count,
             std::uint32_t resolution, std::uint32_t padding) {
@@ -173,7 +215,6 @@ Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart
         one.low = {infinite, infinite};
         one.high = {-infinite, -infinite};
     }
-    double area = 0, longest = 0;
     for (std::size_t t = 0; t < chart.size(); ++t) {
         Chart &one = charts[static_cast<std::size_t>(chart[t])];
         const double *p = corners.data() + 6 * t;
@@ -184,31 +225,25 @@ Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart
             one.high[k % 2] = std::max(one.high[k % 2], p[k]);
         }
     }
-    for (const Chart &one : charts) {
-        area += one.area;
-        longest = std::max({longest, one.high[0] - one.low[0], one.high[1] - one.low[1]});
-    }
     std::vector<std::size_t> order(charts.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    const auto span = [&](std::size_t i) {
-        return std::max(charts[i].high[0] - charts[i].low[0], charts[i].high[1] - charts[i].low[1]);
-    };
-    std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return span(a) > span(b); });
+    std::ranges::stable_sort(order, std::greater{}, [&](std::size_t i) { return charts[i].longest(); });
 
-    const std::uint32_t cell = (resolution + std::uint32_t{most_cells} - 1) / std::uint32_t{most_cells};
-    const auto room = static_cast<std::int32_t>((padding + cell - 1) / cell);
-    const auto margin = (room + 1) / 2;
-    const auto side = static_cast<std::int32_t>(resolution / cell) - 2 * margin;
-    // The field starts at the widened shapes' border: the first `room` rows and columns are the margin's.
-    const std::int32_t inner = side + room;
+    const Square square(resolution, padding);
+    const auto [cell, room, margin, side, inner] = square;
     Packed out;
-    // However small, each takes a cell and the room beside and above it.
-    const std::int64_t square = std::int64_t{inner} * inner, least = std::int64_t{room + 1} * (room + 1);
-    if (side < 1 || count > square / least) {
+    if (count > square.most_charts()) {
         return out;
     }
-    double good = 0, bad = longest > 0 ? side / longest : 1;
-    double scale = std::min(bad, first_scale(charts, area, room, 0.75 * side * side));
+    Need need;
+    double longest = 0;
+    for (const Chart &one : charts) {
+        need.add(one, room);
+        longest = std::max(longest, one.longest());
+    }
+    const double most = longest > 0 ? side / longest : 1;
+    double good = 0, bad = infinite;
+    double scale = std::min(most, need.scale(0.75 * side * side));
     std::vector<Place> places(charts.size()), best;
     const int enough = charts.size() > many_charts ? attempts_with_many : attempts;
     for (int attempt = 0; attempt < 6 * attempts; ++attempt) {
@@ -219,13 +254,14 @@ Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart
         } else {
             bad = scale;
         }
-        if (!best.empty() && ((attempt + 1 >= enough && bad < 1.25 * good) || bad - good < 2e-3 * good)) {
+        const double gap = std::min(bad, most) - good;
+        if (!best.empty() && ((attempt + 1 >= enough && gap < 0.05 * good) || gap < 2e-3 * good)) {
             break;
         }
-        const double guess =
-            height > 2 * side ? 0.7 * scale : scale * std::sqrt(static_cast<double>(side) / height);
-        // The guess of the height, kept inside what is known.
-        scale = std::clamp(guess, good + 0.1 * (bad - good), bad - 0.1 * (bad - good));
+        const double guess = height > 2 * side ? 0.7 * scale : need.scale(need.cells(scale) * side / height);
+        // Kept inside what is known.
+        scale = bad < infinite ? std::clamp(guess, good + 0.1 * gap, bad - 0.1 * gap)
+                               : std::clamp(guess, good + 1e-3 * gap, most);
     }
     if (best.empty()) {
         return out;

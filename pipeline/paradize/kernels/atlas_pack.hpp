@@ -14,6 +14,9 @@ struct Packed {
     double texels_per_unit = 0;  // of the corners that came in
 };
 
+// More charts than this do not fit, however small they are.
+std::int32_t most_charts(std::uint32_t resolution, std::uint32_t padding);
+
 // corners: (m, 3, 2) in one unit; chart: (m), 0 to count - 1, none empty. resolution: texels of the square's
 // side, 16 or more; padding: texels that stay free between two charts, and half as many along the square's
 // border. Charts are moved, turned by quarters and scaled alike, never mirrored. Returns no corners where

@@ -15,11 +15,12 @@ namespace {
 
 using Names = nb::ndarray<const std::int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-nb::tuple make_charts(Rows<double> positions, Rows<std::uint32_t> triangles, double deviation, int threads) {
+nb::tuple make_charts(Rows<double> positions, Rows<std::uint32_t> triangles, double deviation,
+                      std::int32_t most, int threads) {
     atlas::Charts found;
     {
         nb::gil_scoped_release unlocked;
-        found = atlas::make_charts({flat(positions), flat(triangles)}, deviation, threads);
+        found = atlas::make_charts({flat(positions), flat(triangles)}, deviation, most, threads);
     }
     return nb::make_tuple(give(std::move(found.chart)), give(std::move(found.corners)), found.count);
 }
@@ -39,5 +40,6 @@ nb::tuple pack(Rows<double> corners, Names chart, std::int32_t count, std::uint3
 NB_MODULE(_atlas, m) {
     m.doc() = "Atlas kernels: charts, their layout in the plane, their packing.";
     m.def("make_charts", &make_charts);
+    m.def("most_charts", &atlas::most_charts);
     m.def("pack", &pack);
 }

@@ -16,7 +16,7 @@ import numpy as np
 
 from paradize.data import Mesh
 from paradize.errors import BakeError
-from paradize.kernels.atlas import make_charts, pack
+from paradize.kernels.atlas import make_charts, most_charts, pack
 from paradize.kernels.mesh import number_rows
 from paradize.stages.split import split_by
 
@@ -49,15 +49,20 @@ def make_atlas(
     points = (wide - (low + high) / 2) / (size if size > 0 else 1.0)
     places, first = number_rows(mesh.positions)
     points, faces = points[first], places[mesh.triangles]
-    ways = [make_charts(points, faces, deviation=deviation) for deviation in TIERS[tier]]
-    chart, corners, count = (
-        min(ways, key=lambda way: seam_length(points, faces, way[0])) if ways[1:] else ways[0]
-    )
-    packed = pack(corners, chart, count, resolution=resolution, padding=padding)
-    if packed is None:
+    most = most_charts(resolution=resolution, padding=padding)
+    ways = [make_charts(points, faces, deviation=deviation, most=most) for deviation in TIERS[tier]]
+    fitting = [way for way in ways if way[2] <= most]
+    if fitting[1:]:
+        fitting.sort(key=lambda way: seam_length(points, faces, way[0]))
+    for chart, corners, count in fitting:
+        packed = pack(corners, chart, count, resolution=resolution, padding=padding)
+        if packed is not None:
+            break
+    else:
         raise BakeError(
-            f"{count} charts do not fit into {resolution} texels with {padding} between",
-            mend="weld the mesh, or paint its own layout",
+            f"{min(way[2] for way in ways)} charts do not fit into {resolution} texels with {padding} between, "
+            f"which hold {most} at most",
+            mend="weld the mesh (--weld), so that triangles share edges, or paint its own layout",
         )
     texels, _ = packed
     uvs = texels / resolution
