@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from paradize.bake_atlas import with_atlas
-from paradize.bake_bumps import Bumps, mapped_errors
+from paradize.bake_bumps import Bumps, Light
 from paradize.bake_lods import DEFAULT_MAX_ERROR, Plan, make_levels
 from paradize.bake_quantise import quantised_levels
 from paradize.data import Group, Lod, Mesh
@@ -19,7 +19,7 @@ from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
 from paradize.formats.glb import decode_glb, encode_glb
 from paradize.kernels.mesh import TANGENT_METHODS
 from paradize.metrics.draw import draw_costs
-from paradize.metrics.tangent import frame_errors, frame_faults, part_of
+from paradize.metrics.tangent import frame_errors, frame_faults, part_of, true_tangents
 from paradize.readers.mtl import base_colors_of
 from paradize.readers.obj import read_obj
 from paradize.stages.lod import RATIO, TIERS
@@ -63,6 +63,7 @@ def bake_mesh(
     tangents: str = "mikktspace",
     bumps: Bumps | None = None,
     quantise_deg: float | None = None,
+    tangent_tiers: bool = True,
 ) -> MeshProduct:
     """Reads an OBJ, mends it, gives it normals, tangent frames and levels of detail, and measures each level.
 
@@ -79,7 +80,8 @@ def bake_mesh(
     0 to 180, where normals are missing and the file names no smoothing groups: faces at a larger angle meet
     in an edge. tangents: the tier of tangent frames, as stages/tangents names them. bumps: what the mesh is
     drawn with, so that levels are judged with it too. quantise_deg: vertices as codes that turn no normal or
-    tangent by more than this; None: as floats. Raises SourceError (of several faults GroupedError) for
+    tangent by more than this; None: as floats. tangent_tiers: report what each tier of
+    tangent frames would be off. Raises SourceError (of several faults GroupedError) for
     an input that cannot be baked, BakeError where a stage fails.
     """
     started = time.monotonic()
@@ -103,7 +105,7 @@ def bake_mesh(
     try:
         return _bake(
             *(path, asked, plan, tier, atlas, painted, root, base_colors, weld_m, crease_deg),
-            *(tangents, bumps, quantise_deg, started),
+            *(tangents, bumps, quantise_deg, tangent_tiers, started),
         )
     except MemoryError as error:
         raise SourceError("too large for this machine's memory", file=path) from error
@@ -129,12 +131,19 @@ def _bake(
     tangents: str,
     bumps: Bumps | None,
     quantise_deg: float | None,
+    tangent_tiers: bool,
     started: float,
 ) -> MeshProduct:
     read = read_obj(path, root)
     warnings, lines = list(read.warnings), read.lines
     joined, welding = weld(read.mesh, weld_m)
-    mesh, found = validate_mesh(joined, path)
+    try:
+        mesh, found = validate_mesh(joined, path)
+    except SourceError as error:
+        if not welding.joined:
+            raise
+        what = f"{error.what} once places within {weld_m:g} metres are joined"
+        raise SourceError(what, file=path, mend="join with a smaller tolerance") from error
     found = replace(found, unused_vertices=found.unused_vertices + read.counts["positions_unused"])
     smoothing, materials = read.smoothing[found.kept], read.materials
     del read, joined  # a large mesh in memory three times over is three times too often
@@ -158,20 +167,12 @@ def _bake(
     used = tier if tier in TIERS else "balanced"
     if used != tier:
         warnings.append(f"{path}: levels of detail have no tier {tier!r}; {used!r} used")
-    steps, notes = make_levels(mesh, asked if plan is None else plan(mesh, asked), used)
+    light = None if bumps is None or mesh.uvs is None else Light(bumps, tangents)
+    steps, notes = make_levels(mesh, asked if plan is None else plan(mesh, asked), used, light)
     warnings += [f"{path}: {note}" for note in notes]
-    levels = [
-        (step.mesh if step.mesh is mesh else _colored(mesh, replace(step.mesh, tangents=None)), step.errors)
-        for step in steps
-    ]
-    framed = [
-        (tangent_frames(level, tangents) if level.uvs is not None else level, errors)
-        for level, errors in levels
-    ]
-    if bumps is not None and mesh.uvs is not None:
-        source = framed[0][0] if levels[0][0] is mesh else tangent_frames(mesh, tangents)
-        mapped = mapped_errors(source, framed, bumps)
-        framed = [(level, errors | more) for (level, errors), more in zip(framed, mapped, strict=True)]
+    framed = [(_framed(mesh, step.mesh, tangents, light), step.errors) for step in steps]
+    tiers = _tangent_tiers(steps[0].mesh) if tangent_tiers else {}
+    del steps, light
     unordered = [draw_costs(level) for level, _ in framed]
     framed = [(draw_order(level), errors) for level, errors in framed]
     done = tuple(_lod(level, errors) for level, errors in framed)
@@ -189,7 +190,7 @@ def _bake(
         "layout": layout,
         "closed": found.closed,
         "components": found.topology.components,
-        "tangent_tiers": _tangent_tiers(levels[0][0]),
+        "tangent_tiers": tiers,
         "bytes": len(glb),
         "quantised": quantise_deg is not None,
         "repairs": repairs(found, lines) | {"welded": welding.joined, "welded_most_m": welding.largest_m},
@@ -212,7 +213,21 @@ def _tangent_tiers(mesh: Mesh) -> dict[str, dict[str, float]]:
     if mesh.uvs is None:
         return {}
     part, counted = part_of(mesh)
-    return {tier: frame_errors(tangent_frames(part, tier), counted=counted) for tier in TANGENT_METHODS}
+    truth = true_tangents(part)
+    return {
+        tier: frame_errors(tangent_frames(part, tier), counted=counted, truth=truth)
+        for tier in TANGENT_METHODS
+    }
+
+
+def _framed(source: Mesh, level: Mesh, tangents: str, light: Light | None) -> Mesh:
+    """A level as it is written: with the vertex colours of the source, and tangents where it has an image."""
+    if level is not source:
+        colored = _colored(source, replace(level, tangents=None))
+        level = colored if source.colors is not None else level
+    if level.uvs is None:
+        return level
+    return tangent_frames(level, tangents) if light is None else light.framed(level)
 
 
 def _lod(level: Mesh, errors: Mapping[str, float]) -> Lod:

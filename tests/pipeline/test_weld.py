@@ -12,7 +12,7 @@ import pytest
 from paradize.bake_mesh import bake_mesh
 from paradize.cli import main
 from paradize.data import Mesh
-from paradize.errors import BakeError
+from paradize.errors import BakeError, SourceError
 from paradize.kernels.mesh import number_rows, weld_points
 from paradize.stages.validate import validate_mesh
 from paradize.stages.weld import weld, welded_messages
@@ -109,3 +109,10 @@ def test_a_bake_welds_where_asked_and_says_so(tmp_path: Path, capsys: pytest.Cap
     told = json.loads(capsys.readouterr().out)
     assert told["components"] == 1 and told["closed"] and told["repairs"]["welded"] == 28
     assert any("28 places joined" in warning for warning in told["warnings"])
+
+
+def test_a_tolerance_that_leaves_nothing_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "one.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    with pytest.raises(SourceError, match="once places within 5 metres are joined; join with a smaller"):
+        bake_mesh(path, weld_m=5.0)
