@@ -3,8 +3,8 @@
 usage: bench.py [--runs N] [TOPIC ...]
 
 A topic is a file rows_TOPIC.py beside this one. A row: the work, our median time, the peer and its median
-time, the ratio (above 1: we are faster) beside the one promised, our error and the peer's against an analytic
-or float64 reference. Errors are not inside the times.
+time, the ratio (above 1: we are faster) beside the one promised and whether it was kept, our error and the
+peer's against an analytic or float64 reference. Errors are not inside the times.
 """
 
 from __future__ import annotations
@@ -32,7 +32,12 @@ def main() -> None:
         for topic in asked.topics or TOPICS:
             for row in importlib.import_module(f"rows_{topic}").rows(asked.runs, Path(name)):
                 ratio = row.peer_ms / row.ours_ms
-                promise = "" if row.limit is None else f"   (promised: {row.limit:g} x)"
+                kept = row.limit is None or ratio >= row.limit
+                promise = (
+                    ""
+                    if row.limit is None
+                    else f"   (promised: {row.limit:g} x{'' if kept else ', NOT KEPT'})"
+                )
                 print(f"{row.work}\n    ours  {row.ours_ms:9.1f} ms   {row.ours_error}")
                 print(f"    peer  {row.peer_ms:9.1f} ms   {row.peer_error}   ({row.peer})")
                 print(f"    ratio {ratio:9.2f} x{promise}\n", flush=True)
