@@ -256,3 +256,15 @@ def test_vertex_colours_come_back_and_every_level_of_a_bake_has_them(tmp_path: P
             assert level.mesh.colors is not None
             off = np.abs(level.mesh.colors[:, :3] - (level.mesh.positions * 0.5 + 0.5)).max()
             assert off < 0.03, tier
+
+
+def test_materials_hold_their_colour_within_its_range_and_are_no_metal() -> None:
+    names = ("red", "bright", "mapped")
+    mesh = replace(sphere(6), groups=tuple(Group(name, name, 20 * at, 20) for at, name in enumerate(names)))
+    mesh = replace(mesh, triangles=mesh.triangles[:60])
+    colors = {"red": (0.5, 0, 0), "bright": (2.0, -1.0, 0.25)}
+    found = document(encode_glb([Lod(mesh, 0, 0)], "m", base_colors=colors))["materials"]
+    assert [material["name"] for material in found] == list(names)
+    told = [material.get("pbrMetallicRoughness") for material in found]
+    assert told[0] == {"baseColorFactor": [0.5, 0, 0, 1], "metallicFactor": 0}
+    assert told[1]["baseColorFactor"] == [1, 0, 0.25, 1] and told[2] is None
