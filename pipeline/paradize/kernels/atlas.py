@@ -21,7 +21,7 @@ def make_charts(
 
     positions: (n, 3) finite, about the origin, of a size near 1; triangles: (m, 3), one index per place.
     deviation: how far from flat a chart may be, above 0 and below 1. The corners' unit is the positions'.
-    most: where there are more charts, their number so far comes back with two empty arrays, soon.
+    most: where there are more charts, their number comes back with two empty arrays, before any is laid out.
     """
     points = np.ascontiguousarray(positions, np.float64)
     faces = np.ascontiguousarray(triangles, np.uint32)

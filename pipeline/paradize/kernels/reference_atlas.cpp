@@ -9,6 +9,10 @@ namespace paradize::reference {
 
 namespace {
 
+// Of the image's side: float32 coordinates near 1 lie 6e-8 apart, so that of a triangle thinner than this
+// nobody can say which way it turns.
+constexpr double thinnest = 1.0 / (1 << 22);
+
 struct Side {
     std::uint32_t low, high, triangle, corner; // corner k to k + 1
     bool turned;
@@ -72,6 +76,20 @@ double image_area(const double *p) {
     return ((p[2] - p[0]) * (p[5] - p[1]) - (p[4] - p[0]) * (p[3] - p[1])) / 2;
 }
 
+// The smallest height of a triangle with corners of `size` numbers.
+double thickness(double area, std::array<const double *, 3> p, std::size_t size) {
+    double longest = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        double square = 0;
+        for (std::size_t i = 0; i < size; ++i) {
+            const double side = p[k][i] - p[(k + 1) % 3][i];
+            square += side * side;
+        }
+        longest = std::max(longest, std::sqrt(square));
+    }
+    return longest > 0 ? 2 * std::abs(area) / longest : 0;
+}
+
 } // namespace
 
 std::vector<std::int32_t> charts_of(const Layout &layout) {
@@ -96,8 +114,7 @@ LayoutQuality layout_quality(const Layout &layout) {
     LayoutQuality out;
     const std::size_t count = layout.triangles.size() / 3;
     double surface = 0, image = 0, turned = 0, squares = 0;
-    std::vector<double> areas(count);
-    double largest = 0;
+    std::vector<double> areas(count), thick(count);
     for (std::size_t t = 0; t < count; ++t) {
         const double *p[3];
         for (std::size_t k = 0; k < 3; ++k) {
@@ -111,15 +128,21 @@ LayoutQuality layout_quality(const Layout &layout) {
             n += value * value;
         }
         areas[t] = std::sqrt(n) / 2;
-        largest = std::max(largest, areas[t]);
-    }
-    for (std::size_t t = 0; t < count; ++t) {
-        const double *uv = layout.corners.data() + 6 * t;
-        const double there = image_area(uv);
+        thick[t] = thickness(areas[t], {p[0], p[1], p[2]}, 3);
+        const double there = image_area(layout.corners.data() + 6 * t);
         turned += there;
         image += std::abs(there);
         surface += areas[t];
-        if (areas[t] <= 1e-12 * largest) {
+    }
+    const double filled = surface > 0 ? 1 / std::sqrt(surface) : 0; // the scale of a layout without gaps
+    double measured = 0;
+    for (std::size_t t = 0; t < count; ++t) {
+        const double *uv = layout.corners.data() + 6 * t;
+        const double there = image_area(uv);
+        if (there * turned < 0 && thickness(there, {uv, uv + 2, uv + 4}, 2) > thinnest) {
+            ++out.flipped;
+        }
+        if (!(thick[t] * filled > thinnest)) {
             continue;
         }
         if (there == 0) {
@@ -139,10 +162,8 @@ LayoutQuality layout_quality(const Layout &layout) {
             sum += du * du + dv * dv;
         }
         squares += areas[t] * sum / 2;
+        measured += areas[t];
         out.density.push_back(std::sqrt(std::abs(there) / areas[t]));
-    }
-    for (std::size_t t = 0; t < count; ++t) {
-        out.flipped += image_area(layout.corners.data() + 6 * t) * turned < 0 ? 1 : 0;
     }
     for_pairs(layout, sides_of(layout), [&](const Side &a, const Side &, bool same) {
         if (same) {
@@ -155,7 +176,7 @@ LayoutQuality layout_quality(const Layout &layout) {
     });
     out.packing = image;
     if (surface > 0) {
-        out.stretch = std::sqrt(squares / surface * image / surface);
+        out.stretch = measured > 0 ? std::sqrt(squares / measured * image / surface) : 0;
         out.seam_length /= std::sqrt(surface);
     }
     const auto chart = charts_of(layout);

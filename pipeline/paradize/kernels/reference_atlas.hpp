@@ -21,6 +21,7 @@ struct LayoutQuality {
     double seam_length = 0; // edges of two triangles whose corners differ in the image, in the square root of
                             // the surface's area
     double packing = 0;     // share of the unit square inside triangles, overlaps counted twice
+    // Triangles that are too thin for float32 coordinates to tell are not in what follows.
     std::uint64_t flipped = 0;   // triangles whose image turns the other way than most, by area
     std::uint64_t without = 0;   // triangles with an area on the surface and none in the image
     std::uint32_t charts = 0;    // sets of triangles that share edges on both sides

@@ -59,9 +59,10 @@ def make_atlas(
         if packed is not None:
             break
     else:
+        fewest = min(way[2] for way in ways)
         raise BakeError(
-            f"{min(way[2] for way in ways)} charts do not fit into {resolution} texels with {padding} between, "
-            f"which hold {most} at most",
+            f"{fewest} charts do not fit into {resolution} texels with {padding} between: "
+            f"they hold {most} at most",
             mend="weld the mesh (--weld), so that triangles share edges, or paint its own layout",
         )
     texels, _ = packed
