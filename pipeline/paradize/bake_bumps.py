@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from paradize.metrics.mapped_normal import SAMPLES, normal_error
-from paradize.metrics.surface import Judge
+from paradize.metrics.mapped_normal import normal_error
+from paradize.stages.tangents import tangent_frames
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
     from paradize.data import Mesh
+    from paradize.metrics.surface import Judge
 
 MAPPED = ("mapped_mean_deg", "mapped_p99_deg", "mapped_max_deg")
 
@@ -53,31 +54,34 @@ class Bumps:
         return rows.whole("normal")
 
 
-def mapped_errors(
-    source: Mesh, levels: Sequence[tuple[Mesh, Mapping[str, float]]], bumps: Bumps
-) -> list[dict[str, float]]:
-    """mapped_mean_deg, mapped_p99_deg and mapped_max_deg of each level: degrees between the normals that it
-    and the source show at the same place, both turned by the map in their own tangent frames.
+class Light:
+    """What levels are judged with besides their shape: their tangent frames and the bumps laid on them.
 
-    source, levels: with normals, texture coordinates and tangents; a level that is the source, triangles and
-    all, has no error. With each level what is known of it: its error_max.
+    method: the tier of tangent frames. Each level's frames are kept for whoever needs them next.
     """
-    judge = Judge(source)
-    vectors = None
-    found = []
-    for level, errors in levels:
-        if level is source:
-            found.append(dict.fromkeys(MAPPED, 0.0))
-            continue
-        if vectors is None:
-            vectors = bumps.vectors()
-        told = normal_error(
-            judge,
-            level,
-            SAMPLES,
-            apart=errors["error_max"],
-            normal_map=vectors,
-            repeat=bumps.wrap == "repeat",
-        )
-        found.append({key: told[key.replace("mapped", "normal")] for key in MAPPED})
-    return found
+
+    def __init__(self, bumps: Bumps, method: str = "mikktspace") -> None:
+        self.bumps = bumps
+        self.method = method
+        self._vectors: npt.NDArray[np.float32] | None = None
+        self._framed: list[tuple[Mesh, Mesh]] = []
+
+    def framed(self, mesh: Mesh) -> Mesh:
+        """The mesh with tangents; made once."""
+        for known, framed in self._framed:
+            if known is mesh:
+                return framed
+        framed = tangent_frames(replace(mesh, tangents=None), self.method)
+        self._framed.append((mesh, framed))
+        return framed
+
+    def errors(self, judge: Judge, level: Mesh, samples: int, apart: float) -> dict[str, float]:
+        """normal_mean_deg and so on of a level and mapped_mean_deg and so on: degrees between the normals
+        that it and the source show at the same place, as they are and turned by the map in their own tangent
+        frames. judge: its `shown` with tangents. apart: the level's error_max."""
+        if self._vectors is None:
+            self._vectors = self.bumps.vectors()
+        framed = self.framed(level)
+        judge.split(level, framed)
+        repeat = self.bumps.wrap == "repeat"
+        return normal_error(judge, framed, samples, apart=apart, normal_map=self._vectors, repeat=repeat)

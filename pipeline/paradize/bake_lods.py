@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from math import isqrt
 
+from paradize.bake_bumps import MAPPED, Light
 from paradize.data import Mesh
 from paradize.errors import SourceError
 from paradize.metrics.mapped_normal import normal_error, uv_shift
@@ -22,6 +23,9 @@ from paradize.stages.validate import validate_mesh
 DEFAULT_MAX_ERROR = 0.1
 # A level must save this share of the triangles of the one before.
 _WORTH = 0.1
+# A level by ratio whose normals, on the mean, are further off than this is not made: its boxes became
+# tetrahedra, its poles blades.
+_TURNED_DEG = 15.0
 # Errors nearer to each other than this share of the diagonal are one: positions are float32.
 _ROUNDING = 1e-7
 _BISECTIONS = {"fast": 4, "balanced": 4, "exact": 9}
@@ -64,19 +68,22 @@ class Step:
     seams_kept: bool = True
 
 
-def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[Step], list[str]]:
+def make_levels(
+    mesh: Mesh, plan: Plan, tier: str, light: Light | None = None
+) -> tuple[list[Step], list[str]]:
     """Levels, the finest first, and notes: fewer than asked, with the reason, where no worthy one can be had.
 
-    mesh: validated, with normals. No level has more triangles or a smaller error than the one before.
+    mesh: validated, with normals. light: with texture coordinates, what levels are lit with, so that mapped
+    normals are measured too. No level has more triangles or a smaller error than the one before.
     """
-    judge = Judge(mesh)
-    steps, notes = [Step(mesh, EXACT)], []
+    judge = Judge(mesh, None if light is None else light.framed(mesh))
+    steps, notes = [_told(judge, Step(mesh, EXACT), light)], []
     if plan.finest > 0:
         found, note = _coarsest(judge, mesh, plan.finest, tier)
         if found is None:
             notes.append(f"lod0 is the source: {note}")
         else:
-            steps = [found]
+            steps = [_told(judge, found, light)]
             share = f"{len(found.mesh.triangles)} of {len(mesh.triangles)} triangles"
             notes.append(f"lod0 has {share}: nothing finer is seen")
     first = len(steps[0].mesh.triangles)
@@ -106,23 +113,34 @@ def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[Step], list[str
             if plan.errors:
                 continue
             break
+        found = _told(judge, found, light)
+        turned = found.errors["normal_mean_deg"]
+        if not plan.errors and turned > _TURNED_DEG:
+            shape = f"{len(found.mesh.triangles)} triangles turn normals by {turned:.0f} degrees on the mean"
+            notes.append(f"no level after lod{len(steps) - 1}: {shape}, limit {_TURNED_DEG:.0f}")
+            break
         while len(steps) > 1 and found.errors["error_max"] < steps[-1].errors["error_max"] - _ROUNDING:
             worse = len(steps.pop().mesh.triangles)
             notes.append(
                 f"a level of {worse} triangles left out: {len(found.mesh.triangles)} are nearer to the source"
             )
         steps.append(found)
-    steps = [_told(judge, step) for step in steps]
     return steps, list(dict.fromkeys(notes + _slides(steps)))
 
 
-def _told(judge: Judge, step: Step) -> Step:
+def _told(judge: Judge, step: Step, light: Light | None) -> Step:
     """The step with all that is told of a level: its normals and its texture measured too."""
     if step.mesh is judge.mesh:
-        return replace(step, errors=EXACT | _SAME | _STILL)
-    normals = normal_error(judge, step.mesh, _SAMPLES, apart=step.errors["error_max"])
+        mapped = {} if light is None else dict.fromkeys(MAPPED, 0.0)
+        return replace(step, errors=EXACT | _SAME | _STILL | mapped)
+    apart = step.errors["error_max"]
+    if light is None:
+        normals = normal_error(judge, step.mesh, _SAMPLES, apart=apart)
+    else:
+        normals = light.errors(judge, step.mesh, _SAMPLES, apart)
     slid = {key: step.errors[key] for key in _STILL if key in step.errors}
-    return replace(step, errors=step.errors | normals | (slid or uv_shift(judge, step.mesh, _SAMPLES)))
+    slid = slid or uv_shift(judge, step.mesh if light is None else light.framed(step.mesh), _SAMPLES)
+    return replace(step, errors=step.errors | normals | slid)
 
 
 def _slides(steps: list[Step]) -> list[str]:
@@ -193,11 +211,6 @@ def _held(judge: Judge, step: Step, before: Mesh, target: int, limit: float, tie
         if level.seams_kept >= step.seams_kept and errors["uv_shift_p99"] < best.errors["uv_shift_p99"]:
             best = Step(mesh, errors, level.seams_kept)
     return best
-
-
-def _off(step: Step, limit: float) -> str:
-    off = step.errors["error_max"]
-    return f"{len(step.mesh.triangles)} triangles are {off:.3g} of the diagonal off, limit {limit:g}"
 
 
 def _nearest(judge: Judge, before: Mesh, target: int, limit: float, tier: str) -> tuple[Step | None, str]:

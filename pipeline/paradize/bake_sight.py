@@ -77,4 +77,4 @@ def bake_seen(
     """bake_mesh with levels for what the flight sees; by its own settings where `sight` is None. bumps: as
     the scene's object has them."""
     plan = None if sight is None else sight_plan(sight, instances)
-    return bake_mesh(path, plan=plan, bumps=bumps, **settings)
+    return bake_mesh(path, plan=plan, bumps=bumps, tangent_tiers=False, **settings)

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from paradize.bake import bake
-from paradize.bake_bumps import MAPPED, Bumps, mapped_errors
+from paradize.bake_bumps import MAPPED, Bumps, Light
 from paradize.bake_mesh import bake_mesh
 from paradize.data import Mesh
 from paradize.metrics.mapped_normal import normal_error
+from paradize.metrics.surface import Judge
 from paradize.stages.tangents import tangent_frames
 from tests.pipeline.scenes import make_cove, write_image
 from tests.pipeline.shapes import grid, sphere
@@ -48,8 +49,9 @@ def test_a_frame_that_is_turned_turns_what_the_map_leans(lean: float, turn: floa
         ground, turned_frames(ground, turn), normal_map=tilted(np.full((4, 4), lean)), repeat=True
     )
     known = np.degrees(2 * np.arcsin(np.sin(np.radians(lean)) * np.sin(np.radians(turn / 2))))
-    for key in ("normal_mean_deg", "normal_p99_deg", "normal_max_deg"):
+    for key in MAPPED:
         assert told[key] == pytest.approx(known, abs=1e-3), key
+    assert told["normal_max_deg"] == 0
 
 
 @pytest.mark.parametrize("slid", [0.0, 0.125])
@@ -63,8 +65,8 @@ def test_a_texture_that_slid_shows_the_lean_of_another_place(slid: float) -> Non
     u = (np.arange(256) + 0.5) / 256
     leans = np.broadcast_to(40 * u, (4, 256))
     told = normal_error(ground, level, normal_map=tilted(leans), repeat=False)
-    assert told["normal_mean_deg"] == pytest.approx(40 * slid, abs=0.01)
-    assert told["normal_max_deg"] == pytest.approx(40 * slid, abs=0.01)
+    assert told["mapped_mean_deg"] == pytest.approx(40 * slid, abs=0.01)
+    assert told["mapped_max_deg"] == pytest.approx(40 * slid, abs=0.01)
 
 
 def test_a_mirrored_sign_turns_the_bitangent_over() -> None:
@@ -74,14 +76,27 @@ def test_a_mirrored_sign_turns_the_bitangent_over() -> None:
     lean = np.radians(20)
     up = np.tile(np.float32([0, np.sin(lean), np.cos(lean)]), (2, 2, 1))
     told = normal_error(ground, replace(ground, tangents=tangents), normal_map=up)
-    assert told["normal_mean_deg"] == pytest.approx(40, abs=1e-3)
+    assert told["mapped_mean_deg"] == pytest.approx(40, abs=1e-3)
 
 
 def test_a_flat_map_leaves_the_error_of_the_surface() -> None:
     source, level = (tangent_frames(sphere(rings)) for rings in (24, 8))
     flat = normal_error(source, level, normal_map=tilted(np.zeros((2, 2))))
-    assert flat == pytest.approx(normal_error(source, level), rel=1e-4)
+    alone = normal_error(source, level)
+    assert {key: flat[key] for key in alone} == alone  # found in the same search
+    for key, value in alone.items():
+        assert flat[key.replace("normal", "mapped")] == pytest.approx(value, rel=1e-4), key
     assert flat["normal_mean_deg"] > 0.1
+
+
+def test_a_mesh_whose_vertices_are_split_is_the_same_surface() -> None:
+    source, level = sphere(24), sphere(12)
+    framed = [tangent_frames(mesh, "face") for mesh in (source, level)]
+    assert len(framed[0].positions) > len(source.positions)
+    judge = Judge(source, framed[0])
+    judge.surface_of(level)
+    judge.split(level, framed[1])
+    assert normal_error(judge, framed[1], apart=0.01) == normal_error(source, level, apart=0.01)
 
 
 def picture(path: Path, grain: int) -> Path:
@@ -111,7 +126,7 @@ def test_a_mesh_is_judged_with_its_bumps_and_the_source_has_no_error(tmp_path: P
 def test_a_first_level_that_is_not_the_source_is_judged_against_it(tmp_path: Path) -> None:
     source, level = (tangent_frames(sphere(rings)) for rings in (24, 12))
     bumps = Bumps(picture(tmp_path / "a.png", 50), 1.0, RELIEF, "repeat", "balanced")
-    (told,) = mapped_errors(source, [(level, {"error_max": 0.01})], bumps)
+    told = Light(bumps).errors(Judge(source), level, 20_000, 0.01)
     assert 0 < told["mapped_mean_deg"] <= told["mapped_p99_deg"] <= told["mapped_max_deg"]
 
 

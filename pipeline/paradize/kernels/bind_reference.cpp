@@ -51,8 +51,9 @@ std::span<const float> rows_or_none(const nb::object &rows) {
     return flat(array);
 }
 
-reference::Shading shading(Rows<float> normals, const nb::object &tangents, const nb::object &uvs) {
-    return {flat(normals), rows_or_none(tangents), rows_or_none(uvs)};
+reference::Shading shading(Rows<std::uint32_t> triangles, Rows<float> normals, const nb::object &tangents,
+                           const nb::object &uvs) {
+    return {flat(triangles), flat(normals), rows_or_none(tangents), rows_or_none(uvs)};
 }
 
 // The arrays of both shadings and of the map are held by the caller.
@@ -64,12 +65,14 @@ nb::tuple normal_angles(const Measured &from, const reference::Shading &seen, co
         const auto array = nb::cast<Values>(map);
         vectors = {flat(array), array.shape(0), array.shape(1), repeat};
     }
-    reference::Spread found;
+    reference::Angles found;
     {
         nb::gil_scoped_release unlocked;
         found = reference::normal_angles(from.tree, seen, to.tree, truth, vectors, near, samples, threads);
     }
-    return nb::make_tuple(found.mean, found.p99, found.max);
+    const auto &[plain, mapped] = found;
+    return nb::make_tuple(nb::make_tuple(plain.mean, plain.p99, plain.max),
+                          nb::make_tuple(mapped.mean, mapped.p99, mapped.max));
 }
 
 nb::tuple uv_shift(const Measured &from, const reference::Shading &seen, const Measured &to,
@@ -244,7 +247,8 @@ NB_MODULE(_reference, m) {
              nb::call_guard<nb::gil_scoped_release>());
     m.def("surface_distance", &surface_distance);
     nb::class_<reference::Shading>(m, "Shading");
-    m.def("shading", &shading, nb::arg("normals"), nb::arg("tangents").none(), nb::arg("uvs").none());
+    m.def("shading", &shading, nb::arg("triangles"), nb::arg("normals"), nb::arg("tangents").none(),
+          nb::arg("uvs").none());
     m.def("normal_angles", &normal_angles, nb::arg("from"), nb::arg("seen"), nb::arg("to"), nb::arg("truth"),
           nb::arg("map").none(), nb::arg("repeat"), nb::arg("near"), nb::arg("samples"), nb::arg("threads"));
     m.def("uv_shift", &uv_shift);

@@ -58,7 +58,10 @@ class Surface:
 
 
 class Shading:
-    """What a surface's vertices carry: normals (n, 3) unit, and tangents (n, 4) and uvs (n, 2) or None."""
+    """What a surface's vertices carry: normals (n, 3) unit, and tangents (n, 4) and uvs (n, 2) or None.
+
+    triangles: (m, 3) where these vertices are others than the surface's: its triangles, in their order.
+    """
 
     def __init__(
         self,
@@ -66,15 +69,20 @@ class Shading:
         normals: npt.ArrayLike,
         tangents: npt.ArrayLike | None,
         uvs: npt.ArrayLike | None,
+        triangles: npt.ArrayLike | None = None,
     ) -> None:
         self.surface = surface
-        count = len(surface.positions)
+        count = len(np.asarray(normals))
+        held = _triangles(surface.triangles if triangles is None else triangles, count)
+        if held.shape != surface.triangles.shape:
+            raise ValueError(f"{len(held)} triangles of a surface of {len(surface.triangles)}")
         self.held = [
             None if values is None else _columns(values, count, width)
             for values, width in ((normals, 3), (tangents, 4), (uvs, 2))
         ]
         self.has_uvs = uvs is not None
-        self.native = _reference.shading(*self.held)
+        self.triangles = held
+        self.native = _reference.shading(held, *self.held)
 
     def angles_to(
         self,
@@ -85,10 +93,12 @@ class Shading:
         normal_map: npt.ArrayLike | None = None,
         repeat: bool = True,
         threads: int | None = None,
-    ) -> tuple[float, float, float]:
+    ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
         """(mean, p99, max) over this surface's area of the degrees between the normals that both show at one
-        place (reference_places.hpp). near: how far, in the positions' unit, a place that faces the same way
-        may lie behind a nearer one that does not. normal_map: (h, w, 3) unit vectors, green up."""
+        place (reference_places.hpp), and the same of normals that the map turned. near: how far, in the
+        positions' unit, a place that faces the same way may lie behind a nearer one that does not.
+        normal_map: (h, w, 3) unit vectors, green up; without one, or where tangents or texture coordinates
+        lack, both are the same."""
         vectors = None
         if normal_map is not None:
             vectors = np.ascontiguousarray(normal_map, np.float32)
@@ -106,7 +116,8 @@ class Shading:
             self.surface.tree, self.native, truth.surface.tree, truth.native,
             vectors, repeat, near, samples, workers,
         )  # fmt: skip
-        return float(found[0]), float(found[1]), float(found[2])
+        plain, mapped = ((float(mean), float(p99), float(most)) for mean, p99, most in found)
+        return plain, mapped
 
     def shift_from(
         self, truth: Shading, *, unit: float, samples: int, threads: int | None = None

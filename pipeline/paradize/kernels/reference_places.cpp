@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "mathx.hpp"
@@ -49,33 +51,45 @@ std::array<double, 3> weights_at(const Point &p, const Corners &c) {
 
 // A row of `width` numbers per vertex, mixed at a place.
 template <std::size_t width>
-std::array<double, width> mixed(std::span<const float> rows, const Surface &surface, std::size_t triangle,
+std::array<double, width> mixed(std::span<const float> rows, const Shading &shading, std::size_t triangle,
                                 const std::array<double, 3> &weights) {
     std::array<double, width> out{};
     for (std::size_t k = 0; k < 3; ++k)
         for (std::size_t i = 0; i < width; ++i)
-            out[i] += weights[k] * rows[surface.triangles[triangle * 3 + k] * width + i];
+            out[i] += weights[k] * rows[shading.triangles[triangle * 3 + k] * width + i];
     return out;
 }
 
+// Whole part of x, and of x less whole turns of n; x within 2^31.
+std::int64_t below(double x) {
+    const auto whole = static_cast<std::int64_t>(x);
+    return whole - (static_cast<double>(whole) > x ? 1 : 0);
+}
+
 Point sampled(const NormalMap &map, double u, double v) {
-    const auto wrapped = [&](double x, std::size_t count) {
-        const auto n = static_cast<double>(count);
-        if (map.repeat) {
-            x -= std::floor(x / n) * n;
-            return std::min(static_cast<std::size_t>(x), count - 1);
+    const auto texels = [&](double share, std::size_t count) {
+        const auto n = static_cast<std::int64_t>(count);
+        // Texture coordinates beyond 2^31 say nothing any more.
+        const double x = std::clamp(share * static_cast<double>(count) - 0.5, -0x1p31, 0x1p31);
+        const std::int64_t low = below(x);
+        std::array<std::size_t, 2> at;
+        for (std::int64_t k = 0; k < 2; ++k) {
+            std::int64_t i = low + k;
+            if (map.repeat)
+                i = i >= 0 && i < n ? i : (i % n + n) % n;
+            else
+                i = std::clamp<std::int64_t>(i, 0, n - 1);
+            at[static_cast<std::size_t>(k)] = static_cast<std::size_t>(i);
         }
-        return static_cast<std::size_t>(std::clamp(x, 0.0, n - 1));
+        return std::pair(at, x - static_cast<double>(low));
     };
-    const double x = u * static_cast<double>(map.columns) - 0.5, y = v * static_cast<double>(map.rows) - 0.5;
-    const double left = std::floor(x), top = std::floor(y);
+    const auto [columns, right] = texels(u, map.columns);
+    const auto [rows, down] = texels(v, map.rows);
     Point out{};
-    for (int down = 0; down < 2; ++down)
-        for (int across = 0; across < 2; ++across) {
-            const double weight = (across ? x - left : 1 - (x - left)) * (down ? y - top : 1 - (y - top));
-            const float *texel = &map.vectors[(wrapped(top + down, map.rows) * map.columns +
-                                               wrapped(left + across, map.columns)) *
-                                              3];
+    for (std::size_t j = 0; j < 2; ++j)
+        for (std::size_t i = 0; i < 2; ++i) {
+            const double weight = (i ? right : 1 - right) * (j ? down : 1 - down);
+            const float *texel = &map.vectors[(rows[j] * map.columns + columns[i]) * 3];
             for (std::size_t k = 0; k < 3; ++k)
                 out[k] += weight * texel[k];
         }
@@ -86,21 +100,25 @@ Point normal_of(const Corners &c) {
     return cross(minus(c[1], c[0]), minus(c[2], c[0]));
 }
 
-// The normal that a surface shows at a place of one of its triangles.
-Point shown(const Surface &surface, const Shading &shading, const NormalMap &map, std::size_t triangle,
+// The normal that a surface shows at a place of one of its triangles, without and with the map.
+struct Shown {
+    Point plain, mapped;
+};
+
+Shown shown(const Surface &surface, const Shading &shading, const NormalMap &map, std::size_t triangle,
             const std::array<double, 3> &weights) {
-    const Point n = unit(mixed<3>(shading.normals, surface, triangle, weights),
+    const Point n = unit(mixed<3>(shading.normals, shading, triangle, weights),
                          unit(normal_of(corners_of(surface, triangle)), {0, 1, 0}));
-    if (map.rows == 0 || shading.tangents.empty() || shading.uvs.empty())
-        return n;
-    const auto tangent = mixed<4>(shading.tangents, surface, triangle, weights);
+    if (map.rows == 0)
+        return {n, n};
+    const auto tangent = mixed<4>(shading.tangents, shading, triangle, weights);
     const Point t = unit({tangent[0], tangent[1], tangent[2]}, {1, 0, 0});
     Point b = cross(n, t);
     if (tangent[3] < 0)
         b = {-b[0], -b[1], -b[2]};
-    const auto uv = mixed<2>(shading.uvs, surface, triangle, weights);
+    const auto uv = mixed<2>(shading.uvs, shading, triangle, weights);
     const Point m = sampled(map, uv[0], uv[1]);
-    return unit(along(along({m[2] * n[0], m[2] * n[1], m[2] * n[2]}, m[0], t), m[1], b), n);
+    return {n, unit(along(along({m[2] * n[0], m[2] * n[1], m[2] * n[2]}, m[0], t), m[1], b), n)};
 }
 
 double degrees(const Point &a, const Point &b) {
@@ -126,15 +144,16 @@ Spread told(const std::vector<double> &values, const Shares &shares) {
 
 } // namespace
 
-Spread normal_angles(const Tree &from, const Shading &seen, const Tree &to, const Shading &truth,
+Angles normal_angles(const Tree &from, const Shading &seen, const Tree &to, const Shading &truth,
                      const NormalMap &map, double near, std::uint64_t samples, unsigned threads) {
     const Surface &surface = from.surface();
     const std::size_t count = surface.triangles.size() / 3;
     const Shares shares(surface, samples, least_samples);
-    std::vector<double> angles(shares.first.back());
+    std::vector<double> plain(shares.first.back());
     const bool mapped = map.rows > 0 && !seen.tangents.empty() && !seen.uvs.empty() &&
                         !truth.tangents.empty() && !truth.uvs.empty();
     const NormalMap used = mapped ? map : NormalMap{};
+    std::vector<double> turned_too(mapped ? plain.size() : 0);
     // Samples of neighbouring triangles share a packet; the few whose nearest place faces away look again,
     // with those of their own triangle.
     struct Sample {
@@ -149,9 +168,12 @@ Spread normal_angles(const Tree &from, const Shading &seen, const Tree &to, cons
         double hint = -1;
         const auto compare = [&](const Sample &sample, double slot) {
             const std::size_t there = to.triangle(slot);
-            angles[sample.place] = degrees(shown(surface, seen, used, sample.triangle, sample.weights),
-                                           shown(to.surface(), truth, used, there,
-                                                 weights_at(sample.p, corners_of(to.surface(), there))));
+            const Shown here = shown(surface, seen, used, sample.triangle, sample.weights),
+                        other = shown(to.surface(), truth, used, there,
+                                      weights_at(sample.p, corners_of(to.surface(), there)));
+            plain[sample.place] = degrees(here.plain, other.plain);
+            if (mapped)
+                turned_too[sample.place] = degrees(here.mapped, other.mapped);
         };
         const auto flush = [&] {
             Packet packet;
@@ -207,7 +229,9 @@ Spread normal_angles(const Tree &from, const Shading &seen, const Tree &to, cons
         if (filled > 0)
             flush();
     });
-    return told(angles, shares);
+    Angles out{told(plain, shares), {}};
+    out.mapped = mapped ? told(turned_too, shares) : out.plain;
+    return out;
 }
 
 Spread uv_shift(const Tree &from, const Shading &seen, const Tree &to, const Shading &truth, double unit,
@@ -229,14 +253,14 @@ Spread uv_shift(const Tree &from, const Shading &seen, const Tree &to, const Sha
             for (std::size_t k = 0; k < uvs.size(); ++k) {
                 const Point p = at(c, uvs[k]);
                 const auto [u, v] = uvs[k];
-                const auto uv = mixed<2>(seen.uvs, surface, i, {1 - u - v, u, v});
+                const auto uv = mixed<2>(seen.uvs, seen, i, {1 - u - v, u, v});
                 double best = biggest;
                 to.search(p, best, [&](std::uint32_t t) {
                     Corners image{};
                     for (std::size_t j = 0; j < 3; ++j)
                         for (std::size_t axis = 0; axis < 2; ++axis)
                             image[j][axis] =
-                                truth.uvs[other.triangles[t * std::size_t{3} + j] * std::size_t{2} + axis];
+                                truth.uvs[truth.triangles[t * std::size_t{3} + j] * std::size_t{2} + axis];
                     const Point looked{uv[0], uv[1], 0};
                     const Corners there = corners_of(other, t);
                     // The place that shows the same texel, or, as in palettes, where many do or nearly so,

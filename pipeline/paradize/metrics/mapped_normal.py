@@ -40,17 +40,19 @@ def normal_error(
     normal_map: npt.NDArray[np.float32] | None = None,
     repeat: bool = True,
 ) -> dict[str, float]:
-    """normal_mean_deg, normal_p99_deg and normal_max_deg, each the larger of both directions, over area.
+    """normal_mean_deg, normal_p99_deg and normal_max_deg, each the larger of both directions, over area; with
+    a map mapped_mean_deg and so on too, of the normals that it turned, found in the same search.
 
-    Meshes with normals; with a map ((h, w, 3) unit vectors of tangent space, green up) both with tangents and
-    texture coordinates, or it is left out. samples: about how many each way, besides four or more in every
+    Meshes with normals; map: (h, w, 3) unit vectors of tangent space, green up; where a mesh lacks tangents
+    or texture coordinates it turns nothing. samples: about how many each way, besides four or more in every
     triangle. apart: the level's error_max, where it is known (default: measured). All zero where a mesh has
     no normals. Rounded to six digits.
     """
     judge = original if isinstance(original, Judge) else Judge(original)
-    if judge.mesh.normals is None or level.normals is None:
-        return {"normal_mean_deg": 0.0, "normal_p99_deg": 0.0, "normal_max_deg": 0.0}
-    truth = _shading_of(judge.mesh, judge.surface)
+    names = ("normal",) if normal_map is None else ("normal", "mapped")
+    if judge.shown.normals is None or level.normals is None:
+        return {f"{name}_{key}_deg": 0.0 for name in names for key in ("mean", "p99", "max")}
+    truth = _shading_of(judge.shown, judge.surface)
     seen = _shading_of(level, judge.surface_of(level))
     if apart is None:
         apart = judge.distance(level, samples)["error_max"]
@@ -59,9 +61,10 @@ def normal_error(
         a.angles_to(b, near=near, samples=samples, normal_map=normal_map, repeat=repeat)
         for a, b in ((seen, truth), (truth, seen))
     ]
-    worst = [max(pair) for pair in zip(*both, strict=True)]
     return {
-        f"normal_{key}_deg": _told(value) for key, value in zip(("mean", "p99", "max"), worst, strict=True)
+        f"{name}_{key}_deg": _told(max(pair))
+        for name, there, back in zip(names, *both, strict=False)
+        for key, pair in zip(("mean", "p99", "max"), zip(there, back, strict=True), strict=True)
     }
 
 
@@ -70,14 +73,14 @@ def uv_shift(original: Mesh | Judge, level: Mesh, samples: int = SAMPLES) -> dic
     where the level shows a point of the texture and where the original shows it. Zero without texture
     coordinates. Rounded to six digits."""
     judge = original if isinstance(original, Judge) else Judge(original)
-    if judge.mesh.uvs is None or level.uvs is None or not judge.diagonal_m > 0:
+    if judge.shown.uvs is None or level.uvs is None or not judge.diagonal_m > 0:
         return {"uv_shift_p99": 0.0, "uv_shift_max": 0.0}
-    flat = judge.mesh.uvs[judge.mesh.triangles.reshape(-1)].astype(np.float64)
+    flat = judge.shown.uvs[judge.shown.triangles.reshape(-1)].astype(np.float64)
     spread = float((flat.max(axis=0) - flat.min(axis=0)).max())
     # The whole image counts as far as the surface is large.
     unit = judge.diagonal_m / spread if spread > 0 else 0.0
     found = _shading_of(level, judge.surface_of(level)).shift_from(
-        _shading_of(judge.mesh, judge.surface), unit=unit if np.isfinite(unit) else 0.0, samples=samples
+        _shading_of(judge.shown, judge.surface), unit=unit if np.isfinite(unit) else 0.0, samples=samples
     )
     p99, largest = (value / judge.diagonal_m for value in found[1:])
     return {"uv_shift_p99": _told(p99), "uv_shift_max": _told(largest)}
@@ -86,4 +89,4 @@ def uv_shift(original: Mesh | Judge, level: Mesh, samples: int = SAMPLES) -> dic
 def _shading_of(mesh: Mesh, surface: Surface) -> Shading:
     """The same for a mesh that may have no normals, which slid textures do not need."""
     normals = np.zeros_like(mesh.positions) if mesh.normals is None else mesh.normals
-    return Shading(surface, normals, mesh.tangents, mesh.uvs)
+    return Shading(surface, normals, mesh.tangents, mesh.uvs, mesh.triangles)

@@ -32,7 +32,11 @@ def frame_faults(mesh: Mesh) -> dict[str, float]:
 
 
 def frame_errors(
-    mesh: Mesh, most: int = _MOST_TRIANGLES, *, counted: npt.NDArray[np.bool_] | None = None
+    mesh: Mesh,
+    most: int = _MOST_TRIANGLES,
+    *,
+    counted: npt.NDArray[np.bool_] | None = None,
+    truth: npt.NDArray[np.float32] | None = None,
 ) -> dict[str, float]:
     """Angle between each corner's tangent and the one that a float64 MikkTSpace gives it: tangent_max_deg,
     tangent_p99_deg, tangent_mean_deg; tangent_turned: share of the corners whose w is the other one. All 0
@@ -40,16 +44,24 @@ def frame_errors(
 
     Corners of triangles without area in the image have no defined frame and are not counted. Of meshes with
     more than `most` triangles the corners of about most / 4 vertices, evenly spread, are. counted: (3 m,) the
-    corners that count, of a mesh that is such a part itself (part_of).
+    corners that count, of a mesh that is such a part itself (part_of); truth: (3 m, 4) its true_tangents,
+    where they are known.
     """
     if mesh.tangents is None or mesh.normals is None or mesh.uvs is None:
         return _told(np.zeros(0), 0)
     triangles, measured = (mesh.triangles, counted.copy()) if counted is not None else _part(mesh, most)
-    truth = mikktspace_tangents(mesh.positions, mesh.normals, mesh.uvs, triangles).reshape(-1, 4)
+    if truth is None:
+        truth = true_tangents(replace(mesh, triangles=triangles, groups=()))
     measured &= np.repeat(_image_areas(mesh.uvs, triangles) > np.finfo(np.float32).tiny, 3)
     ours = mesh.tangents[triangles.reshape(-1)[measured]]
     truth = truth[measured]
     return _told(angles_deg(ours[:, :3], truth[:, :3]), int((ours[:, 3] != truth[:, 3]).sum()))
+
+
+def true_tangents(mesh: Mesh) -> npt.NDArray[np.float32]:
+    """(3 m, 4) tangents of every corner as MikkTSpace defines them, of a mesh with normals and uvs."""
+    assert mesh.normals is not None and mesh.uvs is not None
+    return mikktspace_tangents(mesh.positions, mesh.normals, mesh.uvs, mesh.triangles).reshape(-1, 4)
 
 
 def part_of(mesh: Mesh, most: int = _MOST_TRIANGLES) -> tuple[Mesh, npt.NDArray[np.bool_]]:
