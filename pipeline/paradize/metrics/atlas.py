@@ -33,7 +33,8 @@ def atlas_quality(mesh: Mesh, *, resolution: int = 1024, padding: int = 4) -> di
     charts; overlap: share of the covered texels that two triangles cover; near: texels of a chart that have
     another chart within fewer than `padding` texels; flipped, without: triangles that are mirrored, or that
     have an area on the surface alone, but for those too thin for float32 coordinates to tell; texels_per_m:
-    smallest, middle and largest density in a texture of `resolution`. Raises BakeError where there is no layout or it leaves the unit square.
+    smallest, middle and largest density in a texture of `resolution`. Raises BakeError where there is no
+    layout or it leaves the unit square.
     """
     if mesh.uvs is None:
         raise BakeError("no texture coordinates to measure")
