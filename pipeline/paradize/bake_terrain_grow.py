@@ -108,7 +108,9 @@ class Grower:
         """The vertices of a patch's mesh as a file shall hold them; None: as floats."""
         if self.lattice is None:
             return None
-        return quantise(mesh, self.lattice, direction_bits=direction_bits(self.lattice))
+        most = self.sand_repeat * max(1.0, self.ground.size_z_m / self.ground.size_x_m)
+        bits = direction_bits(self.lattice)
+        return quantise(mesh, self.lattice, direction_bits=bits, float_uvs=most > 1.0)
 
     def _shown(self, mesh: Mesh) -> Mesh:
         """The mesh as a reader of its file has it."""

@@ -509,3 +509,20 @@ def test_codes_keep_the_bound_and_leave_no_crack() -> None:
         assert set(edges.values()) == {1, 2}
         for edge, count in edges.items():
             assert (count == 1) == on_rim(edge, ground)
+
+
+def test_codes_of_all_patches_have_the_same_types() -> None:
+    """The sand's coordinates of the first corner's patches lie in 0 to 1, those of others beyond: a player
+    draws a tile in one call, with one layout of vertices."""
+    for sand_repeat, uvs in ((3.0, np.float32), (0.5, np.uint16)):
+        grower = Grower(
+            FIELDS["square"], max_error_m=0.2, leaf_px=4, sand_repeat=sand_repeat, demand=None, quantise=True
+        )
+        codes = [grower.codes(grower.mesh(patch)) for patch in grower.grow().patches]
+        types = {
+            tuple(part.dtype for part in (found.uvs, found.uvs1, found.normals) if part is not None)
+            for found in codes
+            if found
+        }
+        assert len(types) == 1
+        assert types.pop()[:2] == (np.dtype(uvs), np.dtype(np.uint16))

@@ -88,8 +88,12 @@ def terrain_lattice(
     return Lattice((across, up, along), (-0.5 * size_m[0], low, -0.5 * size_m[1]))
 
 
-def quantise(mesh: Mesh, lattice: Lattice, *, direction_bits: int = 16) -> Codes:
+def quantise(
+    mesh: Mesh, lattice: Lattice, *, direction_bits: int = 16, float_uvs: bool | None = None
+) -> Codes:
     """The mesh's vertices as codes. direction_bits: 8, 16 or 32 (float32) for normals and tangents.
+    float_uvs: whether the first texture coordinates stay float32; None: where the mesh's leave 0 to 1. Parts
+    of one terrain must say, for those of some lie in 0 to 1 and those of others do not.
 
     Every vertex's codes depend on that vertex alone. Raises BakeError for a vertex outside the lattice.
     """
@@ -104,7 +108,7 @@ def quantise(mesh: Mesh, lattice: Lattice, *, direction_bits: int = 16) -> Codes
         positions=codes.astype(np.uint16),
         normals=_directions(mesh.normals, stretch, direction_bits),
         tangents=_directions(mesh.tangents, None if stretch is None else 1.0 / stretch, direction_bits),
-        uvs=_shares(mesh.uvs),
+        uvs=mesh.uvs if float_uvs else _shares(mesh.uvs),
         uvs1=_shares(mesh.uvs1),
         colors=_colors(mesh.colors),
     )
