@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from paradize.data import Mesh
 from paradize.kernels.mesh import number_rows, topology
 from paradize.kernels.simplify import Simplified, simplify
 from paradize.metrics.surface import surface_distance
+from paradize.stages import lod
 from tests.pipeline.shapes import cube, grid, sphere
 
 
@@ -251,6 +253,34 @@ def test_a_mesh_without_any_area_ends_as_it_is() -> None:
     assert np.isfinite(found.positions).all() and np.isfinite(found.attributes).all()
 
 
+def planks(count: int) -> Mesh:
+    """Boxes of 2 by 0.15 by 0.04, side by side, every face with vertices of its own."""
+    sides = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]])
+    corner = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * [2, 0.04, 0.15]
+    one = corner[sides.reshape(-1)]
+    out = corner[sides].mean(axis=1) - corner.mean(axis=0)
+    normals = np.repeat(out / np.linalg.norm(out, axis=1)[:, None], 4, axis=0)
+    quads = 4 * np.arange(6 * count)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
+    places = np.concatenate([one + np.array([0, 0, 0.17 * k]) for k in range(count)])
+    return Mesh(
+        places.astype(np.float32),
+        quads.reshape(-1, 3).astype(np.uint32),
+        normals=np.tile(normals, (count, 1)).astype(np.float32),
+        uvs=np.tile([[0, 0], [1, 0], [1, 1], [0, 1]], (6 * count, 1)).astype(np.float32),
+    )
+
+
+def test_planks_lose_their_thickness_before_their_width() -> None:
+    deck = planks(40)
+    found = made(deck, 40 * 8, weights=[0.01] * 2 + [0.001] * 3)
+    assert len(found.triangles) <= 40 * 8
+    corners = found.positions[found.triangles]
+    up = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 1] / 2
+    for seen in (up[up > 0].sum(), -up[up < 0].sum()):
+        assert seen > 0.97 * 40 * 2 * 0.15
+    assert surface_distance(deck, as_mesh(found))["error_max"] * np.sqrt(4 + 6.78**2) < 0.045
+
+
 @pytest.mark.deep
 def test_a_million_cards_keep_their_area() -> None:
     count = 1_000_000
@@ -263,6 +293,44 @@ def test_a_million_cards_keep_their_area() -> None:
     found = simplify(points, faces, target=500_000, attributes=uvs, weights=[0.05] * 2, kept_area=0.75)
     assert (len(found.triangles), found.stop) == (2 * count, "nothing")
     assert found.triangles.max() < len(found.positions) == 4 * count
+    corners = found.positions[found.triangles]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    card = area[0::2] + area[1::2]
+    assert card.min() > (1 - 1e-9) * 1e-6 and card.max() < (1 + 1e-9) * 1e-6
+
+
+@pytest.mark.parametrize("size", [1e-30, 1e30])
+def test_sizes_far_from_1_end_with_a_mesh(size: float) -> None:
+    ball = sphere(16)
+    places = number_rows(ball.positions)[0]
+    found = simplify(ball.positions.astype(np.float64) * size, ball.triangles, target=100, seams=places)
+    assert closed(found) and len(found.triangles) <= len(ball.triangles)
+    assert np.isfinite(found.positions).all() and np.isfinite(found.error)
+    assert np.abs(found.positions).max() <= 2 * size
+
+
+@pytest.mark.parametrize("exponent", [-100, 100])
+def test_a_level_of_another_size_is_the_same_level(exponent: int) -> None:
+    """2^100 is about 1e30."""
+    ball = sphere(24)
+    scale = np.float32(2.0**exponent)
+    want = lod.simplify(ball, 300).mesh
+    found = lod.simplify(replace(ball, positions=ball.positions * scale), 300).mesh
+    assert found.triangles.tobytes() == want.triangles.tobytes()
+    assert found.positions.tobytes() == (want.positions * scale).tobytes()
+
+
+def test_an_offset_of_a_million_diagonals_changes_no_choice() -> None:
+    """Sixteenths, which float32 holds at 2^20 too."""
+    flat = grid(16)
+    x, z = flat.positions[:, 0], flat.positions[:, 2]
+    points = np.stack([x, np.round(12 * x * z) / 16, z], axis=1).astype(np.float32)
+    ground = replace(flat, positions=points)
+    want = lod.simplify(ground, 60).mesh
+    found = lod.simplify(replace(ground, positions=points + np.float32(2**20)), 60).mesh
+    assert len(found.triangles) == len(want.triangles) <= 62
+    corners = found.positions[found.triangles].astype(np.float64) - 2**20
+    assert np.abs(corners - want.positions[want.triangles]).max() <= 1 / 32
 
 
 def test_the_order_of_triangles_changes_errors_by_less_than_a_tenth() -> None:

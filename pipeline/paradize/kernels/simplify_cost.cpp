@@ -9,6 +9,9 @@ namespace {
 // How much a plane that holds a border, or a seam, weighs beside an area of the edge's length squared.
 constexpr double border_weight = 10.0;
 constexpr double seam_weight = 1.0;
+// The same beside the area of the edge's triangle, at most: the long edges of thin boxes would hold their
+// narrow sides harder than their broad ones, and planks would lose their width before their thickness.
+constexpr double most_of_triangle = 3.0;
 
 Vec position(const Input &input, std::uint32_t source) {
     return {input.positions[3 * source], input.positions[3 * source + 1], input.positions[3 * source + 2]};
@@ -20,8 +23,9 @@ void hold(Memory &memory, const Surface &surface, std::uint32_t h, double weight
     Corner &b = memory.corners[surface.at(next(h)).vertex];
     const Corner &c = memory.corners[surface.at(previous(h)).vertex];
     const Vec along = b.at - a.at;
-    const Vec n = unit(cross(cross(along, c.at - a.at), along));
-    weight *= dot(along, along);
+    const Vec up = cross(along, c.at - a.at);
+    const Vec n = unit(cross(up, along));
+    weight *= std::min(dot(along, along), most_of_triangle * 0.5 * length(up));
     Quadric plane;
     plane.add(n, -dot(n, a.at), weight);
     a.all += plane;
