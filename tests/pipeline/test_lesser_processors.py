@@ -54,6 +54,7 @@ from paradize.bake_terrain import bake_terrain
 folder, told = Path(sys.argv[1]), {}
 for tier in ("fast", "balanced", "exact"):
     mesh = bake_mesh(folder / "post.obj", tier=tier, lods=3)
+    assert len(mesh.report["lods"]) == 3  # by each tier's simplifier, with seams
     mesh.report.pop("seconds", None)
     told[f"mesh {tier}"] = mesh.glb, mesh.report
     size = {"size_x_m": 20.0, "size_z_m": 30.0, "height_m": 4.0, "max_error_m": 0.02}
