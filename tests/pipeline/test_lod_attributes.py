@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from paradize.bake_lods import Plan, make_levels
 from paradize.bake_mesh import bake_mesh
 from paradize.data import Group, Mesh
 from paradize.errors import BakeError
 from paradize.metrics.mapped_normal import normal_error
-from paradize.stages.lod import TIERS, simplify
+from paradize.metrics.surface import Judge
+from paradize.stages.lod import TIERS, Level, simplify
+from paradize.stages.reproject import take_attributes
 from paradize.stages.split import split_by
 from tests.pipeline.shapes import cube, grid, sphere
 
@@ -59,6 +63,18 @@ def test_a_pinched_coloured_box_is_baked(tmp_path: Path) -> None:
     for level in bake_mesh(path).lods:
         assert level.mesh.colors is not None
         assert np.abs(level.mesh.colors[:, :3] - level.mesh.positions).max() < 0.5
+
+
+def test_what_is_taken_from_the_source_is_mixed_from_the_three_corners_there() -> None:
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float64) + 1000
+    normals = np.eye(3)
+    triangle = np.array([[0, 1, 2]], np.uint32)
+    source = Mesh(corners.astype(np.float32), triangle, normals=normals.astype(np.float32))
+    weights = np.array([[0.6, 0.3, 0.1], [0.2, 0.5, 0.3], [0.25, 0.25, 0.5]])
+    simple = Mesh((weights @ corners).astype(np.float32), triangle)
+    found = take_attributes(source, simple, ("normals",)).normals
+    unit = weights / np.linalg.norm(weights, axis=1)[:, None]
+    assert found is not None and np.abs(found - unit).max() < 1e-3  # places are floats at 1000 metres
 
 
 # --- normals ---
@@ -113,3 +129,25 @@ def test_a_texture_that_would_slide_is_held_at_next_to_no_cost_of_shape(
     assert any("slid" in text and "fewer levels or a larger ratio" in text for text in loose["warnings"])
     assert last["error_rms"] < 1.2 * before["error_rms"]
     assert last["triangles"] <= 1.02 * before["triangles"]
+
+
+def test_what_is_held_with_more_weight_stays_inside_the_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A level whose texture slid is taken again only where the new one is as near as was asked."""
+    tried = []
+
+    def slid(judge: Judge, level: Mesh, samples: int) -> dict[str, float]:
+        far = float(level.positions.max()) > 1.5  # the one that was moved away: no slide at all
+        return dict.fromkeys(("uv_shift_p99", "uv_shift_max"), 0.0 if far else 0.5)
+
+    def moved(mesh: Mesh, target: int, tier: str, *, hold: float = 1.0, **more: Any) -> Level:
+        level = simplify(mesh, target, tier, **more)
+        if hold == 1.0:
+            return level
+        tried.append(hold)
+        away = level.mesh.positions + np.float32([1, 0, 0])
+        return replace(level, mesh=replace(level.mesh, positions=away))
+
+    monkeypatch.setattr("paradize.bake_lods.uv_shift", slid)
+    monkeypatch.setattr("paradize.bake_lods.simplify", moved)
+    steps, _ = make_levels(sphere(12), Plan(count=2, limit=0.05), "balanced")
+    assert tried and len(steps) == 2 and steps[1].errors["error_max"] <= 0.05

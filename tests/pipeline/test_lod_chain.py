@@ -11,14 +11,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from paradize.bake_lods import Plan, make_levels
+from paradize.bake_lods import EXACT, Plan, Step, make_levels
 from paradize.bake_mesh import bake_mesh
 from paradize.bake_sight import bake_seen, sight_plan
 from paradize.data import Group, Mesh
 from paradize.flight import plan_flight, sight
-from paradize.metrics.surface import diagonal
+from paradize.metrics.surface import Judge, diagonal, surface_distance
 from paradize.scene import load_scene
-from paradize.stages.lod import TIERS
+from paradize.stages.lod import TIERS, simplify
 from paradize.stages.validate import validate_mesh
 from tests.pipeline.scenes import make_cove
 from tests.pipeline.shapes import grid, sphere
@@ -63,6 +63,27 @@ def test_a_bound_that_gets_no_level_is_told() -> None:
     assert len(steps) == 2 and any("2 of 3 bounds have no level" in note for note in notes)
     steps, notes = make_levels(sphere(12), Plan(count=4, errors=(0.01, 0.02, 0.05)), "balanced")
     assert len(steps) == 4 and not any("have no level" in note for note in notes)
+
+
+def test_a_level_that_a_coarser_one_beats_is_left_out_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = iter((0.05, 0.02, 0.03))
+
+    def nearest(judge: Judge, before: Mesh, target: int, limit: float, tier: str) -> tuple[Step, str]:
+        off = next(made)
+        return Step(simplify(before, target, "fast").mesh, EXACT | {"error_max": off}), ""
+
+    monkeypatch.setattr("paradize.bake_lods._nearest", nearest)
+    steps, notes = make_levels(sphere(16), Plan(count=4), "balanced")
+    assert [step.errors["error_max"] for step in steps] == [0, 0.02, 0.03]
+    assert any("left out" in note and "nearer to the source" in note for note in notes)
+
+
+def test_two_levels_of_one_shape_are_measured_each() -> None:
+    ball = sphere(8)
+    judge = Judge(ball)
+    for away in (0.1, 0.3, 0.1):
+        level = replace(ball, positions=ball.positions + np.float32([away, 0, 0]))
+        assert judge.distance(level, 1000) == surface_distance(ball, level, 1000)
 
 
 def test_what_stops_several_levels_is_said_once() -> None:

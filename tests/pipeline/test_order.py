@@ -169,3 +169,19 @@ def test_a_bake_states_what_each_level_costs_to_draw_and_keeps_its_positions(
     assert {p.tobytes() for p in level0.positions} == {
         p.tobytes() for p in source.positions[source.triangles].reshape(-1, 3)
     }
+
+
+@pytest.mark.parametrize("lods", [1, 3])
+def test_a_bake_puts_every_level_in_order(tmp_path: Path, lods: int) -> None:
+    mesh = shuffled(grid(24, height=0.1))
+    rows = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in mesh.positions]
+    rows += [f"f {a} {b} {c}" for a, b, c in (mesh.triangles + 1).tolist()]
+    (tmp_path / "field.obj").write_text("\n".join(rows))
+    made = bake_mesh(tmp_path / "field.obj", lods=lods)
+    assert len(made.lods) == lods
+    first = made.report["lods"][0]["draw"]
+    assert first["acmr"] < 0.6 * first["acmr_before"]
+    for level in made.lods:
+        used = level.mesh.triangles.reshape(-1)
+        _, places = np.unique(used, return_index=True)
+        assert (np.diff(places) > 0).all()

@@ -37,10 +37,8 @@ def with_groups(mesh: Mesh, numbers: npt.NDArray[np.uint32], groups: tuple[Group
     return replace(mesh, triangles=np.ascontiguousarray(mesh.triangles[order]), groups=tuple(found))
 
 
-def take_attributes(
-    source: Mesh, simple: Mesh, names: tuple[str, ...], *, groups: bool = False, one_chart: bool = False
-) -> Mesh:
-    """`simple` with the named attributes (and groups) of the nearest places of `source`.
+def take_attributes(source: Mesh, simple: Mesh, names: tuple[str, ...], *, one_chart: bool = False) -> Mesh:
+    """`simple` with the named attributes of the nearest places of `source`.
 
     one_chart: every triangle takes all three corners from one chart, where it may reach over several.
     """
@@ -69,10 +67,4 @@ def take_attributes(
             )
             mixed = np.where(length[:, None] > 1e-6, mixed / np.maximum(length, 1e-30)[:, None], rows[:, 0])
         corners[name] = mixed.astype(np.float32)
-    result = split_by(simple, **corners) if corners else simple
-    if groups:
-        theirs = group_of(source)[place].reshape(-1, 3)
-        # A triangle belongs where two of its corners do, else where its first does.
-        voted = np.where(theirs[:, 1] == theirs[:, 2], theirs[:, 1], theirs[:, 0])
-        result = with_groups(result, voted, groups_of(source))
-    return result
+    return split_by(simple, **corners) if corners else simple
