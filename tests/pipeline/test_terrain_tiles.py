@@ -20,9 +20,11 @@ from paradize.data import Mesh
 from paradize.engine.store import key_of
 from paradize.errors import BakeError, FormatError
 from paradize.explain import explain, render
+from paradize.formats import glb_tiles
 from paradize.formats.glb_tiles import TILE_BYTES, TilePatch, decode_tile, encode_tiles
 from paradize.formats.scene_manifest import decode_scene, encode_scene
 from paradize.formats.terrain_tables import check_tree
+from paradize.stages.quantise import quantise, terrain_lattice
 from tests.pipeline.scenes import make_cove, write_image
 
 
@@ -242,6 +244,24 @@ def test_patches_come_back_from_a_tile_bit_by_bit() -> None:
         for name in ("positions", "triangles", "normals", "tangents", "uvs", "uvs1"):
             ours, theirs = getattr(patch.mesh, name), getattr(found.mesh, name)
             assert ours.tobytes() == theirs.tobytes() and ours.shape == theirs.shape
+
+
+def test_patches_whose_codes_differ_in_type_are_neither_written_nor_read(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A player draws a tile in one call, with one layout of vertices."""
+    lattice = terrain_lattice((3, 3), (2.0, 2.0), (0.0, 1.0))
+    first = triangle(0)
+    floats, codes = (quantise(first.mesh, lattice, float_uvs=kept) for kept in (True, False))
+    same = [replace(first, index=index, codes=floats) for index in range(2)]
+    assert [len(decode_tile(data)) for data, _ in encode_tiles(same)] == [2]
+    with pytest.raises(BakeError, match="same types"):
+        list(encode_tiles([same[0], replace(same[1], codes=codes)]))
+    with monkeypatch.context() as patch:  # what an earlier version wrote
+        patch.setattr(glb_tiles, "_layout", lambda patch: (lattice, ()))
+        ((mixed, _),) = encode_tiles([same[0], replace(same[1], codes=codes)])
+    with pytest.raises(FormatError, match="same types"):
+        decode_tile(mixed)
 
 
 def test_a_tile_is_closed_before_it_exceeds_its_limit() -> None:

@@ -17,23 +17,19 @@ from paradize.errors import BakeError
 from paradize.formats.glb_codes import decoded
 from paradize.formats.glb_layout import (
     ATTRIBUTES,
-    BIN,
-    CHUNK,
     CODED,
     FLOAT,
-    HEADER,
-    JSON,
-    MAGIC,
     QUANTIZATION,
     SHAPES,
     U16,
 )
 from paradize.formats.glb_reader import Reader, lattice_of
-from paradize.formats.glb_writer import MAX_U16_VERTICES, Writer, placement
+from paradize.formats.glb_writer import MAX_U16_VERTICES, Writer, joined, placement
 
 TILE_BYTES = 64_000_000  # a tile's limit
 _TABLES = 1800  # bytes of JSON for a patch, at most
 _HEAD = 1000
+_ALIKE = "patches of one terrain lie on one lattice, with codes of the same types, or none does"
 _COLUMNS = tuple(entry for entry in ATTRIBUTES if entry[0] != "COLOR_0")
 
 
@@ -47,6 +43,17 @@ class TilePatch:
     error_m: float
     finest: bool
     codes: Codes | None = None
+
+
+# What all patches of a tile share: the lattice and its attributes' types; None: floats.
+_Layout = tuple[Lattice, tuple[str, ...]] | None
+
+
+def _layout(patch: TilePatch) -> _Layout:
+    codes = patch.codes
+    if codes is None:
+        return None
+    return codes.lattice, tuple(str(getattr(codes, attribute).dtype) for _, attribute, _ in _COLUMNS)
 
 
 def encode_tiles(patches: Iterable[TilePatch], limit: int = TILE_BYTES) -> Iterator[tuple[bytes, list[int]]]:
@@ -87,7 +94,7 @@ class _Tile:
     nodes: list[dict[str, Any]] = field(default_factory=list)
     meshes: list[dict[str, Any]] = field(default_factory=list)
     finest: list[int] = field(default_factory=list)
-    lattices: set[Lattice | None] = field(default_factory=set)
+    layouts: set[_Layout] = field(default_factory=set)
 
     @property
     def size(self) -> int:
@@ -101,9 +108,9 @@ class _Tile:
         view, component, _ = self.writer.indices(patch.mesh)
         corners = self.writer.accessor(view, component, patch.mesh.triangles.size, "SCALAR")
         name = f"patch{patch.index}"
-        self.lattices.add(None if patch.codes is None else patch.codes.lattice)
-        if len(self.lattices) > 1:
-            raise BakeError("patches of one terrain lie on one lattice, or none does", place=name)
+        self.layouts.add(_layout(patch))
+        if len(self.layouts) > 1:
+            raise BakeError(_ALIKE, place=name)
         place = {} if patch.codes is None else placement(patch.codes.lattice)
         extras = {"error_m": patch.error_m}
         self.nodes.append({"name": name, "mesh": len(self.meshes), **place, "extras": extras})
@@ -117,7 +124,7 @@ class _Tile:
             scene["nodes"] = self.finest
         binary = self.writer.binary
         binary += b"\0" * (-len(binary) % 4)
-        used = [QUANTIZATION] if self.lattices - {None} else []
+        used = [QUANTIZATION] if self.layouts - {None} else []
         extensions = {"extensionsRequired": used, "extensionsUsed": used} if used else {}
         document = {
             "asset": {"version": "2.0", "generator": "paradize"},
@@ -132,10 +139,7 @@ class _Tile:
             "buffers": [{"byteLength": len(binary)}],
         }
         text = json.dumps(document, separators=(",", ":"), allow_nan=False).encode()
-        text += b" " * (-(len(text) + HEADER.size + 2 * CHUNK.size) % 16)
-        total = HEADER.size + 2 * CHUNK.size + len(text) + len(binary)
-        head = HEADER.pack(MAGIC, 2, total) + CHUNK.pack(len(text), JSON) + text
-        return b"".join((head, CHUNK.pack(len(binary), BIN), binary))
+        return joined(text, binary)
 
 
 def decode_tile(data: bytes, file: object = None) -> list[TilePatch]:
@@ -153,8 +157,8 @@ def decode_tile(data: bytes, file: object = None) -> list[TilePatch]:
         raise reader.fault("rising indices of nodes expected", "/scenes/0/nodes")
     finest = set(shown)
     patches = [_read_patch(reader, at, at in finest) for at in range(len(nodes))]
-    if len({patch.codes.lattice if patch.codes else None for patch in patches}) > 1:
-        raise reader.fault("patches of one terrain lie on one lattice", "/nodes")
+    if len({_layout(patch) for patch in patches}) > 1:
+        raise reader.fault(_ALIKE, "/nodes")
     required = [] if patches[0].codes is None else [QUANTIZATION]
     if reader.get(reader.document, "", "extensionsRequired", list, []) != required:
         raise reader.fault(f"{required} expected", "/extensionsRequired")
