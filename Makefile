@@ -17,7 +17,7 @@ export PATH := $(CURDIR)/$(bin):$(PATH)
 
 python_files := $(shell find pipeline raw_assets/make tests player -name '*.py' 2>/dev/null)
 cpp_files := $(shell find player pipeline tests -name '*.cpp' -o -name '*.hpp' 2>/dev/null)
-kernel_files := $(shell find pipeline/paradize/kernels -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt 2>/dev/null)
+kernel_files := $(shell find pipeline/paradize/kernels -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt -o -name digest.py 2>/dev/null)
 player_files := $(shell find player -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt 2>/dev/null)
 
 .PHONY: help setup setup-test assets run check test bench deep fix clean

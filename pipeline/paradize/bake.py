@@ -22,7 +22,7 @@ from paradize.bake_estimate import memory_of
 from paradize.bake_manifest import build_manifest, mesh_facts
 from paradize.bake_nearest import least_pixels, places_of
 from paradize.bake_record import SCENE_FILE, BakeReport, record_name, remember, unchanged_bake
-from paradize.engine.code import code_digest
+from paradize.engine.code import code_digest, code_files, code_of, forget
 from paradize.engine.memory import FileMemory
 from paradize.engine.publish import sweep_aside, write_whole
 from paradize.engine.store import Stamp, Store, default_root, hash_file, key_of, stamp
@@ -39,6 +39,7 @@ OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only files t
 _MEASURED = ("tier", "errors", "levels", "format", "reason", "filter")  # what a row tells of it
 ZSTD_LEVEL = 10  # of supercompressed textures
 TEXTURES = ("color", "maps", "cubemap")  # the makers of textures
+_ASKED = "paradize.bake_makers"  # what stands between a task and its baker, part of every key
 _TOLD = {"sha256", "suffix", "warnings", *_MEASURED}
 
 Told = Callable[[str, int, int], None]  # what was just done, how many are done, of how many
@@ -79,6 +80,7 @@ def bake(
     report's errors, all of it, and the folder then holds what it held.
     """
     start = time.monotonic()
+    forget()  # what an earlier bake of this process saw of the code
     store = Store(default_root())
     name = record_name(scene_path, out, tier)
     report = None if force else unchanged_bake(store, name)
@@ -107,13 +109,14 @@ def _bake(
     force: bool,
     told: Told | None,
 ) -> BakeReport:
+    code = code_files("paradize.bake")
     flight = plan_flight(scene.flight)
     looks, libraries, absent = looks_of(scene, scene_path)
     orders = [*require(scene, looks).orders, _flight_order(scene, flight)]
     last = store.get_bake(name)
     memory = FileMemory.from_json(last["memory"] if isinstance(last, dict) and "memory" in last else None)
     inputs = [*libraries, *(path for order in orders for path in order.sources.values())]
-    stamps = {path: stamp(path) for path in inputs} | {scene_path.resolve(): was}
+    stamps = {path: stamp(path) for path in [*inputs, *code]} | {scene_path.resolve(): was}
     tasks = [_task(order, memory, tier, scene) for order in orders]
     for task in tasks:
         if force or not _recall(store, task):
@@ -194,7 +197,7 @@ def _settings(order: Order, scene: Scene) -> dict[str, Any]:
 def _task(order: Order, memory: FileMemory, tier: str, scene: Scene) -> _Task:
     module, maker = bake_makers.MAKERS[order.maker]
     sources = {role: memory.sha256(path) for role, path in order.sources.items()}
-    code = [code_digest(module), hash_file(Path(bake_makers.__file__))]
+    code = code_digest(module, _ASKED)
     settings = _settings(order, scene)
     return _Task(order, settings, key_of(maker.__name__, code, sources, settings, tier))
 
@@ -268,6 +271,7 @@ def _run(
             {"sources": task.order.sources, "settings": task.settings, "tier": tier}
             | ({"room": room / task.key} if task.order.maker in bake_makers.ROOMS else {}),
             file=next(iter(task.order.sources.values()), None),
+            code=code_of(bake_makers.MAKERS[task.order.maker][0], _ASKED),
             memory_bytes=memory_of(task.order.sources.values()),
         )
         for task in tasks

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from paradize.engine.code import code_digest
+from paradize.engine.code import code_digest, code_of
 from paradize.engine.store import Store, key_of
 from paradize.engine.workers import Job, run_jobs
 from paradize.errors import ParadizeError
@@ -66,7 +66,8 @@ def object_gutters(
             continue
         keys[item.name] = key
         arguments = settings | {"glb": data[mesh], "textures": {k: data[n] for k, n in textures.items()}}
-        work.append(Job(item.name, measure, arguments))
+        code = code_of("paradize.bake_gutter")
+        work.append(Job(item.name, measure, arguments, file=item.mesh, code=code))
     errors = []
     for outcome in run_jobs(work, min(jobs, len(work))) if work else []:
         if outcome.error:

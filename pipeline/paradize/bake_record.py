@@ -7,7 +7,6 @@ at rest since.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -19,18 +18,25 @@ from paradize.errors import ParadizeError
 SCENE_FILE = "scene.json"
 
 
-@dataclass
 class BakeReport:
     """What a bake did. artifacts: rows {name, file, sha256, bytes, tier, errors, status, seconds, over, and
     of textures levels, format, reason, filter}; status: baked, reused or failed; over: the metrics beyond
     their budget, as text; levels, reason: as of bake_product.MapProduct."""
 
-    out: Path
-    artifacts: list[dict[str, Any]] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-    errors: list[ParadizeError] = field(default_factory=list)
-    seconds: float = 0.0
-    budget: dict[str, float] = field(default_factory=dict)
+    def __init__(  # no dataclass: importing that is a quarter of a bake with nothing to do
+        self,
+        out: Path,
+        artifacts: list[dict[str, Any]] | None = None,
+        warnings: list[str] | None = None,
+        *,
+        budget: dict[str, float] | None = None,
+    ) -> None:
+        self.out = out
+        self.artifacts = artifacts or []
+        self.warnings = warnings or []
+        self.errors: list[ParadizeError] = []
+        self.seconds = 0.0
+        self.budget = budget or {}
 
     def count(self, status: str) -> int:
         """How many artifacts were baked, reused or failed."""

@@ -14,7 +14,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from typing import Any
@@ -23,7 +23,10 @@ from paradize.engine.limits import held_bytes
 from paradize.errors import ParadizeError
 from paradize.kernels.threads import VARIABLE
 
-_BOOT = "import sys; from paradize.engine.worker import serve; serve(*map(int, sys.argv[1:]))"
+_BOOT = (
+    "import sys; from paradize.engine.loader import install; install(); "
+    "from paradize.engine.worker import serve; serve(*map(int, sys.argv[1:]))"
+)
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,8 @@ class Job:
     """A call to a module-level function; arguments and result are pickled. `name` stands in messages.
 
     file: the input that messages name. timeout_s: longer is a hang. memory_bytes: what it is thought to take
-    at most; 0: not known.
+    at most; 0: not known. code: the digests of the code that its result is keyed by (code.code_of); a worker
+    that has loaded other code refuses.
     """
 
     name: str
@@ -40,6 +44,7 @@ class Job:
     timeout_s: float = 1800.0
     file: object = None
     memory_bytes: int = 0
+    code: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -114,7 +119,7 @@ def _talk(worker: Worker, answers: queue.SimpleQueue[Answer]) -> None:
     with worker.link:
         while (job := worker.work.get()) is not None:
             try:
-                worker.link.send((job.call, job.arguments, job.file))
+                worker.link.send((job.call, job.arguments, job.file, job.code))
                 value, error = worker.link.recv()
             except (EOFError, OSError, pickle.UnpicklingError, ValueError, TypeError):
                 answers.put(Answer(worker, dead=True))

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+from paradize.engine.loader import EXPECTED
 from paradize.engine.workers import Job, run_jobs
 
 
@@ -23,7 +24,8 @@ def call_isolated(
     Raises what the call raised where that is a ParadizeError, and BakeError, naming `name`, where the process
     crashed, took too long, or met its memory limit.
     """
-    job = Job(name, _limited, {"call": call, "arguments": arguments, "memory_bytes": memory_bytes}, timeout_s)
+    given = {"call": call, "arguments": arguments, "memory_bytes": memory_bytes}
+    job = Job(name, _limited, given, timeout_s, code=dict(EXPECTED))
     (outcome,) = run_jobs([job], 1)
     if outcome.error is not None:
         raise outcome.error

@@ -7,9 +7,12 @@ import ctypes
 import os
 import signal
 import sys
+from collections.abc import Mapping
 from multiprocessing.connection import Connection
 
+from paradize.engine.code import foreign_module
 from paradize.engine.limits import VARIABLE
+from paradize.engine.loader import expect
 from paradize.errors import BakeError, ParadizeError, SourceError
 
 _PR_SET_PDEATHSIG = 1  # Linux, sys/prctl.h
@@ -38,6 +41,13 @@ def _give_back() -> None:
         ctypes.CDLL(None).malloc_trim(0)
 
 
+def _require_code(code: Mapping[str, str]) -> None:
+    """Raises BakeError where this process runs other code than the task is keyed by."""
+    found = foreign_module(code)
+    if found:
+        raise BakeError(f"{found} is not the code that this bake began with", mend="bake again")
+
+
 def serve(descriptor: int, memory_bytes: int = 0) -> None:
     """Serves calls on the socket until it closes. An interrupt is the parent's business. memory_bytes: what
     this process may allocate; 0: no limit."""
@@ -47,7 +57,7 @@ def serve(descriptor: int, memory_bytes: int = 0) -> None:
     link = Connection(descriptor)
     while True:
         try:
-            call, arguments, file = link.recv()
+            call, arguments, file, code = link.recv()
         except (EOFError, ConnectionError):
             return
         except Exception as broken:  # the module of the call cannot be imported
@@ -55,9 +65,12 @@ def serve(descriptor: int, memory_bytes: int = 0) -> None:
             continue
         value, error = None, None
         try:
+            expect(code)
+            _require_code(code)
             value = call(**arguments)
+            _require_code(code)  # of what was loaded meanwhile
         except ParadizeError as known:
-            error = known
+            value, error = None, known
         except MemoryError:
             mend = f"bake a smaller input, or set ${VARIABLE}"
             error = SourceError("needs more memory than there may be", file=file, mend=mend)
