@@ -88,6 +88,8 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
             flag = &out.wait_resident;
         } else if (name == "--interactive") {
             flag = &out.interactive;
+        } else if (name == "--bench") {
+            flag = &out.bench;
         } else if (name == "--json") {
             flag = &out.json;
         } else if (name == "--mute") {
@@ -142,6 +144,11 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
     if (out.interactive && (out.headless || !out.screenshot.empty())) {
         throw UsageError("--interactive needs a window: leave out --headless and --screenshot");
     }
+    if (out.bench && (out.interactive || out.check_finite || !out.screenshot.empty())) {
+        throw UsageError(
+            "--bench measures frames and nothing else: leave out --interactive, --screenshot and "
+            "--check-finite");
+    }
     if (out.interactive && out.frames) {
         throw UsageError("--interactive ends with Escape, not after a number of frames: leave out --frames");
     }
@@ -150,8 +157,8 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
 
 std::string usage(std::span<const std::string_view> passes) {
     return "paradize-player DIR [--headless] [--time S] [--frames N] [--size WxH] [--screenshot F.png]\n"
-           "                    [--disable PASS,...] [--wait-resident] [--interactive] [--json] [--mute]\n"
-           "                    [--debug] [--check-finite]\n"
+           "                    [--disable PASS,...] [--wait-resident] [--interactive] [--bench] [--json]\n"
+           "                    [--mute] [--debug] [--check-finite]\n"
            "\n"
            "Plays a baked scene. Any key ends the show.\n"
            "  --headless         no window and no sound; draws one frame unless --frames says more\n"
@@ -166,6 +173,8 @@ std::string usage(std::span<const std::string_view> passes) {
            "  --wait-resident    upload everything before the first frame\n"
            "  --interactive      fly yourself: W A S D Q E, mouse, Z X roll, Shift is faster, Space pauses,\n"
            "                     M mutes, - and + volume, Escape ends\n"
+           "  --bench            measure 100 frames (or --frames) with everything resident: median and 95th\n"
+           "                     percentile\n"
            "  --json             print one JSON object about the run\n"
            "  --mute             no sound\n"
            "  --debug            complaints of the graphics driver are errors\n"

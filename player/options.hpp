@@ -26,6 +26,7 @@ struct Options {
     std::vector<std::string> disabled;
     bool wait_resident = false;
     bool interactive = false;
+    bool bench = false;
     bool json = false;
     bool mute = false;
     bool debug = false;        // the driver's complaints are errors

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -68,6 +69,16 @@ std::string quoted(const std::vector<std::string> &texts) {
 
 } // namespace
 
+double percentile(std::vector<double> values, double share) {
+    if (values.empty()) {
+        return 0.0;
+    }
+    const auto rank = static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(values.size())));
+    const auto place = values.begin() + std::max<std::ptrdiff_t>(rank, 1) - 1;
+    std::nth_element(values.begin(), place, values.end());
+    return *place;
+}
+
 double median(std::vector<double> values) {
     if (values.empty()) {
         return 0.0;
@@ -123,6 +134,25 @@ std::string printable(const std::string &text) {
     return out;
 }
 
+std::string terrain_warning(std::uint64_t bytes) {
+    constexpr std::uint64_t most = std::uint64_t{2} << 30U;
+    if (bytes <= most) {
+        return "";
+    }
+    return "the terrain's tiles take " + std::to_string(bytes >> 20U) + " MiB of the device, more than " +
+           std::to_string(most >> 20U) +
+           ": all of them stay there while the show runs; raise the terrain's `max_error_m` or "
+           "`lod_error_px` in the scene, or set `quantise`, and bake it again";
+}
+
+std::string bench_line(const Report &report) {
+    char numbers[160];
+    std::snprintf(numbers, sizeof numbers, "%zu frames of %d x %d: median %.3f ms, 95th percentile %.3f ms, ",
+                  report.frame_ms.size(), report.width_px, report.height_px, median(report.frame_ms),
+                  percentile(report.frame_ms, 0.95));
+    return numbers + printable(report.renderer);
+}
+
 std::string to_json(const Report &report) {
     char numbers[512];
     std::snprintf(
@@ -134,6 +164,11 @@ std::string to_json(const Report &report) {
         static_cast<unsigned long long>(report.total_bytes),
         static_cast<unsigned long long>(peak_rss_bytes()));
     std::string out = numbers;
+    if (report.bench) {
+        std::snprintf(numbers, sizeof numbers, ", \"bench\": {\"median_ms\": %.3f, \"p95_ms\": %.3f}",
+                      median(report.frame_ms), percentile(report.frame_ms, 0.95));
+        out += numbers;
+    }
     if (report.terrain) {
         const TerrainCounts &terrain = *report.terrain;
         out += ", \"terrain\": {\"patches\": " + std::to_string(terrain.patches) +
@@ -141,7 +176,8 @@ std::string to_json(const Report &report) {
                ", \"cut_patches\": " + std::to_string(terrain.cut_patches) +
                ", \"cut_triangles\": " + std::to_string(terrain.cut_triangles) +
                ", \"arrived\": " + std::to_string(terrain.arrived) +
-               ", \"baked\": " + std::to_string(terrain.baked) + "}";
+               ", \"baked\": " + std::to_string(terrain.baked) +
+               ", \"bytes\": " + std::to_string(report.terrain_bytes) + "}";
     }
     out += ", \"program_bytes\": " + std::to_string(program_bytes()) +
            ", \"shared_libraries\": " + quoted(shared_libraries()) +

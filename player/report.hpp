@@ -13,12 +13,18 @@ namespace paradize {
 struct Report {
     int width_px = 0, height_px = 0;
     std::vector<double> frame_ms; // drawing of each frame until the device has finished it
+    bool bench = false;           // they were measured by --bench
     std::uint64_t resident_bytes = 0;
     std::uint64_t total_bytes = 0;
+    std::uint64_t terrain_bytes = 0;      // of the total
     std::optional<TerrainCounts> terrain; // of the last frame
     std::string renderer, version;
     std::vector<std::string> screenshots;
 };
+
+/// The smallest value that at least this share (above 0, up to 1) of them does not exceed; 0 when there is
+/// none.
+double percentile(std::vector<double> values, double share);
 
 /// Middle value; 0 when there is none.
 double median(std::vector<double> values);
@@ -38,6 +44,12 @@ std::uint64_t program_bytes();
 
 /// File names of the shared libraries that are loaded now, the graphics driver's among them, sorted.
 std::vector<std::string> shared_libraries();
+
+/// What is to be told of a terrain that takes so many bytes of the device; nothing of up to 2 GiB.
+std::string terrain_warning(std::uint64_t bytes);
+
+/// What --bench says in words, one line.
+std::string bench_line(const Report &report);
 
 /// One JSON object, one line.
 std::string to_json(const Report &report);

@@ -30,6 +30,8 @@ namespace {
 
 constexpr std::size_t upload_bytes_per_frame = std::size_t{4} << 20U;
 constexpr double frame_s = 1.0 / 30.0; // between the frames of --frames
+constexpr int bench_frames = 100;      // of --bench, unless --frames says otherwise
+constexpr int unmeasured_frames = 5;   // of --bench before them: a driver compiles at the first draw
 constexpr double longest_s = 0.25;     // a longer pause (a sleeping machine) does not move the show further
 constexpr float volume_step = 0.1F;
 
@@ -56,7 +58,10 @@ class Show {
     Show(const Options &options, const assets::SceneFile &file, const RendererSettings &settings)
         : options_(options), file_(file), streamer_(file, options.folder), scene_(file, streamer_),
           shaders_(gl::ShaderLibrary::find()), renderer_(scene_, shaders_, settings) {
-        if (options.wait_resident || (!options.screenshot.empty() && !options.frames)) {
+        if (const std::string warning = terrain_warning(streamer_.terrain_bytes()); !warning.empty()) {
+            std::fprintf(stderr, "paradize-player: %s\n", warning.c_str());
+        }
+        if (options.wait_resident || options.bench || (!options.screenshot.empty() && !options.frames)) {
             streamer_.upload(std::numeric_limits<std::size_t>::max());
         }
         gl::demand_memory();
@@ -110,8 +115,10 @@ class Show {
         out.width_px = renderer_.width_px();
         out.height_px = renderer_.height_px();
         out.frame_ms = frame_ms_;
+        out.bench = options_.bench;
         out.resident_bytes = streamer_.resident_bytes();
         out.total_bytes = streamer_.total_bytes();
+        out.terrain_bytes = streamer_.terrain_bytes();
         out.terrain = renderer_.terrain_counts();
         out.renderer = gl::renderer_name();
         out.version = gl::version_name();
@@ -144,14 +151,20 @@ std::filesystem::path numbered(const std::filesystem::path &path, int number) {
 /// A fixed number of frames, 1/30 s apart.
 void play_frames(Show &show, const Options &options, const assets::SceneFile &file, gl::DebugLog &log,
                  Window *window) {
-    const int frames = options.frames.value_or(1);
+    const int before = options.bench ? unmeasured_frames : 0;
+    const int frames = before + options.frames.value_or(options.bench ? bench_frames : 1);
     show.frame_ms().reserve(static_cast<std::size_t>(frames));
     for (int i = 0; i < frames; ++i) {
         const double elapsed_s = options.time_s + i * frame_s;
+        if (options.bench) {
+            glFinish(); // what a window still does of the last frame
+        }
         const double start = now_ms();
         show.frame(elapsed_s, flight_pose(file.flight, elapsed_s), log);
         glFinish();
-        show.frame_ms().push_back(now_ms() - start);
+        if (i >= before) {
+            show.frame_ms().push_back(now_ms() - start);
+        }
         if (!options.screenshot.empty()) {
             show.save(options.frames ? numbered(options.screenshot, i) : options.screenshot);
         }
@@ -235,7 +248,7 @@ int run(const Options &options) {
     settings.width_px = options.width_px.value_or(file.width_px);
     settings.height_px = options.height_px.value_or(file.height_px);
     settings.disabled = options.disabled;
-    const bool counted = options.headless || options.frames || !options.screenshot.empty();
+    const bool counted = options.headless || options.bench || options.frames || !options.screenshot.empty();
 
     std::unique_ptr<gl::HeadlessContext> headless;
     std::unique_ptr<Window> window;
@@ -261,6 +274,8 @@ int run(const Options &options) {
     }
     if (options.json) {
         print(to_json(show.report()) + "\n");
+    } else if (options.bench) {
+        print(bench_line(show.report()) + "\n");
     }
     return 0;
 }

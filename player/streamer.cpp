@@ -42,6 +42,7 @@ struct Streamer::Impl {
     std::size_t next = 0;
     std::uint64_t resident = 0;
     std::uint64_t total = 0;
+    std::uint64_t terrain = 0;
     std::unique_ptr<assets::Loader> loader;
 
     explicit Impl(const assets::SceneFile &file) : scene(file), items(file.artifacts.size()) {
@@ -192,6 +193,7 @@ Streamer::Streamer(const assets::SceneFile &file, const std::filesystem::path &f
     assets::order_pieces(impl_->pieces);
     for (const assets::StreamPiece &piece : impl_->pieces) {
         impl_->total += piece.bytes.size();
+        impl_->terrain += impl_->items[piece.artifact].is_tile ? piece.bytes.size() : 0;
     }
     impl_->loader = std::make_unique<assets::Loader>(impl_->pieces);
 }
@@ -237,6 +239,10 @@ std::uint64_t Streamer::resident_bytes() const {
 
 std::uint64_t Streamer::total_bytes() const {
     return impl_->total;
+}
+
+std::uint64_t Streamer::terrain_bytes() const {
+    return impl_->terrain;
 }
 
 } // namespace paradize

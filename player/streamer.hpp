@@ -60,6 +60,7 @@ class Streamer {
     bool complete() const;
     std::uint64_t resident_bytes() const;
     std::uint64_t total_bytes() const;
+    std::uint64_t terrain_bytes() const; // of the total
 
   private:
     struct Impl;

@@ -104,8 +104,8 @@ Chunks split(std::span<const std::byte> file, const std::string &name) {
 class Reader {
   public:
     Reader(const JsonObject &root, std::span<const std::byte> bin)
-        : bin_(bin), accessors_(root.objects("accessors", most_entries)),
-          views_(root.objects("bufferViews", most_entries)), meshes_(root.objects("meshes", most_entries)) {
+        : bin_(bin), accessors_(root.array("accessors", most_entries)),
+          views_(root.array("bufferViews", most_entries)), meshes_(root.array("meshes", most_entries)) {
         const std::vector<JsonObject> buffers = root.objects("buffers", 1);
         if (buffers.size() != 1 || buffers[0].has("uri")) {
             root.fail("buffers", "must be the one buffer in the BIN chunk");
@@ -126,7 +126,7 @@ class Reader {
     GlbLevel level(const JsonObject &node) const {
         GlbLevel out;
         out.name = node.text_or("name", "");
-        const JsonObject &mesh = meshes_[index(node, "mesh", meshes_.size())];
+        const JsonObject mesh = meshes_[index(node, "mesh", meshes_.size())];
         std::optional<long long> vertices_from;
         std::size_t room = bin_.size();
         for (const JsonObject &primitive : mesh.objects("primitives", most_entries)) {
@@ -191,7 +191,7 @@ class Reader {
 
     Accessor accessor(const JsonObject &from, std::string_view key, const char *type,
                       std::size_t components) const {
-        const JsonObject &entry = accessors_[index(from, key, accessors_.size())];
+        const JsonObject entry = accessors_[index(from, key, accessors_.size())];
         Accessor out;
         out.component = entry.integer("componentType", 0, 65535);
         out.count = static_cast<std::uint32_t>(entry.integer("count", 1, most_count));
@@ -203,7 +203,7 @@ class Reader {
         if (component_bytes == 0) {
             entry.fail("componentType", "must be one of 5120 to 5123, 5125 and 5126");
         }
-        const JsonObject &view = views_[index(entry, "bufferView", views_.size())];
+        const JsonObject view = views_[index(entry, "bufferView", views_.size())];
         // Vertices start at multiples of four bytes, indices follow each other.
         const std::size_t packed = component_bytes * components;
         const std::size_t stride = components == 1 ? packed : (packed + 3) / 4 * 4;
@@ -279,7 +279,7 @@ class Reader {
     }
 
     std::span<const std::byte> bin_;
-    std::vector<JsonObject> accessors_, views_, meshes_;
+    JsonArray accessors_, views_, meshes_;
     std::vector<std::string> materials_;
 };
 
@@ -298,7 +298,7 @@ Glb read_glb_nodes(std::span<const std::byte> file, const std::string &name,
     const JsonObject root = document.root();
     demand_version(root);
     const Reader reader(root, chunks.bin);
-    const std::vector<JsonObject> all = root.objects("nodes", most_entries);
+    const JsonArray all = root.array("nodes", most_entries);
     Glb out;
     out.materials = reader.materials();
     out.levels.reserve(nodes.size());
@@ -318,7 +318,7 @@ Glb read_glb(std::span<const std::byte> file, const std::string &name) {
     const JsonObject root = document.root();
     demand_version(root);
     const Reader reader(root, chunks.bin);
-    const std::vector<JsonObject> nodes = root.objects("nodes", most_entries);
+    const JsonArray nodes = root.array("nodes", most_entries);
     const auto last_node = static_cast<long long>(nodes.size()) - 1;
     const std::vector<JsonObject> scenes = root.objects("scenes", most_entries);
     const auto scene =
@@ -332,7 +332,7 @@ Glb read_glb(std::span<const std::byte> file, const std::string &name) {
     }
     Glb out;
     out.materials = reader.materials();
-    const JsonObject &finest = nodes[static_cast<std::size_t>(roots[0])];
+    const JsonObject finest = nodes[static_cast<std::size_t>(roots[0])];
     reader.add(finest, out);
     if (finest.has("extensions") && finest.object("extensions").has("MSFT_lod")) {
         const JsonObject lod = finest.object("extensions").object("MSFT_lod");

@@ -1,7 +1,7 @@
-// The one file that, with unique_keys.hpp, includes nlohmann/json (it costs seconds to compile).
+// The one file that, with unique_tree.hpp, includes nlohmann/json (it costs seconds to compile).
 #include "assets/json_reader.hpp"
 
-#include "assets/unique_keys.hpp"
+#include "assets/unique_tree.hpp"
 #include "error.hpp"
 
 #include <nlohmann/json.hpp>
@@ -22,9 +22,20 @@ const Json &json(const void *value) {
     return *static_cast<const Json *>(value);
 }
 
-std::string child(const std::string &place, std::string_view key) {
-    return place + (place.ends_with(": ") ? "" : ".") + std::string(key);
-}
+/// Where a value is, put into words only when it is refused: one document has a million of them.
+struct Place {
+    const std::string &object;
+    std::string_view key;
+    std::ptrdiff_t row = -1, column = -1; // of an array, and of an array in it; -1: none
+
+    [[nodiscard]] std::string text() const {
+        std::string out = object + (object.ends_with(": ") ? "" : ".") + std::string(key);
+        for (const std::ptrdiff_t index : {row, column}) {
+            out += index < 0 ? "" : "[" + std::to_string(index) + "]";
+        }
+        return out;
+    }
+};
 
 std::string shown(double value) {
     std::ostringstream text;
@@ -33,44 +44,40 @@ std::string shown(double value) {
     return text.str();
 }
 
-double checked_number(const Json &value, const std::string &place, double low, double high) {
+double checked_number(const Json &value, const Place &place, double low, double high) {
     if (!value.is_number()) {
-        throw Error(place + ": must be a number, is " + value.type_name());
+        throw Error(place.text() + ": must be a number, is " + value.type_name());
     }
     const double number = value.get<double>();
     if (!(number >= low && number <= high)) {
-        throw Error(place + ": is " + shown(number) + ", must lie in [" + shown(low) + ", " + shown(high) +
-                    "]");
+        throw Error(place.text() + ": is " + shown(number) + ", must lie in [" + shown(low) + ", " +
+                    shown(high) + "]");
     }
     return number;
 }
 
-long long checked_integer(const Json &value, const std::string &place, long long low, long long high) {
+long long checked_integer(const Json &value, const Place &place, long long low, long long high) {
     const double number = checked_number(value, place, static_cast<double>(low), static_cast<double>(high));
     if (number != std::floor(number)) {
-        throw Error(place + ": is " + shown(number) + ", must be a whole number");
+        throw Error(place.text() + ": is " + shown(number) + ", must be a whole number");
     }
     return static_cast<long long>(number);
 }
 
-void check_array(const Json &value, const std::string &place, std::size_t least, std::size_t most) {
+void check_array(const Json &value, const Place &place, std::size_t least, std::size_t most) {
     if (!value.is_array() || value.size() < least || value.size() > most) {
         const std::string size =
             value.is_array() ? std::to_string(value.size()) + " entries" : value.type_name();
-        throw Error(place + ": must be an array of " + std::to_string(least) +
+        throw Error(place.text() + ": must be an array of " + std::to_string(least) +
                     (least == most ? "" : " to " + std::to_string(most)) + " entries, is " + size);
     }
 }
 
-std::string checked_text(const Json &value, const std::string &place) {
+std::string checked_text(const Json &value, const Place &place) {
     if (!value.is_string()) {
-        throw Error(place + ": must be a string, is " + value.type_name());
+        throw Error(place.text() + ": must be a string, is " + value.type_name());
     }
     return value.get<std::string>();
-}
-
-std::string at(const std::string &place, std::size_t index) {
-    return place + "[" + std::to_string(index) + "]";
 }
 
 } // namespace
@@ -81,27 +88,33 @@ JsonObject::JsonObject(const void *value, std::string place) : value_(value), pl
     }
 }
 
-bool JsonObject::has(std::string_view key) const {
-    asked_.emplace_back(key);
+const void *JsonObject::find(std::string_view key) const {
     const auto found = json(value_).find(key);
-    return found != json(value_).end() && !found->is_null();
-}
-
-namespace {
-
-const Json &member(const void *value, const std::string &place, std::string_view key) {
-    const auto found = json(value).find(key);
-    if (found == json(value).end()) {
-        throw Error(child(place, key) + ": is missing");
+    if (found == json(value_).end()) {
+        return nullptr;
     }
-    return *found;
+    if (asked_.empty()) {
+        asked_.reserve(8);
+    }
+    asked_.push_back(&*found);
+    return &*found;
 }
 
-} // namespace
+const void *JsonObject::member(std::string_view key) const {
+    const void *found = find(key);
+    if (found == nullptr) {
+        fail(key, "is missing");
+    }
+    return found;
+}
+
+bool JsonObject::has(std::string_view key) const {
+    const void *found = find(key);
+    return found != nullptr && !json(found).is_null();
+}
 
 double JsonObject::number(std::string_view key, double low, double high) const {
-    asked_.emplace_back(key);
-    return checked_number(member(value_, place_, key), child(place_, key), low, high);
+    return checked_number(json(member(key)), {place_, key}, low, high);
 }
 
 double JsonObject::number_or(std::string_view key, double low, double high, double otherwise) const {
@@ -109,8 +122,7 @@ double JsonObject::number_or(std::string_view key, double low, double high, doub
 }
 
 long long JsonObject::integer(std::string_view key, long long low, long long high) const {
-    asked_.emplace_back(key);
-    return checked_integer(member(value_, place_, key), child(place_, key), low, high);
+    return checked_integer(json(member(key)), {place_, key}, low, high);
 }
 
 long long JsonObject::integer_or(std::string_view key, long long low, long long high,
@@ -122,7 +134,7 @@ bool JsonObject::boolean_or(std::string_view key, bool otherwise) const {
     if (!has(key)) {
         return otherwise;
     }
-    const Json &value = member(value_, place_, key);
+    const Json &value = json(member(key));
     if (!value.is_boolean()) {
         fail(key, std::string("must be true or false, is ") + value.type_name());
     }
@@ -130,8 +142,7 @@ bool JsonObject::boolean_or(std::string_view key, bool otherwise) const {
 }
 
 std::string JsonObject::text(std::string_view key) const {
-    asked_.emplace_back(key);
-    return checked_text(member(value_, place_, key), child(place_, key));
+    return checked_text(json(member(key)), {place_, key});
 }
 
 std::string JsonObject::text_or(std::string_view key, std::string otherwise) const {
@@ -140,54 +151,48 @@ std::string JsonObject::text_or(std::string_view key, std::string otherwise) con
 
 std::vector<double> JsonObject::numbers(std::string_view key, std::size_t count, double low,
                                         double high) const {
-    check_array(member(value_, place_, key), child(place_, key), count, count);
+    check_array(json(member(key)), {place_, key}, count, count);
     return column(key, count, low, high);
 }
 
 std::vector<double> JsonObject::column(std::string_view key, std::size_t most, double low,
                                        double high) const {
-    asked_.emplace_back(key);
-    const std::string place = child(place_, key);
-    const Json &array = member(value_, place_, key);
-    check_array(array, place, 0, most);
+    const Json &array = json(member(key));
+    check_array(array, {place_, key}, 0, most);
     std::vector<double> out;
     out.reserve(array.size());
     for (std::size_t i = 0; i < array.size(); ++i) {
-        out.push_back(checked_number(array[i], at(place, i), low, high));
+        out.push_back(checked_number(array[i], {place_, key, static_cast<std::ptrdiff_t>(i)}, low, high));
     }
     return out;
 }
 
 std::vector<long long> JsonObject::integers(std::string_view key, std::size_t most, long long low,
                                             long long high) const {
-    asked_.emplace_back(key);
-    const std::string place = child(place_, key);
-    const Json &array = member(value_, place_, key);
-    check_array(array, place, 0, most);
+    const Json &array = json(member(key));
+    check_array(array, {place_, key}, 0, most);
     std::vector<long long> out;
     out.reserve(array.size());
     for (std::size_t i = 0; i < array.size(); ++i) {
-        out.push_back(checked_integer(array[i], at(place, i), low, high));
+        out.push_back(checked_integer(array[i], {place_, key, static_cast<std::ptrdiff_t>(i)}, low, high));
     }
     return out;
 }
 
 std::vector<std::string> JsonObject::texts(std::string_view key, std::size_t most) const {
-    asked_.emplace_back(key);
-    const std::string place = child(place_, key);
-    const Json &array = member(value_, place_, key);
-    check_array(array, place, 0, most);
+    const Json &array = json(member(key));
+    check_array(array, {place_, key}, 0, most);
     std::vector<std::string> out;
     out.reserve(array.size());
     for (std::size_t i = 0; i < array.size(); ++i) {
-        out.push_back(checked_text(array[i], at(place, i)));
+        out.push_back(checked_text(array[i], {place_, key, static_cast<std::ptrdiff_t>(i)}));
     }
     return out;
 }
 
 std::vector<std::vector<double>> JsonObject::rows(std::string_view key, std::size_t most, std::size_t count,
                                                   double low, double high) const {
-    check_array(member(value_, place_, key), child(place_, key), 1, most);
+    check_array(json(member(key)), {place_, key}, 1, most);
     const std::vector<double> flat = flat_rows(key, most, count, low, high);
     std::vector<std::vector<double>> out;
     out.reserve(flat.size() / count);
@@ -199,39 +204,41 @@ std::vector<std::vector<double>> JsonObject::rows(std::string_view key, std::siz
 
 std::vector<double> JsonObject::flat_rows(std::string_view key, std::size_t most, std::size_t count,
                                           double low, double high) const {
-    asked_.emplace_back(key);
-    const std::string place = child(place_, key);
-    const Json &array = member(value_, place_, key);
-    check_array(array, place, 0, most);
+    const Json &array = json(member(key));
+    check_array(array, {place_, key}, 0, most);
     std::vector<double> out;
     out.reserve(array.size() * count);
     for (std::size_t i = 0; i < array.size(); ++i) {
-        check_array(array[i], at(place, i), count, count);
+        const auto row = static_cast<std::ptrdiff_t>(i);
+        check_array(array[i], {place_, key, row}, count, count);
         for (std::size_t k = 0; k < count; ++k) {
-            out.push_back(checked_number(array[i][k], at(at(place, i), k), low, high));
+            out.push_back(
+                checked_number(array[i][k], {place_, key, row, static_cast<std::ptrdiff_t>(k)}, low, high));
         }
     }
     return out;
 }
 
 JsonObject JsonObject::object(std::string_view key) const {
-    asked_.emplace_back(key);
-    return {&member(value_, place_, key), child(place_, key)};
+    return {member(key), Place{place_, key}.text()};
 }
 
 std::optional<JsonObject> JsonObject::object_or_none(std::string_view key) const {
     return has(key) ? std::optional<JsonObject>(object(key)) : std::nullopt;
 }
 
+JsonArray JsonObject::array(std::string_view key, std::size_t most) const {
+    const Json &array = json(member(key));
+    check_array(array, {place_, key}, 0, most);
+    return {&array, Place{place_, key}.text()};
+}
+
 std::vector<JsonObject> JsonObject::objects(std::string_view key, std::size_t most) const {
-    asked_.emplace_back(key);
-    const std::string place = child(place_, key);
-    const Json &array = member(value_, place_, key);
-    check_array(array, place, 0, most);
+    const JsonArray entries = array(key, most);
     std::vector<JsonObject> out;
-    out.reserve(array.size());
-    for (std::size_t i = 0; i < array.size(); ++i) {
-        out.emplace_back(&array[i], at(place, i));
+    out.reserve(entries.size());
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        out.push_back(entries[i]);
     }
     return out;
 }
@@ -240,25 +247,35 @@ std::vector<std::string> JsonObject::names() const {
     std::vector<std::string> out;
     for (const auto &item : json(value_).items()) {
         out.push_back(item.key());
-        asked_.push_back(item.key());
+        asked_.push_back(&item.value());
     }
     return out;
 }
 
 void JsonObject::ignore(std::initializer_list<std::string_view> keys) const {
-    asked_.insert(asked_.end(), keys.begin(), keys.end());
+    for (const std::string_view key : keys) {
+        find(key);
+    }
 }
 
 void JsonObject::done() const {
     for (const auto &item : json(value_).items()) {
-        if (std::find(asked_.begin(), asked_.end(), item.key()) == asked_.end()) {
+        if (std::ranges::find(asked_, &item.value()) == asked_.end()) {
             fail(item.key(), "is not known to this player; bake the scene with the same version of Paradize");
         }
     }
 }
 
 void JsonObject::fail(std::string_view key, const std::string &what) const {
-    throw Error(child(place_, key) + ": " + what);
+    throw Error(Place{place_, key}.text() + ": " + what);
+}
+
+std::size_t JsonArray::size() const {
+    return json(value_).size();
+}
+
+JsonObject JsonArray::operator[](std::size_t index) const {
+    return {&json(value_)[index], place_ + "[" + std::to_string(index) + "]"};
 }
 
 struct JsonDocument::Value {
@@ -271,17 +288,15 @@ JsonDocument::JsonDocument(std::string_view text, const std::string &file)
         throw Error(file + ": " + std::to_string(text.size()) + " bytes of JSON, at most " +
                     std::to_string(most_bytes) + " are taken");
     }
-    UniqueKeys unique;
-    Json::sax_parse(text, &unique);
-    if (!unique.twice.empty()) {
-        throw Error(file + ": key \"" + unique.twice + "\" appears twice in one object");
-    }
-    try {
-        value_->json = Json::parse(text);
-    } catch (const Json::exception &problem) {
-        const std::string text = problem.what(); // "[json.exception.parse_error.101] parse error at line ..."
-        const std::size_t code = text.starts_with('[') ? text.find("] ") : std::string::npos;
-        throw Error(file + ": is no JSON: " + (code == std::string::npos ? text : text.substr(code + 2)));
+    UniqueTree tree(value_->json);
+    if (!Json::sax_parse(text, &tree)) {
+        if (!tree.twice.empty()) {
+            throw Error(file + ": key \"" + tree.twice + "\" appears twice in one object");
+        }
+        // "[json.exception.parse_error.101] parse error at line ..."
+        const std::size_t code = tree.problem.starts_with('[') ? tree.problem.find("] ") : std::string::npos;
+        throw Error(file + ": is no JSON: " +
+                    (code == std::string::npos ? tree.problem : tree.problem.substr(code + 2)));
     }
     if (!value_->json.is_object()) {
         throw Error(file + ": must hold one JSON object, holds " + value_->json.type_name());

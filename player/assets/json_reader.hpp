@@ -8,9 +8,26 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace paradize::assets {
+
+class JsonObject;
+
+/// An array of objects, which are made when they are asked for.
+class JsonArray {
+  public:
+    JsonArray(const void *value, std::string place) : value_(value), place_(std::move(place)) {}
+
+    std::size_t size() const;
+    /// Throws Error when the entry is no object.
+    JsonObject operator[](std::size_t index) const;
+
+  private:
+    const void *value_;
+    std::string place_;
+};
 
 /// One object of a document. Errors name the document's file and the place, as in `file: objects[2].radius_m:
 /// ...`.
@@ -44,6 +61,7 @@ class JsonObject {
                                   double high) const;
     JsonObject object(std::string_view key) const;
     std::optional<JsonObject> object_or_none(std::string_view key) const; // none: absent or null
+    JsonArray array(std::string_view key, std::size_t most) const;
     std::vector<JsonObject> objects(std::string_view key, std::size_t most) const;
     /// Names of all members, in the document's order of names (sorted); they count as asked for.
     std::vector<std::string> names() const;
@@ -54,9 +72,12 @@ class JsonObject {
     [[noreturn]] void fail(std::string_view key, const std::string &what) const;
 
   private:
+    const void *find(std::string_view key) const;   // nullptr: it is not there
+    const void *member(std::string_view key) const; // throws Error when it is not there
+
     const void *value_;
     std::string place_;
-    mutable std::vector<std::string> asked_;
+    mutable std::vector<const void *> asked_; // members
 };
 
 class JsonDocument {

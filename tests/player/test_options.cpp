@@ -20,6 +20,8 @@ TEST_CASE("command line: the contract's options are taken") {
     const Options o =
         parse({"scene", "--headless", "--time", "12.5", "--frames=3", "--size", "64x36", "--screenshot",
                "a.png", "--disable", "sky,water", "--wait-resident", "--json", "--mute"});
+    CHECK_FALSE(o.bench);
+    CHECK(parse({"scene", "--bench"}).bench);
     CHECK(o.folder == "scene");
     CHECK(o.headless);
     CHECK(o.time_s == 12.5);
@@ -37,7 +39,10 @@ TEST_CASE("command line: wrong usage is told, never guessed") {
     CHECK_THROWS_AS(parse({}), UsageError);
     CHECK_THROWS_AS(parse({"a", "b"}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--nonsense"}), UsageError);
-    CHECK_THROWS_AS(parse({"a", "--bench"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--bench", "--interactive"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--bench", "--screenshot", "a.png"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--bench", "--check-finite"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--bench=3"}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--time"}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--time", "nan"}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--time", "-1"}), UsageError);

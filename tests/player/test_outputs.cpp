@@ -123,12 +123,34 @@ TEST_CASE("sound: load, loop, pause, stop, volume") {
     CHECK_FALSE(audio.playing());
 }
 
+TEST_CASE("report: a terrain that takes more than 2 GiB of the device is told") {
+    CHECK(terrain_warning(std::uint64_t{2} << 30U).empty());
+    const std::string words = terrain_warning(std::uint64_t{3} << 30U);
+    CHECK(words.find("3072 MiB") != std::string::npos);
+    CHECK(words.find("max_error_m") != std::string::npos);
+}
+
 TEST_CASE("report: the middle of the frames, and JSON that escapes") {
     CHECK(median({}) == 0.0);
     CHECK(median({3.0, 1.0, 100.0}) == 3.0);
+    CHECK(percentile({}, 0.95) == 0.0);
+    CHECK(percentile({7.0}, 0.95) == 7.0);
+    std::vector<double> values;
+    for (int i = 100; i > 0; --i) {
+        values.push_back(i);
+    }
+    CHECK(percentile(values, 0.95) == 95.0);
+    CHECK(percentile(values, 0.951) == 96.0);
+    CHECK(percentile(values, 1.0) == 100.0);
+    CHECK(percentile(values, 1e-6) == 1.0);
     Report report;
     report.renderer = "a \"b\"\\\n";
+    CHECK(to_json(report).find("bench") == std::string::npos);
+    report.bench = true;
+    report.frame_ms = {2.0, 1.0, 9.0};
     const std::string json = to_json(report);
+    CHECK(json.find(R"("bench": {"median_ms": 2.000, "p95_ms": 9.000})") != std::string::npos);
+    CHECK(bench_line(report).starts_with("3 frames of 0 x 0: median 2.000 ms, 95th percentile 9.000 ms, a "));
     CHECK(json.find(R"("gl_renderer": "a \"b\"\\\u000a")") != std::string::npos);
     CHECK(peak_rss_bytes() > 1000000);
     CHECK(program_bytes() > 10000);
