@@ -407,6 +407,13 @@ def test_one_library_named_often_is_looked_for_once(tmp_path: Path) -> None:
     assert sum("gone.mtl" in text for text in found.warnings) == 1
 
 
+def test_a_name_without_end_does_not_fill_the_screen(tmp_path: Path) -> None:
+    name = "x" * 100_000
+    found = read(tmp_path, TRIANGLE + f"g {name}\nusemtl {name}\nmtllib {name}\n{name} 1\nf 1 2 3\n")
+    assert len(found.warnings) >= 3 and max(map(len, found.warnings)) < 1000
+    assert found.mesh.groups[0].material == name
+
+
 def test_more_libraries_than_anyone_has_are_told_not_looked_for(tmp_path: Path) -> None:
     text = "".join(f"mtllib gone{at}.mtl\n" for at in range(2000))
     found = read(tmp_path, text + TRIANGLE + "f 1 2 3\n")

@@ -94,7 +94,7 @@ def read_obj(path: Path, root: Path | None = None) -> ObjResult:
     used = dict.fromkeys(group.material for group in groups)
     missing = [name for name in used if name not in materials and name != DEFAULT_NAME]
     if missing:
-        shown = ", ".join(repr(name) for name in missing[:8]) + (", ..." if len(missing) > 8 else "")
+        shown = ", ".join(repr(name[:120]) for name in missing[:8]) + (", ..." if len(missing) > 8 else "")
         warnings.append(f"{path}: {len(missing)} materials are used but defined by no material file: {shown}")
     mesh = Mesh(
         positions=parsed.positions,
