@@ -97,7 +97,8 @@ def make_levels(
     for at in range(1, count):
         last = steps[-1]
         before = len(last.mesh.triangles)
-        if plan.farthest is not None and last.errors["error_max"] >= plan.farthest:
+        seen = max(last.errors["error_max"], last.errors["uv_shift_p99"])
+        if plan.farthest is not None and seen >= plan.farthest:
             notes.append(f"no level after lod{len(steps) - 1}: the flight never is farther away")
             break
         if plan.errors:
@@ -193,7 +194,7 @@ def _made(
 
 def _held(judge: Judge, step: Step, before: Mesh, target: int, limit: float, tier: str) -> Step:
     """The step; where its texture slid too far, one of as few triangles inside `limit` whose slid less."""
-    if judge.mesh.uvs is None or tier == "fast" or step.errors["error_max"] > limit:
+    if judge.mesh.uvs is None or step.errors["error_max"] > limit:
         return step
     best = replace(step, errors=step.errors | uv_shift(judge, step.mesh, _SAMPLES))
     for weight in _HELD:

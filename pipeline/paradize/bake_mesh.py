@@ -16,7 +16,7 @@ from paradize.bake_lods import DEFAULT_MAX_ERROR, Plan, make_levels
 from paradize.bake_quantise import quantised_levels
 from paradize.data import Group, Lod, Mesh
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
-from paradize.formats.glb import decode_glb, encode_glb
+from paradize.formats.glb import encode_glb, verify_glb
 from paradize.kernels.mesh import TANGENT_METHODS
 from paradize.metrics.draw import draw_costs
 from paradize.metrics.tangent import frame_errors, frame_faults, part_of, true_tangents
@@ -170,18 +170,23 @@ def _bake(
     light = None if bumps is None or mesh.uvs is None else Light(bumps, tangents)
     steps, notes = make_levels(mesh, asked if plan is None else plan(mesh, asked), used, light)
     warnings += [f"{path}: {note}" for note in notes]
-    framed = [(_framed(mesh, step.mesh, tangents, light), step.errors) for step in steps]
     tiers = _tangent_tiers(steps[0].mesh) if tangent_tiers else {}
-    del steps, light
+    framed = []
+    while steps:  # what is done with is let go: a level is about as large as its part of the file
+        step = steps.pop(0)
+        framed.append((_framed(mesh, step.mesh, tangents, light), step.errors))
+    del step, light, mesh
     unordered = [draw_costs(level) for level, _ in framed]
-    framed = [(draw_order(level), errors) for level, errors in framed]
+    for at, (level, errors) in enumerate(framed):
+        framed[at] = draw_order(level), errors
+    del level
     done = tuple(_lod(level, errors) for level, errors in framed)
     if quantise_deg is not None:
         done = quantised_levels(done, direction_deg=quantise_deg)
     glb = encode_glb(
         done, path.stem, base_colors=base_colors_of(materials) if base_colors is None else base_colors
     )
-    decode_glb(glb, path.with_suffix(".glb"))
+    verify_glb(glb, path.with_suffix(".glb"))
     report: dict[str, Any] = {
         "triangles": len(framed[0][0].triangles),
         "vertices": len(framed[0][0].positions),

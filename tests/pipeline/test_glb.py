@@ -96,6 +96,16 @@ def test_error_m_is_the_fraction_times_the_diagonal() -> None:
     assert document(data)["nodes"][1]["extras"]["error_m"] == pytest.approx(0.5 * 3 * 2**0.5, rel=1e-5)
 
 
+def test_error_m_is_the_slide_of_the_texture_where_that_is_larger_and_never_falls() -> None:
+    slid = [{"uv_shift_p99": share} for share in (0.0, 0.25, 0.01)]
+    errors = (0.0, 0.01, 0.02)
+    data = encode_glb(
+        [Lod(card(3.0), off, 0.0, more) for off, more in zip(errors, slid, strict=True)], "card"
+    )
+    told = [node["extras"]["error_m"] for node in document(data)["nodes"]]
+    assert told == pytest.approx([0, 0.25 * 3 * 2**0.5, 0.25 * 3 * 2**0.5], rel=1e-5)
+
+
 def test_every_view_is_aligned_in_the_file() -> None:
     data = two_levels()
     (length,) = struct.unpack_from("<I", data, 12)

@@ -14,16 +14,16 @@ import numpy as np
 
 from paradize.data import Group, Lod, Mesh, six
 from paradize.errors import BakeError
-from paradize.formats.glb_layout import ATTRIBUTES, BIN, CHUNK, HEADER, JSON, MAGIC, QUANTIZATION, SHAPES
-from paradize.formats.glb_reader import decode_glb
-from paradize.formats.glb_writer import Writer, placement
+from paradize.formats.glb_layout import ATTRIBUTES, QUANTIZATION, SHAPES
+from paradize.formats.glb_reader import decode_glb, verify_glb
+from paradize.formats.glb_writer import Writer, joined, placement
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["decode_glb", "encode_glb"]
+__all__ = ["decode_glb", "encode_glb", "verify_glb"]
 
-_MAX_BYTES = (1 << 32) - 64
+_MAX_BYTES = (1 << 32) - 128  # room for headers and padding
 
 
 def _material(name: str, base_color: Sequence[float] | None) -> dict[str, Any]:
@@ -42,8 +42,9 @@ def encode_glb(
     """Writes levels of detail, the finest first in `lods`, the coarsest first in the binary chunk.
 
     Every level becomes node `lod<k>` with a mesh of one primitive per group; node extras hold error_max and
-    error_rms (fractions of level 0's bounding-box diagonal), error_m (error_max in metres) and the level's
-    other errors. All levels have codes, of one lattice, or none has. `extras` land in the asset.
+    error_rms (fractions of level 0's bounding-box diagonal), error_m (metres: the largest error_max or
+    uv_shift_p99 of the level and of finer ones) and the level's other errors. All levels have codes, of one
+    lattice, or none has. `extras` land in the asset.
     base_colors: linear RGB by material name, clamped to 0..1; white where absent. Raises BakeError on arrays
     that do not fit each other, values that are not finite, or more than 4 GiB.
     """
@@ -52,8 +53,8 @@ def encode_glb(
     for at, lod in enumerate(lods):
         _require_sound(lod.mesh, f"{name}: lod{at}")
         _require_codes(lod, lods[0], f"{name}: lod{at}")
-    first = lods[0].mesh.positions.astype(np.float64)
-    size = [float(first[:, axis].max() - first[:, axis].min()) for axis in range(3)]
+    first = lods[0].mesh.positions
+    size = [float(first[:, axis].max()) - float(first[:, axis].min()) for axis in range(3)]
     diagonal = float(np.sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2]))
     writer = Writer()
     materials: dict[str, int] = {}
@@ -64,8 +65,11 @@ def encode_glb(
     for at in reversed(range(len(lods))):
         meshes[at] = _mesh(writer, lods[at], f"lod{at}", materials)
     nodes: list[dict[str, Any]] = []
+    off = 0.0
     for at, lod in enumerate(lods):
-        errors = {"error_max": lod.error_max, "error_rms": lod.error_rms, "error_m": lod.error_max * diagonal}
+        # A texture that slid is seen like a surface that moved as far.
+        off = max(off, lod.error_max, lod.errors.get("uv_shift_p99", 0.0))
+        errors = {"error_max": lod.error_max, "error_rms": lod.error_rms, "error_m": off * diagonal}
         told = {key: six(value) for key, value in (errors | dict(lod.errors)).items()}
         place = {} if lod.codes is None else placement(lod.codes.lattice)
         nodes.append({"name": f"lod{at}", "mesh": at, **place, "extras": told})
@@ -94,21 +98,10 @@ def encode_glb(
         "utf-8",
         "replace",  # names may come from files whose names are no text
     )
-    # Spaces bring the binary chunk's data to a multiple of 16 in the file, so that it is mapped aligned.
-    text += b" " * (-(len(text) + HEADER.size + 2 * CHUNK.size) % 16)
-    binary = bytes(writer.binary) + b"\0" * (-len(writer.binary) % 4)
-    total = HEADER.size + CHUNK.size * 2 + len(text) + len(binary)
-    if total > _MAX_BYTES:
+    if len(text) + len(writer.binary) > _MAX_BYTES:
+        total = len(text) + len(writer.binary)
         raise BakeError(f"{total} bytes, limit of the format {_MAX_BYTES}", file=name, mend="split the mesh")
-    return b"".join(
-        (
-            HEADER.pack(MAGIC, 2, total),
-            CHUNK.pack(len(text), JSON),
-            text,
-            CHUNK.pack(len(binary), BIN),
-            binary,
-        )
-    )
+    return joined(text, writer.binary)
 
 
 def _groups(mesh: Mesh) -> tuple[Group, ...]:

@@ -4,6 +4,7 @@ offset, length and count with the file before it uses them."""
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -153,7 +154,16 @@ def decode_glb(data: bytes, file: object = None) -> list[Lod]:
     does not write: bad chunks, tables that do not fit each other, ranges beyond the file, indices beyond
     the vertices, values that are not finite, bounds that are not those of the positions.
     """
-    reader = Reader(data, file)
+    return list(_levels(Reader(data, file)))
+
+
+def verify_glb(data: bytes, file: object = None) -> None:
+    """Raises what decode_glb does, and holds one level at a time."""
+    for _ in _levels(Reader(data, file)):
+        pass
+
+
+def _levels(reader: Reader) -> Iterator[Lod]:
     asset = reader.get(reader.document, "", "asset", dict)
     if asset.get("version") != "2.0":
         raise reader.fault(
@@ -188,13 +198,16 @@ def decode_glb(data: bytes, file: object = None) -> list[Lod]:
         listed = reader.get(reader.document, "", key, list, [])
         if any(name not in names for name in listed):
             raise reader.fault(f"{str(listed)[:80]}, expected of {', '.join(names)}", f"/{key}")
-    levels = [_read_level(reader, at) for at in range(len(nodes))]
-    lattices = {level.codes.lattice if level.codes else None for level in levels}
+    lattices = set()
+    for at in range(len(nodes)):
+        level = _read_level(reader, at)
+        lattices.add(level.codes.lattice if level.codes else None)
+        yield level
+        del level
     if len(lattices) > 1:
         raise reader.fault("levels of one mesh lie on one lattice", "/nodes")
     if (QUANTIZATION in reader.document.get("extensionsRequired", [])) != (lattices != {None}):
         raise reader.fault(f"{QUANTIZATION} is required where there are codes", "/extensionsRequired")
-    return levels
 
 
 def lattice_of(reader: Reader, node: dict[str, Any], where: str, coded: bool) -> Lattice | None:

@@ -9,7 +9,19 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.data import Codes, Lattice, Mesh
-from paradize.formats.glb_layout import ATTRIBUTES, CODED, DTYPES, FLOAT, U16, U32
+from paradize.formats.glb_layout import (
+    ATTRIBUTES,
+    BIN,
+    CHUNK,
+    CODED,
+    DTYPES,
+    FLOAT,
+    HEADER,
+    JSON,
+    MAGIC,
+    U16,
+    U32,
+)
 
 ARRAY, ELEMENTS = 34962, 34963
 MAX_U16_VERTICES = 65535  # index 65535 is kept free: it restarts primitives
@@ -24,12 +36,12 @@ class Writer:
     views: list[dict[str, Any]] = field(default_factory=list)
     accessors: list[dict[str, Any]] = field(default_factory=list)
 
-    def view(self, data: bytes, target: int, **more: object) -> int:
-        """Appends bytes at a multiple of 16; the view's index."""
+    def view(self, values: npt.NDArray[Any], target: int, **more: object) -> int:
+        """Appends an array's bytes at a multiple of 16, without a copy between; the view's index."""
         self.binary += b"\0" * (-len(self.binary) % 16)
-        where = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": len(data)}
+        where = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": values.nbytes}
         self.views.append(where | more | {"target": target})
-        self.binary += data
+        self.binary += values.reshape(-1).view(np.uint8).data
         return len(self.views) - 1
 
     def accessor(self, view: int, component: int, count: int, shape: str, **more: object) -> int:
@@ -58,7 +70,7 @@ class Writer:
             width = rows.itemsize * rows.shape[1]
             stride = -(-width // 4) * 4
             if stride == width:
-                view = self.view(rows.tobytes(), ARRAY)
+                view = self.view(rows, ARRAY)
             else:
                 view = self.view(_padded(rows, stride), ARRAY, byteStride=stride)
             made[key] = self.accessor(view, component, len(values), shape, **more)
@@ -68,7 +80,7 @@ class Writer:
         """Appends the triangles' indices: (view, component type, bytes of an index)."""
         component = U16 if len(mesh.positions) <= MAX_U16_VERTICES else U32
         values = np.ascontiguousarray(mesh.triangles, DTYPES[component])
-        return self.view(values.tobytes(), ELEMENTS), component, values.itemsize
+        return self.view(values, ELEMENTS), component, values.itemsize
 
 
 def placement(lattice: Lattice) -> dict[str, list[float]]:
@@ -76,8 +88,20 @@ def placement(lattice: Lattice) -> dict[str, list[float]]:
     return {"translation": list(lattice.origin), "scale": list(lattice.step)}
 
 
-def _padded(rows: npt.NDArray[Any], stride: int) -> bytes:
+def joined(text: bytes, binary: bytearray) -> bytes:
+    """The file of both chunks. Spaces after the JSON bring the binary chunk's data to a multiple of 16 in the
+    file, so that it is mapped aligned; `binary` is padded and then emptied: two of it are one too many."""
+    text += b" " * (-(len(text) + HEADER.size + 2 * CHUNK.size) % 16)
+    binary += b"\0" * (-len(binary) % 4)
+    total = HEADER.size + 2 * CHUNK.size + len(text) + len(binary)
+    head = HEADER.pack(MAGIC, 2, total) + CHUNK.pack(len(text), JSON) + text
+    found = b"".join((head, CHUNK.pack(len(binary), BIN), binary))
+    binary.clear()
+    return found
+
+
+def _padded(rows: npt.NDArray[Any], stride: int) -> npt.NDArray[np.uint8]:
     raw = rows.view(np.uint8).reshape(len(rows), -1)
     wide = np.zeros((len(rows), stride), np.uint8)
     wide[:, : raw.shape[1]] = raw
-    return wide.tobytes()
+    return wide

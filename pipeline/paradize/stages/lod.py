@@ -79,8 +79,8 @@ def simplify(
 ) -> Level:
     """A mesh of about `target` triangles (1 or more), from a validated mesh with normals; `original` is the
     surface that attributes come from (default: the mesh itself). variant: what the weights of attributes
-    beside positions are multiplied with, more than 0. hold: the same for texture coordinates alone; `fast`
-    knows neither.
+    beside positions are multiplied with, more than 0; `fast` knows none. hold: the same for texture
+    coordinates alone.
 
     Tangents are left out: they are made anew for each level. Raises BakeError for an unknown tier or where
     the library returns something that is not a mesh.
@@ -92,7 +92,7 @@ def simplify(
 
     def attempt(released: tuple[str, ...]) -> Level:
         if tier == "fast":
-            return _simplify_fast(mesh, target, original, released)
+            return _simplify_fast(mesh, target, original, released, hold)
         return _simplify_own(mesh, target, original, released, variant, hold)
 
     best = attempt(())
@@ -163,10 +163,10 @@ def _joined(mesh: Mesh, released: tuple[str, ...]) -> tuple[Mesh, npt.NDArray[np
 # --- fast ---
 
 
-def _simplify_fast(mesh: Mesh, target: int, original: Mesh, released: tuple[str, ...]) -> Level:
+def _simplify_fast(mesh: Mesh, target: int, original: Mesh, released: tuple[str, ...], hold: float) -> Level:
     joined, vertex_group = _joined(mesh, released)
     points, _ = _normalised(joined.positions, 1.0)
-    attributes, weights = _attributes(joined, points, released)
+    attributes, weights = _attributes(joined, points, released, hold)
     places, first = number_rows(joined.positions)
     island = topology(places[joined.triangles], len(first)).island[places]
     area = np.bincount(
@@ -216,7 +216,7 @@ def _simplify_fast(mesh: Mesh, target: int, original: Mesh, released: tuple[str,
 
 
 def _attributes(
-    mesh: Mesh, points: npt.NDArray[np.float64], released: tuple[str, ...]
+    mesh: Mesh, points: npt.NDArray[np.float64], released: tuple[str, ...], hold: float
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     """Attributes (n, k) in units of the diagonal's length, and their weights: a slid texture counts as far
     as it slid."""
@@ -232,7 +232,7 @@ def _attributes(
         columns.append(
             ((uvs.astype(np.float64) - uvs[:1]) * _image_scale(mesh, points, uvs)).astype(np.float32)
         )
-        weights += [_UV_WEIGHT] * 2
+        weights += [hold * _UV_WEIGHT] * 2
     if not columns:
         return np.zeros((len(points), 1), np.float32), np.zeros(1, np.float32)
     values = np.concatenate(columns, axis=1)
