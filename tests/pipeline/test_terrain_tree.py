@@ -447,6 +447,50 @@ def test_runs_hold_the_eye_and_the_view_at_every_moment() -> None:
         assert corner >= demand.cosine[i]  # the picture's middle, far inside
 
 
+def runs_at(demand: Demand, t: float) -> set[int]:
+    """The runs that hold a second: those that start last before it."""
+    start = demand.start_s[int(np.searchsorted(demand.start_s, t, side="right")) - 1]
+    return set(np.flatnonzero(demand.start_s == start).tolist())
+
+
+def test_what_one_moment_wants_or_sees_is_wanted_or_seen_by_its_run() -> None:
+    """Points in the very corners of the picture, at its far plane, and at the distance that just asks."""
+    flight = replace(flight_settings(True), duration_s=3.0, far_m=40.0)  # fast: metres in every run
+    planned, demand = plan_flight(flight), plan_demand(sight_of(flight))
+    tangent = math.tan(math.radians(flight.fov_deg) / 2)
+    for k in range(400):
+        t = flight.duration_s * (k + 0.37) / 400
+        eye, target = (np.array(place) for place in planned.view(t))
+        ahead = (target - eye) / np.linalg.norm(target - eye)
+        right = np.cross(ahead, [0.0, 1.0, 0.0])
+        right /= np.linalg.norm(right)
+        up = np.cross(right, ahead)
+        across, along = ((-1.0, 1.0)[k >> bit & 1] for bit in (0, 1))
+        corner = ahead + tangent * (across * 160 / 90 * right + along * up)
+        for deep in (0.3, 5.0, 39.99):
+            point = Sphere(tuple((eye + deep * corner).tolist()), 0.0)
+            assert runs_at(demand, t) & set(demand.seeing(point, demand.runs).tolist())
+        ball = Sphere(tuple((eye + 9.0 * corner).tolist()), 1.5)
+        away = math.dist(ball.center, eye) - ball.radius_m
+        asking = away / demand.pixels * (1.0 + 1e-6)
+        assert runs_at(demand, t) & set(demand.wanting(asking, ball, demand.runs).tolist())
+    assert demand.pixels == pytest.approx(90 / (2 * tangent))
+    half = plan_demand(sight_of(flight, error_px=2.0))
+    assert half.pixels == pytest.approx(demand.pixels / 2)
+
+
+def test_the_light_sees_its_whole_box_and_not_much_more() -> None:
+    """A square of 30 m across the light, three times as deep: also where the sun stands in the zenith."""
+    for sun, side in (([0.0, 1.0, 0.0], (1.0, 0.0, 0.0)), ([0.6, 0.8, 0.0], (0.0, 0.0, 1.0))):
+        sight = sight_of(flight_settings(True), shadow={"extent_m": 30.0, "center": [0, 500.0, 0]}, sun=sun)
+        demand = plan_demand(sight)
+        for direction, reach in ((side, 15.0), (tuple(sun), 45.0)):
+            for share, seen in ((0.99, True), (1.01, False)):
+                x, y, z = (share * reach * axis for axis in direction)
+                found = demand.seeing(Sphere((x, 500.0 + y, z), 0.0), demand.runs)
+                assert (len(found) == len(demand.runs)) is seen
+
+
 def test_a_tree_is_the_same_whatever_asks_for_it_first() -> None:
     ground, flight = FIELDS["wide"], flight_settings(True)
     first, again = (grown(ground, 4, plan_demand(sight_of(flight))) for _ in range(2))
