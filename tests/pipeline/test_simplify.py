@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from paradize.bake_lods import Plan, make_levels
 from paradize.data import Mesh
 from paradize.kernels.mesh import number_rows, topology
 from paradize.kernels.simplify import Simplified, simplify
@@ -253,15 +254,15 @@ def test_a_mesh_without_any_area_ends_as_it_is() -> None:
     assert np.isfinite(found.positions).all() and np.isfinite(found.attributes).all()
 
 
-def planks(count: int) -> Mesh:
-    """Boxes of 2 by 0.15 by 0.04, side by side, every face with vertices of its own."""
+def planks(count: int, size: tuple[float, float, float] = (2, 0.04, 0.15)) -> Mesh:
+    """Boxes side by side, every face with vertices of its own."""
     sides = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]])
-    corner = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * [2, 0.04, 0.15]
+    corner = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * np.array(size)
     one = corner[sides.reshape(-1)]
     out = corner[sides].mean(axis=1) - corner.mean(axis=0)
     normals = np.repeat(out / np.linalg.norm(out, axis=1)[:, None], 4, axis=0)
     quads = 4 * np.arange(6 * count)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
-    places = np.concatenate([one + np.array([0, 0, 0.17 * k]) for k in range(count)])
+    places = np.concatenate([one + np.array([0, 0, size[2] * 1.13 * k]) for k in range(count)])
     return Mesh(
         places.astype(np.float32),
         quads.reshape(-1, 3).astype(np.uint32),
@@ -270,15 +271,25 @@ def planks(count: int) -> Mesh:
     )
 
 
-def test_planks_lose_their_thickness_before_their_width() -> None:
+@pytest.mark.parametrize(("each", "least", "most_rms"), [(8, 0.99, 0.009), (6, 0.99, 0.014), (4, 0.8, 0.022)])
+def test_planks_lose_their_thickness_before_their_width(each: int, least: float, most_rms: float) -> None:
     deck = planks(40)
-    found = made(deck, 40 * 8, weights=[0.01] * 2 + [0.001] * 3)
-    assert len(found.triangles) <= 40 * 8
+    found = made(deck, 40 * each, weights=[0.01] * 2 + [0.001] * 3)
+    assert len(found.triangles) == 40 * each
     corners = found.positions[found.triangles]
     up = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 1] / 2
     for seen in (up[up > 0].sum(), -up[up < 0].sum()):
-        assert seen > 0.97 * 40 * 2 * 0.15
-    assert surface_distance(deck, as_mesh(found))["error_max"] * np.sqrt(4 + 6.78**2) < 0.045
+        assert seen > least * 40 * 2 * 0.15
+    size = float(np.linalg.norm(np.ptp(deck.positions, axis=0)))
+    assert surface_distance(deck, as_mesh(found))["error_rms"] * size < most_rms
+
+
+def test_a_level_of_broken_boxes_is_not_made_and_the_reason_is_told() -> None:
+    steps, notes = make_levels(planks(20, (1, 1, 1)), Plan(count=2), "balanced")
+    assert len(steps) == 1
+    assert any("triangles turn normals by" in note for note in notes)
+    steps, _ = make_levels(planks(20), Plan(count=2), "balanced")
+    assert len(steps) == 2 and steps[1].errors["normal_mean_deg"] <= 15
 
 
 @pytest.mark.deep
