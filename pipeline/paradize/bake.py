@@ -291,6 +291,33 @@ def _keep(store: Store, data: bytes | Path) -> tuple[str, bytes | Path]:
     return sha256, kept
 
 
+def derive(
+    store: Store, scene_path: Path, names: set[str], jobs: int, tier: str
+) -> tuple[dict[str, str], list[ParadizeError]]:
+    """Bakes the tasks of these artifacts, whatever is known of them, into a store of the caller's. Returns
+    the SHA-256 of each, and what went wrong."""
+    scene = load_scene(scene_path)
+    looks, _, _ = looks_of(scene, scene_path)
+    memory = FileMemory()
+
+    def asked(want: Want) -> bool:
+        return want.artifact in names or (
+            want.many and any(name.startswith(f"{want.artifact}_") for name in names)
+        )
+
+    orders = [order for order in require(scene, looks).orders if any(map(asked, order.wants))]
+    tasks = [_task(order, memory, tier, scene) for order in orders]
+    stamps = {path: stamp(path) for order in orders for path in order.sources.values()}
+    _run(store, store.root / "rooms", tasks, stamps, jobs, tier, None)
+    made = {
+        want.artifact: str(task.products[want.product]["sha256"])
+        for task in tasks
+        for want in task.wants
+        if want.kind and want.product in task.products
+    }
+    return made, [task.error for task in tasks if task.error]
+
+
 def _report(scene: Scene, out: Path, tasks: list[_Task]) -> BakeReport:
     report = BakeReport(out, budget=scene.budget)
     for task in tasks:

@@ -17,7 +17,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from paradize.cli_options import add_maps_options, add_mesh_options, add_terrain_options, age, size, whole
+from paradize.cli_options import (
+    add_maps_options,
+    add_mesh_options,
+    add_terrain_options,
+    age,
+    percent,
+    size,
+    whole,
+)
 from paradize.cli_output import OutputLost, complain, say, show, show_json
 from paradize.errors import BakeError, GroupedError, ParadizeError, one_line
 
@@ -63,6 +71,9 @@ def parser() -> argparse.ArgumentParser:
     sub.add_argument("scene", type=Path, metavar="SCENE.toml")
     sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: build/assets/<scene name>")
     sub.add_argument("--force", action="store_true", help="bake everything anew; read nothing from the store")
+    sub.add_argument(
+        "--verify", type=percent, metavar="P", help="derive P %% of the artifacts again and compare bytes"
+    )
     common(sub, "worker processes")
 
     for name, add_options, text in (

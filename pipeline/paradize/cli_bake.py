@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.cli_output import complain, say, show, show_json
-from paradize.errors import one_line
+from paradize.errors import ParadizeError, one_line
 
 
 class Progress:
@@ -55,16 +55,28 @@ def run_bake(arguments: argparse.Namespace) -> int:
             force=arguments.force,
             told=Progress().told,
         )
+    verified: list[str] = []
+    wrong: list[ParadizeError] = []
+    if arguments.verify and not report.errors:
+        from paradize.bake_verify import verify
+
+        share = arguments.verify
+        verified, wrong = verify(
+            arguments.scene, report, percent=share, jobs=arguments.jobs, tier=arguments.tier
+        )
     stream = sys.stderr if arguments.json else sys.stdout
     _bake_table(report, stream)
     sheets = _sheets(report, stream)
     for warning in report.warnings:
         say(f"paradize: warning: {warning}")
+    if verified:
+        show(f"{len(verified)} artifacts derived again, {len(wrong)} faults: {', '.join(verified)}", stream)
     if arguments.json:
-        show_json(report.as_json() | {"sheets": sheets})
-    if report.errors:
-        complain(report.errors)
-    return 1 if report.errors else 0
+        told = report.as_json() | {"sheets": sheets, "verified": verified}
+        show_json(told | {"error": [str(error) for error in wrong]} if wrong else told)
+    if errors := [*report.errors, *wrong]:
+        complain(errors)
+    return 1 if errors else 0
 
 
 def _sheets(report: Any, stream: Any) -> list[str]:

@@ -24,6 +24,14 @@ def number(low: float, high: float) -> Callable[[str], float]:
     return read
 
 
+def percent(text: str) -> float:
+    """An option that is a share in percent: above 0, up to 100."""
+    value = number(0.0, 100.0)(text.removesuffix("%"))
+    if value == 0.0:
+        raise argparse.ArgumentTypeError("0 % is nothing; allowed: above 0, up to 100")
+    return value
+
+
 def whole(low: int, high: int) -> Callable[[str], int]:
     """An option that is a whole number in [low, high]."""
 

@@ -1,0 +1,40 @@
+"""`bake --verify P`: derives a sample of the artifacts from their sources again, and compares bytes.
+
+What is derived goes to a store of its own, which is dropped: nothing here changes what was baked.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import tempfile
+from pathlib import Path
+
+from paradize.bake import derive
+from paradize.bake_record import BakeReport
+from paradize.engine.store import Store, hash_file, key_of
+from paradize.errors import BakeError, ParadizeError
+
+
+def sample(names: list[str], percent: float) -> list[str]:
+    """That share of the artifacts, one at least: always the same ones of the same names."""
+    count = min(len(names), max(1, math.ceil(len(names) * percent / 100.0)))
+    return sorted(sorted(names, key=lambda name: key_of("verify", name))[:count])
+
+
+def verify(
+    scene_path: Path, report: BakeReport, *, percent: float, jobs: int | None, tier: str
+) -> tuple[list[str], list[ParadizeError]]:
+    """The artifacts that were looked at, and an error for each that could not be derived or whose published
+    bytes are others. percent: above 0, up to 100."""
+    files = {row["name"]: row["file"] for row in report.artifacts}
+    chosen = sample(list(files), percent)
+    with tempfile.TemporaryDirectory(prefix="paradize-verify-") as folder:
+        store = Store(Path(folder))
+        derived, errors = derive(store, scene_path, set(chosen), jobs or os.cpu_count() or 1, tier)
+    for name in chosen:
+        path = report.out / files[name]
+        if name in derived and hash_file(path) != derived[name]:
+            what = f"is not what its sources give: {derived[name][:8]} as SHA-256 begins"
+            errors.append(BakeError(what, file=path, place=name, mend="bake with --force"))
+    return chosen, errors
