@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import secrets
-import shutil
 from pathlib import Path
 
 from paradize.errors import BakeError
@@ -30,6 +29,8 @@ def write_whole(path: Path, data: bytes | Path, *, durable: bool = True) -> None
         try:
             with aside.open("xb") as stream:
                 if isinstance(data, Path):
+                    import shutil  # here: a bake with nothing to do loads less
+
                     with data.open("rb") as source:
                         shutil.copyfileobj(source, stream, 1 << 20)
                 else:

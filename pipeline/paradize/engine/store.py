@@ -14,7 +14,6 @@ import fcntl
 import hashlib
 import json
 import os
-import shutil
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
@@ -147,6 +146,8 @@ class Store:
     def room(self, name: str) -> Iterator[Path]:
         """An empty folder for the holder of the lock called `name`, removed afterwards; what a kill left in
         it is removed before."""
+        import shutil  # here: a bake with nothing to do loads less
+
         path = self.root / "rooms" / name
         shutil.rmtree(path, ignore_errors=True)
         try:
