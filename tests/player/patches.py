@@ -7,14 +7,16 @@ their levels are.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Group, Mesh
+from paradize.data import Group, Lattice, Mesh
+from paradize.formats.glb_codes import decoded_mesh
 from paradize.formats.glb_tiles import TilePatch, encode_tiles
+from paradize.stages.quantise import direction_bits, quantise
 
 Height = Callable[[npt.NDArray[np.float64], npt.NDArray[np.float64]], npt.NDArray[np.float64]]
 Point = tuple[float, float]  # x and z, 0 to 1 over the square
@@ -130,6 +132,13 @@ def _error_m(mesh: Mesh, height: Height) -> float:
     return worst
 
 
+def _tile_patch(index: int, mesh: Mesh, error_m: float, finest: bool, lattice: Lattice | None) -> TilePatch:
+    if lattice is None:
+        return TilePatch(index, mesh, error_m, finest)
+    codes = quantise(mesh, lattice, direction_bits=direction_bits(lattice), float_uvs=True)
+    return TilePatch(index, decoded_mesh(mesh, codes), error_m, finest, codes)
+
+
 def tiled(
     size_m: float,
     height: Height = flat,
@@ -139,11 +148,19 @@ def tiled(
     repeat: float = 8.0,
     error_m: float | None = None,
     tiles: int = 2,
+    lattice: Lattice | None = None,
+    torn: bool = False,
 ) -> Tiled:
     """A square terrain in the middle. error_m: of the roots, halved every other level; otherwise it is
-    measured."""
+    measured.
+    lattice: vertices as codes of it. torn: every patch is a thousandth narrower than it should be."""
     patches, members = _tree(levels)
     meshes = [_mesh(*_cut(patch.corners, refine), size_m, height, repeat) for patch in patches]
+    if torn:
+        for i, mesh in enumerate(meshes):
+            middle = mesh.positions.mean(axis=0)
+            narrower = middle + (mesh.positions - middle) * np.float32(0.999)
+            meshes[i] = replace(mesh, positions=narrower)
     errors = [
         error_m * 0.5 ** (patch.level / 2) if error_m is not None else _error_m(mesh, height)
         for patch, mesh in zip(patches, meshes, strict=True)
@@ -172,7 +189,7 @@ def tiled(
     for first in range(0, len(patches), share):
         group = range(first, min(first + share, len(patches)))
         (data, rows), *_ = encode_tiles(
-            TilePatch(i, meshes[i], errors[i], patches[i].diamond < 0) for i in group
+            _tile_patch(i, meshes[i], errors[i], patches[i].diamond < 0, lattice) for i in group
         )
         assert rows == list(group)
         columns["tile"] += [len(files)] * len(group)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -116,7 +117,7 @@ def test_every_pass_can_be_left_out_alone_and_all_at_once(
     [
         ([], "which scene?"),
         (["--nonsense"], "--nonsense"),
-        (["--bench"], "there is no option --bench"),
+        (["--benchmark"], "there is no option --benchmark"),
         (["--disable", "sky,ocean"], "ocean: is no pass"),
         (["--size", "12"], "must be WxH"),
         (["--frames", "0"], "--frames 0"),
@@ -204,3 +205,16 @@ def test_a_nan_in_the_picture_is_found_and_placed(player: Player, scene: Path, t
         target.write_text(text)
     result = player(scene, "--check-finite", env={"PARADIZE_SHADERS": str(shaders)})
     refused(result, 1, "pixel (", "nan")
+
+
+def test_bench_measures_as_many_frames_as_asked_with_everything_resident(player: Player, scene: Path) -> None:
+    result = player(scene, "--bench", "--frames", 7, "--size", "32x18", "--json")
+    assert result.returncode == 0, result.stderr
+    report = json.loads(result.stdout)
+    assert report["frames"] == 7
+    assert report["resident_bytes"] == report["total_bytes"] > 0
+    assert 0 < report["bench"]["median_ms"] <= report["bench"]["p95_ms"]
+    line = player(scene, "--bench", "--frames", 2, "--size", "32x18").stdout
+    assert re.fullmatch(r"2 frames of 32 x 18: median [\d.]+ ms, 95th percentile [\d.]+ ms, .+\n", line)
+    assert "bench" not in json.loads(player(scene, "--size", "32x18", "--json").stdout)
+    refused(player(scene, "--bench", "--check-finite"), 2, "--bench measures frames and nothing else")

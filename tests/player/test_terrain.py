@@ -14,6 +14,9 @@ import numpy.typing as npt
 import OpenImageIO as oiio
 import pytest
 
+from paradize.data import Texture
+from paradize.formats.ktx2 import encode_ktx2
+from paradize.stages.quantise import terrain_lattice
 from tests.player.patches import tiled
 from tests.player.synthetic import write_scene
 
@@ -21,6 +24,7 @@ Player = Callable[..., "subprocess.CompletedProcess[str]"]
 SIZE_M = 60.0
 LEVELS = 9
 WIDTH, HEIGHT = 320, 180
+FLIGHT = 24  # frames
 
 
 def hills(x: npt.NDArray[np.float64], z: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -111,26 +115,90 @@ def test_nothing_that_a_view_sees_is_culled(hilly: Path, player: Player, tmp_pat
         assert counts["patches"] < (1.0 if name in ("above", "at the rim") else 0.8) * all_of_it["patches"]
 
 
-def test_no_crack_opens_while_the_tiles_arrive(player: Player, tmp_path: Path) -> None:
-    """From above, the ground fills the picture from the first frame on, at every share of what has come."""
-    terrain = tiled(SIZE_M, hills, levels=LEVELS, refine=8, tiles=3)
-    folder = write_scene(
-        tmp_path / "scene", terrain=terrain, objects=[], particles=[], water=None, shadow=None, sky=None
-    )
-    manifest = pose(json.loads((folder / "scene.json").read_text()), *EYES["above"])
-    manifest |= {"lod_error_px": 0.02, "reflection": None, "refraction": None, "fog": None}
-    manifest["flight"]["fov_rad"] = 0.6
-    folder = place(tmp_path / "posed", folder, manifest)
-    arguments = ["--size", f"{WIDTH}x{HEIGHT}", "--screenshot", folder / "f.png", "--json", "--debug"]
-    arrived = []
-    for frames in (1, 2, 4):
-        result = player(folder, "--frames", frames, *arguments)
+def flown(folder: Path, player: Player, torn: bool) -> tuple[list[int], list[dict[str, int]]]:
+    """A low flight over the hills while they arrive, under a sky that is brighter than any ground and has no
+    green. Of each frame the pixels that show some of it (a quarter of a pixel, one of its four samples, is
+    enough to see); of runs of 1, 2 and all frames the counts of the terrain."""
+    terrain = tiled(SIZE_M, hills, levels=LEVELS, refine=8, tiles=3, torn=torn)
+    folder = write_scene(folder, terrain=terrain, objects=[], particles=[], water=None, shadow=None)
+    # Only what is looked at glares: ground is lit by the coarse mips.
+    sides = {8: [500.0, 0.0, 500.0, 1.0], 4: [0.3, 0.5, 0.9, 1.0], 2: [0.3, 0.5, 0.9, 1.0]}
+    sides[1] = sides[2]
+    levels = tuple(np.full((6, n, n, 4), v, dtype=np.float16).tobytes() for n, v in sides.items())
+    glare = encode_ktx2(Texture("RGBA16F", 8, 8, levels, 6))
+    (folder / "sky.ktx2").write_bytes(glare)
+    manifest = json.loads((folder / "scene.json").read_text())
+    manifest |= {"lod_error_px": 0.5, "reflection": None, "refraction": None, "fog": None}
+    manifest["artifacts"]["sky"] |= {"bytes": len(glare)}
+    still = [0.0, 0.0, 0.0]
+    manifest["flight"] |= {
+        "fov_rad": 0.6,
+        "duration_s": FLIGHT / 30,
+        "segments": [
+            {
+                "eye": [[-12.0, 24.0, 0.0, 0.0], [6.0, 18.0, 0.0, 0.0], [-9.0, 14.0, 0.0, 0.0]],
+                "target": [[-7.0, 14.0, 0.0, 0.0], [0.0, *still], [-4.0, 8.0, 0.0, 0.0]],
+                "roll": [0.0, 1.0, 0.0, 0.0],
+            }
+        ],
+        "time_table": [[0.0, 0.0, 30.0 / FLIGHT], [FLIGHT / 30, 1.0, 30.0 / FLIGHT]],
+        "waypoint_u": [0],
+    }
+    (folder / "scene.json").write_text(json.dumps(manifest))
+    arguments = ["--size", f"{WIDTH}x{HEIGHT}", "--json", "--debug"]
+    counts = []
+    for frames in (1, 2, FLIGHT):
+        result = player(folder, "--frames", frames, "--screenshot", folder / "f.png", *arguments)
         assert result.returncode == 0, result.stderr
-        counts = json.loads(result.stdout)["terrain"]
-        arrived.append(counts["arrived"])
-        pixels = oiio.ImageBuf(str(folder / f"f_{frames - 1:04d}.png")).get_pixels(oiio.FLOAT)[..., :3]
-        assert pixels.max(axis=2).min() > 0.05, frames  # what is not ground is black
-    assert arrived[0] < arrived[1] < arrived[2] == counts["baked"]
+        counts.append(json.loads(result.stdout)["terrain"])
+    glaring = []
+    for frame in range(FLIGHT):
+        pixels = oiio.ImageBuf(str(folder / f"f_{frame:04d}.png")).get_pixels(oiio.FLOAT)
+        glaring.append(int((pixels[..., 2] > pixels[..., 1] + 0.1).sum()))
+    return glaring, counts
+
+
+def test_no_crack_opens_in_flight_while_the_tiles_arrive(player: Player, tmp_path: Path) -> None:
+    """Not a sample of the sky is seen through the ground; that it would be is shown by patches that are
+    a thousandth too narrow: gaps of a fortieth of a pixel."""
+    glaring, counts = flown(tmp_path / "whole", player, torn=False)
+    assert glaring == [0] * FLIGHT
+    assert counts[0]["arrived"] < counts[1]["arrived"] < counts[2]["arrived"] == counts[2]["baked"]
+    assert len({count["cut_patches"] for count in counts}) == 3
+    torn, _ = flown(tmp_path / "torn", player, torn=True)
+    assert min(torn) > 0
+
+
+def test_codes_are_drawn_as_floats_are_in_every_view(player: Player, tmp_path: Path) -> None:
+    """Picture, mirror, refraction and shadow of the same patches: with codes a surface moves by no more than
+    the lattice says, so that pictures differ where an edge crosses a pixel, and there by little."""
+    steps = 64
+    lattice = terrain_lattice((steps + 1, steps + 1), (SIZE_M, SIZE_M), (-3.2, 3.2))
+    assert lattice.step[1] < 0.001  # heights lose half of it, metres; x and z, pixels, lose nothing
+    kinds = {"floats": None, "codes": lattice}
+    pictures: dict[str, list[npt.NDArray[np.float32]]] = {}
+    for name, kind in kinds.items():
+        terrain = tiled(SIZE_M, hills, levels=LEVELS, refine=4, tiles=3, lattice=kind)
+        folder = write_scene(tmp_path / name, terrain=terrain, objects=[], particles=[])
+        manifest = json.loads((folder / "scene.json").read_text())
+        manifest["terrain"] |= {"mix_low_m": -5.0, "mix_high_m": -4.0}
+        manifest["sun"]["direction"] = [0.9903, 0.139, 0.0]  # low: hills throw shadows
+        manifest["shadow"]["extent_m"] = 80.0
+        shots = []
+        for key, eye in EYES.items():
+            shots.append(shown(player, place(tmp_path / f"{name} {key}", folder, pose(manifest, *eye)))[0])
+        low = pose(manifest, *EYES["low"]) | {"shadow": None}
+        shots.append(shown(player, place(tmp_path / f"{name} unshaded", folder, low))[0])
+        low = pose(manifest, *EYES["low"]) | {"reflection": None, "refraction": None}
+        shots.append(shown(player, place(tmp_path / f"{name} dull", folder, low))[0])
+        pictures[name] = shots
+    low_shot = list(EYES).index("low")
+    for other in pictures["floats"][len(EYES) :]:  # shadows and the water's views are seen
+        assert (np.abs(pictures["floats"][low_shot] - other).max(axis=2) > 0.05).mean() > 0.002
+    for floats, codes in zip(pictures["floats"], pictures["codes"], strict=True):
+        off = np.abs(floats - codes).max(axis=2)
+        assert off.mean() < 0.05 / 255
+        assert (off > 4 / 255).mean() < 0.001
 
 
 def test_a_window_larger_than_the_bake_was_made_for_is_told_once(
