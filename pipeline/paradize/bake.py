@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize import bake_makers
-from paradize.bake_borders import object_gutters
+from paradize.bake_borders import measure_objects
 from paradize.bake_estimate import memory_of
 from paradize.bake_manifest import build_manifest, mesh_facts
 from paradize.bake_nearest import least_pixels, places_of
@@ -342,6 +342,18 @@ def _report(scene: Scene, out: Path, tasks: list[_Task]) -> BakeReport:
     return report
 
 
+def _lit(scene: Scene, row: dict[str, Any], bumps: list[dict[str, float]]) -> list[str]:
+    """Adds what was measured of a mesh's levels under its bumps to its row; warnings, of budgets exceeded."""
+    row["levels"] = [level | more for level, more in zip(row["levels"], bumps, strict=True)]
+    worst = {
+        f"lod_{key}": max(level[key] for level in bumps) for key in ("mapped_p99_deg", "mapped_mean_deg")
+    }
+    row["errors"] = row["errors"] | worst
+    over = over_budget(scene.budget, worst)
+    row["over"] = [*row["over"], *over]
+    return [f"{row['name']}: {text}" for text in over]
+
+
 def over_budget(budget: dict[str, float], errors: dict[str, float]) -> list[str]:
     """The metrics that are worse than their budget, each as `metric value unit, budget limit`."""
     found = []
@@ -408,10 +420,15 @@ def _commit(
         held = {name: files[entry["file"]][0] for name, entry in entries.items()}
         texels = {name: data for name, data in held.items() if isinstance(data, bytes)}
         hashes = {name: entry["sha256"] for name, entry in entries.items()}
-        gutters, errors = object_gutters(store, scene, met, names, texels, hashes, jobs, force)
+        measured, errors = measure_objects(store, scene, met, names, texels, hashes, jobs, force)
         report.errors += errors
         if errors:
             return
+        gutters = measured["gutters"]
+        for name, bumps in measured["bumps"].items():
+            mesh = rows[f"{name}_mesh"]
+            report.warnings += _lit(scene, mesh, bumps["levels"])
+            entries[mesh["name"]] |= {key: mesh[key] for key in ("errors", "levels")}
         places = {
             name: places_of(texels[f"{name}_mesh"], entries[f"{name}_mesh"]["file"]) for name in objects
         }

@@ -1,11 +1,13 @@
-"""Asks a worker for what the gutters of each object's maps allow; the answers are kept like any product.
+"""Asks workers for what is measured of each object's published bytes: what the gutters of its maps allow, and
+what its bumps look like on each level of detail. The answers are kept like any product.
 
-Light: what measures is bake_gutter.py, in the worker.
+Light: what measures is bake_gutter.py and bake_bumps.py, in the worker.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from paradize.engine.code import code_digest, code_of
@@ -13,19 +15,37 @@ from paradize.engine.store import Store, key_of
 from paradize.engine.workers import Job, run_jobs
 from paradize.errors import ParadizeError
 from paradize.require import Met
-from paradize.scene import ObjectMaterial, Scene
+from paradize.scene import ObjectMaterial, Scene, SceneObject
 
 MAPS = ("color", "normal", "height", "gloss")
+_HOLDS = {"gutters": {"repeat", "limits", "maps"}, "bumps": {"levels"}}  # what an answer is known by
 
 
-def measure(**arguments: Any) -> dict[str, Any]:
+@dataclass(frozen=True)
+class _Asked:
+    """One question about an object: what is asked, the key of its answer, and who finds it out."""
+
+    item: str
+    what: str
+    key: str
+    job: Job
+
+
+def gutters_of(**arguments: Any) -> dict[str, Any]:
     """In the worker: bake_gutter.measure_gutters."""
     from paradize.bake_gutter import measure_gutters
 
     return measure_gutters(**arguments)
 
 
-def object_gutters(
+def bumps_of(**arguments: Any) -> dict[str, Any]:
+    """In the worker: bake_bumps.measure_bumps."""
+    from paradize.bake_bumps import measure_bumps
+
+    return {"levels": measure_bumps(**arguments)}
+
+
+def measure_objects(
     store: Store,
     scene: Scene,
     met: Mapping[str, Met],
@@ -34,45 +54,67 @@ def object_gutters(
     sha256: Mapping[str, str],
     jobs: int,
     force: bool,
-) -> tuple[dict[str, dict[str, Any]], list[ParadizeError]]:
-    """What measure_gutters returns, by the object's name, for objects with a colour map; and what failed.
+) -> tuple[dict[str, dict[str, dict[str, Any]]], list[ParadizeError]]:
+    """By "gutters" and "bumps", then by the object's name: what measure_gutters returns, for objects with a
+    colour map; and {"levels": what measure_bumps returns}, for those with a normal map. And what failed.
 
     met: how the flight meets each object. materials: the names of its mesh's. data, sha256: by artifact.
     force: nothing is read from the store.
     """
-    found: dict[str, dict[str, Any]] = {}
-    work: list[Job] = []
-    keys: dict[str, str] = {}
+    asked: list[_Asked] = []
     for item in scene.objects:
         textures = {key: f"{item.name}_{key}" for key in MAPS if f"{item.name}_{key}" in data}
-        if "color" not in textures:
-            continue
         known = {name: item.materials.get(name, ObjectMaterial()) for name in materials[item.name]}
-        settings: dict[str, Any] = {
-            "name": item.name,
-            "parallax": {
-                name: (material.parallax_scale, material.parallax_bias) for name, material in known.items()
-            },
-            "bleed": item.bleed,
-            "repeat": item.wrap == "repeat",
-            "pixel_m": met[item.name].pixel_m,
-        }
-        mesh = f"{item.name}_mesh"
-        hashes = {key: sha256[name] for key, name in textures.items()} | {"mesh": sha256[mesh]}
-        key = key_of("gutters", code_digest("paradize.bake_gutter"), hashes, settings)
-        kept = None if force else store.get_product(key)
-        if isinstance(kept, dict) and {"repeat", "limits", "maps"} <= kept.keys():
-            found[item.name] = kept
-            continue
-        keys[item.name] = key
-        arguments = settings | {"glb": data[mesh], "textures": {k: data[n] for k, n in textures.items()}}
-        code = code_of("paradize.bake_gutter")
-        work.append(Job(item.name, measure, arguments, file=item.mesh, code=code))
+        parallax = {name: (one.parallax_scale, one.parallax_bias) for name, one in known.items()}
+        repeat = item.wrap == "repeat"
+        if "color" in textures:
+            settings = {"name": item.name, "parallax": parallax, "bleed": item.bleed, "repeat": repeat}
+            settings |= {"pixel_m": met[item.name].pixel_m}
+            held = {"textures": {key: data[name] for key, name in textures.items()}}
+            asked.append(_ask("gutters", gutters_of, item, settings, held, data, sha256, textures))
+        if "normal" in textures:
+            settings = {"name": item.name, "repeat": repeat}
+            held_normal = {"texture": data[textures["normal"]]}
+            only = {"normal": textures["normal"]}
+            asked.append(_ask("bumps", bumps_of, item, settings, held_normal, data, sha256, only))
+    found: dict[str, dict[str, dict[str, Any]]] = {what: {} for what in _HOLDS}
+    work = []
+    for one in asked:
+        kept = None if force else store.get_product(one.key)
+        if isinstance(kept, dict) and _HOLDS[one.what] <= kept.keys():
+            found[one.what][one.item] = kept
+        else:
+            work.append(one)
     errors = []
-    for outcome in run_jobs(work, min(jobs, len(work))) if work else []:
+    outcomes = run_jobs([one.job for one in work], min(jobs, len(work))) if work else []
+    for one, outcome in zip(work, outcomes, strict=True):
         if outcome.error:
             errors.append(outcome.error)
             continue
-        found[outcome.name] = outcome.value
-        store.put_product(keys[outcome.name], outcome.value)
+        found[one.what][one.item] = outcome.value
+        store.put_product(one.key, outcome.value)
     return found, errors
+
+
+def _ask(
+    what: str,
+    call: Callable[..., dict[str, Any]],
+    item: SceneObject,
+    settings: dict[str, Any],
+    held: dict[str, Any],
+    data: Mapping[str, bytes],
+    sha256: Mapping[str, str],
+    textures: Mapping[str, str],
+) -> _Asked:
+    module = {"gutters": "paradize.bake_gutter", "bumps": "paradize.bake_bumps"}[what]
+    mesh = f"{item.name}_mesh"
+    hashes = {key: sha256[name] for key, name in textures.items()} | {"mesh": sha256[mesh]}
+    key = key_of(what, code_digest(module), hashes, settings)
+    job = Job(
+        f"{item.name} {what}",
+        call,
+        settings | {"glb": data[mesh]} | held,
+        file=item.mesh,
+        code=code_of(module),
+    )
+    return _Asked(item.name, what, key, job)

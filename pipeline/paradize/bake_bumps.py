@@ -1,87 +1,52 @@
-"""The bumps that a scene lays on a mesh -> what light sees of each level of detail, against the source."""
+"""The bumps that a scene lays on a mesh -> what light sees of each level of detail, against the finest.
+
+Measured on the very bytes that are published: the GLB's levels with their tangent frames, and level 0 of the
+normal map as the hardware decodes it. Apart from the mesh's own bake: a picture that changes bakes no mesh
+again.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from paradize.metrics.mapped_normal import normal_error
-from paradize.stages.tangents import tangent_frames
+import numpy as np
+
+from paradize.formats.glb import decode_glb
+from paradize.formats.ktx2 import decode_ktx2
+from paradize.metrics.mapped_normal import SAMPLES, normal_error
+from paradize.metrics.surface import Judge
+from paradize.metrics.texels import decode_texels
 
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
 
-    from paradize.data import Mesh
-    from paradize.metrics.surface import Judge
+    from paradize.data import Texture
 
 MAPPED = ("mapped_mean_deg", "mapped_p99_deg", "mapped_max_deg")
 
 
-@dataclass(frozen=True)
-class Bumps:
-    """A picture whose brightness is the height of a mesh's surface, as bake_maps reads it.
+def measure_bumps(glb: bytes, texture: bytes, *, name: str, repeat: bool) -> list[dict[str, float]]:
+    """mapped_mean_deg, mapped_p99_deg and mapped_max_deg of each level, the finest first and without error:
+    degrees between the normals that it and the finest show at the same place, both turned by the map in
+    their own tangent frames.
 
-    strength: percent of the width that white stands above black. relief: as scene.Relief. wrap: "repeat" or
-    "clamp"; clamped, slopes stay inside the UV islands of the OBJ `layout`, where it has any.
+    texture: the normal map's KTX2. repeat: whether it tiles. name: of the object, for messages. Raises
+    FormatError for bytes that we did not write.
     """
-
-    picture: Path
-    strength: float
-    relief: Mapping[str, Any]
-    wrap: str
-    tier: str
-    layout: Path | None = None
-
-    def vectors(self) -> npt.NDArray[np.float32]:
-        """The finest normal map, (h, w, 3) unit vectors, green up, before blocks cost it anything."""
-        from paradize.bake_maps import picture_rows, relief_levels
-
-        rows, _ = picture_rows(
-            self.picture,
-            only=("normal",),
-            source="color",
-            strength=self.strength,
-            wrap=self.wrap,
-            tier=self.tier,
-            filter_name=self.relief["filter"],
-            destep=self.relief["destep"],
-            uv=self.layout,
-            levels=relief_levels(self.relief),
-        )
-        return rows.whole("normal")
+    finest, *coarser = decode_glb(glb, name)
+    vectors = _vectors(decode_ktx2(texture, f"{name}_normal"))
+    judge = Judge(finest.mesh)
+    found = [dict.fromkeys(MAPPED, 0.0)]
+    for lod in coarser:
+        told = normal_error(judge, lod.mesh, SAMPLES, apart=lod.error_max, normal_map=vectors, repeat=repeat)
+        found.append({key: told[key] for key in MAPPED})
+    return found
 
 
-class Light:
-    """What levels are judged with besides their shape: their tangent frames and the bumps laid on them.
-
-    method: the tier of tangent frames. Each level's frames are kept for whoever needs them next.
-    """
-
-    def __init__(self, bumps: Bumps, method: str = "mikktspace") -> None:
-        self.bumps = bumps
-        self.method = method
-        self._vectors: npt.NDArray[np.float32] | None = None
-        self._framed: list[tuple[Mesh, Mesh]] = []
-
-    def framed(self, mesh: Mesh) -> Mesh:
-        """The mesh with tangents; made once."""
-        for known, framed in self._framed:
-            if known is mesh:
-                return framed
-        framed = tangent_frames(replace(mesh, tangents=None), self.method)
-        self._framed.append((mesh, framed))
-        return framed
-
-    def errors(self, judge: Judge, level: Mesh, samples: int, apart: float) -> dict[str, float]:
-        """normal_mean_deg and so on of a level and mapped_mean_deg and so on: degrees between the normals
-        that it and the source show at the same place, as they are and turned by the map in their own tangent
-        frames. judge: its `shown` with tangents. apart: the level's error_max."""
-        if self._vectors is None:
-            self._vectors = self.bumps.vectors()
-        framed = self.framed(level)
-        judge.split(level, framed)
-        repeat = self.bumps.wrap == "repeat"
-        return normal_error(judge, framed, samples, apart=apart, normal_map=self._vectors, repeat=repeat)
+def _vectors(texture: Texture) -> npt.NDArray[np.float32]:
+    """(h, w, 3) unit vectors of a normal map's finest level, green up."""
+    xy = decode_texels(texture, 0)[:, :, :2]
+    out = np.empty((*xy.shape[:2], 3), np.float32)
+    out[:, :, :2] = xy
+    out[:, :, 2] = np.sqrt(np.maximum(0.0, 1.0 - xy[:, :, 0] * xy[:, :, 0] - xy[:, :, 1] * xy[:, :, 1]))
+    return out

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from math import isqrt
 
-from paradize.bake_bumps import MAPPED, Light
 from paradize.data import Mesh
 from paradize.errors import SourceError
 from paradize.metrics.mapped_normal import normal_error, uv_shift
@@ -68,22 +67,19 @@ class Step:
     seams_kept: bool = True
 
 
-def make_levels(
-    mesh: Mesh, plan: Plan, tier: str, light: Light | None = None
-) -> tuple[list[Step], list[str]]:
+def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[Step], list[str]]:
     """Levels, the finest first, and notes: fewer than asked, with the reason, where no worthy one can be had.
 
-    mesh: validated, with normals. light: with texture coordinates, what levels are lit with, so that mapped
-    normals are measured too. No level has more triangles or a smaller error than the one before.
+    mesh: validated, with normals. No level has more triangles or a smaller error than the one before.
     """
-    judge = Judge(mesh, None if light is None else light.framed(mesh))
-    steps, notes = [_told(judge, Step(mesh, EXACT), light)], []
+    judge = Judge(mesh)
+    steps, notes = [_told(judge, Step(mesh, EXACT))], []
     if plan.finest > 0:
         found, note = _coarsest(judge, mesh, plan.finest, tier)
         if found is None:
             notes.append(f"lod0 is the source: {note}")
         else:
-            steps = [_told(judge, found, light)]
+            steps = [_told(judge, found)]
             share = f"{len(found.mesh.triangles)} of {len(mesh.triangles)} triangles"
             notes.append(f"lod0 has {share}: nothing finer is seen")
     first = len(steps[0].mesh.triangles)
@@ -114,7 +110,7 @@ def make_levels(
             if plan.errors:
                 continue
             break
-        found = _told(judge, found, light)
+        found = _told(judge, found)
         turned = found.errors["normal_mean_deg"]
         if not plan.errors and turned > _TURNED_DEG:
             shape = f"{len(found.mesh.triangles)} triangles turn normals by {turned:.0f} degrees on the mean"
@@ -129,18 +125,13 @@ def make_levels(
     return steps, list(dict.fromkeys(notes + _slides(steps)))
 
 
-def _told(judge: Judge, step: Step, light: Light | None) -> Step:
+def _told(judge: Judge, step: Step) -> Step:
     """The step with all that is told of a level: its normals and its texture measured too."""
     if step.mesh is judge.mesh:
-        mapped = {} if light is None else dict.fromkeys(MAPPED, 0.0)
-        return replace(step, errors=EXACT | _SAME | _STILL | mapped)
-    apart = step.errors["error_max"]
-    if light is None:
-        normals = normal_error(judge, step.mesh, _SAMPLES, apart=apart)
-    else:
-        normals = light.errors(judge, step.mesh, _SAMPLES, apart)
+        return replace(step, errors=EXACT | _SAME | _STILL)
+    normals = normal_error(judge, step.mesh, _SAMPLES, apart=step.errors["error_max"])
     slid = {key: step.errors[key] for key in _STILL if key in step.errors}
-    slid = slid or uv_shift(judge, step.mesh if light is None else light.framed(step.mesh), _SAMPLES)
+    slid = slid or uv_shift(judge, step.mesh, _SAMPLES)
     return replace(step, errors=step.errors | normals | slid)
 
 

@@ -45,17 +45,15 @@ QUANTISED = (
 LOD_FACTS = (
     "triangles", "error_max", "error_rms", "error_p99",
     "normal_mean_deg", "normal_p99_deg", "normal_max_deg", "uv_shift_p99", "uv_shift_max",
-    "mapped_mean_deg", "mapped_p99_deg", "mapped_max_deg", *QUANTISED,
+    *QUANTISED,
 )  # fmt: skip
 
 
 def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """OBJ -> GLB with tangent frames and LODs."""
-    from paradize.bake_bumps import Bumps
     from paradize.bake_quantise import direction_deg_of
     from paradize.bake_sight import bake_seen
 
-    laid = settings.get("bumps")
     made = bake_seen(
         sources["mesh"],
         settings.get("sight"),
@@ -72,7 +70,6 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         crease_deg=settings["crease_deg"],
         tangents=settings["tangents"],
         quantise_deg=direction_deg_of(settings["quantise"]) if "quantise" in settings else None,
-        bumps=Bumps(sources["image"], tier=tier, layout=_layout(sources), **laid) if laid else None,
     )
     levels = made.report["lods"]
     errors = {
@@ -84,8 +81,6 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
             ("lod_normal_mean_deg", "normal_mean_deg"),
             ("uv_shift_p99", "uv_shift_p99"),
             ("uv_shift_max", "uv_shift_max"),
-            ("lod_mapped_p99_deg", "mapped_p99_deg"),
-            ("lod_mapped_mean_deg", "mapped_mean_deg"),
             *((key, key) for key in QUANTISED),
         )
         if all(key in level for level in levels)

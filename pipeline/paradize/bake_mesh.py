@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from paradize.bake_atlas import with_atlas
-from paradize.bake_bumps import Bumps, Light
 from paradize.bake_lods import DEFAULT_MAX_ERROR, Plan, make_levels
 from paradize.bake_quantise import quantised_levels
 from paradize.data import Group, Lod, Mesh
@@ -61,7 +60,6 @@ def bake_mesh(
     weld_m: float = 0.0,
     crease_deg: float = CREASE_DEG,
     tangents: str = "mikktspace",
-    bumps: Bumps | None = None,
     quantise_deg: float | None = None,
     tangent_tiers: bool = True,
 ) -> MeshProduct:
@@ -105,7 +103,7 @@ def bake_mesh(
     try:
         return _bake(
             *(path, asked, plan, tier, atlas, painted, root, base_colors, weld_m, crease_deg),
-            *(tangents, bumps, quantise_deg, tangent_tiers, started),
+            *(tangents, quantise_deg, tangent_tiers, started),
         )
     except MemoryError as error:
         raise SourceError("too large for this machine's memory", file=path) from error
@@ -129,7 +127,6 @@ def _bake(
     weld_m: float,
     crease_deg: float,
     tangents: str,
-    bumps: Bumps | None,
     quantise_deg: float | None,
     tangent_tiers: bool,
     started: float,
@@ -167,15 +164,14 @@ def _bake(
     used = tier if tier in TIERS else "balanced"
     if used != tier:
         warnings.append(f"{path}: levels of detail have no tier {tier!r}; {used!r} used")
-    light = None if bumps is None or mesh.uvs is None else Light(bumps, tangents)
-    steps, notes = make_levels(mesh, asked if plan is None else plan(mesh, asked), used, light)
+    steps, notes = make_levels(mesh, asked if plan is None else plan(mesh, asked), used)
     warnings += [f"{path}: {note}" for note in notes]
     tiers = _tangent_tiers(steps[0].mesh) if tangent_tiers else {}
     framed = []
     while steps:  # what is done with is let go: a level is about as large as its part of the file
         step = steps.pop(0)
-        framed.append((_framed(mesh, step.mesh, tangents, light), step.errors))
-    del step, light, mesh
+        framed.append((_framed(mesh, step.mesh, tangents), step.errors))
+    del step, mesh
     unordered = [draw_costs(level) for level, _ in framed]
     for at, (level, errors) in enumerate(framed):
         framed[at] = draw_order(level), errors
@@ -225,14 +221,12 @@ def _tangent_tiers(mesh: Mesh) -> dict[str, dict[str, float]]:
     }
 
 
-def _framed(source: Mesh, level: Mesh, tangents: str, light: Light | None) -> Mesh:
+def _framed(source: Mesh, level: Mesh, tangents: str) -> Mesh:
     """A level as it is written: with the vertex colours of the source, and tangents where it has an image."""
     if level is not source:
         colored = _colored(source, replace(level, tangents=None))
         level = colored if source.colors is not None else level
-    if level.uvs is None:
-        return level
-    return tangent_frames(level, tangents) if light is None else light.framed(level)
+    return level if level.uvs is None else tangent_frames(level, tangents)
 
 
 def _lod(level: Mesh, errors: Mapping[str, float]) -> Lod:

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from paradize.bake_bumps import Bumps
 from paradize.bake_lods import Plan
 from paradize.bake_mesh import MeshProduct, bake_mesh
 from paradize.data import Mesh
@@ -70,11 +69,8 @@ def bake_seen(
     path: Path,
     sight: dict[str, Any] | None,
     instances: list[dict[str, Any]],
-    *,
-    bumps: Bumps | None = None,
     **settings: Any,
 ) -> MeshProduct:
-    """bake_mesh with levels for what the flight sees; by its own settings where `sight` is None. bumps: as
-    the scene's object has them."""
+    """bake_mesh with levels for what the flight sees; by its own settings where `sight` is None."""
     plan = None if sight is None else sight_plan(sight, instances)
-    return bake_mesh(path, plan=plan, bumps=bumps, tangent_tiers=False, **settings)
+    return bake_mesh(path, plan=plan, tangent_tiers=False, **settings)

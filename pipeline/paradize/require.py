@@ -218,15 +218,10 @@ def _object(
     name, things = item.name, ("objects",)
     why = f"the object {name}, its shadow and its mirror image"
     layout = {"layout": item.mesh} if item.wrap == "clamp" else {}
-    laid: dict[str, Path] = {}
-    bumps: dict[str, Any] = {}
-    if look.color_map is not None and item.strength > 0.0:  # levels are judged by what light sees of them
-        laid = {"image": look.color_map, **layout}
-        bumps = {"bumps": {"strength": item.strength, "relief": asdict(item.relief), "wrap": item.wrap}}
     found.add(
         f"{name} mesh",
         "mesh",
-        {"mesh": item.mesh, **laid},
+        {"mesh": item.mesh},
         [Want(f"{name}_mesh", "mesh", "mesh", why, (*things, *views))],
         lods=item.lods,
         max_error=item.max_error,
@@ -236,7 +231,6 @@ def _object(
         crease_deg=item.crease_deg,
         tangents=item.tangents,
         **({"quantise": accepted} if item.quantise else {}),
-        **bumps,
         **({"instances": [asdict(instance) for instance in item.instances]} | seen if seen else {}),
         atlas=look.color_map is not None,  # a map needs a UV layout
         base_colors={material: list(color) for material, color in look.base_colors.items()},

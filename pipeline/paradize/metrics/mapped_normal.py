@@ -50,9 +50,9 @@ def normal_error(
     """
     judge = original if isinstance(original, Judge) else Judge(original)
     names = ("normal",) if normal_map is None else ("normal", "mapped")
-    if judge.shown.normals is None or level.normals is None:
+    if judge.mesh.normals is None or level.normals is None:
         return {f"{name}_{key}_deg": 0.0 for name in names for key in ("mean", "p99", "max")}
-    truth = _shading_of(judge.shown, judge.surface)
+    truth = _shading_of(judge.mesh, judge.surface)
     seen = _shading_of(level, judge.surface_of(level))
     if apart is None:
         apart = judge.distance(level, samples)["error_max"]
@@ -73,14 +73,14 @@ def uv_shift(original: Mesh | Judge, level: Mesh, samples: int = SAMPLES) -> dic
     where the level shows a point of the texture and where the original shows it. Zero without texture
     coordinates. Rounded to six digits."""
     judge = original if isinstance(original, Judge) else Judge(original)
-    if judge.shown.uvs is None or level.uvs is None or not judge.diagonal_m > 0:
+    if judge.mesh.uvs is None or level.uvs is None or not judge.diagonal_m > 0:
         return {"uv_shift_p99": 0.0, "uv_shift_max": 0.0}
-    flat = judge.shown.uvs[judge.shown.triangles.reshape(-1)].astype(np.float64)
+    flat = judge.mesh.uvs[judge.mesh.triangles.reshape(-1)].astype(np.float64)
     spread = float((flat.max(axis=0) - flat.min(axis=0)).max())
     # The whole image counts as far as the surface is large.
     unit = judge.diagonal_m / spread if spread > 0 else 0.0
     found = _shading_of(level, judge.surface_of(level)).shift_from(
-        _shading_of(judge.shown, judge.surface), unit=unit if np.isfinite(unit) else 0.0, samples=samples
+        _shading_of(judge.mesh, judge.surface), unit=unit if np.isfinite(unit) else 0.0, samples=samples
     )
     p99, largest = (value / judge.diagonal_m for value in found[1:])
     return {"uv_shift_p99": _told(p99), "uv_shift_max": _told(largest)}

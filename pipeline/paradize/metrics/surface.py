@@ -24,32 +24,23 @@ def diagonal(mesh: Mesh) -> float:
 
 class Judge:
     """An original that levels are measured against: looked at once, asked often. The last level that was
-    measured is kept, so that all metrics of it share one tree.
+    measured is kept, so that all metrics of it share one tree."""
 
-    shown: the same triangles with what light needs, where that has other vertices: split ones with tangents.
-    """
-
-    def __init__(self, mesh: Mesh, shown: Mesh | None = None) -> None:
+    def __init__(self, mesh: Mesh) -> None:
         self.mesh = mesh
-        self.shown = mesh if shown is None else shown
         self.diagonal_m = diagonal(mesh)
         self.surface = Surface(mesh.positions, mesh.triangles)
         self._last: tuple[Mesh, Surface] | None = None
 
     def surface_of(self, level: Mesh) -> Surface:
         """The level's triangles, ready to be measured."""
-        if level is self.mesh or level is self.shown:
+        if level is self.mesh:
             return self.surface
         if self._last is None or not (
             self._last[0].positions is level.positions and self._last[0].triangles is level.triangles
         ):
             self._last = (level, Surface(level.positions, level.triangles))
         return self._last[1]
-
-    def split(self, level: Mesh, framed: Mesh) -> None:
-        """Says that `framed` is the level that was measured last, with split vertices."""
-        if self._last is not None and self._last[0] is level:
-            self._last = (framed, self._last[1])
 
     def distance(self, level: Mesh, samples: int = SAMPLES) -> dict[str, float]:
         """As surface_distance."""
