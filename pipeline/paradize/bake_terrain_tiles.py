@@ -131,4 +131,5 @@ def _errors(held: list[Patch], finest: int) -> dict[str, float]:
         squares += error.rms_m * error.rms_m * size
         area += size
     largest = max(error.max_m for error, _ in known)
-    return told | {"terrain_max_m": six_up(largest), "terrain_rms_m": six_up(float(np.sqrt(squares / area)))}
+    rms = six_up(float(np.sqrt(squares / area)))
+    return {"terrain_max_m": six_up(largest), "terrain_rms_m": rms} | told

@@ -91,16 +91,15 @@ def write_vase(folder: Path) -> Path:
     along = np.concatenate([[0.0], np.cumsum(step)]) / step.sum()
     lines = ["mtllib vase.mtl", "usemtl clay", "s 1"]
     for (radius, height), v in zip(fine, along, strict=True):
-        for i in range(_AROUND + 1):
+        for i in range(_AROUND + (radius > 0.0)):  # the middle of the foot has no seam
             angle = 2.0 * np.pi * i / _AROUND
             lines.append(f"v {radius * np.cos(angle):.6f} {height:.6f} {radius * np.sin(angle):.6f}")
             lines.append(f"vt {1.0 - i / _AROUND:.6f} {v:.6f}")
+    first = [1, *(1 + _AROUND + j * (_AROUND + 1) for j in range(len(fine) - 1))]  # vertex of each ring
     for j in range(len(fine) - 1):
         for i in range(_AROUND):
-            a = j * (_AROUND + 1) + i + 1
-            corners = [a, a + _AROUND + 1, a + _AROUND + 2, a + 1]
-            if j == 0:
-                corners = corners[:3] if fine[0, 0] == 0.0 else corners
+            low, high = first[j] + i, first[j + 1] + i
+            corners = [low, high, high + 1, low + 1][: 4 if j else 3]
             lines.append("f " + " ".join(f"{k}/{k}" for k in corners))
     (folder / "vase.obj").write_text("\n".join(lines) + "\n")
     (folder / "vase.mtl").write_text("newmtl clay\nmap_Kd vase.png\n")

@@ -124,7 +124,7 @@ def same_corner(scene: Path) -> None:
 
 def swapped_lods(scene: Path) -> None:
     def edit(tree: dict[str, Any]) -> None:
-        a, b = tree["nodes"][0], tree["nodes"][1]
+        a, b = tree["nodes"][1], tree["nodes"][2]
         a["mesh"], b["mesh"] = b["mesh"], a["mesh"]
 
     replace(scene, "post_mesh", with_json(file_of(scene, "post_mesh").read_bytes(), edit))

@@ -25,24 +25,28 @@ from paradize.scene import FILTERS
 from paradize.stages.filters import FILTER_NAMES
 from tests.pipeline.heights import angles_between, rounded, save, sinusoids, up, waves
 from tests.pipeline.scenes import make_cove
+from tests.places import PEAK
 
-PEAK = """
-import resource, sys, time
+MEMORY = (
+    PEAK
+    + """
+import sys
 from pathlib import Path
 import paradize.kernels.bc7, paradize.metrics.levels
 from paradize.bake_maps import bake_maps
-before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+before = peak() // 1024
 uv = Path(sys.argv[3]) if len(sys.argv) > 3 else None
 bake_maps(Path(sys.argv[1]), source="height", wrap="repeat", fmt=sys.argv[2], uv=uv)
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+print(peak() // 1024 - before)
 """
+)
 
 
 def peak_bytes(path: Path, *more: str) -> int:
     """What a bake of the four maps of a height map adds to its process's memory at most. more: the format
     (KTX2 by itself), and an OBJ with a UV layout."""
     environment = {**os.environ, "PARADIZE_THREADS": "2"}
-    command = [sys.executable, "-c", PEAK, str(path), *(more or ("ktx2",))]
+    command = [sys.executable, "-c", MEMORY, str(path), *(more or ("ktx2",))]
     done = subprocess.run(command, capture_output=True, text=True, timeout=550, env=environment)
     assert done.returncode == 0, done.stderr
     return int(done.stdout) * 1024

@@ -17,6 +17,7 @@ from paradize.readers.obj import read_obj
 from paradize.stages.normals import complete_normals
 from paradize.stages.validate import validate_mesh
 from tests.pipeline.shapes import sphere
+from tests.places import PEAK
 
 
 def write(path: Path, mesh: Mesh, scale: float = 1.0) -> Path:
@@ -127,14 +128,17 @@ def test_a_million_cards_are_read_checked_and_given_normals(tmp_path: Path) -> N
     assert normals is not None and np.isfinite(normals).all()
 
 
-MEMORY = """
-import resource, sys
+MEMORY = (
+    PEAK
+    + """
+import sys
 from pathlib import Path
 from paradize.readers.obj import read_obj
-before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+before = peak()
 read_obj(Path(sys.argv[1]))
-print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024)
+print(peak() - before)
 """
+)
 
 
 def test_reading_takes_no_more_than_ten_times_the_bytes_of_the_file(tmp_path: Path) -> None:

@@ -11,8 +11,12 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-BAKE = """
-import json, resource, sys
+from tests.places import PEAK
+
+BAKE = (
+    PEAK
+    + """
+import json, sys
 from dataclasses import asdict
 from pathlib import Path
 from paradize.bake_terrain_tiles import bake_tiles
@@ -28,11 +32,12 @@ made = bake_tiles(
     Path(sys.argv[1]), Path(sys.argv[2]), size_x_m=side, size_z_m=side, height_m=0.2 * side,
     max_error_m=1.0, patch_px=256, sight=sight,
 )
-peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+most = peak()
 patches = made.tables["patches"]["level"]
 sizes = [tile.file.stat().st_size for tile in made.tiles]
-print(json.dumps({"peak": peak, "patches": len(patches), "tiles": sizes}))
+print(json.dumps({"peak": most, "patches": len(patches), "tiles": sizes}))
 """
+)
 
 
 def write_hills(path: Path, side: int) -> None:
