@@ -62,12 +62,16 @@ def measure_objects(
     force: nothing is read from the store.
     """
     asked: list[_Asked] = []
+    found: dict[str, dict[str, dict[str, Any]]] = {what: {} for what in _HOLDS}
     for item in scene.objects:
         textures = {key: f"{item.name}_{key}" for key in MAPS if f"{item.name}_{key}" in data}
         known = {name: item.materials.get(name, ObjectMaterial()) for name in materials[item.name]}
         parallax = {name: (one.parallax_scale, one.parallax_bias) for name, one in known.items()}
         repeat = item.wrap == "repeat"
-        if "color" in textures:
+        if "color" in textures and repeat:  # maps that tile have no borders to look at
+            free = {"limits": dict.fromkeys(sorted(parallax)), "maps": dict.fromkeys(textures)}
+            found["gutters"][item.name] = {"repeat": True} | free
+        elif "color" in textures:
             settings = {"name": item.name, "parallax": parallax, "bleed": item.bleed, "repeat": repeat}
             settings |= {"pixel_m": met[item.name].pixel_m}
             held = {"textures": {key: data[name] for key, name in textures.items()}}
@@ -77,7 +81,6 @@ def measure_objects(
             held_normal = {"texture": data[textures["normal"]]}
             only = {"normal": textures["normal"]}
             asked.append(_ask("bumps", bumps_of, item, settings, held_normal, data, sha256, only))
-    found: dict[str, dict[str, dict[str, Any]]] = {what: {} for what in _HOLDS}
     work = []
     for one in asked:
         kept = None if force else store.get_product(one.key)
