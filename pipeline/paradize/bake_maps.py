@@ -74,45 +74,6 @@ def bake_maps(
     """
     one_of("map", [name for name in only if name not in MAPS], MAPS)
     _check(path, source, strength, green, fmt, tier)
-    rows, warnings = picture_rows(
-        path,
-        only=only,
-        source=source,
-        strength=strength,
-        wrap=wrap,
-        green=green,
-        tier=tier,
-        filter_name=filter_name,
-        destep=destep,
-        uv=uv,
-        gloss_groups=gloss_groups,
-        slope_scale=slope_scale,
-        levels=levels,
-        gloss=gloss,
-    )
-    if fmt == "png":
-        return png_maps(rows, tier=tier, warnings=warnings, measure=measure)
-    return ktx2_maps(rows, tier=tier, warnings=warnings, budget=budget or {}, zstd=zstd, measure=measure)
-
-
-def picture_rows(
-    path: Path,
-    *,
-    only: Sequence[str],
-    source: str,
-    strength: float,
-    wrap: str | tuple[str, str],
-    green: str = "up",
-    tier: str,
-    filter_name: str,
-    destep: bool,
-    uv: Path | None = None,
-    gloss_groups: Collection[str] | None = None,
-    slope_scale: float | tuple[float, float] | None = None,
-    levels: Levels | None = None,
-    gloss: GlossSettings | None = None,
-) -> tuple[MapRows, list[str]]:
-    """Rows of level 0 of a picture's maps before any encoding, and warnings; settings as of bake_maps."""
     names = ("auto", *FILTER_NAMES)
     one_of("filter", [] if filter_name in names else [filter_name], names)
     wraps = wraps_of(wrap)
@@ -145,7 +106,10 @@ def picture_rows(
     ground = Ground(heights, slopes, wraps, filter_name, green == "down", islands)
     picture = image if source == "color" and levels is not None else None
     del image  # the codes of a height map are not needed any more
-    return MapRows(ground, tuple(only), unit, picture, gloss or GlossSettings(), layout), warnings
+    made = MapRows(ground, tuple(only), unit, picture, gloss or GlossSettings(), layout)
+    if fmt == "png":
+        return png_maps(made, tier=tier, warnings=warnings, measure=measure)
+    return ktx2_maps(made, tier=tier, warnings=warnings, budget=budget or {}, zstd=zstd, measure=measure)
 
 
 def relief_levels(relief: Mapping[str, Any]) -> Levels | None:

@@ -10,31 +10,11 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-
+from meshes import write_torus
 from paradize.kernels.obj import parse_obj, parse_obj_file
 from row import Row, pair_ms
 
 COLUMNS, ROWS = 934, 467
-
-
-def torus_obj(file: Path) -> None:
-    """A closed surface with one UV seam each way, as exporters write it: six decimals, corners v/vt/vn."""
-    v, u = np.meshgrid(np.arange(ROWS + 1) / ROWS, np.arange(COLUMNS + 1) / COLUMNS, indexing="ij")
-    along, around = 2 * np.pi * (u % 1), 2 * np.pi * (v % 1)
-    tube = 0.35 + 0.02 * np.sin(40 * along) * np.cos(24 * around)
-    out = np.stack([np.cos(around) * np.cos(along), np.sin(around), np.cos(around) * np.sin(along)], -1)
-    ring = np.stack([np.cos(along), np.zeros_like(along), np.sin(along)], -1)
-    index = np.arange(1, (ROWS + 1) * (COLUMNS + 1) + 1).reshape(ROWS + 1, COLUMNS + 1)
-    a, b, c, d = (
-        side.reshape(-1) for side in (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])
-    )
-    faces = np.stack([a, b, c, a, c, d], 1).reshape(-1, 3)
-    with file.open("w") as text:
-        for word, rows in (("v", ring + tube[..., None] * out), ("vt", np.stack([u, v], -1)), ("vn", out)):
-            line = word + " %.6f" * rows.shape[-1] + "\n"
-            text.writelines(line % tuple(row) for row in rows.reshape(-1, rows.shape[-1]).tolist())
-        text.writelines(f"f {i}/{i}/{i} {j}/{j}/{j} {k}/{k}/{k}\n" for i, j, k in faces.tolist())
 
 
 def read_file(file: Path) -> object:
@@ -44,7 +24,7 @@ def read_file(file: Path) -> object:
 
 def rows(runs: int, folder: Path) -> Iterator[Row]:
     file = folder / "torus.obj"
-    torus_obj(file)
+    write_torus(file, COLUMNS, ROWS, lobes=40)
     size = f"{file.stat().st_size / 1e6:.0f} MB with v, vt, vn"
     try:
         import tinyobjloader

@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 
+from meshes import write_torus
 from row import Row, median_ms, pair_ms
 
 GLTFPACK = Path(__file__).parents[2] / "build/node/node_modules/gltfpack/cli.js"
@@ -47,21 +48,7 @@ target = [{ position = [0, 0, 0] }, { position = [0, 0, 0] }, { position = [0, 0
 
 def write_sources(folder: Path) -> int:
     """The scene, a torus with relief and one seam each way, and a picture; how many triangles there are."""
-    v, u = np.meshgrid(np.arange(ROWS + 1) / ROWS, np.arange(COLUMNS + 1) / COLUMNS, indexing="ij")
-    along, around = 2 * np.pi * (u % 1), 2 * np.pi * (v % 1)
-    tube = 0.35 + 0.02 * np.sin(20 * along) * np.cos(12 * around)
-    out = np.stack([np.cos(around) * np.cos(along), np.sin(around), np.cos(around) * np.sin(along)], -1)
-    ring = np.stack([np.cos(along), np.zeros_like(along), np.sin(along)], -1)
-    index = np.arange(1, (ROWS + 1) * (COLUMNS + 1) + 1).reshape(ROWS + 1, COLUMNS + 1)
-    a, b, c, d = (
-        side.reshape(-1) for side in (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])
-    )
-    faces = np.stack([a, b, c, a, c, d], 1).reshape(-1, 3)
-    with (folder / "torus.obj").open("w") as text:
-        for word, rows in (("v", ring + tube[..., None] * out), ("vt", np.stack([u, v], -1)), ("vn", out)):
-            line = word + " %.6f" * rows.shape[-1] + "\n"
-            text.writelines(line % tuple(row) for row in rows.reshape(-1, rows.shape[-1]).tolist())
-        text.writelines(f"f {i}/{i}/{i} {j}/{j}/{j} {k}/{k}/{k}\n" for i, j, k in faces.tolist())
+    faces = write_torus(folder / "torus.obj", COLUMNS, ROWS, lobes=20)
     y, x = np.mgrid[0:SIDE, 0:SIDE] * (2 * np.pi / SIDE)
     rng = np.random.default_rng(2)
     grain = rng.integers(-12, 13, (SIDE, SIDE))
@@ -72,7 +59,7 @@ def write_sources(folder: Path) -> int:
     assert file and file.open(str(folder / "skin.png"), spec) and file.write_image(pixels)
     file.close()
     (folder / "whole.toml").write_text(SCENE)
-    return len(faces)
+    return faces
 
 
 def rows(runs: int, folder: Path) -> Iterator[Row]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import struct
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +17,7 @@ from paradize.check.meshes import check_mesh
 from paradize.data import Group, Lod, Mesh
 from paradize.errors import BakeError, FormatError
 from paradize.formats.glb import decode_glb, encode_glb
+from tests.pipeline.glb_json import document, with_document
 from tests.pipeline.shapes import sphere
 
 
@@ -42,21 +42,6 @@ def triangle() -> Mesh:
 
 def two_levels() -> bytes:
     return encode_glb([Lod(card(), 0.0, 0.0), Lod(triangle(), 0.25, 0.125)], "card", {"tier": "balanced"})
-
-
-def document(data: bytes) -> dict[str, Any]:
-    (length,) = struct.unpack_from("<I", data, 12)
-    found: dict[str, Any] = json.loads(data[20 : 20 + length])
-    return found
-
-
-def with_document(data: bytes, changed: dict[str, Any]) -> bytes:
-    (length,) = struct.unpack_from("<I", data, 12)
-    text = json.dumps(changed).encode()
-    text += b" " * (-len(text) % 4)
-    rest = data[20 + length :]
-    total = 20 + len(text) + len(rest)
-    return struct.pack("<4sII", b"glTF", 2, total) + struct.pack("<I4s", len(text), b"JSON") + text + rest
 
 
 def same(a: Mesh, b: Mesh) -> bool:

@@ -34,6 +34,7 @@ from paradize.stages.quantise import (
 )
 from paradize.stages.tangents import tangent_frames
 from paradize.stages.terrain import pixels_mesh
+from tests.pipeline.glb_json import document, with_document
 from tests.pipeline.scenes import make_cove
 from tests.pipeline.shapes import cube, sphere
 
@@ -45,21 +46,6 @@ def ball(rings: int = 24, **place: Any) -> Mesh:
 def coded(*meshes: Mesh, direction_deg: float = 0.1) -> tuple[tuple[Lod, ...], bytes]:
     lods = quantised_levels([Lod(mesh, 0.0, 0.0) for mesh in meshes], direction_deg=direction_deg)
     return lods, encode_glb(lods, "coded")
-
-
-def document(data: bytes) -> dict[str, Any]:
-    (length,) = struct.unpack_from("<I", data, 12)
-    found: dict[str, Any] = json.loads(data[20 : 20 + length])
-    return found
-
-
-def with_document(data: bytes, changed: dict[str, Any]) -> bytes:
-    (length,) = struct.unpack_from("<I", data, 12)
-    text = json.dumps(changed).encode()
-    text += b" " * (-len(text) % 4)
-    rest = data[20 + length :]
-    head = struct.pack("<4sII", b"glTF", 2, 20 + len(text) + len(rest))
-    return head + struct.pack("<I4s", len(text), b"JSON") + text + rest
 
 
 def test_codes_come_back_as_they_went_in() -> None:
