@@ -7,27 +7,13 @@
 #include <utility>
 #include <vector>
 
+#include "rough_grid.hpp"
 #include "terrain_delaunay.hpp"
 
 using paradize::terrain::refine;
 using paradize::terrain::Triangulation;
 
 namespace {
-
-struct Grid {
-    std::uint32_t width, height;
-    std::vector<float> heights;
-};
-
-Grid rough(std::uint32_t width, std::uint32_t height) {
-    Grid grid{width, height, std::vector<float>(static_cast<std::size_t>(width) * height)};
-    std::uint32_t state = 1;
-    for (float &value : grid.heights) {
-        state = state * 1664525U + 1013904223U;
-        value = static_cast<float>(state >> 24) / 64.0F;
-    }
-    return grid;
-}
 
 // The largest error over all pixels of all triangles, by visiting every pixel of every bounding box; and
 // twice the area that they cover.
@@ -76,7 +62,7 @@ Measured measure(const Grid &grid, const Triangulation &found) {
 
 TEST_CASE("any bound is kept and the grid is covered exactly once") {
     for (const auto &[width, height] : {std::pair{2U, 2U}, {2U, 17U}, {17U, 2U}, {33U, 20U}}) {
-        const Grid grid = rough(width, height);
+        const Grid grid = rough(width, height, 1);
         for (const double tolerance : {0.0, 0.1, 0.7, 5.0}) {
             const Measured found = measure(grid, refine(grid.heights, width, height, tolerance, 2));
             CHECK(found.error <= tolerance + 1e-9);
@@ -102,10 +88,10 @@ TEST_CASE("a spike on an edge, on the rim and inside becomes a vertex") {
 }
 
 TEST_CASE("huge heights and tiny bounds end") {
-    Grid grid = rough(24, 24);
+    Grid grid = rough(24, 24, 1);
     for (float &value : grid.heights)
         value *= 1e30F;
     CHECK(measure(grid, refine(grid.heights, 24, 24, 1e20, 2)).error <= 1.1e20);
-    const Grid small = rough(24, 24);
+    const Grid small = rough(24, 24, 1);
     CHECK(refine(small.heights, 24, 24, 1e-300, 2).pixels.size() <= 576);
 }

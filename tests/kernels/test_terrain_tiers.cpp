@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "reference_terrain.hpp"
+#include "rough_grid.hpp"
 #include "terrain_patch.hpp"
 #include "terrain_rtin.hpp"
 
@@ -18,23 +19,9 @@ using paradize::terrain::Triangulation;
 
 namespace {
 
-struct Grid {
-    std::uint32_t width, height;
-    std::vector<float> heights;
-
-    paradize::reference::HeightField field() const {
-        return {heights, height, width, static_cast<double>(width - 1), static_cast<double>(height - 1)};
-    }
-};
-
-Grid rough(std::uint32_t width, std::uint32_t height) {
-    Grid grid{width, height, std::vector<float>(static_cast<std::size_t>(width) * height)};
-    std::uint32_t state = 7;
-    for (float &value : grid.heights) {
-        state = state * 1664525U + 1013904223U;
-        value = static_cast<float>(state >> 24) / 64.0F;
-    }
-    return grid;
+paradize::reference::HeightField field_of(const Grid &grid) {
+    return {grid.heights, grid.height, grid.width, static_cast<double>(grid.width - 1),
+            static_cast<double>(grid.height - 1)};
 }
 
 // Positions about the origin, a metre a pixel, and triangles that face up.
@@ -79,13 +66,13 @@ std::int64_t doubled_area(const Grid &grid, const Triangulation &found) {
 TEST_CASE("right triangles keep any bound and cover the grid exactly once") {
     for (const auto &[width, height] :
          {std::pair{2U, 2U}, {2U, 17U}, {17U, 2U}, {33U, 33U}, {33U, 20U}, {50U, 37U}}) {
-        const Grid grid = rough(width, height);
+        const Grid grid = rough(width, height, 7);
         for (const double tolerance : {0.0, 0.1, 0.7, 5.0}) {
             const Triangulation found = bisect(grid.heights, width, height, tolerance, 2);
             CHECK(doubled_area(grid, found) == 2 * std::int64_t{width - 1} * (height - 1));
             const Placed mesh = placed(grid, found);
             const auto error =
-                paradize::reference::ground_error(mesh.positions, mesh.triangles, grid.field(), 2);
+                paradize::reference::ground_error(mesh.positions, mesh.triangles, field_of(grid), 2);
             CHECK(error.holes == 0);
             CHECK(error.flipped == 0);
             CHECK(error.max_m <= tolerance + 1e-6);
@@ -94,7 +81,7 @@ TEST_CASE("right triangles keep any bound and cover the grid exactly once") {
 }
 
 TEST_CASE("patches keep their bounds and cover the grid exactly once, clipped or not") {
-    const Grid grid = rough(45, 34);
+    const Grid grid = rough(45, 34, 7);
     for (const double tolerance : {0.0, 0.7, 5.0}) {
         std::int64_t area = 0;
         const std::array<std::array<Point, 3>, 4> quarters{{{{{32, 32}, {0, 0}, {64, 0}}},
@@ -107,7 +94,7 @@ TEST_CASE("patches keep their bounds and cover the grid exactly once, clipped or
             area += doubled_area(grid, found);
             const Placed mesh = placed(grid, found);
             const auto error = paradize::reference::patch_error(
-                mesh.positions, mesh.triangles, grid.field(),
+                mesh.positions, mesh.triangles, field_of(grid),
                 {{{corners[0].y, corners[0].x}, {corners[1].y, corners[1].x}, {corners[2].y, corners[2].x}}});
             CHECK(error.inside.holes == 0);
             CHECK(error.inside.flipped == 0);
@@ -125,7 +112,7 @@ TEST_CASE("the reference rasteriser measures what is known") {
     Placed mesh{{-2, 0, -2, 2, 0, -2, -2, 0, 2, 2, 0, 2}, {0, 2, 3, 0, 3, 1}};
     for (const int threads : {1, 3}) {
         const auto error =
-            paradize::reference::ground_error(mesh.positions, mesh.triangles, grid.field(), threads);
+            paradize::reference::ground_error(mesh.positions, mesh.triangles, field_of(grid), threads);
         CHECK(error.max_m == 3.0);
         CHECK(error.worst == 12);
         CHECK(error.squares == 10.0);
@@ -134,11 +121,11 @@ TEST_CASE("the reference rasteriser measures what is known") {
         CHECK(error.flipped == 0);
     }
     mesh.triangles = {0, 2, 3};
-    CHECK(paradize::reference::ground_error(mesh.positions, mesh.triangles, grid.field(), 1).holes == 10);
+    CHECK(paradize::reference::ground_error(mesh.positions, mesh.triangles, field_of(grid), 1).holes == 10);
     mesh.triangles = {0, 3, 2, 0, 1, 3};
-    CHECK(paradize::reference::ground_error(mesh.positions, mesh.triangles, grid.field(), 1).flipped == 2);
+    CHECK(paradize::reference::ground_error(mesh.positions, mesh.triangles, field_of(grid), 1).flipped == 2);
     mesh.triangles = {0, 2, 3, 0, 3, 1};
-    const auto half = paradize::reference::patch_error(mesh.positions, mesh.triangles, grid.field(),
+    const auto half = paradize::reference::patch_error(mesh.positions, mesh.triangles, field_of(grid),
                                                        {{{0, 0}, {0, 4}, {4, 0}}});
     CHECK(half.inside.covered == 15);
     CHECK(half.strays == 10);
@@ -149,7 +136,7 @@ TEST_CASE("the reference rasteriser takes the worst of two surfaces, one above t
     const Grid grid{3, 3, std::vector<float>(9, 0.0F)};
     const Placed mesh{{-1, 0, -1, 1, 0, -1, -1, 0, 1, 1, 0, 1, -1, 2, -1, 1, 2, -1, -1, 2, 1},
                       {0, 2, 3, 0, 3, 1, 4, 6, 5}};
-    const auto error = paradize::reference::ground_error(mesh.positions, mesh.triangles, grid.field(), 1);
+    const auto error = paradize::reference::ground_error(mesh.positions, mesh.triangles, field_of(grid), 1);
     CHECK(error.max_m == 2.0);
     CHECK(error.squares == 6 * 4.0);
 }
