@@ -76,7 +76,13 @@ def require(scene: Scene, looks: dict[str, Look]) -> Requirements:
     if scene.sky:
         faces = {f"face{i}": path for i, path in enumerate(scene.sky.faces)}
         readers = ("sky", *(name for name in ("terrain", "objects", "water") if getattr(scene, name)))
-        want = Want("sky", "cubemap", "sky", "the sky and the water's mirror", readers)
+        want = Want(
+            "sky",
+            "cubemap",
+            "sky",
+            _all("the sky", *(["the water's mirror"] if scene.water else [])),
+            readers,
+        )
         found.add("sky", "cubemap", faces, [want])
     views = tuple(name for name in ("shadow", "reflection", "refraction") if getattr(scene, name))
     if scene.terrain:
@@ -106,9 +112,20 @@ def _color(
     found.add(f"{name} colour", "color", sources, [want], wrap=wrap, alpha_cutoff=alpha_cutoff)
 
 
+def _all(*what: str) -> str:
+    """As a person lists them: one, two and three."""
+    return " and ".join(part for part in (", ".join(what[:-1]), what[-1]) if part)
+
+
+def _drawn(what: str, views: tuple[str, ...]) -> str:
+    """What is drawn of a thing, in these views beside the camera's."""
+    more = {"shadow": "its shadow", "reflection": "its mirror image"}
+    return _all(what, *(text for view, text in more.items() if view in views))
+
+
 def _terrain(found: Requirements, terrain: Terrain, views: tuple[str, ...], sight: dict[str, Any]) -> None:
     ground = ("terrain",)
-    why = "the terrain, its shadow and its mirror image"
+    why = _drawn("the terrain", views)
     found.add(
         "terrain",
         "terrain",
@@ -216,7 +233,7 @@ def _object(
     accepted: dict[str, float],
 ) -> None:
     name, things = item.name, ("objects",)
-    why = f"the object {name}, its shadow and its mirror image"
+    why = _drawn(f"the object {name}", views)
     layout = {"layout": item.mesh} if item.wrap == "clamp" else {}
     found.add(
         f"{name} mesh",

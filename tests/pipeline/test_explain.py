@@ -59,6 +59,17 @@ def test_an_artifact_names_the_passes_of_its_own_scene(tmp_path: Path) -> None:
     assert told(scene, tmp_path / "none", "post_mesh")["passes"] == ["objects", "shadow"]
 
 
+def test_the_reason_names_only_views_that_the_scene_has(tmp_path: Path) -> None:
+    scene = make_cove(tmp_path)
+    out = tmp_path / "out"
+    assert told(scene, out, "sky")["reason"] == "the sky and the water's mirror"
+    assert told(scene, out, "terrain_mesh")["reason"] == "the terrain, its shadow and its mirror image"
+    text = scene.read_text().replace("[reflection]\n", "")
+    scene.write_text(text[: text.index("[water]")] + text[text.index("[[object]]") :])
+    assert told(scene, out, "sky")["reason"] == "the sky"
+    assert told(scene, out, "terrain_mesh")["reason"] == "the terrain and its shadow"
+
+
 def test_the_deciding_number_is_in_the_words(close: tuple[Path, Path]) -> None:
     gutter = told(*close, "post_color")["gutter"]
     assert gutter["width_texels"] == 2.0
