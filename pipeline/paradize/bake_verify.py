@@ -6,12 +6,12 @@ What is derived goes to a store of its own, which is dropped: nothing here chang
 from __future__ import annotations
 
 import math
-import os
 import tempfile
 from pathlib import Path
 
 from paradize.bake import derive
 from paradize.bake_record import BakeReport
+from paradize.bake_tasks import How
 from paradize.engine.store import Store, hash_file, key_of
 from paradize.errors import BakeError, ParadizeError
 
@@ -23,7 +23,7 @@ def sample(names: list[str], percent: float) -> list[str]:
 
 
 def verify(
-    scene_path: Path, report: BakeReport, *, percent: float, jobs: int | None, tier: str
+    scene_path: Path, report: BakeReport, *, percent: float, how: How
 ) -> tuple[list[str], list[ParadizeError]]:
     """The artifacts that were looked at, and an error for each that could not be derived or whose published
     bytes are others. percent: above 0, up to 100."""
@@ -31,7 +31,7 @@ def verify(
     chosen = sample(list(files), percent)
     with tempfile.TemporaryDirectory(prefix="paradize-verify-") as folder:
         store = Store(Path(folder))
-        derived, errors = derive(store, scene_path, set(chosen), jobs or os.cpu_count() or 1, tier)
+        derived, errors = derive(store, scene_path, set(chosen), how)
     for name in chosen:
         path = report.out / files[name]
         if name in derived and hash_file(path) != derived[name]:

@@ -7,10 +7,13 @@ import os
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from paradize.cli_output import complain, say, show, show_json
 from paradize.errors import ParadizeError, one_line
+
+if TYPE_CHECKING:
+    from paradize.bake_tasks import How
 
 
 class Progress:
@@ -47,23 +50,13 @@ def run_bake(arguments: argparse.Namespace) -> int:
     else:
         from paradize.bake import bake
 
-        report = bake(
-            arguments.scene,
-            arguments.out,
-            jobs=arguments.jobs,
-            tier=arguments.tier,
-            force=arguments.force,
-            told=Progress().told,
-        )
+        report = bake(arguments.scene, arguments.out, _how(arguments))
     verified: list[str] = []
     wrong: list[ParadizeError] = []
     if arguments.verify and not report.errors:
         from paradize.bake_verify import verify
 
-        share = arguments.verify
-        verified, wrong = verify(
-            arguments.scene, report, percent=share, jobs=arguments.jobs, tier=arguments.tier
-        )
+        verified, wrong = verify(arguments.scene, report, percent=arguments.verify, how=_how(arguments))
     stream = sys.stderr if arguments.json else sys.stdout
     _bake_table(report, stream)
     sheets = _sheets(report, stream)
@@ -77,6 +70,12 @@ def run_bake(arguments: argparse.Namespace) -> int:
     if errors := [*report.errors, *wrong]:
         complain(errors)
     return 1 if errors else 0
+
+
+def _how(arguments: argparse.Namespace) -> How:
+    from paradize.bake_tasks import How
+
+    return How(arguments.jobs or 0, arguments.tier, arguments.force, Progress().told)
 
 
 def _sheets(report: Any, stream: Any) -> list[str]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from paradize.bake import looks_of
+from paradize.bake_looks import looks_of
 from paradize.bake_record import SCENE_FILE
 from paradize.errors import FormatError, SceneError
 from paradize.formats.scene_manifest import decode_scene

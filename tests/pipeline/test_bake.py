@@ -16,6 +16,7 @@ import pytest
 
 from paradize.bake import bake
 from paradize.bake_record import BakeReport
+from paradize.bake_tasks import How
 from paradize.errors import GroupedError
 from paradize.formats.scene_manifest import decode_scene
 from tests.pipeline.scenes import make_cove, write_image
@@ -33,7 +34,7 @@ def baked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Path
     scene = make_cove(top / "scene")
     before = os.environ.get("PARADIZE_STORE")
     os.environ["PARADIZE_STORE"] = str(top / "store")
-    report = bake(scene, top / "out", jobs=2)
+    report = bake(scene, top / "out", How(jobs=2))
     assert not report.errors, report.errors
     if before is None:
         del os.environ["PARADIZE_STORE"]
@@ -91,9 +92,9 @@ def test_every_pass_gets_what_it_reads_and_the_manifest_names_it(baked: tuple[Pa
 
 def test_a_second_bake_bakes_nothing_and_says_so(copied: tuple[Path, Path]) -> None:
     scene, out = copied
-    bake(scene, out, jobs=1)  # the copies have other paths: planned anew, all from the store
+    bake(scene, out, How(jobs=1))  # the copies have other paths: planned anew, all from the store
     before = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
-    report = bake(scene, out, jobs=1)
+    report = bake(scene, out, How(jobs=1))
     assert (report.count("baked"), report.count("reused"), report.count("failed")) == (0, 14, 0)
     assert {path.name: path.stat().st_mtime_ns for path in out.iterdir()} == before
 
@@ -102,14 +103,14 @@ def test_a_moved_or_touched_source_is_a_hit(copied: tuple[Path, Path]) -> None:
     scene, out = copied
     os.utime(scene.parent / "sand.png")
     scene.write_text("# a comment\n" + scene.read_text())
-    assert baked_names(bake(scene, out, jobs=1)) == set()
+    assert baked_names(bake(scene, out, How(jobs=1))) == set()
 
 
 def test_a_changed_colour_map_bakes_its_own_maps_and_sweeps_the_old(copied: tuple[Path, Path]) -> None:
     scene, out = copied
     old = manifest_of(out)["artifacts"]
     shutil.copy(scene.parent / "sand.png", scene.parent / "wood.png")
-    report = bake(scene, out, jobs=2)
+    report = bake(scene, out, How(jobs=2))
     assert baked_names(report) == {"post_color", "post_normal", "post_height", "post_gloss"}
     new = manifest_of(out)["artifacts"]
     assert new["post_color"]["sha256"] != old["post_color"]["sha256"]
@@ -119,7 +120,7 @@ def test_a_changed_colour_map_bakes_its_own_maps_and_sweeps_the_old(copied: tupl
 
 def test_the_bytes_do_not_depend_on_the_number_of_workers(copied: tuple[Path, Path], tmp_path: Path) -> None:
     scene, out = copied
-    report = bake(scene, tmp_path / "again", jobs=1, force=True)
+    report = bake(scene, tmp_path / "again", How(jobs=1, force=True))
     assert report.count("baked") == 14
     assert state_of(tmp_path / "again") == state_of(out)
 
@@ -141,7 +142,7 @@ def test_what_nothing_reads_is_not_baked(copied: tuple[Path, Path], taken_out: s
     text = scene.read_text()
     assert taken_out in text
     scene.write_text(text.replace(taken_out, ""))
-    report = bake(scene, out, jobs=2)
+    report = bake(scene, out, How(jobs=2))
     assert not report.errors
     assert before - set(manifest_of(out)["artifacts"]) == gone
 
@@ -152,7 +153,7 @@ def test_all_failures_are_told_and_the_old_scene_stays(copied: tuple[Path, Path]
     (scene.parent / "wood.png").write_bytes(b"\x89PNG\r\n\x1a\nbroken")
     (scene.parent / "sea.ogg").write_bytes(b"OggSilence")
     (scene.parent / "post.obj").write_text("v 0 0 0\nf 1 2 3\n")
-    report = bake(scene, out, jobs=2)
+    report = bake(scene, out, How(jobs=2))
     told = "\n".join(str(error) for error in report.errors)
     assert all(name in told for name in ("wood.png", "sea.ogg", "post.obj")), told
     assert {row["name"] for row in report.artifacts if row["status"] == "failed"} >= {"post_mesh", "sound"}
@@ -163,7 +164,7 @@ def test_a_scene_that_names_an_unknown_material_is_refused(copied: tuple[Path, P
     scene, out = copied
     before = state_of(out)
     scene.write_text(scene.read_text().replace("material.wood", "material.stone"))
-    report = bake(scene, out, jobs=2)
+    report = bake(scene, out, How(jobs=2))
     assert len(report.errors) == 1
     assert "material.stone" in str(report.errors[0]) and "wood" in str(report.errors[0])
     assert state_of(out) == before
@@ -172,9 +173,9 @@ def test_a_scene_that_names_an_unknown_material_is_refused(copied: tuple[Path, P
 def test_an_object_without_a_colour_map_takes_the_one_of_its_materials(copied: tuple[Path, Path]) -> None:
     scene, out = copied
     scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
-    assert baked_names(bake(scene, out, jobs=1)) == set()
+    assert baked_names(bake(scene, out, How(jobs=1))) == set()
     (scene.parent / "post.mtl").write_text("newmtl wood\nKd 0.25 0.5 0.75\n")
-    bake(scene, out, jobs=1)
+    bake(scene, out, How(jobs=1))
     item = json.loads((out / "scene.json").read_text())["objects"][0]
     assert (item["color"], item["normal"]) == (None, None)
     assert item["materials"]["wood"]["color"] == [0.25, 0.5, 0.75]
@@ -193,12 +194,12 @@ def test_a_missing_source_is_a_scene_error_before_anything_runs(copied: tuple[Pa
 
 def test_damaged_outputs_and_store_entries_are_mended(copied: tuple[Path, Path], tmp_path: Path) -> None:
     scene, out = copied
-    bake(scene, out, jobs=1)
+    bake(scene, out, How(jobs=1))
     before = state_of(out)
     sky = next(path for path in out.iterdir() if path.name.startswith("sky-"))
     sky.write_bytes(b"x" * sky.stat().st_size)
     next(path for path in out.iterdir() if path.name.startswith("post_color-")).unlink()
-    assert baked_names(bake(scene, out, jobs=1)) == set()
+    assert baked_names(bake(scene, out, How(jobs=1))) == set()
     assert state_of(out) == before
     for blob in (tmp_path / "store/blobs").rglob("*"):
         if blob.is_file() and blob.stat().st_size:
@@ -206,7 +207,7 @@ def test_damaged_outputs_and_store_entries_are_mended(copied: tuple[Path, Path],
             data[len(data) // 2] ^= 1
             blob.write_bytes(data)
     shutil.rmtree(out)
-    assert len(baked_names(bake(scene, out, jobs=2))) == 14
+    assert len(baked_names(bake(scene, out, How(jobs=2)))) == 14
     assert state_of(out) == before
 
 
@@ -215,7 +216,7 @@ def test_files_of_others_are_never_swept(copied: tuple[Path, Path]) -> None:
     for name in ("notes.txt", "palm.glb", "sky-old.ktx2"):
         (out / name).write_text("mine")
     (out / "sky-00000000.ktx2").write_text("an old bake's")
-    bake(scene, out, jobs=1)
+    bake(scene, out, How(jobs=1))
     names = {path.name for path in out.iterdir()}
     assert {"notes.txt", "palm.glb", "sky-old.ktx2"} <= names and "sky-00000000.ktx2" not in names
 
@@ -223,7 +224,7 @@ def test_files_of_others_are_never_swept(copied: tuple[Path, Path]) -> None:
 def test_a_budget_that_is_exceeded_is_told(copied: tuple[Path, Path]) -> None:
     scene, out = copied
     scene.write_text(scene.read_text() + "[budget]\nterrain_max_m = 0.0001\ncolor_psnr_db = 1.0\n")
-    report = bake(scene, out, jobs=1)
+    report = bake(scene, out, How(jobs=1))
     rows = {row["name"]: row for row in report.artifacts}
     assert "terrain_max_m" in rows["terrain_mesh"]["over"][0] and not rows["sand_color"]["over"]
     assert any("terrain_max_m" in warning for warning in report.warnings)
@@ -233,7 +234,7 @@ def test_a_budget_that_is_exceeded_is_told(copied: tuple[Path, Path]) -> None:
 def test_a_folder_that_cannot_be_written_is_one_error(copied: tuple[Path, Path], tmp_path: Path) -> None:
     scene, _ = copied
     (tmp_path / "file").write_text("not a folder")
-    report = bake(scene, tmp_path / "file" / "out", jobs=1)
+    report = bake(scene, tmp_path / "file" / "out", How(jobs=1))
     assert len(report.errors) == 1 and "cannot be written" in str(report.errors[0])
 
 
@@ -241,12 +242,12 @@ def test_sources_with_odd_names_bake(copied: tuple[Path, Path]) -> None:
     scene, out = copied
     shutil.copy(scene.parent / "wood.png", scene.parent / "wöod & plank's.png")
     scene.write_text(scene.read_text().replace('color = "wood.png"', 'color = "wöod & plank\'s.png"'))
-    assert not bake(scene, out, jobs=1).errors
+    assert not bake(scene, out, How(jobs=1)).errors
 
 
 def test_the_report_is_json(copied: tuple[Path, Path]) -> None:
     scene, out = copied
-    tree = json.loads(json.dumps(bake(scene, out, jobs=1).as_json(), allow_nan=False))
+    tree = json.loads(json.dumps(bake(scene, out, How(jobs=1)).as_json(), allow_nan=False))
     assert {"artifacts", "baked", "reused", "failed", "seconds", "warnings"} <= tree.keys()
     keys = {"name", "file", "sha256", "bytes", "tier", "errors", "status"}
     assert all(keys <= row.keys() for row in tree["artifacts"])
@@ -257,7 +258,7 @@ def test_a_one_pixel_step_of_the_heightmap_changes_the_terrain_alone(copied: tup
     import numpy as np
 
     write_image(scene.parent / "height.png", np.zeros((5, 5, 1), np.uint16))
-    assert baked_names(bake(scene, out, jobs=1)) == {"terrain_mesh"}
+    assert baked_names(bake(scene, out, How(jobs=1))) == {"terrain_mesh"}
 
 
 def test_effects_on_an_oblong_terrain_rise_as_steeply_both_ways(copied: tuple[Path, Path]) -> None:
@@ -275,7 +276,7 @@ def test_effects_on_an_oblong_terrain_rise_as_steeply_both_ways(copied: tuple[Pa
     slopes = []
     for size in ("[20.0, 20.0]", "[20.0, 10.0]"):
         scene.write_text(text.replace("[20.0, 20.0]", size))
-        assert not bake(scene, out, jobs=1).errors
+        assert not bake(scene, out, How(jobs=1)).errors
         file = manifest_of(out)["artifacts"]["effect_normal"]["file"]
         normals = decode_texels(decode_ktx2((out / file).read_bytes())).astype(np.float64)[4:-4, 4:-4]
         up = np.sqrt(1.0 - normals[:, :, 0] ** 2 - normals[:, :, 1] ** 2)
@@ -293,7 +294,7 @@ def test_a_kill_at_any_moment_leaves_the_old_or_the_new_scene(
     new = state_of(out)
     sand = (scene.parent / "sand.png").read_bytes()
     shutil.copy(scene.parent / "wood.png", scene.parent / "sand.png")
-    assert not bake(scene, out, jobs=2).errors
+    assert not bake(scene, out, How(jobs=2)).errors
     old = state_of(out)
     assert old != new
     (scene.parent / "sand.png").write_bytes(sand)
@@ -311,7 +312,7 @@ def test_a_kill_at_any_moment_leaves_the_old_or_the_new_scene(
             break
     else:
         raise AssertionError("scene.json is neither the old nor the new one")
-    assert not bake(scene, out, jobs=2).errors
+    assert not bake(scene, out, How(jobs=2)).errors
     assert state_of(out) == new
 
 
@@ -337,7 +338,7 @@ def test_a_textured_model_without_uvs_gets_a_layout_and_the_bake_says_so(copied:
     post = scene.parent / "post.obj"
     bare = [line for line in post.read_text().splitlines() if not line.startswith("vt ")]
     post.write_text("\n".join(re.sub(r"(\d+)/\d+", r"\1/", line) for line in bare) + "\n")
-    report = bake(scene, out, jobs=1)
+    report = bake(scene, out, How(jobs=1))
     assert not report.errors
     assert any("UV layout was made" in warning for warning in report.warnings)
     glb = next(out.glob("post_mesh-*.glb"))

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from paradize.bake import bake
+from paradize.bake_tasks import How
 from paradize.check import RULES, Finding, check_paths, render
 from paradize.check.rules import gathered
 from paradize.data import Texture
@@ -27,7 +28,7 @@ from tests.pipeline.scenes import make_cove
 def sound_scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     top = tmp_path_factory.mktemp("cove")
     os.environ["PARADIZE_STORE"] = str(top / "store")
-    report = bake(make_cove(top / "scene"), top / "out", jobs=2)
+    report = bake(make_cove(top / "scene"), top / "out", How(jobs=2))
     del os.environ["PARADIZE_STORE"]
     assert not report.errors
     return top / "out"

@@ -145,7 +145,7 @@ def test_keys_cover_all_code_that_a_baker_loads(tmp_path: Path, monkeypatch: pyt
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr("paradize.bake.run_jobs", note)
+        patch.setattr("paradize.bake_tasks.run_jobs", note)
         bake(make_cove(tmp_path / "scene"), tmp_path / "out")
     assert asked.keys() == bake_makers.MAKERS.keys()
     for maker, job in asked.items():
@@ -178,9 +178,10 @@ def test_a_changed_module_or_kernel_bakes_its_products_and_no_others(tmp_path: P
         "sys.meta_path.insert(0, Own())\n"
     )
     script = (
-        "import sys; from pathlib import Path; import paradize; from paradize.bake import bake\n"
+        "import sys; from pathlib import Path; import paradize\n"
+        "from paradize.bake import bake; from paradize.bake_tasks import How\n"
         f"assert list(paradize.__path__) == [{str(package)!r}], paradize.__path__\n"
-        "report = bake(Path(sys.argv[1]), Path(sys.argv[2]), jobs=2)\n"
+        "report = bake(Path(sys.argv[1]), Path(sys.argv[2]), How(jobs=2))\n"
         "assert not report.errors, report.errors\n"
         "print(*[row['name'] for row in report.artifacts if row['status'] == 'baked'])"
     )

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from paradize.bake import bake
+from paradize.bake_tasks import How
 from paradize.explain import explain, render
 from tests.pipeline.layouts import make_atlas_scene, two_tone
 from tests.pipeline.scenes import make_cove
@@ -30,7 +31,7 @@ def close(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     )
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
-        assert not bake(scene, top / "out", jobs=2).errors
+        assert not bake(scene, top / "out", How(jobs=2)).errors
     return scene, top / "out"
 
 

@@ -15,6 +15,7 @@ import pytest
 
 from paradize.bake import bake
 from paradize.bake_color import bake_color
+from paradize.bake_tasks import How
 from paradize.check import check_paths
 from paradize.data import Mesh
 from paradize.formats.ktx2 import decode_ktx2, encode_ktx2
@@ -33,7 +34,7 @@ def store(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPa
 
 
 def baked(folder: Path, obj: str, picture: np.ndarray, **settings: object) -> Path:
-    report = bake(make_atlas_scene(folder / "scene", obj, picture, **settings), folder / "out", jobs=2)
+    report = bake(make_atlas_scene(folder / "scene", obj, picture, **settings), folder / "out", How(jobs=2))
     assert not report.errors
     return folder / "out"
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from paradize.bake import bake
+from paradize.bake_tasks import How
 from tests.pipeline.scenes import make_cove
 
 
@@ -33,7 +34,7 @@ def test_killed_at_random_moments_it_always_ends_in_the_same_bytes(
     for picture in (sand, wood):
         (scene.parent / "sand.png").write_bytes(picture)
         start = time.monotonic()
-        assert not bake(scene, out, jobs=2).errors
+        assert not bake(scene, out, How(jobs=2)).errors
         seconds = seconds or time.monotonic() - start
         states.append(state_of(out))
     assert states[0] != states[1]
@@ -56,10 +57,10 @@ def test_killed_at_random_moments_it_always_ends_in_the_same_bytes(
     assert killed > kills // 4
     for picture, state in zip((sand, wood), states, strict=True):
         (scene.parent / "sand.png").write_bytes(picture)
-        assert not bake(scene, out, jobs=2).errors
+        assert not bake(scene, out, How(jobs=2)).errors
         assert state_of(out) == state
     shutil.rmtree(out)
-    assert not bake(scene, out, jobs=1).errors and state_of(out) == states[1]  # the store is sound, too
+    assert not bake(scene, out, How(jobs=1)).errors and state_of(out) == states[1]  # the store is sound, too
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
@@ -69,7 +70,7 @@ def test_a_folder_that_may_not_be_written_is_one_error(
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
     out.mkdir(mode=0o500)
-    report = bake(scene, out, jobs=2)
+    report = bake(scene, out, How(jobs=2))
     assert len(report.errors) == 1 and "cannot be written: Permission denied" in str(report.errors[0])
     out.chmod(0o700)
-    assert not bake(scene, out, jobs=2).errors
+    assert not bake(scene, out, How(jobs=2)).errors

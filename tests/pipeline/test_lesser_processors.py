@@ -76,9 +76,10 @@ SCENE = """
 import hashlib, json, sys
 from pathlib import Path
 from paradize.bake import bake
+from paradize.bake_tasks import How
 
 out = Path(sys.argv[2])
-report = bake(Path(sys.argv[1]) / "cove.toml", out, jobs=2, force=True)
+report = bake(Path(sys.argv[1]) / "cove.toml", out, How(jobs=2, force=True))
 assert not report.errors, report.errors
 files = {file.name: file.read_bytes() for file in sorted(out.iterdir())}
 print(json.dumps({name: hashlib.sha256(data).hexdigest() for name, data in files.items()}))

@@ -16,6 +16,7 @@ import pytest
 from paradize.bake import bake
 from paradize.bake_color import bake_color
 from paradize.bake_maps import bake_maps
+from paradize.bake_tasks import How
 from paradize.data import Texture
 from paradize.errors import BakeError
 from paradize.formats.ktx2 import decode_ktx2
@@ -194,7 +195,7 @@ def test_a_scenes_budget_decides_formats_is_part_of_the_key_and_the_reason_is_to
     rows = []
     for budget in ("", "color_psnr_db = 100.0\nheight_psnr_db = 75.0\n"):
         scene.write_text(text + ("\n[budget]\n" + budget if budget else ""))
-        report = bake(scene, tmp_path / "out", jobs=2)
+        report = bake(scene, tmp_path / "out", How(jobs=2))
         assert not report.errors, report.errors
         rows.append({row["name"]: row for row in report.artifacts})
     blocks, asked = rows

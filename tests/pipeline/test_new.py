@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from paradize.bake import bake
+from paradize.bake_tasks import How
 from paradize.errors import BakeError, SourceError
 from paradize.new import new_scene
 from paradize.readers.obj import read_obj
@@ -36,7 +37,7 @@ def write_model(folder: Path, obj: str, mtl: str, *maps: str) -> Path:
 def test_without_a_model_it_makes_a_scene_that_bakes(tmp_path: Path) -> None:
     made = new_scene(tmp_path / "first")
     assert not made.notes
-    report = bake(made.scene, tmp_path / "out", jobs=2)
+    report = bake(made.scene, tmp_path / "out", How(jobs=2))
     assert not report.errors and not report.warnings
     assert {"vase_mesh", "vase_color", "vase_normal", "terrain_mesh", "sky"} <= {
         row["name"] for row in report.artifacts
@@ -88,7 +89,7 @@ def test_maps_and_materials_come_along_and_nothing_else(tmp_path: Path) -> None:
     material = scene.objects[0].materials['odd "name" = [x]']
     assert material.two_sided and material.alpha_cutoff == 0.5
     assert scene.objects[0].alpha is not None
-    report = bake(made.scene, tmp_path / "out", jobs=1)
+    report = bake(made.scene, tmp_path / "out", How(jobs=1))
     assert not report.errors
     assert {path.name for path in (tmp_path / "m").rglob("*")} == {
         "thing.obj", "thing.mtl", "maps", "skin.png", "holes.png", "unused.png",
@@ -107,7 +108,7 @@ def test_a_model_with_several_maps_becomes_an_object_for_each(tmp_path: Path) ->
     scene = load_scene(made.scene)
     counts = sorted(len(read_obj(item.mesh).mesh.triangles) for item in scene.objects)
     assert counts == [1, 2, 2] and sum(counts) == len(read_obj(source).mesh.triangles)
-    assert not bake(made.scene, tmp_path / "out", jobs=2).errors
+    assert not bake(made.scene, tmp_path / "out", How(jobs=2)).errors
 
 
 def test_what_is_there_is_left_alone(tmp_path: Path) -> None:
@@ -158,7 +159,7 @@ def test_models_of_the_corpus_become_scenes_that_bake(corpus: Path, tmp_path: Pa
     assert len(models) > 5
     for i, model in enumerate(models):
         made = new_scene(tmp_path / f"s{i}", model)
-        report = bake(made.scene, tmp_path / f"out{i}", jobs=2)
+        report = bake(made.scene, tmp_path / f"out{i}", How(jobs=2))
         assert not report.errors, (model, report.errors)
 
 

@@ -17,6 +17,7 @@ from paradize.bake import bake
 from paradize.bake_manifest import mesh_facts
 from paradize.bake_mesh import bake_mesh
 from paradize.bake_quantise import direction_deg_of, quantised_levels, quantised_terrain
+from paradize.bake_tasks import How
 from paradize.bake_terrain import bake_terrain
 from paradize.check import check_paths
 from paradize.check.meshes import check_mesh
@@ -486,7 +487,7 @@ def test_a_scenes_budget_decides_how_its_objects_codes_are_made(
     scene = make_cove(tmp_path / "scene")
     text = scene.read_text().replace("lods = 3", "lods = 3\nquantise = true")
     scene.write_text(f"{text}\n[budget]\nquantise_normal_max_deg = {accepted}\n")
-    report = bake(scene, tmp_path / "out", jobs=1)
+    report = bake(scene, tmp_path / "out", How(jobs=1))
     assert not report.errors
     manifest = json.loads((tmp_path / "out/scene.json").read_text())
     entry = manifest["artifacts"]["post_mesh"]

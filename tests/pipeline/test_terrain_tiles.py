@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from paradize.bake import bake
+from paradize.bake_tasks import How
 from paradize.check.paths import check_paths
 from paradize.data import Mesh
 from paradize.engine.store import key_of
@@ -48,7 +49,7 @@ def coast(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Path]:
     scene = make_coast(top / "scene")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
-        assert not bake(scene, top / "out", jobs=2).errors
+        assert not bake(scene, top / "out", How(jobs=2)).errors
     return scene, top / "out", top / "store"
 
 
@@ -61,7 +62,7 @@ def copied(
     shutil.copytree(store, tmp_path / "store")
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     again = tmp_path / "scene" / scene.name
-    assert not bake(again, tmp_path / "out", jobs=2).errors
+    assert not bake(again, tmp_path / "out", How(jobs=2)).errors
     return again, tmp_path / "out"
 
 
@@ -139,7 +140,7 @@ def test_only_tiles_with_patches_of_the_finest_level_claim_the_bound(coast: Any)
 def test_a_second_bake_reuses_every_tile(copied: tuple[Path, Path]) -> None:
     scene, out = copied
     before = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
-    report = bake(scene, out, jobs=2)
+    report = bake(scene, out, How(jobs=2))
     assert report.count("reused") == len(report.artifacts) == len(manifest_of(out)["artifacts"])
     assert {path.name: path.stat().st_mtime_ns for path in out.iterdir()} == before
 
@@ -151,7 +152,7 @@ def test_a_damaged_tile_in_the_store_is_baked_again(copied: tuple[Path, Path]) -
     blob = scene.parent.parent / "store" / "blobs" / sha256[:2] / sha256
     blob.write_bytes(blob.read_bytes()[:-1] + b"x")
     tiles_of(out)[2].unlink()
-    report = bake(scene, out, jobs=2)
+    report = bake(scene, out, How(jobs=2))
     assert not report.errors
     assert {row["name"] for row in report.artifacts if row["status"] == "baked"} == set(
         manifest["terrain"]["tiles"]
@@ -165,7 +166,7 @@ def test_a_missing_tile_is_published_again_without_a_bake(copied: tuple[Path, Pa
     lost = tiles_of(out)[1]
     was = lost.read_bytes()
     lost.unlink()
-    assert bake(scene, out, jobs=2).count("baked") == 0
+    assert bake(scene, out, How(jobs=2)).count("baked") == 0
     assert lost.read_bytes() == was
 
 
@@ -173,7 +174,7 @@ def test_fewer_tiles_sweep_those_that_are_no_longer_there(copied: tuple[Path, Pa
     scene, out = copied
     old = tiles_of(out)
     scene.write_text(scene.read_text().replace("tile_mb = 0.05", "tile_mb = 64.0"))
-    assert not bake(scene, out, jobs=2).errors
+    assert not bake(scene, out, How(jobs=2)).errors
     (tile,) = tiles_of(out)
     assert not any(file.exists() for file in old)
     assert len(decode_tile(tile.read_bytes())) == len(manifest_of(out)["terrain"]["patches"]["level"])
@@ -187,13 +188,13 @@ def test_what_a_kill_left_in_a_room_is_gone_after_the_next_bake(copied: tuple[Pa
     left.mkdir(parents=True)
     (left / "tile0.glb").write_bytes(b"half")
     scene.write_text(scene.read_text().replace("tile_mb = 0.05", "tile_mb = 0.06"))
-    assert not bake(scene, out, jobs=1).errors
+    assert not bake(scene, out, How(jobs=1)).errors
     assert not list(rooms.iterdir())
 
 
 def test_bytes_do_not_depend_on_the_workers(copied: tuple[Path, Path], tmp_path: Path) -> None:
     scene, out = copied
-    bake(scene, tmp_path / "again", jobs=1, force=True)
+    bake(scene, tmp_path / "again", How(jobs=1, force=True))
     ours, theirs = ([file.read_bytes() for file in tiles_of(folder)] for folder in (out, tmp_path / "again"))
     assert ours == theirs
     assert (out / "scene.json").read_bytes() == (tmp_path / "again" / "scene.json").read_bytes()
@@ -215,7 +216,7 @@ def test_a_scene_that_accepts_larger_errors_leaves_more_out(copied: tuple[Path, 
     scene, out = copied
     strict = manifest_of(out)["terrain"]["demand"]["left_out"]
     scene.write_text(scene.read_text().replace('name = "cove"', 'name = "cove"\nlod_error_px = 50.0', 1))
-    assert not bake(scene, out, jobs=2).errors
+    assert not bake(scene, out, How(jobs=2)).errors
     assert manifest_of(out)["terrain"]["demand"]["left_out"] > strict
 
 

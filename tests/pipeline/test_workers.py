@@ -16,6 +16,7 @@ import pytest
 from paradize import bake_makers
 from paradize.bake import bake
 from paradize.bake_estimate import memory_of
+from paradize.bake_tasks import How
 from paradize.engine.limits import available, cores, held_bytes, memory_limit
 from paradize.engine.workers import Job, Outcome, run_jobs
 from paradize.errors import BakeError, SourceError
@@ -234,13 +235,13 @@ def test_in_a_scene_only_its_own_artifact_is_spoilt(
     scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
     module, _ = bake_makers.MAKERS["sound"]
     monkeypatch.setitem(bake_makers.MAKERS, "sound", (module, crash_on if how == "crash" else hunger_on))
-    report = bake(scene, out, jobs=2)
+    report = bake(scene, out, How(jobs=2))
     assert [row["name"] for row in report.artifacts if row["status"] == "failed"] == ["sound"]
     assert len(report.errors) == 1 and "sea.ogg: sound" in str(report.errors[0])
     assert not (out / "scene.json").exists()
     monkeypatch.undo()
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-    mended = bake(scene, out, jobs=2)
+    mended = bake(scene, out, How(jobs=2))
     assert [row["name"] for row in mended.artifacts if row["status"] == "baked"] == ["sound"]
 
 

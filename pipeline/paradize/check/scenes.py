@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from paradize.bake import OURS, over_budget
+from paradize.bake_commit import OURS, over_budget
 from paradize.check.files import read_file
 from paradize.check.gutters import check_gutters
 from paradize.check.maps import scene_maps

@@ -1,0 +1,174 @@
+"""Artifacts -> a folder, published with one commit: the renaming of scene.json.
+
+Artifacts carry their hash in the name, so the old scene.json and its files stay whole until the new one
+stands; files that it no longer names are swept afterwards. If anything fails, the old scene.json stays.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from paradize.bake_borders import measure_objects
+from paradize.bake_manifest import build_manifest, mesh_facts
+from paradize.bake_nearest import least_pixels, places_of
+from paradize.bake_record import SCENE_FILE, BakeReport
+from paradize.bake_tasks import MEASURED, How, Task
+from paradize.engine.publish import sweep_aside, write_whole
+from paradize.engine.store import Store, hash_file, stamp
+from paradize.errors import ParadizeError, SceneError
+from paradize.flight import Flight
+from paradize.formats.scene_manifest import encode_scene
+from paradize.require import meet
+from paradize.scene import METRICS, Scene
+
+OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only files that a sweep may remove
+
+
+def report_of(scene: Scene, out: Path, tasks: list[Task]) -> BakeReport:
+    report = BakeReport(out, budget=scene.budget)
+    for task in tasks:
+        if task.error:
+            report.errors.append(task.error)
+        for want in task.wants:
+            product = task.products.get(want.product)
+            report.warnings += product["warnings"] if product else []
+            if not want.kind:
+                continue
+            row: dict[str, Any] = {"name": want.artifact, "file": None, "sha256": None, "bytes": 0}
+            row |= {"tier": None, "errors": {}, "status": task.status, "seconds": round(task.seconds, 3)}
+            row |= {"levels": [], "format": None, "reason": None, "filter": None}
+            if product:
+                file = f"{want.artifact}-{product['sha256'][:8]}.{product['suffix']}"
+                row |= {"file": file, "sha256": product["sha256"], "bytes": size_of(task.data[want.product])}
+                row |= {key: product[key] for key in MEASURED}
+            row["over"] = over_budget(scene.budget, row["errors"])
+            report.warnings += [f"{want.artifact}: {text}" for text in row["over"]]
+            report.artifacts.append(row)
+    report.warnings = list(dict.fromkeys(report.warnings))
+    return report
+
+
+def _lit(scene: Scene, row: dict[str, Any], bumps: list[dict[str, float]]) -> list[str]:
+    """Adds what was measured of a mesh's levels under its bumps to its row; warnings, of budgets exceeded."""
+    row["levels"] = [level | more for level, more in zip(row["levels"], bumps, strict=True)]
+    worst = {
+        f"lod_{key}": max(level[key] for level in bumps) for key in ("mapped_p99_deg", "mapped_mean_deg")
+    }
+    row["errors"] = row["errors"] | worst
+    over = over_budget(scene.budget, worst)
+    row["over"] = [*row["over"], *over]
+    return [f"{row['name']}: {text}" for text in over]
+
+
+def over_budget(budget: dict[str, float], errors: dict[str, float]) -> list[str]:
+    """The metrics that are worse than their budget, each as `metric value unit, budget limit`."""
+    found = []
+    for metric, limit in budget.items():
+        if metric in errors:
+            known = METRICS[metric]
+            worse = errors[metric] > limit if known.less_is_better else errors[metric] < limit
+            if worse:
+                found.append(f"{metric} is {errors[metric]:g} {known.unit}, budget {limit:g}")
+    return found
+
+
+def commit(
+    store: Store,
+    scene: Scene,
+    scene_path: Path,
+    flight: Flight,
+    out: Path,
+    tasks: list[Task],
+    report: BakeReport,
+    how: How,
+) -> None:
+    """Measures the gutters, builds scene.json and publishes everything; adds what goes wrong to the report's
+    errors."""
+    entries: dict[str, dict[str, Any]] = {}
+    files: dict[str, tuple[bytes | Path, str]] = {}
+    facts = {}
+    rows = {row["name"]: row for row in report.artifacts}
+    flight_errors: dict[str, float] = {}
+    ground: dict[str, Any] | None = None
+    try:
+        for task in tasks:
+            for want in task.wants:
+                data, product = task.data[want.product], task.products[want.product]
+                if want.product == "flight":
+                    flight_errors = product["errors"]
+                if want.product == "tree" and isinstance(data, bytes):
+                    ground = json.loads(data)
+                if not want.kind:
+                    continue
+                row = rows[want.artifact]
+                files[row["file"]] = (data, row["sha256"])
+                entries[want.artifact] = {"file": row["file"], "kind": want.kind} | {
+                    key: row[key] for key in ("sha256", "bytes", "tier", "errors", "levels")
+                }
+                if want.kind == "mesh" and isinstance(data, bytes):
+                    facts[want.artifact] = mesh_facts(data, row["file"])
+        for i, item in enumerate(scene.objects):
+            known = facts[f"{item.name}_mesh"].materials
+            for material in item.materials:
+                if material not in known:
+                    place = f"object[{i}].material.{material}"
+                    mend = f"it has: {', '.join(known)}"
+                    what = f"the mesh of {item.name} has no such material"
+                    report.errors.append(SceneError(what, file=scene_path, place=place, mend=mend))
+        if report.errors:
+            return
+        report.warnings += [f"flight: {text}" for text in over_budget(scene.budget, flight_errors)]
+        objects = {item.name: facts[f"{item.name}_mesh"] for item in scene.objects}
+        bounds = {name: (known.center, known.radius_m) for name, known in objects.items()}
+        met = meet(scene, flight, bounds)
+        names = {name: list(known.materials) for name, known in objects.items()}
+        held = {name: files[entry["file"]][0] for name, entry in entries.items()}
+        texels = {name: data for name, data in held.items() if isinstance(data, bytes)}
+        hashes = {name: entry["sha256"] for name, entry in entries.items()}
+        measured, errors = measure_objects(store, scene, met, names, texels, hashes, how.hands, how.force)
+        report.errors += errors
+        if errors:
+            return
+        gutters = measured["gutters"]
+        for name, bumps in measured["bumps"].items():
+            mesh = rows[f"{name}_mesh"]
+            report.warnings += _lit(scene, mesh, bumps["levels"])
+            entries[mesh["name"]] |= {key: mesh[key] for key in ("errors", "levels")}
+        places = {
+            name: places_of(texels[f"{name}_mesh"], entries[f"{name}_mesh"]["file"]) for name in objects
+        }
+        pixels = least_pixels(scene, flight, places)
+        manifest = encode_scene(
+            build_manifest(scene, flight, flight_errors, entries, facts, met, gutters, pixels, ground)
+        )
+        _publish(out, files, manifest)
+    except ParadizeError as error:
+        report.errors.append(error)
+
+
+def size_of(data: bytes | Path) -> int:
+    """How many bytes there are, here or in a file."""
+    return data.stat().st_size if isinstance(data, Path) else len(data)
+
+
+def _publish(out: Path, files: dict[str, tuple[bytes | Path, str]], manifest: bytes) -> None:
+    """Writes artifacts (file name -> bytes or the file that holds them, SHA-256), then scene.json, then
+    sweeps what it no longer names.
+
+    Raises BakeError when the folder cannot be written; scene.json is then the old one.
+    """
+    for name, (data, sha256) in files.items():
+        path = out / name
+        was = stamp(path)
+        if was is None or was[0] != size_of(data) or hash_file(path) != sha256:
+            write_whole(path, data)
+    scene = out / SCENE_FILE
+    if stamp(scene) is None or scene.read_bytes() != manifest:
+        write_whole(scene, manifest)
+    sweep_aside(out)
+    for path in out.iterdir():
+        if path.name not in files and OURS.fullmatch(path.name):
+            path.unlink(missing_ok=True)

@@ -1,0 +1,189 @@
+"""An order on its way: its key, what the store knows of it, its baking in a worker process.
+
+A task's key hashes its sources, its settings and the code behind it; what the store knows is not baked again.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from paradize import bake_makers
+from paradize.bake_estimate import memory_of
+from paradize.engine.code import code_digest, code_of
+from paradize.engine.memory import FileMemory
+from paradize.engine.store import Stamp, Store, key_of, stamp
+from paradize.engine.workers import Job, Outcome, run_jobs
+from paradize.errors import BakeError, ParadizeError, SourceError
+from paradize.flight import Flight
+from paradize.require import Order, Want
+from paradize.scene import Scene
+
+# What the store knows of a product.
+MEASURED = ("tier", "errors", "levels", "format", "reason", "filter")  # what a row tells of it
+ZSTD_LEVEL = 10  # of supercompressed textures
+TEXTURES = ("color", "maps", "cubemap")  # the makers of textures
+_ASKED = "paradize.bake_makers"  # what stands between a task and its baker, part of every key
+_TOLD = {"sha256", "suffix", "warnings", *MEASURED}
+
+Told = Callable[[str, int, int], None]  # what was just done, how many are done, of how many
+
+
+@dataclass(frozen=True)
+class How:
+    """How a bake is done. jobs: worker processes (0: one a core). force: everything anew, nothing is read
+    from the store. told: hears of every task that ends."""
+
+    jobs: int = 0
+    tier: str = "balanced"
+    force: bool = False
+    told: Told | None = None
+
+    @property
+    def hands(self) -> int:
+        """Worker processes."""
+        return self.jobs or os.cpu_count() or 1
+
+
+@dataclass
+class Task:
+    """An order on its way: its key, the sources' hashes, and what it gave (products by name)."""
+
+    order: Order
+    settings: dict[str, Any]
+    key: str
+    status: str = "reused"
+    seconds: float = 0.0
+    products: dict[str, dict[str, Any]] = field(default_factory=dict)
+    data: dict[str, bytes | Path] = field(default_factory=dict)
+    error: ParadizeError | None = None
+
+    @property
+    def wants(self) -> list[Want]:
+        """The order's wants, and those that its products show to be there."""
+        return [made for want in self.order.wants for made in want.made(self.products)]
+
+
+def flight_order(scene: Scene, flight: Flight) -> Order:
+    settings = {
+        "flight": flight.as_json(),
+        "eye": [list(point.position) for point in scene.flight.eye],
+        "target": [list(point.position) for point in scene.flight.target],
+        "speed": [point.speed for point in scene.flight.eye],
+    }
+    return Order("flight", "flight", {}, settings, (Want("flight", "", "flight", "the camera's path"),))
+
+
+def _settings(order: Order, scene: Scene) -> dict[str, Any]:
+    """What the maker is told, and its task's key hashes: also whether textures are supercompressed, and the
+    part of the budget that decides formats."""
+    packed = {"zstd": ZSTD_LEVEL} if scene.head.zstd and order.maker in TEXTURES else {}
+    if order.maker not in ("color", "maps"):
+        return order.settings | packed
+    products = [want.product for want in order.wants]
+    owners = ["color", "alpha"] if order.maker == "color" else products
+    limits = {metric: limit for metric, limit in scene.budget.items() if metric.partition("_")[0] in owners}
+    for metric in [metric for metric in limits if metric.startswith("normal_filter_")]:
+        del limits[metric]  # no format betters it
+    settings = order.settings | packed | {"budget": limits}
+    if order.maker == "maps":
+        settings["only"] = products
+    return settings
+
+
+def task_of(order: Order, memory: FileMemory, tier: str, scene: Scene) -> Task:
+    module, maker = bake_makers.MAKERS[order.maker]
+    sources = {role: memory.sha256(path) for role, path in order.sources.items()}
+    code = code_digest(module, _ASKED)
+    settings = _settings(order, scene)
+    return Task(order, settings, key_of(maker.__name__, code, sources, settings, tier))
+
+
+def recall(store: Store, task: Task) -> bool:
+    """Takes a task's products from the store; False where any of them is missing or damaged."""
+    products = store.get_product(task.key)
+    if not isinstance(products, dict) or {want.product for want in task.order.wants} - products.keys():
+        return False
+    for want in (made for first in task.order.wants for made in first.made(products)):
+        product = products[want.product]
+        if not isinstance(product, dict) or _TOLD - product.keys():
+            return False
+        sha256 = str(product["sha256"])
+        data = store.find(sha256) if want.many else store.get(sha256)
+        if data is None:
+            return False
+        task.data[want.product] = data
+    task.products = products
+    return True
+
+
+def run_tasks(
+    store: Store,
+    room: Path,
+    tasks: list[Task],
+    stamps: Mapping[Path, Stamp | None],
+    how: How,
+) -> None:
+    """Bakes the tasks in worker processes and keeps what they make; their errors stay with them. room: where
+    they write what they do not hand over. stamps: of the sources when they were hashed; what was made of a
+    source that changed since is refused."""
+    by_name = {task.order.name: task for task in tasks}
+    done = 0
+
+    def ended(outcome: Outcome) -> None:
+        nonlocal done
+        done += 1
+        task = by_name[outcome.name]
+        task.seconds = outcome.seconds
+        moved = [path for path in task.order.sources.values() if stamp(path) != stamps[path]]
+        error = outcome.error
+        if moved and not error:
+            error = SourceError("changed while it was baked", file=moved[0], mend="bake again")
+        if error:
+            task.error, task.status = error, "failed"
+        else:
+            for product in outcome.value:
+                sha256, task.data[product.name] = _keep(store, product.data)
+                task.products[product.name] = {
+                    "sha256": sha256,
+                    "suffix": product.suffix,
+                    "tier": product.tier,
+                    "errors": product.errors,
+                    "levels": product.levels,
+                    "format": product.format,
+                    "reason": product.reason,
+                    "filter": product.filter,
+                    "warnings": product.warnings,
+                }
+            store.put_product(task.key, task.products)
+        if how.told:
+            how.told(outcome.name, done, len(tasks))
+
+    work = [
+        Job(
+            task.order.name,
+            bake_makers.MAKERS[task.order.maker][1],
+            {"sources": task.order.sources, "settings": task.settings, "tier": how.tier}
+            | ({"room": room / task.key} if task.order.maker in bake_makers.ROOMS else {}),
+            file=next(iter(task.order.sources.values()), None),
+            code=code_of(bake_makers.MAKERS[task.order.maker][0], _ASKED),
+            memory_bytes=memory_of(task.order.sources.values()),
+        )
+        for task in tasks
+    ]
+    if work:
+        run_jobs(work, min(how.hands, len(work)), ended)
+
+
+def _keep(store: Store, data: bytes | Path) -> tuple[str, bytes | Path]:
+    """The hash of what a worker made, and where it is now: bytes stay in memory, a file goes to the store."""
+    if isinstance(data, bytes):
+        return store.put(data), data
+    sha256 = store.take(data)
+    kept = store.find(sha256)
+    if kept is None:
+        raise BakeError("was changed as it was written", file=store.root)
+    return sha256, kept
