@@ -11,7 +11,7 @@ from pathlib import Path
 from paradize.bake_commit import commit, report_of
 from paradize.bake_looks import looks_of
 from paradize.bake_record import BakeReport, record_name, remember, unchanged_bake
-from paradize.bake_tasks import How, flight_order, recall, run_tasks, task_of
+from paradize.bake_tasks import How, flight_order, known_tiers, recall, run_tasks, task_of
 from paradize.engine.code import code_files, forget
 from paradize.engine.memory import FileMemory
 from paradize.engine.store import Stamp, Store, default_root, key_of, stamp
@@ -31,7 +31,7 @@ def bake(scene_path: Path, out: Path | None = None, how: How | None = None) -> B
     how = how or How()
     forget()  # what an earlier bake of this process saw of the code
     store = Store(default_root())
-    name = record_name(scene_path, out, how.tier)
+    name = record_name(scene_path, out, how.tier, how.tiers)
     report = None if how.force else unchanged_bake(store, name)
     if report is None:
         was = stamp(scene_path)
@@ -58,11 +58,12 @@ def _bake(
     flight = plan_flight(scene.flight)
     looks, libraries, absent = looks_of(scene, scene_path)
     orders = [*require(scene, looks).orders, flight_order(scene, flight)]
+    known_tiers(how, orders)
     last = store.get_bake(name)
     memory = FileMemory.from_json(last["memory"] if isinstance(last, dict) and "memory" in last else None)
     inputs = [*libraries, *(path for order in orders for path in order.sources.values())]
     stamps = {path: stamp(path) for path in [*inputs, *code]} | {scene_path.resolve(): was}
-    tasks = [task_of(order, memory, how.tier, scene) for order in orders]
+    tasks = [task_of(order, memory, how.tier_of(order), scene) for order in orders]
     for task in tasks:
         if how.force or not recall(store, task):
             task.status = "baked"
@@ -91,7 +92,7 @@ def derive(
         )
 
     orders = [order for order in require(scene, looks).orders if any(map(asked, order.wants))]
-    tasks = [task_of(order, memory, how.tier, scene) for order in orders]
+    tasks = [task_of(order, memory, how.tier_of(order), scene) for order in orders]
     stamps = {path: stamp(path) for order in orders for path in order.sources.values()}
     run_tasks(store, store.root / "rooms", tasks, stamps, how)
     made = {

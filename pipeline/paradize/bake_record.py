@@ -6,7 +6,7 @@ at rest since.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -57,11 +57,11 @@ class BakeReport:
         return told
 
 
-def record_name(scene: Path, out: Path | None, tier: str) -> str:
-    """The name under which a bake is remembered; out: None where the scene's name decides."""
-    return key_of(str(scene.resolve()), str(out.resolve()) if out else str(Path.cwd()), out is None, tier)[
-        :32
-    ]
+def record_name(scene: Path, out: Path | None, tier: str, tiers: Mapping[str, str] | None = None) -> str:
+    """The name under which a bake is remembered; out: None where the scene's name decides. tier, tiers: as
+    in bake_tasks.How."""
+    where = str(out.resolve()) if out else str(Path.cwd())
+    return key_of(str(scene.resolve()), where, out is None, tier, dict(tiers or {}))[:32]
 
 
 def unchanged_bake(store: Store, name: str) -> BakeReport | None:

@@ -35,17 +35,24 @@ Told = Callable[[str, int, int], None]  # what was just done, how many are done,
 @dataclass(frozen=True)
 class How:
     """How a bake is done. jobs: worker processes (0: one a core). force: everything anew, nothing is read
-    from the store. told: hears of every task that ends."""
+    from the store. told: hears of every task that ends. tiers: the tier of a task, or of the task of an
+    artifact, by name, where it is another than `tier`."""
 
     jobs: int = 0
     tier: str = "balanced"
     force: bool = False
     told: Told | None = None
+    tiers: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def hands(self) -> int:
         """Worker processes."""
         return self.jobs or os.cpu_count() or 1
+
+    def tier_of(self, order: Order) -> str:
+        """The tier of a task: what its own name says, else the name of one of its artifacts, else `tier`."""
+        names = [order.name, *(want.artifact for want in order.wants)]
+        return next((self.tiers[name] for name in names if name in self.tiers), self.tier)
 
 
 @dataclass
@@ -54,6 +61,7 @@ class Task:
 
     order: Order
     settings: dict[str, Any]
+    tier: str
     key: str
     status: str = "reused"
     seconds: float = 0.0
@@ -99,7 +107,16 @@ def task_of(order: Order, memory: FileMemory, tier: str, scene: Scene) -> Task:
     sources = {role: memory.sha256(path) for role, path in order.sources.items()}
     code = code_digest(module, _ASKED)
     settings = _settings(order, scene)
-    return Task(order, settings, key_of(maker.__name__, code, sources, settings, tier))
+    return Task(order, settings, tier, key_of(maker.__name__, code, sources, settings, tier))
+
+
+def known_tiers(how: How, orders: list[Order]) -> None:
+    """Raises BakeError where `how.tiers` names what is neither a task nor an artifact."""
+    names = {name for order in orders for name in (order.name, *(want.artifact for want in order.wants))}
+    if wrong := sorted(how.tiers.keys() - names):
+        raise BakeError(
+            f"no task {', '.join(map(repr, wrong))}", mend=f"there are {', '.join(sorted(names))}"
+        )
 
 
 def recall(store: Store, task: Task) -> bool:
@@ -166,7 +183,7 @@ def run_tasks(
         Job(
             task.order.name,
             bake_makers.MAKERS[task.order.maker][1],
-            {"sources": task.order.sources, "settings": task.settings, "tier": how.tier}
+            {"sources": task.order.sources, "settings": task.settings, "tier": task.tier}
             | ({"room": room / task.key} if task.order.maker in bake_makers.ROOMS else {}),
             file=next(iter(task.order.sources.values()), None),
             code=code_of(bake_makers.MAKERS[task.order.maker][0], _ASKED),
