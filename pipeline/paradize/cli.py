@@ -8,28 +8,18 @@ everything else to standard error.
 from __future__ import annotations
 
 import argparse
-import importlib
 import io
 import os
 import signal
 import sys
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Callable, Sequence
+from functools import partial
+from importlib import import_module
 from typing import Any, NoReturn
 
-from paradize.cli_options import (
-    add_maps_options,
-    add_mesh_options,
-    add_terrain_options,
-    age,
-    percent,
-    size,
-    whole,
-)
 from paradize.cli_output import OutputLost, complain, say, show, show_json
 from paradize.errors import BakeError, GroupedError, ParadizeError, one_line
 
-TIERS = ("fast", "balanced", "exact")
 INTERRUPTED = 130  # as shells tell it: 128 + SIGINT
 
 
@@ -41,74 +31,88 @@ class _Parser(argparse.ArgumentParser):
     """Takes no abbreviated options, and leaves it to `main` to tell what is wrong."""
 
     def __init__(self, **settings: Any) -> None:
-        super().__init__(**settings, allow_abbrev=False)
+        # argparse makes a formatter for every option, which asks how wide the terminal is: here only for help
+        narrow = partial(argparse.HelpFormatter, width=80)
+        super().__init__(**settings, allow_abbrev=False, formatter_class=narrow)
+
+    def format_usage(self) -> str:
+        self.formatter_class = argparse.HelpFormatter
+        return super().format_usage()
+
+    def format_help(self) -> str:
+        self.formatter_class = argparse.HelpFormatter
+        return super().format_help()
 
     def error(self, message: str) -> NoReturn:
         raise _WrongUsage(f"{self.format_usage()}{self.prog}: error: {one_line(message)}")
 
 
-def parser() -> argparse.ArgumentParser:
-    """The whole command line, as DESIGN's contract has it."""
+# Of each command: what runs it, what adds its options, its help. Only what a command needs is imported, and
+# only its own parser is made.
+COMMANDS = {
+    "bake": (
+        "cli_bake:run_bake",
+        "cli_options:add_bake",
+        "Bake a scene: everything that it requires, once.",
+    ),
+    "mesh": (
+        "cli_solo:run_mesh",
+        "cli_solo_options:add_mesh",
+        "Bake an OBJ into a GLB with tangent frames and levels of detail.",
+    ),
+    "maps": (
+        "cli_solo:run_maps",
+        "cli_solo_options:add_maps",
+        "Bake a colour or height map into normal, height, gloss and du/dv maps.",
+    ),
+    "terrain": (
+        "cli_solo:run_terrain",
+        "cli_solo_options:add_terrain",
+        "Bake a heightmap into a GLB under a bound on its vertical error.",
+    ),
+    "explain": (
+        "cli_look:run_explain",
+        "cli_options:add_explain",
+        "Say why each artifact of a scene exists, and what limits it.",
+    ),
+    "check": (
+        "cli_look:run_check",
+        "cli_options:add_check",
+        "Check baked scenes (folders or scene.json), GLB, KTX2 and PNG files.",
+    ),
+    "new": (
+        "cli_keep:run_new",
+        "cli_options:add_new",
+        "Make a small scene to start from, with a model of yours in it.",
+    ),
+    "clean": (
+        "cli_keep:run_clean",
+        "cli_options:add_clean",
+        "Take from the store what is of no use, old or too much.",
+    ),
+}
+
+
+def _load(place: str) -> Callable[..., Any]:
+    """A function of this package, by `module:name`."""
+    module, _, name = place.partition(":")
+    found: Callable[..., Any] = getattr(import_module(f"paradize.{module}"), name)
+    return found
+
+
+def parser(only: str | None = None) -> argparse.ArgumentParser:
+    """The command line, as DESIGN's contract has it: the whole, or one command of it."""
     top = _Parser(
         prog="paradize",
         description="Bakes OBJ models, colour maps and heightmaps into measured, engine-ready assets.",
     )
     top.add_argument("--version", action="store_true", help="print the version and exit")
-    commands = top.add_subparsers(dest="command", metavar="COMMAND")
-
-    def command(name: str, call: str, text: str) -> argparse.ArgumentParser:
-        """call: the module and the function that runs it; only what a command needs is imported."""
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", prog="paradize")
+    for name in [only] if only else COMMANDS:
+        call, add_options, text = COMMANDS[name]
         sub = commands.add_parser(name, help=text, description=text)
         sub.set_defaults(call=call)
-        return sub
-
-    def common(sub: argparse.ArgumentParser, jobs: str = "threads at most") -> None:
-        sub.add_argument("-j", "--jobs", type=whole(1, 4096), metavar="N", help=f"{jobs} (default: cores)")
-        sub.add_argument("--tier", choices=TIERS, default="balanced", help="speed against accuracy")
-        sub.add_argument("--json", action="store_true", help="print one JSON object on standard output")
-
-    sub = command("bake", "cli_bake:run_bake", "Bake a scene: everything that it requires, once.")
-    sub.add_argument("scene", type=Path, metavar="SCENE.toml")
-    sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: build/assets/<scene name>")
-    sub.add_argument("--force", action="store_true", help="bake everything anew; read nothing from the store")
-    sub.add_argument(
-        "--verify", type=percent, metavar="P", help="derive P %% of the artifacts again and compare bytes"
-    )
-    common(sub, "worker processes")
-
-    for name, add_options, text in (
-        ("mesh", add_mesh_options, "Bake an OBJ into a GLB with tangent frames and levels of detail."),
-        ("maps", add_maps_options, "Bake a colour or height map into normal, height, gloss and du/dv maps."),
-        ("terrain", add_terrain_options, "Bake a heightmap into a GLB under a bound on its vertical error."),
-    ):
-        sub = command(name, f"cli_solo:run_{name}", text)
-        add_options(sub)
-        common(sub)
-
-    sub = command(
-        "explain", "cli_look:run_explain", "Say why each artifact of a scene exists, and what limits it."
-    )
-    sub.add_argument("scene", type=Path, metavar="SCENE.toml")
-    sub.add_argument("artifact", nargs="?", metavar="ARTIFACT", help="this one in detail (default: all)")
-    sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="where it was baked")
-    sub.add_argument("--json", action="store_true", help="print one JSON object on standard output")
-
-    sub = command(
-        "check", "cli_look:run_check", "Check baked scenes (folders or scene.json), GLB, KTX2 and PNG files."
-    )
-    sub.add_argument("paths", type=Path, nargs="+", metavar="PATH")
-    sub.add_argument("--format", dest="fmt", choices=("text", "json", "junit", "sarif"), default="text")
-    sub.add_argument("--json", action="store_true", help="the same as --format json")
-
-    sub = command("new", "cli_keep:run_new", "Make a small scene to start from, with a model of yours in it.")
-    sub.add_argument("folder", type=Path, metavar="DIR", help="a new folder for the scene")
-    sub.add_argument("--from", dest="model", type=Path, metavar="IN.obj", help="the model (default: a vase)")
-    sub.add_argument("--json", action="store_true", help="print one JSON object on standard output")
-
-    sub = command("clean", "cli_keep:run_clean", "Take from the store what is of no use, old or too much.")
-    sub.add_argument("--older-than", type=age, metavar="D", help="not used that long: 30d, 12h, 10m, 90s")
-    sub.add_argument("--to-size", type=size, metavar="B", help="keep at most that: 500M, 2G, 1Gi, bytes")
-    sub.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+        _load(add_options)(sub)
     return top
 
 
@@ -136,7 +140,7 @@ def _open_streams() -> None:
 def _run(words: Sequence[str]) -> int:
     """Parses and runs one command; tells its errors; returns the exit code."""
     as_json = "--json" in words
-    top = parser()
+    top = parser(words[0] if words and words[0] in COMMANDS else None)
     try:
         arguments = top.parse_args(words)
         if arguments.version:
@@ -146,8 +150,7 @@ def _run(words: Sequence[str]) -> int:
             return 0
         if arguments.command is None:
             raise _WrongUsage(f"{top.format_help()}\nparadize: error: a command is missing")
-        module, _, name = arguments.call.partition(":")
-        code: int = getattr(importlib.import_module(f"paradize.{module}"), name)(arguments)
+        code: int = _load(arguments.call)(arguments)
         return code
     except _WrongUsage as wrong:
         if as_json:

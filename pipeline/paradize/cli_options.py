@@ -1,4 +1,4 @@
-"""The options of the commands that bake one file, and what the options of every command are read with."""
+"""The options of the commands that work on scenes, and what the options of every command are read with."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
-MAPS = ("normal", "height", "gloss", "dudv")
+TIERS = ("fast", "balanced", "exact")
 
 
 def number(low: float, high: float) -> Callable[[str], float]:
@@ -86,153 +86,58 @@ def size(text: str) -> int:
     return int(_scaled(text, scales, "size", "B"))
 
 
-def _maps(text: str) -> list[str]:
-    names = [name.strip() for name in text.split(",")]
-    for name in names:
-        if name not in MAPS:
-            raise argparse.ArgumentTypeError(f"{name!r} is no map; allowed: {', '.join(MAPS)}")
-    return [name for name in MAPS if name in names]
+def add_json(sub: argparse.ArgumentParser, text: str = "print one JSON object on standard output") -> None:
+    """What every command takes."""
+    sub.add_argument("--json", action="store_true", help=text)
 
 
-def _names(text: str) -> list[str]:
-    names = [name for name in text.split(",") if name]
-    if not names:
-        raise argparse.ArgumentTypeError(f"{text!r} names nothing")
-    return names
+def add_common(sub: argparse.ArgumentParser, jobs: str = "threads at most") -> None:
+    """What every baker takes."""
+    sub.add_argument("-j", "--jobs", type=whole(1, 4096), metavar="N", help=f"{jobs} (default: cores)")
+    sub.add_argument("--tier", choices=TIERS, default="balanced", help="speed against accuracy")
+    add_json(sub)
 
 
-_FILTER_HELP = (
-    "auto (looks at the heights), central, scharr, fourth, eighth, smooth2 to smooth16, "
-    "quintic3 to quintic16, septic4 to septic16, spectral"
-)
+def add_scene(sub: argparse.ArgumentParser) -> None:
+    """What every command takes that works on a scene."""
+    sub.add_argument("scene", type=Path, metavar="SCENE.toml")
 
 
-def _filter(text: str) -> str:
-    from paradize.scene import FILTERS
-
-    if text not in FILTERS:
-        raise argparse.ArgumentTypeError(f"{text!r} is no filter; {_FILTER_HELP}")
-    return text
-
-
-def add_maps_options(sub: argparse.ArgumentParser) -> None:
-    """What `paradize maps` takes beside the options that all bakers share."""
-    sub.add_argument("input", type=Path, metavar="IN.png")
-    sub.add_argument("-o", "--out", type=Path, metavar="DIR", required=True)
-    sub.add_argument("--only", type=_maps, default=list(MAPS), metavar="A,B", help=", ".join(MAPS))
+def add_bake(sub: argparse.ArgumentParser) -> None:
+    """What `paradize bake` takes."""
+    add_scene(sub)
+    sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: build/assets/<scene name>")
+    sub.add_argument("--force", action="store_true", help="bake everything anew; read nothing from the store")
     sub.add_argument(
-        "--from", dest="source", choices=("color", "height"), default="color", help="what IN holds"
+        "--verify", type=percent, metavar="P", help="derive P %% of the artifacts again and compare bytes"
     )
-    sub.add_argument(
-        "--strength",
-        type=number(0.0, 1e6),
-        default=1.0,
-        metavar="S",
-        help="full white stands S percent of the map's width high (1)",
-    )
-    sub.add_argument(
-        "--wrap", choices=("repeat", "clamp"), default="clamp", help="what lies beyond the border"
-    )
-    sub.add_argument(
-        "--green", choices=("up", "down"), default="up", help="which way green points in normals"
-    )
-    sub.add_argument("--format", dest="fmt", choices=("ktx2", "png"), default="ktx2")
-    sub.add_argument("--uv", type=Path, metavar="IN.obj", help="the UV layout that the map is for")
-    sub.add_argument(
-        "--gloss-groups", type=_names, metavar="A,B", help="only these groups of the layout shine"
-    )
-    sub.add_argument("--report", type=Path, metavar="DIR", help="draw a contact sheet there, as <IN>.png")
-    sub.add_argument("--filter", type=_filter, default="auto", metavar="F", help=_FILTER_HELP)
-    sub.add_argument(
-        "--destep", action="store_true", help="smooth the steps of an 8-bit source, within half a step"
-    )
-    for name, default, low, text in (
-        ("black", 0.0, -1e6, "the value that becomes 0"),
-        ("white", 1.0, -1e6, "the value that becomes 1"),
-        ("gamma", 1.0, 1e-3, "above 1 lifts the middle of the heights"),
-        ("contrast", 1.0, -1e6, "about one half"),
-        ("brightness", 0.0, -1e6, "added to the heights"),
-    ):
-        what = f"{text} ({default:g})"
-        sub.add_argument(f"--{name}", type=number(low, 1e6), default=default, metavar="X", help=what)
-    sub.add_argument("--invert", action="store_true", help="white is low")
-    sub.add_argument(
-        "--zstd",
-        type=whole(1, 22),
-        nargs="?",
-        const=10,
-        metavar="LEVEL",
-        help="supercompress KTX2 (level 10)",
-    )
+    add_common(sub, "worker processes")
 
 
-def add_mesh_options(sub: argparse.ArgumentParser) -> None:
-    """What `paradize mesh` takes beside the options that all bakers share."""
-    sub.add_argument("input", type=Path, metavar="IN.obj")
-    sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True)
-    sub.add_argument(
-        "--lods", type=whole(1, 8), default=4, metavar="N", help="levels, the source counted (4)"
-    )
-    sub.add_argument(
-        "--max-error", type=number(0.0, 1.0), metavar="F", help="largest error, a share of the diagonal"
-    )
-    sub.add_argument(
-        "--ratio",
-        type=number(0.05, 0.95),
-        default=0.5,
-        metavar="R",
-        help="triangles of a level, of those of the one before (0.5)",
-    )
-    sub.add_argument(
-        "--errors",
-        type=rising(0.0, 1.0),
-        default=(),
-        metavar="A,B",
-        help="levels by error instead: the coarsest mesh inside each bound, shares of the diagonal",
-    )
-    sub.add_argument(
-        "--tangents",
-        choices=("face", "vertex", "mikktspace"),
-        default="mikktspace",
-        help="tangent frames: each face's own, the mean at each vertex, or those of MikkTSpace (mikktspace)",
-    )
-    sub.add_argument("--atlas", action="store_true", help="make a UV layout")
-    sub.add_argument(
-        "--quantise", action="store_true", help="vertices as 16-bit codes; what that costs is told"
-    )
-    sub.add_argument(
-        "--weld", type=number(0.0, 1e6), default=0.0, metavar="METRES", help="join places this near (0: none)"
-    )
-    sub.add_argument(
-        "--crease",
-        type=number(0.0, 180.0),
-        default=45.0,
-        metavar="DEGREES",
-        help="where normals are missing, faces at a larger angle meet in an edge (45)",
-    )
+def add_explain(sub: argparse.ArgumentParser) -> None:
+    """What `paradize explain` takes."""
+    add_scene(sub)
+    sub.add_argument("artifact", nargs="?", metavar="ARTIFACT", help="this one in detail (default: all)")
+    sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="where it was baked")
+    add_json(sub)
 
 
-def add_terrain_options(sub: argparse.ArgumentParser) -> None:
-    """What `paradize terrain` takes beside the options that all bakers share."""
-    sub.add_argument("input", type=Path, metavar="IN.png")
-    sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True)
-    sub.add_argument(
-        "--size",
-        type=number(1e-6, 1e6),
-        nargs=2,
-        required=True,
-        metavar=("X", "Z"),
-        help="metres, first to last pixel",
-    )
-    sub.add_argument(
-        "--height", type=number(-1e6, 1e6), required=True, metavar="H", help="metres from black to white"
-    )
-    sub.add_argument(
-        "--max-error",
-        type=number(0.0, 1e6),
-        metavar="M",
-        help="metres; 0: exact (default: a thousandth of H)",
-    )
-    sub.add_argument(
-        "--quantise", action="store_true", help="vertices as 16-bit codes, inside the same bound"
-    )
+def add_check(sub: argparse.ArgumentParser) -> None:
+    """What `paradize check` takes."""
+    sub.add_argument("paths", type=Path, nargs="+", metavar="PATH")
+    sub.add_argument("--format", dest="fmt", choices=("text", "json", "junit", "sarif"), default="text")
+    add_json(sub, "the same as --format json")
+
+
+def add_new(sub: argparse.ArgumentParser) -> None:
+    """What `paradize new` takes."""
+    sub.add_argument("folder", type=Path, metavar="DIR", help="a new folder for the scene")
+    sub.add_argument("--from", dest="model", type=Path, metavar="IN.obj", help="the model (default: a vase)")
+    add_json(sub)
+
+
+def add_clean(sub: argparse.ArgumentParser) -> None:
+    """What `paradize clean` takes."""
+    sub.add_argument("--older-than", type=age, metavar="D", help="not used that long: 30d, 12h, 10m, 90s")
+    sub.add_argument("--to-size", type=size, metavar="B", help="keep at most that: 500M, 2G, 1Gi, bytes")
+    add_json(sub)

@@ -12,7 +12,7 @@ import pytest
 
 from paradize import cli, cli_solo
 from paradize.bake_solo import Made, solo_maps, solo_mesh, solo_terrain
-from paradize.cli_options import MAPS
+from paradize.cli_solo_options import MAPS
 from paradize.engine.workers import Job, Outcome, run_jobs
 from paradize.kernels import maps
 from paradize.kernels.threads import VARIABLE, default_threads
