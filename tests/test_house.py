@@ -16,6 +16,7 @@ GROUND = {"data", "errors", "kernels"}
 LAYERS = {
     # room: what it may import (besides itself and the ground)
     "cli": {"tradeoff", "check", "explain", "report", "new", "bake", "scene", "engine"},
+    "tradeoff": {"bake", "require", "readers", "stages", "formats", "metrics", "scene", "flight", "engine"},
     "check": {"bake", "formats", "metrics", "scene"},
     "explain": {"bake", "require", "scene", "formats"},
     "new": {"readers", "formats", "engine"},
@@ -38,9 +39,9 @@ LAYERS = {
 
 def whose(name: str) -> str:
     """bake_mesh.py, bake_maps.py ... are rooms of bake, one per kind of product; cli_options.py is of cli,
-    new_sources.py of new."""
+    new_sources.py of new, tradeoff_curve.py of tradeoff."""
     first = name.partition("_")[0]
-    return first if first in ("bake", "cli", "new") else name
+    return first if first in ("bake", "cli", "new", "tradeoff") else name
 
 
 def room_of(path: Path) -> str:

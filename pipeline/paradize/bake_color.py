@@ -56,16 +56,8 @@ def bake_color(
     if not 0.0 <= alpha_cutoff <= 1.0:
         raise BakeError(f"the alpha cutoff is {alpha_cutoff}; 0 to 1 is the range")
     wraps = wraps_of(wrap)
-    image = read_image(path)
-    rows, columns = image.values.shape[:2]
-    warnings = []
-    if image.values.dtype == np.float32 and float(image.values.max()) > 1.0:
-        warnings.append(f"{path}: brighter than 1 in places; a colour texture holds 0..1")
-    values = _with_alpha(image, alpha)
-    values = spread(values, wraps)
-    if uv is not None:
-        values = _filled(values, uv, wraps)
-    encoded = image.color_space == "srgb"
+    values, encoded, warnings = color_values(path, alpha, wraps, uv)
+    rows, columns = values.shape[:2]
     cutoff = alpha_cutoff if values.shape[2] == 4 else None
 
     def make(fmt: str) -> tuple[Texture, LevelErrors]:
@@ -94,6 +86,21 @@ def bake_color(
         levels,
         reason=reason,
     )
+
+
+def color_values(
+    path: Path, alpha: Path | None, wraps: tuple[bool, bool], uv: Path | None
+) -> tuple[Values, bool, list[str]]:
+    """The texels (h, w, 3 or 4) of level 0 as bake_color takes them from its sources, whether they are sRGB,
+    and warnings."""
+    image = read_image(path)
+    warnings = []
+    if image.values.dtype == np.float32 and float(image.values.max()) > 1.0:
+        warnings.append(f"{path}: brighter than 1 in places; a colour texture holds 0..1")
+    values = spread(_with_alpha(image, alpha), wraps)
+    if uv is not None:
+        values = _filled(values, uv, wraps)
+    return values, image.color_space == "srgb", warnings
 
 
 def color_texture(

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.bake_product import MapProduct
-from paradize.data import six
+from paradize.data import Texture, six
 from paradize.errors import SourceError
 from paradize.formats.ktx2 import encode_ktx2
 from paradize.kernels.maps import linear_light
@@ -27,6 +27,19 @@ def bake_cubemap(paths: Sequence[Path], *, zstd: int | None = None) -> MapProduc
     zstd: level of supercompression.
     Raises SourceError.
     """
+    stack, warnings = read_faces(paths)
+    texture = cubemap.encode_cube(cubemap.cube_mips(stack))
+    error = sky_error(texture, stack)
+    size = stack.shape[1]
+    data = encode_ktx2(texture, zstd_level=zstd)
+    return MapProduct(
+        data, size, size, texture.format, error, "sky_max_relative", "balanced",
+        {"sky_max_relative": error}, warnings,
+    )  # fmt: skip
+
+
+def read_faces(paths: Sequence[Path]) -> tuple[F32, list[str]]:
+    """Linear light (6, n, n, 3) of six pictures, and warnings. Raises as bake_cubemap."""
     if len(paths) != 6:
         raise SourceError(f"a cube map has six faces, not {len(paths)}")
     faces: list[F32] = []
@@ -44,17 +57,14 @@ def bake_cubemap(paths: Sequence[Path], *, zstd: int | None = None) -> MapProduc
         if float(pixels.max()) > cubemap.HALF_MAX:
             warnings.append(f"{path}: brighter than {cubemap.HALF_MAX:g}, which half floats end at")
         faces.append(np.repeat(pixels[:, :, :1], 3, axis=2) if channels < 3 else pixels[:, :, :3])
-    stack = np.stack(faces)
-    texture = cubemap.encode_cube(cubemap.cube_mips(stack))
+    return np.stack(faces), warnings
+
+
+def sky_error(texture: Texture, stack: F32) -> float:
+    """The largest error of any channel of level 0, relative to the texel's brightest."""
     worst = 0.0
     for face in range(6):
         truth = stack[face].astype(np.float64)
         gap = np.abs(decode_texels(texture, 0, face)[:, :, :3] - truth).max(axis=2)
         worst = max(worst, float((gap / np.maximum(np.abs(truth).max(axis=2), 1e-4)).max()))
-    error = six(worst)
-    size = stack.shape[1]
-    data = encode_ktx2(texture, zstd_level=zstd)
-    return MapProduct(
-        data, size, size, texture.format, error, "sky_max_relative", "balanced",
-        {"sky_max_relative": error}, warnings,
-    )  # fmt: skip
+    return six(worst)

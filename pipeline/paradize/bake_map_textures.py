@@ -38,19 +38,19 @@ def ktx2_maps(
     its formats (stages.compress.FORMATS) is taken. measure: False leaves out errors and budget."""
     height, width = rows.ground.heights.shape
     formats = {name: formats_of(name, height, width) for name in rows.names}
-    textures, mean = _textures(rows, {name: known[0] for name, known in formats.items()}, tier)
+    textures, mean = map_textures(rows, {name: known[0] for name, known in formats.items()}, tier)
     done: dict[str, MapProduct] = {}
     for name in [*textures, *(["dudv"] if "dudv" in rows.names else [])]:
-        texture = textures.pop(name) if name in textures else _dudv(rows, mean)
-        levels, reason = _errors(name, rows, texture) if measure else [], None
+        texture = textures.pop(name) if name in textures else dudv_texture(rows, mean)
+        levels, reason = map_errors(name, rows, texture) if measure else [], None
         errors = flat_errors(name, levels[0]) if measure else {}
         for fmt in formats[name][1:]:
             over = beyond(errors, budget)
             if not over:
                 break
             reason = f"{texture.format} exceeds the budget: {', '.join(over)}"
-            texture = _textures(rows, {name: fmt}, tier)[0][name]
-            levels = _errors(name, rows, texture)
+            texture = map_textures(rows, {name: fmt}, tier)[0][name]
+            levels = map_errors(name, rows, texture)
             errors = flat_errors(name, levels[0])
         if name == "normal" and measure:
             errors |= filter_errors(rows.ground)
@@ -73,7 +73,7 @@ def ktx2_maps(
     return {name: done[name] for name in rows.names}
 
 
-def _textures(rows: MapRows, formats: dict[str, str], tier: str) -> tuple[dict[str, Texture], Mean]:
+def map_textures(rows: MapRows, formats: dict[str, str], tier: str) -> tuple[dict[str, Texture], Mean]:
     """The textures of some maps in the formats given, in one sweep, but for du/dv; for that, the mean of the
     normals' x and y."""
     height, width = rows.ground.heights.shape
@@ -101,7 +101,7 @@ def _values(name: str, bundle: Bundle, level: int) -> F32:
     return gloss_rows(bundle, level) if name == "gloss" else bundle["height"]
 
 
-def _dudv(rows: MapRows, mean: Mean) -> Texture:
+def dudv_texture(rows: MapRows, mean: Mean) -> Texture:
     """Du/dv of the same normals: x and y of their means, less the mean of all."""
     height, width = rows.ground.heights.shape
     made = DudvLevels(height, width, level_count(height, width), mean)
@@ -113,7 +113,7 @@ def _dudv(rows: MapRows, mean: Mean) -> Texture:
     return Texture("RG8_SNORM", width, height, tuple(made.levels()))
 
 
-def _errors(name: str, rows: MapRows, texture: Texture) -> LevelErrors:
+def map_errors(name: str, rows: MapRows, texture: Texture) -> LevelErrors:
     """What was measured of every level."""
     if name == "height":
         return value_levels(texture, rows.whole("height"))

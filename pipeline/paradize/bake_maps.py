@@ -76,6 +76,45 @@ def bake_maps(
     _check(path, source, strength, green, fmt, tier)
     names = ("auto", *FILTER_NAMES)
     one_of("filter", [] if filter_name in names else [filter_name], names)
+    made, warnings = map_rows(
+        path,
+        only=only,
+        source=source,
+        strength=strength,
+        wrap=wrap,
+        green=green,
+        tier=tier,
+        filter_name=filter_name,
+        destep=destep,
+        uv=uv,
+        gloss_groups=gloss_groups,
+        slope_scale=slope_scale,
+        levels=levels,
+        gloss=gloss,
+    )
+    if fmt == "png":
+        return png_maps(made, tier=tier, warnings=warnings, measure=measure)
+    return ktx2_maps(made, tier=tier, warnings=warnings, budget=budget or {}, zstd=zstd, measure=measure)
+
+
+def map_rows(
+    path: Path,
+    *,
+    only: Sequence[str],
+    source: str,
+    strength: float,
+    wrap: str | tuple[str, str],
+    green: str,
+    tier: str,
+    filter_name: str,
+    destep: bool,
+    uv: Path | None,
+    gloss_groups: Collection[str] | None,
+    slope_scale: float | tuple[float, float] | None,
+    levels: Levels | None,
+    gloss: GlossSettings | None,
+) -> tuple[MapRows, list[str]]:
+    """The rows of every map, level 0, that bake_maps makes textures of, and warnings; arguments as there."""
     wraps = wraps_of(wrap)
     if gloss_groups is not None and uv is None:
         raise BakeError("groups that shine need a UV layout", mend="name the OBJ whose UVs the map follows")
@@ -106,10 +145,7 @@ def bake_maps(
     ground = Ground(heights, slopes, wraps, filter_name, green == "down", islands)
     picture = image if source == "color" and levels is not None else None
     del image  # the codes of a height map are not needed any more
-    made = MapRows(ground, tuple(only), unit, picture, gloss or GlossSettings(), layout)
-    if fmt == "png":
-        return png_maps(made, tier=tier, warnings=warnings, measure=measure)
-    return ktx2_maps(made, tier=tier, warnings=warnings, budget=budget or {}, zstd=zstd, measure=measure)
+    return MapRows(ground, tuple(only), unit, picture, gloss or GlossSettings(), layout), warnings
 
 
 def relief_levels(relief: Mapping[str, Any]) -> Levels | None:

@@ -154,7 +154,7 @@ def _bake(
     if mesh.colors is not None and (mesh.colors.min() < 0 or mesh.colors.max() > 1):
         mesh = replace(mesh, colors=np.clip(mesh.colors, 0, 1))
         warnings.append(f"{path}: vertex colours beyond 0 to 1, held to it")
-    mesh = _by_material(complete_normals(mesh, smoothing, crease_deg=crease_deg)[0])
+    mesh = by_material(complete_normals(mesh, smoothing, crease_deg=crease_deg)[0])
     layout = None
     if atlas and not (painted and mesh.uvs is not None):
         mesh, layout, notes = with_atlas(mesh, path, tier)
@@ -247,7 +247,7 @@ def _colored(source: Mesh, level: Mesh) -> Mesh:
     return replace(taken, colors=np.clip(taken.colors, 0, 1))  # the mean of three may round beyond 1
 
 
-def _by_material(mesh: Mesh) -> Mesh:
+def by_material(mesh: Mesh) -> Mesh:
     """Triangles in one run per material, materials in the order of their first use: one draw each."""
     runs: dict[str, list[Group]] = {}
     for group in mesh.groups:

@@ -86,8 +86,8 @@ def series_of(point: Point) -> str:
 
 
 def dominates(a: Point, b: Point, less_is_better: bool) -> bool:
-    """Whether nobody would choose b with a at hand: a is no slower, errs no more and, in another series, is no
-    larger; and is better in one of these."""
+    """Whether nobody would choose b with a at hand: a is no slower, errs no more and, in another series, is
+    no larger; and is better in one of these."""
     told = []
     for point in (a, b):
         size = (0 if series_of(a) == series_of(b) else point["bytes"]) or 0
@@ -118,7 +118,8 @@ def knee(points: Sequence[Point], less_is_better: bool) -> Point | None:
             fronts.setdefault(series_of(point), []).append(place)
     if not fronts:
         return None
-    front = sorted(max(fronts.values(), key=len), key=lambda place: place[:2])
+    largest = max(fronts, key=lambda series: len(fronts[series]))
+    front = sorted(fronts[largest], key=lambda place: place[:2])
     (t0, e0, _), (t1, e1, _) = front[0], front[-1]
     best, farthest = None, 0.0
     for t, e, point in front[1:-1]:

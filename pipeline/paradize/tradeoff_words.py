@@ -5,6 +5,7 @@ order of the tiers, and which tier to take. All of it follows from the figures o
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 from paradize.tradeoff_curve import Group, Point, apart, cheapest, inside, knee, loss, mark, series_of
@@ -95,22 +96,23 @@ def sentence(group: Group) -> str:
         (only,) = group["points"]
         took = seconds_text(only["seconds"]["median"])
         value = value_text(only["error"]["value"], group["unit"])
-        return f"There is one tier: it takes {took} and errs by {value}." if group[
-            "less_is_better"
-        ] else f"There is one tier: it takes {took} and reaches {value}."
-    pairs = list(zip(points, points[1:], strict=False))
-    text = "; ".join(compared(before, after, group) for before, after in pairs)
+        return (
+            f"There is one tier: it takes {took} and errs by {value}."
+            if group["less_is_better"]
+            else f"There is one tier: it takes {took} and reaches {value}."
+        )
+    text = "; ".join(compared(before, after, group) for before, after in pairwise(points))
     return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 def disagreements(group: Group) -> list[str]:
-    """Where a tier is quicker than the one it is declared to be slower than, beyond the spread of both, or errs
-    more. Tiers of different sizes may: they buy bytes."""
-    found = []
+    """Where a tier is quicker than the one it is declared to be slower than, beyond the spread of both, or
+    errs more. Tiers of different sizes may: they buy bytes."""
+    found: list[str] = []
     points = declared_points(group)
     if len(group["points"]) < 2:
         return found
-    for before, after in zip(points, points[1:], strict=False):
+    for before, after in pairwise(points):
         if series_of(before) != series_of(after):
             continue
         a, b = before["seconds"], after["seconds"]
@@ -130,14 +132,18 @@ def disagreements(group: Group) -> list[str]:
 
 
 def advice(group: Group) -> dict[str, Any] | None:
-    """Which tier to take, and why: {"tier", "why": "budget" or "knee", "text"}. With a budget the cheapest that
-    keeps it (tier None where none does, and by how much the nearest misses); else the knee of the front."""
+    """Which tier to take, and why: {"tier", "why": "budget" or "knee", "text"}. With a budget the cheapest
+    that keeps it (tier None where none does, and by how much the nearest misses); else the front's knee."""
     points, budget, less = group["points"], group["budget"], group["less_is_better"]
     if budget is None:
         at = knee(points, less)
         if at is None:
             return None
-        return {"tier": at["tier"], "why": "knee", "text": f"No budget binds: the curve bends at {at['tier']}."}
+        return {
+            "tier": at["tier"],
+            "why": "knee",
+            "text": f"No budget binds: the curve bends at {at['tier']}.",
+        }
     limit = value_text(budget, group["unit"])
     best = cheapest(points, budget, less)
     if best is None:
