@@ -18,7 +18,7 @@ from paradize.bake import bake
 from paradize.bake_estimate import memory_of
 from paradize.bake_tasks import How
 from paradize.engine.limits import available, cores, held_bytes, memory_limit
-from paradize.engine.workers import Job, Outcome, run_jobs
+from paradize.engine.workers import Crew, Job, Outcome, run_jobs
 from paradize.errors import BakeError, SourceError
 from paradize.kernels.threads import VARIABLE as THREADS
 from tests.pipeline.scenes import make_cove, write_image
@@ -84,6 +84,46 @@ def run_beside(*jobs: Job, workers: int = 2) -> list[Outcome]:
     first, *found, last = run_jobs([good[0], *jobs, good[1]], workers)
     assert (first.value, first.error, last.value, last.error) == (2, None, 4, None)
     return found
+
+
+def tell_process() -> tuple[int, str | None]:
+    return os.getpid(), os.environ.get(THREADS)
+
+
+def test_a_crew_that_is_kept_serves_the_next_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(THREADS, raising=False)
+    crew = Crew()
+    try:
+
+        def told(threads: int) -> tuple[int, str | None]:
+            (outcome,) = run_jobs([Job("job", tell_process, {})], 1, threads=threads, crew=crew)
+            assert outcome.error is None
+            found: tuple[int, str | None] = outcome.value
+            return found
+
+        first = told(3)
+        assert first[1] == "3" and told(3) == first
+        other = told(1)
+        assert other[0] != first[0] and other[1] == "1" and told(3) == first
+        assert {told(2)[0]}.isdisjoint((first[0], other[0])) and len(crew.workers) == 2
+        crew.workers[-1].process.kill()
+        crew.workers[-1].process.wait()
+        assert told(2)[1] == "2"
+    finally:
+        crew.stop()
+    assert crew.workers == []
+
+
+def test_an_interrupted_call_leaves_no_worker_at_work(tmp_path: Path) -> None:
+    crew = Crew()
+
+    def interrupt(outcome: Outcome) -> None:
+        raise KeyboardInterrupt
+
+    jobs = [Job("hangs", hang, {"tally": tmp_path / "tally", "times": 1}), Job("ends", tell_process, {})]
+    with pytest.raises(KeyboardInterrupt):
+        run_jobs(jobs, 2, interrupt, crew=crew)
+    assert crew.workers == []
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -59,11 +59,12 @@ class Answer:
 
 @dataclass(eq=False)
 class Worker:
-    """A worker process and what it is at. tries: how often its job was given to any worker, this one
-    included."""
+    """A worker process and what it is at. threads: as it was started with. tries: how often its job was given
+    to any worker, this one included."""
 
     process: subprocess.Popen[bytes]
     link: Connection
+    threads: int | None = None
     job: Job | None = None
     tries: int = 0
     since: float = 0.0
@@ -98,6 +99,20 @@ class Worker:
             return f"its process was killed by signal {-code}"
 
 
+@dataclass(eq=False)
+class Crew:
+    """Workers, and the queue that they answer into. One that is kept finds its interpreters warm."""
+
+    workers: list[Worker] = field(default_factory=list)
+    answers: queue.SimpleQueue[Answer] = field(default_factory=queue.SimpleQueue)
+
+    def stop(self) -> None:
+        """Kills all of them, whatever they are at."""
+        for worker in self.workers:
+            worker.stop()
+        self.workers.clear()
+
+
 def start_worker(answers: queue.SimpleQueue[Answer], threads: int | None, memory_bytes: int | None) -> Worker:
     """A fresh interpreter that serves jobs, each of which ends in one answer. threads: what native kernels
     use there (None: as this process). memory_bytes: what it may allocate (Linux)."""
@@ -110,7 +125,7 @@ def start_worker(answers: queue.SimpleQueue[Answer], threads: int | None, memory
             env=None if threads is None else {**os.environ, VARIABLE: str(threads)},
             stdout=2,  # what libraries print goes to standard error: standard output is the caller's
         )
-    worker = Worker(process, Connection(ours.detach()))
+    worker = Worker(process, Connection(ours.detach()), threads)
     threading.Thread(target=_talk, args=(worker, answers), daemon=True).start()
     return worker
 

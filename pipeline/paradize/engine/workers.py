@@ -16,12 +16,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from paradize.engine.crew import Answer, Job, Worker, start_worker
+from paradize.engine.crew import Answer, Crew, Job, Worker, start_worker
 from paradize.engine.limits import VARIABLE, cores, memory_limit
 from paradize.errors import BakeError, ParadizeError
 from paradize.kernels.threads import VARIABLE as THREADS
 
-__all__ = ["Job", "Outcome", "run_jobs"]
+__all__ = ["Crew", "Job", "Outcome", "run_jobs"]
 
 _TRIES = 2
 _LOOK_S = 0.05  # how often memory and time are looked at
@@ -44,19 +44,22 @@ def run_jobs(
     told: Callable[[Outcome], None] | None = None,
     *,
     threads: int | None = None,
+    crew: Crew | None = None,
 ) -> list[Outcome]:
     """Runs the jobs, at most `workers` at once; returns their outcomes in the order of the jobs. `told` hears
     of each as it ends. threads: what native kernels use in each worker (default: $PARADIZE_THREADS, else the
-    cores shared out among the workers). Never raises for a job's own failure: that is in its outcome. Raises
+    cores shared out among the workers). crew: workers to take, and to leave there for the next call (default:
+    new ones, which end with this call). Never raises for a job's own failure: that is in its outcome. Raises
     BakeError where $PARADIZE_MEMORY is no amount of memory."""
     if threads is None and not os.environ.get(THREADS):
         threads = max(1, cores() // max(1, workers))
-    shift = _Shift(jobs, max(1, workers), threads, told)
+    hands = Crew() if crew is None else crew
+    shift = _Shift(jobs, max(1, workers), threads, told, hands)
     try:
         return shift.run()
     finally:
-        for worker in shift.crew:
-            worker.stop()
+        if crew is None or shift.busy():
+            hands.stop()
 
 
 class _Shift:
@@ -68,14 +71,14 @@ class _Shift:
         workers: int,
         threads: int | None,
         told: Callable[[Outcome], None] | None,
+        crew: Crew,
     ) -> None:
         self.jobs, self.workers, self.threads, self.told = jobs, workers, threads, told
         self.limit = memory_limit()
         self.waiting = [(job, 1) for job in jobs]  # and which try it would be
         self.alone: list[tuple[Job, int]] = []  # those that took too much beside others: after all others
         self.outcomes: dict[str, Outcome] = {}
-        self.crew: list[Worker] = []
-        self.answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
+        self.crew, self.answers = crew.workers, crew.answers
 
     def run(self) -> list[Outcome]:
         while self.waiting or self.alone or self.busy():
@@ -100,8 +103,11 @@ class _Shift:
                 job, tries = self.alone.pop(0)
             else:
                 return
-            free = next((worker for worker in self.crew if worker.job is None), None)
+            idle = [worker for worker in self.crew if worker.job is None]
+            free = next((worker for worker in idle if worker.threads == self.threads), None)
             if free is None:
+                if len(self.crew) >= 2 * self.workers:  # a crew that is kept: its interpreters take memory
+                    self.dismiss(idle[0])
                 free = start_worker(self.answers, self.threads, self.limit)
                 self.crew.append(free)
             free.give(job, tries)
