@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from paradize.engine.code import code_files, library_versions
+from paradize.engine.libraries import library_versions
 from paradize.engine.memory import FileMemory
 from paradize.engine.store import Store, key_of, stamp
 from paradize.errors import ParadizeError
@@ -96,6 +96,8 @@ def remember(
     memory: FileMemory,
 ) -> None:
     """Keeps what a finished bake read, ran and wrote. absent: files that it looked for in vain."""
+    from paradize.engine.code import code_files  # here: a bake with nothing to do loads less
+
     outputs = [report.out / SCENE_FILE, *(report.out / row["file"] for row in report.artifacts)]
     files = list(dict.fromkeys([*inputs, *code_files("paradize.bake"), *outputs]))
     record = {

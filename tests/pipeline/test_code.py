@@ -18,6 +18,7 @@ import paradize
 from paradize import bake_makers
 from paradize.bake import bake
 from paradize.engine import code as engine_code
+from paradize.engine import libraries
 from paradize.engine.code import code_digest, code_of, kernel_digest, loaded_kernel_digest
 from paradize.engine.loader import LOADED, CheckedLoader
 from paradize.engine.workers import Job, run_jobs
@@ -214,7 +215,7 @@ def test_a_changed_module_or_kernel_bakes_its_products_and_no_others(tmp_path: P
 
 def test_a_bake_of_one_process_looks_at_its_code_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     before = code_digest("paradize.bake_sound")
-    monkeypatch.setattr(engine_code, "LIBRARIES", ())
+    monkeypatch.setattr(libraries, "LIBRARIES", ())
     assert code_digest("paradize.bake_sound") == before
     engine_code.forget()
     try:

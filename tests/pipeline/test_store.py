@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from paradize.engine.code import code_digest, code_files, library_versions
+from paradize.engine.code import code_digest, code_files
+from paradize.engine.libraries import library_versions
 from paradize.engine.memory import FileMemory
 from paradize.engine.publish import ASIDE, sweep_aside, write_whole
 from paradize.engine.store import Store, key_of

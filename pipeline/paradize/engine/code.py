@@ -18,17 +18,9 @@ from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
 import paradize
+from paradize.engine.libraries import library_versions
 
 SUFFIXES = (".py", *EXTENSION_SUFFIXES)
-LIBRARIES = (
-    "meshoptimizer",
-    "nanobind",
-    "numpy",
-    "openimageio",
-    "openmesh",
-    "soundfile",
-    "zstandard",
-)
 _ENGINE = "paradize.engine"
 _VERSIONS = "libraries"  # stands in a code's dict beside the modules
 _IMPORT = re.compile(
@@ -103,22 +95,6 @@ def loaded_kernel_digest(file: str) -> str:
         return kernel_digest(Path(file))
     found = _DIGEST.match(held.raw)
     return found[1].decode() if found else ""
-
-
-@cache
-def library_versions() -> tuple[str, ...]:
-    """`name-version` of each library that can change an artifact, as its dist-info folder is called."""
-    found = set()
-    for folder in sys.path:
-        try:
-            names = os.listdir(folder)  # noqa: PTH208 (names only, and fast)
-        except OSError:
-            continue
-        for name in names:
-            stem, _, kind = name.rpartition(".")
-            if kind == "dist-info" and stem.rpartition("-")[0].lower().replace("-", "_") in LIBRARIES:
-                found.add(stem.lower())
-    return tuple(sorted(found))
 
 
 def _versions_digest() -> str:

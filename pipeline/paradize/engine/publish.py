@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import secrets
 from pathlib import Path
 
 from paradize.errors import BakeError
@@ -21,7 +20,7 @@ def write_whole(path: Path, data: bytes | Path, *, durable: bool = True) -> None
     """
     if path.name in ("", ".."):
         raise BakeError("names a folder, not a file", file=path, mend="name a file with -o")
-    aside = path.with_name(f".{path.name[:40]}{ASIDE}{secrets.token_hex(4)}")
+    aside = path.with_name(f".{path.name[:40]}{ASIDE}{os.urandom(4).hex()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.exists() and not (path.is_file() or path.is_dir()):  # a rename would take a device's place

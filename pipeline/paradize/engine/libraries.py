@@ -1,0 +1,33 @@
+"""Third-party libraries: what a product owes to them is told by their names and versions."""
+
+from __future__ import annotations
+
+import os
+import sys
+from functools import cache
+
+LIBRARIES = (
+    "meshoptimizer",
+    "nanobind",
+    "numpy",
+    "openimageio",
+    "openmesh",
+    "soundfile",
+    "zstandard",
+)
+
+
+@cache
+def library_versions() -> tuple[str, ...]:
+    """`name-version` of each library that can change an artifact, as its dist-info folder is called."""
+    found = set()
+    for folder in sys.path:
+        try:
+            names = os.listdir(folder)  # noqa: PTH208 (names only, and fast)
+        except OSError:
+            continue
+        for name in names:
+            stem, _, kind = name.rpartition(".")
+            if kind == "dist-info" and stem.rpartition("-")[0].lower().replace("-", "_") in LIBRARIES:
+                found.add(stem.lower())
+    return tuple(sorted(found))
