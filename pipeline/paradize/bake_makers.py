@@ -116,7 +116,7 @@ def make_color(sources: Sources, settings: Settings, tier: str) -> list[Product]
         wrap=settings["wrap"],
         tier=tier,
         alpha_cutoff=settings["alpha_cutoff"],
-        uv=_layout(sources),
+        uv=layout_of(sources),
         budget=settings["budget"],
         zstd=settings.get("zstd"),
     )
@@ -127,7 +127,7 @@ def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """Colour or height map -> the asked ones of normal, height, gloss and du/dv, each KTX2."""
     from paradize.bake_maps import bake_maps, relief_levels
 
-    layout = _layout(sources)
+    layout = layout_of(sources)
     relief = settings["relief"]
     made = bake_maps(
         sources["image"],
@@ -140,7 +140,7 @@ def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         tier=tier,
         uv=layout,
         gloss_groups=(settings.get("gloss_groups") or None) if layout else None,
-        slope_scale=_slope_scale(sources["image"], settings),
+        slope_scale=slope_scale_of(sources["image"], settings),
         filter_name=relief["filter"],
         destep=relief["destep"],
         levels=relief_levels(relief),
@@ -150,7 +150,7 @@ def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     return [_texture(name, made[name]) for name in settings["only"]]
 
 
-def _layout(sources: Sources) -> Path | None:
+def layout_of(sources: Sources) -> Path | None:
     """The OBJ whose UV layout an object's maps follow; None where it has none of its own."""
     path = sources.get("layout")
     if path is None:
@@ -164,7 +164,7 @@ def _layout(sources: Sources) -> Path | None:
         return path  # the baker reads it again, after the picture, and raises
 
 
-def _slope_scale(path: Path, settings: Settings) -> tuple[float, float] | None:
+def slope_scale_of(path: Path, settings: Settings) -> tuple[float, float] | None:
     """Slopes along x and y of a map that is stretched over size_m metres, so that its texels need not be
     square there; None where the map has no size in metres."""
     if "size_m" not in settings:
