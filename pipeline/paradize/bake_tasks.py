@@ -16,7 +16,7 @@ from paradize.bake_estimate import memory_of
 from paradize.engine.code import code_digest, code_of
 from paradize.engine.memory import FileMemory
 from paradize.engine.store import Stamp, Store, key_of, stamp
-from paradize.engine.workers import Job, Outcome, run_jobs
+from paradize.engine.workers import Crew, Job, Outcome, run_jobs
 from paradize.errors import BakeError, ParadizeError, SourceError
 from paradize.flight import Flight
 from paradize.require import Order, Want
@@ -36,13 +36,14 @@ Told = Callable[[str, int, int], None]  # what was just done, how many are done,
 class How:
     """How a bake is done. jobs: worker processes (0: one a core). force: everything anew, nothing is read
     from the store. told: hears of every task that ends. tiers: the tier of a task, or of the task of an
-    artifact, by name, where it is another than `tier`."""
+    artifact, by name, where it is another than `tier`. crew: workers that are kept."""
 
     jobs: int = 0
     tier: str = "balanced"
     force: bool = False
     told: Told | None = None
     tiers: Mapping[str, str] = field(default_factory=dict)
+    crew: Crew | None = None
 
     @property
     def hands(self) -> int:
@@ -192,7 +193,7 @@ def run_tasks(
         for task in tasks
     ]
     if work:
-        run_jobs(work, min(how.hands, len(work)), ended)
+        run_jobs(work, min(how.hands, len(work)), ended, crew=how.crew)
 
 
 def _keep(store: Store, data: bytes | Path) -> tuple[str, bytes | Path]:
