@@ -139,7 +139,7 @@ def test_keys_cover_all_code_that_a_baker_loads(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     asked: dict[str, Job] = {}
 
-    def note(jobs: list[Job], workers: int, told: Any) -> None:
+    def note(jobs: list[Job], workers: int, told: Any, **others: Any) -> None:
         for job in jobs:
             maker = next(name for name, (_, call) in bake_makers.MAKERS.items() if call is job.call)
             asked.setdefault(maker, job)
