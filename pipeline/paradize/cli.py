@@ -15,10 +15,13 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import import_module
-from typing import Any, NoReturn
 
 from paradize.cli_output import OutputLost, complain, say, show, show_json
 from paradize.errors import BakeError, GroupedError, ParadizeError, one_line
+
+TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
+if TYPE_CHECKING:
+    from typing import Any, NoReturn
 
 INTERRUPTED = 130  # as shells tell it: 128 + SIGINT
 
@@ -79,6 +82,11 @@ COMMANDS = {
         "cli_look:run_check",
         "cli_options:add_check",
         "Check baked scenes (folders or scene.json), GLB, KTX2 and PNG files.",
+    ),
+    "watch": (
+        "cli_watch:run_watch",
+        "cli_watch:add_watch",
+        "Bake a scene, and again whenever a file that it is made of, or the code, is saved.",
     ),
     "new": (
         "cli_keep:run_new",

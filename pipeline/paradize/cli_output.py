@@ -6,9 +6,12 @@ import json
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import Any
 
 from paradize.errors import ParadizeError, one_line
+
+TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
+if TYPE_CHECKING:
+    from typing import Any
 
 
 class OutputLost(Exception):  # noqa: N818 (never leaves the command line)

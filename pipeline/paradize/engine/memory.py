@@ -9,9 +9,12 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 from paradize.engine.store import Stamp, hash_file, stamp
+
+TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
+if TYPE_CHECKING:
+    from typing import Any
 
 _REST_NS = 2_000_000_000  # coarse file systems keep times of two seconds
 
@@ -37,7 +40,7 @@ class FileMemory:
         """The hash of a file's present bytes. Raises BakeError when there is none or it cannot be read."""
         now = stamp(path)
         known = self._files.get(str(path))
-        if known and now == known[0] and max(now[1], now[2]) < self._since_ns - _REST_NS:
+        if known and now and self._at_rest(known[0], now):
             return known[1]
         self.hashed += 1
         return hash_file(path)
@@ -46,9 +49,18 @@ class FileMemory:
         """Whether all these files are there and hold what they held when they were remembered."""
         for path in paths:
             known = self._files.get(path)
-            if known is None or stamp(Path(path)) is None or self.sha256(Path(path)) != known[1]:
+            now = stamp(path)
+            if known is None or now is None:
                 return False
+            if not self._at_rest(known[0], now):
+                self.hashed += 1
+                if hash_file(Path(path)) != known[1]:
+                    return False
         return True
+
+    def _at_rest(self, was: Stamp, now: Stamp) -> bool:
+        """Whether stamps tell that a file is what it was: it was remembered after it had come to rest."""
+        return now == was and max(now[1], now[2]) < self._since_ns - _REST_NS
 
     def as_json(self, paths: Iterable[Path]) -> dict[str, Any]:
         """The memory of these files as they are now; those that are gone are left out."""

@@ -17,18 +17,21 @@ import os
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
-from typing import Any
 
 from paradize.engine.publish import write_whole
 from paradize.errors import BakeError
 
+TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
+if TYPE_CHECKING:
+    from typing import Any
+
 Stamp = list[int]  # size, mtime_ns, ctime_ns, inode: a file whose stamp is the same is taken for unchanged
 
 
-def stamp(path: Path) -> Stamp | None:
+def stamp(path: Path | str) -> Stamp | None:
     """The stamp of a file, None where there is none."""
     try:
-        status = path.stat()
+        status = os.stat(path)  # noqa: PTH116 (called for every file of a bake)
     except OSError:
         return None
     return [status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino]
