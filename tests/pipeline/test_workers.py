@@ -17,7 +17,7 @@ from paradize import bake_makers
 from paradize.bake import bake
 from paradize.bake_estimate import memory_of
 from paradize.bake_tasks import How
-from paradize.engine.limits import available, cores, held_bytes, memory_limit
+from paradize.engine.limits import available, cores, held_bytes, memory_limit, time_limit
 from paradize.engine.workers import Crew, Job, Outcome, run_jobs
 from paradize.errors import BakeError, SourceError
 from paradize.kernels.threads import VARIABLE as THREADS
@@ -145,8 +145,20 @@ def test_a_hang_is_killed_and_tried_once_more(tmp_path: Path) -> None:
     ]
     once, always = run_beside(*jobs)
     assert (once.value, once.error, once.tries) == ("woke", None, 2)
-    assert str(always.error) == "palm.obj: hang 9 took longer than 4 s, twice"
+    assert str(always.error).startswith("palm.obj: hang 9 took longer than 4 s, twice; where it only needs")
+    assert "$PARADIZE_TIMEOUT" in str(always.error)
     assert (tmp_path / "9").read_text() == "xx"
+
+
+def test_how_long_a_job_may_take_is_a_setting(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    assert time_limit() == 1800 == time_limit(900) and time_limit(7200) == 7200
+    monkeypatch.setenv("PARADIZE_TIMEOUT", "1.5")
+    (hung,) = run_beside(Job("hang", hang, {"tally": tmp_path / "tally", "times": 9}))
+    assert "took longer than 1.5 s, twice" in str(hung.error)
+    for told in ("0", "-1", "soon", "1e400", "nan"):
+        monkeypatch.setenv("PARADIZE_TIMEOUT", told)
+        with pytest.raises(BakeError, match="is no time"):
+            run_jobs([Job("a", double, {"value": 1})], 1)
 
 
 def test_a_worker_that_stops_in_the_middle_of_an_answer_holds_up_nobody() -> None:

@@ -17,9 +17,10 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Any
 
-from paradize.engine.limits import held_bytes
+from paradize.engine.limits import held_bytes, time_limit
 from paradize.errors import ParadizeError
 from paradize.kernels.threads import VARIABLE
 
@@ -33,18 +34,25 @@ _BOOT = (
 class Job:
     """A call to a module-level function; arguments and result are pickled. `name` stands in messages.
 
-    file: the input that messages name. timeout_s: longer is a hang. memory_bytes: what it is thought to take
-    at most; 0: not known. code: the digests of the code that its result is keyed by (code.code_of); a worker
-    that has loaded other code refuses.
+    file: the input that messages name. timeout_s: longer is a hang; None: $PARADIZE_TIMEOUT, else half an
+    hour. memory_bytes: what it is thought to take at most; 0: not known. code: the digests of the code that
+    its result is keyed by (code.code_of); a worker that has loaded other code refuses. files: what the call
+    reads, for machines that do not see it; those with False need only be there.
     """
 
     name: str
     call: Callable[..., Any]
     arguments: dict[str, Any]
-    timeout_s: float = 1800.0
+    timeout_s: float | None = None
     file: object = None
     memory_bytes: int = 0
     code: Mapping[str, str] = field(default_factory=dict)
+    files: Mapping[Path, bool] = field(default_factory=dict)
+
+    @property
+    def most_s(self) -> float:
+        """Longer is a hang. Raises BakeError where $PARADIZE_TIMEOUT is no time."""
+        return time_limit() if self.timeout_s is None else self.timeout_s
 
 
 @dataclass(frozen=True)
@@ -101,10 +109,12 @@ class Worker:
 
 @dataclass(eq=False)
 class Crew:
-    """Workers, and the queue that they answer into. One that is kept finds its interpreters warm."""
+    """Workers, and the queue that they answer into. One that is kept finds its interpreters warm. closed:
+    nothing is tried again in it."""
 
     workers: list[Worker] = field(default_factory=list)
     answers: queue.SimpleQueue[Answer] = field(default_factory=queue.SimpleQueue)
+    closed: bool = False
 
     def stop(self) -> None:
         """Kills all of them, whatever they are at."""
@@ -119,7 +129,7 @@ def start_worker(answers: queue.SimpleQueue[Answer], threads: int | None, memory
     ours, theirs = socket.socketpair()
     with theirs:
         process = subprocess.Popen(
-            [sys.executable, "-c", _BOOT, str(theirs.fileno()), str(memory_bytes or 0)],
+            [sys.executable, "-c", _BOOT, str(theirs.fileno()), str(os.getpid()), str(memory_bytes or 0)],
             pass_fds=[theirs.fileno()],
             stdin=subprocess.DEVNULL,
             env=None if threads is None else {**os.environ, VARIABLE: str(threads)},

@@ -1,7 +1,8 @@
-"""How much memory jobs may take together, and how much a process and its children hold.
+"""How much memory jobs may take together, how much a process and its children hold, how long a job may take.
 
-The limit is $PARADIZE_MEMORY, else four fifths of what the machine, or the control group that holds this
-process, still has. Measured on Linux; elsewhere nothing is known, and nothing is limited.
+Memory: $PARADIZE_MEMORY, else four fifths of what the machine, or the control group that holds this process,
+still has. Measured on Linux; elsewhere nothing is known, and nothing is limited. Time: $PARADIZE_TIMEOUT,
+else half an hour, and more for large inputs.
 """
 
 from __future__ import annotations
@@ -14,10 +15,13 @@ from pathlib import Path
 from paradize.errors import BakeError
 
 VARIABLE = "PARADIZE_MEMORY"
+TIME_VARIABLE = "PARADIZE_TIMEOUT"
+_TIMEOUT_S = 1800.0
 SHARE = 0.8  # of the memory that is available
 _UNITS = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
 _UNITS |= {f"{letter}i": 1024**power for power, letter in enumerate("KMGT", 1)}
 _LIMIT = re.compile(r"(\d+(?:\.\d+)?)(%|[KMGT]i?)?B?", re.ASCII)
+_SECONDS = re.compile(r"\d{1,9}(?:\.\d+)?", re.ASCII)
 _HELD = re.compile(rb"^Rss(?:Anon|Shmem):\s*(\d+) kB", re.MULTILINE)
 _GROUP_FILES = (  # of control groups, version 2 and 1: the most, and what is used
     ("memory.max", "memory.current"),
@@ -42,6 +46,18 @@ def memory_limit() -> int | None:
         free = available()
         return None if free is None else int(amount / 100.0 * free)
     return int(amount * _UNITS[found[2] or ""])
+
+
+def time_limit(expected_s: float = 0.0) -> float:
+    """Seconds after which a job counts as hanging: $PARADIZE_TIMEOUT, else half an hour or what is expected,
+    whichever is more. Raises BakeError where the variable is no time."""
+    told = os.environ.get(TIME_VARIABLE, "").strip()
+    if not told:
+        return max(_TIMEOUT_S, expected_s)
+    if not _SECONDS.fullmatch(told) or not float(told):
+        mend = "write seconds, more than 0"
+        raise BakeError(f"is no time: {told!r}", file=f"${TIME_VARIABLE}", mend=mend)
+    return float(told)
 
 
 def available() -> int | None:

@@ -18,10 +18,16 @@ from paradize.errors import BakeError, ParadizeError, SourceError
 _PR_SET_PDEATHSIG = 1  # Linux, sys/prctl.h
 
 
-def _die_with_parent() -> None:
+class ForeignCode(BakeError):  # noqa: N818 (what was found)
+    """This process runs other code than the task is keyed by. module: whose."""
+
+    module = ""
+
+
+def _die_with_parent(parent: int) -> None:
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() == 1:
+        if os.getppid() != parent:  # it was gone before
             os._exit(1)
 
 
@@ -42,17 +48,19 @@ def _give_back() -> None:
 
 
 def _require_code(code: Mapping[str, str]) -> None:
-    """Raises BakeError where this process runs other code than the task is keyed by."""
+    """Raises ForeignCode where this process runs other code than the task is keyed by."""
     found = foreign_module(code)
     if found:
-        raise BakeError(f"{found} is not the code that this bake began with", mend="bake again")
+        error = ForeignCode(f"{found} is not the code that this bake began with", mend="bake again")
+        error.module = found
+        raise error
 
 
-def serve(descriptor: int, memory_bytes: int = 0) -> None:
-    """Serves calls on the socket until it closes. An interrupt is the parent's business. memory_bytes: what
-    this process may allocate; 0: no limit."""
+def serve(descriptor: int, parent: int, memory_bytes: int = 0) -> None:
+    """Serves calls on the socket until it closes. An interrupt is the parent's business. parent: its process
+    number. memory_bytes: what this process may allocate; 0: no limit."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _die_with_parent()
+    _die_with_parent(parent)
     _limit_memory(memory_bytes)
     link = Connection(descriptor)
     while True:

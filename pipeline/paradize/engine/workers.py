@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from paradize.engine.crew import Answer, Crew, Job, Worker, start_worker
-from paradize.engine.limits import VARIABLE, cores, memory_limit
+from paradize.engine.limits import TIME_VARIABLE, VARIABLE, cores, memory_limit, time_limit
 from paradize.errors import BakeError, ParadizeError
 from paradize.kernels.threads import VARIABLE as THREADS
 
@@ -43,18 +43,20 @@ def run_jobs(
     workers: int,
     told: Callable[[Outcome], None] | None = None,
     *,
+    began: Callable[[Job], None] | None = None,
     threads: int | None = None,
     crew: Crew | None = None,
 ) -> list[Outcome]:
-    """Runs the jobs, at most `workers` at once; returns their outcomes in the order of the jobs. `told` hears
-    of each as it ends. threads: what native kernels use in each worker (default: $PARADIZE_THREADS, else the
-    cores shared out among the workers). crew: workers to take, and to leave there for the next call (default:
-    new ones, which end with this call). Never raises for a job's own failure: that is in its outcome. Raises
-    BakeError where $PARADIZE_MEMORY is no amount of memory."""
+    """Runs the jobs, at most `workers` at once; returns their outcomes in the order of the jobs. `began` and
+    `told` hear of each as it starts and ends. threads: what native kernels use in each worker (default:
+    $PARADIZE_THREADS, else the cores shared out among the workers). crew: workers to take, and to leave there
+    for the next call (default: new ones, which end with this call). Never raises for a job's own failure:
+    that is in its outcome. Raises BakeError where $PARADIZE_MEMORY is no amount of memory, or
+    $PARADIZE_TIMEOUT no time."""
     if threads is None and not os.environ.get(THREADS):
         threads = max(1, cores() // max(1, workers))
     hands = Crew() if crew is None else crew
-    shift = _Shift(jobs, max(1, workers), threads, told, hands)
+    shift = _Shift(jobs, max(1, workers), threads, began, told, hands)
     try:
         return shift.run()
     finally:
@@ -70,15 +72,17 @@ class _Shift:
         jobs: Sequence[Job],
         workers: int,
         threads: int | None,
+        began: Callable[[Job], None] | None,
         told: Callable[[Outcome], None] | None,
         crew: Crew,
     ) -> None:
-        self.jobs, self.workers, self.threads, self.told = jobs, workers, threads, told
+        self.jobs, self.workers, self.threads, self.began, self.told = jobs, workers, threads, began, told
         self.limit = memory_limit()
+        time_limit()  # a wrong setting is told before anything starts
         self.waiting = [(job, 1) for job in jobs]  # and which try it would be
         self.alone: list[tuple[Job, int]] = []  # those that took too much beside others: after all others
         self.outcomes: dict[str, Outcome] = {}
-        self.crew, self.answers = crew.workers, crew.answers
+        self.hands, self.crew, self.answers = crew, crew.workers, crew.answers
 
     def run(self) -> list[Outcome]:
         while self.waiting or self.alone or self.busy():
@@ -110,6 +114,8 @@ class _Shift:
                     self.dismiss(idle[0])
                 free = start_worker(self.answers, self.threads, self.limit)
                 self.crew.append(free)
+            if self.began:
+                self.began(job)
             free.give(job, tries)
 
     def first_fitting(self, busy: list[Worker]) -> int | None:
@@ -134,8 +140,9 @@ class _Shift:
         """Kills what takes too long, and what takes more memory than there may be."""
         now = time.monotonic()
         for worker in self.busy():
-            if worker.job and now - worker.since > worker.job.timeout_s:
-                self.fail(worker, f"took longer than {worker.job.timeout_s:g} s", None, self.waiting)
+            if worker.job and now - worker.since > worker.job.most_s:
+                mend = f"where it only needs longer, set ${TIME_VARIABLE} to more seconds"
+                self.fail(worker, f"took longer than {worker.job.most_s:g} s", mend, self.waiting)
         if self.limit is None or sum(worker.held() for worker in self.crew) <= self.limit:
             return
         for worker in [worker for worker in self.crew if not worker.job]:
@@ -151,7 +158,7 @@ class _Shift:
         """Kills a worker; its job goes to `again` where it has a try left, and is an error else."""
         job = worker.job
         assert job is not None
-        if again is not None and worker.tries < _TRIES:
+        if again is not None and worker.tries < _TRIES and not self.hands.closed:
             again.append((job, worker.tries + 1))
             worker.job = None
         else:
