@@ -93,7 +93,7 @@ def least_pixels(scene: Scene, flight: Flight, places: Mapping[str, Sequence[Vec
     views = [flight.view(flight.duration_s * i / count) for i in range(count)]
     for item in scene.objects:
         for instance in item.instances:
-            stand = [_placed(place, instance) for place in places[item.name]]
+            stand = _placed(places[item.name], instance)
             near_m = _nearest(views, stand, sine / cosine, width / height)
             if near_m is not None:
                 pixel = 2.0 * max(near_m, scene.flight.near_m) * (sine / cosine) / height / instance.scale
@@ -101,10 +101,12 @@ def least_pixels(scene: Scene, flight: Flight, places: Mapping[str, Sequence[Vec
     return found
 
 
-def _placed(place: Vec, instance: Instance) -> Vec:
+def _placed(places: Sequence[Vec], instance: Instance) -> list[Vec]:
     sine, cosine = sine_cosine(instance.yaw_deg)
-    (x, y, z), (px, py, pz), s = place, instance.position, instance.scale
-    return px + s * (x * cosine + z * sine), py + s * y, pz + s * (z * cosine - x * sine)
+    (px, py, pz), s = instance.position, instance.scale
+    return [
+        (px + s * (x * cosine + z * sine), py + s * y, pz + s * (z * cosine - x * sine)) for x, y, z in places
+    ]
 
 
 def _nearest(
