@@ -8,10 +8,11 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
+from paradize.bake_auto import Bench, bake_orders
 from paradize.bake_commit import commit, report_of
 from paradize.bake_looks import looks_of
 from paradize.bake_record import BakeReport, record_name, remember, unchanged_bake
-from paradize.bake_tasks import How, flight_order, known_tiers, recall, run_tasks, task_of
+from paradize.bake_tasks import How, flight_order, known_tiers, run_tasks, task_of
 from paradize.engine.code import code_files, forget
 from paradize.engine.memory import FileMemory
 from paradize.engine.store import Stamp, Store, default_root, key_of, stamp
@@ -63,12 +64,8 @@ def _bake(
     memory = FileMemory.from_json(last["memory"] if isinstance(last, dict) and "memory" in last else None)
     inputs = [*libraries, *(path for order in orders for path in order.sources.values())]
     stamps = {path: stamp(path) for path in [*inputs, *code]} | {scene_path.resolve(): was}
-    tasks = [task_of(order, memory, how.tier_of(order), scene) for order in orders]
-    for task in tasks:
-        if how.force or not recall(store, task):
-            task.status = "baked"
-    run_tasks(store, room, [task for task in tasks if task.status == "baked"], stamps, how)
-    report = report_of(scene, out, tasks)
+    tasks, tried = bake_orders(Bench(store, room, scene, memory, stamps, how), orders)
+    report = report_of(scene, out, tasks, tried)
     if not report.errors:
         commit(store, scene, scene_path, flight, out, tasks, report, how)
     # What was edited meanwhile is not remembered, so that the next bake looks at everything anew.
@@ -92,7 +89,7 @@ def derive(
         )
 
     orders = [order for order in require(scene, looks).orders if any(map(asked, order.wants))]
-    tasks = [task_of(order, memory, how.tier_of(order), scene) for order in orders]
+    tasks = [task_of(order, memory, how.tier_of(order, scene), scene) for order in orders]
     stamps = {path: stamp(path) for order in orders for path in order.sources.values()}
     run_tasks(store, store.root / "rooms", tasks, stamps, how)
     made = {

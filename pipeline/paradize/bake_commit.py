@@ -8,30 +8,35 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from paradize.bake_auto import Tried
 from paradize.bake_borders import measure_objects
-from paradize.bake_manifest import build_manifest, mesh_facts
+from paradize.bake_cut import Asked, ask, cut, cut_gutter, cut_row
+from paradize.bake_manifest import MeshFacts, build_manifest, mesh_facts
 from paradize.bake_nearest import least_pixels, places_of
 from paradize.bake_record import SCENE_FILE, BakeReport
 from paradize.bake_tasks import MEASURED, How, Task
+from paradize.budget import excesses
 from paradize.engine.publish import sweep_aside, write_whole
 from paradize.engine.store import Store, hash_file, stamp
-from paradize.errors import ParadizeError, SceneError
+from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.flight import Flight
 from paradize.formats.scene_manifest import encode_scene
 from paradize.require import meet
-from paradize.scene import METRICS, Scene
+from paradize.scene import Scene
 
 OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only files that a sweep may remove
 
 
-def report_of(scene: Scene, out: Path, tasks: list[Task]) -> BakeReport:
-    report = BakeReport(out, budget=scene.budget)
+def report_of(scene: Scene, out: Path, tasks: list[Task], tried: Tried) -> BakeReport:
+    """What was baked, and what is beyond its budget. tried: as bake_auto.bake_orders tells it."""
+    report = BakeReport(out, budget=scene.budget.soft | scene.budget.hard)
     for task in tasks:
         if task.error:
-            report.errors.append(task.error)
+            report.errors += task.error.errors if isinstance(task.error, GroupedError) else [task.error]
         for want in task.wants:
             product = task.products.get(want.product)
             report.warnings += product["warnings"] if product else []
@@ -40,11 +45,12 @@ def report_of(scene: Scene, out: Path, tasks: list[Task]) -> BakeReport:
             row: dict[str, Any] = {"name": want.artifact, "file": None, "sha256": None, "bytes": 0}
             row |= {"tier": None, "errors": {}, "status": task.status, "seconds": round(task.seconds, 3)}
             row |= {"levels": [], "format": None, "reason": None, "filter": None}
+            row["tried"] = tried.get(want.artifact)
             if product:
                 file = f"{want.artifact}-{product['sha256'][:8]}.{product['suffix']}"
                 row |= {"file": file, "sha256": product["sha256"], "bytes": size_of(task.data[want.product])}
                 row |= {key: product[key] for key in MEASURED}
-            row["over"] = over_budget(scene.budget, row["errors"])
+            row["over"] = [str(excess) for excess in excesses(scene.budget, row["errors"])]
             report.warnings += [f"{want.artifact}: {text}" for text in row["over"]]
             report.artifacts.append(row)
     report.warnings = list(dict.fromkeys(report.warnings))
@@ -58,21 +64,9 @@ def _lit(scene: Scene, row: dict[str, Any], bumps: list[dict[str, float]]) -> li
         f"lod_{key}": max(level[key] for level in bumps) for key in ("mapped_p99_deg", "mapped_mean_deg")
     }
     row["errors"] = row["errors"] | worst
-    over = over_budget(scene.budget, worst)
+    over = [str(excess) for excess in excesses(scene.budget, worst)]
     row["over"] = [*row["over"], *over]
     return [f"{row['name']}: {text}" for text in over]
-
-
-def over_budget(budget: dict[str, float], errors: dict[str, float]) -> list[str]:
-    """The metrics that are worse than their budget, each as `metric value unit, budget limit`."""
-    found = []
-    for metric, limit in budget.items():
-        if metric in errors:
-            known = METRICS[metric]
-            worse = errors[metric] > limit if known.less_is_better else errors[metric] < limit
-            if worse:
-                found.append(f"{metric} is {errors[metric]:g} {known.unit}, budget {limit:g}")
-    return found
 
 
 def commit(
@@ -91,6 +85,7 @@ def commit(
     files: dict[str, tuple[bytes | Path, str]] = {}
     facts = {}
     rows = {row["name"]: row for row in report.artifacts}
+    tried = {name: row["tried"] for name, row in rows.items() if row["tried"]}
     flight_errors: dict[str, float] = {}
     ground: dict[str, Any] | None = None
     try:
@@ -120,7 +115,7 @@ def commit(
                     report.errors.append(SceneError(what, file=scene_path, place=place, mend=mend))
         if report.errors:
             return
-        report.warnings += [f"flight: {text}" for text in over_budget(scene.budget, flight_errors)]
+        report.warnings += [f"flight: {excess}" for excess in excesses(scene.budget, flight_errors)]
         objects = {item.name: facts[f"{item.name}_mesh"] for item in scene.objects}
         bounds = {name: (known.center, known.radius_m) for name, known in objects.items()}
         met = meet(scene, flight, bounds)
@@ -141,12 +136,54 @@ def commit(
             name: places_of(texels[f"{name}_mesh"], entries[f"{name}_mesh"]["file"]) for name in objects
         }
         pixels = least_pixels(scene, flight, places)
+        asked = ask(store, scene, held, hashes, facts, force=how.force)
+        told = _cut(asked, scene, rows, entries, files, facts, gutters)
         manifest = encode_scene(
-            build_manifest(scene, flight, flight_errors, entries, facts, met, gutters, pixels, ground)
+            build_manifest(
+                scene, flight, flight_errors, entries, facts, met, gutters, pixels, ground, tried, told
+            )
         )
         _publish(out, files, manifest)
     except ParadizeError as error:
         report.errors.append(error)
+
+
+def _cut(
+    asked: Asked,
+    scene: Scene,
+    rows: dict[str, dict[str, Any]],
+    entries: dict[str, dict[str, Any]],
+    files: dict[str, tuple[bytes | Path, str]],
+    facts: dict[str, MeshFacts],
+    gutters: dict[str, dict[str, Any]],
+) -> dict[str, dict[str, Any]]:
+    """Takes out of everything what no view asks for; by artifact, what scene.json tells of that."""
+    found = {}
+    for name, wanted in asked.items():
+        row = rows[name]
+        data, _ = files[row["file"]]
+        if not isinstance(data, bytes):
+            continue
+        kind, (owner, _, key) = entries[name]["kind"], name.rpartition("_")
+        maps = gutters[owner]["maps"] if owner in gutters else {}
+        facts_of_map = maps.get(key)
+        most = facts_of_map["max_level"] if facts_of_map else None
+        rest, found[name] = cut(wanted, kind, row, data, most)
+        left = found[name]["left_out"]
+        if not left:
+            continue
+        del files[row["file"]]
+        row |= cut_row(row, rest, left)
+        row["over"] = [str(excess) for excess in excesses(scene.budget, row["errors"])]
+        files[row["file"]] = (rest, row["sha256"])
+        entries[name] |= {fact: row[fact] for fact in ("file", "sha256", "bytes", "errors", "levels")}
+        if facts_of_map:
+            maps[key] = cut_gutter(facts_of_map, left)
+        if name in facts:
+            lods = facts[name].lods[left:]
+            known = tuple((f"lod{k}", error_m) for k, (_, error_m) in enumerate(lods))
+            facts[name] = replace(facts[name], lods=known)
+    return found
 
 
 def size_of(data: bytes | Path) -> int:

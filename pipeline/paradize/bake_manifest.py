@@ -12,7 +12,7 @@ from paradize.errors import FormatError
 from paradize.flight import PI, Flight, Vec
 from paradize.formats.scene_manifest import FORMAT, VERSION
 from paradize.require import Met, sun_direction
-from paradize.scene import ObjectMaterial, Scene, SceneObject
+from paradize.scene import ObjectMaterial, Scene, SceneObject, Waiver
 
 # What the first frames need first: the sky, then the ground, then things; colour before relief.
 _STREAMING = ("cubemap", "mesh", "color", "normal", "dudv", "gloss", "height", "sound")
@@ -79,11 +79,12 @@ def build_manifest(
     gutters: dict[str, dict[str, Any]],
     pixels: dict[str, float],
     ground: dict[str, Any] | None,
+    tried: dict[str, Any],
 ) -> dict[str, Any]:
     """The manifest. artifacts: name -> its entry, as bake.py has it; facts: by the artifact's name; met,
     gutters (as bake_gutter.measure_gutters returns them) and pixels (as bake_nearest.least_pixels does): by
     the object's name. ground: the terrain's tables and when each of its tiles is first needed, as
-    bake_makers.make_terrain tells them."""
+    bake_makers.make_terrain tells them. tried: by the artifact's name, as bake_auto.Tried."""
     tiles = _tiles(ground)
     entries = {}
     for name, entry in artifacts.items():
@@ -113,7 +114,9 @@ def build_manifest(
         "poster_s": head.poster_s,
         "artifacts": entries,
         "streaming": sorted(entries, key=lambda name: _rank(name, entries)),
-        "budget": scene.budget,
+        "budget": _plain(scene.budget),
+        "check": {"severity": scene.check, "waivers": [_waiver(item) for item in scene.waivers]}
+        | {"tried": tried},
         "sun": {
             "direction": sun_direction(scene.sun.azimuth_deg, scene.sun.elevation_deg),
             "color": list(scene.sun.color),
@@ -146,6 +149,10 @@ def _seen(levels: list[dict[str, float]], facts: MeshFacts, pixel_m: float) -> l
         level | {"error_px": float(f"{error_m / pixel_m:.6g}")}
         for level, (_, error_m) in zip(levels, facts.lods, strict=True)
     ]
+
+
+def _waiver(waiver: Waiver) -> dict[str, Any]:
+    return _plain(waiver) | {"until": waiver.until.isoformat()}
 
 
 def _plain(settings: Any) -> dict[str, Any]:

@@ -57,7 +57,9 @@ class BakeReport:
         return told
 
 
-def record_name(scene: Path, out: Path | None, tier: str, tiers: Mapping[str, str] | None = None) -> str:
+def record_name(
+    scene: Path, out: Path | None, tier: str | None, tiers: Mapping[str, str] | None = None
+) -> str:
     """The name under which a bake is remembered; out: None where the scene's name decides. tier, tiers: as
     in bake_tasks.How."""
     where = str(out.resolve()) if out else str(Path.cwd())

@@ -34,12 +34,13 @@ Told = Callable[[str, int, int], None]  # what was just done, how many are done,
 
 @dataclass(frozen=True)
 class How:
-    """How a bake is done. jobs: worker processes (0: one a core). force: everything anew, nothing is read
-    from the store. told: hears of every task that ends. tiers: the tier of a task, or of the task of an
-    artifact, by name, where it is another than `tier`. crew: workers that are kept."""
+    """How a bake is done. jobs: worker processes (0: one a core). tier: one of scene.TIERS; None: the scene's
+    own. force: everything anew, nothing is read from the store. told: hears of every task that ends. tiers:
+    the tier of a task, or of the task of an artifact, by name, where it is another than `tier`. crew: workers
+    that are kept (engine/workers.py)."""
 
     jobs: int = 0
-    tier: str = "balanced"
+    tier: str | None = None
     force: bool = False
     told: Told | None = None
     tiers: Mapping[str, str] = field(default_factory=dict)
@@ -50,10 +51,11 @@ class How:
         """Worker processes."""
         return self.jobs or os.cpu_count() or 1
 
-    def tier_of(self, order: Order) -> str:
+    def tier_of(self, order: Order, scene: Scene) -> str:
         """The tier of a task: what its own name says, else the name of one of its artifacts, else `tier`."""
         names = [order.name, *(want.artifact for want in order.wants)]
-        return next((self.tiers[name] for name in names if name in self.tiers), self.tier)
+        named = (self.tiers[name] for name in names if name in self.tiers)
+        return next(named, self.tier or scene.head.tier)
 
 
 @dataclass
@@ -94,7 +96,9 @@ def _settings(order: Order, scene: Scene) -> dict[str, Any]:
         return order.settings | packed
     products = [want.product for want in order.wants]
     owners = ["color", "alpha"] if order.maker == "color" else products
-    limits = {metric: limit for metric, limit in scene.budget.items() if metric.partition("_")[0] in owners}
+    limits = {
+        metric: limit for metric, limit in scene.budget.hard.items() if metric.partition("_")[0] in owners
+    }
     for metric in [metric for metric in limits if metric.startswith("normal_filter_")]:
         del limits[metric]  # no format betters it
     settings = order.settings | packed | {"budget": limits}
@@ -120,16 +124,22 @@ def known_tiers(how: How, orders: list[Order]) -> None:
         )
 
 
-def recall(store: Store, task: Task) -> bool:
-    """Takes a task's products from the store; False where any of them is missing or damaged."""
+def known(store: Store, task: Task) -> dict[str, dict[str, Any]] | None:
+    """What the store tells of a task's products, their bytes aside; None where it knows not all of them."""
     products = store.get_product(task.key)
     if not isinstance(products, dict) or {want.product for want in task.order.wants} - products.keys():
+        return None
+    whole = all(isinstance(one, dict) and not _TOLD - one.keys() for one in products.values())
+    return products if whole else None
+
+
+def recall(store: Store, task: Task) -> bool:
+    """Takes a task's products from the store; False where any of them is missing or damaged."""
+    products = task.products or known(store, task)
+    if products is None:
         return False
     for want in (made for first in task.order.wants for made in first.made(products)):
-        product = products[want.product]
-        if not isinstance(product, dict) or _TOLD - product.keys():
-            return False
-        sha256 = str(product["sha256"])
+        sha256 = str(products[want.product]["sha256"])
         data = store.find(sha256) if want.many else store.get(sha256)
         if data is None:
             return False

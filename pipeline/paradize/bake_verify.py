@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from paradize.bake import derive
@@ -29,6 +30,8 @@ def verify(
     bytes are others. percent: above 0, up to 100."""
     files = {row["name"]: row["file"] for row in report.artifacts}
     chosen = sample(list(files), percent)
+    taken = {row["name"]: row["tried"]["taken"] for row in report.artifacts if row.get("tried")}
+    how = replace(how, tiers=taken | dict(how.tiers))
     with tempfile.TemporaryDirectory(prefix="paradize-verify-") as folder:
         store = Store(Path(folder))
         derived, errors = derive(store, scene_path, set(chosen), how)

@@ -25,7 +25,7 @@ class Progress:
     def told(self, what: str, done: int, of: int) -> None:
         if not sys.stderr.isatty():
             return
-        if self.bar is None:
+        if self.bar is None or done <= self.bar.n:  # more tasks: other tiers of some
             from tqdm import tqdm
 
             self.bar = tqdm(total=of, unit="task", file=sys.stderr, leave=False)

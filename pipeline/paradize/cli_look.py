@@ -9,11 +9,15 @@ from paradize.cli_output import show, show_json
 
 def run_check(arguments: argparse.Namespace) -> int:
     """The exit code."""
-    from paradize.check import check_paths, render
+    from datetime import date
 
-    findings = check_paths(arguments.paths)
+    from paradize.check import Look, check_paths, render
+
+    today = arguments.today or date.today()
+    look = Look(arguments.against, arguments.worse_by / 100.0, today)
+    findings = check_paths(arguments.paths, look)
     show(render(findings, "json" if arguments.json else arguments.fmt))
-    return 1 if any(finding.severity == "error" for finding in findings) else 0
+    return 1 if any(finding.fails for finding in findings) else 0
 
 
 def run_explain(arguments: argparse.Namespace) -> int:

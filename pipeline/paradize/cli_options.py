@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from datetime import date
 from pathlib import Path
 
-TIERS = ("fast", "balanced", "exact")
+TIERS = ("fast", "balanced", "exact", "auto")
 
 
 def number(low: float, high: float) -> Callable[[str], float]:
@@ -30,6 +31,14 @@ def percent(text: str) -> float:
     if value == 0.0:
         raise argparse.ArgumentTypeError("0 % is nothing; allowed: above 0, up to 100")
     return value
+
+
+def day(text: str) -> date:
+    """An option that is a day: 2026-12-31."""
+    try:
+        return date.fromisoformat(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no day; write it as 2026-12-31") from None
 
 
 def whole(low: int, high: int) -> Callable[[str], int]:
@@ -91,10 +100,15 @@ def add_json(sub: argparse.ArgumentParser, text: str = "print one JSON object on
     sub.add_argument("--json", action="store_true", help=text)
 
 
-def add_common(sub: argparse.ArgumentParser, jobs: str = "threads at most") -> None:
-    """What every baker takes."""
+def add_common(
+    sub: argparse.ArgumentParser, jobs: str = "threads at most", tier: str | None = "balanced"
+) -> None:
+    """What every baker takes. tier: the one without the option."""
     sub.add_argument("-j", "--jobs", type=whole(1, 4096), metavar="N", help=f"{jobs} (default: cores)")
-    sub.add_argument("--tier", choices=TIERS, default="balanced", help="speed against accuracy")
+    what = "speed against accuracy; auto: the cheapest whose measured error is inside the budget"
+    sub.add_argument(
+        "--tier", choices=TIERS, default=tier, help=f"{what} (default: {tier or 'the scene says'})"
+    )
     add_json(sub)
 
 
@@ -111,7 +125,7 @@ def add_bake(sub: argparse.ArgumentParser) -> None:
     sub.add_argument(
         "--verify", type=percent, metavar="P", help="derive P %% of the artifacts again and compare bytes"
     )
-    add_common(sub, "worker processes")
+    add_common(sub, "worker processes", None)
 
 
 def add_explain(sub: argparse.ArgumentParser) -> None:
@@ -126,6 +140,13 @@ def add_check(sub: argparse.ArgumentParser) -> None:
     """What `paradize check` takes."""
     sub.add_argument("paths", type=Path, nargs="+", metavar="PATH")
     sub.add_argument("--format", dest="fmt", choices=("text", "json", "junit", "sarif"), default="text")
+    sub.add_argument(
+        "--against", type=Path, metavar="DIR", help="an earlier bake: fail where an artifact got worse"
+    )
+    sub.add_argument(
+        "--worse-by", type=percent, default=5.0, metavar="P", help="by more than this, in percent (5)"
+    )
+    sub.add_argument("--today", type=day, help=argparse.SUPPRESS)
     add_json(sub, "the same as --format json")
 
 

@@ -89,7 +89,9 @@ def require(scene: Scene, looks: dict[str, Look]) -> Requirements:
         _terrain(found, scene.terrain, views, _ground_sight(scene))
     if scene.water:
         _water(found, scene.water)
-    accepted = {metric: limit for metric, limit in scene.budget.items() if metric.startswith("quantise_")}
+    accepted = {
+        metric: limit for metric, limit in scene.budget.hard.items() if metric.startswith("quantise_")
+    }
     for item in scene.objects:
         sight = _seen_by(scene) if item.lods_by == "sight" else {}
         _object(found, item, looks[item.name], views, sight, accepted)

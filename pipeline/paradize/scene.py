@@ -11,71 +11,41 @@ from __future__ import annotations
 import stat
 import tomllib
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 
+from paradize.budget import METRICS
 from paradize.errors import SceneError
 from paradize.schema import (
     Faults,
-    Limit,
+    Limits,
     choice,
+    choices,
+    code,
+    day,
     flag,
     identifier,
     limits,
     named_tables,
     number,
     numbers,
+    one_of,
     read_table,
     source,
     sources,
     table,
     tables,
+    text,
     texts,
     vector,
     whole,
+    words,
 )
 
 FAR = 1e6  # metres: no coordinate of a scene lies farther out
 SCENE_LIMIT_BYTES = 4 << 20
-
-METRICS = {
-    "surface_max": Limit("of the diagonal", True, 1.0, "largest two-sided surface distance of a LOD"),
-    "surface_rms": Limit("of the diagonal", True, 1.0, "RMS of the two-sided surface distance of a LOD"),
-    "tangent_max_deg": Limit("degrees", True, 180.0, "largest angle of a tangent from MikkTSpace's"),
-    "tangent_p99_deg": Limit("degrees", True, 180.0, "99 of 100 tangents are this near to MikkTSpace's"),
-    "tangent_mean_deg": Limit("degrees", True, 180.0, "mean angle of the tangents from MikkTSpace's"),
-    "lod_normal_p99_deg": Limit("degrees", True, 180.0, "99 of 100 normals of a LOD are this near"),
-    "lod_normal_mean_deg": Limit("degrees", True, 180.0, "mean angle of a LOD's normals from the mesh's"),
-    "lod_mapped_p99_deg": Limit("degrees", True, 180.0, "99 of 100, turned by the normal map, are this near"),
-    "lod_mapped_mean_deg": Limit("degrees", True, 180.0, "mean angle of a LOD's normals turned by the map"),
-    "quantise_max": Limit("of the diagonal", True, 1.0, "how far 16-bit positions moved a vertex, at most"),
-    "quantise_max_m": Limit("m", True, FAR, "the same in metres"),
-    "quantise_normal_max_deg": Limit("degrees", True, 180.0, "how far codes turned a normal, at most"),
-    "quantise_tangent_max_deg": Limit("degrees", True, 180.0, "how far codes turned a tangent, at most"),
-    "quantise_uv_max": Limit("of the side", True, 1.0, "how far codes moved a texture along a side, at most"),
-    "uv_shift_max": Limit("of the diagonal", True, 1.0, "how far a texture slid on a LOD, at most"),
-    "uv_shift_p99": Limit("of the diagonal", True, 1.0, "99 of 100 places of a LOD's texture slid less"),
-    "terrain_max_m": Limit("m", True, FAR, "largest vertical distance of the terrain from its heightmap"),
-    "terrain_rms_m": Limit("m", True, FAR, "RMS of the vertical distance of the terrain from its heightmap"),
-    "normal_p99_deg": Limit("degrees", True, 180.0, "99 of 100 normals are this near to the reference"),
-    "normal_mean_deg": Limit("degrees", True, 180.0, "mean angle of the normals from the reference"),
-    "normal_max_deg": Limit("degrees", True, 180.0, "largest angle of a normal from the reference"),
-    "normal_filter_deg": Limit("degrees", True, 180.0, "what the slope filter alone costs, on average"),
-    "normal_filter_p99_deg": Limit("degrees", True, 180.0, "99 of 100 normals it costs no more"),
-    "normal_filter_max_deg": Limit("degrees", True, 180.0, "the most that it costs a normal"),
-    "dudv_p99_deg": Limit("degrees", True, 180.0, "99 of 100 du/dv texels are this near to the reference"),
-    "dudv_mean_deg": Limit("degrees", True, 180.0, "mean angle of the du/dv texels from the reference"),
-    "dudv_max_deg": Limit("degrees", True, 180.0, "largest angle of a du/dv texel from the reference"),
-    "color_psnr_db": Limit("dB", False, 1000.0, "PSNR of a colour texture against its source"),
-    "alpha_psnr_db": Limit("dB", False, 1000.0, "PSNR of a texture's alpha against its source"),
-    "height_psnr_db": Limit("dB", False, 1000.0, "PSNR of a height texture against its reference"),
-    "gloss_psnr_db": Limit("dB", False, 1000.0, "PSNR of a gloss texture against its reference"),
-    "sky_max_relative": Limit("of the texel", True, 1.0, "largest error of a sky texel"),
-    "path_miss_m": Limit("m", True, FAR, "farthest that the camera passes from a waypoint"),
-    "path_ripple_max": Limit("of the speed", True, 10.0, "largest deviation from the asked speed"),
-    "path_ripple_p99": Limit("of the speed", True, 10.0, "99 of 100 moments deviate less"),
-    "path_time_s": Limit("s", True, FAR, "deviation from the asked duration"),
-}
-
+TIERS = ("fast", "balanced", "exact", "auto")  # the cheapest first; auto picks one of the others
+SEVERITIES = ("error", "warning", "off")  # of a rule of `paradize check`
 
 # The derivative filters of normal maps (stages/filters.py); "auto" looks at the heights and picks one.
 FILTERS = (
@@ -96,9 +66,19 @@ class Head:
     name: str = identifier()
     exposure: float = number(1.0, low=1e-6, high=1e6)
     viewport: tuple[int, int] = vector((1280, 720), size=2, low=16, high=16384, unit="pixels", integers=True)
+    # The largest picture that is ever drawn of it; what is baked is as fine as that needs. Else the viewport.
+    largest_viewport: tuple[int, int] | None = vector(
+        None, size=2, low=16, high=16384, unit="pixels", integers=True
+    )
     lod_error_px: float = number(1.0, low=0.01, high=100.0, unit="pixels")
+    tier: str = choice("balanced", among=TIERS)  # where the command line names none
     poster_s: float = number(0.0, low=0.0, high=86_400.0, unit="s")
     zstd: bool = flag(False)  # textures as Zstandard frames: smaller files, inflated while they load
+
+    @property
+    def largest(self) -> tuple[int, int]:
+        """The largest picture, pixels."""
+        return self.largest_viewport or self.viewport
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -221,6 +201,9 @@ class Instance:
     scale: float = number(1.0, low=1e-6, high=1e6)
 
 
+VIEWS = ("camera", "shadow", "reflection", "refraction")  # what a scene's pictures are drawn of
+
+
 @dataclass(frozen=True, kw_only=True)
 class SceneObject:
     name: str = identifier()
@@ -237,6 +220,7 @@ class SceneObject:
     crease_deg: float = number(45.0, low=0.0, high=180.0, unit="degrees")  # where normals are missing
     tangents: str = choice("mikktspace", among=("face", "vertex", "mikktspace"))
     quantise: bool = flag(False)  # vertices as 16-bit codes; the budget says how far they may turn normals
+    views: tuple[str, ...] = choices(VIEWS, among=VIEWS)  # those that draw it, of those that the scene has
     wrap: str = choice("clamp", among=("clamp", "repeat"))
     strength: float = number(
         1.0, low=0.0, high=100.0, unit="% of the width"
@@ -289,6 +273,26 @@ class Flight:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Waiver:
+    """A finding of `paradize check` that does not fail it, up to that day. None: any artifact, any metric."""
+
+    rule: str = code()
+    artifact: str | None = text(None)
+    metric: str | None = one_of(None, known=METRICS)
+    reason: str = text()
+    until: date = day()
+
+
+@dataclass(frozen=True, kw_only=True)
+class FreeCamera:
+    """Where a steered camera may be: a box of the world, and how near it comes to any surface there."""
+
+    low: tuple[float, float, float] = vector(size=3, low=-FAR, high=FAR, unit="m")
+    high: tuple[float, float, float] = vector(size=3, low=-FAR, high=FAR, unit="m")
+    near_m: float = number(1.0, low=1e-4, high=FAR, unit="m")
+
+
+@dataclass(frozen=True, kw_only=True)
 class Scene:
     head: Head = table(Head, key="scene")
     sun: Sun = table(Sun, Sun)
@@ -304,7 +308,10 @@ class Scene:
     particles: tuple[Particles, ...] = tables(Particles)
     sound: Sound | None = table(Sound, None)
     flight: Flight = table(Flight)
-    budget: dict[str, float] = limits(METRICS)
+    free_camera: FreeCamera | None = table(FreeCamera, None)
+    budget: Limits = limits(METRICS)
+    check: dict[str, str] = words(SEVERITIES)  # by a rule's code
+    waivers: tuple[Waiver, ...] = tables(Waiver, key="waiver")
 
 
 def _cross_checks(scene: Scene, faults: Faults) -> None:
@@ -318,6 +325,18 @@ def _cross_checks(scene: Scene, faults: Faults) -> None:
         if (item.lods_by == "error") != bool(item.lod_errors):
             mend = 'write lod_errors with lods_by = "error", and only there'
             faults.add(f"object[{i}].lod_errors", f"has {len(item.lod_errors)} numbers", mend)
+        if not any(view == "camera" or getattr(scene, view) for view in item.views):
+            mend = f"the scene has no [{item.views[0]}]; name camera, or a view that there is"
+            faults.add(f"object[{i}].views", "draws it nowhere", mend)
+    for k, (size, largest) in enumerate(zip(scene.head.viewport, scene.head.largest, strict=True)):
+        if largest < size:
+            mend = f"must not be below viewport[{k}] = {size}"
+            faults.add(f"scene.largest_viewport[{k}]", f"is {largest}", mend)
+    region = scene.free_camera
+    for k in range(3 if region else 0):
+        if region and region.low[k] > region.high[k]:
+            mend = f"must not be above free_camera.high[{k}] = {region.high[k]:g}"
+            faults.add(f"free_camera.low[{k}]", f"is {region.low[k]:g}", mend)
     sparkles = [item.name for item in scene.particles]
     for i, name in enumerate(sparkles):
         if name in sparkles[:i]:

@@ -10,8 +10,10 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import os
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Collection
 from dataclasses import MISSING, dataclass, field
+from datetime import date, datetime
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -176,6 +178,22 @@ def choice(default: Any = MISSING, *, among: tuple[str, ...]) -> Any:
     return _field(rule, default)
 
 
+def choices(default: Any = MISSING, *, among: tuple[str, ...]) -> Any:
+    """Some of a few words, one or more, none twice."""
+
+    def rule(value: object, place: str, faults: Faults) -> tuple[str, ...] | None:
+        allowed = f"write one or more of {', '.join(among)}"
+        if not isinstance(value, list) or not value or any(item not in among for item in value):
+            faults.add(place, f"is {_show(value)}", allowed)
+            return None
+        if len(set(value)) != len(value):
+            faults.add(place, f"is {_show(value)}", "write each once")
+            return None
+        return tuple(value)
+
+    return _field(rule, default)
+
+
 _NAME = "abcdefghijklmnopqrstuvwxyz0123456789_"
 
 
@@ -190,6 +208,74 @@ def identifier(default: Any = MISSING) -> Any:
         return str(value)
 
     return _field(rule, default)
+
+
+def text(default: Any = MISSING) -> Any:
+    """A string that says something."""
+
+    def rule(value: object, place: str, faults: Faults) -> str | None:
+        if not isinstance(value, str) or not value.strip():
+            faults.add(place, f"is {_show(value)}", "write some words")
+            return None
+        return value
+
+    return _field(rule, default)
+
+
+def one_of(default: Any = MISSING, *, known: Collection[str]) -> Any:
+    """One of many names."""
+
+    def rule(value: object, place: str, faults: Faults) -> str | None:
+        if not isinstance(value, str) or value not in known:
+            faults.add(place, f"is {_show(value)}", _nearest(str(value), known))
+            return None
+        return value
+
+    return _field(rule, default)
+
+
+def day(default: Any = MISSING) -> Any:
+    """A day of the calendar, as TOML writes it: 2026-12-31."""
+
+    def rule(value: object, place: str, faults: Faults) -> date | None:
+        if isinstance(value, datetime) or not isinstance(value, date):
+            faults.add(place, f"is {_show(value)}, not a day", "write it as 2026-12-31, without quotes")
+            return None
+        return value
+
+    return _field(rule, default)
+
+
+_CODE = re.compile(r"PZ[0-9]{3}")
+
+
+def code(default: Any = MISSING) -> Any:
+    """The code of a rule of `paradize check`."""
+
+    def rule(value: object, place: str, faults: Faults) -> str | None:
+        if not isinstance(value, str) or not _CODE.fullmatch(value):
+            faults.add(place, f"is {_show(value)}", "write a rule's code, as PZ401")
+            return None
+        return value
+
+    return _field(rule, default)
+
+
+def words(among: tuple[str, ...]) -> Any:
+    """A table of code = one of a few words."""
+
+    def rule(value: object, place: str, faults: Faults) -> dict[str, str]:
+        if not isinstance(value, dict):
+            faults.add(place, f"is {_show(value)}, not a table of code = word")
+            return {}
+        for key, item in value.items():
+            if not _CODE.fullmatch(key):
+                faults.add(f"{place}.{key}", "is no code of a rule", "write a rule's code, as PZ104")
+            elif item not in among:
+                faults.add(f"{place}.{key}", f"is {_show(item)}", f"allowed: {', '.join(among)}")
+        return value
+
+    return _field(rule, dict)
 
 
 def texts(default: Any = MISSING) -> Any:
@@ -287,27 +373,49 @@ class Limit:
     meaning: str
 
 
-def limits(known: dict[str, Limit]) -> Any:
-    """A table of metric = limit, both known metrics and sensible limits."""
+@dataclass(frozen=True)
+class Limits:
+    """Metric -> the worst value that passes (hard), and the worst that passes without a warning (soft)."""
 
-    def rule(value: object, place: str, faults: Faults) -> dict[str, float]:
+    hard: dict[str, float] = field(default_factory=dict)
+    soft: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def aim(self) -> dict[str, float]:
+        """What a tier is chosen by: the soft limit where there is one."""
+        return self.hard | self.soft
+
+
+def limits(known: dict[str, Limit]) -> Any:
+    """A table of metric = limit or metric = { soft = limit, hard = limit }, of known metrics."""
+
+    def rule(value: object, place: str, faults: Faults) -> Limits:
         if not isinstance(value, dict):
             faults.add(place, f"is {_show(value)}, not a table of metric = limit")
-            return {}
-        read: dict[str, float] = {}
+            return Limits()
+        read = Limits()
         for key, item in value.items():
             if key not in known:
                 faults.add(f"{place}.{key}", "is no metric", _nearest(key, known))
                 continue
-            real = _real(item)
-            if real is None or not 0 <= real <= known[key].high:
-                bounds = _limits(0, known[key].high, known[key].unit)
-                faults.add(f"{place}.{key}", f"is {_show(item)}", bounds)
-                continue
-            read[key] = real
+            parts = item if isinstance(item, dict) else {"hard": item}
+            for part, limit in parts.items():
+                where = f"{place}.{key}.{part}" if parts is item else f"{place}.{key}"
+                real = _real(limit)
+                if part not in ("hard", "soft"):
+                    faults.add(where, "is not a key of a limit", "write { soft = limit, hard = limit }")
+                elif real is None or not 0 <= real <= known[key].high:
+                    faults.add(where, f"is {_show(limit)}", _limits(0, known[key].high, known[key].unit))
+                else:
+                    getattr(read, part)[key] = real
+            soft, hard = read.soft.get(key), read.hard.get(key)
+            less = known[key].less_is_better
+            if soft is not None and hard is not None and (soft > hard if less else soft < hard):
+                mend = f"must be at {'most' if less else 'least'} the hard limit, {hard:g}"
+                faults.add(f"{place}.{key}.soft", f"is {soft:g}", mend)
         return read
 
-    return _field(rule, dict)
+    return _field(rule, Limits)
 
 
 def _nearest(key: str, known: Any) -> str:

@@ -228,7 +228,7 @@ def test_a_budget_that_is_exceeded_is_told(copied: tuple[Path, Path]) -> None:
     rows = {row["name"]: row for row in report.artifacts}
     assert "terrain_max_m" in rows["terrain_mesh"]["over"][0] and not rows["sand_color"]["over"]
     assert any("terrain_max_m" in warning for warning in report.warnings)
-    assert manifest_of(out)["budget"] == {"terrain_max_m": 0.0001, "color_psnr_db": 1.0}
+    assert manifest_of(out)["budget"]["hard"] == {"terrain_max_m": 0.0001, "color_psnr_db": 1.0}
 
 
 def test_a_folder_that_cannot_be_written_is_one_error(copied: tuple[Path, Path], tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ import pytest
 
 from paradize.bake import bake
 from paradize.bake_tasks import How
-from paradize.check import RULES, Finding, check_paths, render
+from paradize.check import RULES, Finding, Look, check_paths, render
 from paradize.check.rules import gathered
 from paradize.data import Texture
 from paradize.formats.ktx2 import decode_ktx2, encode_ktx2
@@ -216,6 +216,37 @@ def cut_mesh(scene: Path) -> None:
     replace(scene, "post_mesh", file_of(scene, "post_mesh").read_bytes()[:-64])
 
 
+def soft_budget(tree: dict[str, Any], metric: str) -> None:
+    tree["budget"]["soft"][metric] = 0.0
+
+
+def idle_waiver(tree: dict[str, Any]) -> None:
+    waiver = {"rule": "PZ401", "artifact": "sky", "metric": None, "reason": "none", "until": "2999-12-31"}
+    tree["check"]["waivers"].append(waiver)
+
+
+def worse(errors: dict[str, float]) -> None:
+    for metric in errors:
+        if metric.endswith("_p99_deg"):
+            errors[metric] *= 2.0
+
+
+def since(edit: Callable[[dict[str, Any]], Any], *, before: bool = False) -> Callable[[Path], None]:
+    """An earlier bake beside the scene; one of the two is changed."""
+
+    def fault(scene: Path) -> None:
+        shutil.copytree(scene, scene.parent / "before")
+        change(scene.parent / "before" if before else scene, edit)
+        if before:
+            change(scene.parent / "before", lambda m: m.update(sound=None))
+            change(
+                scene.parent / "before",
+                lambda m: m.update(streaming=[name for name in m["streaming"] if name in m["artifacts"]]),
+            )
+
+    return fault
+
+
 PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ101", "missing file", lambda s: file_of(s, "sky").unlink()),
     ("PZ102", "manifest of another version", manifest(lambda m: m.update(version=1))),
@@ -243,8 +274,31 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ302", "a texel of NaN", nan_sky),
     ("PZ212", "du/dv turned about", turned_dudv),
     ("PZ303", "a normal map in sRGB", color_as_normal),
-    ("PZ401", "a terrain worse than its budget", manifest(lambda m: m["budget"].update(terrain_max_m=1e-9))),
-    ("PZ401", "a path worse than its budget", manifest(lambda m: m["budget"].update(path_ripple_max=0))),
+    (
+        "PZ401",
+        "a terrain worse than its budget",
+        manifest(lambda m: m["budget"]["hard"].update(terrain_max_m=1e-9)),
+    ),
+    (
+        "PZ401",
+        "a path worse than its budget",
+        manifest(lambda m: m["budget"]["hard"].update(path_ripple_max=0)),
+    ),
+    ("PZ406", "a sky worse than its soft budget", manifest(lambda m: soft_budget(m, "sky_max_relative"))),
+    ("PZ407", "a waiver that nothing asks for", manifest(idle_waiver)),
+    ("PZ421", "an error that doubled", since(lambda m: worse(m["artifacts"]["post_normal"]["errors"]))),
+    (
+        "PZ421",
+        "a level whose error doubled",
+        since(lambda m: worse(m["artifacts"]["post_mesh"]["levels"][2])),
+    ),
+    ("PZ421", "a path that got rougher", since(lambda m: m["flight"]["errors"].update(path_ripple_max=0.3))),
+    (
+        "PZ422",
+        "an artifact that was not there before",
+        since(lambda m: m["artifacts"].pop("sound"), before=True),
+    ),
+    ("PZ423", "a file that was smaller", since(lambda m: m["artifacts"]["sky"].update(bytes=9), before=True)),
     ("PZ402", "an artifact that no pass reads", manifest(lambda m: m.update(sky=None))),
     ("PZ403", "a jump in the camera path", manifest(jump)),
 ]
@@ -272,7 +326,8 @@ def test_the_rule_fires_and_no_other_error_does(
     scene: Path, code: str, fault: str, plant: Callable[[Path], Any]
 ) -> None:
     plant(scene)
-    findings = check_paths([scene])
+    before = scene.parent / "before"
+    findings = check_paths([scene], Look(against=before if before.exists() else None))
     assert code in {finding.code for finding in findings}, findings
     assert {finding.code for finding in findings if finding.severity == "error"} <= {code}, findings
 

@@ -12,18 +12,19 @@ from paradize.check.maps import folder_maps
 from paradize.check.meshes import check_mesh
 from paradize.check.pictures import SIGNATURE, check_picture
 from paradize.check.rules import Finding, gathered
-from paradize.check.scenes import check_scene
+from paradize.check.scenes import Look, check_scene
 from paradize.check.textures import check_texture
 from paradize.formats.glb_layout import MAGIC
 from paradize.formats.ktx2 import IDENTIFIER
 
 
-def check_paths(paths: Sequence[Path]) -> list[Finding]:
+def check_paths(paths: Sequence[Path], look: Look | None = None) -> list[Finding]:
     """All findings of all paths, equal ones gathered."""
-    return gathered(finding for path in paths for finding in _check(path))
+    how = look or Look()
+    return gathered(finding for path in paths for finding in _check(path, how))
 
 
-def _check(path: Path) -> Iterator[Finding]:
+def _check(path: Path, look: Look) -> Iterator[Finding]:
     try:
         folder = stat.S_ISDIR(path.stat().st_mode)
         inside = sorted(path.iterdir()) if folder else []
@@ -32,17 +33,17 @@ def _check(path: Path) -> Iterator[Finding]:
         return
     if folder:
         if path / SCENE_FILE in inside:
-            yield from check_scene(path / SCENE_FILE)
+            yield from check_scene(path / SCENE_FILE, look)
             return
         files = [file for file in inside if file.suffix in (".glb", ".ktx2", ".png")]
         if not files:
             yield Finding("PZ101", str(path), f"holds no {SCENE_FILE}, GLB, KTX2 or PNG")
         for file in files:
-            yield from _check(file)
+            yield from _check(file, look)
         yield from folder_maps(files)
         return
     if path.name == SCENE_FILE:
-        yield from check_scene(path)
+        yield from check_scene(path, look)
         return
     try:
         data = read_file(path)

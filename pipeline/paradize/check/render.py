@@ -16,19 +16,22 @@ def render(findings: Sequence[Finding], form: str) -> str:
     return {"text": _text, "json": _json, "junit": _junit, "sarif": _sarif}[form](findings)
 
 
-def _counts(findings: Sequence[Finding]) -> tuple[int, int]:
-    errors = sum(finding.severity == "error" for finding in findings)
-    return errors, len(findings) - errors
+def _counts(findings: Sequence[Finding]) -> tuple[int, int, int]:
+    """Errors, warnings, and what is waived of both."""
+    errors = sum(finding.fails for finding in findings)
+    waived = sum(bool(finding.waived) for finding in findings)
+    return errors, len(findings) - errors - waived, waived
 
 
 def _text(findings: Sequence[Finding]) -> str:
-    errors, warnings = _counts(findings)
+    errors, warnings, waived = _counts(findings)
     summary = f"{errors} errors, {warnings} warnings" if findings else "clean"
+    summary += f", {waived} waived" if waived else ""
     return "\n".join([*(one_line(str(finding)) for finding in findings), summary])
 
 
 def _json(findings: Sequence[Finding]) -> str:
-    errors, warnings = _counts(findings)
+    errors, warnings, waived = _counts(findings)
     rows = [
         {
             "code": finding.code,
@@ -39,29 +42,43 @@ def _json(findings: Sequence[Finding]) -> str:
             "what": finding.what,
             "count": finding.count,
             "mend": finding.mend or RULES[finding.code].mend,
+            "artifact": finding.artifact or None,
+            "metric": finding.metric or None,
+            "waived": finding.waived or None,
         }
         for finding in findings
     ]
-    return json.dumps({"findings": rows, "errors": errors, "warnings": warnings}, indent=1)
+    tree = {"findings": rows, "errors": errors, "warnings": warnings, "waived": waived}
+    return json.dumps(tree, indent=1)
 
 
 def _junit(findings: Sequence[Finding]) -> str:
-    """One test case per rule; a rule of error severity that fired is a failure."""
+    """One test case per rule: a failure where an error fired, skipped where all errors are waived."""
     cases = []
-    failures = 0
+    failures = skipped = 0
     for code, rule in RULES.items():
         fired = [finding for finding in findings if finding.code == code]
         body = escape("\n".join(one_line(str(finding)) for finding in fired))
         name = f'<testcase classname="paradize.check" name={quoteattr(f"{code} {rule.title}")}'
-        if fired and rule.severity == "error":
+        if any(finding.fails for finding in fired):
             failures += 1
             cases.append(f"{name}><failure message={quoteattr(rule.title)}>{body}</failure></testcase>")
+        elif any(finding.waived for finding in fired):
+            skipped += 1
+            cases.append(f"{name}><skipped message={quoteattr(one_line(str(fired[0])))}/></testcase>")
         elif fired:
             cases.append(f"{name}><system-out>{body}</system-out></testcase>")
         else:
             cases.append(f"{name}/>")
-    head = f'<testsuite name="paradize check" tests="{len(cases)}" failures="{failures}" errors="0">'
+    counts = f'tests="{len(cases)}" failures="{failures}" errors="0" skipped="{skipped}"'
+    head = f'<testsuite name="paradize check" {counts}>'
     return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', head, *cases, "</testsuite>"])
+
+
+def _suppressed(finding: Finding) -> dict[str, Any]:
+    if not finding.waived:
+        return {}
+    return {"suppressions": [{"kind": "external", "justification": finding.waived}]}
 
 
 def _sarif(findings: Sequence[Finding]) -> str:
@@ -89,6 +106,7 @@ def _sarif(findings: Sequence[Finding]) -> str:
                 }
             ],
         }
+        | _suppressed(finding)
         for finding in findings
     ]
     tool = {"driver": {"name": "paradize check", "rules": rules}}

@@ -92,7 +92,12 @@ RULES: dict[str, Rule] = {
     "PZ303": Rule(
         "error", "wrong colour space", "colour must be sRGB and every other map linear", "bake again"
     ),
-    "PZ401": Rule("error", "budget exceeded", "a measured error is worse than the scene accepts", ""),
+    "PZ401": Rule(
+        "error",
+        "budget exceeded",
+        "a measured error is worse than the scene's hard limit, or the files take more than it allows",
+        "bake with the tier that is named, better the source, or allow more in [budget]",
+    ),
     "PZ402": Rule(
         "warning", "unused artifact", "no pass of the scene reads it", "take it out, or bake again"
     ),
@@ -108,12 +113,44 @@ RULES: dict[str, Rule] = {
     "PZ405": Rule(
         "error", "crack in the terrain", "patches that are drawn together do not meet", "bake again"
     ),
+    "PZ406": Rule(
+        "warning",
+        "soft budget exceeded",
+        "a measured error is worse than the scene's soft limit, inside the hard one",
+        "bake with the tier that is named, better the source, or allow more in [budget]",
+    ),
+    "PZ407": Rule(
+        "warning",
+        "unused waiver",
+        "a [[waiver]] or a severity in [check] meets no finding, or names no rule",
+        "take it out of the scene, and bake again",
+    ),
+    "PZ421": Rule(
+        "error",
+        "worse than before",
+        "a measured error grew by more than the accepted share since the earlier bake",
+        "bake with a more exact tier, or take back what changed; --worse-by accepts more",
+    ),
+    "PZ422": Rule(
+        "warning",
+        "artifact new or gone",
+        "the earlier bake holds other artifacts",
+        "nothing, where the scene was changed so",
+    ),
+    "PZ423": Rule(
+        "warning",
+        "larger than before",
+        "a file grew by more than the accepted share since the earlier bake",
+        "look at its format and tier; --worse-by accepts more",
+    ),
 }
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A rule that fired. place: where in the file; count: how many equal ones; the first is described."""
+    """A rule that fired. place: where in the file; count: how many equal ones; the first is described.
+    artifact, metric: what it is about, where that is known. override: the severity that the scene gives its
+    rule. waived: why, and up to which day, it is let pass."""
 
     code: str
     file: str
@@ -121,10 +158,19 @@ class Finding:
     place: str = ""
     count: int = 1
     mend: str = ""
+    artifact: str = ""
+    metric: str = ""
+    override: str = ""
+    waived: str = ""
 
     @property
     def severity(self) -> str:
-        return RULES[self.code].severity
+        return self.override or RULES[self.code].severity
+
+    @property
+    def fails(self) -> bool:
+        """Whether it fails the check."""
+        return self.severity == "error" and not self.waived
 
     @property
     def title(self) -> str:
@@ -134,6 +180,8 @@ class Finding:
         head = ": ".join(part for part in (self.file, self.place) if part)
         times = f" ({self.count} such)" if self.count > 1 else ""
         mend = self.mend or RULES[self.code].mend
+        if self.waived:
+            return f"{head}: waived {self.code}: {self.what}{times}; {self.waived}"
         return f"{head}: {self.severity} {self.code}: {self.what}{times}" + (f"; {mend}" if mend else "")
 
 

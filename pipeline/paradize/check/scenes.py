@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from datetime import date
 from pathlib import Path
 from typing import Any
 
-from paradize.bake_commit import OURS, over_budget
+from paradize.bake_commit import OURS
+from paradize.check.against import WORSE_BY, check_against, earlier_scene
+from paradize.check.budgets import check_budget
 from paradize.check.files import read_file
 from paradize.check.gutters import check_gutters
 from paradize.check.maps import scene_maps
@@ -15,6 +19,7 @@ from paradize.check.meshes import check_mesh
 from paradize.check.rules import Finding
 from paradize.check.terrain import check_tiles
 from paradize.check.textures import check_texture
+from paradize.check.verdicts import judged
 from paradize.errors import FormatError
 from paradize.formats.glb import decode_glb
 from paradize.formats.glb_tiles import decode_tile
@@ -23,8 +28,18 @@ from paradize.formats.scene_manifest import decode_scene, references
 _JUMP = 1e-6  # of the segment's own size: how far apart two segments may meet
 
 
-def check_scene(path: Path) -> Iterator[Finding]:
-    """The findings in a scene.json and everything that it names."""
+@dataclass(frozen=True)
+class Look:
+    """How to look. against: the folder of an earlier bake; worse_by: the share by which an error may have
+    grown since. today: the day by which waivers end."""
+
+    against: Path | None = None
+    worse_by: float = WORSE_BY
+    today: date = field(default_factory=date.today)
+
+
+def check_scene(path: Path, look: Look) -> Iterator[Finding]:
+    """The findings in a scene.json and everything that it names, as the scene itself wants them judged."""
     file = str(path)
     try:
         manifest = decode_scene(read_file(path), file)
@@ -34,13 +49,24 @@ def check_scene(path: Path) -> Iterator[Finding]:
     except FormatError as error:
         yield Finding("PZ102", file, error.what, error.place or "")
         return
+    owners = {str(path.parent / entry["file"]): name for name, entry in manifest["artifacts"].items()}
+    found = (
+        finding if finding.artifact else replace(finding, artifact=owners.get(finding.file, ""))
+        for finding in _findings(manifest, path, look)
+    )
+    yield from judged(found, manifest["check"], file, look.today)
+
+
+def _findings(manifest: dict[str, Any], path: Path, look: Look) -> Iterator[Finding]:
+    file = str(path)
     colors = _colors(manifest)
     tiles = manifest["terrain"]["tiles"] if manifest["terrain"] else []
     for name, artifact in manifest["artifacts"].items():
         decode = decode_tile if name in tiles else decode_glb
         yield from _artifact(path.parent, name, artifact, colors.get(name), decode)
-        yield from _over(manifest["budget"], artifact["errors"], file, name)
-    yield from _over(manifest["budget"], manifest["flight"]["errors"], file, "flight")
+    yield from check_budget(manifest, path.parent, file)
+    if look.against:
+        yield from check_against(manifest, earlier_scene(look.against, path.parent), file, look.worse_by)
     yield from check_gutters(manifest, path.parent)
     yield from scene_maps(manifest, path.parent)
     yield from check_tiles(manifest, path.parent)
@@ -72,7 +98,7 @@ def _artifact(
     sha256 = hashlib.sha256(data).hexdigest()
     if sha256 != artifact["sha256"] or len(data) != artifact["bytes"]:
         what = f"SHA-256 {sha256[:12]}... where scene.json names {artifact['sha256'][:12]}..."
-        yield Finding("PZ103", file, what, name)
+        yield Finding("PZ103", file, what, name, artifact=name)
     if artifact["kind"] == "mesh":
         found = list(check_mesh(data, file))
         yield from found
@@ -87,11 +113,6 @@ def _artifact(
         yield Finding("PZ102", file, "is no Ogg file", "byte 0")
 
 
-def _over(budget: dict[str, float], errors: dict[str, float], file: str, name: str) -> Iterator[Finding]:
-    for text in over_budget(budget, errors):
-        yield Finding("PZ401", file, f"{name}: {text}", f"artifacts.{name}")
-
-
 def _unused(folder: Path, manifest: dict[str, Any], file: str) -> Iterator[Finding]:
     named = {artifact["file"] for artifact in manifest["artifacts"].values()}
     for path in sorted(folder.iterdir()):
@@ -100,7 +121,8 @@ def _unused(folder: Path, manifest: dict[str, Any], file: str) -> Iterator[Findi
     read = {name for place, name, _ in references(manifest) if not place.startswith("streaming")}
     for name in manifest["artifacts"]:
         if name not in read:
-            yield Finding("PZ402", file, f"{name} is read by no pass", f"artifacts.{name}")
+            what = f"{name} is read by no pass"
+            yield Finding("PZ402", file, what, f"artifacts.{name}", artifact=name)
 
 
 def _path(flight: dict[str, Any], file: str) -> Iterator[Finding]:

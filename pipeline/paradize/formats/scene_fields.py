@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from datetime import date
 from typing import Any
 
 Check = Callable[[Any, str], None]  # value, key path; raises Wrong
@@ -33,6 +34,13 @@ def whole(low: int, high: int) -> Check:
 def text(value: Any, place: str) -> None:
     if not isinstance(value, str) or not value:
         raise Wrong(place, f"is {value!r:.60}, not a name")
+
+
+def day(value: Any, place: str) -> None:
+    try:
+        date.fromisoformat(value)
+    except (TypeError, ValueError):
+        raise Wrong(place, f"is {value!r:.60}, not a day as 2026-12-31") from None
 
 
 def file_name(value: Any, place: str) -> None:

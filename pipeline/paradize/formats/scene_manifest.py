@@ -13,6 +13,7 @@ from typing import Any
 from paradize.errors import FormatError
 from paradize.formats.scene_fields import (
     Wrong,
+    day,
     file_name,
     flag,
     list_of,
@@ -86,7 +87,14 @@ _manifest = table(
         )
     ),
     streaming=list_of(text),
-    budget=map_of(_positive),
+    budget=table(hard=map_of(_positive), soft=map_of(_positive)),
+    check=table(
+        severity=map_of(text),
+        waivers=list_of(
+            table(rule=text, artifact=or_null(text), metric=or_null(text), reason=text, until=day)
+        ),
+        tried=map_of(table(asked=text, taken=text, errors=map_of(map_of(_real)))),
+    ),
     sun=table(direction=_vec3, color=_vec3, intensity=_positive, angular_diameter_rad=_positive),
     ambient=table(color=_vec3, intensity=_positive),
     fog=table(color=_vec3, density_per_m=_positive),

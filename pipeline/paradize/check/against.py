@@ -1,0 +1,81 @@
+"""A bake against an earlier one of the same scene: what got worse, what is new or gone, what grew."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from paradize.bake_record import SCENE_FILE
+from paradize.check.files import read_file
+from paradize.check.rules import Finding
+from paradize.errors import FormatError
+from paradize.formats.scene_manifest import decode_scene
+
+WORSE_BY = 0.05
+# Below this an error is rounding: neither worse nor better. By the end of the metric's name.
+_ROUNDING = {"_deg": 1e-3, "_m": 1e-6, "_px": 1e-3, "_s": 1e-6}
+_LEAST = 1e-7
+
+
+def earlier_scene(against: Path, folder: Path) -> Path:
+    """The scene.json of the earlier bake: of the folder `against` itself, else of the one named as `folder`
+    in it."""
+    own = against / SCENE_FILE
+    return own if own.is_file() else against / folder.resolve().name / SCENE_FILE
+
+
+def check_against(manifest: dict[str, Any], path: Path, file: str, worse_by: float) -> Iterator[Finding]:
+    """The findings of a manifest, whose own file is `file`, against the scene.json at `path`. worse_by: the
+    share that an error may grow by, and a file."""
+    try:
+        earlier = decode_scene(read_file(path), str(path))
+    except OSError as error:
+        yield Finding("PZ101", str(path), f"there is no earlier bake: {error.strerror or error}")
+        return
+    except FormatError as error:
+        yield Finding("PZ102", str(path), error.what, error.place or "")
+        return
+    now, was = manifest["artifacts"], earlier["artifacts"]
+    for name, artifact in now.items():
+        if name not in was:
+            yield Finding("PZ422", file, f"{name} is new", f"artifacts.{name}", artifact=name)
+            continue
+        yield from _worse(was[name]["errors"], artifact["errors"], file, name, "", worse_by)
+        levels = zip(was[name]["levels"], artifact["levels"], strict=False)
+        for level, (before, after) in enumerate(levels):
+            yield from _worse(before, after, file, name, f" level {level}", worse_by)
+        before, after = was[name]["bytes"], artifact["bytes"]
+        if after > before * (1.0 + worse_by):
+            what = f"{name}: {after} bytes, {100.0 * (after / before - 1.0):.1f} % more than {before}"
+            yield Finding("PZ423", file, what, f"artifacts.{name}", artifact=name)
+    for name in was:
+        if name not in now:
+            yield Finding("PZ422", file, f"{name} is gone", f"artifacts.{name}", artifact=name)
+    yield from _worse(earlier["flight"]["errors"], manifest["flight"]["errors"], file, "flight", "", worse_by)
+
+
+def _worse(
+    before: Mapping[str, float], after: Mapping[str, float], file: str, name: str, place: str, by: float
+) -> Iterator[Finding]:
+    for metric in before.keys() & after.keys():
+        was, now = before[metric], after[metric]
+        share = growth(metric, was, now)
+        if share > by:
+            told = "" if share == float("inf") else f", {100.0 * share:.3g} % worse"
+            what = f"{name}: {metric} is {now:g} where it was {was:g}{told}"
+            at = f"artifacts.{name}{place}" if name != "flight" else name
+            yield Finding("PZ421", file, what, at, artifact=name, metric=metric)
+
+
+def growth(metric: str, was: float, now: float) -> float:
+    """By which share an error grew; of dB the error behind them (20 dB are ten times as much). 0 where it did
+    not, where both are rounding, and for what is no error."""
+    if "_db" in metric:
+        return float(10.0 ** ((was - now) / 20.0) - 1.0) if now < was else 0.0
+    if metric in ("triangles", "vertices"):
+        return 0.0
+    least = next((value for end, value in _ROUNDING.items() if metric.endswith(end)), _LEAST)
+    if now <= was or now <= least:
+        return 0.0
+    return now / was - 1.0 if was > 0.0 else float("inf")

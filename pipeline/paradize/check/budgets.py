@@ -1,0 +1,118 @@
+"""Budgets: the measured errors of a scene's artifacts and the bytes they take, against the scene's limits."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from paradize.budget import METRICS, Excess, excesses, is_beyond
+from paradize.check.files import read_file
+from paradize.check.rules import Finding
+from paradize.formats.glb_layout import MAGIC
+from paradize.formats.ktx2 import IDENTIFIER
+from paradize.schema import Limits
+
+# Under which name a level tells what a budget's metric is the largest of.
+_LEVELS = {
+    "surface_max": "error_max",
+    "surface_rms": "error_rms",
+    **{
+        f"lod_{key}": key
+        for key in ("normal_p99_deg", "normal_mean_deg", "mapped_p99_deg", "mapped_mean_deg")
+    },
+}
+
+
+def check_budget(manifest: dict[str, Any], folder: Path, file: str) -> Iterator[Finding]:
+    """The findings of a manifest, whose own file is `file`, against its budget."""
+    budget = Limits(manifest["budget"]["hard"], manifest["budget"]["soft"])
+    for name, artifact in manifest["artifacts"].items():
+        for excess in excesses(_known(budget), artifact["errors"]):
+            place = f"artifacts.{name}{_place(manifest, name, excess)}"
+            mend = _mend(manifest["check"]["tried"].get(name), excess)
+            yield _finding(excess, file, name, place, mend)
+    for excess in excesses(_known(budget), manifest["flight"]["errors"]):
+        yield _finding(excess, file, "flight", "flight", "")
+    limited = {"folder_mb", "gpu_mb"} & budget.aim.keys()
+    if limited:
+        for excess in excesses(_known(budget), _taken(manifest, folder)):
+            yield _finding(
+                excess, file, "scene", f"budget.{excess.metric}", "take something out, or allow more"
+            )
+
+
+def _known(budget: Limits) -> Limits:
+    """Without metrics that this Paradize does not know."""
+    hard, soft = (
+        {key: value for key, value in part.items() if key in METRICS} for part in (budget.hard, budget.soft)
+    )
+    return Limits(hard, soft)
+
+
+def _finding(excess: Excess, file: str, name: str, place: str, mend: str) -> Finding:
+    code = "PZ401" if excess.hard else "PZ406"
+    return Finding(code, file, f"{name}: {excess}", place, mend=mend, artifact=name, metric=excess.metric)
+
+
+def _place(manifest: dict[str, Any], name: str, excess: Excess) -> str:
+    """Which level of it, or which patch of a terrain, is the worst; empty where the bake does not tell."""
+    artifact = manifest["artifacts"][name]
+    terrain = manifest["terrain"]
+    if terrain and name in terrain["tiles"]:
+        patches, tile = terrain["patches"], terrain["tiles"].index(name)
+        here = [k for k, at in enumerate(patches["tile"]) if at == tile and patches["diamond"][k] < 0]
+        if not here:
+            return ""
+        worst = max(here, key=lambda k: float(patches["error_m"][k]))
+        return f" patch {worst} at ({', '.join(f'{x:.6g}' for x in patches['center'][worst])})"
+    if artifact["kind"] == "texture":
+        return " level 0"
+    key = _LEVELS.get(excess.metric, excess.metric)
+    told = [(level[key], k) for k, level in enumerate(artifact["levels"]) if key in level]
+    return f" lod{max(told)[1]}" if told else ""
+
+
+def _mend(tried: dict[str, Any] | None, excess: Excess) -> str:
+    """The cheapest tier that would pass, of those whose errors the bake measured."""
+    if not tried:
+        return ""
+    unit = METRICS[excess.metric].unit
+    measured = {
+        tier: errors[excess.metric] for tier, errors in tried["errors"].items() if excess.metric in errors
+    }
+    order = [tier for tier in ("fast", "balanced", "exact") if tier in measured]
+    for tier in order:
+        if not is_beyond(excess.metric, measured[tier], excess.limit):
+            return f"tier {tier} would pass: {measured[tier]:g} {unit}"
+    told = ", ".join(f"{tier} {measured[tier]:g}" for tier in order)
+    return f"no tier passes ({told} {unit}): better the source, or allow more in [budget]"
+
+
+def _taken(manifest: dict[str, Any], folder: Path) -> Mapping[str, float]:
+    """MB of all artifacts' files, and of what the device holds of them: every level of every texture, and the
+    buffers of the meshes."""
+    total = sum(artifact["bytes"] for artifact in manifest["artifacts"].values())
+    held = 0
+    for artifact in manifest["artifacts"].values():
+        try:
+            held += device_bytes(read_file(folder / artifact["file"]))
+        except OSError:
+            continue  # another rule's finding
+    return {"folder_mb": total / 1e6, "gpu_mb": held / 1e6}
+
+
+def device_bytes(data: bytes) -> int:
+    """What a KTX2 or a GLB holds for the device; 0 of anything else, and of what cannot be read."""
+    try:
+        if data[:12] == IDENTIFIER:
+            count = struct.unpack_from("<I", data, 40)[0]
+            index = struct.unpack_from(f"<{3 * min(count, 32)}Q", data, 80)
+            return sum(length or stored for stored, length in zip(index[1::3], index[2::3], strict=True))
+        if data[:4] == MAGIC:
+            length = struct.unpack_from("<I", data, 12)[0]
+            return int(struct.unpack_from("<I", data, 20 + length)[0])
+    except struct.error:
+        return 0
+    return 0
