@@ -26,7 +26,7 @@ def keep(store: Store, key: str, *contents: bytes, used_s: float) -> list[str]:
 
 def record(store: Store, name: str, hashes: list[str], used_s: float) -> None:
     store.put_bake(name, {"artifacts": [{"sha256": sha256} for sha256 in hashes]})
-    os.utime(store.root / "bakes" / f"{name}.json", (used_s, used_s))
+    os.utime(store.root / "bakes" / name, (used_s, used_s))
 
 
 def size_of(store: Store) -> int:

@@ -67,8 +67,11 @@ def test_a_damaged_record_is_no_record(tmp_path: Path) -> None:
     store = Store(tmp_path)
     store.put_product("ab" * 32, {"x": 1})
     assert store.get_product("ab" * 32) == {"x": 1}
-    (tmp_path / "products" / "ab" / ("ab" * 32)).write_bytes(b'{"x": ')
-    assert store.get_product("ab" * 32) is None
+    path = tmp_path / "products" / "ab" / ("ab" * 32)
+    whole = path.read_bytes()
+    for damaged in (b"", b'{"x": ', whole[:-1], whole.replace(b": 1", b": 2"), b"\xff" + whole[1:]):
+        path.write_bytes(damaged)  # also where it is JSON still
+        assert store.get_product("ab" * 32) is None
 
 
 def test_keys_depend_on_everything_and_on_no_order_of_names() -> None:

@@ -12,10 +12,9 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from paradize.engine.publish import sweep_aside
-from paradize.engine.store import Store
+from paradize.engine.store import Store, hashes_in
 from paradize.errors import BakeError
 
 
@@ -60,6 +59,7 @@ def _clean(store: Store, now_s: float, older_than_s: float | None, to_bytes: int
     for folder in [root / "bakes", *_folders(root / "blobs"), *_folders(root / "products")]:
         sweep_aside(folder)
     shutil.rmtree(root / "rooms", ignore_errors=True)  # of killed bakes: none runs now
+    shutil.rmtree(root / "remotes", ignore_errors=True)  # only saves looks
     blobs = {path.name: path.stat().st_size for path in _files(root / "blobs")}
     records, bad_records = _entries(root / "bakes")
     products, bad_products = _entries(root / "products")
@@ -119,19 +119,7 @@ def _entries(top: Path) -> tuple[list[_Entry], list[_Entry]]:
     for path in [*here, *_files(top)]:
         status = path.stat()
         entry = _Entry(path, status.st_size, status.st_mtime)
-        tree = Store.read_json(path)
-        entry.blobs = set(_hashes(tree))
+        tree = Store.read_entry(path)
+        entry.blobs = set(hashes_in(tree))
         (bad if tree is None else good).append(entry)
     return good, bad
-
-
-def _hashes(tree: Any) -> Iterator[str]:
-    """Every value called `sha256` in a JSON tree."""
-    if isinstance(tree, dict):
-        if isinstance(tree.get("sha256"), str):
-            yield tree["sha256"]
-        for value in tree.values():
-            yield from _hashes(value)
-    elif isinstance(tree, list):
-        for value in tree:
-            yield from _hashes(value)

@@ -1,11 +1,14 @@
 """The content-addressed store: what was baked once is not baked again, and damage is noticed.
 
 blobs/<2>/<sha256>      artifact bytes, named by their hash, verified when read
-products/<2>/<key>      JSON: what a task with this key produced; keys hash sources, settings and code
-bakes/<id>.json         JSON: what a bake read and wrote, with the stamps of every file (see `Stamp`)
+products/<2>/<key>      what a task with this key produced; keys hash sources, settings and code
+bakes/<id>              what a bake read and wrote, with the stamps of every file (see `Stamp`)
+remotes/<id>            the products that are known to be in a shared store (see shared.py)
 locks/<id>              one bake at a time on one output folder
 rooms/<id>              where its workers write what is too large to be handed over; gone afterwards
 locks/use               held in common by bakes, alone by `clean`
+
+Products, bakes and remotes are sealed: a line with the SHA-256 of the rest, then JSON.
 """
 
 from __future__ import annotations
@@ -14,7 +17,7 @@ import fcntl
 import hashlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 
@@ -61,20 +64,63 @@ def default_root() -> Path:
     return Path(named) if named else Path("build/store")
 
 
+def seal(tree: Any) -> bytes:
+    """An entry that holds this JSON."""
+    text = json.dumps(tree).encode()
+    return hashlib.sha256(text).hexdigest().encode() + b"\n" + text
+
+
+def unseal(data: bytes) -> Any | None:
+    """The JSON that an entry holds; None where the entry is damaged."""
+    digest, _, text = data.partition(b"\n")
+    if hashlib.sha256(text).hexdigest().encode() != digest:
+        return None
+    try:
+        return json.loads(text)
+    except ValueError:
+        return None
+
+
+def hashes_in(tree: Any) -> Iterator[str]:
+    """Every value called `sha256` in a JSON tree."""
+    if isinstance(tree, dict):
+        if isinstance(tree.get("sha256"), str):
+            yield tree["sha256"]
+        for value in tree.values():
+            yield from hashes_in(value)
+    elif isinstance(tree, list):
+        for value in tree:
+            yield from hashes_in(value)
+
+
 class Store:
     """A folder of baked results; every entry is written whole, so that a kill leaves nothing to mend."""
 
+    shared_as: str | None = None  # the id of the shared store behind this one, when all is there, too
+
     def __init__(self, root: Path) -> None:
         self.root = root
+        self.fetched: set[str] = set()  # keys of products that came from a shared store
+        self.pushed: set[str] = set()  # and of those that went there
+
+    def expect(self, keys: Iterable[str]) -> None:
+        """These products will be asked for soon: a shared store begins to fetch them."""
+
+    def settle(self) -> list[str]:
+        """Waits until all is shared that is to be; returns warnings."""
+        return []
 
     def _blob(self, sha256: str) -> Path:
         return self.root / "blobs" / sha256[:2] / sha256
+
+    def _product(self, key: str) -> Path:
+        return self.root / "products" / key[:2] / key
 
     def put(self, data: bytes) -> str:
         """Keeps bytes; returns their SHA-256."""
         sha256 = hashlib.sha256(data).hexdigest()
         path = self._blob(sha256)
-        if self.get(sha256) is None:
+        if Store.get(self, sha256) is None:  # here, whatever may be behind
             write_whole(path, data, durable=False)
         return sha256
 
@@ -94,7 +140,7 @@ class Store:
         """Keeps the bytes of a file on the store's own file system, which is moved away; returns their
         SHA-256."""
         sha256 = hash_file(path)
-        if self.find(sha256) is None:
+        if Store.find(self, sha256) is None:
             blob = self._blob(sha256)
             try:
                 blob.parent.mkdir(parents=True, exist_ok=True)
@@ -115,34 +161,34 @@ class Store:
 
     def put_product(self, key: str, product: Any) -> None:
         """Remembers what the task with this key produced (JSON)."""
-        write_whole(self.root / "products" / key[:2] / key, json.dumps(product).encode(), durable=False)
+        write_whole(self._product(key), seal(product), durable=False)
 
     def get_product(self, key: str) -> Any | None:
         """What put_product kept; None where there is none or it cannot be read. The entry counts as used."""
-        return self._read_used(self.root / "products" / key[:2] / key)
+        return self._read_used(self._product(key))
 
     def put_bake(self, name: str, record: Any) -> None:
         """Remembers what a bake read and wrote (JSON)."""
-        write_whole(self.root / "bakes" / f"{name}.json", json.dumps(record).encode(), durable=False)
+        write_whole(self.root / "bakes" / name, seal(record), durable=False)
 
     def get_bake(self, name: str) -> Any | None:
         """What put_bake kept; None where there is none or it cannot be read. The record counts as used."""
-        return self._read_used(self.root / "bakes" / f"{name}.json")
+        return self._read_used(self.root / "bakes" / name)
 
     @classmethod
     def _read_used(cls, path: Path) -> Any | None:
-        found = cls.read_json(path)
+        found = cls.read_entry(path)
         if found is not None:
             with suppress(OSError):  # a store that is only read keeps the times that it has
                 os.utime(path)
         return found
 
     @staticmethod
-    def read_json(path: Path) -> Any | None:
-        """The JSON in a file; None where there is none or it cannot be read."""
+    def read_entry(path: Path) -> Any | None:
+        """The JSON in a sealed file; None where there is none, or a damaged one, or it cannot be read."""
         try:
-            return json.loads(path.read_bytes())
-        except (OSError, ValueError):
+            return unseal(path.read_bytes())
+        except OSError:
             return None
 
     @contextmanager
