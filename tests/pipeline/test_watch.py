@@ -1,0 +1,229 @@
+"""`paradize watch` bakes what a save touches, and nothing that a person or an editor saves ends it."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import paradize
+from paradize.bake import bake
+from tests.pipeline.scenes import make_cove, write_image
+from tests.places import ROOT
+
+PATIENCE_S = 200.0  # a test that waits longer has failed
+
+
+class Watched:
+    """A running `paradize watch --json` of the cove. Its lines come as they are printed."""
+
+    def __init__(self, folder: Path, store: Path, package: Path | None = None) -> None:
+        self.folder, self.out = folder, folder.parent / "out"
+        paths = [*([str(package)] if package else []), os.environ.get("PYTHONPATH", "")]
+        environment = {"PARADIZE_STORE": str(store), "PYTHONPATH": os.pathsep.join(paths)}
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "paradize.cli", "watch", folder / "cove.toml", "-o", self.out, "--json"],
+            env={**os.environ, **environment},
+            cwd=folder.parent,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.lines: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self.said: list[str] = []
+        threading.Thread(target=self._read, daemon=True).start()
+        self.listener = threading.Thread(target=self._listen, daemon=True)
+        self.listener.start()
+
+    def _read(self) -> None:
+        assert self.process.stdout
+        with self.process.stdout:
+            for line in self.process.stdout:
+                self.lines.put(line)
+
+    def _listen(self) -> None:
+        assert self.process.stderr
+        with self.process.stderr:
+            for line in self.process.stderr:
+                self.said.append(line)
+
+    def next(self) -> dict[str, Any]:
+        """What the next bake told."""
+        try:
+            found: dict[str, Any] = json.loads(self.lines.get(timeout=PATIENCE_S))
+        except queue.Empty:
+            raise AssertionError(f"nothing was baked; said: {self.said}") from None
+        return found
+
+    def baked(self, *names: str) -> set[str]:
+        """The artifacts that the next bake, which these saves caused, made anew."""
+        told = self.next()
+        assert "error" not in told, told
+        assert {Path(path).name for path in told["changed"]} == set(names)
+        return {row["name"] for row in told["artifacts"] if row["status"] == "baked"}
+
+    def end(self, number: int = signal.SIGINT) -> int:
+        """The exit code; returns when no process of the watch is left (all hold its standard error)."""
+        self.process.send_signal(number)
+        code = self.process.wait(PATIENCE_S)
+        self.listener.join(PATIENCE_S)
+        assert not self.listener.is_alive()
+        return code
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A store that knows the cove."""
+    top = tmp_path_factory.mktemp("known")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PARADIZE_STORE", str(top / "store"))
+        assert not bake(make_cove(top / "cove"), top / "out").errors
+    return top / "store"
+
+
+@pytest.fixture
+def watched(tmp_path: Path, store: Path) -> Iterator[Watched]:
+    make_cove(tmp_path / "cove")
+    found = Watched(tmp_path / "cove", store)
+    try:
+        assert found.next()["failed"] == 0
+        yield found
+    finally:
+        if found.process.poll() is None:
+            assert found.end() == 0, found.said
+
+
+def picture(path: Path, shade: int) -> None:
+    write_image(path, np.random.default_rng(shade).integers(0, 255, (32, 32, 3), np.uint8))
+
+
+def written(path: Path, make: Callable[[Path], None]) -> None:
+    """Saved as some editors do: beside, then renamed."""
+    aside = path.with_name(f"aside-{path.name}")
+    make(aside)
+    aside.replace(path)
+
+
+def test_a_saved_picture_bakes_its_own_artifacts_again(watched: Watched) -> None:
+    manifest = watched.out / "scene.json"
+    was = manifest.read_bytes()
+    picture(watched.folder / "wood.png", 1)  # cut to nothing, and written
+    assert watched.baked("wood.png") == {"post_color", "post_normal", "post_height", "post_gloss"}
+    assert manifest.read_bytes() != was
+    written(watched.folder / "sand.png", lambda path: picture(path, 2))
+    assert watched.baked("sand.png") >= {"sand_color", "effect_color"}
+    (watched.folder / "notes.txt").write_text("nothing of the scene")
+    text = (watched.folder / "cove.toml").read_text()
+    (watched.folder / "cove.toml").write_text(text.replace("density_per_m = 0.01", "density_per_m = 0.02"))
+    assert watched.baked("cove.toml") == set()
+    assert json.loads(manifest.read_bytes())["fog"]["density_per_m"] == 0.02
+
+
+def test_a_broken_save_is_told_once_and_mended_by_the_next(watched: Watched) -> None:
+    manifest, wood = watched.out / "scene.json", watched.folder / "wood.png"
+    was, whole = manifest.read_bytes(), wood.read_bytes()
+    wood.write_bytes(whole[: len(whole) // 2])
+    told = watched.next()
+    assert len(told["error"]) == 1 and "wood.png" in told["error"][0] and manifest.read_bytes() == was
+    picture(watched.folder / "sand.png", 3)  # still broken: the same error, which is not told again
+    picture(wood, 4)
+    mended = watched.next()
+    assert "error" not in mended and manifest.read_bytes() != was
+    assert str(wood) in mended["changed"]
+    assert sum("wood.png" in line for line in watched.said) == 1
+
+
+def test_a_scene_may_be_broken_and_name_what_comes_later(watched: Watched) -> None:
+    scene = watched.folder / "cove.toml"
+    text = scene.read_text()
+    scene.write_text(text[: len(text) // 2] + '"')
+    assert "is not TOML" in watched.next()["error"][0]
+    scene.write_text(text.replace('color = "wood.png"', 'color = "new/oak.png"'))
+    assert "new/oak.png" in watched.next()["error"][0]
+    (watched.folder / "later").mkdir()
+    picture(watched.folder / "later/oak.png", 5)
+    (watched.folder / "later").rename(watched.folder / "new")
+    assert "post_color" in watched.baked("new")
+    picture(watched.folder / "new/oak.png", 6)
+    assert "post_color" in watched.baked("oak.png")
+
+
+def test_a_file_that_was_looked_for_in_vain_is_waited_for(tmp_path: Path, store: Path) -> None:
+    scene = make_cove(tmp_path / "cove")
+    scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
+    library = tmp_path / "cove/post.mtl"
+    text = library.read_text()
+    library.unlink()
+    watched = Watched(tmp_path / "cove", store)
+    assert "post_color" not in {row["name"] for row in watched.next()["artifacts"]}
+    library.write_text(text)
+    told = watched.next()
+    assert told["changed"] == [str(library)]
+    assert "post_color" in {row["name"] for row in told["artifacts"]}
+    assert watched.end(signal.SIGTERM) == 0
+
+
+def test_changed_code_is_run_and_broken_code_does_not_end_the_watch(tmp_path: Path, store: Path) -> None:
+    """On a copy of the package."""
+    package = tmp_path / "path" / "paradize"
+    shutil.copytree(ROOT / "pipeline/paradize", package, ignore=shutil.ignore_patterns("__pycache__"))
+    for top in paradize.kernels.__path__:
+        for path in Path(top).glob("_*.so"):
+            shutil.copy(path, package / "kernels")
+    (package.parent / "sitecustomize.py").write_text(
+        "import sys\n"
+        "class Own:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        "        if name.partition('.')[0] == 'paradize':\n"
+        "            from importlib.machinery import PathFinder\n"
+        f"            return PathFinder.find_spec(name, path or [{str(package.parent)!r}], target)\n"
+        "sys.meta_path.insert(0, Own())\n"
+    )
+    make_cove(tmp_path / "cove")
+    watched = Watched(tmp_path / "cove", store, package.parent)
+    assert watched.next()["restarted"] is False
+    baker = package / "bake_sound.py"
+    text = baker.read_text()
+    baker.write_text(text + "\n# changed\n")
+    told = watched.next()
+    assert told["restarted"] is True and told["changed"] == []
+    assert [row["name"] for row in told["artifacts"] if row["status"] == "baked"] == ["sound"]
+    baker.write_text(text + "\ndef (\n")
+    assert "SyntaxError" in watched.next()["error"][0]
+    baker.write_text(text)
+    told = watched.next()
+    assert "error" not in told and told["baked"] == 0
+    assert watched.end() == 0
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_in_a_bake_ends_it_and_leaves_nothing_half_done(tmp_path: Path, number: int) -> None:
+    make_cove(tmp_path / "cove")
+    watched = Watched(tmp_path / "cove", tmp_path / "store")
+    rooms = tmp_path / "store/rooms"
+    locks = tmp_path / "store/locks"
+    while not locks.is_dir():  # the bake has begun
+        assert watched.process.poll() is None, watched.said
+    assert watched.end(number) == 0
+    assert not list(rooms.glob("*")) and watched.lines.empty()
+    assert not (watched.out / "scene.json").exists()
+    assert not [line for line in watched.said if "Traceback" in line or "error" in line]
+
+
+def test_a_scene_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "cove").mkdir()
+    watched = Watched(tmp_path / "cove", tmp_path / "store")
+    assert watched.process.wait(PATIENCE_S) == 1
+    watched.listener.join(PATIENCE_S)
+    assert "there is no such file" in watched.said[-1]
