@@ -182,7 +182,7 @@ std::string to_json(const Report &report) {
     out += ", \"program_bytes\": " + std::to_string(program_bytes()) +
            ", \"shared_libraries\": " + quoted(shared_libraries()) +
            ", \"gl_renderer\": " + quoted(report.renderer) + ", \"gl_version\": " + quoted(report.version) +
-           ", \"screenshots\": " + quoted(report.screenshots);
+           ", \"screenshots\": " + quoted(report.screenshots) + ", \"beyond\": " + quoted(report.beyond);
     return out + "}";
 }
 

@@ -20,6 +20,7 @@ struct Report {
     std::optional<TerrainCounts> terrain; // of the last frame
     std::string renderer, version;
     std::vector<std::string> screenshots;
+    std::vector<std::string> beyond; // what of the bake's limits was exceeded, in words
 };
 
 /// The smallest value that at least this share (above 0, up to 1) of them does not exceed; 0 when there is

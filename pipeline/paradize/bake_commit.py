@@ -123,7 +123,7 @@ def commit(
         held = {name: files[entry["file"]][0] for name, entry in entries.items()}
         texels = {name: data for name, data in held.items() if isinstance(data, bytes)}
         hashes = {name: entry["sha256"] for name, entry in entries.items()}
-        measured, errors = measure_objects(store, scene, met, names, texels, hashes, how.hands, how.force)
+        measured, errors = measure_objects(store, scene, met, names, texels, hashes, how)
         report.errors += errors
         if errors:
             return

@@ -50,9 +50,12 @@ class _Light:
 class Demand:
     """The runs of a flight, n of them. start_s: (n,) when each starts. eye: three (n,) metres, the middle of
     its ball; slack_m: (n,) the ball's radius. ahead: three (n,), unit. sine, cosine: (n,) of half the cone
-    that holds the picture during the run; cosine <= 0: all round. pixels: how many an error of one metre
-    covers at one metre, over those accepted. mirror_m, water_m: the level of the water that mirrors,
-    and of that which refracts."""
+    that holds the picture during the run; cosine <= 0: all round. corner: the cosine of half the cone that
+    holds it at a moment. turn: (n,) the sine of how far `ahead` may turn, at most 1. pixels: how many an
+    error of one metre covers at one metre, over those accepted. near_m: (n,) what lies nearer to the eye is
+    not drawn. reach: three (n,) metres, half the sides of the box in which the ball's middle may be: 0 in
+    flight. mirror_m, water_m: the level of the water that mirrors, and of that which refracts. A last run
+    that starts at the flight's end stands for the free camera, where there is one."""
 
     duration_s: float
     start_s: F64
@@ -61,8 +64,11 @@ class Demand:
     ahead: tuple[F64, F64, F64]
     sine: F64
     cosine: F64
+    corner: float
+    turn: F64
     pixels: float
-    near_m: float
+    near_m: F64
+    reach: tuple[F64, F64, F64]
     far_m: float
     mirror_m: float | None
     water_m: float | None
@@ -75,30 +81,46 @@ class Demand:
 
     def wanting(self, error_m: float, sphere: Sphere, runs: Runs) -> Runs:
         """Those of `runs` in which the player would not accept an error somewhere in the sphere."""
-        near = np.maximum(self.near_m, self._away(sphere, runs) - sphere.radius_m - self.slack_m[runs])
-        return runs[error_m * self.pixels > near]
+        return runs[error_m * self.pixels > self.nearest(sphere, runs)]
+
+    def nearest(self, sphere: Sphere, runs: Runs) -> F64:
+        """How near the eye may come to the sphere in each of `runs`, metres; not below `near_m`."""
+        near: F64 = np.maximum(
+            self.near_m[runs], self._away(sphere, runs) - sphere.radius_m - self.slack_m[runs]
+        )
+        return near
 
     def seeing(self, sphere: Sphere, runs: Runs) -> Runs:
         """Those of `runs` in which some view shows some of the sphere."""
-        if self.light is not None and _lit(sphere, self.light):
+        if self.light is not None and is_lit(sphere, self.light):
             return runs
-        seen = self._in_cone(sphere, runs)
+        seen = self.in_cone(sphere, runs)
         x, y, z = sphere.center
         if self.mirror_m is not None and y + sphere.radius_m >= self.mirror_m - CLIP_M:
             mirrored = Sphere((x, 2.0 * self.mirror_m - y, z), sphere.radius_m)
-            above = self.eye[1][runs] + self.slack_m[runs] > self.mirror_m
-            seen |= above & self._in_cone(mirrored, runs)
+            above = self.highest(runs) > self.mirror_m
+            seen |= above & self.in_cone(mirrored, runs)
         if self.water_m is not None and y < self.water_m:
-            above = self.eye[1][runs] + self.slack_m[runs] > self.water_m
-            for lifted in _lifted(sphere, self.water_m):
-                seen |= above & self._in_cone(lifted, runs)
+            above = self.highest(runs) > self.water_m
+            for higher in lifted(sphere, self.water_m):
+                seen |= above & self.in_cone(higher, runs)
         return runs[seen]
 
-    def _away(self, sphere: Sphere, runs: Runs) -> F64:
-        x, y, z = (c - axis[runs] for c, axis in zip(sphere.center, self.eye, strict=True))
-        return np.sqrt(x * x + y * y + z * z)
+    def highest(self, runs: Runs) -> F64:
+        """How high the eye may be, metres."""
+        top: F64 = self.eye[1][runs] + self.slack_m[runs] + self.reach[1][runs]
+        return top
 
-    def _in_cone(self, sphere: Sphere, runs: Runs) -> Mask:
+    def _away(self, sphere: Sphere, runs: Runs) -> F64:
+        x, y, z = (
+            np.maximum(np.abs(c - axis[runs]) - half[runs], 0.0)
+            for c, axis, half in zip(sphere.center, self.eye, self.reach, strict=True)
+        )
+        away: F64 = np.sqrt(x * x + y * y + z * z)
+        return away
+
+    def in_cone(self, sphere: Sphere, runs: Runs) -> Mask:
+        """In which of `runs` the camera may see some of the sphere."""
         x, y, z = (c - axis[runs] for c, axis in zip(sphere.center, self.eye, strict=True))
         fx, fy, fz = (axis[runs] for axis in self.ahead)
         square = x * x + y * y + z * z
@@ -113,7 +135,7 @@ class Demand:
         return around | (inside & reached)
 
 
-def _lifted(sphere: Sphere, water_m: float) -> list[Sphere]:
+def lifted(sphere: Sphere, water_m: float) -> list[Sphere]:
     """Spheres that hold everything between a sphere below the water and its surface straight above it."""
     x, y, z = sphere.center
     rise = water_m - y
@@ -122,7 +144,8 @@ def _lifted(sphere: Sphere, water_m: float) -> list[Sphere]:
     return [Sphere((x, y + (2 * k + 1) * half, z), sphere.radius_m + half) for k in range(count)]
 
 
-def _lit(sphere: Sphere, light: _Light) -> bool:
+def is_lit(sphere: Sphere, light: _Light) -> bool:
+    """Whether the light may see some of the sphere."""
     offset = [a - b for a, b in zip(sphere.center, light.middle, strict=True)]
     return all(
         abs(offset[0] * axis[0] + offset[1] * axis[1] + offset[2] * axis[2]) <= reach + sphere.radius_m
@@ -134,7 +157,8 @@ def plan_demand(sight: dict[str, Any]) -> Demand:
     """The demand of a scene. sight: as require.py orders it: `flight` (scene.Flight as a dict), `viewport`
     (the largest, pixels), `error_px`, `mirror_m` (the water's level where there is a mirror, else None),
     `water_m` (the same of refraction),
-    `shadow` (extent_m and center, or None), `sun` (unit, towards it)."""
+    `shadow` (extent_m and center, or None), `sun` (unit, towards it); `region`: scene.FreeCamera as a dict,
+    where there is one."""
     told = dict(sight["flight"])
     told["eye"] = tuple(EyePoint(**point) for point in told["eye"])
     told["target"] = tuple(TargetPoint(**point) for point in told["target"])
@@ -153,22 +177,41 @@ def plan_demand(sight: dict[str, Any]) -> Demand:
     half_sin = np.sqrt(across) * half_cos
     wide_cos = np.where(turn < 1.0, half_cos * straight - half_sin * turn, -1.0)
     safe = np.maximum(length, 1e-12)
+    ahead = (fx / safe, fy / safe, fz / safe)
+    near_m = np.full(len(start_s), settings.near_m)
+    reach = (np.zeros(len(start_s)), np.zeros(len(start_s)), np.zeros(len(start_s)))
+    if region := sight.get("region"):
+        low, high = region["low"], region["high"]
+        eye = _with(eye, [0.5 * (a + b) for a, b in zip(low, high, strict=True)])
+        reach = _with(reach, [0.5 * (b - a) for a, b in zip(low, high, strict=True)])
+        ahead = _with(ahead, [0.0, 0.0, -1.0])
+        start_s, eye_slack = np.append(start_s, flight.duration_s), np.append(eye_slack, 0.0)
+        near_m = np.append(near_m, max(settings.near_m, region["near_m"]))
+        wide_cos, turn = np.append(wide_cos, -1.0), np.append(turn, 1.0)  # it may look anywhere
     shadow = sight["shadow"]
     return Demand(
         duration_s=flight.duration_s,
         start_s=start_s,
         eye=eye,
         slack_m=eye_slack,
-        ahead=(fx / safe, fy / safe, fz / safe),
+        ahead=ahead,
         sine=np.sqrt(np.maximum(0.0, 1.0 - wide_cos * wide_cos)),
         cosine=wide_cos,
+        corner=float(half_cos),
+        turn=np.minimum(turn, 1.0),
         pixels=height / (2.0 * tangent) / sight["error_px"],
-        near_m=settings.near_m,
+        near_m=near_m,
+        reach=reach,
         far_m=settings.far_m,
         mirror_m=sight["mirror_m"],
         water_m=sight["water_m"],
         light=_light(shadow["extent_m"], shadow["center"], sight["sun"]) if shadow else None,
     )
+
+
+def _with(columns: tuple[F64, F64, F64], row: list[float]) -> tuple[F64, F64, F64]:
+    x, y, z = (np.append(column, value) for column, value in zip(columns, row, strict=True))
+    return x, y, z
 
 
 def _light(extent_m: float, center: list[float], sun: list[float]) -> _Light:

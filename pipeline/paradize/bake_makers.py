@@ -49,10 +49,31 @@ LOD_FACTS = (
 )  # fmt: skip
 
 
+def mesh_errors(levels: list[dict[str, Any]], frames: bool = True) -> dict[str, float]:
+    """What budgets may limit of a mesh: the largest of its levels, by metric. levels: as bake_mesh reports.
+    frames: whether it has tangents."""
+    errors = {
+        metric: max(level[key] for level in levels)
+        for metric, key in (
+            ("surface_max", "error_max"),
+            ("surface_rms", "error_rms"),
+            ("lod_normal_p99_deg", "normal_p99_deg"),
+            ("lod_normal_mean_deg", "normal_mean_deg"),
+            ("uv_shift_p99", "uv_shift_p99"),
+            ("uv_shift_max", "uv_shift_max"),
+            *((key, key) for key in QUANTISED),
+        )
+        if all(key in level for level in levels)
+    }
+    tangents = ("tangent_max_deg", "tangent_p99_deg", "tangent_mean_deg") if frames else ()
+    return errors | {name: max(level[name] for level in levels) for name in tangents}
+
+
 def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """OBJ -> GLB with tangent frames and LODs."""
     from paradize.bake_quantise import direction_deg_of
     from paradize.bake_sight import bake_seen
+    from paradize.formats.glb_cut import cut_glb
 
     made = bake_seen(
         sources["mesh"],
@@ -72,24 +93,12 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         quantise_deg=direction_deg_of(settings["quantise"]) if "quantise" in settings else None,
     )
     levels = made.report["lods"]
-    errors = {
-        metric: max(level[key] for level in levels)
-        for metric, key in (
-            ("surface_max", "error_max"),
-            ("surface_rms", "error_rms"),
-            ("lod_normal_p99_deg", "normal_p99_deg"),
-            ("lod_normal_mean_deg", "normal_mean_deg"),
-            ("uv_shift_p99", "uv_shift_p99"),
-            ("uv_shift_max", "uv_shift_max"),
-            *((key, key) for key in QUANTISED),
-        )
-        if all(key in level for level in levels)
-    }
-    tangents = ("tangent_max_deg", "tangent_p99_deg", "tangent_mean_deg")
-    errors |= {name: max(level[name] for level in levels) for name in tangents}
+    read = settings["attributes"]
+    errors = mesh_errors(levels, "TANGENT" in read)
     used = str(made.report.get("tier", tier))
     told = [{key: level[key] for key in LOD_FACTS if key in level} for level in levels]
-    return [Product("mesh", made.glb, "glb", used, errors, list(made.report["warnings"]), told)]
+    glb = cut_glb(made.glb, attributes=read)
+    return [Product("mesh", glb, "glb", used, errors, list(made.report["warnings"]), told)]
 
 
 def make_terrain(sources: Sources, settings: Settings, tier: str, room: Path) -> list[Product]:

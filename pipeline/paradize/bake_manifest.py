@@ -80,11 +80,13 @@ def build_manifest(
     pixels: dict[str, float],
     ground: dict[str, Any] | None,
     tried: dict[str, Any],
+    asked: dict[str, dict[str, Any]],
 ) -> dict[str, Any]:
     """The manifest. artifacts: name -> its entry, as bake.py has it; facts: by the artifact's name; met,
     gutters (as bake_gutter.measure_gutters returns them) and pixels (as bake_nearest.least_pixels does): by
     the object's name. ground: the terrain's tables and when each of its tiles is first needed, as
-    bake_makers.make_terrain tells them. tried: by the artifact's name, as bake_auto.Tried."""
+    bake_makers.make_terrain tells them. tried: by the artifact's name, as bake_auto.Tried.
+    asked: by the artifact's name, as bake_cut.cut tells it."""
     tiles = _tiles(ground)
     entries = {}
     for name, entry in artifacts.items():
@@ -96,6 +98,7 @@ def build_manifest(
             | {
                 "first_needed_s": met[owner].first_s if owner in met else tiles.get(name, 0.0),
                 "max_level": gutter["max_level"] if gutter else None,
+                "asked": asked.get(name),
                 "gutter": {fact: value for fact, value in gutter.items() if fact != "max_level"}
                 if gutter
                 else None,
@@ -110,6 +113,8 @@ def build_manifest(
         "name": head.name,
         "exposure": head.exposure,
         "viewport": list(head.viewport),
+        "largest_viewport": list(head.largest),
+        "free_camera": _plain(scene.free_camera) if scene.free_camera else None,
         "lod_error_px": head.lod_error_px,
         "poster_s": head.poster_s,
         "artifacts": entries,
@@ -224,6 +229,7 @@ def _object(
     }
     return {
         "name": item.name,
+        "views": list(item.views),
         "mesh": f"{item.name}_mesh",
         "color": _present(f"{item.name}_color", entries),
         "normal": _present(f"{item.name}_normal", entries),

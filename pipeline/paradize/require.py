@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.flight import Flight, Vec, sight, sine_cosine
-from paradize.scene import Scene, SceneObject, Terrain, Water
+from paradize.scene import VIEWS, Scene, SceneObject, Terrain, Water
 
 
 @dataclass(frozen=True)
@@ -84,9 +84,9 @@ def require(scene: Scene, looks: dict[str, Look]) -> Requirements:
             readers,
         )
         found.add("sky", "cubemap", faces, [want])
-    views = tuple(name for name in ("shadow", "reflection", "refraction") if getattr(scene, name))
+    views = tuple(name for name in VIEWS if name == "camera" or getattr(scene, name))
     if scene.terrain:
-        _terrain(found, scene.terrain, views, _ground_sight(scene))
+        _terrain(found, scene.terrain, views[1:], ground_sight(scene))
     if scene.water:
         _water(found, scene.water)
     accepted = {
@@ -94,7 +94,8 @@ def require(scene: Scene, looks: dict[str, Look]) -> Requirements:
     }
     for item in scene.objects:
         sight = _seen_by(scene) if item.lods_by == "sight" else {}
-        _object(found, item, looks[item.name], views, sight, accepted)
+        own = tuple(view for view in views if view in item.views)
+        _object(found, item, looks[item.name], own, sight, accepted)
     if scene.sound:
         want = Want("sound", "sound", "sound", "the sound of the scene")
         found.add("sound", "sound", {"file": scene.sound.file}, [want])
@@ -120,14 +121,15 @@ def _all(*what: str) -> str:
 
 
 def _drawn(what: str, views: tuple[str, ...]) -> str:
-    """What is drawn of a thing, in these views beside the camera's."""
-    more = {"shadow": "its shadow", "reflection": "its mirror image"}
-    return _all(what, *(text for view, text in more.items() if view in views))
+    """What is drawn of a thing, in these views."""
+    more = {"camera": what, "shadow": "its shadow", "reflection": "its mirror image"}
+    told = [text for view, text in more.items() if view in views] or ["what is seen of it through the water"]
+    return _all(*told) if "camera" in views else f"{what}: {_all(*told)}"
 
 
 def _terrain(found: Requirements, terrain: Terrain, views: tuple[str, ...], sight: dict[str, Any]) -> None:
     ground = ("terrain",)
-    why = _drawn("the terrain", views)
+    why = _drawn("the terrain", ("camera", *views))
     found.add(
         "terrain",
         "terrain",
@@ -199,13 +201,13 @@ def _seen_by(scene: Scene) -> dict[str, Any]:
     return {
         "sight": {
             "flight": asdict(scene.flight),
-            "viewport": list(scene.head.viewport),
+            "viewport": list(scene.head.largest),
             "error_px": scene.head.lod_error_px,
         }
     }
 
 
-def _ground_sight(scene: Scene) -> dict[str, Any]:
+def ground_sight(scene: Scene) -> dict[str, Any]:
     """What decides which parts of the terrain are ever seen, and how finely, for bake_demand.py."""
     level_m = scene.water.level_m if scene.water else 0.0
     seen: dict[str, Any] = _seen_by(scene)["sight"]
@@ -216,6 +218,7 @@ def _ground_sight(scene: Scene) -> dict[str, Any]:
         if scene.shadow
         else None,
         "sun": sun_direction(scene.sun.azimuth_deg, scene.sun.elevation_deg),
+        **({"region": asdict(scene.free_camera)} if scene.free_camera else {}),
     }
 
 
@@ -226,6 +229,37 @@ def sun_direction(azimuth_deg: float, elevation_deg: float) -> list[float]:
     return [sin_a * cos_e, sin_e, -cos_a * cos_e]
 
 
+def read_of(item: SceneObject, views: Sequence[str], painted: bool) -> dict[str, str]:
+    """What the player reads of an object that these views draw, and why: attributes of its mesh (glTF's
+    names) and its maps. painted: it has a colour map.
+
+    The light's view draws depth alone: it reads places and, of leaves, the colour's alpha; every other view
+    shades. Bumps and parallax are told in a tangent frame, which nothing else reads.
+    """
+    name = item.name
+    shaded = any(view != "shadow" for view in views)
+    leaves = any(material.alpha_cutoff > 0.0 for material in item.materials.values())
+    found = {"POSITION": _drawn(f"the object {name}", tuple(views))}
+    if shaded:
+        found["NORMAL"] = f"the light on {name}"
+    if painted and (shaded or leaves):
+        found["color"] = f"the object {name}" if shaded else f"the shape of {name}'s shadow"
+    if painted and shaded:
+        if item.strength > 0.0:
+            found["normal"] = f"bumps on {name}"
+        deep = [key for key, material in item.materials.items() if material.parallax_scale != 0.0]
+        if deep:
+            found["height"] = f"parallax of {name}'s {', '.join(deep)}"
+        shiny = [key for key, material in item.materials.items() if material.specular > 0.0]
+        if shiny:
+            found["gloss"] = f"highlights on {name}'s {', '.join(shiny)}"
+    if "normal" in found or "height" in found:
+        found["TANGENT"] = "the frame of bumps and parallax"
+    if "color" in found:
+        found["TEXCOORD_0"] = f"where {name}'s maps lie"
+    return found
+
+
 def _object(
     found: Requirements,
     item: SceneObject,
@@ -234,14 +268,16 @@ def _object(
     seen: dict[str, Any],
     accepted: dict[str, float],
 ) -> None:
-    name, things = item.name, ("objects",)
-    why = _drawn(f"the object {name}", views)
+    name = item.name
+    drawn = ("objects", *views[1:]) if "camera" in views else views
+    shaded = tuple(name for name in drawn if name != "shadow")
     layout = {"layout": item.mesh} if item.wrap == "clamp" else {}
+    read = read_of(item, views, look.color_map is not None)
     found.add(
         f"{name} mesh",
         "mesh",
         {"mesh": item.mesh},
-        [Want(f"{name}_mesh", "mesh", "mesh", why, (*things, *views))],
+        [Want(f"{name}_mesh", "mesh", "mesh", read["POSITION"], drawn)],
         lods=item.lods,
         max_error=item.max_error,
         ratio=item.lod_ratio,
@@ -249,30 +285,23 @@ def _object(
         weld_m=item.weld_m,
         crease_deg=item.crease_deg,
         tangents=item.tangents,
+        attributes=[key for key in read if key.isupper()],
         **({"quantise": accepted} if item.quantise else {}),
         **({"instances": [asdict(instance) for instance in item.instances]} | seen if seen else {}),
         atlas=look.color_map is not None,  # a map needs a UV layout
         base_colors={material: list(color) for material, color in look.base_colors.items()},
     )
-    if look.color_map is None:
+    if look.color_map is None or "color" not in read:
         return
     alpha = {"alpha": item.alpha} if item.alpha else {}
     cutoffs = [material.alpha_cutoff for material in item.materials.values() if material.alpha_cutoff > 0.0]
     sources = {"image": look.color_map, **alpha, **layout}
-    _color(
-        found, name, sources, item.wrap, f"the object {name}", (*things, *views), min(cutoffs, default=0.5)
-    )
-    maps = []
-    if item.strength > 0.0:
-        maps.append(Want(f"{name}_normal", "texture", "normal", f"bumps on {name}", things))
-    deep = [key for key, material in item.materials.items() if material.parallax_scale != 0.0]
-    if deep:
-        why = f"parallax of {name}'s {', '.join(deep)}"
-        maps.append(Want(f"{name}_height", "texture", "height", why, things))
-    shiny = [key for key, material in item.materials.items() if material.specular > 0.0]
-    if shiny:
-        why = f"highlights on {name}'s {', '.join(shiny)}"
-        maps.append(Want(f"{name}_gloss", "texture", "gloss", why, things))
+    _color(found, name, sources, item.wrap, read["color"], drawn, min(cutoffs, default=0.5))
+    maps = [
+        Want(f"{name}_{key}", "texture", key, read[key], shaded)
+        for key in ("normal", "height", "gloss")
+        if key in read
+    ]
     found.add(
         f"{name} maps",
         "maps",

@@ -18,10 +18,10 @@ class SceneReader {
         if (root_.text("format") != "paradize-scene") {
             root_.fail("format", "is \"" + root_.text("format") + "\", must be \"paradize-scene\"");
         }
-        if (const long long version = root_.integer("version", 0, 1LL << 40); version != 2) {
+        if (const long long version = root_.integer("version", 0, 1LL << 40); version != 3) {
             root_.fail("version",
                        "is " + std::to_string(version) +
-                           ", this player reads version 2; bake the scene with the Paradize that came "
+                           ", this player reads version 3; bake the scene with the Paradize that came "
                            "with the player");
         }
         head();
@@ -45,6 +45,19 @@ class SceneReader {
             const std::vector<double> size = root_.numbers("viewport", 2, 16, 16384);
             out_.width_px = static_cast<int>(size[0]);
             out_.height_px = static_cast<int>(size[1]);
+        }
+        out_.largest_width_px = out_.width_px;
+        out_.largest_height_px = out_.height_px;
+        if (root_.has("largest_viewport")) {
+            const std::vector<double> size = root_.numbers("largest_viewport", 2, 16, 16384);
+            out_.largest_width_px = static_cast<int>(size[0]);
+            out_.largest_height_px = static_cast<int>(size[1]);
+        }
+        if (const auto region = root_.object_or_none("free_camera")) {
+            out_.free_camera = FreeRegion{triple(*region, "low", -far_m, far_m),
+                                          triple(*region, "high", -far_m, far_m),
+                                          real(*region, "near_m", 0.0, far_m)};
+            region->done();
         }
         out_.lod_error_px = real_or(root_, "lod_error_px", 0.01, 100.0, 1.0F);
         out_.poster_s = root_.number_or("poster_s", 0.0, 86400.0, 0.0);
@@ -79,6 +92,11 @@ class SceneReader {
             artifact.first_needed_s = entry.number_or("first_needed_s", 0.0, 86400.0, 0.0);
             if (entry.has("max_level")) {
                 artifact.max_level = static_cast<int>(entry.integer("max_level", 0, 31));
+            }
+            if (const auto asked = entry.object_or_none("asked")) {
+                artifact.left_out = static_cast<int>(asked->integer("left_out", 0, 31));
+                asked->ignore({"saved_bytes", "texels", "second_s", "view"}); // for `paradize explain`
+                asked->done();
             }
             entry.ignore({"sha256", "tier", "errors", "levels", "gutter"}); // for `paradize check`
             entry.done();
@@ -168,6 +186,11 @@ class SceneReader {
 };
 
 } // namespace
+
+bool SceneFile::leaves_out() const {
+    return (terrain && terrain->left_out > 0) ||
+           std::ranges::any_of(artifacts, [](const Artifact &artifact) { return artifact.left_out > 0; });
+}
 
 const Artifact *SceneFile::find_artifact(std::string_view artifact) const {
     const auto found = std::ranges::lower_bound(artifacts, artifact, {}, &Artifact::name);

@@ -1,5 +1,5 @@
 #pragma once
-// scene.json, version 2, as plain values. Knows no GL. What a name means is in
+// scene.json, version 3, as plain values. Knows no GL. What a name means is in
 // pipeline/paradize/formats/FORMAT.md.
 
 #include <glm/mat4x3.hpp>
@@ -26,6 +26,13 @@ struct Artifact {
     std::uint64_t bytes = 0;
     double first_needed_s = 0.0;
     std::optional<int> max_level; // the coarsest mip to sample; beyond it neighbours bleed in
+    int left_out = 0;             // levels finer than the file's that no view of the flight asks for
+};
+
+/// Where a steered camera may be: what is baked is as fine as it needs there.
+struct FreeRegion {
+    glm::vec3 low{0.0F}, high{0.0F}; // corners of a box
+    float near_m = 0.0F;             // how near it comes to a surface
 };
 
 struct Sun {
@@ -136,6 +143,7 @@ struct Object {
     std::string name, mesh, color, normal, height, gloss; // artifacts; empty: none
     glm::vec3 center{0.0F};                               // bounding sphere in the mesh's space
     float radius_m = 1.0F;
+    bool camera = true, shadow = true, reflection = true, refraction = true; // the views that draw it
     bool repeat = true;          // its maps tile, else they end at their edges
     std::vector<ObjectLod> lods; // level 0, the finest, first
     std::vector<Material> materials;
@@ -185,6 +193,9 @@ struct SceneFile {
     float exposure = 1.0F;
     int width_px = 1280;
     int height_px = 720;
+    int largest_width_px = 1280; // of a picture that the scene was baked for
+    int largest_height_px = 720;
+    std::optional<FreeRegion> free_camera;
     float lod_error_px = 1.0F;
     double poster_s = 0.0;
     std::vector<Artifact> artifacts;      // sorted by name
@@ -202,6 +213,9 @@ struct SceneFile {
     std::vector<ParticleField> particles;
     std::optional<Sound> sound;
     Flight flight;
+
+    /// Is there anything finer than what the files hold, because no view of the flight asks for it?
+    bool leaves_out() const;
 
     /// nullptr when there is none of that name.
     const Artifact *find_artifact(std::string_view artifact) const;

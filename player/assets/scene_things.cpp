@@ -1,5 +1,6 @@
 #include "assets/scene_fields.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace paradize::assets {
@@ -39,6 +40,16 @@ void read_objects(const JsonObject &root, SceneFile &out) {
     for (const JsonObject &from : root.objects("objects", most_entries)) {
         Object value;
         value.name = from.text("name");
+        if (from.has("views")) {
+            const std::vector<std::string> views = from.texts("views", 4);
+            const auto drawn = [&](std::string_view view) {
+                return std::ranges::find(views, view) != views.end();
+            };
+            value.camera = drawn("camera");
+            value.shadow = drawn("shadow");
+            value.reflection = drawn("reflection");
+            value.refraction = drawn("refraction");
+        }
         value.mesh = needed_artifact(out, from, "mesh", ArtifactKind::mesh);
         value.color = maybe_artifact(out, from, "color", ArtifactKind::texture);
         value.normal = maybe_artifact(out, from, "normal", ArtifactKind::texture);

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from paradize.bake_demand import Demand, Sphere, _lifted, plan_demand
+from paradize.bake_demand import Demand, Sphere, lifted, plan_demand
 from paradize.bake_terrain_tree import Tree
 from paradize.data import Heightfield
 from paradize.flight import plan_flight
@@ -249,7 +249,7 @@ def test_a_plain_needs_its_corners_only() -> None:
 
 @pytest.mark.parametrize(("depth_m", "radius_m"), [(0.1, 5.0), (9.0, 2.0), (80.0, 0.5), (3.0, 0.0)])
 def test_what_water_lifts_is_held_all_the_way_up(depth_m: float, radius_m: float) -> None:
-    held = _lifted(Sphere((4.0, 2.0 - depth_m, 6.0), radius_m), 2.0)
+    held = lifted(Sphere((4.0, 2.0 - depth_m, 6.0), radius_m), 2.0)
     for share in np.linspace(0.0, 1.0, 101):
         middle = (4.0, 2.0 - depth_m * share, 6.0)
         room = max(sphere.radius_m - math.dist(sphere.center, middle) for sphere in held)

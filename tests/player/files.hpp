@@ -33,7 +33,7 @@ Bytes glb_file(const std::string &json, std::uint16_t last_index = 3);
 
 /// A scene.json of one object, one sky and a circular flight; `{}` in its parts are JSON.
 struct SceneText {
-    std::string version = "2";
+    std::string version = "3";
     std::string shadow = R"({"size": 64, "extent_m": 10, "center": [0, 0, 0], "blur_distance_m": 5})";
     std::string streaming = R"(["sky", "quad_mesh", "quad_color"])";
     std::string color = R"("quad_color")";

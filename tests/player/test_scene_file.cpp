@@ -43,9 +43,9 @@ TEST_CASE("scene.json: what it says is what the player holds") {
 
 TEST_CASE("scene.json: another version is refused with what to do") {
     test::SceneText text;
-    text.version = "3";
+    text.version = "4";
     check_refused(
-        text, "scene.json: version: is 3, this player reads version 2; bake the scene with the Paradize that "
+        text, "scene.json: version: is 4, this player reads version 3; bake the scene with the Paradize that "
               "came with the player");
 }
 

@@ -28,13 +28,19 @@ from paradize.formats.scene_fields import (
 from paradize.formats.terrain_tables import check_tree
 
 FORMAT = "paradize-scene"
-VERSION = 2
+VERSION = 3
+VIEWS = ("camera", "shadow", "reflection", "refraction")
 KINDS = ("mesh", "texture", "cubemap", "sound")
 
 
 def _kind(value: Any, place: str) -> None:
     if value not in KINDS:
         raise Wrong(place, f"is {value!r:.60}, not one of {', '.join(KINDS)}")
+
+
+def _view_name(value: Any, place: str) -> None:
+    if value not in VIEWS:
+        raise Wrong(place, f"is {value!r:.60}, not one of {', '.join(VIEWS)}")
 
 
 _real, _positive, _share = number(), number(0.0), number(0.0, 1.0)
@@ -64,12 +70,22 @@ _gutter = table(
     bleed_max=list_of(_positive, least=1),
 )
 
+_asked = table(
+    left_out=_level,
+    saved_bytes=whole(0, 1 << 60),
+    texels=or_null(_positive),
+    second_s=or_null(_positive),
+    view=or_null(text),
+)
+
 _manifest = table(
     format=text,
     version=whole(1, 1 << 30),
     name=text,
     exposure=_positive,
     viewport=list_of(whole(1, 1 << 20), size=2),
+    largest_viewport=list_of(whole(1, 1 << 20), size=2),
+    free_camera=or_null(table(low=_vec3, high=_vec3, near_m=_positive)),
     lod_error_px=_positive,
     poster_s=_positive,
     artifacts=map_of(
@@ -83,6 +99,7 @@ _manifest = table(
             levels=list_of(map_of(_real)),
             first_needed_s=_positive,
             max_level=or_null(_level),
+            asked=or_null(_asked),
             gutter=or_null(_gutter),
         )
     ),
@@ -165,6 +182,7 @@ _manifest = table(
     objects=list_of(
         table(
             name=text,
+            views=list_of(_view_name, least=1),
             mesh=text,
             color=or_null(text),
             normal=or_null(text),
@@ -240,7 +258,7 @@ def _time_table(manifest: dict[str, Any]) -> None:
 
 
 def encode_scene(manifest: dict[str, Any]) -> bytes:
-    """The bytes of scene.json. Raises FormatError where the manifest is not what version 2 says."""
+    """The bytes of scene.json. Raises FormatError where the manifest is not what version 3 says."""
     _validate(manifest, "scene.json")
     lines = [
         f"{json.dumps(key)}: {json.dumps(value, separators=(',', ':'), ensure_ascii=False, allow_nan=False)}"

@@ -1,0 +1,209 @@
+"""What no view ever asks for is not published: finer mips, finer levels of detail.
+
+Tasks make whole chains, for a mip is a mean of all finer ones, and so that another flight bakes nothing anew;
+what a scene's views ask of them (bake_asked.py, in a worker) decides what of each is published.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from paradize.bake_product import flat_errors
+from paradize.bake_tasks import ZSTD_LEVEL
+from paradize.engine.code import code_digest, code_of
+from paradize.engine.store import Store, key_of
+from paradize.engine.workers import Job, run_jobs
+from paradize.errors import FormatError
+from paradize.require import ground_sight
+from paradize.scene import Scene, SceneObject
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from paradize.bake_manifest import MeshFacts
+
+_MODULE = "paradize.bake_asked"
+_MAPS = ("color", "normal", "height", "gloss")
+Asked = dict[str, dict[str, Any]]  # by artifact, as bake_asked.measure_asked returns it
+
+
+def asked_of(**arguments: Any) -> Asked:
+    """In the worker: bake_asked.measure_asked."""
+    from paradize.bake_asked import measure_asked
+
+    return measure_asked(**arguments)
+
+
+def ask(
+    store: Store,
+    scene: Scene,
+    data: Mapping[str, bytes | Path],
+    sha256: Mapping[str, str],
+    facts: Mapping[str, MeshFacts],
+    *,
+    force: bool,
+) -> Asked:
+    """What the views ask of each texture and mesh; kept like any product. data, sha256, facts: by artifact.
+    Raises what the worker raised."""
+    sight = ground_sight(scene)
+    sight["scales"] = {
+        name: view.scale
+        for name, view in (("reflection", scene.reflection), ("refraction", scene.refraction))
+        if view
+    }
+    sight["light_m"] = scene.shadow.extent_m / scene.shadow.size if scene.shadow else None
+    meshes = {f"{item.name}_mesh" for item in scene.objects}
+    arguments: dict[str, Any] = {"sight": sight, "ground": None, "water": None, "sky": None}
+    arguments["things"] = {item.name: _thing(item, data, facts) for item in scene.objects}
+    if scene.terrain:
+        tiles = [name for name in data if name.startswith("terrain_mesh")]
+        if sum(_size(data[name]) for name in tiles) <= 64_000_000:
+            meshes |= set(tiles)
+            names = [f"{stem}_{key}" for stem in ("sand", "effect") for key in ("color", "normal")]
+            arguments["ground"] = {
+                "textures": _sizes(names, data),
+                "tiles": [held if isinstance(held := data[name], bytes) else str(held) for name in tiles],
+                "repeat_m": scene.terrain.size_m[0] / scene.terrain.sand_repeat,
+            }
+    if scene.water:
+        water = scene.water
+        told = {"level_m": water.level_m, "size_m": water.size_m, "tile": water.tile}
+        arguments["water"] = {"textures": _sizes(["water_normal", "water_dudv"], data)} | told
+    if scene.sky and isinstance(held := data["sky"], bytes):
+        side, _, levels = _header(held)
+        arguments["sky"] = {"side": side, "levels": levels, "smoothest": _smoothest(scene)}
+    hashes = {name: sha256[name] for name in sorted(meshes)}
+    key = key_of("asked", code_digest(_MODULE), hashes, _told(arguments))
+    kept = None if force else store.get_product(key)
+    if isinstance(kept, dict) and {f"{item.name}_mesh" for item in scene.objects} <= kept.keys():
+        return kept
+    job = Job("what the flight asks for", asked_of, arguments, code=code_of(_MODULE))
+    (outcome,) = run_jobs([job], 1)
+    if outcome.error:
+        raise outcome.error
+    asked: Asked = outcome.value
+    store.put_product(key, asked)
+    return asked
+
+
+def _thing(
+    item: SceneObject, data: Mapping[str, bytes | Path], facts: Mapping[str, MeshFacts]
+) -> dict[str, Any]:
+    known = facts[f"{item.name}_mesh"]
+    sizes = _sizes([f"{item.name}_{key}" for key in _MAPS], data)
+    materials = item.materials.values()
+    deep = f"{item.name}_height" in sizes
+    return {
+        "glb": data[f"{item.name}_mesh"],
+        "textures": {name.rpartition("_")[2]: size for name, size in sizes.items()},
+        "drawn": item.views,
+        "spread": max((material.parallax_scale for material in materials), default=0.0) if deep else 0.0,
+        "leaves": any(material.alpha_cutoff > 0.0 for material in materials),
+        "instances": [asdict(instance) for instance in item.instances],
+        "center": known.center,
+        "radius_m": known.radius_m,
+        "errors_m": [error_m for _, error_m in known.lods],
+    }
+
+
+def _told(arguments: dict[str, Any]) -> dict[str, Any]:
+    """What of the arguments decides, the bytes aside."""
+    things = {
+        name: {key: value for key, value in thing.items() if key != "glb"}
+        for name, thing in arguments["things"].items()
+    }
+    ground = arguments["ground"]
+    return arguments | {
+        "things": things,
+        "ground": ground and {key: value for key, value in ground.items() if key != "tiles"},
+    }
+
+
+def _smoothest(scene: Scene) -> float | None:
+    """The largest smoothness of anything that mirrors the sky; None where nothing does."""
+    found = [m.smoothness for item in scene.objects for m in item.materials.values() if m.specular > 0.0]
+    if scene.terrain:
+        found += [scene.terrain.smoothness, scene.terrain.wet_smoothness]
+    return max(found, default=None)
+
+
+def _size(data: bytes | Path) -> int:
+    return len(data) if isinstance(data, bytes) else data.stat().st_size
+
+
+def _header(ktx2: bytes) -> tuple[int, int, int]:
+    """Width, height and levels."""
+    try:
+        width, height, _, _, _, levels = struct.unpack_from("<6I", ktx2, 20)
+    except struct.error as error:
+        raise FormatError(f"is no texture of ours: {error}") from None
+    return width, height, levels
+
+
+def _sizes(names: list[str], data: Mapping[str, bytes | Path]) -> dict[str, tuple[int, int]]:
+    found = {}
+    for name in names:
+        held = data.get(name)
+        if isinstance(held, bytes):
+            width, height, _ = _header(held)
+            found[name] = (width, height)
+    return found
+
+
+def cut(
+    asked: Mapping[str, Any], kind: str, row: Mapping[str, Any], data: bytes, most: int | None
+) -> tuple[bytes, dict[str, Any]]:
+    """What is published of an artifact, and what scene.json tells of it: `left_out` levels, `saved_bytes`,
+    `texels`, `second_s`, `view`. row: its row of the report. most: levels that may be left out (its gutters
+    allow no coarser one); None: any."""
+    from paradize.formats.glb_cut import cut_glb
+    from paradize.formats.ktx2_cut import can_cut, cut_ktx2
+
+    left = asked["level"] if most is None else min(asked["level"], most)
+    rest = data
+    if kind == "mesh":
+        if left:
+            rest = cut_glb(data, finer=left, file=row["file"])
+    else:
+        width, height, levels = _header(data)
+        left = min(left, levels - 1)
+        fmt = row["format"] or ""
+        while left and not can_cut(width, height, fmt, left):
+            left -= 1
+        if left:
+            rest = cut_ktx2(data, left, zstd_level=ZSTD_LEVEL, file=row["file"])
+    told = {"left_out": left, "saved_bytes": len(data) - len(rest)}
+    return rest, told | {key: asked[key] for key in ("texels", "second_s", "view")}
+
+
+def cut_row(row: dict[str, Any], data: bytes, left: int) -> dict[str, Any]:
+    """A report's row of what is published. Errors of a texture are those of the finest level that is."""
+    sha256 = hashlib.sha256(data).hexdigest()
+    stem, _, suffix = str(row["file"]).rpartition("-")
+    suffix = suffix.partition(".")[2]
+    levels = row["levels"][left:]
+    errors = dict(row["errors"])
+    key = row["name"].rpartition("_")[2]
+    if suffix == "ktx2" and levels:
+        errors |= {metric: value for metric, value in flat_errors(key, levels[0]).items() if metric in errors}
+    changed = {"file": f"{stem}-{sha256[:8]}.{suffix}", "sha256": sha256, "bytes": len(data)}
+    return changed | {"levels": levels, "errors": errors}
+
+
+def cut_gutter(facts: dict[str, Any], left: int) -> dict[str, Any]:
+    """What is told of a map's gutters (bake_gutter.py) without its `left` finest levels."""
+    part = float(1 << left)
+    safe, width = facts["max_level"], facts["width_texels"]
+    return facts | {
+        "needed_texels": facts["needed_texels"] / part,
+        "width_texels": None if width is None else width / part,
+        "level_in_use": max(0, facts["level_in_use"] - left),
+        "level_by_width": max(-1, facts["level_by_width"] - left),
+        "max_level": None if safe is None else safe - left,
+        "bleed_p99": facts["bleed_p99"][left:],
+        "bleed_max": facts["bleed_max"][left:],
+    }
