@@ -83,6 +83,11 @@ COMMANDS = {
         "cli_options:add_check",
         "Check baked scenes (folders or scene.json), GLB, KTX2 and PNG files.",
     ),
+    "measure": (
+        "cli_measure:run_measure",
+        "cli_measure:add_measure",
+        "Measure what every tier of every stage costs and errs.",
+    ),
     "watch": (
         "cli_watch:run_watch",
         "cli_watch:add_watch",

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from statistics import quantiles
-from typing import Any, NotRequired, TypedDict
+from typing import Any, NamedTuple, NotRequired, TypedDict
 
 LOSSLESS_DB = 120.0  # from here on a picture counts as without error: metrics tell no more
 
@@ -24,8 +24,8 @@ class Seconds(TypedDict):
 class Point(TypedDict):
     """A tier as measured. series: points of one series have bytes that count as equal (one texture format,
     one number of triangles); where none is named the tier is a series of its own. error: "value" is the
-    group's metric; mean, p99, max ... what else that metric tells. bytes: of what is written; None: nothing.
-    """
+    group's metric; mean, p99, max ... what else that metric tells. loss: the value as an error (see loss).
+    bytes: of what is written; None: nothing."""
 
     tier: str
     seconds: Seconds
@@ -34,6 +34,7 @@ class Point(TypedDict):
     in_use: bool
     dominated: bool
     on_front: bool
+    loss: NotRequired[float]
     series: NotRequired[str]
     note: NotRequired[str]
 
@@ -96,37 +97,47 @@ def dominates(a: Point, b: Point, less_is_better: bool) -> bool:
 
 
 def mark(points: Sequence[Point], less_is_better: bool) -> None:
-    """Sets `dominated` and `on_front` of every point."""
+    """Sets `loss`, `dominated` and `on_front` of every point."""
     for point in points:
+        point["loss"] = loss(point["error"]["value"], less_is_better)
         point["dominated"] = any(dominates(other, point, less_is_better) for other in points)
         point["on_front"] = not point["dominated"]
 
 
-def knee(points: Sequence[Point], less_is_better: bool) -> Point | None:
-    """The point of the front that is farthest from the chord between its ends, on logarithmic axes of time
-    and error; None where the front of its series has no such point between its ends.
+class Place(NamedTuple):
+    """A point of a front: its median seconds and its error, both above 0."""
 
-    Only the series with the most points on the front has a curve; points without error have no place on a
-    logarithmic axis. Source: V. Satopaa, J. Albrecht, D. Irwin and B. Raghavan, "Finding a Kneedle in a
-    Haystack", 2011.
-    """
-    fronts: dict[str, list[tuple[float, float, Point]]] = {}
+    seconds: float
+    loss: float
+    point: Point
+
+
+def main_front(points: Sequence[Point], less_is_better: bool) -> list[Place]:
+    """The front of the series that has most points on it, the quickest first. Points without error have no
+    place on a logarithmic axis, and are left out."""
+    fronts: dict[str, list[Place]] = {}
     for point in points:
-        error = loss(point["error"]["value"], less_is_better)
-        if point["on_front"] and error > 0.0 and point["seconds"]["median"] > 0.0:
-            place = (math.log(point["seconds"]["median"]), math.log(error), point)
+        place = Place(point["seconds"]["median"], loss(point["error"]["value"], less_is_better), point)
+        if point["on_front"] and place.loss > 0.0 and place.seconds > 0.0:
             fronts.setdefault(series_of(point), []).append(place)
-    if not fronts:
+    longest = max(fronts.values(), key=len, default=[])
+    return sorted(longest, key=lambda place: place[:2])
+
+
+def knee(points: Sequence[Point], less_is_better: bool) -> Point | None:
+    """The point of the main front that is farthest below the chord between its ends, on logarithmic axes of
+    time and error; None where none is.
+
+    Source: V. Satopaa, J. Albrecht, D. Irwin and B. Raghavan, "Finding a Kneedle in a Haystack", 2011.
+    """
+    front = [(math.log(place.seconds), math.log(place.loss)) for place in main_front(points, less_is_better)]
+    if len(front) < 3:
         return None
-    largest = max(fronts, key=lambda series: len(fronts[series]))
-    front = sorted(fronts[largest], key=lambda place: place[:2])
-    (t0, e0, _), (t1, e1, _) = front[0], front[-1]
-    best, farthest = None, 0.0
-    for t, e, point in front[1:-1]:
-        below = (t - t0) * (e1 - e0) - (e - e0) * (t1 - t0)  # twice an area: the chord's length is common
-        if below > farthest:
-            best, farthest = point, below
-    return best
+    (t0, e0), (t1, e1) = front[0], front[-1]
+    # Twice the areas of triangles over the chord, whose length is common to all.
+    below = [(t - t0) * (e1 - e0) - (e - e0) * (t1 - t0) for t, e in front]
+    best = max(range(len(front)), key=below.__getitem__)
+    return main_front(points, less_is_better)[best].point if below[best] > 0.0 else None
 
 
 def cheapest(points: Sequence[Point], budget: float, less_is_better: bool) -> Point | None:

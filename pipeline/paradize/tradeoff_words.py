@@ -8,7 +8,18 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
-from paradize.tradeoff_curve import Group, Point, apart, cheapest, inside, knee, loss, mark, series_of
+from paradize.tradeoff_curve import (
+    Group,
+    Point,
+    apart,
+    cheapest,
+    inside,
+    knee,
+    loss,
+    main_front,
+    mark,
+    series_of,
+)
 
 _SAME_BYTES = 0.05  # sizes nearer to each other than this share count as equal
 _SAME_ERROR = 0.02  # so do errors
@@ -36,7 +47,12 @@ def seconds_text(seconds: float) -> str:
 
 
 def _times(ratio: float) -> str:
-    return f"{ratio:.2g} x" if ratio < 10.0 else f"{ratio:.0f} x"
+    return f"{_two(ratio)} x"
+
+
+def _two(value: float) -> str:
+    """Two digits, without an exponent where the number is large."""
+    return f"{value:.2g}" if value < 100.0 else f"{float(f'{value:.2g}'):.0f}"
 
 
 def _time_words(before: Point, after: Point) -> str:
@@ -45,7 +61,8 @@ def _time_words(before: Point, after: Point) -> str:
     if not apart(old, new) or old["median"] <= 0.0:
         return f"takes about as long as {name}"
     ratio = new["median"] / old["median"]
-    return f"costs {_times(ratio)} the time of {name}" if ratio >= 1 else f"takes {_times(ratio)} of {name}'s"
+    verb = "costs" if ratio >= 1.0 else "takes"
+    return f"{verb} {_times(ratio)} the time of {name}"
 
 
 def _error_words(before: Point, after: Point, group: Group) -> str:
@@ -61,8 +78,10 @@ def _error_words(before: Point, after: Point, group: Group) -> str:
     ratio = new / old
     if 0.45 <= ratio <= 0.55:
         return f"halves the error{figures}"
+    if ratio < 1e-3:
+        return f"leaves next to no error{figures}"
     if ratio < 0.1:
-        return f"divides the error by {1.0 / ratio:.2g}{figures}"
+        return f"divides the error by {_two(1.0 / ratio)}{figures}"
     if ratio < 1.0:
         return f"takes {100.0 * (1.0 - ratio):.0f} % off the error{figures}"
     return f"errs {_times(ratio)} as much{figures}"
@@ -86,7 +105,7 @@ def compared(before: Point, after: Point, group: Group) -> str:
 def declared_points(group: Group) -> list[Point]:
     """The points whose order is a promise, in that order; all where nothing is declared."""
     points = {point["tier"]: point for point in group["points"]}
-    return [points[tier] for tier in group.get("declared", list(points)) if tier in points]
+    return [points[tier] for tier in group.get("declared", []) if tier in points] or group["points"]
 
 
 def sentence(group: Group) -> str:
@@ -94,35 +113,31 @@ def sentence(group: Group) -> str:
     points = declared_points(group)
     if len(group["points"]) == 1:
         (only,) = group["points"]
-        took = seconds_text(only["seconds"]["median"])
-        value = value_text(only["error"]["value"], group["unit"])
-        return (
-            f"There is one tier: it takes {took} and errs by {value}."
-            if group["less_is_better"]
-            else f"There is one tier: it takes {took} and reaches {value}."
-        )
+        took, value = seconds_text(only["seconds"]["median"]), only["error"]["value"]
+        return f"There is one tier: it takes {took}; {group['metric']} is {value_text(value, group['unit'])}."
     text = "; ".join(compared(before, after, group) for before, after in pairwise(points))
     return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 def disagreements(group: Group) -> list[str]:
     """Where a tier is quicker than the one it is declared to be slower than, beyond the spread of both, or
-    errs more. Tiers of different sizes may: they buy bytes."""
+    errs more. One that writes fewer bytes may err more, one that writes more may be quicker."""
     found: list[str] = []
     points = declared_points(group)
-    if len(group["points"]) < 2:
+    if not group.get("declared"):
         return found
     for before, after in pairwise(points):
-        if series_of(before) != series_of(after):
-            continue
+        same = series_of(before) == series_of(after)
+        smaller = same or (after["bytes"] or 0) <= (before["bytes"] or 0)
+        larger = same or not smaller
         a, b = before["seconds"], after["seconds"]
-        if apart(a, b) and b["median"] < a["median"]:
+        if smaller and apart(a, b) and b["median"] < a["median"]:
             found.append(
                 f"{group['name']}: {after['tier']} is declared slower than {before['tier']}, but takes "
                 f"{seconds_text(b['median'])} against {seconds_text(a['median'])}"
             )
         old, new = (loss(point["error"]["value"], group["less_is_better"]) for point in (before, after))
-        if new > old * (1.0 + _WORSE):
+        if larger and new > old * (1.0 + _WORSE):
             figures = [value_text(point["error"]["value"], group["unit"]) for point in (after, before)]
             found.append(
                 f"{group['name']}: {after['tier']} is declared nearer than {before['tier']}, but its "
@@ -132,10 +147,15 @@ def disagreements(group: Group) -> list[str]:
 
 
 def advice(group: Group) -> dict[str, Any] | None:
-    """Which tier to take, and why: {"tier", "why": "budget" or "knee", "text"}. With a budget the cheapest
-    that keeps it (tier None where none does, and by how much the nearest misses); else the front's knee."""
+    """Which tier to take, and why: {"tier", "why", "text"}. "budget": the cheapest that keeps it (tier None
+    where none does). Without one "flat": the quickest of tiers that err alike; else "knee": where the front
+    bends; None where it does not."""
     points, budget, less = group["points"], group["budget"], group["less_is_better"]
     if budget is None:
+        front = main_front(points, less)
+        if len(front) > 1 and front[0].loss <= front[-1].loss * (1.0 + _WORSE):
+            tier = front[0].point["tier"]
+            return {"tier": tier, "why": "flat", "text": f"Tiers err alike: the quickest, {tier}, will do."}
         at = knee(points, less)
         if at is None:
             return None

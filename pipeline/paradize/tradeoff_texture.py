@@ -1,0 +1,197 @@
+"""The tiers of the stages that a picture goes through: block compression of colour and maps in every format,
+slope filters of normal maps, the sky."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from paradize.bake_color import color_texture, color_values
+from paradize.bake_cubemap import read_faces, sky_error
+from paradize.bake_makers import layout_of, slope_scale_of
+from paradize.bake_map_rows import MapRows, filter_errors
+from paradize.bake_map_textures import dudv_texture, map_errors, map_textures
+from paradize.bake_maps import map_rows, relief_levels
+from paradize.bake_product import flat_errors, wraps_of
+from paradize.data import Ground, Texture
+from paradize.formats.ktx2 import encode_ktx2
+from paradize.metrics.levels import color_levels
+from paradize.readers.image import read_image
+from paradize.require import Order
+from paradize.stages import cubemap
+from paradize.stages.compress import FORMATS, TIERS, formats_of
+from paradize.stages.filters import choose_filter
+from paradize.stages.normal import prepare
+from paradize.stages.sweep import bands_of, run
+from paradize.tradeoff_time import Asked, Found, Try, timed
+
+Settings = dict[str, Any]
+_METRICS = {
+    "color": ("color_psnr_db",),
+    "normal": ("normal_p99_deg", "normal_mean_deg", "normal_max_deg"),
+    "height": ("height_psnr_db",),
+    "gloss": ("gloss_psnr_db",),
+    "dudv": ("dudv_p99_deg", "dudv_mean_deg", "dudv_max_deg"),
+}
+
+
+def color_groups(order: Order) -> list[Asked]:
+    """What there is to be measured of an order of the maker "color". Reads the sources."""
+    values, _, _ = _picture(order.sources, order.settings)
+    name = "color with alpha" if values.shape[2] == 4 else "color"
+    given = {"sources": order.sources, "settings": order.settings}
+    tries = _format_tries(name, values.shape[0], values.shape[1], color_tier, given)
+    note = "The time holds the mips, in linear light."
+    artifact = order.wants[0].artifact
+    return [Asked(order.name, "block compression", artifact, _METRICS["color"], tries, TIERS, note)]
+
+
+def map_groups(order: Order) -> list[Asked]:
+    """What there is to be measured of an order of the maker "maps". Reads the sources."""
+    height, width = read_image(order.sources["image"]).values.shape[:2]
+    base = order.name.removesuffix(" maps")
+    found = []
+    for want in order.wants:
+        given = {"sources": order.sources, "settings": order.settings, "name": want.product}
+        title = f"{base} {want.product}"
+        if want.product == "normal":
+            found.append(_filter_group(order, base, want.artifact))
+        tries = _format_tries(want.product, height, width, map_tier, given)
+        if len(FORMATS[want.product]) == 1:
+            tries = (
+                Try(tries[0].tier, map_tier, given | {"fmt": tries[0].series, "tier": "balanced"}, None, {}),
+            )
+        metrics = _METRICS[want.product]
+        note = "The time holds the map's rows and its mips."
+        found.append(Asked(title, "block compression", want.artifact, metrics, tries, TIERS, note))
+    return found
+
+
+def sky_groups(order: Order) -> list[Asked]:
+    """What there is to be measured of an order of the maker "cubemap"."""
+    given = {"paths": [order.sources[f"face{i}"] for i in range(6)]}
+    tries = (Try("half floats", sky_tier, given, None, {}),)
+    artifact = order.wants[0].artifact
+    return [Asked("sky", "cube map", artifact, ("sky_max_relative",), tries)]
+
+
+def _format_tries(name: str, height: int, width: int, call: Any, given: dict[str, Any]) -> tuple[Try, ...]:
+    """Every format with every tier of its encoder, the smallest first; the tier's own format bears its name
+    alone."""
+    own = {tier: formats_of(name, height, width, tier=tier)[0] for tier in TIERS}
+    formats = formats_of(name, height, width)
+    tries = []
+    for fmt in formats:
+        short = fmt.partition("_")[0]
+        if not fmt.startswith("BC"):
+            tries.append(Try(short, call, given | {"fmt": fmt, "tier": "balanced"}, fmt, {"format": fmt}))
+            continue
+        for tier in TIERS:
+            label = tier if own[tier] == fmt else f"{tier} {short}"
+            row = {"format": fmt, "tier": tier}
+            tries.append(Try(label, call, given | {"fmt": fmt, "tier": tier}, fmt, row))
+    return tuple(tries)
+
+
+def _picture(sources: dict[str, Path], settings: Settings) -> tuple[Any, bool, list[str]]:
+    wraps = wraps_of(settings["wrap"])
+    return color_values(sources["image"], sources.get("alpha"), wraps, layout_of(sources))
+
+
+def color_tier(sources: dict[str, Path], settings: Settings, fmt: str, tier: str, runs: int | None) -> Found:
+    """A colour texture with its mips; PSNR of level 0, decoded apart from the encoder."""
+    values, encoded, _ = _picture(sources, settings)
+    cutoff = settings["alpha_cutoff"] if values.shape[2] == 4 else None
+    seconds, texture = timed(
+        lambda: color_texture(values, fmt, encoded=encoded, alpha_cutoff=cutoff, tier=tier), runs
+    )
+    levels = color_levels(texture, values, encoded=encoded, alpha_cutoff=cutoff)
+    return Found(seconds, [flat_errors("color", levels[0])], _size(texture), fmt)
+
+
+def _size(texture: Texture) -> int:
+    return len(encode_ktx2(texture))
+
+
+def _rows(sources: dict[str, Path], settings: Settings, names: tuple[str, ...], tier: str) -> MapRows:
+    """The rows of some maps, as make_maps has them."""
+    layout = layout_of(sources)
+    relief = settings["relief"]
+    rows, _ = map_rows(
+        sources["image"],
+        only=names,
+        source=settings["source"],
+        strength=settings["strength"],
+        wrap=settings["wrap"],
+        green="up",
+        tier=tier,
+        filter_name=relief["filter"],
+        destep=relief["destep"],
+        uv=layout,
+        gloss_groups=(settings.get("gloss_groups") or None) if layout else None,
+        slope_scale=slope_scale_of(sources["image"], settings),
+        levels=relief_levels(relief),
+        gloss=None,
+    )
+    return rows
+
+
+def map_tier(
+    sources: dict[str, Path], settings: Settings, name: str, fmt: str, tier: str, runs: int | None
+) -> Found:
+    """One map with its mips in a format; errors of level 0 against float64. The slopes are those of the
+    filter that tier "balanced" takes, so that encoders alone differ."""
+    rows = _rows(sources, settings, (name,), "balanced")
+
+    def make() -> Texture:
+        textures, mean = map_textures(rows, {name: fmt}, tier)
+        return dudv_texture(rows, mean) if name == "dudv" else textures[name]
+
+    seconds, texture = timed(make, runs)
+    return Found(seconds, [flat_errors(name, map_errors(name, rows, texture)[0])], _size(texture), fmt)
+
+
+def _filter_group(order: Order, base: str, artifact: str) -> Asked:
+    """The slope filters of a normal map: those that tiers take, or the one that the scene names."""
+    given = {"sources": order.sources, "settings": order.settings}
+    named = order.settings["relief"]["filter"]
+    note = "The error is the angle from the normals of an eighth-order difference."
+    if read_image(order.sources["image"]).source_bits == 8:
+        note += " Heights of 8 bits stand in steps, which that one follows: here it is a distance, no error."
+    tries: tuple[Try, ...] = (Try(named, filter_tier, given | {"tier": "balanced"}, "one", {}),)
+    if named == "auto":
+        tries = tuple(Try(t, filter_tier, given | {"tier": t}, "one", {"tier": t}) for t in TIERS)
+    metrics = ("normal_filter_p99_deg", "normal_filter_deg", "normal_filter_max_deg")
+    return Asked(f"{base} slopes", "slope filter", artifact, metrics, tries, TIERS, note)
+
+
+def filter_tier(sources: dict[str, Path], settings: Settings, tier: str, runs: int | None) -> Found:
+    """The choice of a filter and the normals of level 0 that it gives."""
+    first = _rows(sources, settings, ("normal",), tier).ground
+    bits = read_image(sources["image"]).source_bits
+    named = settings["relief"]["filter"]
+    height, width = first.heights.shape
+
+    def make() -> Ground:
+        name = named
+        if named == "auto":
+            name = choose_filter(first.heights, bits, first.wrap, tier, first.islands)
+        scale = first.slope_scale
+        ground = Ground(first.heights, scale, first.wrap, name, first.green_down, first.islands)
+        normals = prepare(ground)
+        run(lambda band: _drop(normals.rows(*band)), bands_of(height, width))
+        return ground
+
+    seconds, ground = timed(make, runs)
+    return Found(seconds, [filter_errors(ground)], None, ground.filter_name)
+
+
+def _drop(rows: object) -> None:
+    """Normals that only had to be made."""
+
+
+def sky_tier(paths: list[Path], runs: int | None) -> Found:
+    """The sky's mips and half floats; the largest error of level 0."""
+    stack, _ = read_faces(paths)
+    seconds, texture = timed(lambda: cubemap.encode_cube(cubemap.cube_mips(stack)), runs)
+    return Found(seconds, [{"sky_max_relative": sky_error(texture, stack)}], _size(texture), texture.format)
