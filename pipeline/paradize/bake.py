@@ -10,6 +10,7 @@ from pathlib import Path
 
 from paradize.bake_auto import Bench, bake_orders
 from paradize.bake_commit import commit, report_of
+from paradize.bake_inputs import keep_inputs
 from paradize.bake_looks import looks_of
 from paradize.bake_record import BakeReport, record_name, remember, unchanged_bake
 from paradize.bake_tasks import How, flight_order, known_tiers, run_tasks, task_of
@@ -31,10 +32,10 @@ def bake(scene_path: Path, out: Path | None = None, how: How | None = None) -> B
     start = time.monotonic()
     how = how or How()
     forget()  # what an earlier bake of this process saw of the code
-    store = Store(default_root())
     name = record_name(scene_path, out, how.tier, how.tiers)
-    report = None if how.force else unchanged_bake(store, name)
+    report = None if how.force else unchanged_bake(Store(default_root()), name, how.store)
     if report is None:
+        store = _store(how)
         was = stamp(scene_path)
         scene = load_scene(scene_path)
         folder = out or Path("build/assets") / scene.head.name
@@ -43,6 +44,14 @@ def bake(scene_path: Path, out: Path | None = None, how: How | None = None) -> B
             report = _bake(store, room, name, scene_path, was, scene, folder, how)
     report.seconds = time.monotonic() - start
     return report
+
+
+def _store(how: How) -> Store:
+    if not how.store:
+        return Store(default_root())
+    from paradize.engine.remote import SharedStore  # here: few bakes need it
+
+    return SharedStore(default_root(), how.store)
 
 
 def _bake(
@@ -68,9 +77,14 @@ def _bake(
     report = report_of(scene, out, tasks, tried)
     if not report.errors:
         commit(store, scene, scene_path, flight, out, tasks, report, how)
+    told = store.settle()
+    report.fetched = sum(row["sha256"] in store.fetched - store.pushed for row in report.artifacts)
+    report.pushed = sum(row["sha256"] in store.pushed for row in report.artifacts)
     # What was edited meanwhile is not remembered, so that the next bake looks at everything anew.
     if not report.errors and all(stamp(path) == old for path, old in stamps.items()):
+        keep_inputs(store, out, scene, tasks, memory)
         remember(store, name, report, list(stamps), absent, memory)
+    report.warnings += told
     return report
 
 

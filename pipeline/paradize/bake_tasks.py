@@ -6,17 +6,19 @@ A task's key hashes its sources, its settings and the code behind it; what the s
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from paradize import bake_makers
-from paradize.bake_estimate import memory_of
+from paradize.bake_estimate import memory_of, seconds_of
+from paradize.bake_work import Watcher, read_by, run_work
 from paradize.engine.code import code_digest, code_of
+from paradize.engine.limits import time_limit
 from paradize.engine.memory import FileMemory
 from paradize.engine.store import Stamp, Store, key_of, stamp
-from paradize.engine.workers import Crew, Job, Outcome, run_jobs
+from paradize.engine.workers import Crew, Job, Outcome
 from paradize.errors import BakeError, ParadizeError, SourceError
 from paradize.flight import Flight
 from paradize.require import Order, Want
@@ -26,25 +28,27 @@ from paradize.scene import Scene
 MEASURED = ("tier", "errors", "levels", "format", "reason", "filter")  # what a row tells of it
 ZSTD_LEVEL = 10  # of supercompressed textures
 TEXTURES = ("color", "maps", "cubemap")  # the makers of textures
-_ASKED = "paradize.bake_makers"  # what stands between a task and its baker, part of every key
+ASKED = "paradize.bake_makers"  # what stands between a task and its baker, part of every key
 _TOLD = {"sha256", "suffix", "warnings", *MEASURED}
-
-Told = Callable[[str, int, int], None]  # what was just done, how many are done, of how many
 
 
 @dataclass(frozen=True)
 class How:
     """How a bake is done. jobs: worker processes (0: one a core). tier: one of scene.TIERS; None: the scene's
-    own. force: everything anew, nothing is read from the store. told: hears of every task that ends. tiers:
-    the tier of a task, or of the task of an artifact, by name, where it is another than `tier`. crew: workers
-    that are kept (engine/workers.py)."""
+    own. force: everything anew, nothing is read from the store. watcher: hears of every job. tiers: the tier
+    of a task, or of the task of an artifact, by name, where it is another than `tier`. crew: workers that are
+    kept (engine/workers.py). cluster: the address of a Dask scheduler whose workers bake; `jobs` at once
+    there, or as many as they have threads. store: the URL of a
+    store that is shared (engine/remote.py)."""
 
     jobs: int = 0
     tier: str | None = None
     force: bool = False
-    told: Told | None = None
+    watcher: Watcher | None = None
     tiers: Mapping[str, str] = field(default_factory=dict)
     crew: Crew | None = None
+    cluster: str | None = None
+    store: str | None = None
 
     @property
     def hands(self) -> int:
@@ -88,9 +92,9 @@ def flight_order(scene: Scene, flight: Flight) -> Order:
     return Order("flight", "flight", {}, settings, (Want("flight", "", "flight", "the camera's path"),))
 
 
-def _settings(order: Order, scene: Scene) -> dict[str, Any]:
-    """What the maker is told, and its task's key hashes: also whether textures are supercompressed, and the
-    part of the budget that decides formats."""
+def settings_of(order: Order, scene: Scene, grow: bool) -> dict[str, Any]:
+    """What the maker is told, and its task's key hashes: also whether textures are supercompressed, and, to
+    let formats grow, the part of the budget that decides them."""
     packed = {"zstd": ZSTD_LEVEL} if scene.head.zstd and order.maker in TEXTURES else {}
     if order.maker not in ("color", "maps"):
         return order.settings | packed
@@ -101,17 +105,18 @@ def _settings(order: Order, scene: Scene) -> dict[str, Any]:
     }
     for metric in [metric for metric in limits if metric.startswith("normal_filter_")]:
         del limits[metric]  # no format betters it
-    settings = order.settings | packed | {"budget": limits}
+    settings = order.settings | packed | {"budget": limits if grow else {}}
     if order.maker == "maps":
         settings["only"] = products
     return settings
 
 
-def task_of(order: Order, memory: FileMemory, tier: str, scene: Scene) -> Task:
+def task_of(order: Order, memory: FileMemory, tier: str, scene: Scene, *, grow: bool = True) -> Task:
+    """grow: textures take a more exact format where theirs exceeds the budget."""
     module, maker = bake_makers.MAKERS[order.maker]
     sources = {role: memory.sha256(path) for role, path in order.sources.items()}
-    code = code_digest(module, _ASKED)
-    settings = _settings(order, scene)
+    code = code_digest(module, ASKED)
+    settings = settings_of(order, scene, grow)
     return Task(order, settings, tier, key_of(maker.__name__, code, sources, settings, tier))
 
 
@@ -159,11 +164,8 @@ def run_tasks(
     they write what they do not hand over. stamps: of the sources when they were hashed; what was made of a
     source that changed since is refused."""
     by_name = {task.order.name: task for task in tasks}
-    done = 0
 
     def ended(outcome: Outcome) -> None:
-        nonlocal done
-        done += 1
         task = by_name[outcome.name]
         task.seconds = outcome.seconds
         moved = [path for path in task.order.sources.values() if stamp(path) != stamps[path]]
@@ -187,8 +189,6 @@ def run_tasks(
                     "warnings": product.warnings,
                 }
             store.put_product(task.key, task.products)
-        if how.told:
-            how.told(outcome.name, done, len(tasks))
 
     work = [
         Job(
@@ -197,13 +197,14 @@ def run_tasks(
             {"sources": task.order.sources, "settings": task.settings, "tier": task.tier}
             | ({"room": room / task.key} if task.order.maker in bake_makers.ROOMS else {}),
             file=next(iter(task.order.sources.values()), None),
-            code=code_of(bake_makers.MAKERS[task.order.maker][0], _ASKED),
+            code=code_of(bake_makers.MAKERS[task.order.maker][0], ASKED),
+            timeout_s=time_limit(seconds_of(task.order.sources.values())),
             memory_bytes=memory_of(task.order.sources.values()),
+            files=read_by(task.order.sources.values()) if how.cluster else {},
         )
         for task in tasks
     ]
-    if work:
-        run_jobs(work, min(how.hands, len(work)), ended, crew=how.crew)
+    run_work(how, work, ended)
 
 
 def _keep(store: Store, data: bytes | Path) -> tuple[str, bytes | Path]:

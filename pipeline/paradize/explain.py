@@ -1,6 +1,6 @@
 """`paradize explain`: of each artifact, which pass of the scene asked for it and why, when the flight first
-needs it, and for an object's maps how wide their gutters are, how wide they should be, and which number
-decides.
+needs it, who asked for its finest level and what was saved by not baking more, which input has changed since,
+and for an object's maps how wide their gutters are, how wide they should be, and which number decides.
 
 Reads the scene, and scene.json of the last bake where there is one.
 """
@@ -13,12 +13,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from paradize.bake_choice import AUTO
+from paradize.bake_inputs import stale
 from paradize.bake_looks import looks_of
 from paradize.bake_record import SCENE_FILE
+from paradize.budget import excesses
+from paradize.engine.store import Store, default_root
 from paradize.errors import FormatError, SceneError
+from paradize.explain_asked import economy, economy_words, short
 from paradize.formats.scene_manifest import decode_scene
 from paradize.require import Order, Want, require
 from paradize.scene import Scene, load_scene
+from paradize.schema import Limits
 
 
 @dataclass(frozen=True)
@@ -67,7 +73,7 @@ def explain(scene_path: Path, artifact: str | None = None, out: Path | None = No
             f"asks for no artifact {artifact!r}", file=scene_path, mend=mend + ", ".join(sorted(wanted))
         )
     names = [artifact] if artifact is not None else list(wanted)
-    told = [_told(scene, *wanted[name], manifest) for name in names]
+    told = [_told(scene, *wanted[name], manifest, folder) for name in names]
     return Explanation(scene.head.name, folder, manifest is not None, why_not, told)
 
 
@@ -82,7 +88,9 @@ def _last_bake(folder: Path) -> tuple[dict[str, Any] | None, str]:
         return None, f"{error}; bake it again"
 
 
-def _told(scene: Scene, order: Order, want: Want, manifest: dict[str, Any] | None) -> dict[str, Any]:
+def _told(
+    scene: Scene, order: Order, want: Want, manifest: dict[str, Any] | None, folder: Path
+) -> dict[str, Any]:
     entry = manifest["artifacts"].get(want.artifact) if manifest else None
     told: dict[str, Any] = {
         "name": want.artifact,
@@ -94,10 +102,16 @@ def _told(scene: Scene, order: Order, want: Want, manifest: dict[str, Any] | Non
         "first_needed_s": None,
         "gutter": None,
         "demand": None,
+        "tried": None,
+        "asked": None,
+        "stale": None,
     }
     if entry is None:
         return told
     told |= {key: entry[key] for key in ("first_needed_s", "file", "bytes", "tier", "errors", "levels")}
+    told["tried"] = _tried(manifest or {}, want.artifact)
+    told["asked"] = economy(manifest or {}, folder, want.artifact)
+    told["stale"] = stale(Store(default_root()), folder, scene, order)
     terrain = (manifest or {})["terrain"]
     if terrain and want.artifact in terrain["tiles"]:
         told["demand"] = _demand(terrain, want.artifact)
@@ -110,6 +124,38 @@ def _told(scene: Scene, order: Order, want: Want, manifest: dict[str, Any] | Non
         }
         told["decides"] = _decides(told["gutter"])
     return told
+
+
+def _tried(manifest: dict[str, Any], artifact: str) -> dict[str, Any] | None:
+    """Which tier was asked for and which taken, what each that was tried measured, and the limits of that."""
+    tried = manifest["check"]["tried"].get(artifact)
+    if tried is None:
+        return None
+    metrics = {metric for errors in tried["errors"].values() for metric in errors}
+    limits = {
+        part: {metric: limit for metric, limit in manifest["budget"][part].items() if metric in metrics}
+        for part in ("hard", "soft")
+    }
+    return {**tried, "limits": limits}
+
+
+def _choice(tried: dict[str, Any]) -> list[str]:
+    """In words: the tier that was taken, and what each tier measured beside its limit."""
+    budget = Limits(tried["limits"]["hard"], tried["limits"]["soft"])
+    if tried["asked"] != AUTO:
+        words = [f"tier {tried['taken']} was asked for, and is beyond its budget; the tiers measured:"]
+    elif not budget.aim:
+        return [f"auto took tier {tried['taken']}: no budget limits it"]
+    else:
+        words = [f"auto took tier {tried['taken']}, the cheapest inside the budget"]
+    for tier, errors in tried["errors"].items():
+        beyond = {excess.metric: excess for excess in excesses(budget, errors)}
+        parts = []
+        for metric, value in errors.items():
+            limit = beyond[metric].limit if metric in beyond else budget.aim[metric]
+            parts.append(f"{metric} {value:g} ({'beyond' if metric in beyond else 'inside'} {limit:g})")
+        words.append(f"  {tier}: {', '.join(parts) or 'nothing that is limited'}")
+    return words
 
 
 def _demand(terrain: dict[str, Any], artifact: str) -> dict[str, Any]:
@@ -141,13 +187,9 @@ def _asked(demand: dict[str, Any]) -> list[str]:
     if demand["left_out"]:
         words.append(
             f"{demand['left_out']} patches that no second asks for are left out: some "
-            f"{_short(demand['left_out_bytes'])} saved"
+            f"{short(demand['left_out_bytes'])} saved"
         )
     return words
-
-
-def _short(count: int) -> str:
-    return f"{count / 1e6:.3g} MB" if count >= 1_000_000 else f"{count / 1e3:.3g} kB"
 
 
 def _parallax(owner: dict[str, Any]) -> dict[str, Any]:
@@ -237,8 +279,14 @@ def _text(told: dict[str, Any], details: bool) -> list[str]:
         if "errors" in told:
             lines.append(f"  {told['file']}, {told['bytes']} bytes, tier {told['tier']}")
             lines += [f"  {metric} {value:g}" for metric, value in told["errors"].items()]
+    if told["tried"] is not None:
+        lines += [f"  {words}" for words in _choice(told["tried"])]
     if told["demand"] is not None:
         lines += [f"  {words}" for words in _asked(told["demand"])]
+    if told["asked"] is not None:
+        lines += [f"  {words}" for words in economy_words(told["asked"], told["kind"])]
+    if told["stale"] is not None:
+        lines += [f"  stale: {words}" for words in told["stale"]] or ["  up to date"]
     gutter = told["gutter"]
     if gutter is None:
         return lines

@@ -1,0 +1,90 @@
+"""What `paradize explain` tells of a bake's economy: who asked for an artifact's finest level and when, and
+how many bytes were saved by not baking more. Knows no numpy."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from typing import Any
+
+from paradize.errors import FormatError
+
+# Bytes of a block of four by four texels, and of a texel: of the smallest format of each map.
+_BLOCK = {"normal": 16, "height": 8, "gloss": 16}
+_TEXEL = {"dudv": 2}
+
+
+def economy(manifest: dict[str, Any], folder: Path, artifact: str) -> dict[str, Any] | None:
+    """Of an artifact: `left_out` finer levels, `saved_bytes`; `texels` of its level 0 that a pixel covers at
+    least, the `second_s` and `view` of that; `maps`: bytes of those that its picture could give and no pass
+    reads, reckoned in their smallest format, told where the picture's first artifact is. None where nothing
+    is asked of it by distance."""
+    asked = manifest["artifacts"][artifact]["asked"]
+    if asked is None:
+        return None
+    told: dict[str, Any] = dict(asked) | {"maps": {}}
+    owner, _, key = artifact.rpartition("_")
+    others = [name for name in manifest["artifacts"] if name.rpartition("_")[0] == owner]
+    maps = [name for name in others if manifest["artifacts"][name]["kind"] == "texture"]
+    if key != "mesh" and owner and maps and artifact == maps[0]:
+        side = _size(folder / manifest["artifacts"][artifact]["file"])
+        if side is not None:
+            width, height = (size << asked["left_out"] for size in side)
+            absent = [name for name in (*_BLOCK, *_TEXEL) if f"{owner}_{name}" not in maps]
+            told["maps"] = {name: chain_bytes(name, width, height) for name in absent}
+    return told
+
+
+def chain_bytes(name: str, width: int, height: int) -> int:
+    """Bytes of all levels of a map of this size."""
+    total = 0
+    while True:
+        if name in _TEXEL:
+            total += width * height * _TEXEL[name]
+        else:
+            total += -(-width // 4) * -(-height // 4) * _BLOCK[name]
+        if width == height == 1:
+            return total
+        width, height = max(1, width // 2), max(1, height // 2)
+
+
+def _size(path: Path) -> tuple[int, int] | None:
+    """Width and height of a KTX2; None where it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            width, height = struct.unpack_from("<2I", file.read(28), 20)
+    except (OSError, struct.error, FormatError):
+        return None
+    return width, height
+
+
+def economy_words(told: dict[str, Any], kind: str) -> list[str]:
+    """The same in words, a line each."""
+    words = []
+    view = told["view"]
+    if view is None:
+        words.append("no view of the flight shows it: the coarsest that there is is kept")
+    else:
+        when = "" if told["second_s"] is None else f"at second {told['second_s']:g} "
+        what = "level" if kind == "mesh" else "mip"
+        line = f"its finest {what} is asked for {when}by the {_view(view)}"
+        if told["texels"] is not None:
+            line += f": there a pixel covers {told['texels']:.3g} texels of the finest that its source gives"
+        words.append(line)
+    if told["left_out"]:
+        plural = "s are" if told["left_out"] > 1 else " is"
+        words.append(f"{told['left_out']} finer level{plural} left out: {short(told['saved_bytes'])} saved")
+    if told["maps"]:
+        names = ", ".join(f"{name} {short(size)}" for name, size in told["maps"].items())
+        words.append(f"maps that no pass reads are not made of its picture: {names}")
+    return words
+
+
+def _view(view: str) -> str:
+    names = {"light": "light's view", "refraction": "view through the water", "mirror": "water's mirror"}
+    return names.get(view, view)
+
+
+def short(count: int) -> str:
+    """Bytes as a person reads them."""
+    return f"{count / 1e6:.3g} MB" if count >= 1_000_000 else f"{count / 1e3:.3g} kB"
