@@ -45,6 +45,8 @@ class Bench:
 
     def measure(self, tasks: list[Task]) -> None:
         """Finds out the tasks' errors: the store knows them, or the tasks are baked."""
+        if not self.how.force:
+            self.store.expect(task.key for task in tasks)
         for task in tasks:
             told = None if self.how.force else known(self.store, task)
             task.products, task.status = told or {}, "reused" if told else "baked"

@@ -82,6 +82,8 @@ def measure_objects(
             only = {"normal": textures["normal"]}
             asked.append(_ask("bumps", bumps_of, item, settings, held_normal, data, sha256, only))
     work = []
+    if not force:
+        store.expect(one.key for one in asked)
     for one in asked:
         kept = None if force else store.get_product(one.key)
         if isinstance(kept, dict) and _HOLDS[one.what] <= kept.keys():

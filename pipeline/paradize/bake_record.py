@@ -21,7 +21,8 @@ SCENE_FILE = "scene.json"
 class BakeReport:
     """What a bake did. artifacts: rows {name, file, sha256, bytes, tier, errors, status, seconds, over, and
     of textures levels, format, reason, filter}; status: baked, reused or failed; over: the metrics beyond
-    their budget, as text; levels, reason: as of bake_product.MapProduct."""
+    their budget, as text; levels, reason: as of bake_product.MapProduct. fetched, pushed:
+    how many of the artifacts came from a shared store, and went there."""
 
     def __init__(  # no dataclass: importing that is a quarter of a bake with nothing to do
         self,
@@ -36,6 +37,7 @@ class BakeReport:
         self.warnings = warnings or []
         self.errors: list[ParadizeError] = []
         self.seconds = 0.0
+        self.fetched = self.pushed = 0
         self.budget = budget or {}
 
     def count(self, status: str) -> int:
@@ -49,6 +51,8 @@ class BakeReport:
             "baked": self.count("baked"),
             "reused": self.count("reused"),
             "failed": self.count("failed"),
+            "fetched": self.fetched,
+            "pushed": self.pushed,
             "seconds": round(self.seconds, 3),
             "warnings": self.warnings,
         }
@@ -66,11 +70,14 @@ def record_name(
     return key_of(str(scene.resolve()), where, out is None, tier, dict(tiers or {}))[:32]
 
 
-def unchanged_bake(store: Store, name: str) -> BakeReport | None:
-    """The report of the bake on record, when every file that it read, ran or wrote is what it was."""
+def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeReport | None:
+    """The report of the bake on record, when every file that it read, ran or wrote is what it was, and all
+    of it is in the shared store at the URL."""
     record: Any = store.get_bake(name)
     try:
         if record["libraries"] != list(library_versions()):
+            return None
+        if url and record["shared"] != _shared_id(url):
             return None
         memory = FileMemory.from_json(record["memory"])
         files = list(record["memory"]["files"])
@@ -87,6 +94,12 @@ def unchanged_bake(store: Store, name: str) -> BakeReport | None:
     if memory.hashed:
         store.put_bake(name, record | {"memory": memory.as_json([Path(path) for path in files])})
     return report
+
+
+def _shared_id(url: str) -> str:
+    from paradize.engine.place import shared_id  # here: a bake with nothing to share loads less
+
+    return shared_id(url)
 
 
 def remember(
@@ -109,6 +122,7 @@ def remember(
         "warnings": report.warnings,
         "budget": report.budget,
         "absent": [str(path) for path in absent],
+        "shared": store.shared_as,
         "memory": memory.as_json(files),
     }
     store.put_bake(name, record)

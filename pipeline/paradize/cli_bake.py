@@ -44,7 +44,7 @@ def run_bake(arguments: argparse.Namespace) -> int:
     report = None
     if not arguments.force:
         name = record_name(arguments.scene, arguments.out, arguments.tier)
-        report = unchanged_bake(Store(default_root()), name)
+        report = unchanged_bake(Store(default_root()), name, arguments.store)
     if report is not None:
         report.seconds = time.monotonic() - start
     else:
@@ -75,7 +75,7 @@ def run_bake(arguments: argparse.Namespace) -> int:
 def _how(arguments: argparse.Namespace) -> How:
     from paradize.bake_tasks import How
 
-    return How(arguments.jobs or 0, arguments.tier, arguments.force, Progress().told)
+    return How(arguments.jobs or 0, arguments.tier, arguments.force, Progress().told, store=arguments.store)
 
 
 def _sheets(report: Any, stream: Any) -> list[str]:
@@ -110,9 +110,10 @@ def _bake_table(report: Any, stream: Any) -> None:
         for row in report.artifacts
     ]
     show(table(rows), stream)
-    counts = (
-        f"{report.count('baked')} baked, {report.count('reused')} reused, {report.count('failed')} failed"
-    )
+    fetched = f" ({report.fetched} fetched)" if report.fetched else ""
+    pushed = f", {report.pushed} shared" if report.pushed else ""
+    counts = f"{report.count('baked')} baked, {report.count('reused')} reused{fetched}, "
+    counts += f"{report.count('failed')} failed{pushed}"
     what = "nothing to bake: " if not report.count("baked") and not report.errors else ""
     where = "nothing published; the folder is as it was" if report.errors else f"in {report.out}"
     show(one_line(f"{what}{counts} in {report.seconds:.2f} s, {where}"), stream)

@@ -125,6 +125,11 @@ def add_bake(sub: argparse.ArgumentParser) -> None:
     sub.add_argument(
         "--verify", type=percent, metavar="P", help="derive P %% of the artifacts again and compare bytes"
     )
+    sub.add_argument(
+        "--store",
+        metavar="URL",
+        help="share what is baked there: a folder, sftp://host/folder, s3://bucket/folder",
+    )
     add_common(sub, "worker processes", None)
 
 
