@@ -30,7 +30,7 @@ LAYERS = {
     },
     "watch": {"bake", "engine"},
     "check": {"bake", "formats", "metrics", "scene", "budget", "schema"},
-    "explain": {"bake", "require", "scene", "budget", "formats"},
+    "explain": {"bake", "require", "scene", "budget", "schema", "formats"},
     "new": {"readers", "formats", "engine"},
     "report": {"bake", "engine", "formats", "metrics", "scene", "budget"},
     "bake": {

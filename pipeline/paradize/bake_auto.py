@@ -12,17 +12,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from paradize.bake_choice import AUTO, GROWN, LABELS, ORDER, cheapest, inside, limited, misses
 from paradize.bake_tasks import How, Task, known, recall, run_tasks, task_of
-from paradize.budget import METRICS, excesses, is_beyond
 from paradize.engine.memory import FileMemory
 from paradize.engine.store import Stamp, Store
-from paradize.errors import BakeError, GroupedError, ParadizeError
+from paradize.errors import GroupedError, ParadizeError
 from paradize.require import Order
-from paradize.scene import TIERS, Scene
+from paradize.scene import Scene
 from paradize.schema import Limits
 
-AUTO = TIERS[-1]
-ORDER = TIERS[:-1]  # the cheapest first
+FORMATTED = ("color", "maps")  # the makers whose formats a budget decides
 
 # By artifact: the tier asked for, the one taken, and what each tier that was tried measured of the metrics
 # that the budget limits: {"asked", "taken", "errors": {tier: {metric: value}}}.
@@ -40,8 +39,10 @@ class Bench:
     stamps: Mapping[Path, Stamp | None]
     how: How
 
-    def task(self, order: Order, tier: str) -> Task:
-        return task_of(order, self.memory, tier, self.scene)
+    def task(self, choice: _Choice, label: str) -> Task:
+        tier = ORDER[0] if label == GROWN else label
+        grow = choice.asked != AUTO or label == GROWN
+        return task_of(choice.order, self.memory, tier, self.scene, grow=grow)
 
     def measure(self, tasks: list[Task]) -> None:
         """Finds out the tasks' errors: the store knows them, or the tasks are baked."""
@@ -65,75 +66,42 @@ class Bench:
 
 @dataclass
 class _Choice:
-    """An order, the tier that is asked of it, and its tasks so far by tier, in the order they were tried.
-    errors: by tier, of each of its products by name, what the budget limits."""
+    """An order, the tier that is asked of it, and its tasks so far by tier (or GROWN), in the order they were
+    tried. measured: by tier, of each of its products by name, the errors that the budget limits."""
 
     order: Order
     asked: str
     tasks: dict[str, Task] = field(default_factory=dict)
-    errors: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
-
-    def inside(self, tier: str, limits: Mapping[str, float]) -> bool:
-        """Whether all that a tier made is inside these limits."""
-        budget = Limits(hard=dict(limits))
-        return tier in self.errors and not any(excesses(budget, one) for one in self.errors[tier].values())
+    measured: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
 
     def following(self, budget: Limits) -> str | None:
         """The tier to try next; None where one is inside the budget, or none is left or would help."""
-        if any(task.error for task in self.tasks.values() if self.asked != AUTO):
+        if self.asked != AUTO and any(task.error for task in self.tasks.values()):
             return None
-        if any(self.inside(tier, budget.aim) for tier in self.tasks):
+        if any(inside(products, budget.aim) for products in self.measured.values()):
             return None
-        left = [tier for tier in ORDER if tier not in self.tasks]
-        return left[0] if left else None
+        grows = self.asked == AUTO and self.order.maker in FORMATTED
+        left = LABELS if grows else ORDER
+        return next((tier for tier in left if tier not in self.tasks), None)
 
-    def taken(self, budget: Limits) -> str | None:
-        """The tier to take; None where no tier is inside the hard limits."""
-        if self.asked != AUTO:
-            return self.asked
-        tried = [tier for tier in ORDER if tier in self.tasks]
-        for limits in (budget.aim, budget.hard):
-            for tier in tried:
-                if self.inside(tier, limits):
-                    return tier
-        return None
-
-    def miss(self, budget: Limits) -> list[ParadizeError]:
-        """By how much each limit is missed, by the tier that comes nearest to it."""
-        wrong = [task.error for task in self.tasks.values() if task.error]
-        if not self.errors:
-            return wrong[:1]
-        found: list[ParadizeError] = []
-        for want in self.order.wants:
-            measured = {
-                tier: errors[want.product] for tier, errors in self.errors.items() if want.product in errors
+    def chosen(self, budget: Limits) -> Task:
+        """The task to take; one with an error where no tier will do."""
+        tier = cheapest(self.measured, budget) if self.asked == AUTO else self.asked
+        if tier is not None:
+            return self.tasks[tier]
+        task = self.tasks[next(reversed(self.tasks))]
+        errors: list[ParadizeError] = [one.error for one in self.tasks.values() if one.error]
+        if self.measured:
+            names = {want.product: want.artifact or want.product for want in self.order.wants}
+            named = {
+                tier: {names.get(key, key): errors for key, errors in products.items()}
+                for tier, products in self.measured.items()
             }
-            for metric, limit in budget.hard.items():
-                values = {tier: errors[metric] for tier, errors in measured.items() if metric in errors}
-                if not values or not all(is_beyond(metric, value, limit) for value in values.values()):
-                    continue
-                pick = min if METRICS[metric].less_is_better else max
-                tier = pick(values, key=lambda name: values[name])
-                unit = METRICS[metric].unit
-                what = (
-                    f"no tier keeps the budget: {metric} is {values[tier]:g} {unit} at best (tier {tier}), "
-                )
-                what += f"{abs(values[tier] - limit):.3g} {unit} beyond {limit:g}"
-                mend = f"allow it: {metric} = {values[tier]:g} in [budget]; or give a source that loses less"
-                file = next(iter(self.order.sources.values()), None)
-                found.append(BakeError(what, file=file, place=want.artifact or want.product, mend=mend))
-        if not found:
-            what = "no tier keeps all of the budget at once: " + "; ".join(
-                f"{tier}: {excess}"
-                for tier, products in self.errors.items()
-                for errors in products.values()
-                for excess in excesses(budget, errors)
-                if excess.hard
-            )
-            found.append(
-                BakeError(what, place=self.order.name, mend="allow more of one of these in [budget]")
-            )
-        return [*found, *wrong]
+            errors += misses(named, budget, next(iter(self.order.sources.values()), None))
+        told = list({str(error): error for error in errors}.values())
+        task.error = told[0] if len(told) == 1 else GroupedError(told)
+        task.status, task.products, task.data = "failed", {}, {}
+        return task
 
 
 def bake_orders(bench: Bench, orders: list[Order]) -> tuple[list[Task], Tried]:
@@ -144,40 +112,21 @@ def bake_orders(bench: Bench, orders: list[Order]) -> tuple[list[Task], Tried]:
     choices = [_Choice(order, bench.how.tier_of(order, bench.scene)) for order in orders]
     for choice in choices:
         first = ORDER[0] if choice.asked == AUTO else choice.asked
-        choice.tasks[first] = bench.task(choice.order, first)
+        choice.tasks[first] = bench.task(choice, first)
     fresh = [(choice, tier) for choice in choices for tier in choice.tasks]
     while fresh:
         bench.measure([choice.tasks[tier] for choice, tier in fresh])
         for choice, tier in fresh:
             if not choice.tasks[tier].error:
-                choice.errors[tier] = _limited(choice.tasks[tier], budget)
+                products = choice.tasks[tier].products
+                choice.measured[tier] = limited({k: one["errors"] for k, one in products.items()}, budget)
         follow = [(choice, choice.following(budget)) for choice in choices]
         fresh = [(choice, tier) for choice, tier in follow if tier]
         for choice, tier in fresh:
-            choice.tasks[tier] = bench.task(choice.order, tier)
-    tasks = [_chosen(choice, budget) for choice in choices]
+            choice.tasks[tier] = bench.task(choice, tier)
+    tasks = [choice.chosen(budget) for choice in choices]
     bench.take(tasks)
     return tasks, _told(choices, tasks)
-
-
-def _limited(task: Task, budget: Limits) -> dict[str, dict[str, float]]:
-    """Of each product of a task the errors that the budget limits."""
-    return {
-        name: {metric: value for metric, value in product["errors"].items() if metric in budget.aim}
-        for name, product in task.products.items()
-    }
-
-
-def _chosen(choice: _Choice, budget: Limits) -> Task:
-    """The task to take; one with an error where no tier will do."""
-    tier = choice.taken(budget)
-    if tier is not None:
-        return choice.tasks[tier]
-    task = choice.tasks[next(reversed(choice.tasks))]
-    errors = choice.miss(budget)
-    task.error = errors[0] if len(errors) == 1 else GroupedError(errors)
-    task.status, task.products, task.data = "failed", {}, {}
-    return task
 
 
 def _told(choices: list[_Choice], tasks: list[Task]) -> Tried:
@@ -185,8 +134,9 @@ def _told(choices: list[_Choice], tasks: list[Task]) -> Tried:
     for choice, task in zip(choices, tasks, strict=True):
         if choice.asked != AUTO and len(choice.tasks) == 1:
             continue
+        taken = next(tier for tier, one in choice.tasks.items() if one is task)
         for want in task.wants:
             if want.kind:
-                errors = {tier: errors.get(want.product, {}) for tier, errors in choice.errors.items()}
-                found[want.artifact] = {"asked": choice.asked, "taken": task.tier, "errors": errors}
+                errors = {tier: errors.get(want.product, {}) for tier, errors in choice.measured.items()}
+                found[want.artifact] = {"asked": choice.asked, "taken": taken, "errors": errors}
     return found

@@ -6,7 +6,7 @@ Called in a worker process, so that no input takes the command line down with it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,11 +15,44 @@ from typing import Any
 @dataclass(frozen=True)
 class Made:
     """files: name -> bytes, to be written by the caller. told: what --json prints, but for `seconds`.
-    rows: (artifact, tier, errors, bytes) for the table."""
+    rows: (artifact, tier, errors, bytes) for the table. errors: what budgets may limit, by product."""
 
     files: dict[str, bytes]
     told: dict[str, Any]
     rows: list[tuple[str, str, dict[str, float], int]]
+    errors: dict[str, dict[str, float]]
+
+
+def solo(kind: str, path: Path, *, tier: str, budget: dict[str, float], **settings: Any) -> Made:
+    """One input by the baker of its kind ("mesh", "maps", "terrain"). tier: "auto" is the cheapest whose
+    measured errors are inside the budget (metric -> worst value). Errors beyond it are warnings, of "auto"
+    a BakeError (several: GroupedError) that says by how much."""
+    from paradize.bake_choice import AUTO, GROWN, LABELS, ORDER, inside, limited, misses
+    from paradize.budget import excesses
+    from paradize.errors import GroupedError
+    from paradize.schema import Limits
+
+    limits = Limits(hard=budget)
+    calls: dict[str, Callable[..., Made]] = {"mesh": solo_mesh, "maps": solo_maps, "terrain": solo_terrain}
+    call = calls[kind]
+    growing: dict[str, Any] = {"budget": budget} if kind == "maps" else {}
+    labels = (tier,) if tier != AUTO else LABELS if growing else ORDER
+    measured = {}
+    for one in labels:
+        more = growing if tier != AUTO or one == GROWN else {}
+        made = call(path, tier=ORDER[0] if one == GROWN else one, **settings, **more)
+        measured[one] = limited(made.errors, limits)
+        if inside(measured[one], budget):
+            break
+    over = [
+        f"{name}: {excess}" for name, errors in made.errors.items() for excess in excesses(limits, errors)
+    ]
+    if tier == AUTO:
+        made.told["tried"] = {"taken": one, "errors": measured}
+        if over:
+            raise GroupedError(misses(measured, limits, path))
+    made.told["warnings"] = [*made.told["warnings"], *over]
+    return made
 
 
 def solo_mesh(
@@ -37,6 +70,7 @@ def solo_mesh(
     quantise: bool = False,
 ) -> Made:
     """`paradize mesh`: the file is named after the input's stem; the caller renames it."""
+    from paradize.bake_makers import mesh_errors
     from paradize.bake_mesh import bake_mesh
     from paradize.bake_quantise import DIRECTION_DEG
 
@@ -63,7 +97,7 @@ def solo_mesh(
         told |= {key: level[key] for key in ("quantise_max_m", "quantise_normal_max_deg") if key in level}
         rows.append((f"lod{i}, {level['triangles']} triangles", str(level.get("tier", tier)), told, 0))
     rows.append((path.stem, tier, {}, len(made.glb)))
-    return Made({path.stem: made.glb}, dict(made.report), rows)
+    return Made({path.stem: made.glb}, dict(made.report), rows, {"mesh": mesh_errors(made.report["lods"])})
 
 
 def solo_terrain(
@@ -99,7 +133,8 @@ def solo_terrain(
         "warnings": made.warnings,
     }
     errors = {"terrain_max_m": made.max_error_m, "terrain_rms_m": made.rms_error_m}
-    return Made({path.stem: made.glb}, told, [(path.stem, made.tier, errors, len(made.glb))])
+    rows = [(path.stem, made.tier, errors, len(made.glb))]
+    return Made({path.stem: made.glb}, told, rows, {"terrain": errors})
 
 
 def solo_maps(
@@ -116,8 +151,10 @@ def solo_maps(
     gloss_groups: list[str] | None,
     relief: dict[str, Any],
     zstd: int | None = None,
+    budget: dict[str, float] | None = None,
 ) -> Made:
-    """`paradize maps`: a file `<stem>_<map>.<fmt>` for each map in `only`. relief: as scene.Relief."""
+    """`paradize maps`: a file `<stem>_<map>.<fmt>` for each map in `only`. relief: as scene.Relief. budget:
+    metric -> worst value; a more exact format is taken where it is exceeded."""
     from paradize.bake_maps import bake_maps, relief_levels
 
     made = bake_maps(
@@ -135,6 +172,7 @@ def solo_maps(
         destep=relief["destep"],
         levels=relief_levels(relief),
         zstd=zstd,
+        budget=budget,
     )
     files, maps, rows, warnings = {}, {}, [], []
     for name in only:
@@ -155,4 +193,5 @@ def solo_maps(
         errors = {} if product.metric is None else {product.metric: product.error}
         rows.append((file, product.tier, errors, len(product.data)))
         warnings += product.warnings
-    return Made(files, {"maps": maps, "warnings": list(dict.fromkeys(warnings))}, rows)
+    told = {"maps": maps, "warnings": list(dict.fromkeys(warnings))}
+    return Made(files, told, rows, {name: made[name].errors for name in only})

@@ -30,7 +30,9 @@ def verify(
     bytes are others. percent: above 0, up to 100."""
     files = {row["name"]: row["file"] for row in report.artifacts}
     chosen = sample(list(files), percent)
-    taken = {row["name"]: row["tried"]["taken"] for row in report.artifacts if row.get("tried")}
+    taken = {
+        row["name"]: row["tried"]["taken"].partition(",")[0] for row in report.artifacts if row.get("tried")
+    }
     how = replace(how, tiers=taken | dict(how.tiers))
     with tempfile.TemporaryDirectory(prefix="paradize-verify-") as folder:
         store = Store(Path(folder))

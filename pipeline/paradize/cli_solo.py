@@ -6,11 +6,10 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from paradize.bake_solo import solo_maps, solo_mesh, solo_terrain
+from paradize.bake_solo import solo
 from paradize.bake_table import HEAD, errors_text, table
 from paradize.cli_output import say, show, show_json
 from paradize.engine.publish import write_whole
@@ -18,15 +17,13 @@ from paradize.engine.workers import Job, run_jobs
 from paradize.errors import BakeError
 
 
-def _solo(
-    arguments: argparse.Namespace, call: Callable[..., Any], settings: dict[str, Any], out: Path | None
-) -> int:
+def _solo(arguments: argparse.Namespace, kind: str, settings: dict[str, Any], out: Path | None) -> int:
     """Runs one baker in a worker; writes its files (into `arguments.out`, or as `out`); prints the result."""
     start = time.monotonic()
     if out is not None and _same(out, arguments.input):
         raise BakeError("is the input itself", file=out, mend="name another file with -o")
-    given = {"path": arguments.input, "tier": arguments.tier, **settings}
-    job = Job(arguments.input.name, call, given, file=arguments.input)
+    given = {"kind": kind, "path": arguments.input, "tier": arguments.tier, "budget": arguments.budget}
+    job = Job(arguments.input.name, solo, given | settings, file=arguments.input)
     cores = os.cpu_count() or 1
     outcome = run_jobs([job], 1, threads=min(arguments.jobs or cores, cores))[0]
     if outcome.error:
@@ -43,7 +40,7 @@ def _solo(
         made.told["sheets"] = [str(path) for path in sheets.drawn]
     seconds = time.monotonic() - start
     rows = [
-        (name, tier, errors_text(errors, {}), str(size) if size else "-", f"{seconds:.2f}")
+        (name, tier, errors_text(errors, arguments.budget), str(size) if size else "-", f"{seconds:.2f}")
         for name, tier, errors, size in made.rows
     ]
     head = [word for word in HEAD if word != "status"]
@@ -70,7 +67,7 @@ def run_mesh(arguments: argparse.Namespace) -> int:
         for key in ("lods", "max_error", "atlas", "ratio", "errors", "tangents", "quantise")
     }
     settings |= {"weld_m": arguments.weld, "crease_deg": arguments.crease}
-    return _solo(arguments, solo_mesh, settings, arguments.out)
+    return _solo(arguments, "mesh", settings, arguments.out)
 
 
 def run_maps(arguments: argparse.Namespace) -> int:
@@ -81,7 +78,7 @@ def run_maps(arguments: argparse.Namespace) -> int:
     settings = {key: getattr(arguments, key) for key in keys}
     relief = ("black", "white", "gamma", "contrast", "brightness", "invert", "filter", "destep")
     settings["relief"] = {key: getattr(arguments, key) for key in relief}
-    return _solo(arguments, solo_maps, settings, None)
+    return _solo(arguments, "maps", settings, None)
 
 
 def run_terrain(arguments: argparse.Namespace) -> int:
@@ -93,4 +90,4 @@ def run_terrain(arguments: argparse.Namespace) -> int:
         "max_error_m": abs(arguments.height) / 1000.0 if bound is None else bound,
         "quantise": arguments.quantise,
     }
-    return _solo(arguments, solo_terrain, settings, arguments.out)
+    return _solo(arguments, "terrain", settings, arguments.out)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from paradize.cli_options import add_common, number, rising, whole
+from paradize import cli_options
+from paradize.cli_options import number, rising, whole
 
 MAPS = ("normal", "height", "gloss", "dudv")
 
@@ -37,6 +38,26 @@ def _filter(text: str) -> str:
     if text not in FILTERS:
         raise argparse.ArgumentTypeError(f"{text!r} is no filter; {_FILTER_HELP}")
     return text
+
+
+def _budget(text: str) -> dict[str, float]:
+    """METRIC=LIMIT, apart by commas: what [budget] holds in a scene."""
+    from paradize.budget import METRICS
+
+    found = {}
+    for part in text.split(","):
+        metric, _, limit = (word.strip() for word in part.partition("="))
+        if metric not in METRICS:
+            raise argparse.ArgumentTypeError(f"{metric!r} is no metric; there are {', '.join(METRICS)}")
+        found[metric] = number(0.0, METRICS[metric].high)(limit)
+    return found
+
+
+def add_common(sub: argparse.ArgumentParser) -> None:
+    """What all of them take."""
+    what = "largest errors accepted (of dB the least); beyond them: a warning, with --tier auto an error"
+    sub.add_argument("--budget", type=_budget, default={}, metavar="METRIC=LIMIT,...", help=what)
+    cli_options.add_common(sub)
 
 
 def add_maps(sub: argparse.ArgumentParser) -> None:

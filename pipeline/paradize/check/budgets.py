@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from paradize.bake_choice import LABELS
 from paradize.budget import METRICS, Excess, excesses, is_beyond
 from paradize.check.files import read_file
 from paradize.check.rules import Finding
@@ -82,7 +83,7 @@ def _mend(tried: dict[str, Any] | None, excess: Excess) -> str:
     measured = {
         tier: errors[excess.metric] for tier, errors in tried["errors"].items() if excess.metric in errors
     }
-    order = [tier for tier in ("fast", "balanced", "exact") if tier in measured]
+    order = [tier for tier in LABELS if tier in measured]
     for tier in order:
         if not is_beyond(excess.metric, measured[tier], excess.limit):
             return f"tier {tier} would pass: {measured[tier]:g} {unit}"
