@@ -10,9 +10,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from paradize.bake_tasks import How
+from paradize.bake_work import run_work
 from paradize.engine.code import code_digest, code_of
 from paradize.engine.store import Store, key_of
-from paradize.engine.workers import Job, run_jobs
+from paradize.engine.workers import Job
 from paradize.errors import ParadizeError
 from paradize.require import Met
 from paradize.scene import ObjectMaterial, Scene, SceneObject
@@ -52,14 +54,12 @@ def measure_objects(
     materials: Mapping[str, list[str]],
     data: Mapping[str, bytes],
     sha256: Mapping[str, str],
-    jobs: int,
-    force: bool,
+    how: How,
 ) -> tuple[dict[str, dict[str, dict[str, Any]]], list[ParadizeError]]:
     """By "gutters" and "bumps", then by the object's name: what measure_gutters returns, for objects with a
     colour map; and {"levels": what measure_bumps returns}, for those with a normal map. And what failed.
 
     met: how the flight meets each object. materials: the names of its mesh's. data, sha256: by artifact.
-    force: nothing is read from the store.
     """
     asked: list[_Asked] = []
     found: dict[str, dict[str, dict[str, Any]]] = {what: {} for what in _HOLDS}
@@ -82,16 +82,16 @@ def measure_objects(
             only = {"normal": textures["normal"]}
             asked.append(_ask("bumps", bumps_of, item, settings, held_normal, data, sha256, only))
     work = []
-    if not force:
+    if not how.force:
         store.expect(one.key for one in asked)
     for one in asked:
-        kept = None if force else store.get_product(one.key)
+        kept = None if how.force else store.get_product(one.key)
         if isinstance(kept, dict) and _HOLDS[one.what] <= kept.keys():
             found[one.what][one.item] = kept
         else:
             work.append(one)
     errors = []
-    outcomes = run_jobs([one.job for one in work], min(jobs, len(work))) if work else []
+    outcomes = run_work(how, [one.job for one in work])
     for one, outcome in zip(work, outcomes, strict=True):
         if outcome.error:
             errors.append(outcome.error)

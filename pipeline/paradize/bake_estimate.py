@@ -1,4 +1,5 @@
-"""What memory a bake of some sources is thought to take, from an OBJ's bytes and a picture's header.
+"""What memory a bake of some sources is thought to take, from an OBJ's bytes and a picture's header, and what
+time at the very most.
 
 An estimate only decides what runs beside what (engine/workers.py); no result depends on it, and a source that
 lies about its size is found out by what its worker really holds.
@@ -12,12 +13,18 @@ from pathlib import Path
 _BASE = 150_000_000  # an interpreter with numpy, and the readers
 _PER_TEXEL = 48  # bytes, all maps of a picture with their measures
 _PER_OBJ_BYTE = 12
+_BYTES_PER_S = 1_000_000  # of that memory: the slowest tier on the slowest machine does more
 _HEAD = 1 << 16  # of a JPEG, where its size should stand; metadata may be longer
 
 
 def memory_of(sources: Iterable[Path]) -> int:
     """Bytes that a bake of these files may take; files that cannot be read count nothing."""
     return _BASE + sum(_memory_of_one(path) for path in sources)
+
+
+def seconds_of(sources: Iterable[Path]) -> float:
+    """Seconds after which a bake of these files hangs for sure."""
+    return memory_of(sources) / _BYTES_PER_S
 
 
 def _memory_of_one(path: Path) -> int:

@@ -6,6 +6,8 @@ import argparse
 import os
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,25 +16,6 @@ from paradize.errors import ParadizeError, one_line
 
 if TYPE_CHECKING:
     from paradize.bake_tasks import How
-
-
-class Progress:
-    """What runs and how much is done; on a terminal only."""
-
-    def __init__(self) -> None:
-        self.bar: Any = None
-
-    def told(self, what: str, done: int, of: int) -> None:
-        if not sys.stderr.isatty():
-            return
-        if self.bar is None or done <= self.bar.n:  # more tasks: other tiers of some
-            from tqdm import tqdm
-
-            self.bar = tqdm(total=of, unit="task", file=sys.stderr, leave=False)
-        self.bar.set_description(what)
-        self.bar.update(done - self.bar.n)
-        if done == of:
-            self.bar.close()
 
 
 def run_bake(arguments: argparse.Namespace) -> int:
@@ -50,13 +33,15 @@ def run_bake(arguments: argparse.Namespace) -> int:
     else:
         from paradize.bake import bake
 
-        report = bake(arguments.scene, arguments.out, _how(arguments))
+        with _how(arguments) as how:
+            report = bake(arguments.scene, arguments.out, how)
     verified: list[str] = []
     wrong: list[ParadizeError] = []
     if arguments.verify and not report.errors:
         from paradize.bake_verify import verify
 
-        verified, wrong = verify(arguments.scene, report, percent=arguments.verify, how=_how(arguments))
+        with _how(arguments) as how:
+            verified, wrong = verify(arguments.scene, report, percent=arguments.verify, how=how)
     stream = sys.stderr if arguments.json else sys.stdout
     _bake_table(report, stream)
     sheets = _sheets(report, stream)
@@ -72,10 +57,24 @@ def run_bake(arguments: argparse.Namespace) -> int:
     return 1 if errors else 0
 
 
-def _how(arguments: argparse.Namespace) -> How:
+@contextmanager
+def _how(arguments: argparse.Namespace) -> Iterator[How]:
+    """What the arguments say of how to bake, under a display of what runs."""
+    from paradize.bake_record import record_name
     from paradize.bake_tasks import How
+    from paradize.cli_progress import Progress
+    from paradize.engine.store import Store, default_root
 
-    return How(arguments.jobs or 0, arguments.tier, arguments.force, Progress().told, store=arguments.store)
+    name = record_name(arguments.scene, arguments.out, arguments.tier)
+    with closing(Progress(Store(default_root()), name)) as watcher:
+        yield How(
+            arguments.jobs or 0,
+            arguments.tier,
+            arguments.force,
+            watcher,
+            cluster=arguments.cluster,
+            store=arguments.store,
+        )
 
 
 def _sheets(report: Any, stream: Any) -> list[str]:

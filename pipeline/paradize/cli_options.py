@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Callable
 from datetime import date
 from pathlib import Path
@@ -117,6 +118,12 @@ def add_scene(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("scene", type=Path, metavar="SCENE.toml")
 
 
+def _scheduler(text: str) -> str:
+    if not re.fullmatch(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:\d+", text):
+        raise argparse.ArgumentTypeError(f"{text!r} is no address of a scheduler; write tcp://HOST:PORT")
+    return text
+
+
 def add_bake(sub: argparse.ArgumentParser) -> None:
     """What `paradize bake` takes."""
     add_scene(sub)
@@ -129,6 +136,9 @@ def add_bake(sub: argparse.ArgumentParser) -> None:
         "--store",
         metavar="URL",
         help="share what is baked there: a folder, sftp://host/folder, s3://bucket/folder",
+    )
+    sub.add_argument(
+        "--cluster", type=_scheduler, metavar="tcp://HOST:PORT", help="bake on the workers of a Dask cluster"
     )
     add_common(sub, "worker processes", None)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from paradize.bake import bake
 from paradize.bake_tasks import How
+from paradize.bake_work import Watcher
 from tests.pipeline.scenes import make_cove, write_image
 
 
@@ -17,15 +19,19 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
 
 
+class Ended(Watcher):
+    def __init__(self, then: Callable[[], object]) -> None:
+        self.then = then
+
+    def ended(self, name: str, seconds: float) -> None:
+        self.then()
+
+
 def test_a_scene_edited_during_its_bake_is_baked_again(tmp_path: Path) -> None:
     scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
     edited = scene.read_text().replace("max_error_m = 0.05", "max_error_m = 0.5")
 
-    def edit(what: str, done: int, of: int) -> None:
-        if done == of:
-            scene.write_text(edited)
-
-    first = bake(scene, out, How(jobs=2, told=edit))
+    first = bake(scene, out, How(jobs=2, watcher=Ended(lambda: scene.write_text(edited))))
     assert not first.errors
     again = bake(scene, out, How(jobs=2))
     assert [row["name"] for row in again.artifacts if row["status"] == "baked"] == ["terrain_mesh"]
@@ -36,9 +42,8 @@ def test_a_source_edited_during_its_bake_spoils_that_artifact_and_not_the_store(
     scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
     before = (scene.parent / "wood.png").read_bytes()
     white = np.full((32, 32, 3), 255, np.uint8)
-    report = bake(
-        scene, out, How(jobs=1, told=lambda what, done, of: write_image(scene.parent / "wood.png", white))
-    )
+    watcher = Ended(lambda: write_image(scene.parent / "wood.png", white))
+    report = bake(scene, out, How(jobs=1, watcher=watcher))
     assert report.errors and all("changed while it was baked" in str(error) for error in report.errors)
     assert all("wood.png" in str(error) for error in report.errors) and not (out / "scene.json").exists()
     (scene.parent / "wood.png").write_bytes(before)

@@ -146,7 +146,7 @@ def test_keys_cover_all_code_that_a_baker_loads(tmp_path: Path, monkeypatch: pyt
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr("paradize.bake_tasks.run_jobs", note)
+        patch.setattr("paradize.bake_work.run_jobs", note)
         bake(make_cove(tmp_path / "scene"), tmp_path / "out")
     assert asked.keys() == bake_makers.MAKERS.keys()
     for maker, job in asked.items():

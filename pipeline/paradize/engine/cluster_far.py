@@ -1,0 +1,127 @@
+"""What runs in a Dask worker: one of our own worker processes for each of its threads, which bakes.
+
+So a crash, a hang or a hunger for memory spoils one job on another machine too, and what is asked for its
+code is a fresh interpreter of ours. Arguments and results are plain values, which any version understands.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import tempfile
+import threading
+from pathlib import Path
+from typing import Any
+
+from paradize.engine.limits import cores, memory_limit
+from paradize.engine.parcel import pack_answer, place_in, run_packed
+from paradize.engine.worker import ForeignCode
+from paradize.engine.workers import Crew, Job, Outcome, run_jobs
+from paradize.errors import ParadizeError
+from paradize.kernels.threads import VARIABLE as THREADS
+
+# What the two sides must agree on: the text of the modules that talk to each other, as they were imported.
+_TALK = ("cluster_far", "parcel", "workers", "crew", "worker")
+PROTOCOL = hashlib.sha256(
+    b"".join(Path(__file__).with_name(f"{name}.py").read_bytes() for name in _TALK)
+).hexdigest()[:8]
+
+_LOCK = threading.Lock()
+_IDLE: list[Crew] = []  # those whose process waits for work
+_AT_WORK: dict[str, list[Crew]] = {}  # bake -> those that work for it
+
+
+def greet() -> dict[str, Any]:
+    """Who this is: what the two sides must agree on, and what its machine has."""
+    try:
+        memory = memory_limit()
+    except ParadizeError as error:
+        return {"error": str(error)}
+    return {
+        "engine": PROTOCOL,
+        "python": ".".join(platform.python_version_tuple()[:2]),
+        "host": platform.node(),
+        "memory": memory,
+    }
+
+
+def bake_here(
+    bake: str, task: dict[str, Any], call: bytes, paths: list[str], blobs: list[bytes], threads: int
+) -> dict[str, Any]:
+    """Runs a job. bake: whose. task: name, file, timeout_s, memory_bytes, code as in a Job; given: as of
+    parcel.pack_call; empty: the files that need only be there. call: packed. paths, blobs: the other files.
+    threads: of the Dask worker, which share the cores. Returns value or error as packed answers, seconds,
+    tries; foreign: the module whose code here is another."""
+    share = None if os.environ.get(THREADS) else max(1, cores() // max(1, threads))
+    with tempfile.TemporaryDirectory(prefix="paradize-", dir=_own_folder()) as name:
+        folder = Path(name).resolve()
+        for path, blob in zip(paths, blobs, strict=True):
+            _write(place_in(folder, path), blob)
+        for path in task["empty"]:
+            _write(place_in(folder, path), b"")
+        job = Job(
+            task["name"],
+            run_packed,
+            {"packed": call, "folder": folder, "given": task["given"]},
+            task["timeout_s"],
+            task["file"],
+            task["memory_bytes"],
+            task["code"],
+        )
+        outcome = _run(bake, job, share)
+        error = outcome.error
+        return {
+            "value": outcome.value,
+            "error": None if error is None else pack_answer(error, folder, task["given"]),
+            "foreign": error.module if isinstance(error, ForeignCode) else None,
+            "seconds": outcome.seconds,
+            "tries": outcome.tries,
+        }
+
+
+def leave(bake: str) -> None:
+    """Ends the processes that work for a bake that is over, and those that wait."""
+    with _LOCK:
+        crews = [*_AT_WORK.pop(bake, []), *_IDLE]
+        _IDLE.clear()
+        for crew in crews:
+            crew.closed = True
+            for worker in crew.workers:
+                worker.process.kill()
+
+
+def _run(bake: str, job: Job, threads: int | None) -> Outcome:
+    while True:
+        with _LOCK:
+            warm = bool(_IDLE)
+            crew = _IDLE.pop() if warm else Crew()
+            _AT_WORK.setdefault(bake, []).append(crew)
+        try:
+            (outcome,) = run_jobs([job], 1, threads=threads, crew=crew)
+        finally:
+            with _LOCK:
+                if crew in _AT_WORK.get(bake, []):
+                    _AT_WORK[bake].remove(crew)
+        if warm and isinstance(outcome.error, ForeignCode):  # it began before the code here was changed
+            crew.stop()
+            continue
+        with _LOCK:
+            if not crew.closed:
+                _IDLE.append(crew)
+        return outcome
+
+
+def _own_folder() -> str | None:
+    """The Dask worker's folder, which is swept after it even where it is killed."""
+    from distributed import get_worker
+
+    try:
+        return str(get_worker().local_directory)
+    except ValueError:
+        return None
+
+
+def _write(path: Path, data: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(data)

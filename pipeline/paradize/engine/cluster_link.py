@@ -1,0 +1,49 @@
+"""The line to a Dask scheduler: one clear message where there is none, and no word of Dask's own."""
+
+from __future__ import annotations
+
+import logging
+import platform
+import warnings
+from typing import Any
+
+from paradize.errors import BakeError, one_line
+
+CONNECT_S = 10.0  # until a scheduler must have answered
+HOWTO = "see `Many machines` in pipeline/README.md"
+
+
+class ClusterLost(BakeError):  # noqa: N818 (what happened)
+    """There is no cluster, or no longer: what was not baked is not."""
+
+
+def connect(address: str) -> Any:
+    """A Dask client. Raises ClusterLost where no scheduler answers, or where it is not of our version."""
+    try:
+        import dask
+        import distributed
+    except ImportError:
+        mend = "install it as of setup/python-test.txt, or with pip install 'paradize[cluster]'"
+        raise BakeError("--cluster needs the library distributed (Dask)", mend=mend) from None
+    for name in ("distributed", "distributed.client", "distributed.comm"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    mend = f"start it with `dask scheduler`, or mend the address: tcp://HOST:PORT; {HOWTO}"
+    try:
+        limits = {"distributed.comm.timeouts.connect": f"{CONNECT_S}s"}
+        with warnings.catch_warnings(), dask.config.set(limits):
+            warnings.simplefilter("ignore", distributed.versions.VersionMismatchWarning)
+            client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
+    except Exception as error:  # whatever answers there; Dask raises many kinds
+        reason = one_line(str(error)).strip().rstrip(".")[:200]
+        what = f"no Dask scheduler answers within {CONNECT_S:g} s ({type(error).__name__}: {reason})"
+        raise ClusterLost(what, file=address, mend=mend) from None
+    there = client.get_versions()["scheduler"]["packages"]
+    here = {"python": platform.python_version(), "distributed": distributed.__version__}
+    for name, version in here.items():
+        found = str(there[name])
+        same = found.split(".")[:2] == version.split(".")[:2] if name == "python" else found == version
+        if not same:
+            client.close()
+            what = f"the scheduler runs {name} {found}, this bake {version}"
+            raise ClusterLost(what, file=address, mend=f"install the same on both; {HOWTO}")
+    return client
