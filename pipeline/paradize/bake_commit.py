@@ -7,7 +7,6 @@ stands; files that it no longer names are swept afterwards. If anything fails, t
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,18 +16,16 @@ from paradize.bake_borders import measure_objects
 from paradize.bake_cut import Asked, ask, cut, cut_gutter, cut_row
 from paradize.bake_manifest import MeshFacts, build_manifest, mesh_facts
 from paradize.bake_nearest import least_pixels, places_of
-from paradize.bake_record import SCENE_FILE, BakeReport
+from paradize.bake_record import SCENE_FILE, BakeReport, strays
 from paradize.bake_tasks import MEASURED, How, Task
 from paradize.budget import excesses
-from paradize.engine.publish import sweep_aside, write_whole
+from paradize.engine.publish import write_whole
 from paradize.engine.store import Store, hash_file, stamp
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.flight import Flight
 from paradize.formats.scene_manifest import encode_scene
 from paradize.require import meet
 from paradize.scene import Scene
-
-OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only files that a sweep may remove
 
 
 def report_of(scene: Scene, out: Path, tasks: list[Task], tried: Tried) -> BakeReport:
@@ -143,7 +140,7 @@ def commit(
                 scene, flight, flight_errors, entries, facts, met, gutters, pixels, ground, tried, told
             )
         )
-        _publish(out, files, manifest)
+        report.warnings += _publish(out, files, manifest)
     except ParadizeError as error:
         report.errors.append(error)
 
@@ -191,9 +188,9 @@ def size_of(data: bytes | Path) -> int:
     return data.stat().st_size if isinstance(data, Path) else len(data)
 
 
-def _publish(out: Path, files: dict[str, tuple[bytes | Path, str]], manifest: bytes) -> None:
+def _publish(out: Path, files: dict[str, tuple[bytes | Path, str]], manifest: bytes) -> list[str]:
     """Writes artifacts (file name -> bytes or the file that holds them, SHA-256), then scene.json, then
-    sweeps what it no longer names.
+    sweeps what it no longer names; returns warnings.
 
     Raises BakeError when the folder cannot be written; scene.json is then the old one.
     """
@@ -205,7 +202,13 @@ def _publish(out: Path, files: dict[str, tuple[bytes | Path, str]], manifest: by
     scene = out / SCENE_FILE
     if stamp(scene) is None or scene.read_bytes() != manifest:
         write_whole(scene, manifest)
-    sweep_aside(out)
-    for path in out.iterdir():
-        if path.name not in files and OURS.fullmatch(path.name):
-            path.unlink(missing_ok=True)
+    return [text for path in strays(out, files) for text in _removed(path)]
+
+
+def _removed(path: Path) -> list[str]:
+    """Removes a file; a warning where that is refused."""
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        return [f"{path} is of no use and cannot be removed: {error.strerror}"]
+    return []

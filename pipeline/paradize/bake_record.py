@@ -6,16 +6,20 @@ at rest since.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import os
+import re
+from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from paradize.engine.libraries import library_versions
 from paradize.engine.memory import FileMemory
+from paradize.engine.publish import is_aside
 from paradize.engine.store import Store, key_of, stamp
 from paradize.errors import ParadizeError
 
 SCENE_FILE = "scene.json"
+OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only whole files that a sweep may remove
 
 
 class BakeReport:
@@ -61,6 +65,16 @@ class BakeReport:
         return told
 
 
+def strays(out: Path, named: Container[str]) -> list[Path]:
+    """What is left in a folder of bakes that were killed, or were followed by others: files of ours that are
+    half-written or not named."""
+    return [
+        out / name
+        for name in os.listdir(out)  # noqa: PTH208 (a bake with nothing to do makes no path of each)
+        if name not in named and (is_aside(name) or OURS.fullmatch(name))
+    ]
+
+
 def record_name(
     scene: Path, out: Path | None, tier: str | None, tiers: Mapping[str, str] | None = None
 ) -> str:
@@ -91,6 +105,8 @@ def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeRepor
         )
     except (KeyError, TypeError):
         return None
+    if strays(report.out, {row["file"] for row in rows}):
+        return None  # the next commit sweeps them
     if memory.hashed:
         store.put_bake(name, record | {"memory": memory.as_json([Path(path) for path in files])})
     return report

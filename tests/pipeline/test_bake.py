@@ -17,6 +17,7 @@ import pytest
 from paradize.bake import bake
 from paradize.bake_record import BakeReport
 from paradize.bake_tasks import How
+from paradize.engine.publish import ASIDE
 from paradize.errors import GroupedError
 from paradize.formats.scene_manifest import decode_scene
 from tests.pipeline.scenes import make_cove, write_image
@@ -219,6 +220,16 @@ def test_files_of_others_are_never_swept(copied: tuple[Path, Path]) -> None:
     bake(scene, out, How(jobs=1))
     names = {path.name for path in out.iterdir()}
     assert {"notes.txt", "palm.glb", "sky-old.ktx2"} <= names and "sky-00000000.ktx2" not in names
+
+
+def test_what_a_killed_bake_left_is_swept_also_where_nothing_changed(copied: tuple[Path, Path]) -> None:
+    scene, out = copied
+    bake(scene, out, How(jobs=1))
+    before = state_of(out)
+    (out / f".sky-01234567.ktx2{ASIDE}89ab").write_text("half")
+    (out / "sky-01234567.ktx2").write_text("never named")
+    assert bake(scene, out, How(jobs=1)).count("reused") == 14
+    assert state_of(out) == before
 
 
 def test_a_budget_that_is_exceeded_is_told(copied: tuple[Path, Path]) -> None:

@@ -9,14 +9,17 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from paradize.bake_commit import OURS
+from paradize.bake_record import OURS
 from paradize.check.against import WORSE_BY, check_against, earlier_scene
 from paradize.check.budgets import check_budget
 from paradize.check.files import read_file
+from paradize.check.flights import check_flight
 from paradize.check.gutters import check_gutters
+from paradize.check.layouts import check_layouts
 from paradize.check.maps import scene_maps
 from paradize.check.meshes import check_mesh
 from paradize.check.rules import Finding
+from paradize.check.sounds import check_sound
 from paradize.check.terrain import check_tiles
 from paradize.check.textures import check_texture
 from paradize.check.verdicts import judged
@@ -67,11 +70,13 @@ def _findings(manifest: dict[str, Any], path: Path, look: Look) -> Iterator[Find
     yield from check_budget(manifest, path.parent, file)
     if look.against:
         yield from check_against(manifest, earlier_scene(look.against, path.parent), file, look.worse_by)
+    yield from check_layouts(manifest, path.parent)
     yield from check_gutters(manifest, path.parent)
     yield from scene_maps(manifest, path.parent)
     yield from check_tiles(manifest, path.parent)
     yield from _unused(path.parent, manifest, file)
     yield from _path(manifest["flight"], file)
+    yield from check_flight(manifest, path.parent, file)
 
 
 def _colors(manifest: dict[str, Any]) -> dict[str, bool]:
@@ -109,8 +114,8 @@ def _artifact(
                 yield Finding("PZ102", file, error.what, error.place or "")
     elif artifact["kind"] in ("texture", "cubemap"):
         yield from check_texture(data, file, color=color)
-    elif data[:4] != b"OggS":
-        yield Finding("PZ102", file, "is no Ogg file", "byte 0")
+    else:
+        yield from check_sound(data, file)
 
 
 def _unused(folder: Path, manifest: dict[str, Any], file: str) -> Iterator[Finding]:

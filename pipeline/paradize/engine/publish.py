@@ -57,6 +57,11 @@ def _flush_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
+def is_aside(name: str) -> bool:
+    """Whether a file of this name is being written, or was left by a killed writer."""
+    return name.startswith(".") and ASIDE in name
+
+
 def sweep_aside(folder: Path) -> None:
     """Removes what killed writers left in `folder`."""
     for path in folder.glob(f".*{ASIDE}*"):
