@@ -150,7 +150,8 @@ class _Search:
         wanted = np.zeros(len(runs), np.bool_)
         for view, covered in rows.items():
             far = np.maximum(covered, from_m) if view == "camera" else covered
-            wanted |= far * least - self.spread < self.best.texels
+            shown = far < np.inf
+            wanted[shown] |= far[shown] * least - self.spread < self.best.texels
             at = int(np.argmin(far)) if len(far) else 0
             if len(far) and far[at] < np.inf and self.texels(float(far[at]), least) < bound:
                 bound, run, name = self.texels(float(far[at]), least), int(runs[at]), view

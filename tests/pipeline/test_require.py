@@ -1,0 +1,147 @@
+"""A scene's passes decide which maps and attributes exist at all, and nothing else is made."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from paradize.bake import bake
+from paradize.bake_looks import looks_of
+from paradize.bake_tasks import How
+from paradize.errors import ParadizeError
+from paradize.require import Order, read_of, require
+from paradize.scene import VIEWS, ObjectMaterial, SceneObject, load_scene
+from tests.pipeline.glb_json import document
+from tests.pipeline.scenes import make_cove
+from tests.places import ROOT
+
+LIT = {"POSITION", "NORMAL"}
+PAINTED = LIT | {"TEXCOORD_0", "color"}
+FRAMED = PAINTED | {"TANGENT"}
+# views; painted; strength of bumps; parallax; specular; alpha cutoff -> attributes and maps.
+READ = [
+    (VIEWS, True, 1.0, 0.01, 0.2, 0.0, FRAMED | {"normal", "height", "gloss"}),
+    (VIEWS, True, 1.0, 0.0, 0.2, 0.0, FRAMED | {"normal", "gloss"}),
+    (VIEWS, True, 0.0, 0.01, 0.2, 0.0, FRAMED | {"height", "gloss"}),
+    (VIEWS, True, 0.0, 0.0, 0.2, 0.0, PAINTED | {"gloss"}),
+    (VIEWS, True, 1.0, 0.0, 0.0, 0.0, FRAMED | {"normal"}),
+    (VIEWS, True, 0.0, 0.0, 0.0, 0.0, PAINTED),
+    (VIEWS, False, 1.0, 0.01, 0.2, 0.5, LIT),
+    (("shadow",), True, 1.0, 0.01, 0.2, 0.0, {"POSITION"}),
+    (("shadow",), True, 1.0, 0.01, 0.2, 0.5, {"POSITION", "TEXCOORD_0", "color"}),
+    (("shadow",), False, 1.0, 0.01, 0.2, 0.5, {"POSITION"}),
+    (("reflection",), True, 1.0, 0.0, 0.0, 0.0, FRAMED | {"normal"}),
+    (("refraction",), False, 0.0, 0.0, 0.2, 0.0, LIT),
+    (("camera",), True, 0.0, 0.0, 0.0, 0.5, PAINTED),
+    (("camera", "shadow"), True, 0.0, 0.0, 0.0, 0.5, PAINTED),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("views", "painted", "strength", "parallax", "specular", "cutoff", "read"), READ)
+def test_passes_decide_which_attributes_and_maps_there_are(
+    views: tuple[str, ...],
+    painted: bool,
+    strength: float,
+    parallax: float,
+    specular: float,
+    cutoff: float,
+    read: set[str],
+) -> None:
+    material = ObjectMaterial(parallax_scale=parallax, specular=specular, alpha_cutoff=cutoff)
+    item = SceneObject(
+        name="post", mesh=Path("post.obj"), strength=strength, materials={"wood": material}, instances=()
+    )
+    found = read_of(item, views, painted)
+    assert found.keys() == read
+    assert all(found.values())
+
+
+def ordered(scene: Path) -> dict[str, Order]:
+    known = load_scene(scene)
+    return {order.name: order for order in require(known, looks_of(known, scene)[0]).orders}
+
+
+def names(scene: Path) -> set[str]:
+    return {want.artifact for order in ordered(scene).values() for want in order.wants if want.kind}
+
+
+def edited(folder: Path, *changes: tuple[str, str]) -> Path:
+    scene = make_cove(folder)
+    text = scene.read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    scene.write_text(text)
+    return scene
+
+
+def test_without_a_pass_there_is_nothing_that_only_it_reads(tmp_path: Path) -> None:
+    whole = names(make_cove(tmp_path / "whole"))
+    water = ('[water]\nwaves = "waves.png"\n', "")
+    cases: dict[str, tuple[set[str], tuple[str, str]]] = {
+        "water": ({"water_normal", "water_dudv"}, water),
+        "parallax": ({"post_height"}, ("parallax_scale = 0.01\n", "")),
+        "shine": ({"post_gloss"}, ("specular = 0.2\n", "")),
+        "grain": ({"sand_normal"}, ("sand_strength = 0.5\n", "")),
+        "effect": ({"effect_color", "effect_normal"}, ('effect_color = "sand.png"\n', "")),
+        "sound": ({"sound"}, ('[sound]\nfile = "sea.ogg"\n', "")),
+    }
+    for name, (gone, change) in cases.items():
+        assert names(edited(tmp_path / name, change)) == whole - gone, name
+
+
+def test_an_object_that_only_casts_a_shadow_is_depth_alone(tmp_path: Path) -> None:
+    shadow = ("lods = 3\n", 'lods = 3\nviews = ["shadow"]\n')
+    scene = edited(tmp_path / "solid", shadow)
+    found = ordered(scene)
+    assert {name for name in found if name.startswith("post")} == {"post mesh"}
+    (want,) = found["post mesh"].wants
+    assert want.passes == ("shadow",)
+    assert want.reason == "the object post: its shadow"
+    leaves = edited(tmp_path / "leaves", shadow, ("specular = 0.2\n", "alpha_cutoff = 0.5\n"))
+    assert {name for name in ordered(leaves) if name.startswith("post")} == {"post mesh", "post colour"}
+
+
+def test_a_baked_mesh_holds_what_is_read_and_no_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    for name, change, attributes in (
+        ("all", ("lods = 3\n", "lods = 2\n"), LIT | {"TEXCOORD_0", "TANGENT"}),
+        ("shadow", ("lods = 3\n", 'lods = 2\nviews = ["shadow"]\n'), {"POSITION"}),
+    ):
+        scene = edited(tmp_path / name, change)
+        report = bake(scene, tmp_path / name / "out", How(jobs=2))
+        assert not report.errors, report.errors
+        manifest = json.loads((tmp_path / name / "out" / "scene.json").read_text())
+        assert manifest["objects"][0]["views"] == (["shadow"] if name == "shadow" else list(VIEWS))
+        tree = document((tmp_path / name / "out" / manifest["artifacts"]["post_mesh"]["file"]).read_bytes())
+        for mesh in tree["meshes"]:
+            assert all(primitive["attributes"].keys() == attributes for primitive in mesh["primitives"])
+
+
+def test_shaders_read_no_attribute_that_the_table_leaves_out() -> None:
+    """Vertex colours are in no shader; the light's reads places and coordinates alone."""
+    inputs = {}
+    for name in ("object", "depth"):
+        text = (ROOT / "shaders" / f"{name}.vert").read_text()
+        inputs[name] = set(re.findall(r"^layout\(location = \d\) in \w+ (\w+);", text, re.MULTILINE))
+    assert inputs == {
+        "object": {"position", "normal", "tangent", "uv0"},
+        "depth": {"position", "uv0"},
+    }
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("[shadow]\nsize = 256\nextent_m = 20.0\n", "", "object[0].views: draws it nowhere"),
+        ('name = "cove"\n', 'name = "cove"\nlargest_viewport = [1280, 719]\n', "largest_viewport[1]: is 719"),
+        ("[reflection]\n", "[free_camera]\nlow = [0, 5, 0]\nhigh = [1, 4, 1]\n", "free_camera.low[1]: is 5"),
+    ],
+)
+def test_what_cannot_be_is_told_with_its_place(tmp_path: Path, old: str, new: str, told: str) -> None:
+    scene = edited(tmp_path, (old, new), ("lods = 3\n", 'lods = 3\nviews = ["shadow"]\n'))
+    with pytest.raises(ParadizeError, match=re.escape(told)):
+        load_scene(scene)
