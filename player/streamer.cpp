@@ -31,19 +31,23 @@ struct StreamItem {
     StreamedTile tile;
     bool is_tile = false;
     assets::ArtifactKind kind = assets::ArtifactKind::sound;
+    std::string sha256;
     std::size_t pieces_left = 0;
+    std::uint64_t bytes = 0; // of all its pieces
 };
 
 struct Streamer::Impl {
     const assets::SceneFile &scene;
-    std::vector<StreamItem> items;    // one per artifact, same order
-    std::vector<std::uint32_t> tiles; // the items that are the terrain's
+    std::vector<std::shared_ptr<StreamItem>> items; // one per artifact, same order; of several scenes
+    std::vector<std::uint32_t> tiles;               // the items that are the terrain's
     std::vector<assets::StreamPiece> pieces;
     std::size_t next = 0;
     std::uint64_t resident = 0;
     std::uint64_t total = 0;
     std::uint64_t terrain = 0;
     std::unique_ptr<assets::Loader> loader;
+
+    std::size_t kept = 0; // items of the scene before
 
     explicit Impl(const assets::SceneFile &file) : scene(file), items(file.artifacts.size()) {
         if (scene.terrain) {
@@ -56,8 +60,10 @@ struct Streamer::Impl {
 
     void open(std::uint32_t index, const std::filesystem::path &folder) {
         const assets::Artifact &artifact = scene.artifacts[index];
-        StreamItem &item = items[index];
+        items[index] = std::make_shared<StreamItem>();
+        StreamItem &item = *items[index];
         item.kind = artifact.kind;
+        item.sha256 = artifact.sha256;
         if (artifact.kind == assets::ArtifactKind::sound) {
             return;
         }
@@ -87,24 +93,64 @@ struct Streamer::Impl {
             make_texture(item);
         }
         item.pieces_left = pieces.size() - before;
+        for (std::size_t i = before; i < pieces.size(); ++i) {
+            item.bytes += pieces[i].bytes.size();
+        }
+    }
+
+    /// Takes what the scene before has of this artifact, when it is the same and all there.
+    bool keep(std::uint32_t index, const Impl &before) {
+        const assets::Artifact &artifact = scene.artifacts[index];
+        const auto same = std::ranges::find_if(before.items, [&](const std::shared_ptr<StreamItem> &item) {
+            return !artifact.sha256.empty() && item->sha256 == artifact.sha256 &&
+                   item->kind == artifact.kind && item->pieces_left == 0;
+        });
+        const auto tile = std::ranges::find(tiles, index);
+        if (same == before.items.end() || (*same)->is_tile != (tile != tiles.end()) ||
+            ((*same)->is_tile && !fits(**same, rows_of(static_cast<std::uint32_t>(tile - tiles.begin()))))) {
+            return false;
+        }
+        items[index] = *same;
+        resident += (*same)->bytes;
+        ++kept;
+        return true;
+    }
+
+    struct Rows {
+        std::size_t first = 0, count = 0;
+    };
+
+    Rows rows_of(std::uint32_t tile) const {
+        const std::vector<std::uint32_t> &column = scene.terrain->patches.tile;
+        const auto [first, end] = std::ranges::equal_range(column, tile);
+        return {static_cast<std::size_t>(first - column.begin()), static_cast<std::size_t>(end - first)};
+    }
+
+    /// The first patch of these rows that is not the tile's node in its place; their count: all are.
+    static std::size_t first_other(const StreamItem &item, const Rows &rows) {
+        std::size_t i = 0;
+        while (i < rows.count && item.glb.levels[i].name == "patch" + std::to_string(rows.first + i)) {
+            ++i;
+        }
+        return i;
+    }
+
+    static bool fits(const StreamItem &item, const Rows &rows) {
+        return item.glb.levels.size() == rows.count && first_other(item, rows) == rows.count;
     }
 
     void open_tile(StreamItem &item, std::uint32_t index, std::uint32_t tile) {
         const assets::TerrainPatches &patches = scene.terrain->patches;
-        const auto [first, end] = std::ranges::equal_range(patches.tile, tile);
-        const auto row = static_cast<std::size_t>(first - patches.tile.begin());
-        const auto count = static_cast<std::size_t>(end - first);
+        const auto [row, count] = rows_of(tile);
         if (count == 0) {
             throw Error(item.path + ": scene.json has no patch in this tile of the terrain");
         }
         item.glb =
             assets::read_glb_nodes(item.file.bytes(), item.path, std::span(patches.node).subspan(row, count));
-        for (std::size_t i = 0; i < count; ++i) {
-            const std::string expected = "patch" + std::to_string(row + i);
-            if (const std::string &name = item.glb.levels[i].name; name != expected) {
-                throw Error(item.path + ": node " + name + ": scene.json says that it is " + expected +
-                            "; bake the scene again");
-            }
+        if (const std::size_t i = first_other(item, {row, count}); i < count) {
+            throw Error(item.path + ": node " + item.glb.levels[i].name +
+                        ": scene.json says that it is patch" + std::to_string(row + i) +
+                        "; bake the scene again");
         }
         const auto roots = static_cast<std::size_t>(
             std::count(patches.made_by.begin() + static_cast<std::ptrdiff_t>(row),
@@ -126,7 +172,7 @@ struct Streamer::Impl {
     }
 
     void upload_texture(const assets::StreamPiece &piece) {
-        StreamItem &item = items[piece.artifact];
+        StreamItem &item = *items[piece.artifact];
         StreamedTexture &texture = item.texture;
         upload_rows(texture.texture_, item.ktx, piece);
         if (piece.last) {
@@ -151,7 +197,7 @@ struct Streamer::Impl {
             loader->wait(next);
         }
         if (const std::string &fault = loader->fault(next); !fault.empty()) {
-            throw Error(items[pieces[next].artifact].path + ": level " + std::to_string(pieces[next].level) +
+            throw Error(items[pieces[next].artifact]->path + ": level " + std::to_string(pieces[next].level) +
                         ": " + fault);
         }
         return true;
@@ -159,7 +205,7 @@ struct Streamer::Impl {
 
     void upload_one() {
         const assets::StreamPiece &piece = pieces[next++];
-        StreamItem &item = items[piece.artifact];
+        StreamItem &item = *items[piece.artifact];
         if (item.is_tile) {
             item.tile.upload(item.glb, piece, item.path);
         } else if (item.kind == assets::ArtifactKind::mesh) {
@@ -174,7 +220,7 @@ struct Streamer::Impl {
     }
 };
 
-Streamer::Streamer(const assets::SceneFile &file, const std::filesystem::path &folder)
+Streamer::Streamer(const assets::SceneFile &file, const std::filesystem::path &folder, const Streamer *before)
     : impl_(std::make_unique<Impl>(file)) {
     std::vector<std::uint32_t> order = file.streaming; // and after it what it does not name
     for (std::uint32_t i = 0; i < file.artifacts.size(); ++i) {
@@ -186,14 +232,14 @@ Streamer::Streamer(const assets::SceneFile &file, const std::filesystem::path &f
     glVertexAttrib4f(gl::attribute_tangent, 1.0F, 0.0F, 0.0F, 1.0F);
     glVertexAttrib4f(gl::attribute_color, 1.0F, 1.0F, 1.0F, 1.0F);
     for (const std::uint32_t index : order) {
-        if (impl_->items[index].path.empty()) {
+        if (!impl_->items[index] && !(before != nullptr && impl_->keep(index, *before->impl_))) {
             impl_->open(index, folder);
         }
     }
     assets::order_pieces(impl_->pieces);
-    for (const assets::StreamPiece &piece : impl_->pieces) {
-        impl_->total += piece.bytes.size();
-        impl_->terrain += impl_->items[piece.artifact].is_tile ? piece.bytes.size() : 0;
+    for (const std::shared_ptr<StreamItem> &item : impl_->items) {
+        impl_->total += item->bytes;
+        impl_->terrain += item->is_tile ? item->bytes : 0;
     }
     impl_->loader = std::make_unique<assets::Loader>(impl_->pieces);
 }
@@ -204,18 +250,18 @@ const StreamedTexture *Streamer::texture(std::string_view artifact) const {
     const assets::Artifact *found = impl_->scene.find_artifact(artifact);
     return found == nullptr
                ? nullptr
-               : &impl_->items[static_cast<std::size_t>(found - impl_->scene.artifacts.data())].texture;
+               : &impl_->items[static_cast<std::size_t>(found - impl_->scene.artifacts.data())]->texture;
 }
 
 const StreamedMesh *Streamer::mesh(std::string_view artifact) const {
     const assets::Artifact *found = impl_->scene.find_artifact(artifact);
     return found == nullptr
                ? nullptr
-               : &impl_->items[static_cast<std::size_t>(found - impl_->scene.artifacts.data())].mesh;
+               : &impl_->items[static_cast<std::size_t>(found - impl_->scene.artifacts.data())]->mesh;
 }
 
 const StreamedTile &Streamer::tile(std::size_t index) const {
-    return impl_->items[impl_->tiles[index]].tile;
+    return impl_->items[impl_->tiles[index]]->tile;
 }
 
 bool Streamer::upload(std::size_t budget_bytes, Unready unready) {
@@ -239,6 +285,10 @@ std::uint64_t Streamer::resident_bytes() const {
 
 std::uint64_t Streamer::total_bytes() const {
     return impl_->total;
+}
+
+std::size_t Streamer::kept() const {
+    return impl_->kept;
 }
 
 std::uint64_t Streamer::terrain_bytes() const {

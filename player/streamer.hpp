@@ -43,8 +43,11 @@ enum class Unready { wait, leave };
 
 class Streamer {
   public:
-    /// Maps and validates every mesh, texture and cube map of the scene. Throws Error naming file and place.
-    Streamer(const assets::SceneFile &file, const std::filesystem::path &folder);
+    /// Maps and validates every mesh, texture and cube map of the scene. Of those that `before` holds whole
+    /// (by their SHA-256) it takes the objects that are on the device; both may end in any order. Throws
+    /// Error naming file and place.
+    Streamer(const assets::SceneFile &file, const std::filesystem::path &folder,
+             const Streamer *before = nullptr);
     ~Streamer();
     Streamer(const Streamer &) = delete;
     Streamer &operator=(const Streamer &) = delete;
@@ -61,6 +64,7 @@ class Streamer {
     std::uint64_t resident_bytes() const;
     std::uint64_t total_bytes() const;
     std::uint64_t terrain_bytes() const; // of the total
+    std::size_t kept() const;            // artifacts that were taken from the scene before
 
   private:
     struct Impl;

@@ -1,5 +1,6 @@
 #include "assets/scene_file.hpp"
 
+#include "assets/mapped_file.hpp"
 #include "assets/scene_fields.hpp"
 #include "error.hpp"
 
@@ -54,9 +55,9 @@ class SceneReader {
             out_.largest_height_px = static_cast<int>(size[1]);
         }
         if (const auto region = root_.object_or_none("free_camera")) {
-            out_.free_camera = FreeRegion{triple(*region, "low", -far_m, far_m),
-                                          triple(*region, "high", -far_m, far_m),
-                                          real(*region, "near_m", 0.0, far_m)};
+            out_.free_camera =
+                FreeRegion{triple(*region, "low", -far_m, far_m), triple(*region, "high", -far_m, far_m),
+                           real(*region, "near_m", 0.0, far_m)};
             region->done();
         }
         out_.lod_error_px = real_or(root_, "lod_error_px", 0.01, 100.0, 1.0F);
@@ -88,6 +89,7 @@ class SceneReader {
             } else {
                 entry.fail("kind", "\"" + kind + "\" is not mesh, texture, cubemap or sound");
             }
+            artifact.sha256 = entry.text_or("sha256", "");
             artifact.bytes = static_cast<std::uint64_t>(entry.integer_or("bytes", 0, 1LL << 40, 0));
             artifact.first_needed_s = entry.number_or("first_needed_s", 0.0, 86400.0, 0.0);
             if (entry.has("max_level")) {
@@ -98,7 +100,7 @@ class SceneReader {
                 asked->ignore({"saved_bytes", "texels", "second_s", "view"}); // for `paradize explain`
                 asked->done();
             }
-            entry.ignore({"sha256", "tier", "errors", "levels", "gutter"}); // for `paradize check`
+            entry.ignore({"tier", "errors", "levels", "gutter"}); // for `paradize check`
             entry.done();
             out_.artifacts.push_back(std::move(artifact));
         }
@@ -203,6 +205,12 @@ SceneFile parse_scene(std::string_view text, const std::filesystem::path &file) 
     SceneFile out;
     SceneReader(root, out).read();
     return out;
+}
+
+SceneFile read_scene(const std::filesystem::path &file) {
+    const MappedFile mapped(file);
+    const auto bytes = mapped.bytes();
+    return parse_scene({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, file);
 }
 
 } // namespace paradize::assets

@@ -23,6 +23,7 @@ struct Artifact {
     std::string name;
     std::string file; // inside the scene's folder
     ArtifactKind kind = ArtifactKind::mesh;
+    std::string sha256; // of the file, as scene.json says
     std::uint64_t bytes = 0;
     double first_needed_s = 0.0;
     std::optional<int> max_level; // the coarsest mip to sample; beyond it neighbours bleed in
@@ -225,5 +226,7 @@ struct SceneFile {
 /// refuses another format, another version, unknown keys, dangling references, numbers out of range or not
 /// finite.
 SceneFile parse_scene(std::string_view text, const std::filesystem::path &file);
+/// The same of a file. Throws Error when it cannot be read, too.
+SceneFile read_scene(const std::filesystem::path &file);
 
 } // namespace paradize::assets

@@ -106,15 +106,12 @@ void bind_frame_uniforms(unsigned program, std::string_view file) {
     glUniformBlockBinding(program, block, frame_uniforms_binding);
 }
 
-} // namespace
-
-Program::Program(const ShaderLibrary &library, std::string_view vertex_file, std::string_view fragment_file,
-                 std::initializer_list<std::string_view> defines)
-    : program_(ProgramName::create()) {
-    const std::span<const std::string_view> list(defines.begin(), defines.size());
-    const ShaderName vertex = compile(library, vertex_file, GL_VERTEX_SHADER, list);
-    const ShaderName fragment = compile(library, fragment_file, GL_FRAGMENT_SHADER, list);
-    const unsigned name = program_.name();
+ProgramName link(const ShaderLibrary &library, std::string_view vertex_file, std::string_view fragment_file,
+                 std::span<const std::string_view> defines) {
+    ProgramName program = ProgramName::create();
+    const ShaderName vertex = compile(library, vertex_file, GL_VERTEX_SHADER, defines);
+    const ShaderName fragment = compile(library, fragment_file, GL_FRAGMENT_SHADER, defines);
+    const unsigned name = program.name();
     glAttachShader(name, vertex.name());
     glAttachShader(name, fragment.name());
     glLinkProgram(name);
@@ -129,14 +126,32 @@ Program::Program(const ShaderLibrary &library, std::string_view vertex_file, std
                     " do not link:\n" + log.data());
     }
     bind_frame_uniforms(name, fragment_file);
+    return program;
+}
+
+} // namespace
+
+Program::Program(const ShaderLibrary &library, std::string_view vertex_file, std::string_view fragment_file,
+                 std::initializer_list<std::string_view> defines) {
+    const std::span<const std::string_view> list(defines.begin(), defines.size());
+    std::string key = std::string(vertex_file) + '\n' + std::string(fragment_file);
+    for (const std::string_view define : list) {
+        (key += '\n') += define;
+    }
+    std::weak_ptr<const ProgramName> &known = library.programs()[key];
+    program_ = known.lock();
+    if (!program_) {
+        program_ = std::make_shared<const ProgramName>(link(library, vertex_file, fragment_file, list));
+        known = program_;
+    }
 }
 
 void Program::use() const {
-    glUseProgram(program_.name());
+    glUseProgram(name());
 }
 
 int Program::location(const char *name) const {
-    return glGetUniformLocation(program_.name(), name);
+    return glGetUniformLocation(this->name(), name);
 }
 
 void Program::set_unit(const char *name, int unit) const {

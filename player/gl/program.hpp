@@ -6,6 +6,7 @@
 #include <glm/fwd.hpp>
 
 #include <initializer_list>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -19,8 +20,9 @@ inline constexpr unsigned frame_uniforms_binding = 0;
 class Program {
   public:
     Program() noexcept = default;
-    /// Loads, compiles, links; binds the block FrameUniforms (and checks its offsets against FrameUniforms)
-    /// when the program has it. Throws Error with file, line and the driver's message.
+    /// Loads, compiles, links, unless a program of the same files and defines is in use: then it is that one,
+    /// with its uniforms. Binds the block FrameUniforms (and checks its offsets against FrameUniforms) when
+    /// the program has it. Throws Error with file, line and the driver's message.
     Program(const ShaderLibrary &library, std::string_view vertex_file, std::string_view fragment_file,
             std::initializer_list<std::string_view> defines = {});
 
@@ -39,11 +41,11 @@ class Program {
     static void set(int location, const glm::mat3 &value);
     static void set(int location, const glm::mat4 &value);
 
-    unsigned name() const noexcept { return program_.name(); }
+    unsigned name() const noexcept { return program_ ? program_->name() : 0; }
     explicit operator bool() const noexcept { return static_cast<bool>(program_); }
 
   private:
-    ProgramName program_;
+    std::shared_ptr<const ProgramName> program_;
 };
 
 } // namespace paradize::gl

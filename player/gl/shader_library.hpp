@@ -1,7 +1,11 @@
 #pragma once
 // Where shader files are and how one becomes a source that GL takes.
 
+#include "gl/handle.hpp"
+
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -32,10 +36,13 @@ class ShaderLibrary {
     /// Throws Error when a file is missing, an include is malformed or leaves the folder.
     ShaderSource source(std::string_view file, std::span<const std::string_view> defines = {}) const;
     const std::filesystem::path &root() const { return root_; }
+    /// The programs that are in use, by files and defines: what Program finds and keeps.
+    std::map<std::string, std::weak_ptr<const ProgramName>> &programs() const { return programs_; }
 
   private:
     std::filesystem::path root_;
     Dialect dialect_;
+    mutable std::map<std::string, std::weak_ptr<const ProgramName>> programs_;
 };
 
 } // namespace paradize::gl

@@ -1,0 +1,50 @@
+#pragma once
+// The scene that is shown, and the one that takes its place when a bake has replaced scene.json.
+
+#include "assets/rebaked.hpp"
+#include "assets/scene_file.hpp"
+#include "scene.hpp"
+#include "streamer.hpp"
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+
+namespace paradize {
+
+/// Everything that comes of one scene.json.
+struct Act {
+    /// Takes from the act before what did not change. Throws Error.
+    Act(assets::SceneFile scene_file, const std::filesystem::path &folder, const Act *before = nullptr);
+
+    const assets::SceneFile file;
+    Streamer streamer;
+    Scene scene;
+};
+
+class Acts {
+  public:
+    /// rebaked: where new scenes come from; nullptr: none will. It outlives this. Throws Error.
+    Acts(assets::SceneFile first, std::filesystem::path folder, assets::Rebaked *rebaked);
+
+    Act &now() { return *now_; }
+    const Act &now() const { return *now_; }
+    /// Uploads at most so much, of the scene that came if one did, else of the one that is shown. Returns the
+    /// new one once it is resident, for turn(); nullptr: go on with the old one. A scene that cannot be
+    /// shown is told once, on standard error, and forgotten. Throws Error for a fault of the one shown.
+    Act *upload(std::size_t budget_bytes, Unready unready);
+    /// Shows the new one from now on. What is returned must stay until nothing refers to it.
+    std::unique_ptr<Act> turn();
+    /// Forgets the new one, which `fault` keeps from being shown.
+    void refuse(const char *fault);
+
+  private:
+    void look();
+
+    std::filesystem::path folder_;
+    assets::Rebaked *rebaked_;
+    std::unique_ptr<Act> now_, next_;
+    assets::FileStamp stamp_{}; // of the new one
+};
+
+} // namespace paradize

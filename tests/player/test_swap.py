@@ -1,0 +1,162 @@
+"""A running player shows what a bake publishes, without a restart: saved, baked, swapped in."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import watchfiles
+
+from paradize.bake import bake
+from tests.conftest import RENDER_ENVIRONMENT, ROOT
+from tests.pipeline.scenes import make_cove, write_image
+from tests.player.synthetic import checker, texture, write_scene
+from tests.player.test_player import pixels
+
+Player = Callable[..., "subprocess.CompletedProcess[str]"]
+FRAME_S = 1.0 / 30.0
+
+
+class Running:
+    """A player that draws frame after frame into numbered pictures."""
+
+    def __init__(self, scene: Path, frames: Path) -> None:
+        self.frames = frames
+        words = ["--headless", "--frames", "1000000", "--size", "96x54", "--screenshot", frames / "f.png"]
+        self.process = subprocess.Popen(
+            [ROOT / "build/bin/paradize-player", scene, *words],
+            stderr=subprocess.PIPE,
+            text=True,
+            env=os.environ | RENDER_ENVIRONMENT,
+        )
+
+    def says(self) -> str:
+        """Its next message."""
+        assert self.process.stderr
+        return self.process.stderr.readline()
+
+    def swapped(self) -> tuple[str, int]:
+        """How many artifacts are new, and the first frame that shows them."""
+        text = self.says()
+        assert "scene.json was replaced" in text, text
+        second = float(text.split("second ")[1].split()[0])
+        return text.split("replaced: ")[1].split(" artifacts")[0], round(second / FRAME_S)
+
+    def picture(self, number: int) -> Any:
+        """Of a frame, once it is whole: when the next one is begun."""
+        after = self.frames / f"f_{number + 1:04d}.png"
+        changes: Iterator[Any] = iter(watchfiles.watch(self.frames, step=10, rust_timeout=60_000))
+        while not after.exists():
+            next(changes)
+        return pixels(self.frames / f"f_{number:04d}.png")
+
+
+@contextmanager
+def running(scene: Path, frames: Path) -> Iterator[Running]:
+    frames.mkdir()
+    player = Running(scene, frames)
+    try:
+        yield player
+    finally:
+        player.process.kill()
+        player.process.wait()
+        assert player.process.stderr
+        player.process.stderr.close()
+
+
+def publish(scene: Path, tree: Any) -> None:
+    """As a bake does: scene.json is renamed into its place."""
+    aside = scene / ".scene.json.part"
+    aside.write_text(json.dumps(tree))
+    aside.replace(scene / "scene.json")
+
+
+def recolored(scene: Path, name: str, color: tuple[int, int, int]) -> Any:
+    """The scene with its box in another colour, in a file of its own; what was there is swept."""
+    tree = json.loads((scene / "scene.json").read_text())
+    artifact = tree["artifacts"]["box_color"]
+    data = texture("RGBA8_SRGB", checker(color, color))
+    (scene / name).write_bytes(data)
+    artifact |= {"file": name, "sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
+    return tree
+
+
+def test_the_frames_after_a_swap_are_those_of_a_player_that_begins_with_the_new_scene(
+    player: Player, tmp_path: Path
+) -> None:
+    scene = write_scene(tmp_path / "scene")
+    with running(scene, tmp_path / "frames") as show:
+        show.picture(0)
+        publish(scene, recolored(scene, "green.ktx2", (10, 250, 10)))
+        (scene / "box_color.ktx2").unlink()
+        what, frame = show.swapped()
+        assert what.startswith("1 of ")
+        seen = show.picture(frame).astype(int)
+        before = show.picture(frame - 1).astype(int)
+        assert ((seen - before)[..., 1] > 40).any(), "the box did not become green"
+        second = frame * FRAME_S
+        assert player(scene, "--time", second, "--screenshot", tmp_path / "new.png").returncode == 0
+        difference = np.abs(seen - pixels(tmp_path / "new.png"))
+        assert (difference > 2).mean() < 0.001
+
+
+def test_settings_of_passes_are_swapped_and_nothing_is_uploaded_again(tmp_path: Path) -> None:
+    scene = write_scene(tmp_path / "scene")
+    with running(scene, tmp_path / "frames") as show:
+        was = show.picture(0).mean()
+        tree = json.loads((scene / "scene.json").read_text())
+        tree["fog"] = {"color": [0.0, 0.0, 0.0], "density_per_m": 1.0}
+        del tree["shadow"]
+        tree["shadow"] = None
+        publish(scene, tree)
+        what, frame = show.swapped()
+        assert what.startswith("0 of ")
+        assert show.picture(frame).mean() < was / 2
+
+
+UNKNOWN = '{"format": "paradize-scene", "version": 99}'
+
+
+@pytest.mark.parametrize(("broken", "part"), [("{", "is no JSON"), (UNKNOWN, "version: is 99")])
+def test_a_broken_scene_is_told_once_and_the_one_before_is_drawn_on(
+    tmp_path: Path, broken: str, part: str
+) -> None:
+    scene = write_scene(tmp_path / "scene", bare=True)
+    with running(scene, tmp_path / "frames") as show:
+        show.picture(0)
+        tree = recolored(scene, "green.ktx2", (10, 250, 10))
+        aside = scene / "aside"
+        aside.write_text(broken)
+        aside.replace(scene / "scene.json")
+        text = show.says()
+        assert part in text and "the one before stays" in text
+        tree["artifacts"]["box_color"]["file"] = "none.ktx2"
+        publish(scene, tree)
+        assert "none.ktx2" in show.says()
+        tree["artifacts"]["box_color"]["file"] = "green.ktx2"
+        publish(scene, tree)
+        assert show.swapped()[0].startswith("1 of ")  # and nothing was said a second time
+
+
+def test_a_picture_that_is_saved_and_baked_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The whole way: source, bake, sweep, player."""
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    scene, out = make_cove(tmp_path / "cove"), tmp_path / "out"
+    assert not bake(scene, out).errors
+    with running(out, tmp_path / "frames") as show:
+        show.picture(0)
+        write_image(scene.parent / "sand.png", np.full((32, 32, 3), [250, 10, 10], np.uint8))
+        report = bake(scene, out)
+        assert not report.errors
+        what, frame = show.swapped()
+        assert 1 <= int(what.split()[0]) <= report.count("baked")
+        change = show.picture(frame).astype(int) - show.picture(frame - 1).astype(int)
+        assert ((change[..., 0] - change[..., 1]) > 30).mean() > 0.05, "the sand did not become red"
