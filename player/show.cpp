@@ -1,6 +1,7 @@
 #include "show.hpp"
 
-#include "assets/mapped_file.hpp"
+#include "acts.hpp"
+#include "assets/rebaked.hpp"
 #include "assets/scene_file.hpp"
 #include "audio.hpp"
 #include "error.hpp"
@@ -12,8 +13,6 @@
 #include "png.hpp"
 #include "renderer.hpp"
 #include "report.hpp"
-#include "scene.hpp"
-#include "streamer.hpp"
 #include "window.hpp"
 
 #include <epoxy/gl.h>
@@ -23,6 +22,8 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <utility>
 
 namespace paradize {
 
@@ -42,9 +43,7 @@ assets::SceneFile load_scene(const std::filesystem::path &folder) {
         throw Error(path.string() +
                     ": there is no such file; `paradize bake SCENE.toml` writes a scene folder");
     }
-    const assets::MappedFile file(path);
-    const auto bytes = file.bytes();
-    return assets::parse_scene({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, path);
+    return assets::read_scene(path);
 }
 
 double now_ms() {
@@ -55,21 +54,22 @@ double now_ms() {
 /// Everything of one run that lives as long as the GL context.
 class Show {
   public:
-    Show(const Options &options, const assets::SceneFile &file, const RendererSettings &settings)
-        : options_(options), file_(file), streamer_(file, options.folder), scene_(file, streamer_),
-          shaders_(gl::ShaderLibrary::find()), renderer_(scene_, shaders_, settings) {
-        if (const std::string warning = terrain_warning(streamer_.terrain_bytes()); !warning.empty()) {
-            std::fprintf(stderr, "paradize-player: %s\n", warning.c_str());
-        }
+    /// rebaked: where scenes come from that replace the first; nullptr: none will.
+    Show(const Options &options, assets::SceneFile file, const RendererSettings &settings,
+         assets::Rebaked *rebaked)
+        : options_(options), settings_(settings), acts_(std::move(file), options.folder, rebaked),
+          shaders_(gl::ShaderLibrary::find()),
+          renderer_(std::make_unique<Renderer>(acts_.now().scene, shaders_, settings)) {
+        tell_terrain();
         if (options.wait_resident || options.bench || (!options.screenshot.empty() && !options.frames)) {
-            streamer_.upload(std::numeric_limits<std::size_t>::max());
+            acts_.now().streamer.upload(std::numeric_limits<std::size_t>::max());
         }
         gl::demand_memory();
     }
 
     /// Says once, where a picture is taller than those that the bake was made for, what it lacks.
     void tell_height(int height_px) {
-        if (told_ || !file_.terrain || file_.terrain->left_out == 0 || height_px <= file_.height_px) {
+        if (told_ || !file().terrain || file().terrain->left_out == 0 || height_px <= file().height_px) {
             return;
         }
         told_ = true;
@@ -77,22 +77,26 @@ class Show {
             stderr,
             "paradize-player: the picture is %d pixels high, the scene was baked for %d: finer patches "
             "of the terrain were not baked; raise `viewport` in the scene and bake it again\n",
-            height_px, file_.height_px);
+            height_px, file().height_px);
     }
 
-    Renderer &renderer() { return renderer_; }
+    const assets::SceneFile &file() const { return acts_.now().file; }
+    Renderer &renderer() { return *renderer_; }
     std::vector<double> &frame_ms() { return frame_ms_; }
 
     void frame(double elapsed_s, const Pose &pose, gl::DebugLog &log) {
         // Headless frames do not depend on the clock; those for the eye do not wait.
-        tell_height(renderer_.height_px());
-        streamer_.upload(upload_bytes_per_frame, options_.headless ? Unready::wait : Unready::leave);
-        renderer_.draw(elapsed_s, pose);
+        tell_height(renderer_->height_px());
+        const Unready unready = options_.headless ? Unready::wait : Unready::leave;
+        if (Act *next = acts_.upload(upload_bytes_per_frame, unready)) {
+            turn(*next, elapsed_s);
+        }
+        renderer_->draw(elapsed_s, pose);
         if (options_.debug) {
             log.demand_clean();
         }
         if (options_.check_finite) {
-            if (const auto bad = renderer_.find_bad_pixel()) {
+            if (const auto bad = renderer_->find_bad_pixel()) {
                 char text[160];
                 std::snprintf(text, sizeof text,
                               "second %.4f, pixel (%d, %d): the picture is (%g, %g, %g, %g)", elapsed_s,
@@ -105,21 +109,21 @@ class Show {
     }
 
     void save(const std::filesystem::path &path) {
-        renderer_.read_picture(pixels_);
-        write_png(path, pixels_, renderer_.width_px(), renderer_.height_px());
+        renderer_->read_picture(pixels_);
+        write_png(path, pixels_, renderer_->width_px(), renderer_->height_px());
         screenshots_.push_back(path.string());
     }
 
     Report report() const {
         Report out;
-        out.width_px = renderer_.width_px();
-        out.height_px = renderer_.height_px();
+        out.width_px = renderer_->width_px();
+        out.height_px = renderer_->height_px();
         out.frame_ms = frame_ms_;
         out.bench = options_.bench;
-        out.resident_bytes = streamer_.resident_bytes();
-        out.total_bytes = streamer_.total_bytes();
-        out.terrain_bytes = streamer_.terrain_bytes();
-        out.terrain = renderer_.terrain_counts();
+        out.resident_bytes = acts_.now().streamer.resident_bytes();
+        out.total_bytes = acts_.now().streamer.total_bytes();
+        out.terrain_bytes = acts_.now().streamer.terrain_bytes();
+        out.terrain = renderer_->terrain_counts();
         out.renderer = gl::renderer_name();
         out.version = gl::version_name();
         out.screenshots = screenshots_;
@@ -127,12 +131,42 @@ class Show {
     }
 
   private:
+    void tell_terrain() const {
+        const std::string warning = terrain_warning(acts_.now().streamer.terrain_bytes());
+        if (!warning.empty()) {
+            std::fprintf(stderr, "paradize-player: %s\n", warning.c_str());
+        }
+    }
+
+    /// Shows a new scene from here on. The moment of the show and its camera stay.
+    void turn(Act &next, double elapsed_s) {
+        const std::uint64_t terrain_bytes = acts_.now().streamer.terrain_bytes();
+        settings_.width_px = renderer_->width_px();
+        settings_.height_px = renderer_->height_px();
+        try {
+            auto renderer = std::make_unique<Renderer>(next.scene, shaders_, settings_);
+            gl::demand_memory();
+            const std::unique_ptr<Act> before = acts_.turn();
+            renderer_ = std::move(renderer); // the one before ends here, and then its act
+        } catch (const Error &error) {
+            acts_.refuse(error.what());
+            return;
+        }
+        if (acts_.now().streamer.terrain_bytes() > terrain_bytes) {
+            tell_terrain();
+        }
+        const std::size_t all = file().artifacts.size();
+        std::fprintf(stderr,
+                     "paradize-player: scene.json was replaced: %zu of %zu artifacts are new; shown from "
+                     "second %.3f on\n",
+                     all - acts_.now().streamer.kept(), all, elapsed_s);
+    }
+
     const Options &options_;
-    const assets::SceneFile &file_;
-    Streamer streamer_;
-    Scene scene_;
+    RendererSettings settings_;
+    Acts acts_;
     gl::ShaderLibrary shaders_;
-    Renderer renderer_;
+    std::unique_ptr<Renderer> renderer_;
     std::vector<double> frame_ms_;
     std::vector<std::uint8_t> pixels_;
     std::vector<std::string> screenshots_;
@@ -149,8 +183,7 @@ std::filesystem::path numbered(const std::filesystem::path &path, int number) {
 }
 
 /// A fixed number of frames, 1/30 s apart.
-void play_frames(Show &show, const Options &options, const assets::SceneFile &file, gl::DebugLog &log,
-                 Window *window) {
+void play_frames(Show &show, const Options &options, gl::DebugLog &log, Window *window) {
     const int before = options.bench ? unmeasured_frames : 0;
     const int frames = before + options.frames.value_or(options.bench ? bench_frames : 1);
     show.frame_ms().reserve(static_cast<std::size_t>(frames));
@@ -160,7 +193,7 @@ void play_frames(Show &show, const Options &options, const assets::SceneFile &fi
             glFinish(); // what a window still does of the last frame
         }
         const double start = now_ms();
-        show.frame(elapsed_s, flight_pose(file.flight, elapsed_s), log);
+        show.frame(elapsed_s, flight_pose(show.file().flight, elapsed_s), log);
         glFinish();
         if (i >= before) {
             show.frame_ms().push_back(now_ms() - start);
@@ -183,18 +216,32 @@ void play_frames(Show &show, const Options &options, const assets::SceneFile &fi
     }
 }
 
+/// Plays the scene's sound; one that is played already goes on.
+void start_sound(const assets::SceneFile &file, const Options &options, Audio &audio, std::string &heard,
+                 bool &muted) {
+    const assets::Artifact *sound = file.sound ? file.find_artifact(file.sound->artifact) : nullptr;
+    if (sound == nullptr) {
+        audio.stop();
+        heard.clear();
+        return;
+    }
+    if (options.mute || (sound->sha256 == heard && !heard.empty())) {
+        return;
+    }
+    muted = !audio.load(options.folder / sound->file);
+    heard = sound->sha256;
+    audio.set_volume(file.sound->volume);
+    audio.play();
+}
+
 /// Until a key, Escape or the window's button ends it.
-void play_window(Show &show, const Options &options, const assets::SceneFile &file, gl::DebugLog &log,
-                 Window &window) {
+void play_window(Show &show, const Options &options, gl::DebugLog &log, Window &window) {
     Audio audio;
     bool muted = true;
-    if (file.sound && !options.mute) {
-        muted = !audio.load(options.folder / file.find_artifact(file.sound->artifact)->file);
-        audio.set_volume(file.sound->volume);
-        audio.play();
-    }
+    std::string heard; // SHA-256
+    start_sound(show.file(), options, audio, heard, muted);
     show.frame_ms().reserve(1U << 20U);
-    FreeCamera camera(flight_pose(file.flight, options.time_s));
+    FreeCamera camera(flight_pose(show.file().flight, options.time_s));
     double elapsed_s = options.time_s;
     double last_s = window.seconds();
     bool paused = false;
@@ -230,10 +277,15 @@ void play_window(Show &show, const Options &options, const assets::SceneFile &fi
             show.renderer().resize(width, height);
         }
         const double start = now_ms();
-        show.frame(elapsed_s, options.interactive ? camera.pose() : flight_pose(file.flight, elapsed_s), log);
+        const assets::SceneFile *shown = &show.file();
+        show.frame(elapsed_s,
+                   options.interactive ? camera.pose() : flight_pose(show.file().flight, elapsed_s), log);
         gl::blit_color(show.renderer().output(), show.renderer().width_px(), show.renderer().height_px(), 0,
                        width, height);
         window.swap();
+        if (shown != &show.file()) {
+            start_sound(show.file(), options, audio, heard, muted);
+        }
         if (show.frame_ms().size() < show.frame_ms().capacity()) {
             show.frame_ms().push_back(now_ms() - start);
         }
@@ -243,12 +295,16 @@ void play_window(Show &show, const Options &options, const assets::SceneFile &fi
 } // namespace
 
 int run(const Options &options) {
-    const assets::SceneFile file = load_scene(options.folder);
+    const bool counted = options.headless || options.bench || options.frames || !options.screenshot.empty();
+    std::optional<assets::Rebaked> rebaked; // before scene.json is read, so that none is missed
+    if (!options.bench && (!counted || options.frames)) {
+        rebaked.emplace(options.folder / "scene.json");
+    }
+    assets::SceneFile file = load_scene(options.folder);
     RendererSettings settings;
     settings.width_px = options.width_px.value_or(file.width_px);
     settings.height_px = options.height_px.value_or(file.height_px);
     settings.disabled = options.disabled;
-    const bool counted = options.headless || options.bench || options.frames || !options.screenshot.empty();
 
     std::unique_ptr<gl::HeadlessContext> headless;
     std::unique_ptr<Window> window;
@@ -263,14 +319,14 @@ int run(const Options &options) {
     if (options.debug) {
         log.install();
     }
-    Show show(options, file, settings);
+    Show show(options, std::move(file), settings, rebaked ? &*rebaked : nullptr);
     if (options.debug) {
         log.demand_clean();
     }
     if (counted) {
-        play_frames(show, options, file, log, window.get());
+        play_frames(show, options, log, window.get());
     } else {
-        play_window(show, options, file, log, *window);
+        play_window(show, options, log, *window);
     }
     if (options.json) {
         print(to_json(show.report()) + "\n");
