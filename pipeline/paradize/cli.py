@@ -103,6 +103,11 @@ COMMANDS = {
         "cli_options:add_clean",
         "Take from the store what is of no use, old or too much.",
     ),
+    "completion": (
+        "cli_completion:run_completion",
+        "cli_options:add_completion",
+        "Print a script by which a shell completes commands, options and files.",
+    ),
 }
 
 

@@ -9,6 +9,7 @@ from datetime import date
 from pathlib import Path
 
 TIERS = ("fast", "balanced", "exact", "auto")
+SHELLS = ("bash", "zsh", "fish")
 
 
 def number(low: float, high: float) -> Callable[[str], float]:
@@ -176,4 +177,10 @@ def add_clean(sub: argparse.ArgumentParser) -> None:
     """What `paradize clean` takes."""
     sub.add_argument("--older-than", type=age, metavar="D", help="not used that long: 30d, 12h, 10m, 90s")
     sub.add_argument("--to-size", type=size, metavar="B", help="keep at most that: 500M, 2G, 1Gi, bytes")
+    add_json(sub)
+
+
+def add_completion(sub: argparse.ArgumentParser) -> None:
+    """What `paradize completion` takes."""
+    sub.add_argument("shell", choices=SHELLS, help="bash: eval it, or keep it where bash-completion looks")
     add_json(sub)
