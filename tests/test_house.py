@@ -15,7 +15,7 @@ PACKAGE = ROOT / "pipeline/paradize"
 GROUND = {"data", "errors", "kernels"}
 LAYERS = {
     # room: what it may import (besides itself and the ground)
-    "cli": {"tradeoff", "check", "explain", "report", "new", "watch", "bake", "scene", "engine"},
+    "cli": {"tradeoff", "check", "explain", "export", "report", "new", "watch", "bake", "scene", "engine"},
     "tradeoff": {
         "bake",
         "require",
@@ -29,8 +29,9 @@ LAYERS = {
         "engine",
     },
     "watch": {"bake", "engine"},
-    "check": {"bake", "formats", "metrics", "scene", "budget", "schema"},
+    "check": {"bake", "formats", "metrics", "scene", "budget", "schema", "flight"},
     "explain": {"bake", "require", "scene", "budget", "schema", "formats"},
+    "export": {"bake", "report", "formats", "metrics", "engine", "flight"},
     "new": {"readers", "formats", "engine"},
     "report": {"bake", "engine", "formats", "metrics", "scene", "budget"},
     "bake": {
@@ -65,7 +66,7 @@ def whose(name: str) -> str:
     """bake_mesh.py, bake_maps.py ... are rooms of bake, one per kind of product; cli_options.py is of cli,
     new_sources.py of new, tradeoff_curve.py of tradeoff."""
     first = name.partition("_")[0]
-    return first if first in ("bake", "cli", "new", "tradeoff") else name
+    return first if first in ("bake", "cli", "explain", "export", "new", "tradeoff") else name
 
 
 def room_of(path: Path) -> str:

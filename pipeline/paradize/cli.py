@@ -93,6 +93,11 @@ COMMANDS = {
         "cli_watch:add_watch",
         "Bake a scene, and again whenever a file that it is made of, or the code, is saved.",
     ),
+    "export": (
+        "cli_export:run_export",
+        "cli_export:add_export",
+        "Write a baked scene as one GLB with pictures and the camera's flight, for Blender or three.js.",
+    ),
     "new": (
         "cli_keep:run_new",
         "cli_options:add_new",

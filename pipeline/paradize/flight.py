@@ -163,6 +163,28 @@ class Flight:
             (value(t[0], u), value(t[1], u), value(t[2], u)),
         )
 
+    def pose(self, t_s: float) -> tuple[Vec, Vec, float]:
+        """Eye and target, metres, and roll, radians, at a moment."""
+        u = self.parameter(t_s)
+        k = min(max(int(u), 0), len(self.eye) - 1)
+        return (*self.view(t_s), value(self.roll[k], u - k))
+
+    @classmethod
+    def from_json(cls, tree: dict[str, Any]) -> Flight:
+        """The flight that as_json told."""
+
+        def axes(key: str) -> tuple[Any, ...]:
+            return tuple(tuple(map(tuple, segment[key])) for segment in tree["segments"])
+
+        return cls(
+            *(float(tree[key]) for key in ("duration_s", "fov_rad", "near_m", "far_m")),
+            eye=axes("eye"),
+            target=axes("target"),
+            roll=tuple(tuple(segment["roll"]) for segment in tree["segments"]),
+            table=tuple(map(tuple, tree["time_table"])),
+            waypoint_u=tuple(tree["waypoint_u"]),
+        )
+
     def as_json(self) -> dict[str, Any]:
         """The `flight` object of scene.json."""
         return {

@@ -52,7 +52,7 @@ def shown_level(texture: Texture, largest: int) -> int:
     return level
 
 
-def _rebuilt(xy: F32) -> F32:
+def rebuilt(xy: F32) -> F32:
     """Unit normals (h, w, 3) of x and y."""
     z = np.sqrt(np.maximum(0.0, 1.0 - (xy * xy).sum(axis=2, keepdims=True)))
     out = np.concatenate([xy, z], axis=2)
@@ -76,7 +76,7 @@ def picture_of(kind: str, decoded: F32) -> U8:
     if kind == "color":
         return to_bytes(decoded[:, :, :3])
     if kind == "normal":
-        return to_bytes(_rebuilt(decoded[:, :, :2]) * 0.5 + 0.5)
+        return to_bytes(rebuilt(decoded[:, :, :2]) * 0.5 + 0.5)
     if kind == "dudv":
         most = max(1e-6, float(np.abs(decoded[:, :, :2]).max()))
         signed = decoded[:, :, :2] / most * 0.5 + 0.5
@@ -117,7 +117,7 @@ def lit_preview(maps: dict[str, SheetMap], ground: Ground, size: int = PREVIEW) 
     material = Material(
         color=None if color is None else to_light(color[:, :, :3]) if srgb else color[:, :, :3],
         alpha=None if color is None or color.shape[2] < 4 else np.ascontiguousarray(color[:, :, 3]),
-        normal=_rebuilt(found["normal"][:, :, :2]) if "normal" in found else None,
+        normal=rebuilt(found["normal"][:, :, :2]) if "normal" in found else None,
         specular=None if gloss is None else np.ascontiguousarray(gloss[:, :, 0]),
         smoothness=None if gloss is None else np.ascontiguousarray(gloss[:, :, 1]),
         base=ground.color,

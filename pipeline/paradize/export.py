@@ -1,0 +1,369 @@
+"""`paradize export`: a baked folder as one GLB that Blender, three.js and others open.
+
+Standard glTF has no blend of sand and effect map by height, no water and no sky: the ground's colour is
+joined into one picture, the sea is a plane that lets light through, the sky an unlit cube. Meshes are the
+finest levels and patches that were baked; maps are PNG pictures; the flight is the camera's animation.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from paradize.bake_record import SCENE_FILE
+from paradize.data import Mesh, Texture
+from paradize.engine.publish import write_whole
+from paradize.errors import BakeError, SourceError
+from paradize.export_flight import flight_keys, quaternion
+from paradize.export_heights import heights_of
+from paradize.export_pictures import color_png, gloss_png, ground_light, normal_png, sky_pngs
+from paradize.formats.glb import decode_glb
+from paradize.formats.glb_bundle import Bundle
+from paradize.formats.glb_tiles import decode_tile
+from paradize.formats.ktx2 import decode_ktx2
+from paradize.formats.png import encode_png
+from paradize.formats.scene_manifest import decode_scene
+from paradize.metrics.texels import decode_texels
+from paradize.report.shade import to_codes
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    F32 = npt.NDArray[np.float32]
+
+GROUND_TEXELS = 2048  # a side of the ground's picture, at least; more where the effect map has more
+MOST_BYTES = (1 << 32) - 1  # a GLB's own limit
+_SPECULAR = "KHR_materials_specular"
+_UNLIT = "KHR_materials_unlit"
+_SEA_ALPHA = 0.35  # the ground below is as dark already as its depth makes it
+
+
+@dataclass
+class Exported:
+    """What was written. errors: of the camera's keys, and of artifacts what the manifest tells; notes: what
+    the scene has and the file has not."""
+
+    file: Path
+    bytes: int = 0
+    triangles: int = 0
+    pictures: int = 0
+    errors: dict[str, float] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+def export(folder: Path, out: Path) -> Exported:
+    """Writes the scene baked in `folder` (or its scene.json) to the GLB `out`. Raises SourceError or
+    FormatError where the folder holds no sound scene, BakeError where the file cannot be written or would be
+    too large."""
+    work = _Export(folder)
+    work.sky()
+    work.terrain()
+    work.water()
+    for item in work.manifest["objects"]:
+        work.objects(item)
+    work.light()
+    work.flight()
+    done = Exported(out, errors=work.errors, notes=work.notes)
+    done.triangles, done.pictures = work.triangles, len(work.bundle.images)
+    data = work.bundle.encoded({"scene": work.manifest["name"], "errors": work.errors})
+    if len(data) > MOST_BYTES:
+        mend = "bake the scene with coarser maps or a larger max_error_m"
+        raise BakeError(f"would have {len(data)} bytes, a GLB has at most {MOST_BYTES}", file=out, mend=mend)
+    write_whole(out, data)
+    done.bytes = len(data)
+    return done
+
+
+class _Export:
+    """A scene on its way into a bundle."""
+
+    def __init__(self, folder: Path) -> None:
+        path = folder if folder.name == SCENE_FILE else folder / SCENE_FILE
+        self.folder = path.parent
+        self.manifest = decode_scene(self._read(path), path)
+        self.bundle = Bundle(self.manifest["name"])
+        self.triangles = 0
+        self.errors: dict[str, float] = {}
+        self.notes: list[str] = []
+
+    def sky(self) -> None:
+        sky = self.manifest["sky"]
+        if not sky:
+            return
+        pngs = sky_pngs(self._texture(sky["cubemap"]), self.manifest["exposure"])
+        half = 0.57 * self.manifest["flight"]["far_m"]  # its corners are nearer than the far plane
+        for name, png, (right, down, ahead) in zip(_FACES, pngs, _FACES.values(), strict=True):
+            texture = {"index": self.bundle.texture(f"sky {name}", png, repeat=False)}
+            look = {"baseColorTexture": texture, "metallicFactor": 0.0}
+            material = self.bundle.material(
+                f"sky {name}", pbrMetallicRoughness=look, doubleSided=True, extensions={_UNLIT: {}}
+            )
+            mesh = _quad(*(half * np.array(axis, np.float32) for axis in (ahead, right, down)))
+            self._place(f"sky {name}", mesh, {"": material})
+
+    def terrain(self) -> None:
+        ground = self.manifest["terrain"]
+        if not ground:
+            return
+        tiles = [decode_tile(self._read(self._file(name)), name) for name in ground["tiles"]]
+        meshes = [_joined([patch.mesh for patch in tile if patch.finest]) for tile in tiles]
+        effect = decode_texels(self._texture(ground["effect_color"])) if ground["effect_color"] else None
+        shape = (GROUND_TEXELS, GROUND_TEXELS) if effect is None else _at_least(effect.shape[:2])
+        heights = _heights(meshes, shape)
+        share = np.ones(shape, np.float32)
+        if effect is not None:
+            share = _smooth(heights, ground["mix_low_m"], ground["mix_high_m"])
+        sand = decode_texels(self._texture(ground["sand_color"]))
+        size_x, size_z = ground["size_m"]
+        repeat = ground["sand_repeat"], ground["sand_repeat"] * size_z / size_x
+        light = ground_light(sand[:, :, :3], None if effect is None else effect[:, :, :3], share, repeat)
+        if water := self.manifest["water"]:
+            light = _under_water(light, heights, water)
+        png = encode_png(to_codes(light))
+        color = {"index": self.bundle.texture("ground colour", png, repeat=False), "texCoord": 1}
+        look = {
+            "baseColorTexture": color,
+            "metallicFactor": 0.0,
+            "roughnessFactor": 1.0 - ground["smoothness"],
+        }
+        parts: dict[str, Any] = {"pbrMetallicRoughness": look}
+        if ground["effect_normal"]:
+            png = normal_png(self._texture(ground["effect_normal"]))
+            index = self.bundle.texture("ground normal", png, repeat=False)
+            parts["normalTexture"] = {"index": index, "texCoord": 1}
+        parts["extensions"] = {_SPECULAR: {"specularFactor": min(1.0, ground["specular"])}}
+        material = self.bundle.material("ground", **parts)
+        for name, mesh in zip(ground["tiles"], meshes, strict=True):
+            self._place(name, mesh, {"": material})
+        if water:
+            self._sea_floor(ground["height_range_m"][0], water)
+        self.notes.append("the sand's pattern is as fine as the ground's picture; wet sand is as dry sand")
+        self._note_errors(ground["tiles"])
+
+    def _sea_floor(self, low_m: float, water: dict[str, Any]) -> None:
+        """Around the terrain, as dark as its deepest places."""
+        dark = np.zeros((1, 1, 3), np.float32)
+        deep = _under_water(dark, np.full((1, 1), low_m, np.float32), water)[0, 0]
+        look = {"baseColorFactor": [*(float(x) for x in deep), 1.0], "metallicFactor": 0.0}
+        material = self.bundle.material("sea floor", pbrMetallicRoughness=look)
+        self._place("sea floor", _level_quad(low_m - 0.05, water["size_m"]), {"": material})
+
+    def water(self) -> None:
+        water = self.manifest["water"]
+        if not water:
+            return
+        look = {
+            "baseColorFactor": [*water["shallow_color"], _SEA_ALPHA],
+            "metallicFactor": 0.0,
+            "roughnessFactor": max(0.02, 1.0 - water["smoothness"]),
+        }
+        png = normal_png(self._texture(water["normal"]))
+        normal = {"index": self.bundle.texture("waves", png, repeat=True), "scale": 0.3}
+        parts = {"alphaMode": "BLEND", "doubleSided": True, "normalTexture": normal}
+        material = self.bundle.material("water", pbrMetallicRoughness=look, **parts)
+        mesh = _level_quad(water["level_m"], water["size_m"], float(water["tile"]))
+        self._place("water", mesh, {"": material})
+        self.notes.append("the sea is a plane: it neither moves, nor mirrors, nor bends light")
+
+    def objects(self, item: dict[str, Any]) -> None:
+        pictures = self._pictures(item)
+        materials = {name: self._material(item, name, pictures) for name in item["materials"]}
+        lod = decode_glb(self._read(self._file(item["mesh"])), item["mesh"])[0]
+        names = {group.material for group in lod.mesh.groups}
+        materials |= {name: self._material(item, name, pictures) for name in names - materials.keys()}
+        mesh = self.bundle.mesh(item["name"], lod.mesh, materials)
+        for k, instance in enumerate(item["instances"]):
+            half = 0.5 * instance["yaw_rad"]
+            name = item["name"] if len(item["instances"]) == 1 else f"{item['name']} {k + 1}"
+            self.bundle.node(
+                name,
+                mesh=mesh,
+                translation=instance["position"],
+                rotation=[0.0, math.sin(half), 0.0, math.cos(half)],
+                scale=[instance["scale"]] * 3,
+            )
+            self.triangles += len(lod.mesh.triangles)
+        if item["height"]:
+            self.notes.append(f"{item['name']}: glTF has no parallax; its height map is left out")
+
+    def light(self) -> None:
+        sun = self.manifest["sun"]
+        back = np.array(sun["direction"], np.float64)
+        back /= np.linalg.norm(back)
+        up = np.array([0.0, 0.0, -1.0]) if abs(back[1]) > 0.999 else np.array([0.0, 1.0, 0.0])
+        right = np.cross(up, back)
+        right /= np.linalg.norm(right)
+        turn = quaternion(np.stack([right, np.cross(back, right), back], axis=1))
+        most = max(1e-6, *sun["color"])
+        red, green, blue = (float(channel / most) for channel in sun["color"])
+        self.bundle.sun("sun", (red, green, blue), sun["intensity"] * most, [float(x) for x in turn])
+        self.notes.append(
+            "glTF has no light from all around: give the viewer an environment, or an ambient light"
+        )
+        for key, what in (("particles", "particles"), ("sound", "sound")):
+            if self.manifest[key]:
+                self.notes.append(f"glTF has no {what}")
+
+    def flight(self) -> None:
+        path = self.manifest["flight"]
+        width, height = self.manifest["viewport"]
+        node = self.bundle.camera(
+            "camera",
+            aspect=width / height,
+            fov_rad=path["fov_rad"],
+            near_m=path["near_m"],
+            far_m=path["far_m"],
+        )
+        keys = flight_keys(path)
+        self.bundle.nodes[node] |= {
+            "translation": [float(x) for x in keys.places[0]],
+            "rotation": [float(x) for x in keys.turns[0]],
+        }
+        self.bundle.movement("flight", node, keys.times_s, keys.places, keys.turns)
+        self.errors |= keys.errors
+
+    def _pictures(self, item: dict[str, Any]) -> dict[str, int]:
+        """The object's maps as textures, by kind."""
+        found = {}
+        for kind, encode in (("color", color_png), ("normal", normal_png), ("gloss", gloss_png)):
+            if item[kind]:
+                png = encode(self._texture(item[kind]))
+                found[kind] = self.bundle.texture(f"{item['name']} {kind}", png, repeat=item["repeat"])
+                self._note_errors([item[kind]])
+        self._note_errors([item["mesh"]])
+        return found
+
+    def _material(self, item: dict[str, Any], name: str, pictures: dict[str, int]) -> int:
+        told = item["materials"].get(name, {"color": [1.0, 1.0, 1.0], "specular": 0.0, "smoothness": 0.0})
+        look: dict[str, Any] = {"baseColorFactor": [*told["color"], 1.0], "metallicFactor": 0.0}
+        parts: dict[str, Any] = {"pbrMetallicRoughness": look}
+        if "color" in pictures:
+            look["baseColorTexture"] = {"index": pictures["color"]}
+        if "normal" in pictures:
+            parts["normalTexture"] = {"index": pictures["normal"]}
+        # Ours reflects 0.08 of the specular intensity where one looks straight, glTF 0.04 of the factors.
+        shine: dict[str, Any] = {"specularColorFactor": [2.0 * told["specular"]] * 3}
+        if "gloss" in pictures and told["specular"] > 0.0:
+            look["metallicRoughnessTexture"] = {"index": pictures["gloss"]}
+            shine["specularTexture"] = {"index": pictures["gloss"]}
+        else:
+            look["roughnessFactor"] = 1.0 - told["smoothness"]
+        parts["extensions"] = {_SPECULAR: shine}
+        if told.get("two_sided"):
+            parts["doubleSided"] = True
+        if told.get("alpha_cutoff", 0.0) > 0.0:
+            parts |= {"alphaMode": "MASK", "alphaCutoff": told["alpha_cutoff"]}
+        return self.bundle.material(f"{item['name']} {name}".strip(), **parts)
+
+    def _place(self, name: str, mesh: Mesh, materials: dict[str, int]) -> None:
+        self.bundle.node(name, mesh=self.bundle.mesh(name, mesh, materials))
+        self.triangles += len(mesh.triangles)
+
+    def _note_errors(self, names: list[str]) -> None:
+        """What the manifest says of these artifacts, the finest level alone."""
+        for name in names:
+            artifact = self.manifest["artifacts"][name]
+            for metric in ("terrain_max_m", "color_psnr_db", "normal_p99_deg"):
+                if metric in artifact["errors"]:
+                    self.errors[f"{name} {metric}"] = artifact["errors"][metric]
+
+    def _texture(self, name: str) -> Texture:
+        return decode_ktx2(self._read(self._file(name)), name)
+
+    def _file(self, name: str) -> Path:
+        return self.folder / str(self.manifest["artifacts"][name]["file"])
+
+    @staticmethod
+    def _read(path: Path) -> bytes:
+        try:
+            return path.read_bytes()
+        except OSError as error:
+            what = f"cannot be read: {error.strerror or error}"
+            raise SourceError(what, file=path, mend="name a folder that paradize bake made") from None
+
+
+# Of each face of the sky: which way its image's right and bottom point, and where it lies.
+_FACES = {
+    "+x": ((0.0, 0.0, -1.0), (0.0, -1.0, 0.0), (1.0, 0.0, 0.0)),
+    "-x": ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0), (-1.0, 0.0, 0.0)),
+    "+y": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
+    "-y": ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, -1.0, 0.0)),
+    "+z": ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
+    "-z": ((-1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0)),
+}
+
+
+def _quad(middle: F32, right: F32, down: F32, tiles: float = 1.0) -> Mesh:
+    """A parallelogram from middle - right - down to middle + right + down, seen from where `right` points to
+    the right and `down` to the bottom; its image lies on it `tiles` times."""
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32)
+    positions = (middle + corners[:, :1] * right + corners[:, 1:] * down).astype(np.float32)
+    normal = np.cross(down.astype(np.float64), right.astype(np.float64))
+    tangent = right.astype(np.float64) / np.linalg.norm(right)
+    return Mesh(
+        positions,
+        np.array([[0, 3, 2], [0, 2, 1]], np.uint32),
+        normals=np.tile((normal / np.linalg.norm(normal)).astype(np.float32), (4, 1)),
+        tangents=np.tile(np.array([*tangent, 1.0], np.float32), (4, 1)),
+        uvs=np.float32(tiles) * (0.5 * corners + 0.5).astype(np.float32),
+    )
+
+
+def _level_quad(height_m: float, size_m: float, tiles: float = 1.0) -> Mesh:
+    """A square that lies flat, seen from above; +X is its image's right, +Z its bottom."""
+    half = np.float32(0.5 * size_m)
+    middle = np.array([0.0, height_m, 0.0], np.float32)
+    return _quad(middle, np.array([half, 0, 0], np.float32), np.array([0, 0, half], np.float32), tiles)
+
+
+def _joined(meshes: list[Mesh]) -> Mesh:
+    """Patches as one mesh; each keeps its own vertices."""
+    starts = np.cumsum([0, *(len(mesh.positions) for mesh in meshes)])
+
+    def all_of(attribute: str) -> Any:
+        return np.concatenate([getattr(mesh, attribute) for mesh in meshes])
+
+    shifted = [mesh.triangles + np.uint32(start) for mesh, start in zip(meshes, starts, strict=False)]
+    return Mesh(
+        all_of("positions"),
+        np.concatenate(shifted).astype(np.uint32),
+        normals=all_of("normals"),
+        tangents=all_of("tangents"),
+        uvs=all_of("uvs"),
+        uvs1=all_of("uvs1"),
+    )
+
+
+def _at_least(shape: tuple[int, ...]) -> tuple[int, int]:
+    return max(GROUND_TEXELS, shape[0]), max(GROUND_TEXELS, shape[1])
+
+
+def _heights(meshes: list[Mesh], shape: tuple[int, int]) -> F32:
+    """Metres at each texel of a picture of the whole terrain; the lowest where nothing covers it."""
+    heights = np.full(shape, np.nan, np.float32)
+    for mesh in meshes:
+        assert mesh.uvs1 is not None
+        found = heights_of(mesh.uvs1, mesh.positions[:, 1], mesh.triangles, shape)
+        heights = np.where(np.isnan(found), heights, found)
+    return np.nan_to_num(heights, nan=float(np.nanmin(heights)))
+
+
+def _smooth(values: F32, low: float, high: float) -> F32:
+    """GLSL's smoothstep, a step where low and high are one."""
+    x = np.clip((values - low) / max(high - low, 1e-6), 0.0, 1.0)
+    out: F32 = (x * x * (3.0 - 2.0 * x)).astype(np.float32)
+    return out
+
+
+def _under_water(light: F32, heights: F32, water: dict[str, Any]) -> F32:
+    """What is left of the ground's colour (h, w, 3) after the way down and up again."""
+    depth = np.maximum(water["level_m"] - heights, 0.0)[:, :, None]
+    through = np.exp(-2.0 * depth * np.array(water["absorption_per_m"], np.float32))
+    out: F32 = (light * through + np.array(water["deep_color"], np.float32) * (1.0 - through)).astype(
+        np.float32
+    )
+    return out

@@ -1,0 +1,63 @@
+"""Heights of a terrain's triangles on a grid of texels."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    F32 = npt.NDArray[np.float32]
+    F64 = npt.NDArray[np.float64]
+    U32 = npt.NDArray[np.uint32]
+
+_AT_ONCE = 1 << 22  # texels tried in one go
+_EDGE = 1e-6  # of a triangle: a texel on its border belongs to it
+
+
+def heights_of(uvs: F32, heights: F32, triangles: U32, shape: tuple[int, int]) -> F32:
+    """(h, w) float32: the height at each texel's centre. uvs (n, 2) over the whole grid, top-left origin;
+    heights (n,); triangles (m, 3). Texels that no triangle covers are NaN."""
+    rows, columns = shape
+    out = np.full(shape, np.nan, np.float32)
+    # Corners in texels from the first centre.
+    x = (uvs[:, 0].astype(np.float64) * columns - 0.5)[triangles]
+    y = (uvs[:, 1].astype(np.float64) * rows - 0.5)[triangles]
+    z = heights.astype(np.float64)[triangles]
+    left, top = (np.maximum(np.ceil(v.min(axis=1) - _EDGE), 0).astype(np.int64) for v in (x, y))
+    right = np.minimum(np.floor(x.max(axis=1) + _EDGE), columns - 1).astype(np.int64)
+    bottom = np.minimum(np.floor(y.max(axis=1) + _EDGE), rows - 1).astype(np.int64)
+    span = np.maximum(right - left, bottom - top) + 1
+    span[(right < left) | (bottom < top)] = 0
+    side = 1
+    while (span >= side).any():  # triangles of about one size together: each tries side x side texels
+        chosen = np.flatnonzero((span >= side) & (span < 2 * side))
+        step = max(1, _AT_ONCE // (4 * side * side))
+        for first in range(0, len(chosen), step):
+            part = chosen[first : first + step]
+            _draw(out, x[part], y[part], z[part], left[part], top[part], 2 * side - 1)
+        side *= 2
+    return out
+
+
+def _draw(
+    out: F32, x: F64, y: F64, z: F64, left: npt.NDArray[np.int64], top: npt.NDArray[np.int64], side: int
+) -> None:
+    """Draws triangles (m, 3) whose boxes begin at left, top and are at most `side` texels wide."""
+    offsets = np.arange(side)
+    i = left[:, None, None] + offsets[None, None, :]
+    j = top[:, None, None] + offsets[None, :, None]
+    ax, bx, cx = (x[:, k, None, None] for k in range(3))
+    ay, by, cy = (y[:, k, None, None] for k in range(3))
+    area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+    area = np.where(area == 0.0, np.inf, area)  # a sliver without area covers nothing
+    b = ((i - ax) * (cy - ay) - (cx - ax) * (j - ay)) / area
+    c = ((bx - ax) * (j - ay) - (i - ax) * (by - ay)) / area
+    inside = (b >= -_EDGE) & (c >= -_EDGE) & (b + c <= 1.0 + _EDGE) & np.isfinite(area)
+    inside &= (i < out.shape[1]) & (j < out.shape[0])
+    za, zb, zc = (z[:, k, None, None] for k in range(3))
+    value = za + b * (zb - za) + c * (zc - za)
+    i, j = np.broadcast_arrays(i, j)
+    out[j[inside], i[inside]] = value[inside]

@@ -1,0 +1,106 @@
+"""What `paradize export` writes opens elsewhere: the Khronos validator finds nothing, three.js flies along.
+
+The picture of the poster's moment is left for a person in build/report/three/export.png.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from tests.e2e.three import ThreePage, three_page
+from tests.pictures import save
+from tests.places import ROOT
+
+WIDTH, HEIGHT = 640, 360
+SECONDS = (0.0, 40.0, 113.0, 239.99)
+
+
+@dataclass
+class Page(ThreePage):
+    """What three.js drew, by second: (h, w, 4)."""
+
+    drawn: dict[float, npt.NDArray[np.uint8]] = field(default_factory=dict)
+
+    def take(self, query: dict[str, str], body: bytes) -> None:
+        self.drawn[float(query["second"])] = np.frombuffer(body, np.uint8).reshape(HEIGHT, WIDTH, 4)
+
+    def show(self, name: str, glb: bytes) -> dict[str, Any]:
+        asked = {"width": WIDTH, "height": HEIGHT, "seconds": SECONDS}
+        return self.run(f"{name}.glb", glb, f"window.show('{name}', {json.dumps(asked)})")
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    with three_page("show_export.html", Page, tmp_path_factory) as page:
+        yield page
+
+
+@pytest.fixture(scope="module")
+def exported(
+    island: Path,
+    paradize: Callable[..., subprocess.CompletedProcess[str]],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> tuple[Path, dict[str, Any]]:
+    path = tmp_path_factory.mktemp("export") / "island.glb"
+    done = paradize("export", island, "-o", path, "--json")
+    assert done.returncode == 0, done.stderr
+    return path, json.loads(done.stdout)
+
+
+def eye_and_look(manifest: dict[str, Any], second: float) -> tuple[npt.NDArray[np.float64], ...]:
+    """Place and unit direction of the camera, from scene.json alone, as FORMAT.md tells."""
+    flight = manifest["flight"]
+    rows = np.array(flight["time_table"])
+    k = min(int(np.searchsorted(rows[:, 0], second, side="right")) - 1, len(rows) - 2)
+    (t0, u0, d0), (t1, u1, d1) = rows[k], rows[k + 1]
+    x, h = (second - t0) / (t1 - t0), t1 - t0
+    u = (2 * x**3 - 3 * x**2 + 1) * u0 + (x**3 - 2 * x**2 + x) * h * d0
+    u += (3 * x**2 - 2 * x**3) * u1 + (x**3 - x**2) * h * d1
+    segment = flight["segments"][min(int(u), len(flight["segments"]) - 1)]
+    powers = (u - min(int(u), len(flight["segments"]) - 1)) ** np.arange(4)
+    eye, target = np.array(segment["eye"]) @ powers, np.array(segment["target"]) @ powers
+    return eye, (target - eye) / np.linalg.norm(target - eye)
+
+
+def test_khronos_validator_finds_nothing_in_an_exported_scene(
+    exported: tuple[Path, dict[str, Any]], node: Callable[..., Any]
+) -> None:
+    result = node("validate_gltf.mjs", [exported[0]])[str(exported[0])]
+    assert (result["errors"], result["warnings"]) == (0, 0), result["messages"]
+
+
+def test_three_flies_along_the_path_that_scene_json_tells(
+    exported: tuple[Path, dict[str, Any]], island: Path, page: Page
+) -> None:
+    path, told = exported
+    found = page.show("island", path.read_bytes())
+    manifest = json.loads((island / "scene.json").read_text())
+    assert found["duration_s"] == pytest.approx(manifest["flight"]["duration_s"], abs=1e-3)
+    assert found["triangles"] == told["triangles"]
+    for second, pose in zip(SECONDS, found["poses"], strict=True):
+        eye, look = eye_and_look(manifest, second)
+        matrix = np.array(pose).reshape(4, 4).T
+        # float32 places of some 100 m; the keys' own error is told.
+        assert np.linalg.norm(matrix[:3, 3] - eye) < told["errors"]["path_export_m_max"] + 1e-4, second
+        angle = np.degrees(np.linalg.norm(-matrix[:3, 2] - look))
+        assert angle < told["errors"]["path_export_deg_max"] + 1e-3, second
+    picture = page.drawn[113.0]
+    folder = ROOT / "build/report/three"
+    folder.mkdir(parents=True, exist_ok=True)
+    save(folder / "export.png", picture[:, :, :3].astype(np.float32) / np.float32(255))
+    # The poster's moment: sky above, sand below, and the palm's dark fronds somewhere between.
+    sky, sand = (
+        picture[20:60, :, :3].reshape(-1, 3).mean(axis=0),
+        picture[-20:, 20:200, :3].reshape(-1, 3).mean(axis=0),
+    )
+    assert sky[2] > sky[0] + 30 and sand[0] > sand[2] + 20
+    assert len(np.unique(picture.reshape(-1, 4), axis=0)) > 5000

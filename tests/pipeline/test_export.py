@@ -1,0 +1,123 @@
+"""`paradize export`: one GLB that holds what the folder holds, and says what it cannot hold."""
+
+from __future__ import annotations
+
+import json
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from paradize.bake import bake
+from paradize.bake_tasks import How
+from paradize.cli import main
+from paradize.errors import ParadizeError
+from paradize.export import export
+from paradize.export_flight import flight_keys, quaternion
+from paradize.export_heights import heights_of
+from paradize.formats.png import decode_png
+from tests.pipeline.scenes import make_cove
+
+
+@pytest.fixture(scope="module")
+def baked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    top = tmp_path_factory.mktemp("cove")
+    report = bake(make_cove(top / "scene"), top / "out", How(jobs=2))
+    assert not report.errors
+    return top / "out"
+
+
+def tree_of(glb: bytes) -> tuple[dict[str, object], bytes]:
+    length = struct.unpack_from("<I", glb, 12)[0]
+    return json.loads(glb[20 : 20 + length]), glb[28 + length :]
+
+
+def test_the_file_holds_every_instance_map_and_key_and_names_nothing_outside(
+    baked: Path, tmp_path: Path
+) -> None:
+    done = export(baked, tmp_path / "new" / "cove.glb")
+    scene = json.loads((baked / "scene.json").read_text())
+    data = done.file.read_bytes()
+    tree, binary = tree_of(data)
+    assert len(data) == done.bytes and "uri" not in json.dumps(tree)
+    nodes = [node["name"] for node in tree["nodes"]]  # type: ignore[attr-defined]
+    for item in scene["objects"]:
+        assert sum(name.split()[0] == item["name"] for name in nodes) == len(item["instances"])
+    maps = sum(bool(item[kind]) for item in scene["objects"] for kind in ("color", "normal", "gloss"))
+    pictures = tree["images"]
+    assert isinstance(pictures, list) and len(pictures) == done.pictures >= maps
+    for k, picture in enumerate(pictures):  # each is a PNG that another decoder reads
+        view = tree["bufferViews"][picture["bufferView"]]  # type: ignore[index]
+        path = tmp_path / f"{k}.png"
+        path.write_bytes(binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]])
+        assert decode_png(path).size
+
+
+def test_the_same_folder_gives_the_same_bytes(baked: Path, tmp_path: Path) -> None:
+    once, twice = export(baked, tmp_path / "a.glb"), export(baked / "scene.json", tmp_path / "b.glb")
+    assert once.file.read_bytes() == twice.file.read_bytes()
+
+
+def test_keys_begin_and_end_alike_and_their_error_is_what_a_finer_look_finds(baked: Path) -> None:
+    flight = json.loads((baked / "scene.json").read_text())["flight"]
+    keys = flight_keys(flight)
+    assert keys.times_s[0] == 0.0 and keys.times_s[-1] == np.float32(flight["duration_s"])
+    assert np.allclose(keys.places[0], keys.places[-1], atol=1e-5)
+    assert np.allclose(np.linalg.norm(keys.turns, axis=1), 1.0, atol=1e-6)
+    assert (np.diff(keys.turns, axis=0) ** 2).sum(axis=1).max() < 0.1  # no key takes the long way round
+    step = np.linalg.norm(np.diff(keys.places.astype(float), n=2, axis=0), axis=1).max()
+    assert keys.errors["path_export_m_max"] < 0.2 * step + 1e-6  # an eighth of the second difference
+
+
+@given(st.lists(st.floats(-1, 1), min_size=4, max_size=4).filter(lambda q: np.linalg.norm(q) > 1e-3))
+def test_a_rotation_and_its_quaternion_turn_alike(q: list[float]) -> None:
+    x, y, z, w = np.array(q) / np.linalg.norm(q)
+    matrix = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    assert abs(abs(quaternion(matrix) @ np.array([x, y, z, w])) - 1.0) < 1e-12
+
+
+@given(st.integers(1, 40), st.integers(1, 40), st.integers(2, 6), st.integers(0, 1 << 30))
+def test_heights_are_those_of_the_plane_that_the_triangles_lie_in(
+    rows: int, columns: int, cells: int, seed: int
+) -> None:
+    random = np.random.default_rng(seed)
+    grid = np.stack(np.meshgrid(np.linspace(0, 1, cells), np.linspace(0, 1, cells)), axis=-1).reshape(-1, 2)
+    a, b, c = random.uniform(-5, 5, 3)
+    k = np.arange(cells * cells).reshape(cells, cells)
+    first = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:]], axis=-1).reshape(-1, 3)
+    second = np.stack([k[:-1, :-1], k[1:, 1:], k[:-1, 1:]], axis=-1).reshape(-1, 3)
+    triangles = np.concatenate([first, second]).astype(np.uint32)
+    found = heights_of(
+        grid.astype(np.float32),
+        (a * grid[:, 0] + b * grid[:, 1] + c).astype(np.float32),
+        triangles,
+        (rows, columns),
+    )
+    u, v = (np.arange(columns) + 0.5) / columns, (np.arange(rows) + 0.5) / rows
+    assert np.allclose(found, a * u[None, :] + b * v[:, None] + c, atol=1e-4)  # NaN anywhere would fail
+
+
+def test_a_folder_without_a_scene_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
+    with pytest.raises(ParadizeError, match=r"scene\.json"):
+        export(tmp_path, tmp_path / "a.glb")
+    assert not (tmp_path / "a.glb").exists()
+    assert main(["export", str(tmp_path), "-o", str(tmp_path / "a.glb"), "--json"]) == 1
+
+
+def test_a_damaged_map_is_refused_by_name(baked: Path, tmp_path: Path) -> None:
+    import shutil
+
+    shutil.copytree(baked, tmp_path / "in")
+    broken = next((tmp_path / "in").glob("*_color-*.ktx2"))
+    broken.write_bytes(broken.read_bytes()[:-7])
+    with pytest.raises(ParadizeError, match=broken.name.split("-")[0]):
+        export(tmp_path / "in", tmp_path / "a.glb")
