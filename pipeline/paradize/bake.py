@@ -78,7 +78,8 @@ def _bake(
     if not report.errors:
         commit(store, scene, scene_path, flight, out, tasks, report, how)
     told = store.settle()
-    report.fetched = sum(row["sha256"] in store.fetched - store.pushed for row in report.artifacts)
+    reused = [row for row in report.artifacts if row["status"] == "reused"]
+    report.fetched = sum(row["sha256"] in store.fetched for row in reused)
     report.pushed = sum(row["sha256"] in store.pushed for row in report.artifacts)
     # What was edited meanwhile is not remembered, so that the next bake looks at everything anew.
     if not report.errors and all(stamp(path) == old for path, old in stamps.items()):

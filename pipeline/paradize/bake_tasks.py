@@ -143,13 +143,14 @@ def recall(store: Store, task: Task) -> bool:
     products = task.products or known(store, task)
     if products is None:
         return False
+    data: dict[str, bytes | Path] = {}
     for want in (made for first in task.order.wants for made in first.made(products)):
         sha256 = str(products[want.product]["sha256"])
-        data = store.find(sha256) if want.many else store.get(sha256)
-        if data is None:
+        found = store.find(sha256) if want.many else store.get(sha256)
+        if found is None:
             return False
-        task.data[want.product] = data
-    task.products = products
+        data[want.product] = found
+    task.data, task.products = data, products
     return True
 
 

@@ -212,6 +212,21 @@ def test_damaged_outputs_and_store_entries_are_mended(copied: tuple[Path, Path],
     assert state_of(out) == before
 
 
+def test_one_damaged_store_entry_bakes_its_own_task_again(copied: tuple[Path, Path], tmp_path: Path) -> None:
+    """Also where the task's other products are whole."""
+    scene, out = copied
+    bake(scene, out, How(jobs=1))
+    before = state_of(out)
+    for name in ("post_height", "post_normal", "water_dudv"):
+        sha256 = manifest_of(out)["artifacts"][name]["sha256"]
+        blob = tmp_path / "store" / "blobs" / sha256[:2] / sha256
+        blob.write_bytes(blob.read_bytes()[:-1])
+        shutil.rmtree(out)
+        report = bake(scene, out, How(jobs=1))
+        assert not report.errors and name in baked_names(report) and "sky" not in baked_names(report)
+        assert state_of(out) == before
+
+
 def test_files_of_others_are_never_swept(copied: tuple[Path, Path]) -> None:
     scene, out = copied
     for name in ("notes.txt", "palm.glb", "sky-old.ktx2"):
