@@ -1,29 +1,102 @@
-"""What the engine costs when there is nothing to do."""
+"""What the engine costs beside the work: nothing to do, one map to do, stages that do nothing."""
 
 from __future__ import annotations
 
 import json
+import os
+import shutil
+import statistics
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
-from row import Row, median_ms
+from paradize.engine.workers import Job, run_jobs
+from row import Row, pair_ms
 from tests.places import ROOT
 
+STAGES, STAGE_MS = 200, 5.0
+# The tasks of the artifacts named, baked alone: no scene published, no record kept, nothing else looked at.
+ALONE = """
+import sys, tempfile
+from pathlib import Path
+from paradize.bake import derive
+from paradize.bake_tasks import How
+from paradize.engine.store import Store
 
-def bench_no_op(runs: int) -> Row:
-    scene, out = ROOT / "raw_assets/island.toml", ROOT / "build/assets/island"
-    command = [str(ROOT / "build/venv/bin/paradize"), "bake", str(scene), "-o", str(out), "--json"]
-    first = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+with tempfile.TemporaryDirectory() as name:
+    made, errors = derive(Store(Path(name)), Path(sys.argv[1]), set(sys.argv[2:]), How(jobs=2))
+assert not errors and set(made) == set(sys.argv[2:]), (made, errors)
+"""
+
+
+def bake_command(scene: Path, out: Path, *more: str) -> list[str]:
+    return [str(ROOT / "build/venv/bin/paradize"), "bake", str(scene), "-o", str(out), "--json", *more]
+
+
+def told(command: list[str], store: Path, **more: str) -> dict[str, Any]:
+    """What a bake says, without contact sheets: those are for the eye. more: of its environment."""
+    environment = {**os.environ, "PARADIZE_STORE": str(store), "PARADIZE_REPORT": "", **more}
+    done = subprocess.run(command, capture_output=True, check=True, env=environment)
+    report: dict[str, Any] = json.loads(done.stdout)
+    return report
+
+
+def bench_no_op(runs: int, folder: Path) -> Row:
+    command = bake_command(ROOT / "raw_assets/island.toml", folder / "island")
+    first = told(command, folder / "store")
+    told(command, folder / "store")  # reads once more what was new to the first
     python = [sys.executable, "-c", "pass"]
-    times = (
-        median_ms(lambda: subprocess.run(command, capture_output=True, check=True), runs),
-        median_ms(lambda: subprocess.run(python, check=True), runs),
+    times = pair_ms(
+        lambda: told(command, folder / "store"), lambda: subprocess.run(python, check=True), 3 * runs
     )
-    reused = f"{len(first['artifacts'])} artifacts kept"
-    return Row("island, nothing changed", times[0], "python -c pass", times[1], reused, "-")
+    kept = f"{len(first['artifacts'])} artifacts kept"
+    return Row("island, nothing changed", times[0], "python -c pass", times[1], kept, "-", 1 / 5)
+
+
+def bench_one_map(runs: int, folder: Path) -> Row:
+    """A texel of the palm's picture changes: a whole bake beside its tasks alone, each a new process."""
+    sources = folder / "sources"
+    shutil.copytree(ROOT / "raw_assets", sources, dirs_exist_ok=True)
+    picture, scene = sources / "palm/palm.ppm", sources / "island.toml"
+    command = bake_command(scene, folder / "changed", "-j", "2")
+    names = [row["name"] for row in told(command, folder / "store")["artifacts"]]
+    maps = [name for name in names if name.startswith("palm_") and name != "palm_mesh"]
+    alone = [sys.executable, "-c", ALONE, str(scene), *maps]
+    times: tuple[list[float], list[float]] = ([], [])
+    for _ in range(runs):
+        data = bytearray(picture.read_bytes())
+        data[-1] = (data[-1] + 1) % 256
+        picture.write_bytes(data)
+        start = time.perf_counter()
+        report = told(command, folder / "store")
+        times[0].append((time.perf_counter() - start) * 1e3)
+        baked = {row["name"] for row in report["artifacts"] if row["status"] == "baked"}
+        assert baked == set(maps), baked
+        start = time.perf_counter()
+        subprocess.run(alone, check=True)
+        times[1].append((time.perf_counter() - start) * 1e3)
+    ours, peer = map(statistics.median, times)
+    what = f"baked: {', '.join(maps)}"
+    return Row("island, one colour map changed", ours, "those maps baked alone", peer, what, "-", 1 / 1.2)
+
+
+def bench_overhead(runs: int) -> Row:
+    """Jobs that do nothing, in one worker, its start included: milliseconds a job."""
+    jobs = [Job(f"nothing {i}", os.getpid, {}) for i in range(STAGES)]
+    times = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        assert not [outcome.error for outcome in run_jobs(jobs, 1) if outcome.error]
+        times.append((time.perf_counter() - start) * 1e3 / STAGES)
+    return Row(
+        f"a stage that does nothing (of {STAGES})", statistics.median(times), "bar", STAGE_MS, "-", "-", 1
+    )
 
 
 def rows(runs: int, folder: Path) -> Iterator[Row]:
-    yield bench_no_op(runs)
+    yield bench_no_op(runs, folder)
+    yield bench_one_map(runs, folder)
+    yield bench_overhead(runs)

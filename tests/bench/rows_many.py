@@ -1,0 +1,68 @@
+"""Scenes of many assets: ten thousand of which nothing changed, two hundred with two workers."""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from many import PER_OBJECT, make_many
+from row import Row
+from rows_engine import bake_command, told
+from tests.places import ROOT
+
+MANY, MANY_MS = 10_000, 2000.0
+SOME = 200
+KEPT = ROOT / "build/bench"  # the scene, its store and its baked folder are kept from run to run
+BURN = "x = 0\nfor i in range(40_000_000): x += i"
+
+
+def bench_many(runs: int) -> Row:
+    scene, out = KEPT / "many/many.toml", KEPT / "many-baked"
+    if not scene.is_file():
+        make_many(scene.parent, MANY // PER_OBJECT)
+    command = bake_command(scene, out)
+    for _ in range(2):  # the first bake takes minutes; the second reads once more what was new to the first
+        count = len(told(command, KEPT / "store")["artifacts"])
+    times = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        report = told(command, KEPT / "store")
+        times.append((time.perf_counter() - start) * 1e3)
+        assert report["reused"] == count >= MANY
+    return Row(f"{count} artifacts, nothing changed", statistics.median(times), "bar", MANY_MS, "-", "-", 1)
+
+
+def burnt_s(processes: int) -> float:
+    """Seconds until that many processes at once have burnt what each has to."""
+    start = time.perf_counter()
+    running = [subprocess.Popen([sys.executable, "-c", BURN]) for _ in range(processes)]
+    assert not any(process.wait() for process in running)
+    return time.perf_counter() - start
+
+
+def bench_two_workers(runs: int, folder: Path) -> Row:
+    """The same bake with one worker and with two, a thread each; beside it what two processes gain here."""
+    scene = make_many(folder / "some", SOME // PER_OBJECT, side=256)
+    times: dict[int, list[float]] = {1: [], 2: []}
+    burns: dict[int, list[float]] = {1: [], 2: []}
+    for _ in range(min(runs, 5)):
+        for workers in (1, 2):
+            command = bake_command(scene, folder / f"some-{workers}", "--force", "-j", str(workers))
+            start = time.perf_counter()
+            report = told(command, folder / "some-store", PARADIZE_THREADS="1")
+            times[workers].append((time.perf_counter() - start) * 1e3)
+            assert report["baked"] == len(report["artifacts"]) > SOME
+            burns[workers].append(burnt_s(workers))
+    one, two = statistics.median(times[1]), statistics.median(times[2])
+    machine = 2 * statistics.median(burns[1]) / statistics.median(burns[2])
+    gain = f"two processes do {machine:.2f} x one's work on this machine now"
+    return Row(f"{SOME} assets, two workers", two, "one worker", one, gain, "-", 1.7)
+
+
+def rows(runs: int, folder: Path) -> Iterator[Row]:
+    yield bench_many(runs)
+    yield bench_two_workers(runs, folder)
