@@ -38,8 +38,8 @@ def main() -> None:
                     if row.limit is None
                     else f"   (promised: {row.limit:g} x{'' if kept else ', NOT KEPT'})"
                 )
-                print(f"{row.work}\n    ours  {row.ours_ms:9.1f} ms   {row.ours_error}")
-                print(f"    peer  {row.peer_ms:9.1f} ms   {row.peer_error}   ({row.peer})")
+                print(f"{row.work}\n    ours  {row.ours_ms:9.1f} {row.unit}   {row.ours_error}")
+                print(f"    peer  {row.peer_ms:9.1f} {row.unit}   {row.peer_error}   ({row.peer})")
                 print(f"    ratio {ratio:9.2f} x{promise}\n", flush=True)
 
 

@@ -11,8 +11,8 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Row:
-    """ours_ms, peer_ms: medians of one run. limit: the smallest ratio peer / ours that we promise, where we
-    promise one. The errors are texts; measuring them is never inside the times."""
+    """ours_ms, peer_ms: medians of one run, or amounts of `unit`. limit: the smallest ratio peer / ours that
+    we promise, where we promise one. The errors are texts; measuring them is never inside the times."""
 
     work: str
     ours_ms: float
@@ -21,6 +21,7 @@ class Row:
     ours_error: str
     peer_error: str
     limit: float | None = None
+    unit: str = "ms"
 
 
 def median_ms(work: Callable[[], Any], runs: int) -> float:

@@ -7,6 +7,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from paradize.bake_gutter import KINDS, Borders, find_borders, is_safe, reach_of, sampled_levels, walk
 from paradize.check.files import read_file
 from paradize.check.rules import Finding
@@ -15,6 +18,7 @@ from paradize.errors import ParadizeError
 from paradize.formats.glb import decode_glb
 from paradize.formats.ktx2 import decode_ktx2
 
+F32 = npt.NDArray[np.float32]
 _DIGITS = 1e-5  # scene.json holds six
 
 
@@ -30,7 +34,12 @@ def check_gutters(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
         try:
             mesh = decode_glb(glb)[0].mesh
             textures = {key: decode_ktx2(_read(manifest, folder, name)) for key, name in names.items()}
-            sizes = {(texture.width, texture.height) for texture in textures.values() if mesh.uvs is not None}
+            left = {key: _left_out(manifest["artifacts"][name]) for key, name in names.items()}
+            whole = {
+                key: (texture.width << left[key], texture.height << left[key])
+                for key, texture in textures.items()
+            }
+            sizes = set(whole.values()) if mesh.uvs is not None else set()
             borders = {
                 (width, height): find_borders(mesh, width=width, height=height, repeat=item["repeat"])
                 for width, height in sizes
@@ -39,7 +48,7 @@ def check_gutters(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
             continue
         given = _given(item, item["height"] is not None)
         for key, texture in textures.items():
-            at = borders.get((texture.width, texture.height))
+            at = borders.get(whole[key])
             if at is not None:
                 artifact = manifest["artifacts"][names[key]]
                 yield from _walk(at, texture, key, names[key], given, artifact, folder)
@@ -50,6 +59,17 @@ def _read(manifest: dict[str, Any], folder: Path, name: str) -> bytes:
         return read_file(folder / manifest["artifacts"][name]["file"])
     except OSError:
         return b""
+
+
+def _left_out(artifact: dict[str, Any]) -> int:
+    """How many finer levels the bake made and did not publish: islands lie as they lay on the finest."""
+    return int(artifact["asked"]["left_out"]) if artifact["asked"] else 0
+
+
+def _padded(levels: list[F32], left: int) -> list[F32]:
+    """The levels under `left` finer ones, which only stand for their sizes."""
+    finer = [np.ascontiguousarray(levels[0].repeat(1 << k, 0).repeat(1 << k, 1)) for k in range(left, 0, -1)]
+    return finer + levels
 
 
 def _given(item: dict[str, Any], relief: bool) -> dict[str, float]:
@@ -73,9 +93,10 @@ def _walk(
 ) -> Iterator[Finding]:
     bound = artifact["gutter"]["bound"]
     told = [artifact["gutter"][f"bleed_{key}"][0] * (1.0 + _DIGITS) for key in ("p99", "max")]
-    known = [(told[0], told[1]), *[(0.0, 0.0)] * len(texture.levels)]  # by level
+    left = _left_out(artifact)
+    known = [*[(1.0, 1.0)] * left, (told[0], told[1]), *[(0.0, 0.0)] * len(texture.levels)]  # by level
     count = len(texture.levels) if artifact["max_level"] is None else artifact["max_level"] + 1
-    levels = sampled_levels(texture, key)[:count]
+    levels = _padded(sampled_levels(texture, key)[:count], left)
     far = borders.reach(given)
     steep = walk(levels, KINDS[key], borders.islands.layout, far)
     flat = steep
@@ -83,6 +104,8 @@ def _walk(
     if bad and (far > 0.0).any():
         flat = walk(levels, KINDS[key], borders.islands.layout, far.clip(max=0.0))
     for level, (here, moved) in enumerate(zip(flat, steep, strict=True)):
+        if level < left:
+            continue
         found = here if not is_safe(here, bound, known[level]) else moved
         if is_safe(found, bound, known[level]):
             continue
@@ -92,5 +115,5 @@ def _walk(
             f"beside an island samples are off by up to {found.worst:.3g} of the range, one in a hundred by "
             f"{found.all_p99:.3g} or more; {bound:g} is accepted"
         )
-        place = f"{name} level {level} texel ({found.x >> level}, {found.y >> level})"
+        place = f"{name} level {level - left} texel ({found.x >> level}, {found.y >> level})"
         yield Finding(code, str(folder / artifact["file"]), what, place)

@@ -1,0 +1,112 @@
+"""A bake that asks a scene for nothing: what the path-aware one is compared with.
+
+Full is everything that the bakers make of the sources without knowing who reads it, in the scene's own
+settings and formats: of every picture all four maps (of a height map too) beside its colour, all mips; all
+levels of detail with all attributes; every patch of the terrain at the same error; sky and sound.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from paradize import bake_commit, require
+from paradize.bake import bake
+from paradize.bake_maps import MAPS, bake_maps
+from paradize.bake_record import BakeReport
+from paradize.bake_tasks import How
+from paradize.require import Requirements
+from paradize.scene import Scene, load_scene
+
+ATTRIBUTES = ["POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "COLOR_0"]
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Bytes: of the path-aware bake's artifacts, of the full bake's, of these by name, and of the largest
+    source that the path-aware one reads, with its name."""
+
+    path: int
+    full: int
+    parts: dict[str, int]
+    source: int
+    source_name: str
+
+    @property
+    def share(self) -> float:
+        return self.path / self.full
+
+
+def full_bake(scene: Path, out: Path, how: How) -> BakeReport:
+    """The scene with every mip, level, attribute and patch, so that it can be played; maps that no pass reads
+    are not in it, for there is no place for them in a scene."""
+    asked = require.require
+
+    def everything(known: Scene, looks: dict[str, Any]) -> Requirements:
+        found = asked(known, looks)
+        for order in found.orders:
+            if order.maker == "terrain":
+                order.settings["sight"] = None
+            if order.maker == "mesh":
+                order.settings["attributes"] = ATTRIBUTES
+        return found
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("paradize.bake.require", everything)
+        patch.setattr(bake_commit, "ask", lambda *_, **__: {})
+        return bake(scene, out, how)
+
+
+def artifact_bytes(folder: Path) -> dict[str, int]:
+    """Bytes of each artifact that a folder's scene.json names."""
+    manifest = json.loads((folder / "scene.json").read_text())
+    return {name: (folder / entry["file"]).stat().st_size for name, entry in manifest["artifacts"].items()}
+
+
+def measure_sizes(scene_path: Path, path_aware: Path, full: Path) -> Sizes:
+    """Of two bakes of a scene. Maps that the full bake's folder lacks are baked here, for their size."""
+    scene = load_scene(scene_path)
+    parts = artifact_bytes(full)
+    for owner, picture, source in pictures_of(scene):
+        absent = [name for name in MAPS if f"{owner}_{name}" not in parts]
+        if absent:
+            made = bake_maps(picture, only=absent, source=source, tier="fast", measure=False)
+            parts |= {f"{owner}_{name}": len(product.data) for name, product in made.items()}
+    sources = sources_of(scene)
+    largest = max(sources, key=lambda path: path.stat().st_size)
+    return Sizes(
+        sum(artifact_bytes(path_aware).values()),
+        sum(parts.values()),
+        parts,
+        largest.stat().st_size,
+        largest.name,
+    )
+
+
+def pictures_of(scene: Scene) -> list[tuple[str, Path, str]]:
+    """(owner, picture, color or height) of each picture that the scene names; a height map beside a colour
+    is a picture of its own."""
+    found: list[tuple[str, Path | None, str]] = []
+    if terrain := scene.terrain:
+        found += [("sand", terrain.sand_color, "color"), ("effect", terrain.effect_color, "color")]
+        found += [("sand_height", terrain.sand_height, "height")]
+        found += [("effect_height", terrain.effect_height, "height")]
+    if scene.water:
+        found.append(("water", scene.water.waves, "height"))
+    found += [(item.name, item.color, "color") for item in scene.objects]
+    return [(owner, picture, source) for owner, picture, source in found if picture is not None]
+
+
+def sources_of(scene: Scene) -> Sequence[Path]:
+    """The files that the scene names."""
+    found = [picture for _, picture, _ in pictures_of(scene)]
+    found += [item.mesh for item in scene.objects]
+    found += [item.alpha for item in scene.objects if item.alpha]
+    found += [scene.terrain.heightmap] if scene.terrain else []
+    found += scene.sky.faces if scene.sky else []
+    return [*found, *([scene.sound.file] if scene.sound else [])]
