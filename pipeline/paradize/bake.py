@@ -6,6 +6,7 @@ What a bake reads and where it keeps what it makes is here; tasks and their keys
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from paradize.bake_auto import Bench, bake_orders
@@ -15,6 +16,7 @@ from paradize.bake_looks import looks_of
 from paradize.bake_record import BakeReport, record_name, remember, unchanged_bake
 from paradize.bake_tasks import How, flight_order, known_tiers, run_tasks, task_of
 from paradize.engine.code import code_files, forget
+from paradize.engine.crew import Crew
 from paradize.engine.memory import FileMemory
 from paradize.engine.store import Stamp, Store, default_root, key_of, stamp
 from paradize.errors import ParadizeError
@@ -40,8 +42,13 @@ def bake(scene_path: Path, out: Path | None = None, how: How | None = None) -> B
         scene = load_scene(scene_path)
         folder = out or Path("build/assets") / scene.head.name
         lock = key_of(str(folder.resolve()))[:32]
-        with store.in_use(), store.locked(lock), store.room(lock) as room:
-            report = _bake(store, room, name, scene_path, was, scene, folder, how)
+        crew = how.crew or Crew()  # the same workers bake and measure
+        try:
+            with store.in_use(), store.locked(lock), store.room(lock) as room:
+                report = _bake(store, room, name, scene_path, was, scene, folder, replace(how, crew=crew))
+        finally:
+            if crew is not how.crew:
+                crew.stop()
     report.seconds = time.monotonic() - start
     return report
 
@@ -83,7 +90,7 @@ def _bake(
     report.pushed = sum(row["sha256"] in store.pushed for row in report.artifacts)
     # What was edited meanwhile is not remembered, so that the next bake looks at everything anew.
     if not report.errors and all(stamp(path) == old for path, old in stamps.items()):
-        keep_inputs(store, out, scene, tasks, memory)
+        keep_inputs(store, out, scene, tasks, memory, how)
         remember(store, name, report, list(stamps), absent, memory)
     report.warnings += told
     return report

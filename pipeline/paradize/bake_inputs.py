@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from paradize import bake_makers
-from paradize.bake_tasks import ASKED, Task, settings_of
-from paradize.engine.code import code_of, library_versions
+from paradize.bake_tasks import ASKED, How, Task, settings_of
+from paradize.engine.code import code_of
+from paradize.engine.libraries import library_versions
 from paradize.engine.memory import FileMemory
-from paradize.engine.store import Store, key_of
+from paradize.engine.store import Store, default_root, key_of
 from paradize.errors import ParadizeError
 from paradize.require import Order, ground_sight
 from paradize.scene import Scene
@@ -41,8 +42,18 @@ def seen_by(scene: Scene, order: Order) -> dict[str, Any]:
     return plain
 
 
-def keep_inputs(store: Store, out: Path, scene: Scene, tasks: Sequence[Task], memory: FileMemory) -> None:
+def _settings(order: Order, scene: Scene, tier: str | None) -> dict[str, Any]:
+    """What a task is told; with the tier that the scene asks for, where no command line does."""
+    asked = settings_of(order, scene, grow=True) | ({} if tier is None else {"tier": tier})
+    plain: dict[str, Any] = json.loads(json.dumps(asked))
+    return plain
+
+
+def keep_inputs(
+    store: Store, out: Path, scene: Scene, tasks: Sequence[Task], memory: FileMemory, how: How
+) -> None:
     """Remembers what the tasks of a finished bake were made of."""
+    tier = scene.head.tier if how.tier is None else None
     modules = {task.order.maker: dict(_code(task.order.maker)) for task in tasks}
     store.put_bake(
         _name(out),
@@ -54,7 +65,7 @@ def keep_inputs(store: Store, out: Path, scene: Scene, tasks: Sequence[Task], me
                     "sources": {
                         role: [str(path), memory.sha256(path)] for role, path in task.order.sources.items()
                     },
-                    "settings": task.settings,
+                    "settings": _settings(task.order, scene, tier),
                     "seen": seen_by(scene, task.order),
                 }
                 for task in tasks
@@ -63,10 +74,10 @@ def keep_inputs(store: Store, out: Path, scene: Scene, tasks: Sequence[Task], me
     )
 
 
-def stale(store: Store, out: Path, scene: Scene, order: Order) -> list[str] | None:
+def stale(out: Path, scene: Scene, order: Order) -> list[str] | None:
     """What has changed since the last bake into this folder, in words; nothing: it is up to date. None where
     nothing is known of that bake."""
-    record = store.get_bake(_name(out))
+    record = Store(default_root()).get_bake(_name(out))
     if not isinstance(record, dict):
         return None
     try:
@@ -74,7 +85,8 @@ def stale(store: Store, out: Path, scene: Scene, order: Order) -> list[str] | No
         if was is None:
             return ["it is new in the scene"]
         found = list(_sources(was["sources"], order.sources))
-        settings = json.loads(json.dumps(settings_of(order, scene)))
+        tier = scene.head.tier if "tier" in was["settings"] else None
+        settings = _settings(order, scene, tier)
         found += _short([f"setting {text}" for text in _changes(was["settings"], settings)])
         if order.maker not in ("sound", "terrain", "flight"):
             found += _short(list(_changes(was["seen"], seen_by(scene, order))))

@@ -18,7 +18,6 @@ from paradize.bake_inputs import stale
 from paradize.bake_looks import looks_of
 from paradize.bake_record import SCENE_FILE
 from paradize.budget import excesses
-from paradize.engine.store import Store, default_root
 from paradize.errors import FormatError, SceneError
 from paradize.explain_asked import economy, economy_words, short
 from paradize.formats.scene_manifest import decode_scene
@@ -111,7 +110,7 @@ def _told(
     told |= {key: entry[key] for key in ("first_needed_s", "file", "bytes", "tier", "errors", "levels")}
     told["tried"] = _tried(manifest or {}, want.artifact)
     told["asked"] = economy(manifest or {}, folder, want.artifact)
-    told["stale"] = stale(Store(default_root()), folder, scene, order)
+    told["stale"] = stale(folder, scene, order)
     terrain = (manifest or {})["terrain"]
     if terrain and want.artifact in terrain["tiles"]:
         told["demand"] = _demand(terrain, want.artifact)

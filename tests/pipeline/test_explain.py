@@ -140,3 +140,93 @@ def test_explaining_imports_no_numpy(tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.fixture
+def cove(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path]:
+    """(scene, its bake), of the cove."""
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    scene = make_cove(tmp_path / "scene")
+    assert not bake(scene, tmp_path / "out", How(jobs=2)).errors
+    return scene, tmp_path / "out"
+
+
+def stale(scene: Path, out: Path) -> dict[str, list[str]]:
+    """What made each artifact stale, where something did."""
+    return {one["name"]: one["stale"] for one in explain(scene, out=out).artifacts if one["stale"] != []}
+
+
+def replace(scene: Path, old: str, new: str) -> None:
+    text = scene.read_text()
+    assert old in text
+    scene.write_text(text.replace(old, new, 1))
+
+
+def test_after_a_change_it_names_the_input_that_made_each_artifact_stale(
+    cove: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, out = cove
+    assert stale(scene, out) == {}
+    assert "up to date" in render(explain(scene, "sky", out), details=False)
+    scene.write_text(f"# a comment\n{scene.read_text()}")
+    assert stale(scene, out) == {}
+
+    replace(scene, "sand_strength = 0.5", "sand_strength = 0.4")
+    assert stale(scene, out) == {"sand_normal": ["setting strength 0.5 -> 0.4"]}
+    assert "stale: setting strength 0.5 -> 0.4" in render(explain(scene, out=out), details=False)
+    replace(scene, "sand_strength = 0.4", "sand_strength = 0.5")
+
+    wood = scene.parent / "wood.png"
+    held = wood.read_bytes()
+    wood.write_bytes((scene.parent / "sand.png").read_bytes())
+    changed = stale(scene, out)
+    assert changed.keys() == {"post_color", "post_normal", "post_height", "post_gloss"}
+    assert all(len(texts) == 1 and texts[0].endswith("wood.png changed") for texts in changed.values())
+    wood.write_bytes(held)
+    assert stale(scene, out) == {}
+
+    replace(scene, "[9, 2, 0]", "[9, 3, 0]")
+    changed = stale(scene, out)
+    assert "flight.eye[0].position [9.0, 2.0, 0.0] -> [9.0, 3.0, 0.0]" in changed["post_color"]
+    assert "sound" not in changed
+    replace(scene, "[9, 3, 0]", "[9, 2, 0]")
+
+    from paradize import bake_inputs
+
+    known = bake_inputs.library_versions()
+    newer = [text.replace("numpy-", "numpy-99.") for text in known]
+    monkeypatch.setattr(bake_inputs, "library_versions", lambda: tuple(newer))
+    (text,) = stale(scene, out)["sound"]
+    assert text.startswith("library numpy ") and "-> 99." in text
+
+
+def test_changed_code_is_named(cove: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    from paradize import bake_inputs
+
+    scene, out = cove
+    true_code = bake_inputs.code_of
+
+    def other_code(module: str, *alone: str) -> dict[str, str]:
+        code = dict(true_code(module, *alone))
+        return code | {name: "0" * 64 for name in code if name == "paradize.stages.normal"}
+
+    monkeypatch.setattr(bake_inputs, "code_of", other_code)
+    found = stale(scene, out)
+    assert found["post_normal"] == ["code of paradize.stages.normal changed"]
+    assert "sky" not in found and "sound" not in found
+
+
+def test_who_asked_for_the_finest_level_and_what_was_saved_are_told(cove: tuple[Path, Path]) -> None:
+    scene, out = cove
+    found = {one["name"]: one for one in explain(scene, out=out).artifacts}
+    asked = found["effect_color"]["asked"]
+    assert asked["view"] == "camera" and 0.0 <= asked["second_s"] < 8.0
+    # 32 x 32 texels: heights of BC4, gloss of BC5, du/dv of two bytes a texel, each down to 1 x 1.
+    blocks = 64 + 16 + 4 + 1 + 1 + 1
+    texels = sum(4**k for k in range(6))
+    assert asked["maps"] == {"height": 8 * blocks, "gloss": 16 * blocks, "dudv": 2 * texels}
+    assert found["effect_normal"]["asked"]["maps"] == {}
+    assert found["sound"]["asked"] is None
+    text = render(explain(scene, "effect_color", out), details=False)
+    assert f"asked for at second {asked['second_s']:g} by the camera" in text
+    assert "maps that no pass reads are not made of its picture: height" in text
