@@ -166,7 +166,7 @@ def _cut(
         facts_of_map = maps.get(key)
         most = facts_of_map["max_level"] if facts_of_map else None
         rest, found[name] = cut(wanted, kind, row, data, most)
-        left = found[name]["left_out"]
+        row["left_out"] = left = found[name]["left_out"]
         if not left:
             continue
         del files[row["file"]]

@@ -154,28 +154,37 @@ def _sizes(names: list[str], data: Mapping[str, bytes | Path]) -> dict[str, tupl
     return found
 
 
+def without(data: bytes, file: str, left: int) -> bytes:
+    """A GLB or KTX2 without its `left` finest levels. Raises FormatError for what we did not write."""
+    from paradize.formats.glb_cut import cut_glb
+    from paradize.formats.ktx2_cut import cut_ktx2
+
+    if file.endswith(".glb"):
+        return cut_glb(data, finer=left, file=file)
+    return cut_ktx2(data, left, zstd_level=ZSTD_LEVEL, file=file)
+
+
+def sha256_without(data: bytes, file: str, left: int) -> str:
+    """The SHA-256 of that."""
+    return hashlib.sha256(without(data, file, left)).hexdigest()
+
+
 def cut(
     asked: Mapping[str, Any], kind: str, row: Mapping[str, Any], data: bytes, most: int | None
 ) -> tuple[bytes, dict[str, Any]]:
     """What is published of an artifact, and what scene.json tells of it: `left_out` levels, `saved_bytes`,
     `texels`, `second_s`, `view`. row: its row of the report. most: levels that may be left out (its gutters
     allow no coarser one); None: any."""
-    from paradize.formats.glb_cut import cut_glb
-    from paradize.formats.ktx2_cut import can_cut, cut_ktx2
+    from paradize.formats.ktx2_cut import can_cut
 
     left = asked["level"] if most is None else min(asked["level"], most)
-    rest = data
-    if kind == "mesh":
-        if left:
-            rest = cut_glb(data, finer=left, file=row["file"])
-    else:
+    if kind != "mesh":
         width, height, levels = _header(data)
         left = min(left, levels - 1)
         fmt = row["format"] or ""
         while left and not can_cut(width, height, fmt, left):
             left -= 1
-        if left:
-            rest = cut_ktx2(data, left, zstd_level=ZSTD_LEVEL, file=row["file"])
+    rest = without(data, row["file"], left) if left else data
     told = {"left_out": left, "saved_bytes": len(data) - len(rest)}
     return rest, told | {key: asked[key] for key in ("texels", "second_s", "view")}
 

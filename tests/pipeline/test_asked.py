@@ -8,6 +8,7 @@ formula (3.3, 3.8.11, and EXT_texture_filter_anisotropic).
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Callable
 from dataclasses import asdict
@@ -18,12 +19,13 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from paradize import bake_asked
+from paradize import bake_asked, bake_record
 from paradize.bake import bake
 from paradize.bake_finest import SLACK, Finest, Place, finest, finest_lod, surface_of
 from paradize.bake_footprint import FREE, views_of
 from paradize.bake_manifest import mesh_facts
 from paradize.bake_tasks import How
+from paradize.bake_verify import verify
 from paradize.data import Mesh
 from paradize.flight import Flight, plan_flight
 from paradize.formats.glb import decode_glb
@@ -332,6 +334,23 @@ def test_a_mesh_is_cut_where_its_finer_levels_are_never_drawn(far: tuple[Path, P
         assert np.array_equal(one.mesh.positions, two.mesh.positions)
         assert np.array_equal(one.mesh.triangles, two.mesh.triangles)
     assert ours["objects"][0]["radius_m"] == whole["objects"][0]["radius_m"]
+
+
+def test_verify_compares_what_is_published(
+    far: tuple[Path, Path, Path], tmp_path: Path, paradize: Run
+) -> None:
+    scene, path, _ = far
+    environment = {**os.environ, "PARADIZE_STORE": str(path.parent / "store")}
+    done = paradize("bake", scene, "-o", tmp_path / "out", "--verify", "100%", "--json", env=environment)
+    assert done.returncode == 0, done.stderr
+    manifest = manifest_of(tmp_path / "out")
+    entry = manifest["artifacts"]["post_color"]
+    assert entry["asked"]["left_out"] >= 1
+    file = tmp_path / "out" / entry["file"]
+    file.write_bytes(file.read_bytes()[:-1] + b"x")
+    report = bake_record.BakeReport(tmp_path / "out", json.loads(done.stdout)["artifacts"])
+    chosen, errors = verify(scene, report, percent=100.0, how=How(jobs=2))
+    assert "post_color" in chosen and [error.place for error in errors] == ["post_color"]
 
 
 def test_what_is_asked_is_kept_and_asked_once(
