@@ -20,6 +20,7 @@ from paradize.bake import bake
 from paradize.bake_tasks import How
 from paradize.data import six
 from paradize.errors import BakeError, GroupedError
+from paradize.metrics.picture import flip
 from paradize.require import Order
 from paradize.scene import Scene
 
@@ -98,14 +99,6 @@ def attribute(
     if told:
         told("done", len(stages) + 1, len(stages) + 1)
     return found
-
-
-def flip(reference: npt.NDArray[np.float32], test: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """The FLIP error (h, w) of two pictures (h, w, 3), sRGB 0..1, at the evaluator's own viewing distance."""
-    import flip_evaluator
-
-    errors, _, _ = flip_evaluator.evaluate(reference, test, "LDR", inputsRGB=True, applyMagma=False)
-    return np.asarray(errors, np.float32).reshape(reference.shape[:2])
 
 
 def pictures(
