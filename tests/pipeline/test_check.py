@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import os
 import shutil
@@ -14,6 +15,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import soundfile
 
 from paradize.bake import bake
 from paradize.bake_tasks import How
@@ -58,11 +60,11 @@ def change(scene: Path, edit: Callable[[dict[str, Any]], Any]) -> None:
     (scene / "scene.json").write_text(json.dumps(tree))
 
 
-def with_accessor(data: bytes, attribute: str, edit: Callable[[np.ndarray], None]) -> bytes:
-    """The GLB with one array of lod0's first primitive changed in place; attribute "indices" for those."""
+def with_accessor(data: bytes, attribute: str, edit: Callable[[np.ndarray], None], level: int = 0) -> bytes:
+    """The GLB with one array of a level's first primitive changed in place; attribute "indices" for those."""
     length = struct.unpack_from("<I", data, 12)[0]
     tree = json.loads(data[20 : 20 + length])
-    primitive = tree["meshes"][tree["nodes"][0]["mesh"]]["primitives"][0]
+    primitive = tree["meshes"][tree["nodes"][level]["mesh"]]["primitives"][0]
     at = primitive["indices"] if attribute == "indices" else primitive["attributes"][attribute]
     accessor = tree["accessors"][at]
     view = tree["bufferViews"][accessor["bufferView"]]
@@ -85,9 +87,10 @@ def with_json(data: bytes, edit: Callable[[dict[str, Any]], Any]) -> bytes:
     return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
 
 
-def edit_mesh(attribute: str, edit: Callable[[np.ndarray], None]) -> Callable[[Path], None]:
+def edit_mesh(attribute: str, edit: Callable[[np.ndarray], None], level: int = 0) -> Callable[[Path], None]:
+    """level: the node whose first primitive is changed."""
     return lambda scene: replace(
-        scene, "post_mesh", with_accessor(file_of(scene, "post_mesh").read_bytes(), attribute, edit)
+        scene, "post_mesh", with_accessor(file_of(scene, "post_mesh").read_bytes(), attribute, edit, level)
     )
 
 
@@ -116,11 +119,8 @@ def lean(scene: Path) -> None:
     replace(scene, "post_mesh", with_accessor(data, "TANGENT", edit))
 
 
-def same_corner(scene: Path) -> None:
-    def edit(indices: np.ndarray) -> None:
-        indices[1, 0] = indices[0, 0]
-
-    replace(scene, "post_mesh", with_accessor(file_of(scene, "post_mesh").read_bytes(), "indices", edit))
+def same_corner(indices: np.ndarray) -> None:
+    indices[1, 0] = indices[0, 0]
 
 
 def swapped_lods(scene: Path) -> None:
@@ -148,6 +148,44 @@ def bare_glb(tree: dict[str, Any]) -> bytes:
 def no_mesh(scene: Path) -> None:
     (scene / "scene.json").unlink()  # a folder of files alone: in a scene such a file is an error besides
     (scene / "empty.glb").write_bytes(bare_glb({"asset": {"version": "2.0"}}))
+
+
+def modest(scene: Path) -> None:
+    def edit(tree: dict[str, Any]) -> None:
+        for node in tree["nodes"]:
+            node["extras"]["error_max"] *= 0.25
+
+    replace(scene, "post_mesh", with_json(file_of(scene, "post_mesh").read_bytes(), edit))
+
+
+def folded(uvs: np.ndarray) -> None:
+    uvs[:, 0] = np.abs(2.0 * uvs[:, 0] - 1.0)
+
+
+def squeezed(uvs: np.ndarray) -> None:
+    uvs[:, 1] = np.where(uvs[:, 1] < 0.5, 0.005 * uvs[:, 1], uvs[:, 1])
+
+
+def unguarded(plant: Callable[[Path], None]) -> Callable[[Path], None]:
+    """The same with no gutters told: what neighbours share is for other rules."""
+
+    def fault(scene: Path) -> None:
+        plant(scene)
+        change(scene, lambda m: [entry.update(gutter=None) for entry in m["artifacts"].values()])
+
+    return fault
+
+
+def lower(tree: dict[str, Any], by_m: float) -> None:
+    for segment in tree["flight"]["segments"]:
+        segment["eye"][1][0] -= by_m
+
+
+def clicking(scene: Path) -> None:
+    wave = 0.5 * np.sin(2 * np.pi * 110.25 * np.arange(8000) / 8000)
+    held = io.BytesIO()
+    soundfile.write(held, wave.astype(np.float32), 8000, format="OGG", subtype="VORBIS")
+    replace(scene, "sound", held.getvalue())
 
 
 def packed(edit: Callable[[bytearray, int], None] = lambda data, at: None) -> Callable[[Path], None]:
@@ -254,7 +292,12 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ102", "manifest cut short", lambda s: os.truncate(s / "scene.json", 500)),
     ("PZ102", "mesh cut short", cut_mesh),
     ("PZ102", "texture of noise", lambda s: replace(s, "post_color", bytes(range(256)) * 4)),
-    ("PZ103", "one flipped bit in a sound", lambda s: flip(file_of(s, "sound"))),
+    ("PZ103", "a file of another hash", manifest(lambda m: m["artifacts"]["sound"].update(sha256="0" * 64))),
+    (
+        "PZ102",
+        "a sound that is cut short",
+        lambda s: replace(s, "sound", file_of(s, "sound").read_bytes()[:900]),
+    ),
     ("PZ104", "a file of an older bake", lambda s: (s / "sky-00000000.ktx2").write_bytes(b"x")),
     ("PZ201", "index out of range", edit_mesh("indices", put(4, 0, 60000))),
     ("PZ202", "a vertex of NaN", edit_mesh("POSITION", put(3, 1, float("nan")))),
@@ -263,9 +306,16 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ203", "a normal of length 0", edit_mesh("NORMAL", scale(7, 0.0))),
     ("PZ204", "a tangent along its normal", lean),
     ("PZ205", "a sign of 0", edit_mesh("TANGENT", put(2, 3, 0.0))),
-    ("PZ206", "a triangle with one corner twice", same_corner),
+    ("PZ206", "a triangle with one corner twice", edit_mesh("indices", same_corner, 2)),
     ("PZ207", "levels swapped", swapped_lods),
     ("PZ207", "an error below zero", falling_error),
+    ("PZ209", "levels that tell too small an error", modest),
+    ("PZ231", "a coordinate beside the map", edit_mesh("TEXCOORD_0", put(3, 0, 1.5))),
+    ("PZ232", "a layout that is folded", unguarded(edit_mesh("TEXCOORD_0", folded))),
+    ("PZ233", "a layout whose half is squeezed", unguarded(edit_mesh("TEXCOORD_0", squeezed))),
+    ("PZ411", "a path through the hill", manifest(lambda m: lower(m, 3.5))),
+    ("PZ412", "a near plane that reaches the ground", manifest(lambda m: m["flight"].update(near_m=4.0))),
+    ("PZ501", "a sound that ends in mid-wave", clicking),
     ("PZ208", "a mesh file without meshes", no_mesh),
     ("PZ301", "the last mip missing", short_chain),
     ("PZ301", "level 0 cut short", cut_texture),
@@ -307,12 +357,6 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
 def test_a_supercompressed_texture_has_no_fault(scene: Path) -> None:
     packed()(scene)
     assert not [f for f in check_paths([scene]) if f.severity == "error"]
-
-
-def flip(path: Path) -> None:
-    data = bytearray(path.read_bytes())
-    data[len(data) // 2] ^= 1
-    path.write_bytes(data)
 
 
 def test_a_sound_scene_is_clean(sound_scene: Path) -> None:

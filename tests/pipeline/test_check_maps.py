@@ -94,6 +94,15 @@ def calm_gloss(files: Files, picture: Path) -> Files:
     return {"normal": maps_of(picture, 40.0)["normal"], "gloss": maps_of(picture, 0.0)["gloss"]}
 
 
+def other_normal(files: Files, picture: Path) -> Files:
+    return {"normal": maps_of(hills(picture.parent, seed=4))["normal"], "height": files["height"]}
+
+
+def inside_out(files: Files, picture: Path) -> Files:
+    down = maps_of(picture, strength=-4.0)["normal"]
+    return {"normal": down, "height": files["height"]}
+
+
 MAP_FAULTS: list[tuple[str, str, Plant]] = [
     ("PZ211", "du/dv whose codes do not cancel out", one_code_more(0)),
     ("PZ211", "a level of du/dv whose codes do not cancel out", one_code_more(2)),
@@ -106,6 +115,8 @@ MAP_FAULTS: list[tuple[str, str, Plant]] = [
     ("PZ213", "a level of another height map", other_level("height", 1)),
     ("PZ213", "a smaller level of another height map", other_level("height", 2)),
     ("PZ213", "normals whose levels are upside down", upside_down_levels),
+    ("PZ215", "normals of another picture", other_normal),
+    ("PZ215", "normals of hollows for heights of hills", inside_out),
     ("PZ214", "gloss of calmer normals", calm_gloss),
 ]
 

@@ -32,6 +32,8 @@ _FEW = 0.02  # of a level's texels: fewer that are off may be the blocks' noise
 _APART = 0.03  # of the range, beside a part of the level's own contrast: how far areas of two levels may be
 _CONTRAST = 0.3
 _AGREED = 0.8  # length of averaged normals from which on their direction tells something
+_FLAT = 2.0 / 255.0  # of the range, from one area to the next: less may be the codes of the height map
+_TOGETHER = 0.3  # correlation of slopes: maps of one source reach 0.6 and more, of two sources about 0
 _ROUGH = 0.06  # of smoothness: how far a level may be above what its normals allow
 
 
@@ -55,7 +57,7 @@ def scene_maps(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
     surfaces += [{kind: item[kind] for kind in KINDS if kind in item} for item in manifest["objects"]]
     for surface in surfaces:
         files = {kind: folder / manifest["artifacts"][name]["file"] for kind, name in surface.items() if name}
-        yield from check_maps(_read(files))
+        yield from check_maps(_read(files), green_up=True)
 
 
 def folder_maps(files: Sequence[Path]) -> Iterator[Finding]:
@@ -79,26 +81,28 @@ def _read(files: Mapping[str, Path]) -> dict[str, Map]:
     return found
 
 
-def check_maps(maps: Mapping[str, Map]) -> Iterator[Finding]:
+def check_maps(maps: Mapping[str, Map], *, green_up: bool = False) -> Iterator[Finding]:
     """The findings in the maps of one surface, by kind (those of KINDS that there are), all made of one
-    source."""
+    source. green_up: whether normals are known to be so; files alone do not tell."""
     for kind, found in maps.items():
         srgb = found.texture.format.endswith("_SRGB")  # of any other map: another rule's finding
         if found.texture.faces == 1 and "F" not in found.texture.format and srgb == (kind == "color"):
             yield from _levels(found, kind)
-    normal, dudv, gloss = (maps.get(kind) for kind in ("normal", "dudv", "gloss"))
+    normal, dudv, gloss, height = (maps.get(kind) for kind in ("normal", "dudv", "gloss", "height"))
     if dudv is not None:
         yield from _drift(dudv)
     if normal is not None and dudv is not None and _alike(normal, dudv):
         yield from _offsets(normal, dudv)
+    if normal is not None and height is not None and _alike(normal, height, channels=1):
+        yield from _leaning(normal, height, green_up)
     if normal is not None and gloss is not None and _alike(normal, gloss):
         yield from _widening(normal, gloss)
 
 
-def _alike(a: Map, b: Map) -> bool:
+def _alike(a: Map, b: Map, channels: int = 2) -> bool:
     one, other = a.texture, b.texture
     return (one.width, one.height, one.faces) == (other.width, other.height, other.faces) and all(
-        decode_texels(texture, len(texture.levels) - 1).shape[2] >= 2 for texture in (one, other)
+        decode_texels(texture, len(texture.levels) - 1).shape[2] >= channels for texture in (one, other)
     )
 
 
@@ -132,6 +136,44 @@ def _offsets(normal: Map, dudv: Map) -> Iterator[Finding]:
             f"{100 * off.mean():.0f} % of the texels differ from {normal.file}, by {apart.max():.2f} at worst"
         )
         yield Finding("PZ212", dudv.file, what, f"texel {x}, {y}")
+
+
+def _leaning(normal: Map, height: Map, green_up: bool) -> Iterator[Finding]:
+    """Slopes of the normals go with those of the heights, whatever the strength and the filter: over areas of
+    one, two or four texels their correlation is not near nothing or below."""
+    vectors = rebuilt(decode_texels(normal.texture)[:, :, :2])
+    slopes = -vectors[:, :, :2] / np.maximum(vectors[:, :, 2:], 0.05)
+    heights = decode_texels(height.texture)[:, :, :1].astype(np.float64)
+    told = [_together(heights, slopes, texels, green_up) for texels in (1, 2, 4)]
+    found = [value for value in told if value is not None]
+    if found and max(found) < _TOGETHER:
+        what = f"its slopes and those of {height.file} go together by {max(found):.2f} "
+        yield Finding("PZ215", normal.file, what + "(1: wholly, 0: not at all)")
+
+
+def _together(heights: F64, slopes: F64, texels: int, green_up: bool) -> float | None:
+    """The correlation of slopes (h, w, 2) with those of heights (h, w, 1), over areas of so many texels along
+    each side; None where there are too few that slope by more than a code."""
+    if min(heights.shape[:2]) < 8 * texels:
+        return None
+    means, lean = (_areas(values, texels) for values in (heights, slopes))
+    across = 0.5 * (means[1:-1, 2:] - means[1:-1, :-2])
+    up = 0.5 * (means[:-2, 1:-1] - means[2:, 1:-1])
+    wanted, lean = np.dstack([across, up]), lean[1:-1, 1:-1]
+    steep = np.square(wanted).sum(axis=2) > _FLAT * _FLAT
+    wanted, lean = wanted[steep], lean[steep]
+    size = float(np.sqrt(np.square(wanted).sum() * np.square(lean).sum()))
+    if len(wanted) < 32 or size == 0.0:
+        return None
+    along, upward = (wanted * lean).sum(axis=0).tolist()
+    return float(along + (upward if green_up else abs(upward))) / size
+
+
+def _areas(values: F64, texels: int) -> F64:
+    """Means over squares of so many texels; what is left over at the right and below is not counted."""
+    rows, columns = (size // texels for size in values.shape[:2])
+    cut = values[: rows * texels, : columns * texels]
+    return np.asarray(cut.reshape(rows, texels, columns, texels, -1).mean(axis=(1, 3)))
 
 
 def _half(values: F64) -> F64:

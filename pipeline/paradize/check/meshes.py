@@ -10,8 +10,11 @@ import numpy.typing as npt
 from paradize.check.glb_arrays import Level, Primitive, read_levels
 from paradize.check.rules import Finding
 from paradize.errors import FormatError
+from paradize.kernels.reference import Surface
 
 _ROUNDING = 1e-7  # of the diagonal: errors nearer than this are one, for positions are float32
+_APART = 0.1  # by which share a distance measured again, at other places, may be above the one told
+_SAMPLES = 20_000
 _UNIT = 2e-3  # how far a length may be from 1, and a dot product from 0, besides what codes round
 
 
@@ -35,7 +38,8 @@ def check_mesh(data: bytes, file: str) -> Iterator[Finding]:
             if (vertices, id(primitive.indices)) not in seen:
                 yield from _triangles(primitive, file, where)
             seen |= {vertices, (vertices, id(primitive.indices))}
-    yield from _order(levels, file)
+    order = list(_order(levels, file))
+    yield from order or _distance(levels, file)
 
 
 def _rows(bad: npt.NDArray[np.bool_]) -> tuple[int, int]:
@@ -148,3 +152,42 @@ def _order(levels: list[Level], file: str) -> Iterator[Finding]:
         if k and level.extras["error_max"] < told[k - 1].extras["error_max"] - _ROUNDING:
             what = f"an error of {level.extras['error_max']:g} after {told[k - 1].extras['error_max']:g}"
             yield Finding("PZ207", file, what, level.name)
+
+
+def _distance(levels: list[Level], file: str) -> Iterator[Finding]:
+    """Levels whose surface, measured again, is farther from the finest one than they tell. Positions that
+    stand for others (a node's scale) count as they are: errors are shares of the diagonal."""
+    told = [level for level in levels if isinstance(level.extras.get("error_max"), int | float)]
+    surfaces = [_surface(level) for level in told]
+    if len(told) < 2 or any(surface is None for surface in surfaces):
+        return
+    truth = surfaces[0]
+    assert truth is not None
+    sides = np.ptp(truth.positions.astype(np.float64), axis=0)
+    diagonal = float(np.sqrt((sides * sides).sum()))
+    if not 0.0 < diagonal < float("inf"):
+        return
+    for level, surface in zip(told[1:], surfaces[1:], strict=True):
+        assert surface is not None
+        found = surface.distance_to(truth, samples=_SAMPLES)[0] / diagonal
+        limit = float(level.extras["error_max"])
+        if found > limit * (1.0 + _APART) + 1e-6:
+            what = f"its surface lies {found:.3g} of the diagonal from the finest, told are {limit:.3g}"
+            yield Finding("PZ209", file, what, level.name)
+
+
+def _surface(level: Level) -> Surface | None:
+    """The triangles of a level; None where it has none, or what other rules tell of."""
+    positions, triangles, count = [], [], 0
+    for primitive in level.primitives:
+        places, indices = primitive.attributes.get("POSITION"), primitive.indices
+        if places is None or indices is None or not len(indices) or len(indices) % 3:
+            return None
+        if not np.isfinite(places).all() or int(indices.max()) >= len(places):
+            return None
+        positions.append(places)
+        triangles.append(indices.reshape(-1, 3).astype(np.uint32) + np.uint32(count))
+        count += len(places)
+    if not positions:
+        return None
+    return Surface(np.concatenate(positions), np.concatenate(triangles))

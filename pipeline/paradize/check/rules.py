@@ -1,6 +1,6 @@
 """The rules: a code never changes its meaning, and none is used again for another.
 
-1xx files, 2xx meshes, 3xx textures, 4xx scenes.
+1xx files, 2xx meshes and their maps, 3xx textures, 4xx scenes, 5xx sounds.
 """
 
 from __future__ import annotations
@@ -51,6 +51,12 @@ RULES: dict[str, Rule] = {
         "a GLB without a node that draws a mesh shows nothing",
         "export it with its meshes",
     ),
+    "PZ209": Rule(
+        "error",
+        "level of detail farther off than it says",
+        "the surface of a level lies farther from the finest one than its error_max tells: it would pop",
+        "bake again",
+    ),
     "PZ211": Rule(
         "error",
         "du/dv drifts",
@@ -75,6 +81,12 @@ RULES: dict[str, Rule] = {
         "a level is smoother than its averaged normals allow, and would sparkle from afar",
         "bake gloss and normal from one source",
     ),
+    "PZ215": Rule(
+        "error",
+        "normal map is not its height map's",
+        "where the heights slope, the normals do not lean that way: parallax and light would disagree",
+        "bake both from one source",
+    ),
     "PZ221": Rule(
         "error",
         "gutter bleeds",
@@ -86,6 +98,24 @@ RULES: dict[str, Rule] = {
         "parallax leaves its gutter",
         "the steepest look moves a sample out of its UV island's gutter",
         "bake again, or make the material's parallax_scale smaller",
+    ),
+    "PZ231": Rule(
+        "error",
+        "texture coordinates out of range",
+        "an object whose maps do not repeat has coordinates outside 0 to 1: a border texel would smear",
+        'move them inside, or write wrap = "repeat" of the object',
+    ),
+    "PZ232": Rule(
+        "warning",
+        "texture coordinates overlap",
+        "two places of an object share texels: what is painted on one shows on the other",
+        "lay the islands apart, unless the object is meant so; paradize mesh --atlas makes a layout",
+    ),
+    "PZ233": Rule(
+        "warning",
+        "texel density uneven",
+        "parts of an object have many times the texels of others for the same area",
+        "scale the islands; paradize mesh --atlas makes an even layout",
     ),
     "PZ301": Rule("error", "mip chain incomplete", "levels down to 1 x 1 are missing or short", "bake again"),
     "PZ302": Rule("error", "texel not a number", "NaN or infinity in a float texture", "mend the source"),
@@ -125,6 +155,24 @@ RULES: dict[str, Rule] = {
         "a [[waiver]] or a severity in [check] meets no finding, or names no rule",
         "take it out of the scene, and bake again",
     ),
+    "PZ411": Rule(
+        "error",
+        "camera path under ground",
+        "the eye passes below the terrain: the picture shows it from below",
+        "lift the waypoints before and after that second",
+    ),
+    "PZ412": Rule(
+        "warning",
+        "camera path too near",
+        "a surface comes nearer to the eye than the near plane reaches: it is cut open",
+        "move the waypoints away, or make near_m smaller",
+    ),
+    "PZ413": Rule(
+        "error",
+        "terrain beyond its bound",
+        "a patch lies farther from the finest ground than the errors of both allow",
+        "bake again",
+    ),
     "PZ421": Rule(
         "error",
         "worse than before",
@@ -142,6 +190,12 @@ RULES: dict[str, Rule] = {
         "larger than before",
         "a file grew by more than the accepted share since the earlier bake",
         "look at its format and tier; --worse-by accepts more",
+    ),
+    "PZ501": Rule(
+        "warning",
+        "sound clicks where it loops",
+        "the end of a sound does not run on into its start",
+        "fade the end into the start, or cut at a zero crossing of the same slope",
     ),
 }
 

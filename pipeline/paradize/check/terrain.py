@@ -13,8 +13,13 @@ from paradize.check.files import read_file
 from paradize.check.rules import Finding
 from paradize.errors import FormatError
 from paradize.formats.glb_tiles import decode_tile
+from paradize.kernels.mesh import project
 
 _Ends = npt.NDArray[np.float32]
+_Patch = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]  # positions, triangles
+
+_FROM_ABOVE = np.array([1, 0, 1], np.float32)
+_ROUNDING = 1e-5  # of the terrain's height and side: heights and places are float32
 
 
 def check_tiles(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
@@ -23,6 +28,7 @@ def check_tiles(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
     if terrain is None:
         return
     rims: list[_Ends] = []
+    patches: list[_Patch] = []
     for number, name in enumerate(terrain["tiles"]):
         file = folder / manifest["artifacts"][name]["file"]
         try:
@@ -38,11 +44,13 @@ def check_tiles(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
                 yield Finding("PZ404", str(file), what, f"node {node}")
                 return
             rims.append(_rim(patch.mesh.positions, patch.mesh.triangles))
+            patches.append((patch.mesh.positions, patch.mesh.triangles))
     if len(rims) != len(terrain["patches"]["level"]):
         what = f"the tiles hold {len(rims)} patches of {len(terrain['patches']['level'])}"
         yield Finding("PZ404", str(folder), what, "terrain.patches")
         return
     yield from _cracks(terrain, rims, folder)
+    yield from _bound(terrain, patches, folder)
 
 
 def _row(patches: dict[str, Any], row: int) -> tuple[int, int, int, float, bool] | None:
@@ -73,12 +81,8 @@ def _cracks(terrain: dict[str, Any], rims: list[_Ends], folder: Path) -> Iterato
     for axis, reach in ((0, half[0]), (2, half[1])):
         line = np.abs(ends[:, :, axis])
         outer |= (line >= reach * (1.0 - 1e-6)).all(axis=1) & (ends[:, 0, axis] == ends[:, 1, axis])
-    levels = np.array(terrain["diamonds"]["level"])
-    made_by, diamond = (np.array(terrain["patches"][key]) for key in ("made_by", "diamond"))
     for level in range(max(terrain["patches"]["level"]) + 1):
-        split = np.append(levels < level, False)  # the last stands for none: -1
-        drawn = ((made_by < 0) | split[made_by]) & ~split[diamond]
-        here = drawn[owner]
+        here = _drawn(terrain, level)[owner]
         _, first, count = np.unique(edges[here], return_index=True, return_counts=True)
         alone = np.flatnonzero(here)[first[count == 1]]
         alone = alone[~outer[alone]]
@@ -86,3 +90,53 @@ def _cracks(terrain: dict[str, Any], rims: list[_Ends], folder: Path) -> Iterato
             what = f"at level {level} patch {owner[alone[0]]} does not meet its neighbour"
             where = ", ".join(f"{x:.6g}" for x in ends[alone[0], 0])
             yield Finding("PZ405", str(folder), what, f"({where})", len(alone))
+
+
+def _drawn(terrain: dict[str, Any], level: int) -> npt.NDArray[np.bool_]:
+    """(patches,): which are drawn where every diamond above a level is split."""
+    made_by, diamond = (np.array(terrain["patches"][key], np.int64) for key in ("made_by", "diamond"))
+    # The last stands for none: -1.
+    split = np.append(np.array(terrain["diamonds"]["level"], np.int64) < level, False)
+    return np.asarray(((made_by < 0) | split[made_by]) & ~split[diamond])
+
+
+def _bound(terrain: dict[str, Any], patches: list[_Patch], folder: Path) -> Iterator[Finding]:
+    """Patches that lie farther from the finest ones than the errors of both: each cut against the vertices of
+    the finest patches, looked up from above."""
+    errors = np.array(terrain["patches"]["error_m"], np.float64)
+    finest = np.flatnonzero(np.array(terrain["patches"]["diamond"], np.int64) < 0)
+    truth, owner = _joined(patches, finest)
+    slack = _ROUNDING * (float(np.ptp(truth[0][:, 1])) + max(terrain["size_m"]))
+    for level in range(max(terrain["patches"]["level"])):
+        coarse, of_triangle = _joined(patches, np.flatnonzero(_drawn(terrain, level)))
+        flat, own = (positions * _FROM_ABOVE for positions in (coarse[0], truth[0]))
+        if not np.abs(flat).max() > 0.0:
+            return
+        charts = np.zeros(len(coarse[1]), np.uint32)
+        hit, weights = project(flat, coarse[1], charts, own, truth[1])
+        heights = coarse[0][coarse[1][hit], 1].astype(np.float64)
+        places = coarse[0][coarse[1][hit]].astype(np.float64)
+        at = truth[1].reshape(-1)
+        beside = np.abs((places * weights[:, :, None]).sum(axis=1) - truth[0][at])[:, [0, 2]].max(axis=1)
+        apart = np.abs((heights * weights).sum(axis=1) - truth[0][at, 1])
+        allowed = errors[of_triangle[hit]] + np.repeat(errors[owner], 3) + slack
+        bad = (beside <= slack) & (apart > allowed)
+        if bad.any():
+            worst = int(np.where(bad, apart - allowed, -np.inf).argmax())
+            patch, other = int(of_triangle[hit[worst]]), int(np.repeat(owner, 3)[worst])
+            what = f"patch {patch} lies {apart[worst]:.4g} m from patch {other}, "
+            what += f"their errors allow {allowed[worst]:.4g} m"
+            where = ", ".join(f"{x:.6g}" for x in truth[0][at[worst]])
+            yield Finding("PZ413", str(folder), what, f"({where})", int(bad.sum()))
+            return
+
+
+def _joined(patches: list[_Patch], which: npt.NDArray[np.intp]) -> tuple[_Patch, npt.NDArray[np.intp]]:
+    """Some patches as one mesh, and the patch of each triangle."""
+    count, positions, triangles = 0, [], []
+    for k in which:
+        positions.append(patches[k][0])
+        triangles.append(patches[k][1].astype(np.uint32) + np.uint32(count))
+        count += len(patches[k][0])
+    owner = np.repeat(which, [len(patches[k][1]) for k in which])
+    return (np.concatenate(positions), np.concatenate(triangles)), owner

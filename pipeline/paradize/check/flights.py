@@ -1,0 +1,142 @@
+"""Rules over the camera's path: the ground stays below it, surfaces stay beyond the near plane."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import cos, sin, sqrt, tan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.check.files import read_file
+from paradize.check.rules import Finding
+from paradize.errors import ParadizeError
+from paradize.flight import Flight
+from paradize.formats.glb import decode_glb
+from paradize.formats.glb_tiles import decode_tile
+
+F64 = npt.NDArray[np.float64]
+
+_STEP_S = 0.05
+_RUN = 32  # moments that are looked at together
+
+
+def check_flight(manifest: dict[str, Any], folder: Path, file: str) -> Iterator[Finding]:
+    """The findings along a manifest's path; files that cannot be read are told elsewhere."""
+    told = manifest["flight"]
+    flight = Flight.from_json(told)
+    count = max(2, round(told["duration_s"] / _STEP_S))
+    moments = [told["duration_s"] * k / count for k in range(count)]
+    eyes = np.array([flight.view(moment)[0] for moment in moments])
+    width, height = manifest["viewport"]
+    slope = tan(0.5 * told["fov_rad"])
+    near = told["near_m"] * sqrt(1.0 + slope * slope * (1.0 + (width / height) ** 2))
+    try:
+        above = _above_ground(manifest, folder, eyes)
+        apart = _nearest_object(manifest, folder, eyes, near)
+    except (OSError, ParadizeError):
+        return
+    under = np.flatnonzero(above < 0.0)
+    if len(under):
+        worst = under[above[under].argmin()]
+        what = f"the eye is {-above[worst]:.3g} m under ground"
+        yield Finding("PZ411", file, what, _place(moments[worst], eyes[worst]), len(under))
+    for what, distance in (("ground", np.where(above < 0.0, np.inf, above)), ("objects", apart)):
+        close = np.flatnonzero(distance < near)
+        if len(close):
+            worst = close[distance[close].argmin()]
+            words = f"{what} within {distance[worst]:.3g} m of the eye; the near plane reaches {near:.3g} m"
+            yield Finding("PZ412", file, words, _place(moments[worst], eyes[worst]), len(close))
+
+
+def _place(moment: float, eye: F64) -> str:
+    return f"flight at {moment:.2f} s, ({', '.join(f'{x:.4g}' for x in eye)})"
+
+
+def _above_ground(manifest: dict[str, Any], folder: Path, eyes: F64) -> F64:
+    """(n,) metres of each eye above the finest ground there is; infinite where there is none."""
+    above = np.full(len(eyes), np.inf)
+    terrain = manifest["terrain"]
+    if terrain is None:
+        return above
+    for name in terrain["tiles"]:
+        for patch in decode_tile(read_file(folder / manifest["artifacts"][name]["file"]), name):
+            if not patch.finest:
+                continue
+            points = patch.mesh.positions.astype(np.float64)
+            low, high = points.min(axis=0), points.max(axis=0)
+            here = np.flatnonzero(((eyes >= low) & (eyes <= high))[:, [0, 2]].all(axis=1))
+            for part in np.array_split(here, max(1, len(here) // _RUN)):
+                if len(part):
+                    ground = heights_at(points, patch.mesh.triangles, eyes[part][:, [0, 2]])
+                    above[part] = np.fmin(above[part], eyes[part, 1] - ground)
+    return above
+
+
+def heights_at(points: F64, triangles: npt.NDArray[np.uint32], places: F64) -> F64:
+    """(n,) heights of a surface at places (n, 2), x and z; NaN beside it."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    (ux, uz), (vx, vz) = ((side[:, [0, 2]] - a[:, [0, 2]]).T for side in (b, c))
+    area = ux * vz - uz * vx
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x, z = (places[:, None, k] - a[None, :, 2 * k] for k in range(2))
+        v, w = (x * vz - z * vx) / area, (z * ux - x * uz) / area
+        inside = (v >= -1e-9) & (w >= -1e-9) & (v + w <= 1.0 + 1e-9)
+        heights = np.where(inside, a[:, 1] + v * (b - a)[:, 1] + w * (c - a)[:, 1], -np.inf)
+    highest = heights.max(axis=1, initial=-np.inf)
+    return np.asarray(np.where(np.isfinite(highest), highest, np.nan))
+
+
+def _nearest_object(manifest: dict[str, Any], folder: Path, eyes: F64, reach: float) -> F64:
+    """(n,) metres from each eye to the nearest object's finest level, where that is less than `reach`; else
+    infinite."""
+    nearest = np.full(len(eyes), np.inf)
+    for item in manifest["objects"]:
+        mesh = decode_glb(read_file(folder / manifest["artifacts"][item["mesh"]]["file"]), item["mesh"])[
+            0
+        ].mesh
+        corners = mesh.positions.astype(np.float64)[mesh.triangles]
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        for instance in item["instances"]:
+            scale = instance["scale"]
+            sine, cosine = sin(instance["yaw_rad"]), cos(instance["yaw_rad"])
+            x, y, z = ((eyes - np.array(instance["position"])) / scale).T
+            own = np.stack([x * cosine - z * sine, y, x * sine + z * cosine], axis=1)
+            far = reach / scale
+            for first in range(0, len(own), _RUN):
+                run = own[first : first + _RUN]
+                near = ((low <= run.max(axis=0) + far) & (high >= run.min(axis=0) - far)).all(axis=1)
+                if near.any():
+                    here = slice(first, first + len(run))
+                    nearest[here] = np.minimum(nearest[here], scale * distances(run, corners[near]))
+    return np.asarray(np.where(nearest < reach, nearest, np.inf))
+
+
+def distances(places: F64, corners: F64) -> F64:
+    """(n,) distance of each place (n, 3) to the nearest of triangles (m, 3, 3): to the foot of the
+    perpendicular, else to the nearest side. Source: C. Ericson, "Real-Time Collision Detection", 2005."""
+    best = np.full(len(places), np.inf)
+    for first in range(0, len(corners), 4096):
+        a, b, c = corners[first : first + 4096].transpose(1, 0, 2)
+        normal = np.cross(b - a, c - a)
+        square = (normal * normal).sum(axis=1)
+        away = places[:, None, :] - a
+        inside = square > 0.0
+        for start, end in ((a, b), (b, c), (c, a)):
+            inside = inside & (
+                (np.cross(end - start, places[:, None, :] - start) * normal).sum(axis=2) >= 0.0
+            )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            upright = np.abs((away * normal).sum(axis=2)) / np.sqrt(square)
+        found = np.where(inside, upright, np.inf)
+        for start, end in ((a, b), (b, c), (c, a)):
+            side = end - start
+            length = (side * side).sum(axis=1)
+            along = ((places[:, None, :] - start) * side).sum(axis=2)
+            share = np.clip(np.divide(along, length, out=np.zeros_like(along), where=length > 0.0), 0.0, 1.0)
+            gap = places[:, None, :] - (start + share[:, :, None] * side)
+            found = np.minimum(found, np.sqrt((gap * gap).sum(axis=2)))
+        best = np.minimum(best, found.min(axis=1))
+    return best

@@ -1,0 +1,89 @@
+"""Rules over an object's UV layout: its range, what overlaps, how evenly it spends texels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.check.files import read_file
+from paradize.check.rules import Finding
+from paradize.data import Mesh
+from paradize.errors import ParadizeError
+from paradize.formats.glb import decode_glb
+from paradize.kernels.reference_atlas import layout_raster
+
+_BEYOND = 1e-4  # of the side: a coordinate that rounding moved out
+_SIDE = 512  # texels of the raster that overlap is looked for in
+_OVERLAP = 0.05  # of the covered texels
+_UNEVEN = 8.0  # texels a metre: the densest twentieth of the area over the sparsest
+
+
+def check_layouts(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
+    """The findings in the layouts of a manifest's objects that have maps which do not repeat; meshes that
+    cannot be read are told elsewhere."""
+    for item in manifest["objects"]:
+        if item["repeat"] or item["color"] is None:
+            continue
+        path = folder / manifest["artifacts"][item["mesh"]]["file"]
+        try:
+            mesh = decode_glb(read_file(path))[0].mesh
+        except (OSError, ParadizeError):
+            continue
+        if mesh.uvs is not None:
+            yield from _layout(mesh, mesh.uvs, str(path))
+
+
+def _layout(mesh: Mesh, uvs: npt.NDArray[np.float32], file: str) -> Iterator[Finding]:
+    outside = np.abs(uvs - 0.5).max(axis=1) - 0.5
+    bad = outside > _BEYOND
+    if bad.any():
+        worst = int(outside.argmax())
+        what = f"a coordinate of {', '.join(f'{value:.6g}' for value in uvs[worst])}"
+        yield Finding("PZ231", file, what, f"lod0 vertex {worst}", int(bad.sum()))
+        return
+    corners = np.clip(uvs[mesh.triangles].astype(np.float64), 0.0, 1.0)
+    points = mesh.positions.astype(np.float64)
+    places = np.unique(mesh.positions, axis=0, return_inverse=True)[1].reshape(-1)
+    spread = np.zeros((int(places.max()) + 1, 3))
+    spread[places] = points
+    size = float(np.ptp(points, axis=0).max()) or 1.0
+    triangles = places[mesh.triangles].astype(np.uint32)
+    covered, twice, _ = layout_raster(
+        (points - points.min(axis=0)) / size, mesh.triangles, corners, resolution=_SIDE, gap=0
+    )
+    if covered and twice > _OVERLAP * covered:
+        what = f"{100.0 * twice / covered:.0f} % of the covered texels belong to several places"
+        yield Finding("PZ232", file, what, "lod0")
+    yield from _density(spread, triangles, corners, file)
+
+
+def _density(
+    points: npt.NDArray[np.float64],
+    triangles: npt.NDArray[np.uint32],
+    corners: npt.NDArray[np.float64],
+    file: str,
+) -> Iterator[Finding]:
+    """Of the area that has texels at all: how much denser the densest twentieth is than the sparsest."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    cross = np.cross(b - a, c - a)
+    area = np.sqrt((cross * cross).sum(axis=1))
+    (du, dv), (eu, ev) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
+    image = np.abs(du * ev - dv * eu)
+    seen = (area > 0.0) & (image > 0.0)
+    if not seen.any():
+        return
+    density = np.sqrt(image[seen] / area[seen])
+    order = np.argsort(density, kind="stable")
+    share = np.cumsum(area[seen][order])
+    sparse, dense = (
+        order[min(np.searchsorted(share, part * share[-1]), len(order) - 1)] for part in (0.05, 0.95)
+    )
+    ratio = float(density[dense] / density[sparse])
+    if ratio > _UNEVEN:
+        at = np.flatnonzero(seen)[sparse]
+        what = f"a twentieth of its area has {ratio:.1f} times the texels of another twentieth"
+        yield Finding("PZ233", file, what, f"lod0 triangle {int(at)}")
