@@ -73,6 +73,18 @@ void Renderer::resize(int width_px, int height_px) {
     frame_.output = output_.name();
 }
 
+void Renderer::go_on(const Renderer &before) {
+    bool all = true;
+    for (const std::unique_ptr<Pass> &pass : passes_) {
+        all = pass->go_on(before.passes_) && all;
+    }
+    if (all) {
+        steps_ = before.steps_;
+        frame_.clock = before.frame_.clock;
+        last_s_ = before.last_s_;
+    }
+}
+
 void Renderer::step_to(double elapsed_s) {
     const auto wanted = static_cast<std::uint64_t>(std::floor(elapsed_s / step_s + 1e-6));
     if (wanted > steps_ + most_steps) {

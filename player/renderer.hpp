@@ -35,6 +35,8 @@ class Renderer {
     Renderer &operator=(const Renderer &) = delete;
 
     void resize(int width_px, int height_px);
+    /// Goes on from the moment that another renderer has drawn, with its simulation where that is the same.
+    void go_on(const Renderer &before);
     /// Draws the moment `elapsed_s` of the show, seen from `pose`. Steps the simulation up to it first.
     void draw(double elapsed_s, const Pose &pose);
 

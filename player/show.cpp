@@ -146,6 +146,7 @@ class Show {
         try {
             auto renderer = std::make_unique<Renderer>(next.scene, shaders_, settings_);
             gl::demand_memory();
+            renderer->go_on(*renderer_);
             const std::unique_ptr<Act> before = acts_.turn();
             renderer_ = std::move(renderer); // the one before ends here, and then its act
         } catch (const Error &error) {

@@ -160,6 +160,8 @@ struct ParticleField {
     glm::vec2 life_per_s{0.2F, 0.5F}; // slowest, fastest loss of life
     float threshold = 0.1F;           // reborn below this life
     glm::vec3 color{1.0F};            // linear
+
+    bool operator==(const ParticleField &) const = default;
 };
 
 struct Sound {

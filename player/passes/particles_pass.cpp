@@ -32,7 +32,8 @@ float Pcg::between(float low, float high) {
 }
 
 ParticleSwarm::ParticleSwarm(const assets::ParticleField &field, std::uint64_t seed)
-    : field_(field), random_(seed), particles_(static_cast<std::size_t>(std::max(field.count, 0))) {
+    : field_(field), seed_(seed), random_(seed),
+      particles_(static_cast<std::size_t>(std::max(field.count, 0))) {
     for (Particle &particle : particles_) {
         // The first are born at all ages, so that the show does not begin with a flash.
         birth(particle, random_.between(field_.threshold, 1.0F));
@@ -89,6 +90,17 @@ void ParticlesPass::step(double /*time_s*/) {
     for (ParticleSwarm &swarm : swarms_) {
         swarm.step(step_s);
     }
+}
+
+bool ParticlesPass::go_on(std::span<const std::unique_ptr<Pass>> before) {
+    for (const std::unique_ptr<Pass> &pass : before) {
+        const auto *other = dynamic_cast<const ParticlesPass *>(pass.get());
+        if (other != nullptr && std::ranges::equal(swarms_, other->swarms_, &ParticleSwarm::same_as)) {
+            swarms_ = other->swarms_;
+            return true;
+        }
+    }
+    return false;
 }
 
 void ParticlesPass::prepare(Frame & /*frame*/) {

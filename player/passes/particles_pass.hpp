@@ -50,11 +50,14 @@ class ParticleSwarm {
     ParticleSwarm(const assets::ParticleField &field, std::uint64_t seed);
     void step(double seconds);
     const std::vector<Particle> &particles() const { return particles_; }
+    /// Of the same field, begun with the same seed: after as many steps one is what the other is.
+    bool same_as(const ParticleSwarm &other) const { return field_ == other.field_ && seed_ == other.seed_; }
 
   private:
     void birth(Particle &particle, float life);
 
     assets::ParticleField field_;
+    std::uint64_t seed_;
     Pcg random_;
     std::vector<Particle> particles_;
 };
@@ -63,6 +66,7 @@ class ParticlesPass : public Pass {
   public:
     explicit ParticlesPass(const PassSetup &setup);
     void step(double time_s) override;
+    bool go_on(std::span<const std::unique_ptr<Pass>> before) override;
     void prepare(Frame &frame) override;
     void draw(const Frame &frame, const View &view) override;
 

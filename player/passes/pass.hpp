@@ -41,6 +41,9 @@ class Pass {
     /// so that a moment of the show looks the same however it was reached; a show that begins after its tenth
     /// minute begins to step ten minutes before.
     virtual void step(double /*time_s*/) {}
+    /// Goes on from where the passes of another renderer have stepped to. False: it cannot, and is to be
+    /// stepped from the beginning; true also for a pass that does not step.
+    virtual bool go_on(std::span<const std::unique_ptr<Pass>> /*before*/) { return true; }
     /// Before the picture: textures that others read (shadow map, reflection, refraction), put into
     /// frame.shared.
     virtual void prepare(Frame & /*frame*/) {}

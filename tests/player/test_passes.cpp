@@ -140,6 +140,11 @@ TEST_CASE("sparkle: the same seed is the same swarm, another is another") {
     }
     CHECK(one.particles()[5].position == same.particles()[5].position);
     CHECK(one.particles()[5].position != other.particles()[5].position);
+    CHECK(one.same_as(same));
+    CHECK_FALSE(one.same_as(other));
+    assets::ParticleField fewer = sparkle();
+    fewer.threshold = 0.06F;
+    CHECK_FALSE(one.same_as(ParticleSwarm(fewer, 7)));
 }
 
 TEST_CASE("sparkle: a field without particles, and one whose life does not fall") {
