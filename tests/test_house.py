@@ -15,7 +15,19 @@ PACKAGE = ROOT / "pipeline/paradize"
 GROUND = {"data", "errors", "kernels"}
 LAYERS = {
     # room: what it may import (besides itself and the ground)
-    "cli": {"tradeoff", "check", "explain", "export", "report", "new", "watch", "bake", "scene", "engine"},
+    "cli": {
+        "tradeoff",
+        "check",
+        "explain",
+        "export",
+        "report",
+        "new",
+        "watch",
+        "bake",
+        "scene",
+        "budget",
+        "engine",
+    },
     "tradeoff": {
         "bake",
         "require",
