@@ -15,7 +15,7 @@ from paradize.bake_auto import Tried
 from paradize.bake_borders import measure_objects
 from paradize.bake_cut import Asked, ask, cut, cut_gutter, cut_row
 from paradize.bake_manifest import MeshFacts, build_manifest, mesh_facts
-from paradize.bake_nearest import least_pixels, places_of
+from paradize.bake_nearest import known_pixels
 from paradize.bake_record import SCENE_FILE, BakeReport, strays
 from paradize.bake_tasks import MEASURED, How, Task
 from paradize.budget import excesses
@@ -129,10 +129,7 @@ def commit(
             mesh = rows[f"{name}_mesh"]
             report.warnings += _lit(scene, mesh, bumps["levels"])
             entries[mesh["name"]] |= {key: mesh[key] for key in ("errors", "levels")}
-        places = {
-            name: places_of(texels[f"{name}_mesh"], entries[f"{name}_mesh"]["file"]) for name in objects
-        }
-        pixels = least_pixels(scene, flight, places)
+        pixels = known_pixels(store, scene, flight, texels, hashes, force=how.force)
         asked = ask(store, scene, held, hashes, facts, force=how.force)
         told = _cut(asked, scene, rows, entries, files, facts, gutters)
         manifest = encode_scene(

@@ -10,8 +10,11 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, replace
 from math import sqrt
 
+from paradize.engine.code import code_digest
+from paradize.engine.store import Store, key_of
 from paradize.errors import FormatError
 from paradize.flight import Flight, Vec, sine_cosine
 from paradize.scene import Instance, Scene
@@ -98,6 +101,34 @@ def least_pixels(scene: Scene, flight: Flight, places: Mapping[str, Sequence[Vec
             if near_m is not None:
                 pixel = 2.0 * max(near_m, scene.flight.near_m) * (sine / cosine) / height / instance.scale
                 found[item.name] = min(found.get(item.name, pixel), pixel)
+    return found
+
+
+def known_pixels(
+    store: Store,
+    scene: Scene,
+    flight: Flight,
+    meshes: Mapping[str, bytes],
+    sha256: Mapping[str, str],
+    *,
+    force: bool = False,
+) -> dict[str, float]:
+    """least_pixels of the scene's objects; what the store knows of a mesh is not worked out again. meshes,
+    sha256: by artifact. force: nothing is read from the store."""
+    frame = [flight.as_json(), scene.head.viewport, scene.flight.fov_deg, scene.flight.near_m]
+    common = key_of(__name__, code_digest(__name__), frame)
+    found: dict[str, float] = {}
+    for item in scene.objects:
+        name = f"{item.name}_mesh"
+        key = key_of(common, sha256[name], [asdict(instance) for instance in item.instances])
+        known = None if force else store.get_product(key)
+        if not isinstance(known, dict) or "pixel_m" not in known:
+            one = replace(scene, objects=(item,))
+            pixels = least_pixels(one, flight, {item.name: places_of(meshes[name], name)})
+            known = {"pixel_m": pixels.get(item.name)}
+            store.put_product(key, known)
+        if known["pixel_m"] is not None:
+            found[item.name] = float(known["pixel_m"])
     return found
 
 
