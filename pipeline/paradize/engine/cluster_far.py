@@ -83,12 +83,12 @@ def bake_here(
 def leave(bake: str) -> None:
     """Ends the processes that work for a bake that is over, and those that wait."""
     with _LOCK:
-        crews = [*_AT_WORK.pop(bake, []), *_IDLE]
-        _IDLE.clear()
-        for crew in crews:
+        for crew in _AT_WORK.pop(bake, []):
             crew.closed = True
             for worker in crew.workers:
-                worker.process.kill()
+                worker.process.kill()  # whoever works with it hears of that
+        while _IDLE:
+            _IDLE.pop().stop()
 
 
 def _run(bake: str, job: Job, threads: int | None) -> Outcome:
@@ -107,7 +107,9 @@ def _run(bake: str, job: Job, threads: int | None) -> Outcome:
             crew.stop()
             continue
         with _LOCK:
-            if not crew.closed:
+            if crew.closed:
+                crew.stop()
+            else:
                 _IDLE.append(crew)
         return outcome
 
