@@ -10,8 +10,8 @@
 
 namespace paradize {
 
-/// Says once of each limit of a bake that a run goes beyond it: the largest picture, the free camera's region.
-/// Then the finest there is is shown. Nothing is said of a bake that left nothing out.
+/// Says once of each limit of a bake that a run goes beyond it: the largest picture, the free camera's
+/// region. Then the finest there is is shown. Nothing is said of a bake that left nothing out.
 class BakedFor {
   public:
     explicit BakedFor(const assets::SceneFile &file) : file_(file), silent_(!file.leaves_out()) {}

@@ -28,6 +28,24 @@ glm::vec2 parallax_of(const assets::Material &material) {
     return reach > limit ? asked * (limit / reach) : asked;
 }
 
+namespace {
+
+bool drawn_in(const assets::Object &object, ViewKind view) {
+    switch (view) {
+    case ViewKind::light:
+        return object.shadow;
+    case ViewKind::mirror:
+        return object.reflection;
+    case ViewKind::refraction:
+        return object.refraction;
+    case ViewKind::main:
+        break;
+    }
+    return object.camera;
+}
+
+} // namespace
+
 Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(file), streamer_(streamer) {
     objects_.reserve(file_.objects.size());
     for (const assets::Object &entry : file_.objects) {
@@ -74,6 +92,9 @@ void Scene::collect(const View &view, const glm::vec3 &eye, float pixels_at_1m,
                     std::vector<DrawItem> &items) const {
     constexpr std::size_t most_levels = 64;
     for (const Object &object : objects_) {
+        if (!drawn_in(*object.file, view.kind)) {
+            continue;
+        }
         std::array<float, most_levels> errors{};
         const std::size_t levels = std::min(object.file->lods.size(), most_levels);
         for (const Instance &instance : object.instances) {

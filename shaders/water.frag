@@ -28,7 +28,7 @@ vec3 sky_in(vec3 direction) {
     if (u_sky_blur < 0.0) {
         return fog.rgb;
     }
-    vec3 color = min(textureLod(u_sky, up, 2.0).rgb, vec3(8.0));
+    vec3 color = min(textureLod(u_sky, up, 2.0 - u_sky_left_out).rgb, vec3(8.0));
     return mix(color, haze_color(direction), haze_amount(haze_path(up.y)));
 }
 

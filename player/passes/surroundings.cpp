@@ -75,6 +75,7 @@ Surroundings::Surroundings(const PassSetup &setup, const gl::Program &program)
     wave_offsets_at_ = program.location("u_wave_offsets");
     caustics_at_ = program.location("u_caustics");
     sun_refracted_at_ = program.location("u_sun_refracted");
+    sky_left_out_at_ = program.location("u_sky_left_out");
     water_glow_at_ = program.location("u_water_glow");
     water_scatter_at_ = program.location("u_water_scatter");
     clip_plane_at_ = program.location("u_clip_plane");
@@ -92,6 +93,8 @@ void Surroundings::apply(const Frame &frame, const View &view) const {
         sky->bind(unit_sky);
     }
     gl::Program::set(sky_blur_at_, sky_blur_);
+        const assets::SceneFile &file = setup.scene.file();
+        sky_left_out_ = static_cast<float>(file.find_artifact(file.sky)->left_out);
 
     const gl::Texture *shadow = frame.shared.shadow_map;
     gl::bind_texture(unit_shadow, GL_TEXTURE_2D, shadow != nullptr ? shadow->name() : no_shadow_.name());
@@ -101,6 +104,7 @@ void Surroundings::apply(const Frame &frame, const View &view) const {
         const float spread_m = std::max(file.sun.angular_diameter_rad, 0.004F) * 14.0F;
         gl::Program::set(shadow_texel_at_, 1.0F / static_cast<float>(file.shadow->size_px));
         gl::Program::set(shadow_texel_m_at_, texel_m);
+    gl::Program::set(sky_left_out_at_, sky_left_out_);
         gl::Program::set(shadow_radius_at_, std::clamp(spread_m / texel_m, 1.3F, 4.0F));
         gl::Program::set(shadow_blur_m_at_, file.shadow->blur_distance_m);
     }

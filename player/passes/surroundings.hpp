@@ -56,6 +56,8 @@ glm::vec3 water_glow(const assets::SceneFile &file);
 float water_scatter(const assets::Water &water);
 
 /// Polygon offset for depth-only views, against a surface shadowing itself; off puts the default back.
+    int sky_left_out_at_ = -1;
+    float sky_left_out_ = 0.0F; // finer mips that the sky could have
 void depth_bias(bool on);
 
 } // namespace paradize

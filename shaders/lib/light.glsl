@@ -6,6 +6,7 @@
 
 uniform samplerCube u_sky;   // linear radiance
 uniform float u_sky_blur;    // mip of the cube that stands for its irradiance over pi; below 0: no sky
+uniform float u_sky_left_out; // finer mips that the cube could have and was not baked with
 
 // Light of the whole sky upon a surface that faces n, over pi. The scene says how much a surface facing up
 // gets; the sky's own light says how the other sides differ from it. Coarse mips of the cube are a good
@@ -25,7 +26,7 @@ vec3 sky_specular(vec3 n, vec3 v, float f0, float alpha) {
         return vec3(0.0);
     }
     vec3 r = reflect(-v, n);
-    float lod = u_sky_blur * sqrt(sqrt(alpha));
+    float lod = (u_sky_blur + u_sky_left_out) * sqrt(sqrt(alpha)) - u_sky_left_out;
     return textureLod(u_sky, r, lod).rgb * environment_reflectance(f0, dot(n, v), alpha);
 }
 

@@ -245,7 +245,11 @@ def test_the_shaders_have_the_numbers_that_are_reckoned_with() -> None:
     assert layers is not None
     scales = [float(found) for found in re.findall(r"\{?([\d.]+), -?[\d.]+, -?[\d.]+\}", layers[1])]
     assert {"normal": min(scales), "dudv": min(scales[:2])} == bake_asked.WAVES
-    assert f"textureLod(u_sky, up, {bake_asked.SEA_MIP}.0" in text("shaders/water.frag")
+    assert f"textureLod(u_sky, up, {bake_asked.SEA_MIP}.0 - u_sky_left_out)" in text("shaders/water.frag")
+    assert "static_cast<float>(sky->levels()) - 2.3F" in text("player/passes/surroundings.cpp")
+    assert "(u_sky_blur + u_sky_left_out) * sqrt(sqrt(alpha)) - u_sky_left_out" in text(
+        "shaders/lib/light.glsl"
+    )
 
 
 @pytest.fixture(scope="module")
@@ -254,11 +258,14 @@ def far(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Path]:
     top = tmp_path_factory.mktemp("far")
     scene = make_cove(top / "scene")
     rng = np.random.default_rng(11)
+    for k, name in enumerate(("px", "nx", "py", "ny", "pz", "nz")):
+        sky = rng.uniform(0.1, 0.4, (512, 512, 3)) + 0.1 * k
+        write_image(scene.parent / f"{name}.exr", sky.astype(np.float32))
     for name in ("wood", "effect"):
         write_image(scene.parent / f"{name}.png", rng.integers(40, 220, (512, 512, 3), np.uint8))
     text = scene.read_text()
     for old, new in (
-        ('name = "cove"\n', 'name = "cove"\nviewport = [320, 180]\n'),
+        ('name = "cove"\n', 'name = "cove"\nviewport = [64, 36]\n'),
         ('effect_color = "sand.png"', 'effect_color = "effect.png"'),
         ("parallax_scale = 0.01\n", ""),
         ("lods = 3\n", "lods = 3\nbleed = 0.9\n"),
@@ -285,7 +292,7 @@ def manifest_of(folder: Path) -> dict[str, Any]:
 def test_a_texture_begins_at_the_finest_level_that_is_asked_for(far: tuple[Path, Path, Path]) -> None:
     _, path, full = far
     ours, whole = manifest_of(path)["artifacts"], manifest_of(full)["artifacts"]
-    for name in ("post_color", "post_normal", "post_gloss", "effect_color", "effect_normal"):
+    for name in ("sky", "post_color", "post_normal", "post_gloss", "effect_color", "effect_normal"):
         asked = ours[name]["asked"]
         left = asked["left_out"]
         assert left >= 1, name
