@@ -95,6 +95,16 @@ View light_view(const assets::Shadow &shadow, const glm::vec3 &to_sun) {
     return out;
 }
 
+void move_in_pixel(View &view, const glm::vec2 &pixels) {
+    if (pixels == glm::vec2(0.0F)) {
+        return;
+    }
+    const glm::vec3 clip(2.0F * pixels.x / static_cast<float>(view.width_px),
+                         2.0F * pixels.y / static_cast<float>(view.height_px), 0.0F);
+    view.projection = glm::translate(glm::mat4(1.0F), clip) * view.projection;
+    finish_view(view);
+}
+
 glm::mat4 texture_from_clip() {
     return glm::scale(glm::translate(glm::mat4(1.0F), glm::vec3(0.5F)), glm::vec3(0.5F));
 }

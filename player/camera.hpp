@@ -5,6 +5,8 @@
 #include "flight.hpp"
 #include "view.hpp"
 
+#include <glm/vec2.hpp>
+
 namespace paradize {
 
 /// Clip planes stand this far on the other side of the water, so that shaken lookups at its edge find
@@ -22,6 +24,9 @@ View light_view(const assets::Shadow &shadow, const glm::vec3 &to_sun);
 
 /// [0,1]^3 of the light's map from its clip space.
 glm::mat4 texture_from_clip();
+
+/// Moves what a view sees by a part of its own pixel, x to the right and y up.
+void move_in_pixel(View &view, const glm::vec2 &pixels);
 
 /// Fills view_projection and the frustum's planes from view and projection.
 void finish_view(View &view);

@@ -54,10 +54,10 @@ void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only) {
     const auto height = static_cast<float>(view.height_px);
     block.viewport = glm::vec4(width, height, 1.0F / width, 1.0F / height);
     block.lens = glm::vec4(view.near_m, view.far_m, view.pixels_at_1m, view.mirrored ? 1.0F : 0.0F);
-    block.sun_direction = glm::vec4(file.sun.direction, file.sun.angular_diameter_rad * 0.5F);
+    block.sun_direction = glm::vec4(to_sun, file.sun.angular_diameter_rad * 0.5F);
     block.sun_radiance =
         glm::vec4(file.sun.color * file.sun.intensity, shared.shadow_map != nullptr ? 1.0F : 0.0F);
-    block.ambient = glm::vec4(file.ambient.color * file.ambient.intensity, 0.0F);
+    block.ambient = glm::vec4(file.ambient.color * file.ambient.intensity, detail.footprint);
     block.fog = glm::vec4(file.fog.color, file.fog.density_per_m);
     block.water = file.water ? glm::vec4(file.water->absorption_per_m, file.water->level_m)
                              : glm::vec4(0.0F, 0.0F, 0.0F, no_water);
@@ -77,8 +77,11 @@ void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only) {
     }
     glClearColor(0.0F, 0.0F, 0.0F, 0.0F);
     glClear(depth_only ? GL_DEPTH_BUFFER_BIT : GL_DEPTH_BUFFER_BIT | GL_COLOR_BUFFER_BIT);
-    for (const std::unique_ptr<Pass> &pass : passes_) {
-        pass->draw(*this, view);
+    for (std::size_t i = 0; i < passes_.size(); ++i) {
+        passes_[i]->draw(*this, view);
+        if (meter != nullptr && view.kind == ViewKind::main) {
+            meter->stop(i);
+        }
     }
     glDisable(GL_CLIP_DISTANCE0);
     glFrontFace(GL_CCW);

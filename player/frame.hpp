@@ -3,6 +3,8 @@
 // made.
 
 #include "gl/handle.hpp"
+#include "pass_meter.hpp"
+#include "quality.hpp"
 #include "scene.hpp"
 #include "terrain_tiles.hpp"
 #include "view.hpp"
@@ -46,8 +48,11 @@ class Frame {
     const Scene &scene;
     Clock clock;
     Shared shared;
-    int width_px = 0, height_px = 0; // of the picture
-    unsigned output = 0;             // framebuffer that finish() draws into: RGBA8, width x height
+    Detail detail;                      // what this frame is drawn with
+    glm::vec3 to_sun{0.0F, 1.0F, 0.0F}; // unit; in a sample of the reference a place of the sun's disc
+    PassMeter *meter = nullptr;         // measures the main view's passes; nullptr: nobody asks
+    int width_px = 0, height_px = 0;    // of the picture
+    unsigned output = 0;                // framebuffer that finish() draws into: RGBA8, width x height
 
     /// The views of this frame; copy one to change it (its size, its clip plane) before draw_view.
     const View &view(ViewKind kind) const { return views_[static_cast<std::size_t>(kind)]; }

@@ -1,6 +1,7 @@
 #include "options.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 
@@ -11,6 +12,8 @@ namespace {
 constexpr int most_frames = 1000000;
 constexpr int most_px = 16384;
 constexpr double most_s = 1e9;
+constexpr int most_samples = 65536;
+constexpr double most_fps = 1000.0;
 
 template <typename Number>
 std::optional<Number> parse_number(std::string_view text) {
@@ -45,6 +48,34 @@ std::string listed(std::span<const std::string_view> names) {
     return out;
 }
 
+template <typename Name, std::size_t count>
+Name parse_name(std::string_view text, const std::array<std::string_view, count> &names, const char *what) {
+    const auto found = std::ranges::find(names, text);
+    if (found == names.end()) {
+        refuse("--quality", text, std::string("is no ") + what + "; there are " + listed(names));
+    }
+    return static_cast<Name>(found - names.begin());
+}
+
+/// `exact`, or `shadow=fast,lod=exact`, or both: the later word wins.
+void parse_quality(std::string_view text, Quality &out) {
+    while (true) {
+        const std::string_view word = text.substr(0, text.find(','));
+        const std::size_t equals = word.find('=');
+        if (equals == std::string_view::npos) {
+            out.fill(parse_name<Tier>(word, tier_names, "quality"));
+        } else {
+            const auto trade = parse_name<Trade>(word.substr(0, equals), trade_names, "trade");
+            out[static_cast<std::size_t>(trade)] =
+                parse_name<Tier>(word.substr(equals + 1), tier_names, "quality");
+        }
+        if (word.size() == text.size()) {
+            return;
+        }
+        text = text.substr(word.size() + 1);
+    }
+}
+
 void parse_passes(std::string_view text, std::span<const std::string_view> passes, Options &out) {
     while (true) {
         const std::size_t comma = text.find(',');
@@ -64,6 +95,7 @@ void parse_passes(std::string_view text, std::span<const std::string_view> passe
 
 Options parse_options(std::span<const char *const> arguments, std::span<const std::string_view> passes) {
     Options out;
+    bool quality_given = false;
     for (std::size_t i = 0; i < arguments.size(); ++i) {
         std::string_view name = arguments[i];
         std::optional<std::string_view> attached; // --option=value
@@ -126,6 +158,21 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
             if (out.screenshot.extension() != ".png") {
                 refuse(name, out.screenshot.string(), "must be a file name that ends in .png");
             }
+        } else if (name == "--quality") {
+            parse_quality(value(), out.quality);
+            quality_given = true;
+        } else if (name == "--reference") {
+            const std::string_view text = value();
+            out.reference = parse_number<int>(text);
+            if (!out.reference || *out.reference < 1 || *out.reference > most_samples) {
+                refuse(name, text, "must be a whole number of frames, 1 to " + std::to_string(most_samples));
+            }
+        } else if (name == "--fps") {
+            const std::string_view text = value();
+            out.fps = parse_number<double>(text);
+            if (!out.fps || !(*out.fps > 0.0) || *out.fps > most_fps) {
+                refuse(name, text, "must be frames a second, above 0 and up to 1000");
+            }
         } else if (name == "--disable") {
             parse_passes(value(), passes, out);
         } else if (name.starts_with("-") && name.size() > 1) {
@@ -149,6 +196,14 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
             "--bench measures frames and nothing else: leave out --interactive, --screenshot and "
             "--check-finite");
     }
+    if (out.reference && (out.screenshot.empty() || out.fps || quality_given)) {
+        throw UsageError(
+            "--reference makes a picture with everything at its finest: give --screenshot, leave out "
+            "--quality and --fps");
+    }
+    if (out.fps && (quality_given || out.bench)) {
+        throw UsageError("--fps chooses the qualities and watches the time: leave out --quality and --bench");
+    }
     if (out.interactive && out.frames) {
         throw UsageError("--interactive ends with Escape, not after a number of frames: leave out --frames");
     }
@@ -157,8 +212,9 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
 
 std::string usage(std::span<const std::string_view> passes) {
     return "paradize-player DIR [--headless] [--time S] [--frames N] [--size WxH] [--screenshot F.png]\n"
-           "                    [--disable PASS,...] [--wait-resident] [--interactive] [--bench] [--json]\n"
-           "                    [--mute] [--debug] [--check-finite]\n"
+           "                    [--quality T | TRADE=T,...] [--reference N] [--fps N] [--disable PASS,...]\n"
+           "                    [--wait-resident] [--interactive] [--bench] [--json] [--mute] [--debug]\n"
+           "                    [--check-finite]\n"
            "\n"
            "Plays a baked scene. Any key ends the show.\n"
            "  --headless         no window and no sound; draws one frame unless --frames says more\n"
@@ -167,6 +223,16 @@ std::string usage(std::span<const std::string_view> passes) {
            "  --size WxH         size of the picture in pixels (default: the scene's)\n"
            "  --screenshot F.png draw one frame with everything resident into this file; with --frames N\n"
            "                     the files F_0000.png, F_0001.png ..., which show how it streams in\n"
+           "  --quality T        how fine to draw: " +
+           listed(tier_names) + " (default: balanced); or for each of\n                     " +
+           listed(trade_names) +
+           ":\n"
+           "                     --quality shadow=fast,lod=exact\n"
+           "  --reference N      the screenshot is the mean of N frames with everything at its finest: what\n"
+           "                     qualities are judged by\n"
+           "  --fps N            measure, choose the qualities that reach N frames a second with the least "
+           "error,\n"
+           "                     and keep to them\n"
            "  --disable PASS,... leave passes out: " +
            listed(passes) +
            "\n"

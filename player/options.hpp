@@ -1,6 +1,8 @@
 #pragma once
 // The command line.
 
+#include "quality.hpp"
+
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -24,6 +26,9 @@ struct Options {
     std::optional<int> width_px, height_px; // both or none
     std::filesystem::path screenshot;       // empty: none
     std::vector<std::string> disabled;
+    Quality quality = all_at(Tier::balanced);
+    std::optional<int> reference; // frames that a picture averages
+    std::optional<double> fps;    // that the qualities are chosen for
     bool wait_resident = false;
     bool interactive = false;
     bool bench = false;

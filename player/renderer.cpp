@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace paradize {
 
@@ -16,11 +17,12 @@ namespace {
 
 // A show that begins later than this begins its simulation this long before, so that --time never takes long.
 constexpr std::uint64_t most_steps = 600 * 120;
-constexpr float anisotropy = 4.0F; // of a graphics card; a software rasteriser pays half a frame for it
-
-std::vector<std::unique_ptr<Pass>> build(const Scene &scene, const gl::ShaderLibrary &shaders,
-                                         const std::vector<std::string> &disabled) {
-    return make_passes({scene, shaders, gl::software_renderer() ? 1.0F : anisotropy}, disabled);
+std::vector<std::unique_ptr<Pass>> build(std::span<const std::size_t> which, const PassSetup &setup) {
+    std::vector<std::unique_ptr<Pass>> passes;
+    for (const std::size_t pass : which) {
+        passes.push_back(make_pass(pass, setup));
+    }
+    return passes;
 }
 
 void set_default_state() {
@@ -39,18 +41,25 @@ void set_default_state() {
 } // namespace
 
 Renderer::Renderer(const Scene &scene, const gl::ShaderLibrary &shaders, const RendererSettings &settings)
-    : scene_(scene), samples_(settings.samples), passes_(build(scene, shaders, settings.disabled)),
-      has_post_(std::find(settings.disabled.begin(), settings.disabled.end(), "post") ==
-                settings.disabled.end()),
+    : scene_(scene), shaders_(shaders), which_(wanted_passes(scene.file(), settings.disabled)),
+      passes_(build(which_, {scene, shaders, settings.detail})),
+      has_post_(std::ranges::find(settings.disabled, "post") == settings.disabled.end()),
       frame_(scene, passes_) {
-    GLint most = 1;
-    glGetIntegerv(GL_MAX_SAMPLES, &most);
-    samples_ = std::min(samples_, most);
+    frame_.detail = settings.detail;
     set_default_state();
     resize(settings.width_px, settings.height_px);
 }
 
 Renderer::~Renderer() = default;
+
+void Renderer::make_targets() {
+    GLint most = 1;
+    glGetIntegerv(GL_MAX_SAMPLES, &most);
+    const int samples = std::min(frame_.detail.samples, most);
+    color_ = gl::make_renderbuffer(GL_RGBA16F, width_px_, height_px_, samples);
+    depth_ = gl::make_renderbuffer(GL_DEPTH_COMPONENT24, width_px_, height_px_, samples);
+    drawn_ = gl::make_framebuffer(color_, depth_);
+}
 
 void Renderer::resize(int width_px, int height_px) {
     if (width_px == width_px_ && height_px == height_px_) {
@@ -58,19 +67,43 @@ void Renderer::resize(int width_px, int height_px) {
     }
     width_px_ = width_px;
     height_px_ = height_px;
-    color_ = gl::make_renderbuffer(GL_RGBA16F, width_px, height_px, samples_);
-    depth_ = gl::make_renderbuffer(GL_DEPTH_COMPONENT24, width_px, height_px, samples_);
+    make_targets();
     picture_ = gl::make_target(GL_RGBA16F, width_px, height_px);
     final_ = gl::make_target(GL_RGBA8, width_px, height_px);
-    drawn_ = gl::make_framebuffer(color_, depth_);
     resolved_ = gl::make_framebuffer(picture_, {});
     output_ = gl::make_framebuffer(final_, {});
+    spares_.clear(); // theirs is another size
     for (const std::unique_ptr<Pass> &pass : passes_) {
         pass->resize(width_px, height_px);
     }
     frame_.width_px = width_px;
     frame_.height_px = height_px;
     frame_.output = output_.name();
+}
+
+void Renderer::set_detail(const Detail &detail) {
+    const Detail before = std::exchange(frame_.detail, detail);
+    for (std::size_t i = 0; i < passes_.size(); ++i) {
+        const std::size_t which = which_[i];
+        if (suits(which, before, detail)) {
+            continue;
+        }
+        std::unique_ptr<Pass> pass;
+        const auto spare = std::ranges::find_if(spares_, [&](const Spare &kept) {
+            return kept.which == which && suits(which, kept.detail, detail);
+        });
+        if (spare != spares_.end()) {
+            pass = std::move(spare->pass);
+            spares_.erase(spare);
+        } else {
+            pass = make_pass(which, {scene_, shaders_, detail});
+            pass->resize(width_px_, height_px_);
+        }
+        spares_.push_back({which, before, std::exchange(passes_[i], std::move(pass))});
+    }
+    if (before.samples != detail.samples) {
+        make_targets();
+    }
 }
 
 void Renderer::go_on(const Renderer &before) {
@@ -98,49 +131,111 @@ void Renderer::step_to(double elapsed_s) {
     }
 }
 
-void Renderer::set_views(const Pose &pose) {
+void Renderer::set_views(const Pose &pose, const Sample &sample) {
     const assets::SceneFile &file = scene_.file();
     const auto place = [&](const View &view) { frame_.views_[static_cast<std::size_t>(view.kind)] = view; };
-    const View main = main_view(pose, file.flight, width_px_, height_px_);
+    const Detail &detail = frame_.detail;
+    View main = main_view(pose, file.flight, width_px_, height_px_);
+    move_in_pixel(main, sample.pixel);
     const float level = file.water ? file.water->level_m : 0.0F;
     place(main);
-    place(mirror_view(main, level, file.reflection_scale.value_or(1.0F)));
-    place(refraction_view(main, level, file.refraction_scale.value_or(1.0F)));
-    place(light_view(file.shadow.value_or(assets::Shadow()), file.sun.direction));
+    place(mirror_view(main, level, detail.reflection_scale));
+    place(refraction_view(main, level, detail.refraction_scale));
+    assets::Shadow shadow = file.shadow.value_or(assets::Shadow());
+    shadow.size_px = detail.shadow_size_px;
+    frame_.to_sun = sample.sun == glm::vec2(0.0F)
+                        ? file.sun.direction
+                        : sun_direction(file.sun.direction, 0.5F * file.sun.angular_diameter_rad, sample.sun);
+    View light = light_view(shadow, frame_.to_sun);
+    move_in_pixel(light, sample.pixel);
+    place(light);
     if (frame_.terrain_) {
-        frame_.terrain_->update(main, file.lod_error_px);
+        frame_.terrain_->update(main, detail.lod_error_px);
     }
     for (std::size_t i = 0; i < view_kinds; ++i) {
         const View &view = frame_.views_[i];
-        const bool light = view.kind == ViewKind::light;
+        const bool is_light = view.kind == ViewKind::light;
         frame_.visible_[i].clear();
-        scene_.collect(view, light ? main.eye : view.eye, light ? main.pixels_at_1m : view.pixels_at_1m,
-                       frame_.visible_[i]);
+        scene_.collect(view, is_light ? main.eye : view.eye, is_light ? main.pixels_at_1m : view.pixels_at_1m,
+                       detail.lod_error_px, frame_.visible_[i]);
     }
 }
 
-void Renderer::draw(double elapsed_s, const Pose &pose) {
+void Renderer::start(double elapsed_s) {
     step_to(elapsed_s);
     frame_.clock.delta_s = frame_.clock.frame == 0 ? 0.0 : elapsed_s - last_s_;
     frame_.clock.elapsed_s = elapsed_s;
     frame_.clock.flight_s = flight_second(elapsed_s, scene_.file().flight.duration_s);
     last_s_ = elapsed_s;
-    set_views(pose);
+}
+
+/// Into picture_, resolved.
+void Renderer::draw_linear(const Pose &pose, const Sample &sample) {
+    set_views(pose, sample);
     frame_.shared = Shared();
-    for (const std::unique_ptr<Pass> &pass : passes_) {
-        pass->prepare(frame_);
+    for (std::size_t i = 0; i < passes_.size(); ++i) {
+        passes_[i]->prepare(frame_);
+        if (frame_.meter != nullptr) {
+            frame_.meter->stop(i);
+        }
     }
     frame_.draw_view(frame_.view(ViewKind::main), drawn_.name());
     gl::blit_color(drawn_.name(), width_px_, height_px_, resolved_.name(), width_px_, height_px_);
     frame_.shared.picture = &picture_;
+}
+
+void Renderer::finish() {
     if (has_post_) {
-        for (const std::unique_ptr<Pass> &pass : passes_) {
-            pass->finish(frame_);
+        for (std::size_t i = 0; i < passes_.size(); ++i) {
+            passes_[i]->finish(frame_);
+            if (frame_.meter != nullptr) {
+                frame_.meter->stop(i);
+            }
         }
     } else {
         gl::blit_color(resolved_.name(), width_px_, height_px_, output_.name(), width_px_, height_px_);
     }
     ++frame_.clock.frame;
+}
+
+void Renderer::draw(double elapsed_s, const Pose &pose) {
+    start(elapsed_s);
+    draw_linear(pose, {});
+    finish();
+}
+
+void Renderer::draw_mean(double elapsed_s, const Pose &pose, const std::vector<Sample> &samples) {
+    start(elapsed_s);
+    std::vector<float> pixels;
+    std::vector<double> sum;
+    for (const Sample &sample : samples) {
+        draw_linear(pose, sample);
+        read_linear(pixels);
+        sum.resize(pixels.size());
+        std::ranges::transform(pixels, sum, sum.begin(),
+                               [](float p, double s) { return s + static_cast<double>(p); });
+    }
+    std::ranges::transform(sum, pixels.begin(), [&](double s) {
+        return static_cast<float>(s / static_cast<double>(samples.size()));
+    });
+    gl::write_target(picture_, width_px_, height_px_, pixels);
+    finish();
+}
+
+std::vector<std::pair<std::string_view, double>> Renderer::measure_passes(double elapsed_s,
+                                                                          const Pose &pose) {
+    PassMeter meter(passes_.size());
+    start(elapsed_s);
+    frame_.meter = &meter;
+    meter.start();
+    draw_linear(pose, {});
+    finish();
+    frame_.meter = nullptr;
+    std::vector<std::pair<std::string_view, double>> out;
+    for (std::size_t i = 0; i < passes_.size(); ++i) {
+        out.emplace_back(pass_names()[which_[i]], meter.ms()[i]);
+    }
+    return out;
 }
 
 std::optional<TerrainCounts> Renderer::terrain_counts() const {
@@ -163,10 +258,15 @@ void Renderer::read_picture(std::vector<std::uint8_t> &pixels) const {
     }
 }
 
-std::optional<BadPixel> Renderer::find_bad_pixel() const {
-    std::vector<float> pixels(static_cast<std::size_t>(width_px_) * static_cast<std::size_t>(height_px_) * 4);
+void Renderer::read_linear(std::vector<float> &pixels) const {
+    pixels.resize(static_cast<std::size_t>(width_px_) * static_cast<std::size_t>(height_px_) * 4);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved_.name());
     glReadPixels(0, 0, width_px_, height_px_, GL_RGBA, GL_FLOAT, pixels.data());
+}
+
+std::optional<BadPixel> Renderer::find_bad_pixel() const {
+    std::vector<float> pixels;
+    read_linear(pixels);
     const auto bad =
         std::find_if(pixels.begin(), pixels.end(), [](float value) { return !std::isfinite(value); });
     if (bad == pixels.end()) {

@@ -3,12 +3,17 @@
 
 #include "flight.hpp"
 #include "frame.hpp"
+#include "pass_meter.hpp"
 #include "passes/pass.hpp"
+#include "quality.hpp"
+#include "samples.hpp"
 
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace paradize {
@@ -16,7 +21,7 @@ namespace paradize {
 struct RendererSettings {
     int width_px = 0;
     int height_px = 0;
-    int samples = 4;
+    Detail detail;
     std::vector<std::string> disabled; // names of passes
 };
 
@@ -37,8 +42,15 @@ class Renderer {
     void resize(int width_px, int height_px);
     /// Goes on from the moment that another renderer has drawn, with its simulation where that is the same.
     void go_on(const Renderer &before);
+    /// From the next frame on; the first with a detail that was not drawn with yet builds what it needs.
+    void set_detail(const Detail &detail);
     /// Draws the moment `elapsed_s` of the show, seen from `pose`. Steps the simulation up to it first.
     void draw(double elapsed_s, const Pose &pose);
+    /// The same moment as the mean of several frames' linear light, each seen through another place of the
+    /// pixel and lit from another place of the sun's disc; exposure and all that follows come after the mean.
+    void draw_mean(double elapsed_s, const Pose &pose, const std::vector<Sample> &samples);
+    /// Draws a frame and waits for each of its passes; milliseconds by name, in drawing order.
+    std::vector<std::pair<std::string_view, double>> measure_passes(double elapsed_s, const Pose &pose);
 
     /// Of the last frame; none where the scene has no terrain.
     std::optional<TerrainCounts> terrain_counts() const;
@@ -53,13 +65,25 @@ class Renderer {
     std::optional<BadPixel> find_bad_pixel() const;
 
   private:
+    void start(double elapsed_s);
     void step_to(double elapsed_s);
-    void set_views(const Pose &pose);
+    void set_views(const Pose &pose, const Sample &sample);
+    void draw_linear(const Pose &pose, const Sample &sample);
+    void finish();
+    void make_targets();
+    void read_linear(std::vector<float> &pixels) const;
 
     const Scene &scene_;
-    int samples_;
+    const gl::ShaderLibrary &shaders_;
     int width_px_ = 0, height_px_ = 0;
+    std::vector<std::size_t> which_; // indices into pass_names(), one per pass
     std::vector<std::unique_ptr<Pass>> passes_;
+    struct Spare {
+        std::size_t which;
+        Detail detail;
+        std::unique_ptr<Pass> pass;
+    };
+    std::vector<Spare> spares_; // made for details that were drawn with before
     bool has_post_ = false;
     Frame frame_;
     gl::Renderbuffer color_, depth_;

@@ -67,6 +67,39 @@ std::string quoted(const std::vector<std::string> &texts) {
     return out + "]";
 }
 
+std::string quoted(const Quality &quality) {
+    std::string out = "{";
+    for (std::size_t i = 0; i < trade_count; ++i) {
+        out += (out.size() == 1 ? "" : ", ") + quoted(std::string(trade_names[i])) + ": " +
+               quoted(std::string(tier_names[static_cast<std::size_t>(quality[i])]));
+    }
+    return out + "}";
+}
+
+std::string fps_json(const FrameRate &fps, std::span<const Trade> trades) {
+    char numbers[256];
+    std::snprintf(
+        numbers, sizeof numbers,
+        "{\"wanted\": %g, \"budget_ms\": %.3f, \"median_ms\": %.3f, \"predicted_ms\": %.3f, \"reached\": %s, "
+        "\"changes\": %d, \"calibration\": {",
+        fps.wanted, 1000.0 / fps.wanted, fps.median_ms, fps.predicted_ms,
+        fps.median_ms <= 1000.0 / fps.wanted ? "true" : "false", fps.changes);
+    std::string out = numbers;
+    for (const Trade trade : trades) {
+        const auto &row = fps.table[static_cast<std::size_t>(trade)];
+        out += (out.back() == '{' ? "\"" : ", \"") +
+               std::string(trade_names[static_cast<std::size_t>(trade)]) + "\": {";
+        for (std::size_t tier = 0; tier < tier_names.size(); ++tier) {
+            std::snprintf(numbers, sizeof numbers, "%s\"%s\": {\"ms\": %.3f, \"flip\": %.5f}",
+                          tier == 0 ? "" : ", ", std::string(tier_names[tier]).c_str(), row[tier].ms,
+                          row[tier].error);
+            out += numbers;
+        }
+        out += "}";
+    }
+    return out + "}}";
+}
+
 } // namespace
 
 double percentile(std::vector<double> values, double share) {
@@ -145,6 +178,14 @@ std::string terrain_warning(std::uint64_t bytes) {
            "`lod_error_px` in the scene, or set `quantise`, and bake it again";
 }
 
+std::string fps_line(const FrameRate &fps) {
+    const double budget_ms = 1000.0 / fps.wanted;
+    char numbers[200];
+    std::snprintf(numbers, sizeof numbers, "%g frames a second (%.3f ms): %s, %.3f ms with ", fps.wanted,
+                  budget_ms, fps.median_ms <= budget_ms ? "reached" : "not reached", fps.median_ms);
+    return numbers + to_text(fps.quality);
+}
+
 std::string bench_line(const Report &report) {
     char numbers[160];
     std::snprintf(numbers, sizeof numbers, "%zu frames of %d x %d: median %.3f ms, 95th percentile %.3f ms, ",
@@ -165,9 +206,34 @@ std::string to_json(const Report &report) {
         static_cast<unsigned long long>(peak_rss_bytes()));
     std::string out = numbers;
     if (report.bench) {
-        std::snprintf(numbers, sizeof numbers, ", \"bench\": {\"median_ms\": %.3f, \"p95_ms\": %.3f}",
-                      median(report.frame_ms), percentile(report.frame_ms, 0.95));
+        std::snprintf(
+            numbers, sizeof numbers,
+            ", \"bench\": {\"median_ms\": %.3f, \"p95_ms\": %.3f, \"low_ms\": %.3f, \"high_ms\": %.3f, "
+            "\"passes_ms\": {",
+            median(report.frame_ms), percentile(report.frame_ms, 0.95), percentile(report.frame_ms, 0.25),
+            percentile(report.frame_ms, 0.75));
         out += numbers;
+        for (const auto &[name, ms] : report.passes_ms) {
+            std::snprintf(numbers, sizeof numbers, ": %.3f", ms);
+            out += (out.back() == '{' ? "" : ", ") + quoted(name) + numbers;
+        }
+        out += "}, \"frames_ms\": [";
+        for (const double ms : report.frame_ms) {
+            std::snprintf(numbers, sizeof numbers, "%s%.3f", out.back() == '[' ? "" : ", ", ms);
+            out += numbers;
+        }
+        out += "]}";
+    }
+    std::vector<std::string> trades;
+    for (const Trade trade : report.trades) {
+        trades.emplace_back(trade_names[static_cast<std::size_t>(trade)]);
+    }
+    out += ", \"quality\": " + quoted(report.quality) + ", \"trades\": " + quoted(trades);
+    if (report.reference) {
+        out += ", \"reference\": " + std::to_string(*report.reference);
+    }
+    if (report.fps) {
+        out += ", \"fps\": " + fps_json(*report.fps, report.trades);
     }
     if (report.terrain) {
         const TerrainCounts &terrain = *report.terrain;

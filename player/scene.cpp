@@ -88,7 +88,7 @@ const StreamedMesh *Scene::mesh(std::string_view artifact) const {
     return streamer_.mesh(artifact);
 }
 
-void Scene::collect(const View &view, const glm::vec3 &eye, float pixels_at_1m,
+void Scene::collect(const View &view, const glm::vec3 &eye, float pixels_at_1m, float error_px,
                     std::vector<DrawItem> &items) const {
     constexpr std::size_t most_levels = 64;
     for (const Object &object : objects_) {
@@ -105,8 +105,7 @@ void Scene::collect(const View &view, const glm::vec3 &eye, float pixels_at_1m,
                 errors[i] = object.file->lods[i].error_m * instance.scale;
             }
             const float distance = glm::distance(eye, instance.center) - instance.radius_m;
-            const int wanted =
-                choose_lod({errors.data(), levels}, distance, pixels_at_1m, file_.lod_error_px);
+            const int wanted = choose_lod({errors.data(), levels}, distance, pixels_at_1m, error_px);
             if (const int lod = object.mesh->best_level(wanted); lod >= 0) {
                 items.push_back({&object, &instance, lod});
             }

@@ -62,8 +62,8 @@ class Scene {
     std::size_t instance_count() const { return instance_count_; }
     /// Culls by sphere and picks levels; appends to `items`, whose capacity must hold instance_count()
     /// already. Levels are picked for `eye` (the light's view takes the picture's, so that shadows fit their
-    /// casters).
-    void collect(const View &view, const glm::vec3 &eye, float pixels_at_1m,
+    /// casters), the coarsest with an error of at most `error_px` pixels.
+    void collect(const View &view, const glm::vec3 &eye, float pixels_at_1m, float error_px,
                  std::vector<DrawItem> &items) const;
 
   private:

@@ -1,9 +1,13 @@
 #include "show.hpp"
 
 #include "acts.hpp"
+#include "assets/mapped_file.hpp"
 #include "assets/rebaked.hpp"
 #include "assets/scene_file.hpp"
+#include "assets/trade_file.hpp"
 #include "audio.hpp"
+#include "baked_for.hpp"
+#include "calibration.hpp"
 #include "error.hpp"
 #include "free_camera.hpp"
 #include "gl/debug.hpp"
@@ -18,7 +22,6 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <limits>
 #include <memory>
@@ -30,10 +33,12 @@ namespace paradize {
 namespace {
 
 constexpr std::size_t upload_bytes_per_frame = std::size_t{4} << 20U;
-constexpr double frame_s = 1.0 / 30.0; // between the frames of --frames
-constexpr int bench_frames = 100;      // of --bench, unless --frames says otherwise
-constexpr int unmeasured_frames = 5;   // of --bench before them: a driver compiles at the first draw
-constexpr double longest_s = 0.25;     // a longer pause (a sleeping machine) does not move the show further
+constexpr double frame_s = 1.0 / 30.0;         // between the frames of --frames
+constexpr int bench_frames = 100;              // of --bench, unless --frames says otherwise
+constexpr int unmeasured_frames = 5;           // of --bench before them: a driver compiles at the first draw
+constexpr int pass_frames = 10;                // of --bench, in which each pass is waited for
+constexpr std::size_t most_held_frames = 4096; // of --fps, remembered
+constexpr double longest_s = 0.25; // a longer pause (a sleeping machine) does not move the show further
 constexpr float volume_step = 0.1F;
 
 assets::SceneFile load_scene(const std::filesystem::path &folder) {
@@ -46,9 +51,41 @@ assets::SceneFile load_scene(const std::filesystem::path &folder) {
     return assets::read_scene(path);
 }
 
-double now_ms() {
-    using namespace std::chrono;
-    return duration<double, std::milli>(steady_clock::now().time_since_epoch()).count();
+Device device() {
+    Device out;
+    out.software = gl::software_renderer();
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &out.most_texture_px);
+    return out;
+}
+
+Detail detail(const Options &options, const assets::SceneFile &file) {
+    return options.reference ? reference_detail(file, *options.reference, device())
+                             : detail_of(file, options.quality, device());
+}
+
+std::vector<Trade> present_trades(const assets::SceneFile &file, const Device &device) {
+    std::vector<Trade> out;
+    for (std::size_t i = 0; i < trade_count; ++i) {
+        if (has_trade(file, static_cast<Trade>(i), device)) {
+            out.push_back(static_cast<Trade>(i));
+        }
+    }
+    return out;
+}
+
+/// What the player's trades err in this scene: `paradize measure` may have left it beside the folder, as
+/// island.tradeoff.json beside island/.
+std::vector<assets::TradeError> load_trades(const std::filesystem::path &folder) {
+    std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
+    path = path.has_filename() ? path : path.parent_path();
+    path += ".tradeoff.json";
+    std::error_code unknown;
+    if (!std::filesystem::exists(path, unknown)) {
+        return {};
+    }
+    const assets::MappedFile file(path);
+    const auto bytes = file.bytes();
+    return assets::parse_trades({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, path);
 }
 
 /// Everything of one run that lives as long as the GL context.
@@ -61,37 +98,70 @@ class Show {
           shaders_(gl::ShaderLibrary::find()),
           renderer_(std::make_unique<Renderer>(acts_.now().scene, shaders_, settings)) {
         tell_terrain();
-        if (options.wait_resident || options.bench || (!options.screenshot.empty() && !options.frames)) {
+        if (options.wait_resident || options.bench || options.fps ||
+            (!options.screenshot.empty() && !options.frames)) {
             acts_.now().streamer.upload(std::numeric_limits<std::size_t>::max());
         }
+        if (options.reference) {
+            samples_ = reference_samples(*options.reference);
+        }
         gl::demand_memory();
+        if (options.fps) {
+            hold_rate(*options.fps);
+        }
     }
 
-    /// Says once, where a picture is taller than those that the bake was made for, what it lacks.
-    void tell_height(int height_px) {
-        if (told_ || !file().terrain || file().terrain->left_out == 0 || height_px <= file().height_px) {
-            return;
-        }
-        told_ = true;
-        std::fprintf(
-            stderr,
-            "paradize-player: the picture is %d pixels high, the scene was baked for %d: finer patches "
-            "of the terrain were not baked; raise `viewport` in the scene and bake it again\n",
-            height_px, file().height_px);
-    }
+    /// Says once what a steered camera at this place goes beyond.
+    void tell_steered(const glm::dvec3 &eye) { tell(baked_for_->steered(eye)); }
 
     const assets::SceneFile &file() const { return acts_.now().file; }
     Renderer &renderer() { return *renderer_; }
     std::vector<double> &frame_ms() { return frame_ms_; }
 
+    /// A frame took so long until the device had finished it.
+    void spent(double ms) {
+        if (frame_ms_.size() < frame_ms_.capacity()) {
+            frame_ms_.push_back(ms);
+        }
+        if (!governor_) {
+            return;
+        }
+        held_ms_.push_back(ms);
+        if (governor_->observe(ms)) {
+            held_ms_.clear();
+            apply(governor_->current().quality);
+        }
+        if (held_ms_.size() == most_held_frames) {
+            held_ms_.erase(held_ms_.begin(), held_ms_.begin() + most_held_frames / 2);
+        }
+    }
+
+    void measure_passes(double elapsed_s) {
+        std::vector<std::vector<double>> times;
+        for (int i = 0; i < pass_frames; ++i) {
+            const double now_s = elapsed_s + i * frame_s;
+            const auto passes = renderer_->measure_passes(now_s, flight_pose(file().flight, now_s));
+            times.resize(passes.size());
+            passes_ms_.clear();
+            for (std::size_t p = 0; p < passes.size(); ++p) {
+                times[p].push_back(passes[p].second);
+                passes_ms_.emplace_back(passes[p].first, median(times[p]));
+            }
+        }
+    }
+
     void frame(double elapsed_s, const Pose &pose, gl::DebugLog &log) {
         // Headless frames do not depend on the clock; those for the eye do not wait.
-        tell_height(renderer_->height_px());
+        tell(baked_for_->picture(renderer_->width_px(), renderer_->height_px()));
         const Unready unready = options_.headless ? Unready::wait : Unready::leave;
         if (Act *next = acts_.upload(upload_bytes_per_frame, unready)) {
             turn(*next, elapsed_s);
         }
-        renderer_->draw(elapsed_s, pose);
+        if (samples_.empty()) {
+            renderer_->draw(elapsed_s, pose);
+        } else {
+            renderer_->draw_mean(elapsed_s, pose, samples_);
+        }
         if (options_.debug) {
             log.demand_clean();
         }
@@ -120,6 +190,15 @@ class Show {
         out.height_px = renderer_->height_px();
         out.frame_ms = frame_ms_;
         out.bench = options_.bench;
+        out.passes_ms = passes_ms_;
+        out.quality = governor_ ? governor_->current().quality : options_.quality;
+        out.trades = trades_;
+        out.reference = options_.reference;
+        if (governor_) {
+            out.fps = FrameRate{*options_.fps,           governor_->current().quality,
+                                governor_->current().ms, median(held_ms_.empty() ? frame_ms_ : held_ms_),
+                                governor_->changes(),    calibration_.table};
+        }
         out.resident_bytes = acts_.now().streamer.resident_bytes();
         out.total_bytes = acts_.now().streamer.total_bytes();
         out.terrain_bytes = acts_.now().streamer.terrain_bytes();
@@ -127,10 +206,37 @@ class Show {
         out.renderer = gl::renderer_name();
         out.version = gl::version_name();
         out.screenshots = screenshots_;
+        out.beyond = baked_for_->said();
         return out;
     }
 
   private:
+    void apply(const Quality &quality) {
+        settings_.detail = detail_of(file(), quality, device_);
+        renderer_->set_detail(settings_.detail);
+    }
+
+    /// Measures, chooses, says what came of it.
+    void hold_rate(double fps) {
+        calibration_ =
+            calibrate(*renderer_, file(), trades_, device_, options_.time_s, load_trades(options_.folder));
+        governor_.emplace(quality_front(calibration_.table, trades_, calibration_.base_ms), 1000.0 / fps);
+        held_ms_.reserve(most_held_frames);
+        apply(governor_->current().quality);
+        if (governor_->out_of_reach()) {
+            std::fprintf(stderr,
+                         "paradize-player: --fps %g: a frame may take %.3f ms, and takes %.3f ms even at "
+                         "the cheapest qualities; give a smaller --size\n",
+                         fps, governor_->budget_ms(), governor_->current().ms);
+        }
+    }
+
+    static void tell(const std::string &text) {
+        if (!text.empty()) {
+            std::fprintf(stderr, "paradize-player: %s\n", text.c_str());
+        }
+    }
+
     void tell_terrain() const {
         const std::string warning = terrain_warning(acts_.now().streamer.terrain_bytes());
         if (!warning.empty()) {
@@ -143,12 +249,15 @@ class Show {
         const std::uint64_t terrain_bytes = acts_.now().streamer.terrain_bytes();
         settings_.width_px = renderer_->width_px();
         settings_.height_px = renderer_->height_px();
+        settings_.detail = governor_ ? detail_of(next.file, governor_->current().quality, device_)
+                                     : detail(options_, next.file);
         try {
             auto renderer = std::make_unique<Renderer>(next.scene, shaders_, settings_);
             gl::demand_memory();
             renderer->go_on(*renderer_);
             const std::unique_ptr<Act> before = acts_.turn();
             renderer_ = std::move(renderer); // the one before ends here, and then its act
+            baked_for_ = std::make_unique<BakedFor>(file());
         } catch (const Error &error) {
             acts_.refuse(error.what());
             return;
@@ -166,12 +275,19 @@ class Show {
     const Options &options_;
     RendererSettings settings_;
     Acts acts_;
+    std::unique_ptr<BakedFor> baked_for_ = std::make_unique<BakedFor>(file());
     gl::ShaderLibrary shaders_;
     std::unique_ptr<Renderer> renderer_;
+    std::vector<Sample> samples_; // of --reference; else none
     std::vector<double> frame_ms_;
     std::vector<std::uint8_t> pixels_;
     std::vector<std::string> screenshots_;
-    bool told_ = false;
+    Device device_ = device();
+    std::vector<Trade> trades_ = present_trades(file(), device_);
+    Calibration calibration_; // of --fps; as are the next
+    std::optional<FrameGovernor> governor_;
+    std::vector<double> held_ms_; // frames since the last change
+    std::vector<std::pair<std::string, double>> passes_ms_;
 };
 
 /// poster.png -> poster_0007.png
@@ -197,7 +313,7 @@ void play_frames(Show &show, const Options &options, gl::DebugLog &log, Window *
         show.frame(elapsed_s, flight_pose(show.file().flight, elapsed_s), log);
         glFinish();
         if (i >= before) {
-            show.frame_ms().push_back(now_ms() - start);
+            show.spent(now_ms() - start);
         }
         if (!options.screenshot.empty()) {
             show.save(options.frames ? numbered(options.screenshot, i) : options.screenshot);
@@ -257,6 +373,7 @@ void play_window(Show &show, const Options &options, gl::DebugLog &log, Window &
         last_s = now_s;
         if (options.interactive) {
             camera.move(input, delta_s);
+            show.tell_steered(camera.pose().eye);
             if (input.pause) {
                 paused = !paused;
             }
@@ -283,12 +400,16 @@ void play_window(Show &show, const Options &options, gl::DebugLog &log, Window &
                    options.interactive ? camera.pose() : flight_pose(show.file().flight, elapsed_s), log);
         gl::blit_color(show.renderer().output(), show.renderer().width_px(), show.renderer().height_px(), 0,
                        width, height);
+        if (options.fps) {
+            glFinish(); // what is held is the drawing, not the wait for the screen
+            show.spent(now_ms() - start);
+        }
         window.swap();
         if (shown != &show.file()) {
             start_sound(show.file(), options, audio, heard, muted);
         }
-        if (show.frame_ms().size() < show.frame_ms().capacity()) {
-            show.frame_ms().push_back(now_ms() - start);
+        if (!options.fps) {
+            show.spent(now_ms() - start);
         }
     }
 }
@@ -298,7 +419,7 @@ void play_window(Show &show, const Options &options, gl::DebugLog &log, Window &
 int run(const Options &options) {
     const bool counted = options.headless || options.bench || options.frames || !options.screenshot.empty();
     std::optional<assets::Rebaked> rebaked; // before scene.json is read, so that none is missed
-    if (!options.bench && (!counted || options.frames)) {
+    if (!options.bench && !options.reference && (!counted || options.frames)) {
         rebaked.emplace(options.folder / "scene.json");
     }
     assets::SceneFile file = load_scene(options.folder);
@@ -316,6 +437,7 @@ int run(const Options &options) {
                                                            options.screenshot.empty(), options.interactive,
                                                            options.debug});
     }
+    settings.detail = detail(options, file);
     gl::DebugLog log;
     if (options.debug) {
         log.install();
@@ -329,10 +451,15 @@ int run(const Options &options) {
     } else {
         play_window(show, options, log, *window);
     }
+    if (options.bench) {
+        show.measure_passes(options.time_s);
+    }
     if (options.json) {
         print(to_json(show.report()) + "\n");
     } else if (options.bench) {
         print(bench_line(show.report()) + "\n");
+    } else if (options.fps) {
+        print(fps_line(*show.report().fps) + "\n");
     }
     return 0;
 }

@@ -76,7 +76,8 @@ Renderbuffer make_renderbuffer(unsigned internal_format, int width_px, int heigh
     return buffer;
 }
 
-Sampler make_sampler(Wrap wrap, Filter filter, float anisotropy, std::optional<int> max_level) {
+Sampler make_sampler(Wrap wrap, Filter filter, float anisotropy, std::optional<int> max_level,
+                     float mip_bias) {
     Sampler sampler = Sampler::create();
     const unsigned name = sampler.name();
     const GLint edge = wrap == Wrap::repeat ? GL_REPEAT : GL_CLAMP_TO_EDGE;
@@ -98,7 +99,16 @@ Sampler make_sampler(Wrap wrap, Filter filter, float anisotropy, std::optional<i
     if (max_level) {
         glSamplerParameterf(name, GL_TEXTURE_MAX_LOD, static_cast<float>(*max_level));
     }
+    if (mip_bias != 0.0F) {
+        glSamplerParameterf(name, GL_TEXTURE_LOD_BIAS, mip_bias);
+    }
     return sampler;
+}
+
+void write_target(const Texture &target, int width_px, int height_px, std::span<const float> pixels) {
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_2D, target.name());
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width_px, height_px, GL_RGBA, GL_FLOAT, pixels.data());
 }
 
 void bind_texture(unsigned unit, unsigned target, unsigned texture, unsigned sampler) {

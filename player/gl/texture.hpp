@@ -4,6 +4,7 @@
 #include "gl/handle.hpp"
 
 #include <optional>
+#include <span>
 
 namespace paradize::gl {
 
@@ -21,8 +22,13 @@ Renderbuffer make_renderbuffer(unsigned internal_format, int width_px, int heigh
 enum class Wrap { repeat, clamp };
 enum class Filter { nearest, linear, mipmapped };
 /// `anisotropy` is clamped to what the device offers; 1 is none. `max_level`: no coarser mip is read, however
-/// small the picture of the texture; none: all are.
-Sampler make_sampler(Wrap wrap, Filter filter, float anisotropy = 1.0F, std::optional<int> max_level = {});
+/// small the picture of the texture; none: all are. `mip_bias`: levels added to the one that the footprint
+/// asks for; below 0 is finer.
+Sampler make_sampler(Wrap wrap, Filter filter, float anisotropy = 1.0F, std::optional<int> max_level = {},
+                     float mip_bias = 0.0F);
+
+/// Replaces a colour target by RGBA floats, rows from the bottom.
+void write_target(const Texture &target, int width_px, int height_px, std::span<const float> pixels);
 
 /// Binds a texture and optionally a sampler (0: the texture's own parameters) to a texture unit.
 void bind_texture(unsigned unit, unsigned target, unsigned texture, unsigned sampler = 0);

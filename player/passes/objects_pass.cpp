@@ -13,6 +13,10 @@ enum Unit : unsigned { unit_color, unit_normal, unit_height, unit_gloss };
 /// Leaves are what is seen from both sides; so much of the light behind comes through.
 constexpr float leaf_translucency = 0.55F;
 
+std::string parallax_define(const Detail &detail) {
+    return "PARALLAX_STEPS " + std::to_string(detail.parallax_steps);
+}
+
 void sides(bool both) {
     if (both) {
         glDisable(GL_CULL_FACE);
@@ -25,12 +29,14 @@ void sides(bool both) {
 
 ObjectsPass::ObjectsPass(const PassSetup &setup)
     : depth_(setup.shaders, "depth.vert", "depth.frag"),
-      program_(setup.shaders, "object.vert", "object.frag"), surroundings_(setup, program_),
-      depth_model_at_(depth_.location("u_model")), depth_cutoff_at_(depth_.location("u_alpha_cutoff")),
-      model_at_(program_.location("u_model")), scale_at_(program_.location("u_scale")),
-      maps_at_(program_.location("u_maps")), base_color_at_(program_.location("u_base_color")),
-      parallax_at_(program_.location("u_parallax")), shine_at_(program_.location("u_shine")),
-      cutoff_at_(program_.location("u_alpha_cutoff")), translucency_at_(program_.location("u_translucency")),
+      program_(setup.shaders, "object.vert", "object.frag",
+               {shadow_define(setup.detail), parallax_define(setup.detail)}),
+      surroundings_(setup, program_), depth_model_at_(depth_.location("u_model")),
+      depth_cutoff_at_(depth_.location("u_alpha_cutoff")), model_at_(program_.location("u_model")),
+      scale_at_(program_.location("u_scale")), maps_at_(program_.location("u_maps")),
+      base_color_at_(program_.location("u_base_color")), parallax_at_(program_.location("u_parallax")),
+      shine_at_(program_.location("u_shine")), cutoff_at_(program_.location("u_alpha_cutoff")),
+      translucency_at_(program_.location("u_translucency")),
       multisampled_at_(program_.location("u_multisampled")) {
     depth_.set_unit("u_color", unit_color);
     program_.set_unit("u_color", unit_color);
@@ -42,20 +48,21 @@ ObjectsPass::ObjectsPass(const PassSetup &setup)
         const gl::Wrap wrap = file.repeat ? gl::Wrap::repeat : gl::Wrap::clamp;
         const auto of = [&](const std::string &map) {
             const assets::Artifact *artifact = setup.scene.file().find_artifact(map);
-            return sampler(wrap, artifact != nullptr ? artifact->max_level : std::nullopt, setup.anisotropy);
+            return sampler(wrap, artifact != nullptr ? artifact->max_level : std::nullopt, setup.detail);
         };
         object_samplers_.push_back({of(file.color), of(file.normal), of(file.height), of(file.gloss)});
     }
 }
 
-unsigned ObjectsPass::sampler(gl::Wrap wrap, std::optional<int> max_level, float anisotropy) {
+unsigned ObjectsPass::sampler(gl::Wrap wrap, std::optional<int> max_level, const Detail &detail) {
     for (const KnownSampler &known : samplers_) {
         if (known.wrap == wrap && known.max_level == max_level) {
             return known.sampler.name();
         }
     }
     samplers_.push_back(
-        {wrap, max_level, gl::make_sampler(wrap, gl::Filter::mipmapped, anisotropy, max_level)});
+        {wrap, max_level,
+         gl::make_sampler(wrap, gl::Filter::mipmapped, detail.anisotropy, max_level, detail.mip_bias)});
     return samplers_.back().sampler.name();
 }
 
@@ -90,7 +97,7 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
     }
     program_.use();
     surroundings_.apply(frame, view);
-    const bool multisampled = view.kind == ViewKind::main;
+    const bool multisampled = view.kind == ViewKind::main && frame.detail.samples > 1;
     gl::Program::set(multisampled_at_, multisampled ? 1.0F : 0.0F);
     if (multisampled) {
         glEnable(GL_SAMPLE_ALPHA_TO_COVERAGE);

@@ -28,7 +28,7 @@ class ObjectsPass : public Pass {
     /// How one object's maps are read: sampler names, as in Unit.
     using MapSamplers = std::array<unsigned, 4>;
     const MapSamplers &samplers_of(const Frame &frame, const Object &object) const;
-    unsigned sampler(gl::Wrap wrap, std::optional<int> max_level, float anisotropy);
+    unsigned sampler(gl::Wrap wrap, std::optional<int> max_level, const Detail &detail);
 
     struct KnownSampler {
         gl::Wrap wrap;

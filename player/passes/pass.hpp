@@ -1,6 +1,9 @@
 #pragma once
 // One drawing step of the player, and the list of them.
 
+#include "quality.hpp"
+
+#include <cstddef>
 #include <memory>
 #include <span>
 #include <string>
@@ -20,7 +23,7 @@ struct View;
 struct PassSetup {
     const Scene &scene;
     const gl::ShaderLibrary &shaders;
-    float anisotropy = 1.0F; // for samplers of surfaces seen at a grazing angle
+    Detail detail; // what the pass draws with; another detail is another pass
 };
 
 /// Constructors load shaders and make GL objects, and may throw; the functions below never throw and never
@@ -57,7 +60,11 @@ class Pass {
 /// Every name that --disable takes, in drawing order.
 std::span<const std::string_view> pass_names();
 
-/// The passes that the scene asks for, without the disabled ones, in drawing order. Throws Error.
-std::vector<std::unique_ptr<Pass>> make_passes(const PassSetup &setup, std::span<const std::string> disabled);
+/// The passes that the scene asks for, without the disabled ones: indices into pass_names(), rising.
+std::vector<std::size_t> wanted_passes(const assets::SceneFile &file, std::span<const std::string> disabled);
+/// Throws Error.
+std::unique_ptr<Pass> make_pass(std::size_t which, const PassSetup &setup);
+/// Is a pass made for one detail as good for the other?
+bool suits(std::size_t which, const Detail &made_for, const Detail &wanted);
 
 } // namespace paradize

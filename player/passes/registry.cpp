@@ -23,6 +23,7 @@ using assets::SceneFile;
 struct Entry {
     std::string_view name;
     bool (*wanted)(const SceneFile &file);
+    bool (*suits)(const Detail &a, const Detail &b);
     std::unique_ptr<Pass> (*make)(const PassSetup &setup);
 };
 
@@ -31,16 +32,37 @@ std::unique_ptr<Pass> make(const PassSetup &setup) {
     return std::make_unique<P>(setup);
 }
 
+bool always(const Detail & /*a*/, const Detail & /*b*/) {
+    return true;
+}
+
+bool same_light(const Detail &a, const Detail &b) {
+    return a.shadow_filter == b.shadow_filter && a.mip_bias == b.mip_bias;
+}
+
+bool same_surface(const Detail &a, const Detail &b) {
+    return same_light(a, b) && a.anisotropy == b.anisotropy;
+}
+
 constexpr std::array<Entry, 9> entries{{
-    {"shadow", [](const SceneFile &f) { return f.shadow.has_value(); }, make<ShadowPass>},
-    {"reflection", [](const SceneFile &f) { return f.water && f.reflection_scale; }, make<ReflectionPass>},
-    {"refraction", [](const SceneFile &f) { return f.water && f.refraction_scale; }, make<RefractionPass>},
-    {"terrain", [](const SceneFile &f) { return f.terrain.has_value(); }, make<TerrainPass>},
-    {"objects", [](const SceneFile &f) { return !f.objects.empty(); }, make<ObjectsPass>},
-    {"sky", [](const SceneFile &f) { return !f.sky.empty(); }, make<SkyPass>},
-    {"water", [](const SceneFile &f) { return f.water.has_value(); }, make<WaterPass>},
-    {"particles", [](const SceneFile &f) { return !f.particles.empty(); }, make<ParticlesPass>},
-    {"post", [](const SceneFile &) { return true; }, make<PostPass>},
+    {"shadow", [](const SceneFile &f) { return f.shadow.has_value(); },
+     [](const Detail &a, const Detail &b) { return a.shadow_size_px == b.shadow_size_px; }, make<ShadowPass>},
+    {"reflection", [](const SceneFile &f) { return f.water && f.reflection_scale; },
+     [](const Detail &a, const Detail &b) { return a.reflection_scale == b.reflection_scale; },
+     make<ReflectionPass>},
+    {"refraction", [](const SceneFile &f) { return f.water && f.refraction_scale; },
+     [](const Detail &a, const Detail &b) { return a.refraction_scale == b.refraction_scale; },
+     make<RefractionPass>},
+    {"terrain", [](const SceneFile &f) { return f.terrain.has_value(); }, same_surface, make<TerrainPass>},
+    {"objects", [](const SceneFile &f) { return !f.objects.empty(); },
+     [](const Detail &a, const Detail &b) {
+         return same_surface(a, b) && a.parallax_steps == b.parallax_steps;
+     },
+     make<ObjectsPass>},
+    {"sky", [](const SceneFile &f) { return !f.sky.empty(); }, always, make<SkyPass>},
+    {"water", [](const SceneFile &f) { return f.water.has_value(); }, same_light, make<WaterPass>},
+    {"particles", [](const SceneFile &f) { return !f.particles.empty(); }, always, make<ParticlesPass>},
+    {"post", [](const SceneFile &) { return true; }, always, make<PostPass>},
 }};
 
 constexpr auto names = [] {
@@ -55,20 +77,28 @@ std::span<const std::string_view> pass_names() {
     return names;
 }
 
-std::vector<std::unique_ptr<Pass>> make_passes(const PassSetup &setup,
-                                               std::span<const std::string> disabled) {
+std::vector<std::size_t> wanted_passes(const SceneFile &file, std::span<const std::string> disabled) {
     const auto left_out = [&](std::string_view name) {
         return std::ranges::find(disabled, name) != disabled.end();
     };
-    std::vector<std::unique_ptr<Pass>> passes;
-    for (const Entry &entry : entries) {
+    std::vector<std::size_t> wanted;
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        const Entry &entry = entries[i];
         // Without the water nobody looks at what it would show.
         const bool unseen = left_out("water") && (entry.name == "reflection" || entry.name == "refraction");
-        if (entry.wanted(setup.scene.file()) && !left_out(entry.name) && !unseen) {
-            passes.push_back(entry.make(setup));
+        if (entry.wanted(file) && !left_out(entry.name) && !unseen) {
+            wanted.push_back(i);
         }
     }
-    return passes;
+    return wanted;
+}
+
+std::unique_ptr<Pass> make_pass(std::size_t which, const PassSetup &setup) {
+    return entries[which].make(setup);
+}
+
+bool suits(std::size_t which, const Detail &made_for, const Detail &wanted) {
+    return entries[which].suits(made_for, wanted);
 }
 
 } // namespace paradize

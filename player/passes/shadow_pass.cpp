@@ -41,8 +41,8 @@ std::uint64_t fingerprint(const Frame &frame, const View &light) {
 } // namespace
 
 ShadowPass::ShadowPass(const PassSetup &setup)
-    : map_(gl::make_depth_comparison_target(setup.scene.file().shadow->size_px)),
-      framebuffer_(gl::make_framebuffer({}, map_)), size_px_(setup.scene.file().shadow->size_px) {}
+    : map_(gl::make_depth_comparison_target(setup.detail.shadow_size_px)),
+      framebuffer_(gl::make_framebuffer({}, map_)), size_px_(setup.detail.shadow_size_px) {}
 
 void ShadowPass::prepare(Frame &frame) {
     View light = frame.view(ViewKind::light);

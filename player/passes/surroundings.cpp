@@ -64,18 +64,27 @@ Surroundings::Surroundings(const PassSetup &setup, const gl::Program &program)
     : no_shadow_(gl::make_depth_comparison_target(1)) {
     program.set_unit("u_sky", unit_sky);
     program.set_unit("u_shadow_map", unit_shadow);
+    program.set_unit("u_shadow_depth", unit_shadow_depth);
+    if (setup.detail.shadow_filter >= ShadowFilter::penumbra) {
+        raw_ = gl::make_sampler(gl::Wrap::clamp, gl::Filter::nearest);
+    }
+    if (setup.detail.mip_bias != 0.0F) {
+        waves_ = gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, 1.0F, std::nullopt,
+                                  setup.detail.mip_bias);
+    }
     program.set_unit("u_wave_normal", unit_wave_normal);
     program.set_unit("u_wave_dudv", unit_wave_dudv);
     sky_blur_at_ = program.location("u_sky_blur");
+    sky_left_out_at_ = program.location("u_sky_left_out");
     shadow_texel_at_ = program.location("u_shadow_texel");
     shadow_texel_m_at_ = program.location("u_shadow_texel_m");
     shadow_radius_at_ = program.location("u_shadow_radius");
     shadow_blur_m_at_ = program.location("u_shadow_blur_m");
+    shadow_range_m_at_ = program.location("u_shadow_range_m");
     wave_rows_at_ = program.location("u_wave_rows");
     wave_offsets_at_ = program.location("u_wave_offsets");
     caustics_at_ = program.location("u_caustics");
     sun_refracted_at_ = program.location("u_sun_refracted");
-    sky_left_out_at_ = program.location("u_sky_left_out");
     water_glow_at_ = program.location("u_water_glow");
     water_scatter_at_ = program.location("u_water_scatter");
     clip_plane_at_ = program.location("u_clip_plane");
@@ -84,6 +93,8 @@ Surroundings::Surroundings(const PassSetup &setup, const gl::Program &program)
     if (const StreamedTexture *sky = setup.scene.texture(setup.scene.file().sky)) {
         // The mip with two texels an edge, and a little coarser.
         sky_blur_ = std::max(0.0F, static_cast<float>(sky->levels()) - 2.3F);
+        const assets::SceneFile &file = setup.scene.file();
+        sky_left_out_ = static_cast<float>(file.find_artifact(file.sky)->left_out);
     }
 }
 
@@ -93,19 +104,24 @@ void Surroundings::apply(const Frame &frame, const View &view) const {
         sky->bind(unit_sky);
     }
     gl::Program::set(sky_blur_at_, sky_blur_);
-        const assets::SceneFile &file = setup.scene.file();
-        sky_left_out_ = static_cast<float>(file.find_artifact(file.sky)->left_out);
+    gl::Program::set(sky_left_out_at_, sky_left_out_);
 
     const gl::Texture *shadow = frame.shared.shadow_map;
-    gl::bind_texture(unit_shadow, GL_TEXTURE_2D, shadow != nullptr ? shadow->name() : no_shadow_.name());
+    const unsigned shadow_name = shadow != nullptr ? shadow->name() : no_shadow_.name();
+    gl::bind_texture(unit_shadow, GL_TEXTURE_2D, shadow_name);
+    if (raw_) {
+        gl::bind_texture(unit_shadow_depth, GL_TEXTURE_2D, shadow_name, raw_.name());
+    }
     if (file.shadow) {
-        const float texel_m = file.shadow->extent_m / static_cast<float>(file.shadow->size_px);
+        const auto size_px = static_cast<float>(frame.detail.shadow_size_px);
+        const float texel_m = file.shadow->extent_m / size_px;
         // A disc's edge spreads by its angle over the height of what stands here: some ten metres.
         const float spread_m = std::max(file.sun.angular_diameter_rad, 0.004F) * 14.0F;
-        gl::Program::set(shadow_texel_at_, 1.0F / static_cast<float>(file.shadow->size_px));
+        gl::Program::set(shadow_texel_at_, 1.0F / size_px);
         gl::Program::set(shadow_texel_m_at_, texel_m);
-    gl::Program::set(sky_left_out_at_, sky_left_out_);
         gl::Program::set(shadow_radius_at_, std::clamp(spread_m / texel_m, 1.3F, 4.0F));
+        const View &light = frame.view(ViewKind::light);
+        gl::Program::set(shadow_range_m_at_, light.far_m - light.near_m);
         gl::Program::set(shadow_blur_m_at_, file.shadow->blur_distance_m);
     }
 
@@ -114,10 +130,10 @@ void Surroundings::apply(const Frame &frame, const View &view) const {
     if (file.water) {
         const assets::Water &water = *file.water;
         if (const StreamedTexture *map = frame.scene.texture(water.normal)) {
-            map->bind(unit_wave_normal);
+            map->bind(unit_wave_normal, waves_.name());
         }
         if (const StreamedTexture *map = frame.scene.texture(water.dudv)) {
-            map->bind(unit_wave_dudv);
+            map->bind(unit_wave_dudv, waves_.name());
         }
         const Waves waves = waves_at(water, frame.clock.elapsed_s);
         if (wave_rows_at_ >= 0) {
@@ -130,7 +146,7 @@ void Surroundings::apply(const Frame &frame, const View &view) const {
         gl::Program::set(water_glow_at_, water_glow(file));
         gl::Program::set(water_scatter_at_, water_scatter(water));
     }
-    glm::vec3 down = file.sun.direction;
+    glm::vec3 down = frame.to_sun;
     down.x /= water_refraction;
     down.z /= water_refraction;
     down.y = std::sqrt(std::max(0.0F, 1.0F - down.x * down.x - down.z * down.z));
@@ -138,6 +154,10 @@ void Surroundings::apply(const Frame &frame, const View &view) const {
     gl::Program::set(clip_plane_at_, clip_plane);
     gl::Program::set(index_at_, refracting ? water_refraction : 1.0F);
     gl::Program::set(refracting_at_, refracting ? 1.0F : 0.0F);
+}
+
+std::string shadow_define(const Detail &detail) {
+    return "SHADOW_FILTER " + std::to_string(static_cast<int>(detail.shadow_filter));
 }
 
 void depth_bias(bool on) {

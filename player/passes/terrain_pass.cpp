@@ -14,9 +14,11 @@ constexpr float grain_shift_m = 0.12F; // at a slope of one, in pictures of the 
 
 TerrainPass::TerrainPass(const PassSetup &setup)
     : depth_(setup.shaders, "depth.vert", "depth.frag"),
-      program_(setup.shaders, "terrain.vert", "terrain.frag"), surroundings_(setup, program_),
-      sampler_(gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, setup.anisotropy)),
-      once_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::mipmapped, setup.anisotropy)),
+      program_(setup.shaders, "terrain.vert", "terrain.frag", {shadow_define(setup.detail)}),
+      surroundings_(setup, program_),
+      sampler_(gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, setup.detail.anisotropy,
+                                std::nullopt, setup.detail.mip_bias)),
+      once_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::mipmapped, setup.detail.anisotropy)),
       depth_model_at_(depth_.location("u_model")), depth_cutoff_at_(depth_.location("u_alpha_cutoff")),
       has_sand_normal_at_(program_.location("u_has_sand_normal")),
       has_effect_at_(program_.location("u_has_effect")),

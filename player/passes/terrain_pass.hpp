@@ -18,7 +18,7 @@ class TerrainPass : public Pass {
     gl::Program program_;
     Surroundings surroundings_;
     gl::Sampler sampler_; // repeats
-    gl::Sampler once_;    // clamps: the effect map covers the terrain once
+    gl::Sampler once_;    // clamps: the effect map covers the terrain once; sharpened by its mips, which stay
     int depth_model_at_ = -1, depth_cutoff_at_ = -1;
     int has_sand_normal_at_ = -1, has_effect_at_ = -1, sand_reference_at_ = -1, edge_at_ = -1, mix_at_ = -1,
         wet_at_ = -1, clip_at_ = -1, model_at_ = -1, normals_at_ = -1;

@@ -29,13 +29,13 @@ float grid_line(int index, float reach_m) {
 } // namespace
 
 WaterPass::WaterPass(const PassSetup &setup)
-    : program_(setup.shaders, "water.vert", "water.frag"), surroundings_(setup, program_),
-      clamped_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::linear)), grid_(gl::VertexArray::create()),
-      half_at_(program_.location("u_half_m")), textures_at_(program_.location("u_textures")),
-      shake_at_(program_.location("u_shake")), deep_at_(program_.location("u_deep_color")),
-      shallow_at_(program_.location("u_shallow_color")), shine_at_(program_.location("u_shine")),
-      wave_length_at_(program_.location("u_wave_length_m")), fade_at_(program_.location("u_fade_m")),
-      swash_at_(program_.location("u_swash")) {
+    : program_(setup.shaders, "water.vert", "water.frag", {shadow_define(setup.detail)}),
+      surroundings_(setup, program_), clamped_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::linear)),
+      grid_(gl::VertexArray::create()), half_at_(program_.location("u_half_m")),
+      textures_at_(program_.location("u_textures")), shake_at_(program_.location("u_shake")),
+      deep_at_(program_.location("u_deep_color")), shallow_at_(program_.location("u_shallow_color")),
+      shine_at_(program_.location("u_shine")), wave_length_at_(program_.location("u_wave_length_m")),
+      fade_at_(program_.location("u_fade_m")), swash_at_(program_.location("u_swash")) {
     program_.set_unit("u_reflection", unit_reflection);
     program_.set_unit("u_refraction", unit_refraction);
 

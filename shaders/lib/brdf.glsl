@@ -1,3 +1,4 @@
+#include "lib/frame.glsl"
 #include "lib/fresnel.glsl"
 #include "lib/guard.glsl"
 
@@ -52,6 +53,6 @@ float environment_reflectance(float f0, float n_v, float alpha) {
 float filtered_alpha(vec3 n, float alpha) {
     vec3 dx = dFdx(n);
     vec3 dy = dFdy(n);
-    float kernel = min(0.25 * (dot(dx, dx) + dot(dy, dy)), 0.18);
+    float kernel = min(0.25 * ambient.w * ambient.w * (dot(dx, dx) + dot(dy, dy)), 0.18);
     return sqrt(clamp(alpha * alpha + kernel, 0.0, 1.0));
 }

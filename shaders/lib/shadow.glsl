@@ -3,6 +3,12 @@
 // blends 2 x 2 texels a tap.
 #include "lib/frame.glsl"
 
+// How the map is looked up: 0 one tap, 1 a disc near the eye and four taps beyond, 2 as soft as the sun is wide,
+// 3 the one texel below the point, for pictures that average many places of the sun.
+#ifndef SHADOW_FILTER
+#define SHADOW_FILTER 1
+#endif
+
 uniform sampler2DShadow u_shadow_map;
 uniform float u_shadow_texel;   // 1 / size of the map
 uniform float u_shadow_texel_m; // metres that one texel covers
@@ -15,6 +21,48 @@ const vec2 SHADOW_DISC[12] = vec2[12](
     vec2(0.2041, 0.0000), vec2(-0.2607, 0.2388), vec2(0.0399, -0.4547), vec2(0.3286, 0.4286),
     vec2(-0.6031, -0.1067), vec2(0.5710, -0.3633), vec2(-0.1905, 0.7109), vec2(-0.3639, -0.7015),
     vec2(0.7897, 0.2889), vec2(-0.8228, 0.3403), vec2(0.3975, -0.8466), vec2(0.3057, 0.9303));
+
+#if SHADOW_FILTER >= 2
+uniform sampler2D u_shadow_depth; // the same map, read without comparing
+uniform float u_shadow_range_m;   // metres from its depth 0 to its depth 1
+#endif
+
+#if SHADOW_FILTER == 2
+// Point i of Vogel's spiral of `count`, in the disc of radius 1.
+vec2 spiral(int i, float count) {
+    float angle = 2.39996323 * float(i);
+    return sqrt((float(i) + 0.5) / count) * vec2(cos(angle), sin(angle));
+}
+
+const float HIGHEST_M = 20.0; // casters are looked for that stand so far above what they shade
+
+// The mean height of what stands between a point and the sun says how wide the edge is: R. Fernando,
+// "Percentage-Closer Soft Shadows", SIGGRAPH 2005 sketches; here with parallel light, so that the edge grows by the
+// sun's angular radius.
+float soft_visibility(vec3 p) {
+    float uv_of_m = u_shadow_texel / u_shadow_texel_m;
+    float slope = tan(clamp(sun_direction.w, 1e-4, 0.5));
+    float search = max(HIGHEST_M * slope * uv_of_m, u_shadow_texel);
+    float depths = 0.0;
+    float found = 0.0;
+    for (int i = 0; i < 16; ++i) {
+        float depth = textureLod(u_shadow_depth, p.xy + spiral(i, 16.0) * search, 0.0).r;
+        float before = step(depth, p.z);
+        depths += before * depth;
+        found += before;
+    }
+    if (found < 0.5) {
+        return 1.0;
+    }
+    float gap_m = max(p.z - depths / found, 0.0) * u_shadow_range_m;
+    float radius = clamp(gap_m * slope * uv_of_m, 0.7 * u_shadow_texel, search);
+    float lit = 0.0;
+    for (int i = 0; i < 32; ++i) {
+        lit += textureLod(u_shadow_map, vec3(p.xy + spiral(i, 32.0) * radius, p.z), 0.0);
+    }
+    return lit * (1.0 / 32.0);
+}
+#endif
 
 // Share of the sun's disc seen from a world position, [0,1]. Outside the map, and behind or before the
 // light's range, everything is lit.
@@ -33,6 +81,13 @@ float sun_visibility(vec3 position, vec3 normal, float eye_distance_m) {
     }
     vec2 border = min(p.xy, 1.0 - p.xy);
     float inside = smoothstep(0.0, 0.03, min(border.x, border.y)); // the map's edge is not seen
+#if SHADOW_FILTER == 0
+    float lit = textureLod(u_shadow_map, p, 0.0);
+#elif SHADOW_FILTER == 2
+    float lit = soft_visibility(p);
+#elif SHADOW_FILTER == 3
+    float lit = step(p.z, textureLod(u_shadow_depth, p.xy, 0.0).r);
+#else
     float lit;
     if (eye_distance_m < u_shadow_blur_m) {
         float near = 1.0 - smoothstep(0.6 * u_shadow_blur_m, u_shadow_blur_m, eye_distance_m);
@@ -58,5 +113,6 @@ float sun_visibility(vec3 position, vec3 normal, float eye_distance_m) {
                       texture(u_shadow_map, p + vec3(-step_uv, -0.25 * step_uv, 0.0)) +
                       texture(u_shadow_map, p + vec3(0.25 * step_uv, -step_uv, 0.0)));
     }
+#endif
     return mix(1.0, lit, inside);
 }

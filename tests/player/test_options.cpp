@@ -57,3 +57,37 @@ TEST_CASE("command line: wrong usage is told, never guessed") {
     CHECK_THROWS_WITH_AS(parse({"a", "--disable", "sky,wter"}),
                          "--disable wter: is no pass; passes are sky, water", UsageError);
 }
+
+TEST_CASE("command line: qualities by name, for all and for one") {
+    CHECK(parse({"a"}).quality == all_at(Tier::balanced));
+    CHECK(parse({"a", "--quality", "exact"}).quality == all_at(Tier::exact));
+    Quality mixed = all_at(Tier::balanced);
+    mixed[static_cast<std::size_t>(Trade::shadow)] = Tier::fast;
+    mixed[static_cast<std::size_t>(Trade::lod)] = Tier::exact;
+    CHECK(parse({"a", "--quality=shadow=fast,lod=exact"}).quality == mixed);
+    CHECK(parse({"a", "--quality", "fast,balanced,shadow=fast,lod=exact"}).quality == mixed);
+    CHECK_THROWS_WITH_AS(parse({"a", "--quality", "best"}),
+                         "--quality best: is no quality; there are fast, balanced, exact", UsageError);
+    CHECK_THROWS_WITH_AS(parse({"a", "--quality", "shadow=best"}),
+                         "--quality best: is no quality; there are fast, balanced, exact", UsageError);
+    CHECK_THROWS_WITH_AS(
+        parse({"a", "--quality", "sky=fast"}),
+        "--quality sky: is no trade; there are shadow, reflection, refraction, parallax, anisotropy, lod",
+        UsageError);
+    CHECK_THROWS_AS(parse({"a", "--quality", ""}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--quality", "fast,"}), UsageError);
+}
+
+TEST_CASE("command line: a reference is a picture of its own, a rate chooses for itself") {
+    CHECK(parse({"a", "--reference", "64", "--screenshot", "a.png"}).reference == 64);
+    CHECK(parse({"a", "--fps", "59.94"}).fps == 59.94);
+    CHECK_THROWS_AS(parse({"a", "--reference", "64"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--reference", "0", "--screenshot", "a.png"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--reference", "4", "--screenshot", "a.png", "--quality", "fast"}),
+                    UsageError);
+    CHECK_THROWS_AS(parse({"a", "--reference", "4", "--screenshot", "a.png", "--fps", "9"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--fps", "0"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--fps", "nan"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--fps", "30", "--quality", "fast"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--fps", "30", "--bench"}), UsageError);
+}

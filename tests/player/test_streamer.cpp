@@ -205,15 +205,15 @@ TEST_CASE("scene: visible instances come with a resident level, hidden ones do n
     View view;                                              // planes of zero see all
     std::vector<DrawItem> items;
     items.reserve(scene.instance_count());
-    scene.collect(view, {0.0F, 0.0F, 5.0F}, 400.0F, items);
+    scene.collect(view, {0.0F, 0.0F, 5.0F}, 400.0F, 1.0F, items);
     CHECK(items.empty());  // nothing is resident
     streamer.upload(2200); // the sky and the coarsest level of the mesh
-    scene.collect(view, {0.0F, 0.0F, 5.0F}, 400.0F, items);
+    scene.collect(view, {0.0F, 0.0F, 5.0F}, 400.0F, 1.0F, items);
     REQUIRE(items.size() == 1);
     CHECK(items[0].lod == 1);
     view.planes[0] = {0.0F, 0.0F, 0.0F, -100.0F};
     items.clear();
-    scene.collect(view, {0.0F, 0.0F, 5.0F}, 400.0F, items);
+    scene.collect(view, {0.0F, 0.0F, 5.0F}, 400.0F, 1.0F, items);
     CHECK(items.empty());
 }
 

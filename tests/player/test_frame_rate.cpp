@@ -1,0 +1,154 @@
+// --fps: the choice against brute force, and how it is held.
+
+#include "frame_rate.hpp"
+#include "passes/particles_pass.hpp" // random numbers of our own
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+using namespace paradize;
+
+namespace {
+
+constexpr std::array<Trade, 6> all_trades{Trade::shadow,   Trade::reflection, Trade::refraction,
+                                          Trade::parallax, Trade::anisotropy, Trade::lod};
+
+/// Costs that mostly rise and errors that mostly fall, with ties and trades that are not worth their time.
+TradeTable random_table(std::uint64_t seed) {
+    Pcg random(seed);
+    TradeTable table{};
+    for (auto &row : table) {
+        for (std::size_t tier = 1; tier < row.size(); ++tier) {
+            row[tier].ms = row[tier - 1].ms + std::floor(static_cast<double>(random.between(-1.0F, 5.0F)));
+            row[tier].error = std::floor(static_cast<double>(random.between(0.0F, 9.0F))) * 0.01;
+        }
+        row[0].error = 0.05;
+    }
+    return table;
+}
+
+/// The least error of all 729 qualities inside the budget; infinity when none is.
+double brute_force(const TradeTable &table, double base_ms, double budget_ms) {
+    double best = std::numeric_limits<double>::infinity();
+    for (int code = 0; code < 729; ++code) {
+        double ms = base_ms;
+        double error = 0.0;
+        for (int trade = 0, rest = code; trade < 6; ++trade, rest /= 3) {
+            const TradePoint &point =
+                table[static_cast<std::size_t>(trade)][static_cast<std::size_t>(rest % 3)];
+            ms += point.ms;
+            error += point.error;
+        }
+        best = ms <= budget_ms ? std::min(best, error) : best;
+    }
+    return best;
+}
+
+/// Three steps: 4, 8 and 12 ms.
+std::vector<Choice> ladder() {
+    TradeTable table{};
+    table[0] = {{{0.0, 0.3}, {4.0, 0.2}, {8.0, 0.1}}};
+    return quality_front(table, std::array{Trade::shadow}, 4.0);
+}
+
+/// Frames of one length until the governor has decided `windows` times; how often it changed.
+int run(FrameGovernor &governor, int windows, double frame_ms) {
+    int changes = 0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(windows) * FrameGovernor::window_frames; ++i) {
+        changes += governor.observe(frame_ms) ? 1 : 0;
+    }
+    return changes;
+}
+
+} // namespace
+
+TEST_CASE("fps: the choice is the one that brute force finds") {
+    for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+        const TradeTable table = random_table(seed);
+        const std::vector<Choice> front = quality_front(table, all_trades, 5.0);
+        for (double budget = 2.0; budget < 40.0; budget += 1.5) {
+            const double best = brute_force(table, 5.0, budget);
+            const Choice &chosen = front[choose(front, budget)];
+            if (std::isinf(best)) {
+                CHECK(chosen.ms > budget); // the fastest, which is too slow as well
+            } else {
+                CHECK(chosen.ms <= budget);
+                CHECK(chosen.error == doctest::Approx(best));
+            }
+        }
+    }
+}
+
+TEST_CASE("fps: the front rises in time, falls in error, and adds up what it says") {
+    const TradeTable table = random_table(7);
+    const std::vector<Choice> front = quality_front(table, all_trades, 5.0);
+    for (std::size_t i = 0; i < front.size(); ++i) {
+        double ms = 5.0;
+        for (std::size_t trade = 0; trade < trade_count; ++trade) {
+            ms += table[trade][static_cast<std::size_t>(front[i].quality[trade])].ms;
+        }
+        CHECK(front[i].ms == doctest::Approx(ms));
+        if (i > 0) {
+            CHECK(front[i].ms > front[i - 1].ms);
+            CHECK(front[i].error < front[i - 1].error);
+        }
+    }
+}
+
+TEST_CASE("fps: a trade that the scene does not have stays balanced") {
+    const TradeTable table = random_table(3);
+    for (const Choice &choice : quality_front(table, std::array{Trade::lod}, 1.0)) {
+        CHECK(choice.quality[0] == Tier::balanced);
+    }
+    CHECK(quality_front(table, {}, 1.0).size() == 1);
+}
+
+TEST_CASE("fps: a steady time inside the budget changes nothing") {
+    FrameGovernor governor(ladder(), 9.0);
+    CHECK(governor.current().ms == 8.0);
+    CHECK(run(governor, 200, 8.0) == 0);
+    CHECK_FALSE(governor.out_of_reach());
+}
+
+TEST_CASE("fps: one long frame changes nothing, a slower device does") {
+    FrameGovernor governor(ladder(), 9.0);
+    CHECK_FALSE(governor.observe(500.0));
+    CHECK(run(governor, 1, 8.0) == 0);
+    CHECK(run(governor, 2, 16.0) == 1); // twice as slow as predicted: 4 ms will be 8
+    CHECK(governor.current().ms == 4.0);
+}
+
+TEST_CASE("fps: what even the fastest cannot reach is said") {
+    FrameGovernor slow(ladder(), 3.0);
+    CHECK(slow.out_of_reach());
+    FrameGovernor governor(ladder(), 9.0);
+    CHECK_FALSE(governor.out_of_reach());
+    run(governor, 3, 100.0);
+    CHECK(governor.current().ms == 4.0);
+    CHECK(governor.out_of_reach());
+}
+
+TEST_CASE("fps: room to spare is used only after it has lasted") {
+    FrameGovernor governor(ladder(), 9.0);
+    CHECK(run(governor, FrameGovernor::first_patience - 1, 4.0) == 0);
+    CHECK(run(governor, 1, 4.0) == 1); // half as slow as predicted: 12 ms will be 6
+    CHECK(governor.current().ms == 12.0);
+}
+
+TEST_CASE("fps: a load that punishes each step up is met ever more rarely") {
+    // The better quality takes much longer than its neighbours let one predict.
+    FrameGovernor governor(ladder(), 9.0);
+    int early = 0;
+    int late = 0;
+    for (int window = 0; window < 2000; ++window) {
+        const double frame_ms = governor.current().ms > 11.0 ? 20.0 : 4.0;
+        (window < 1000 ? early : late) += run(governor, 1, frame_ms);
+    }
+    CHECK(early > 0);
+    CHECK(late <= 4);
+    CHECK(early <= 24);
+    CHECK(governor.changes() == early + late);
+}

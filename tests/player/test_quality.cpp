@@ -1,0 +1,140 @@
+// What a quality draws with, and the samples of the reference.
+
+#include "assets/trade_file.hpp"
+#include "error.hpp"
+#include "quality.hpp"
+#include "samples.hpp"
+
+#include <doctest/doctest.h>
+
+#include <glm/geometric.hpp>
+
+#include <cmath>
+
+using namespace paradize;
+
+namespace {
+
+assets::SceneFile island() {
+    assets::SceneFile file;
+    file.shadow = assets::Shadow();
+    file.water = assets::Water();
+    file.reflection_scale = 0.5F;
+    file.refraction_scale = 0.25F;
+    file.terrain = assets::Terrain();
+    file.lod_error_px = 2.0F;
+    return file;
+}
+
+Quality only(Trade trade, Tier tier) {
+    Quality out = all_at(Tier::balanced);
+    out[static_cast<std::size_t>(trade)] = tier;
+    return out;
+}
+
+} // namespace
+
+TEST_CASE("quality: balanced is what the scene asks for") {
+    const Detail detail = detail_of(island(), all_at(Tier::balanced), Device());
+    Detail asked;
+    asked.shadow_size_px = 2048;
+    asked.reflection_scale = 0.5F;
+    asked.refraction_scale = 0.25F;
+    asked.anisotropy = 4.0F;
+    asked.lod_error_px = 2.0F;
+    CHECK(detail == asked);
+}
+
+TEST_CASE("quality: each trade moves its own setting and nothing else") {
+    const assets::SceneFile file = island();
+    const Detail balanced = detail_of(file, all_at(Tier::balanced), Device());
+    for (std::size_t i = 0; i < trade_count; ++i) {
+        for (const Tier tier : {Tier::fast, Tier::exact}) {
+            const auto trade = static_cast<Trade>(i);
+            Detail detail = detail_of(file, only(trade, tier), Device());
+            CHECK(detail != balanced);
+            switch (trade) {
+            case Trade::shadow:
+                detail.shadow_size_px = balanced.shadow_size_px;
+                detail.shadow_filter = balanced.shadow_filter;
+                break;
+            case Trade::reflection:
+                detail.reflection_scale = balanced.reflection_scale;
+                break;
+            case Trade::refraction:
+                detail.refraction_scale = balanced.refraction_scale;
+                break;
+            case Trade::parallax:
+                detail.parallax_steps = balanced.parallax_steps;
+                break;
+            case Trade::anisotropy:
+                detail.anisotropy = balanced.anisotropy;
+                break;
+            case Trade::lod:
+                detail.lod_error_px = balanced.lod_error_px;
+                break;
+            }
+            CHECK(detail == balanced);
+        }
+    }
+}
+
+TEST_CASE("quality: a device has its limits, and a scene not every trade") {
+    Device small{true, 2048};
+    CHECK(detail_of(island(), all_at(Tier::exact), small).shadow_size_px == 2048);
+    for (const Tier tier : {Tier::fast, Tier::exact}) {
+        CHECK(detail_of(island(), all_at(tier), small).anisotropy == 1.0F);
+    }
+    CHECK_FALSE(has_trade(island(), Trade::anisotropy, small));
+    CHECK(has_trade(island(), Trade::anisotropy, Device()));
+    CHECK(has_trade(island(), Trade::shadow, small));
+    CHECK_FALSE(has_trade(island(), Trade::parallax, small)); // no object has a relief
+    CHECK_FALSE(has_trade(assets::SceneFile(), Trade::shadow, small));
+    CHECK_FALSE(has_trade(assets::SceneFile(), Trade::lod, small));
+}
+
+TEST_CASE("reference: its samples lie in the pixel and on the sun, with the middle as their mean") {
+    for (const int count : {1, 4, 16, 64, 100}) {
+        glm::dvec2 pixel(0.0);
+        glm::dvec2 sun(0.0);
+        for (const Sample &sample : reference_samples(count)) {
+            CHECK(std::max(std::abs(sample.pixel.x), std::abs(sample.pixel.y)) < 0.6F);
+            CHECK(glm::length(sample.sun) < 1.2F);
+            pixel += glm::dvec2(sample.pixel);
+            sun += glm::dvec2(sample.sun);
+        }
+        CHECK(glm::length(pixel) < 1e-4);
+        CHECK(glm::length(sun) < 1e-4);
+    }
+    CHECK(reference_samples(1)[0].pixel == glm::vec2(0.0F));
+}
+
+TEST_CASE("reference: a place of the sun's disc is as far from its middle as the sun is wide") {
+    for (const glm::vec3 to_sun :
+         {glm::vec3(0.0F, 1.0F, 0.0F), glm::normalize(glm::vec3(0.3F, 0.4F, -0.5F))}) {
+        for (const glm::vec2 place : {glm::vec2(1.0F, 0.0F), glm::vec2(0.0F, -1.0F)}) {
+            const glm::vec3 moved = sun_direction(to_sun, 0.01F, place);
+            CHECK(glm::length(moved) == doctest::Approx(1.0));
+            CHECK(std::acos(glm::dot(glm::dvec3(moved), glm::dvec3(to_sun))) ==
+                  doctest::Approx(0.01).epsilon(0.02));
+        }
+        CHECK(glm::distance(sun_direction(to_sun, 0.01F, glm::vec2(0.0F)), to_sun) < 1e-6F);
+    }
+}
+
+TEST_CASE("trade file: groups of frame time are read, others are not, and nonsense is refused") {
+    const auto read = assets::parse_trades(
+        R"({"groups": [{"time": "stage", "name": "mesh"}, {"time": "frame", "name": "shadow", "points":
+            [{"tier": "fast", "error": {"mean": 0.25, "max": 1}}]}]})",
+        "t.json");
+    REQUIRE(read.size() == 1);
+    CHECK(read[0].trade == "shadow");
+    CHECK(read[0].tier == "fast");
+    CHECK(read[0].flip == 0.25);
+    CHECK_THROWS_AS(assets::parse_trades("{}", "t.json"), Error);
+    CHECK_THROWS_AS(
+        assets::parse_trades(R"({"groups": [{"time": "frame", "name": "a", "points": [{"tier": "fast",
+        "error": {"mean": 7}}]}]})",
+                             "t.json"),
+        Error);
+}
