@@ -13,6 +13,7 @@ from typing import Any
 
 from paradize.bake_auto import Tried
 from paradize.bake_borders import measure_objects
+from paradize.bake_choice import AUTO
 from paradize.bake_cut import Asked, ask, cut, cut_gutter, cut_row
 from paradize.bake_manifest import MeshFacts, build_manifest, mesh_facts
 from paradize.bake_nearest import known_pixels
@@ -21,7 +22,7 @@ from paradize.bake_tasks import MEASURED, How, Task
 from paradize.budget import excesses
 from paradize.engine.publish import write_whole
 from paradize.engine.store import Store, hash_file, stamp
-from paradize.errors import GroupedError, ParadizeError, SceneError
+from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError
 from paradize.flight import Flight
 from paradize.formats.scene_manifest import encode_scene
 from paradize.require import meet
@@ -64,6 +65,19 @@ def _lit(scene: Scene, row: dict[str, Any], bumps: list[dict[str, float]]) -> li
     over = [str(excess) for excess in excesses(scene.budget, worst)]
     row["over"] = [*row["over"], *over]
     return [f"{row['name']}: {text}" for text in over]
+
+
+def _beyond_auto(scene: Scene, row: dict[str, Any]) -> list[ParadizeError]:
+    """Errors of a mesh whose tier `auto` took before its maps were looked at with it."""
+    if not row["tried"] or row["tried"]["asked"] != AUTO:
+        return []
+    what = f"tier {row['tried']['taken']}, which auto took, does not keep the budget with the normal map on: "
+    mend = "bake with a slower tier, or accept more"
+    return [
+        BakeError(f"{what}{excess}, {excess.by} beyond", place=row["name"], mend=mend)
+        for excess in excesses(scene.budget, row["errors"])
+        if excess.hard
+    ]
 
 
 def commit(
@@ -129,6 +143,9 @@ def commit(
             mesh = rows[f"{name}_mesh"]
             report.warnings += _lit(scene, mesh, bumps["levels"])
             entries[mesh["name"]] |= {key: mesh[key] for key in ("errors", "levels")}
+            report.errors += _beyond_auto(scene, mesh)
+        if report.errors:
+            return
         pixels = known_pixels(store, scene, flight, texels, hashes, force=how.force)
         asked = ask(store, scene, held, hashes, facts, force=how.force)
         told = _cut(asked, scene, rows, entries, files, facts, gutters)

@@ -150,6 +150,20 @@ def test_a_budget_that_nothing_meets_is_an_error_that_says_by_how_much(
     assert not plain.errors and any("surface_max" in text for text in plain.warnings)
 
 
+def test_what_only_mesh_and_map_show_together_fails_too_and_nothing_is_published(
+    truth: Truth, scene: Path, tmp_path: Path
+) -> None:
+    with_budget(scene, lod_mapped_p99_deg=1e-6)
+    report = bake(scene, tmp_path / "out", How(jobs=2, tier="auto"))
+    (error,) = report.errors
+    assert (
+        "post_mesh" in str(error)
+        and "lod_mapped_p99_deg" in str(error)
+        and "with the normal map on" in str(error)
+    )
+    assert not (tmp_path / "out" / "scene.json").exists()
+
+
 def test_a_soft_limit_is_aimed_at_and_the_hard_one_accepted(
     truth: Truth, scene: Path, tmp_path: Path
 ) -> None:

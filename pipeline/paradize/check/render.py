@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import re
 from collections.abc import Sequence
 from typing import Any
+from urllib.parse import quote
 from xml.sax.saxutils import escape, quoteattr
 
+from paradize import __version__
 from paradize.check.rules import RULES, Finding
 from paradize.errors import one_line
 
@@ -75,6 +79,14 @@ def _junit(findings: Sequence[Finding]) -> str:
     return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', head, *cases, "</testsuite>"])
 
 
+def _print(finding: Finding) -> str:
+    """By what a page knows a finding again: where it is and of what kind, whatever its numbers are now."""
+    name = re.sub(r"-[0-9a-f]{8}(?=\.)", "", finding.file)  # artifacts carry their hash
+    what = "" if finding.artifact else finding.what
+    words = (finding.code, name, finding.artifact, finding.metric, finding.place, what)
+    return hashlib.sha256("\0".join(words).encode("utf-8", "surrogatepass")).hexdigest()[:32]
+
+
 def _suppressed(finding: Finding) -> dict[str, Any]:
     if not finding.waived:
         return {}
@@ -93,15 +105,18 @@ def _sarif(findings: Sequence[Finding]) -> str:
         }
         for code, rule in RULES.items()
     ]
+    numbers = {code: k for k, code in enumerate(RULES)}
     results: list[dict[str, Any]] = [
         {
             "ruleId": finding.code,
+            "ruleIndex": numbers[finding.code],
             "level": finding.severity,
             "message": {"text": str(finding)},
             "occurrenceCount": finding.count,
+            "partialFingerprints": {"finding/v1": _print(finding)},
             "locations": [
                 {
-                    "physicalLocation": {"artifactLocation": {"uri": finding.file.replace("\\", "/")}},
+                    "physicalLocation": {"artifactLocation": {"uri": quote(finding.file.replace("\\", "/"))}},
                     "logicalLocations": [{"fullyQualifiedName": finding.place or finding.file}],
                 }
             ],
@@ -109,7 +124,7 @@ def _sarif(findings: Sequence[Finding]) -> str:
         | _suppressed(finding)
         for finding in findings
     ]
-    tool = {"driver": {"name": "paradize check", "rules": rules}}
+    tool = {"driver": {"name": "paradize check", "semanticVersion": __version__, "rules": rules}}
     tree = {
         "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
         "version": "2.1.0",
