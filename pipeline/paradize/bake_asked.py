@@ -27,7 +27,6 @@ WAVES = {"normal": 0.137, "dudv": 1.0}
 # the same normals, wider, near by.
 SHORTEST, REFERENCE_REPEATS, GRAINS, LUMPS = 0.35, 4.0, 0.35, 0.19 * 0.74
 SEA_MIP = 2  # of the sky that water mirrors where there is no mirror (shaders/water.frag)
-MOST_TILES_BYTES = 64_000_000  # larger terrains keep their textures whole
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ def measure_asked(
     `textures` (size by name), `tiles` (bytes or files), `repeat_m`. water: `textures`, `level_m`, `size_m`,
     `tile`. sky: `side` (texels), `levels`, `smoothest` (the largest smoothness that mirrors it).
     """
-    light_m = sight.pop("light_m")
+    light_m = sight["light_m"]
     found: dict[str, dict[str, Any]] = {}
     for name, told in things.items():
         found |= _thing(name, Thing(**told), sight, light_m)

@@ -147,7 +147,7 @@ def commit(
         if report.errors:
             return
         pixels = known_pixels(store, scene, flight, texels, hashes, force=how.force)
-        asked = ask(store, scene, held, hashes, facts, force=how.force)
+        asked = ask(store, scene, held, hashes, facts, how)
         told = _cut(asked, scene, rows, entries, files, facts, gutters)
         manifest = encode_scene(
             build_manifest(

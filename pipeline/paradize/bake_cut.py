@@ -13,10 +13,11 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from paradize.bake_product import flat_errors
-from paradize.bake_tasks import ZSTD_LEVEL
+from paradize.bake_tasks import ZSTD_LEVEL, How
+from paradize.bake_work import run_work
 from paradize.engine.code import code_digest, code_of
 from paradize.engine.store import Store, key_of
-from paradize.engine.workers import Job, run_jobs
+from paradize.engine.workers import Job
 from paradize.errors import FormatError
 from paradize.require import ground_sight
 from paradize.scene import Scene, SceneObject
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from paradize.bake_manifest import MeshFacts
 
 _MODULE = "paradize.bake_asked"
+_MOST_TILES_BYTES = 64_000_000  # larger terrains keep their textures whole
 _MAPS = ("color", "normal", "height", "gloss")
 Asked = dict[str, dict[str, Any]]  # by artifact, as bake_asked.measure_asked returns it
 
@@ -44,11 +46,41 @@ def ask(
     data: Mapping[str, bytes | Path],
     sha256: Mapping[str, str],
     facts: Mapping[str, MeshFacts],
-    *,
-    force: bool,
+    how: How,
 ) -> Asked:
-    """What the views ask of each texture and mesh; kept like any product. data, sha256, facts: by artifact.
-    Raises what the worker raised."""
+    """What the views ask of each texture and mesh; every object's is found out alone, and kept like any
+    product. data, sha256, facts: by artifact. Raises what a worker raised."""
+    found: Asked = {}
+    work: list[tuple[str, Job]] = []
+    parts = _parts(scene, data, facts)
+    keys = []
+    for _, meshes, decides in parts:
+        hashes = {name: sha256[name] for name in meshes}
+        keys.append(key_of("asked", code_digest(_MODULE), hashes, decides))
+    if not how.force:
+        store.expect(keys)
+    for (arguments, _, _), key in zip(parts, keys, strict=True):
+        kept = None if how.force else store.get_product(key)
+        if isinstance(kept, dict):
+            found |= kept
+        else:
+            name = next(iter(arguments["things"]), "the scene")
+            job = Job(f"what the flight asks of {name}", asked_of, arguments, code=code_of(_MODULE))
+            work.append((key, job))
+    for (key, _), outcome in zip(work, run_work(how, [job for _, job in work]), strict=True):
+        if outcome.error:
+            raise outcome.error
+        store.put_product(key, outcome.value)
+        found |= outcome.value
+    return found
+
+
+Part = tuple[dict[str, Any], list[str], dict[str, Any]]
+
+
+def _parts(scene: Scene, data: Mapping[str, bytes | Path], facts: Mapping[str, MeshFacts]) -> list[Part]:
+    """Arguments of bake_asked.measure_asked for each object, and for what is no object; with the meshes whose
+    bytes are in them, and the rest of the arguments: what decides the answer."""
     sight = ground_sight(scene)
     sight["scales"] = {
         name: view.scale
@@ -56,49 +88,39 @@ def ask(
         if view
     }
     sight["light_m"] = scene.shadow.extent_m / scene.shadow.size if scene.shadow else None
-    meshes = {f"{item.name}_mesh" for item in scene.objects}
-    arguments: dict[str, Any] = {"sight": sight, "ground": None, "water": None, "sky": None}
-    arguments["things"] = {item.name: _thing(item, data, facts) for item in scene.objects}
-    if scene.terrain:
-        tiles = [name for name in data if name.startswith("terrain_mesh")]
-        if sum(_size(data[name]) for name in tiles) <= 64_000_000:
-            meshes |= set(tiles)
-            names = [f"{stem}_{key}" for stem in ("sand", "effect") for key in ("color", "normal")]
-            arguments["ground"] = {
-                "textures": _sizes(names, data),
-                "tiles": [held if isinstance(held := data[name], bytes) else str(held) for name in tiles],
-                "repeat_m": scene.terrain.size_m[0] / scene.terrain.sand_repeat,
-            }
+    alone: dict[str, Any] = {"sight": sight, "things": {}, "ground": None, "water": None, "sky": None}
+    found: list[Part] = []
+    for item in scene.objects:
+        thing, mesh = _thing(item, facts[f"{item.name}_mesh"], data), f"{item.name}_mesh"
+        arguments = alone | {"things": {item.name: thing | {"glb": data[mesh]}}}
+        found.append((arguments, [mesh], alone | {"things": {item.name: thing}}))
+    decides, meshes, more = dict(alone), [], {}
+    tiles = [name for name in data if name.startswith("terrain_mesh")] if scene.terrain else []
+    if scene.terrain and sum(_size(data[name]) for name in tiles) <= _MOST_TILES_BYTES:
+        meshes = tiles
+        names = [f"{stem}_{key}" for stem in ("sand", "effect") for key in ("color", "normal")]
+        repeat_m = scene.terrain.size_m[0] / scene.terrain.sand_repeat
+        decides["ground"] = {"textures": _sizes(names, data), "repeat_m": repeat_m}
+        held = [data[name] for name in tiles]
+        files = [one if isinstance(one, bytes) else str(one) for one in held]
+        more["ground"] = decides["ground"] | {"tiles": files}
     if scene.water:
         water = scene.water
         told = {"level_m": water.level_m, "size_m": water.size_m, "tile": water.tile}
-        arguments["water"] = {"textures": _sizes(["water_normal", "water_dudv"], data)} | told
-    if scene.sky and isinstance(held := data["sky"], bytes):
-        side, _, levels = _header(held)
-        arguments["sky"] = {"side": side, "levels": levels, "smoothest": _smoothest(scene)}
-    hashes = {name: sha256[name] for name in sorted(meshes)}
-    key = key_of("asked", code_digest(_MODULE), hashes, _told(arguments))
-    kept = None if force else store.get_product(key)
-    if isinstance(kept, dict) and {f"{item.name}_mesh" for item in scene.objects} <= kept.keys():
-        return kept
-    job = Job("what the flight asks for", asked_of, arguments, code=code_of(_MODULE))
-    (outcome,) = run_jobs([job], 1)
-    if outcome.error:
-        raise outcome.error
-    asked: Asked = outcome.value
-    store.put_product(key, asked)
-    return asked
+        decides["water"] = {"textures": _sizes(["water_normal", "water_dudv"], data)} | told
+    if scene.sky and isinstance(cube := data["sky"], bytes):
+        side, _, levels = _header(cube)
+        decides["sky"] = {"side": side, "levels": levels, "smoothest": _smoothest(scene)}
+    found.append((decides | more, meshes, decides))
+    return found
 
 
-def _thing(
-    item: SceneObject, data: Mapping[str, bytes | Path], facts: Mapping[str, MeshFacts]
-) -> dict[str, Any]:
-    known = facts[f"{item.name}_mesh"]
+def _thing(item: SceneObject, known: MeshFacts, data: Mapping[str, bytes | Path]) -> dict[str, Any]:
+    """bake_asked.Thing's fields, but for the GLB."""
     sizes = _sizes([f"{item.name}_{key}" for key in _MAPS], data)
     materials = item.materials.values()
     deep = f"{item.name}_height" in sizes
     return {
-        "glb": data[f"{item.name}_mesh"],
         "textures": {name.rpartition("_")[2]: size for name, size in sizes.items()},
         "drawn": item.views,
         "spread": max((material.parallax_scale for material in materials), default=0.0) if deep else 0.0,
@@ -107,19 +129,6 @@ def _thing(
         "center": known.center,
         "radius_m": known.radius_m,
         "errors_m": [error_m for _, error_m in known.lods],
-    }
-
-
-def _told(arguments: dict[str, Any]) -> dict[str, Any]:
-    """What of the arguments decides, the bytes aside."""
-    things = {
-        name: {key: value for key, value in thing.items() if key != "glb"}
-        for name, thing in arguments["things"].items()
-    }
-    ground = arguments["ground"]
-    return arguments | {
-        "things": things,
-        "ground": ground and {key: value for key, value in ground.items() if key != "tiles"},
     }
 
 

@@ -9,7 +9,9 @@ the longer one. Nothing is taken to be hidden by anything else. Arithmetic: + - 
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -109,10 +111,16 @@ class Views:
         return None if view == "light" else float(self.demand.start_s[run]), view
 
 
+@lru_cache(maxsize=2)
+def _demand_of(sight: str) -> Demand:
+    """One flight is asked of many objects."""
+    return plan_demand(json.loads(sight))
+
+
 def views_of(sight: dict[str, Any], drawn: tuple[str, ...], light_m: float | None) -> Views:
     """Of what require.ground_sight orders, and `scales`: of reflection and refraction by name, where they
     are. drawn: the views that draw a thing, as scene.VIEWS names them. light_m: as in Views."""
-    demand = plan_demand({key: value for key, value in sight.items() if key != "scales"})
+    demand = _demand_of(json.dumps(sight))
     scales = sight["scales"]
     return Views(
         demand,

@@ -365,8 +365,8 @@ def test_what_is_asked_is_kept_and_asked_once(
 ) -> None:
     scene, path, _ = far
     monkeypatch.setenv("PARADIZE_STORE", str(path.parent / "store"))
-    called: list[int] = []
-    monkeypatch.setattr("paradize.bake_cut.run_jobs", lambda *_: called.append(1) or [])
+    called: list[Any] = []
+    monkeypatch.setattr("paradize.bake_cut.run_work", lambda _, jobs: called.extend(jobs) or [])
     report = bake(scene, tmp_path / "again", How(jobs=1))
     assert not report.errors and not called
     assert (tmp_path / "again" / "scene.json").read_bytes() == (path / "scene.json").read_bytes()
