@@ -11,7 +11,6 @@ import pytest
 
 from paradize.engine.clean import clean
 from paradize.engine.store import Store
-from paradize.errors import BakeError
 
 NOW_S = 1_000_000.0
 
@@ -116,15 +115,3 @@ def test_it_waits_for_a_bake_that_uses_the_store(tmp_path: Path) -> None:
         assert cleaner.is_alive() and (tmp_path / "products" / "aa" / "aa1").exists()
     cleaner.join(30.0)
     assert not (tmp_path / "products" / "aa" / "aa1").exists()
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_a_folder_that_refuses_is_one_error(tmp_path: Path) -> None:
-    store = Store(tmp_path)
-    keep(store, "aa1", b"x", used_s=0.0)
-    (tmp_path / "products" / "aa").chmod(0o500)
-    try:
-        with pytest.raises(BakeError, match="cannot be cleaned"):
-            clean(store, now_s=NOW_S, older_than_s=0.0, to_bytes=None)
-    finally:
-        (tmp_path / "products" / "aa").chmod(0o700)

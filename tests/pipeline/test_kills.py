@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import random
 import shutil
 import subprocess
@@ -65,6 +64,7 @@ def test_killed_at_random_moments_it_always_ends_in_the_same_bytes(
     for i in range(kills):
         (scene.parent / "sand.png").write_bytes((wood, sand)[i % 2])
         way = i // 2 % 3
+        before = state_of(out).keys()
         process = begin(scene, out, "-j", str(1 + i // 6 % 2), *(["--force"] if way == 0 else []))
         if way == 2:
             wait_for_publishing(process, out)
@@ -76,8 +76,8 @@ def test_killed_at_random_moments_it_always_ends_in_the_same_bytes(
         left = state_of(out)
         whole = [state for state in states if left["scene.json"] == state["scene.json"]]
         assert len(whole) == 1 and whole[0].items() <= left.items(), f"kill {i}"
-        torn += len(left) > len(whole[0])
-    print(f"{killed} of {kills} killed, {torn} while publishing; {cold_s:.2f}, {warm_s:.2f} s a bake")
+        torn += left.keys() not in (before, whole[0].keys())
+    print(f"{killed} of {kills} killed, {torn} amid publishing; {cold_s:.2f}, {warm_s:.2f} s a bake")
     assert killed > kills // 4 and torn
     for picture, state in zip((sand, wood), states, strict=True):
         (scene.parent / "sand.png").write_bytes(picture)
@@ -85,16 +85,3 @@ def test_killed_at_random_moments_it_always_ends_in_the_same_bytes(
         assert state_of(out) == state
     shutil.rmtree(out)
     assert not bake(scene, out, How(jobs=1)).errors and state_of(out) == states[1]  # the store is sound, too
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_a_folder_that_may_not_be_written_is_one_error(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-    scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
-    out.mkdir(mode=0o500)
-    report = bake(scene, out, How(jobs=2))
-    assert len(report.errors) == 1 and "cannot be written: Permission denied" in str(report.errors[0])
-    out.chmod(0o700)
-    assert not bake(scene, out, How(jobs=2)).errors
