@@ -10,13 +10,16 @@ import os
 import re
 from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from paradize.engine.libraries import library_versions
 from paradize.engine.memory import FileMemory
 from paradize.engine.publish import is_aside
 from paradize.engine.store import Store, key_of, stamp
 from paradize.errors import ParadizeError
+
+TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
+if TYPE_CHECKING:
+    from typing import Any
 
 SCENE_FILE = "scene.json"
 OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only whole files that a sweep may remove

@@ -9,13 +9,18 @@ import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from paradize.cli_output import complain, say, show, show_json
 from paradize.errors import ParadizeError, one_line
 
+TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
+    from typing import Any
+
     from paradize.bake_tasks import How
+
+
+MANY = 200  # artifacts; of more, the table leaves out those that are as they were
 
 
 def run_bake(arguments: argparse.Namespace) -> int:
@@ -43,7 +48,7 @@ def run_bake(arguments: argparse.Namespace) -> int:
         with _how(arguments) as how:
             verified, wrong = verify(arguments.scene, report, percent=arguments.verify, how=how)
     stream = sys.stderr if arguments.json else sys.stdout
-    _bake_table(report, stream)
+    show_bake(report, stream)
     sheets = _sheets(report, stream)
     for warning in report.warnings:
         say(f"paradize: warning: {warning}")
@@ -94,9 +99,14 @@ def _sheets(report: Any, stream: Any) -> list[str]:
     return [str(path) for path in done.drawn]
 
 
-def _bake_table(report: Any, stream: Any) -> None:
+def show_bake(report: Any, stream: Any) -> None:
+    """The table and the sum of a bake's report."""
     from paradize.bake_table import errors_text, table
 
+    told = report.artifacts
+    if len(told) > MANY:
+        told = [row for row in told if row["status"] != "reused" or row["over"]]
+        show(f"{len(report.artifacts) - len(told)} artifacts as they were", stream)
     rows = [
         (
             row["name"],
@@ -106,9 +116,10 @@ def _bake_table(report: Any, stream: Any) -> None:
             str(row["bytes"]),
             f"{row['seconds']:.2f}",
         )
-        for row in report.artifacts
+        for row in told
     ]
-    show(table(rows), stream)
+    if rows:
+        show(table(rows), stream)
     fetched = f" ({report.fetched} fetched)" if report.fetched else ""
     pushed = f", {report.pushed} shared" if report.pushed else ""
     counts = f"{report.count('baked')} baked, {report.count('reused')} reused{fetched}, "

@@ -5,8 +5,11 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Callable
-from datetime import date
 from pathlib import Path
+
+TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
+if TYPE_CHECKING:
+    from datetime import date
 
 TIERS = ("fast", "balanced", "exact", "auto")
 SHELLS = ("bash", "zsh", "fish")
@@ -37,6 +40,8 @@ def percent(text: str) -> float:
 
 def day(text: str) -> date:
     """An option that is a day: 2026-12-31."""
+    from datetime import date
+
     try:
         return date.fromisoformat(text)
     except ValueError:

@@ -46,10 +46,10 @@ def burnt_s(processes: int) -> float:
 
 def bench_two_workers(runs: int, folder: Path) -> Row:
     """The same bake with one worker and with two, a thread each; beside it what two processes gain here."""
-    scene = make_many(folder / "some", SOME // PER_OBJECT, side=256)
+    scene = make_many(folder / "some", SOME // PER_OBJECT, side=512)
     times: dict[int, list[float]] = {1: [], 2: []}
     burns: dict[int, list[float]] = {1: [], 2: []}
-    for _ in range(min(runs, 5)):
+    for _ in range(min(runs, 3)):
         for workers in (1, 2):
             command = bake_command(scene, folder / f"some-{workers}", "--force", "-j", str(workers))
             start = time.perf_counter()

@@ -114,23 +114,6 @@ def test_bake_tells_a_table_and_an_object_and_its_second_run_bakes_nothing(
     assert run("check", out).stdout == "clean\n"
 
 
-def test_a_bake_with_nothing_to_do_imports_no_numpy(run: Run, cove: Path, tmp_path: Path) -> None:
-    environment = {**os.environ, "PARADIZE_STORE": str(tmp_path / "store")}
-    words = ["bake", str(cove), "-o", str(tmp_path / "out")]
-    script = (
-        f"import sys; from paradize.cli import main; print(main({words!r}));"
-        "print([name for name in ('numpy', 'tomllib', 'multiprocessing') if name in sys.modules])"
-    )
-
-    def told() -> str:
-        return subprocess.run(
-            [sys.executable, "-c", script], capture_output=True, text=True, check=True, env=environment
-        ).stdout
-
-    told()
-    assert told().endswith("0\n[]\n")
-
-
 def test_the_default_folder_is_named_by_the_scene(run: Run, cove: Path, tmp_path: Path) -> None:
     assert run("bake", cove, cwd=tmp_path).returncode == 0
     assert (tmp_path / "build/assets/cove/scene.json").is_file()
