@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from paradize.bake_tasks import How
@@ -33,18 +34,20 @@ class _Asked:
     job: Job
 
 
-def gutters_of(**arguments: Any) -> dict[str, Any]:
+def gutters_of(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> dict[str, Any]:
     """In the worker: bake_gutter.measure_gutters."""
     from paradize.bake_gutter import measure_gutters
 
-    return measure_gutters(**arguments)
+    textures = {key: path.read_bytes() for key, path in maps.items()}
+    return measure_gutters(glb=glb.read_bytes(), textures=textures, **settings)
 
 
-def bumps_of(**arguments: Any) -> dict[str, Any]:
+def bumps_of(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> dict[str, Any]:
     """In the worker: bake_bumps.measure_bumps."""
     from paradize.bake_bumps import measure_bumps
 
-    return {"levels": measure_bumps(**arguments)}
+    texture = maps["normal"].read_bytes()
+    return {"levels": measure_bumps(glb=glb.read_bytes(), texture=texture, **settings)}
 
 
 def measure_objects(
@@ -52,7 +55,7 @@ def measure_objects(
     scene: Scene,
     met: Mapping[str, Met],
     materials: Mapping[str, list[str]],
-    data: Mapping[str, bytes],
+    data: Mapping[str, Path],
     sha256: Mapping[str, str],
     how: How,
 ) -> tuple[dict[str, dict[str, dict[str, Any]]], list[ParadizeError]]:
@@ -74,13 +77,11 @@ def measure_objects(
         elif "color" in textures:
             settings = {"name": item.name, "parallax": parallax, "bleed": item.bleed, "repeat": repeat}
             settings |= {"pixel_m": met[item.name].pixel_m}
-            held = {"textures": {key: data[name] for key, name in textures.items()}}
-            asked.append(_ask("gutters", gutters_of, item, settings, held, data, sha256, textures))
+            asked.append(_ask("gutters", gutters_of, item, settings, data, sha256, textures))
         if "normal" in textures:
             settings = {"name": item.name, "repeat": repeat}
-            held_normal = {"texture": data[textures["normal"]]}
             only = {"normal": textures["normal"]}
-            asked.append(_ask("bumps", bumps_of, item, settings, held_normal, data, sha256, only))
+            asked.append(_ask("bumps", bumps_of, item, settings, data, sha256, only))
     work = []
     if not how.force:
         store.expect(one.key for one in asked)
@@ -106,8 +107,7 @@ def _ask(
     call: Callable[..., dict[str, Any]],
     item: SceneObject,
     settings: dict[str, Any],
-    held: dict[str, Any],
-    data: Mapping[str, bytes],
+    data: Mapping[str, Path],
     sha256: Mapping[str, str],
     textures: Mapping[str, str],
 ) -> _Asked:
@@ -115,11 +115,13 @@ def _ask(
     mesh = f"{item.name}_mesh"
     hashes = {key: sha256[name] for key, name in textures.items()} | {"mesh": sha256[mesh]}
     key = key_of(what, code_digest(module), hashes, settings)
+    maps = {key: data[name] for key, name in textures.items()}
     job = Job(
         f"{item.name} {what}",
         call,
-        settings | {"glb": data[mesh]} | held,
+        {"glb": data[mesh], "maps": maps, "settings": settings},
         file=item.mesh,
         code=code_of(module),
+        files=dict.fromkeys([data[mesh], *maps.values()], True),
     )
     return _Asked(item.name, what, key, job)

@@ -12,7 +12,9 @@ import struct
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from math import sqrt
+from pathlib import Path
 
+from paradize.bake_artifacts import read_artifact
 from paradize.engine.code import code_digest
 from paradize.engine.store import Store, key_of
 from paradize.errors import FormatError
@@ -108,7 +110,7 @@ def known_pixels(
     store: Store,
     scene: Scene,
     flight: Flight,
-    meshes: Mapping[str, bytes],
+    meshes: Mapping[str, Path],
     sha256: Mapping[str, str],
     *,
     force: bool = False,
@@ -124,7 +126,7 @@ def known_pixels(
         known = None if force else store.get_product(key)
         if not isinstance(known, dict) or "pixel_m" not in known:
             one = replace(scene, objects=(item,))
-            pixels = least_pixels(one, flight, {item.name: places_of(meshes[name], name)})
+            pixels = least_pixels(one, flight, {item.name: places_of(read_artifact(meshes[name]), name)})
             known = {"pixel_m": pixels.get(item.name)}
             store.put_product(key, known)
         if known["pixel_m"] is not None:

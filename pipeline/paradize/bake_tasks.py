@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize import bake_makers
+from paradize.bake_artifacts import keep_artifact
 from paradize.bake_estimate import memory_of, seconds_of
 from paradize.bake_work import Watcher, read_by, run_work
 from paradize.engine.code import code_digest, code_of
@@ -73,7 +74,7 @@ class Task:
     status: str = "reused"
     seconds: float = 0.0
     products: dict[str, dict[str, Any]] = field(default_factory=dict)
-    data: dict[str, bytes | Path] = field(default_factory=dict)
+    data: dict[str, Path] = field(default_factory=dict)  # by product: its file in the store
     error: ParadizeError | None = None
 
     @property
@@ -143,10 +144,10 @@ def recall(store: Store, task: Task) -> bool:
     products = task.products or known(store, task)
     if products is None:
         return False
-    data: dict[str, bytes | Path] = {}
+    data: dict[str, Path] = {}
     for want in (made for first in task.order.wants for made in first.made(products)):
         sha256 = str(products[want.product]["sha256"])
-        found = store.find(sha256) if want.many else store.get(sha256)
+        found = store.find(sha256)
         if found is None:
             return False
         data[want.product] = found
@@ -177,7 +178,7 @@ def run_tasks(
             task.error, task.status = error, "failed"
         else:
             for product in outcome.value:
-                sha256, task.data[product.name] = _keep(store, product.data)
+                sha256, task.data[product.name] = keep_artifact(store, product.data)
                 task.products[product.name] = {
                     "sha256": sha256,
                     "suffix": product.suffix,
@@ -206,14 +207,3 @@ def run_tasks(
         for task in tasks
     ]
     run_work(how, work, ended)
-
-
-def _keep(store: Store, data: bytes | Path) -> tuple[str, bytes | Path]:
-    """The hash of what a worker made, and where it is now: bytes stay in memory, a file goes to the store."""
-    if isinstance(data, bytes):
-        return store.put(data), data
-    sha256 = store.take(data)
-    kept = store.find(sha256)
-    if kept is None:
-        raise BakeError("was changed as it was written", file=store.root)
-    return sha256, kept
