@@ -10,10 +10,11 @@ from paradize.errors import BakeError
 ASIDE = ".part-"  # marks a file that is being written; a sweep may remove what a kill left behind
 
 
-def write_whole(path: Path, data: bytes | Path, *, durable: bool = True) -> None:
+def write_whole(path: Path, data: bytes | Path, *, durable: bool = True, flush: bool = True) -> None:
     """Writes `data`, or what the file at `data` holds, to `path` so that a reader, also after a kill or a
     power cut, finds the old file or the new one. Makes missing folders. `durable=False` leaves out the flush,
-    for what can be derived again.
+    for what can be derived again; `flush=False` that of the folder alone, for who writes many and then calls
+    flush_folder once.
 
     Raises BakeError (file, reason) when the file system refuses, or where a device, a pipe or a socket is;
     nothing half-written stays.
@@ -41,20 +42,23 @@ def write_whole(path: Path, data: bytes | Path, *, durable: bool = True) -> None
         except BaseException:
             aside.unlink(missing_ok=True)
             raise
-        if durable:
-            _flush_folder(path.parent)
+        if durable and flush:
+            flush_folder(path.parent)
     except OSError as error:
         reason = error.strerror or str(error)
         raise BakeError(f"cannot be written: {reason}", file=path, mend="free the place or use -o") from None
 
 
-def _flush_folder(folder: Path) -> None:
-    """Makes a rename itself durable (POSIX asks for it)."""
-    descriptor = os.open(folder, os.O_RDONLY)
+def flush_folder(folder: Path) -> None:
+    """Makes renames in a folder themselves durable (POSIX asks for it). Raises BakeError (file, reason)."""
     try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+    except OSError as error:
+        raise BakeError(f"cannot be flushed: {error.strerror or error}", file=folder) from None
 
 
 def is_aside(name: str) -> bool:
