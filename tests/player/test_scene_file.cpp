@@ -41,6 +41,21 @@ TEST_CASE("scene.json: what it says is what the player holds") {
     CHECK(scene.objects[0].materials[0].parallax_limit == 0.25F);
 }
 
+TEST_CASE("scene.json: the largest picture, the free camera's region and what was left out") {
+    test::SceneText text;
+    CHECK(assets::parse_scene(text.str(), "scene.json").largest_width_px == 64);
+    CHECK_FALSE(assets::parse_scene(text.str(), "scene.json").leaves_out());
+    text.extra = R"("largest_viewport": [640, 480],
+        "free_camera": {"low": [-1, 0, -2], "high": [1, 3, 2], "near_m": 0.5},)";
+    const assets::SceneFile scene = assets::parse_scene(text.str(), "scene.json");
+    CHECK(scene.largest_width_px == 640);
+    CHECK(scene.largest_height_px == 480);
+    REQUIRE(scene.free_camera.has_value());
+    CHECK(scene.free_camera->high.y == 3.0F);
+    CHECK(scene.free_camera->near_m == 0.5F);
+    CHECK((scene.objects[0].camera && scene.objects[0].shadow && scene.objects[0].reflection));
+}
+
 TEST_CASE("scene.json: another version is refused with what to do") {
     test::SceneText text;
     text.version = "4";
