@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from paradize.bake_artifacts import Artifacts, keep_artifact, read_artifact
 from paradize.bake_auto import Tried
 from paradize.bake_borders import measure_objects
 from paradize.bake_choice import AUTO
@@ -46,7 +47,8 @@ def report_of(scene: Scene, out: Path, tasks: list[Task], tried: Tried) -> BakeR
             row["tried"] = tried.get(want.artifact)
             if product:
                 file = f"{want.artifact}-{product['sha256'][:8]}.{product['suffix']}"
-                row |= {"file": file, "sha256": product["sha256"], "bytes": size_of(task.data[want.product])}
+                size = task.data[want.product].stat().st_size
+                row |= {"file": file, "sha256": product["sha256"], "bytes": size}
                 row |= {key: product[key] for key in MEASURED}
             row["over"] = [str(excess) for excess in excesses(scene.budget, row["errors"])]
             report.warnings += [f"{want.artifact}: {text}" for text in row["over"]]
@@ -93,7 +95,7 @@ def commit(
     """Measures the gutters, builds scene.json and publishes everything; adds what goes wrong to the report's
     errors."""
     entries: dict[str, dict[str, Any]] = {}
-    files: dict[str, tuple[bytes | Path, str]] = {}
+    files: dict[str, tuple[Path, str]] = {}
     facts = {}
     rows = {row["name"]: row for row in report.artifacts}
     tried = {name: row["tried"] for name, row in rows.items() if row["tried"]}
@@ -105,8 +107,8 @@ def commit(
                 data, product = task.data[want.product], task.products[want.product]
                 if want.product == "flight":
                     flight_errors = product["errors"]
-                if want.product == "tree" and isinstance(data, bytes):
-                    ground = json.loads(data)
+                if want.product == "tree":
+                    ground = json.loads(read_artifact(data))
                 if not want.kind:
                     continue
                 row = rows[want.artifact]
@@ -114,8 +116,8 @@ def commit(
                 entries[want.artifact] = {"file": row["file"], "kind": want.kind} | {
                     key: row[key] for key in ("sha256", "bytes", "tier", "errors", "levels")
                 }
-                if want.kind == "mesh" and isinstance(data, bytes):
-                    facts[want.artifact] = mesh_facts(data, row["file"])
+                if want.kind == "mesh" and not want.many:
+                    facts[want.artifact] = mesh_facts(read_artifact(data), row["file"])
         for i, item in enumerate(scene.objects):
             known = facts[f"{item.name}_mesh"].materials
             for material in item.materials:
@@ -132,9 +134,10 @@ def commit(
         met = meet(scene, flight, bounds)
         names = {name: list(known.materials) for name, known in objects.items()}
         held = {name: files[entry["file"]][0] for name, entry in entries.items()}
-        texels = {name: data for name, data in held.items() if isinstance(data, bytes)}
+        tiles = {name for name, entry in entries.items() if entry["kind"] == "mesh"} - facts.keys()
+        texels = Artifacts(held, tiles)
         hashes = {name: entry["sha256"] for name, entry in entries.items()}
-        measured, errors = measure_objects(store, scene, met, names, texels, hashes, how)
+        measured, errors = measure_objects(store, scene, met, names, held, hashes, how)
         report.errors += errors
         if errors:
             return
@@ -146,9 +149,9 @@ def commit(
             report.errors += _beyond_auto(scene, mesh)
         if report.errors:
             return
-        pixels = known_pixels(store, scene, flight, texels, hashes, force=how.force)
-        asked = ask(store, scene, held, hashes, facts, how)
-        told = _cut(asked, scene, rows, entries, files, facts, gutters)
+        pixels = known_pixels(store, scene, flight, held, hashes, force=how.force)
+        asked = ask(store, scene, texels, hashes, facts, how)
+        told = _cut(store, asked, scene, rows, entries, files, facts, gutters)
         manifest = encode_scene(
             build_manifest(
                 scene, flight, flight_errors, entries, facts, met, gutters, pixels, ground, tried, told
@@ -160,11 +163,12 @@ def commit(
 
 
 def _cut(
+    store: Store,
     asked: Asked,
     scene: Scene,
     rows: dict[str, dict[str, Any]],
     entries: dict[str, dict[str, Any]],
-    files: dict[str, tuple[bytes | Path, str]],
+    files: dict[str, tuple[Path, str]],
     facts: dict[str, MeshFacts],
     gutters: dict[str, dict[str, Any]],
 ) -> dict[str, dict[str, Any]]:
@@ -172,10 +176,10 @@ def _cut(
     found = {}
     for name, wanted in asked.items():
         row = rows[name]
-        data, _ = files[row["file"]]
-        if not isinstance(data, bytes):
-            continue
         kind, (owner, _, key) = entries[name]["kind"], name.rpartition("_")
+        if kind == "mesh" and name not in facts:
+            continue
+        data = read_artifact(files[row["file"]][0])
         maps = gutters[owner]["maps"] if owner in gutters else {}
         facts_of_map = maps.get(key)
         most = facts_of_map["max_level"] if facts_of_map else None
@@ -186,7 +190,7 @@ def _cut(
         del files[row["file"]]
         row |= cut_row(row, rest, left)
         row["over"] = [str(excess) for excess in excesses(scene.budget, row["errors"])]
-        files[row["file"]] = (rest, row["sha256"])
+        files[row["file"]] = (keep_artifact(store, rest)[1], row["sha256"])
         entries[name] |= {fact: row[fact] for fact in ("file", "sha256", "bytes", "errors", "levels")}
         if facts_of_map:
             maps[key] = cut_gutter(facts_of_map, left)
@@ -197,14 +201,9 @@ def _cut(
     return found
 
 
-def size_of(data: bytes | Path) -> int:
-    """How many bytes there are, here or in a file."""
-    return data.stat().st_size if isinstance(data, Path) else len(data)
-
-
-def _publish(out: Path, files: dict[str, tuple[bytes | Path, str]], manifest: bytes) -> list[str]:
-    """Writes artifacts (file name -> bytes or the file that holds them, SHA-256), then scene.json, then
-    sweeps what it no longer names; returns warnings.
+def _publish(out: Path, files: dict[str, tuple[Path, str]], manifest: bytes) -> list[str]:
+    """Writes artifacts (file name -> the file that holds them, SHA-256), then scene.json, then sweeps what it
+    no longer names; returns warnings.
 
     Raises BakeError when the folder cannot be written; scene.json is then the old one.
     """
@@ -212,7 +211,7 @@ def _publish(out: Path, files: dict[str, tuple[bytes | Path, str]], manifest: by
     for name, (data, sha256) in files.items():
         path = out / name
         was = stamp(path)
-        if was is None or was[0] != size_of(data) or hash_file(path) != sha256:
+        if was is None or was[0] != data.stat().st_size or hash_file(path) != sha256:
             write_whole(path, data, flush=False)
             wrote = True
     if wrote:
