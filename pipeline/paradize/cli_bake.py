@@ -95,7 +95,8 @@ def _sheets(report: Any, stream: Any) -> list[str]:
     report.warnings += done.warnings
     if done.drawn:
         many = "sheet" if len(done.drawn) == 1 else "sheets"
-        show(one_line(f"{len(done.drawn)} contact {many} drawn in {folder}"), stream)
+        left = f", {done.left} left to later bakes" if done.left else ""
+        show(one_line(f"{len(done.drawn)} contact {many} drawn in {folder}{left}"), stream)
     return [str(path) for path in done.drawn]
 
 

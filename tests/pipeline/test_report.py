@@ -157,6 +157,16 @@ def test_sheets_of_materials_that_are_gone_go_and_no_other_file(tmp_path: Path) 
     assert {path.name for path in sheets.iterdir()} == {"wall.png", "mine.png", "sheets.json"}
 
 
+def test_of_many_sheets_some_are_left_to_later(tmp_path: Path) -> None:
+    red = plain((200, 30, 20, 255))
+    baked = scene_folder(tmp_path / "baked", a_color=red, b_color=red, c_color=red)
+    sheets = tmp_path / "report"
+    first = draw_folder(baked, sheets, most=2)
+    assert [path.name for path in first.drawn] == ["a.png", "b.png"] and first.left == 1
+    second = draw_folder(baked, sheets, most=2)
+    assert [path.name for path in second.drawn] == ["c.png"] and second.left == 0
+
+
 def test_a_sheet_that_fails_is_told_and_the_others_are_drawn(tmp_path: Path) -> None:
     red = plain((200, 0, 0, 255))
     baked = scene_folder(tmp_path / "baked", wall_color=red, roof_color=red)

@@ -22,15 +22,18 @@ MAPS = ("color", "height", "normal", "gloss", "dudv")
 
 @dataclass
 class Sheets:
-    """What was done. drawn: files written now; warnings: sheets that could not be drawn, and why."""
+    """What was done. drawn: files written now; left: how many more were to draw; warnings: sheets that could
+    not be drawn, and why."""
 
     drawn: list[Path] = field(default_factory=list)
+    left: int = 0
     warnings: list[str] = field(default_factory=list)
 
 
-def draw_folder(baked: Path, folder: Path) -> Sheets:
+def draw_folder(baked: Path, folder: Path, most: int = 50) -> Sheets:
     """Draws the sheets of the scene in `baked` into `folder`, as <material>.png; those whose maps, errors and
-    code are those of the sheet that stands there are left. Sheets of materials that are gone are removed.
+    code are those of the sheet that stands there are left. At most `most` are drawn: one takes half a second.
+    Sheets of materials that are gone are removed.
 
     Never raises for a sheet that fails: it is told in the warnings, and the others are drawn.
     """
@@ -39,17 +42,22 @@ def draw_folder(baked: Path, folder: Path) -> Sheets:
         scene = json.loads((baked / "scene.json").read_bytes())
         known = _record(folder)
         record: dict[str, str] = {}
-        for name, entries in _materials(scene).items():
+        materials = _materials(scene)
+        code = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+        for name, entries in materials.items():
             ground = _ground(scene, name)
-            key = _key(scene["name"], entries, ground)
+            key = _key(code, scene["name"], entries, ground)
             path = folder / f"{name}.png"
             if known.get(name) == key and path.is_file():
                 record[name] = key
                 continue
+            if len(done.drawn) >= most:
+                done.left += 1
+                continue
             if _attempt(done, name, partial(_draw, baked, scene, name, entries, ground), path):
                 record[name] = key
         for name in known.keys() - record.keys():
-            if name not in _materials(scene):
+            if name not in materials:
                 (folder / f"{name}.png").unlink(missing_ok=True)
         if record != known:
             text = json.dumps(record, indent=1, sort_keys=True).encode()
@@ -129,8 +137,7 @@ def _ground(scene: dict[str, Any], name: str) -> Ground:
     return Ground()
 
 
-def _key(scene: str, entries: dict[str, dict[str, Any]], ground: Ground) -> str:
-    code = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+def _key(code: bytes, scene: str, entries: dict[str, dict[str, Any]], ground: Ground) -> str:
     told = json.dumps([scene, entries, repr(ground)], sort_keys=True).encode()
     return hashlib.sha256(hashlib.sha256(code).digest() + told).hexdigest()
 
