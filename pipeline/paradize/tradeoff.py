@@ -17,7 +17,7 @@ from paradize.budget import METRICS
 from paradize.data import six
 from paradize.engine.workers import Job, run_jobs
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
-from paradize.tradeoff_curve import Group, Point, spread
+from paradize.tradeoff_curve import Group, Point, inside, spread
 from paradize.tradeoff_plan import FileOptions, file_groups, file_rows
 from paradize.tradeoff_time import Asked, Found, Try
 from paradize.tradeoff_words import judge
@@ -139,6 +139,8 @@ def _group(
             "dominated": False,
             "on_front": False,
         }
+        if not all(within(name, value, budget) for name, value in error.items()):
+            point["passes"] = False
         if attempt.series:
             point["series"] = attempt.series
         if told.note:
@@ -160,6 +162,11 @@ def _group(
         "note": asked.note,
         "advice": None,
     }, warnings
+
+
+def within(metric: str, value: float, budget: Mapping[str, float]) -> bool:
+    """Whether a value is inside the budget, if there is one for its metric."""
+    return metric not in budget or inside(value, budget[metric], METRICS[metric].less_is_better)
 
 
 def _worst(levels: list[dict[str, float]]) -> dict[str, float]:

@@ -25,7 +25,8 @@ class Point(TypedDict):
     """A tier as measured. series: points of one series have bytes that count as equal (one texture format,
     one number of triangles); where none is named the tier is a series of its own. error: "value" is the
     group's metric; mean, p99, max ... what else that metric tells. loss: the value as an error (see loss).
-    bytes: of what is written; None: nothing."""
+    bytes: of what is written; None: nothing. passes: False where another of its metrics is beyond its
+    budget."""
 
     tier: str
     seconds: Seconds
@@ -36,6 +37,7 @@ class Point(TypedDict):
     on_front: bool
     loss: NotRequired[float]
     series: NotRequired[str]
+    passes: NotRequired[bool]
     note: NotRequired[str]
 
 
@@ -88,11 +90,12 @@ def series_of(point: Point) -> str:
 
 def dominates(a: Point, b: Point, less_is_better: bool) -> bool:
     """Whether nobody would choose b with a at hand: a is no slower, errs no more and, in another series, is
-    no larger; and is better in one of these."""
+    no larger; and is better in one of these. Times within each other's spread are equal."""
+    first = a["seconds"]["median"] if apart(a["seconds"], b["seconds"]) else b["seconds"]["median"]
     told = []
-    for point in (a, b):
+    for point, seconds in ((a, first), (b, b["seconds"]["median"])):
         size = (0 if series_of(a) == series_of(b) else point["bytes"]) or 0
-        told.append((point["seconds"]["median"], loss(point["error"]["value"], less_is_better), size))
+        told.append((seconds, loss(point["error"]["value"], less_is_better), size))
     return told[0] != told[1] and all(p <= q for p, q in zip(*told, strict=True))
 
 
@@ -149,7 +152,11 @@ def cheapest(points: Sequence[Point], budget: float, less_is_better: bool) -> Po
     for point in points:
         size = point["bytes"] or 0
         sizes[series_of(point)] = min(sizes.get(series_of(point), size), size)
-    passing = [point for point in points if inside(point["error"]["value"], budget, less_is_better)]
+    passing = [
+        point
+        for point in points
+        if inside(point["error"]["value"], budget, less_is_better) and point.get("passes", True)
+    ]
     return min(passing, key=lambda point: (sizes[series_of(point)], point["seconds"]["median"]), default=None)
 
 

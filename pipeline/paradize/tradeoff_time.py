@@ -1,7 +1,8 @@
 """A tier as it is asked for and as it was found: what the parent and its workers tell each other.
 
 A stage is timed by itself, in a process that does nothing else: not the interpreter's start, not the reading
-of the source, not the measuring of the error.
+of the source, not the measuring of the error. Seconds are those of the processor, on one core: what else a
+machine does is not counted.
 """
 
 from __future__ import annotations
@@ -69,9 +70,9 @@ def timed(work: Callable[[], Result], runs: int | None) -> tuple[list[float], Re
     total, warm = 0.0, False
     while True:
         gc.collect()
-        start = time.perf_counter()
+        start = time.process_time()
         result = work()
-        took = time.perf_counter() - start
+        took = time.process_time() - start
         if not warm and took < _SLOW_S:
             warm = True
             continue

@@ -84,7 +84,8 @@ def _error_words(before: Point, after: Point, group: Group) -> str:
         return f"divides the error by {_two(1.0 / ratio)}{figures}"
     if ratio < 1.0:
         return f"takes {100.0 * (1.0 - ratio):.0f} % off the error{figures}"
-    return f"errs {_times(ratio)} as much{figures}"
+    more = f"by {100.0 * (ratio - 1.0):.0f} % more" if ratio < 1.3 else f"{_times(ratio)} as much"
+    return f"errs {more}{figures}"
 
 
 def _size_words(before: Point, after: Point) -> str:
@@ -169,8 +170,11 @@ def advice(group: Group) -> dict[str, Any] | None:
     if best is None:
         near = min(points, key=lambda point: loss(point["error"]["value"], less))
         value = value_text(near["error"]["value"], group["unit"])
-        text = f"No tier keeps the budget of {limit}: the nearest, {near['tier']}, has {value}."
+        text = f"No tier keeps the budget of {limit}: the nearest, {near['tier']}, has {value}"
+        text += ", and is beyond that of another metric." if near.get("passes") is False else "."
         return {"tier": None, "why": "budget", "text": text}
+    if len(points) == 1:
+        return {"tier": best["tier"], "why": "budget", "text": f"It keeps the budget of {limit}."}
     text = f"{best['tier']} is the cheapest inside the budget of {limit}{_in_use_words(points, best, group)}."
     return {"tier": best["tier"], "why": "budget", "text": text[:1].upper() + text[1:]}
 

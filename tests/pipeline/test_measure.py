@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from paradize.budget import METRICS
 from paradize.errors import BakeError, SourceError
 from paradize.report.tradeoff_page import tradeoff_page
-from paradize.tradeoff import FileOptions, measure_file, parts
+from paradize.tradeoff import FileOptions, measure_file, parts, within
 from paradize.tradeoff_curve import (
     Group,
     Point,
@@ -201,6 +201,24 @@ def test_advice_keeps_the_budget_and_says_when_nothing_does() -> None:
     assert told is not None
     assert told["tier"] is None
     assert "exact, has 0.5 degrees" in told["text"]
+
+
+def test_a_tier_that_keeps_one_budget_and_breaks_another_is_not_the_cheapest() -> None:
+    tiers = [point("fast", 1.0, 1.0), point("balanced", 2.0, 0.9)]
+    tiers[0]["passes"] = False
+    told = advice(group(tiers, budget=1.5))
+    assert told is not None
+    assert told["tier"] == "balanced"
+    assert within("alpha_psnr_db", 36.0, {"alpha_psnr_db": 36.0})
+    assert not within("alpha_psnr_db", 35.0, {"alpha_psnr_db": 36.0})
+
+
+def test_times_within_each_others_spread_dominate_nothing() -> None:
+    cloud = [point("fast", 1.0, 1.0), point("balanced", 1.01, 1.0), point("exact", 1.01, 0.5)]
+    mark(cloud[:2], less_is_better=True)
+    assert [one["dominated"] for one in cloud[:2]] == [False, False]
+    mark(cloud, less_is_better=True)
+    assert [one["dominated"] for one in cloud] == [True, True, False]
 
 
 def test_without_a_budget_advice_is_the_knee_or_the_quickest_of_equals() -> None:

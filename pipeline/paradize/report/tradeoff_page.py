@@ -99,12 +99,13 @@ def _overview(groups: Sequence[Group]) -> str:
             limit = f"{'≤' if group['less_is_better'] else '≥'} {group['budget']:g}"
         rows.append(
             f'<tr><td><a href="#{_anchor(group["name"])}">{escape(group["name"])}</a></td>'
+            f'<td><span class="tag {kind}">{escape(words)}</span></td>'
             f"<td>{escape(used['tier']) if used else '–'}</td><td>{value}</td><td>{limit}</td>"
-            f'<td class="n">{took}</td><td><span class="tag {kind}">{escape(words)}</span></td></tr>'
+            f'<td class="n">{took}</td></tr>'
         )
     head = "".join(
         f"<th>{text}</th>"
-        for text in ("what", "tier in use", "error", "budget", "time", "what the figures say")
+        for text in ("what", "what the figures say", "tier in use", "error", "budget", "time")
     )
     return (
         '<h2>At a glance</h2><div class="wide"><table class="glance"><thead><tr>'

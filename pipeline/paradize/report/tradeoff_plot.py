@@ -86,15 +86,18 @@ def plot(group: Mapping[str, Any]) -> str:
     )
     y = axis_over(shown, HEIGHT - BOTTOM - (LANE if lane else 0.0), TOP)
     at = [
-        (x.at(p["seconds"]["median"]), y.at(p["loss"]) if p["loss"] >= floor else HEIGHT - BOTTOM - 9.0)
+        (
+            x.at(p["seconds"]["median"]),
+            y.at(p["loss"]) if p["loss"] >= floor else HEIGHT - BOTTOM - LANE / 2.0,
+        )
         for p in points
     ]
-    parts = [_grid(group, x, y, lane), _budget_line(group, budget, y)]
+    words = _budget_box(group, budget, y, at)
+    parts = [_grid(group, x, y, lane), _budget_line(group, budget, y, words)]
     parts += _fronts(points, at)
     series = series_colors(points)
     for point, (px, py) in zip(points, at, strict=True):
         parts.append(_marker(group, point, px, py, x, _radius(point, points), series))
-    words = _budget_box(group, budget, y)
     parts.append(_labels(points, at, [_radius(point, points) for point in points], words))
     label = escape(f"{group['name']}: {group['metric']} against time. {group['sentence']}", quote=True)
     return (
@@ -173,11 +176,16 @@ def _error_ticks(group: Mapping[str, Any], y: Axis) -> list[tuple[float, str]]:
     return [(10.0 ** (-db / 20.0), f"{db:g}") for db in range(int(first), int(best) + 1, step)]
 
 
-def _budget_line(group: Mapping[str, Any], budget: float | None, y: Axis) -> str:
-    if budget is None or not y.low <= budget <= y.high:
+def _budget_line(
+    group: Mapping[str, Any],
+    budget: float | None,
+    y: Axis,
+    words: Sequence[tuple[float, float, float, float]],
+) -> str:
+    if budget is None or not words:
         return ""
     py = y.at(budget)
-    ((_, _, right, bottom),) = _budget_box(group, budget, y)
+    ((_, _, right, bottom),) = words
     return (
         _box("beyond", py)
         + f'<path class="budget" d="M{LEFT:g} {py:.1f}H{WIDTH - RIGHT:g}"/>'
@@ -186,15 +194,21 @@ def _budget_line(group: Mapping[str, Any], budget: float | None, y: Axis) -> str
 
 
 def _budget_box(
-    group: Mapping[str, Any], budget: float | None, y: Axis
+    group: Mapping[str, Any], budget: float | None, y: Axis, at: Sequence[tuple[float, float]]
 ) -> list[tuple[float, float, float, float]]:
-    """Where the words of the budget's line stand: above it where there is room."""
+    """Where the words of the budget's line stand: at its end or its beginning, above or below it, where the
+    circles at `at` leave room; nowhere where there is no line."""
     if budget is None or not y.low <= budget <= y.high:
         return []
     py = y.at(budget)
-    bottom = py - 2.0 if py > TOP + 18.0 else py + 16.0
-    right = WIDTH - RIGHT - 4.0
-    return [(right - _LETTER * len(f"budget {group['budget']:g}"), bottom - 13.0, right, bottom)]
+    wide = _LETTER * len(f"budget {group['budget']:g}")
+    tries = []
+    for right in (WIDTH - RIGHT - 4.0, LEFT + 4.0 + wide):
+        for bottom in (py - 2.0, py + 16.0):
+            box = (right - wide, bottom - 13.0, right, bottom)
+            taken = sum(_common(box, (px - 9.0, p - 9.0, px + 9.0, p + 9.0)) for px, p in at)
+            tries.append((taken + (1e3 if box[1] < TOP - 2.0 else 0.0), box))
+    return [min(tries, key=lambda one: one[0])[1]]
 
 
 def _fronts(points: Sequence[Mapping[str, Any]], at: Sequence[tuple[float, float]]) -> list[str]:
