@@ -20,8 +20,9 @@ from paradize.bake_record import BakeReport
 from paradize.bake_tasks import How
 from paradize.engine import place
 from paradize.engine.place import Place, shown
+from paradize.engine.publish import ASIDE
 from paradize.engine.remote import SharedStore
-from paradize.engine.store import Store, seal
+from paradize.engine.store import Store, hashes_in, seal
 from paradize.errors import BakeError
 from tests.pipeline.scenes import make_cove
 from tests.pipeline.ssh_server import Home, asyncssh_server, openssh_server, url_of
@@ -186,6 +187,16 @@ def test_damaged_products_and_missing_blobs_there_are_mended(tmp_path: Path) -> 
     assert {path: path.read_bytes() for path in whole} == whole
 
 
+def test_what_did_not_come_and_was_made_here_is_found(tmp_path: Path) -> None:
+    url = str(tmp_path / "remote")
+    push_all(tmp_path / "a", url, 1)
+    next((tmp_path / "remote" / "blobs").glob("*/*")).write_bytes(b"decayed")
+    with shared(tmp_path / "b", url) as store:
+        assert store.get_product(KEYS[0])
+        sha256 = store.put(ALL[0])
+        assert store.get(sha256) == ALL[0] and store.find(sha256)
+
+
 @pytest.mark.parametrize(
     "product",
     [
@@ -290,6 +301,34 @@ def test_blobs_go_before_the_product_that_names_them(tmp_path: Path, monkeypatch
         store.put_product("aa" * 32, {str(i): {"sha256": sha256} for i, sha256 in enumerate(hashes)})
         assert not store.settle()  # the second try
     assert names == ["blobs"] * 4 + ["products"]
+
+
+def test_a_push_that_is_killed_leaves_nothing_that_misses_a_file(baked: Path, tmp_path: Path) -> None:
+    """Killed as the 1st, 4th, 9th ... file is written there; the next bake pushes the rest."""
+    remote, url = tmp_path / "remote", str(tmp_path / "remote")
+    command = [sys.executable, "-m", "paradize.cli", "bake", str(baked / "scene" / "cove.toml")]
+    for count in (1, 4, 9, 16, 25):
+        shutil.rmtree(remote, ignore_errors=True)
+        shutil.rmtree(tmp_path / "store", ignore_errors=True)
+        shutil.copytree(baked / "store", tmp_path / "store")
+        process = subprocess.Popen(
+            [*command, "-o", str(tmp_path / "out"), "--store", url], stdout=subprocess.DEVNULL
+        )
+        while process.poll() is None and sum(path.is_file() for path in remote.rglob("*")) < count:
+            pass
+        process.kill()
+        process.wait()
+        products = [path for path in remote.glob("products/*/*") if ASIDE not in path.name]
+        for path in products:
+            assert all(Store(remote).find(sha256) for sha256 in hashes_in(Store.read_entry(path)))
+        bake_shared(baked, url, tmp_path / "out")
+        assert state_of_all(remote, "products") == state_of_all(baked / "store", "products")
+        assert state_of_all(remote, "blobs") == state_of_all(baked / "store", "blobs")
+
+
+def state_of_all(root: Path, kind: str) -> dict[str, bytes]:
+    files = [path for path in (root / kind).glob("*/*") if ASIDE not in path.name]
+    return {path.name: path.read_bytes() for path in files}
 
 
 def test_an_upload_that_breaks_leaves_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -80,16 +80,23 @@ class SharedStore(Store):
         self._going[key] = self._later(self._replace, key)
 
     def get(self, sha256: str) -> bytes | None:
-        data = None if sha256 in self._coming else super().get(sha256)
+        self._arrive(sha256)
+        data = super().get(sha256)
         if data is None and self._wait(self._fetch(self._fetch_blob, sha256)):
             data = super().get(sha256)
         return data
 
     def find(self, sha256: str) -> Path | None:
-        path = None if sha256 in self._coming else super().find(sha256)
+        self._arrive(sha256)
+        path = super().find(sha256)
         if path is None and self._wait(self._fetch(self._fetch_blob, sha256)):
             path = super().find(sha256)
         return path
+
+    def _arrive(self, sha256: str) -> None:
+        """Waits for a blob that is on its way."""
+        if sha256 in self._coming:
+            self._wait(self._coming[sha256])
 
     def settle(self) -> list[str]:
         done = [self._wait(future) for future in self._going.values()]
