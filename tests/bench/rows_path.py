@@ -10,44 +10,15 @@ The frames are those of the scene's viewport at ten moments, rendered by the pla
 from __future__ import annotations
 
 import os
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-
 from paradize.bake_tasks import How
 from row import Row
-from tests.pictures import flip_map, load
-from tests.pipeline.full_bake import Sizes, full_bake, measure_sizes
+from tests.pipeline.full_bake import MOMENTS_S, Sizes, frames_apart, full_bake, measure_sizes
 from tests.places import ROOT
 
 ISLAND = ROOT / "raw_assets" / "island.toml"
-PLAYER = ROOT / "build" / "bin" / "paradize-player"
-MOMENTS_S = (5.0, 22.0, 40.0, 62.0, 85.0, 113.0, 140.0, 165.0, 190.0, 214.0)
-
-
-def frames_apart(
-    path_aware: Path, full: Path, moments_s: tuple[float, ...], folder: Path
-) -> dict[str, float]:
-    """The worst of all moments: FLIP's mean and largest pixel, PSNR in dB (infinite where frames are equal),
-    and how many frames are the same byte by byte."""
-    flips, largest, squares, same = [], [], [], 0
-    for moment in moments_s:
-        pictures = []
-        for scene in (path_aware, full):
-            file = folder / f"{scene.name}_{moment:g}.png"
-            at = ["--headless", "--time", f"{moment:g}", "--mute"]
-            subprocess.run([PLAYER, scene, *at, "--screenshot", file], check=True, capture_output=True)
-            pictures.append(load(file))
-        error = flip_map(pictures[1], pictures[0])
-        flips.append(float(error.mean()))
-        largest.append(float(error.max()))
-        squares.append(float(np.mean((pictures[0] - pictures[1]) ** 2)))
-        same += bool((pictures[0] == pictures[1]).all())
-    worst = max(squares)
-    psnr_db = float("inf") if worst == 0.0 else -10.0 * float(np.log10(worst))
-    return {"flip_mean": max(flips), "flip_max": max(largest), "psnr_db": psnr_db, "same": float(same)}
 
 
 def row_of(what: str, sizes: Sizes, full: int, frames: dict[str, float], limit: float | None) -> Row:

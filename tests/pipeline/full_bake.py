@@ -8,11 +8,13 @@ levels of detail with all attributes; every patch of the terrain at the same err
 from __future__ import annotations
 
 import json
+import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from paradize import bake_commit, require
@@ -22,7 +24,11 @@ from paradize.bake_record import BakeReport
 from paradize.bake_tasks import How
 from paradize.require import Requirements
 from paradize.scene import Scene, load_scene
+from tests.pictures import flip_map, load
+from tests.places import ROOT
 
+PLAYER = ROOT / "build" / "bin" / "paradize-player"
+MOMENTS_S = (5.0, 22.0, 40.0, 62.0, 85.0, 113.0, 140.0, 165.0, 190.0, 214.0)  # of the island's flight
 ATTRIBUTES = ["POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "COLOR_0"]
 
 
@@ -110,3 +116,26 @@ def sources_of(scene: Scene) -> Sequence[Path]:
     found += [scene.terrain.heightmap] if scene.terrain else []
     found += scene.sky.faces if scene.sky else []
     return [*found, *([scene.sound.file] if scene.sound else [])]
+
+
+def frames_apart(
+    path_aware: Path, full: Path, moments_s: tuple[float, ...], folder: Path
+) -> dict[str, float]:
+    """The worst of all moments: FLIP's mean and largest pixel, PSNR in dB (infinite where frames are equal),
+    and how many frames are the same byte by byte."""
+    flips, largest, squares, same = [], [], [], 0
+    for moment in moments_s:
+        pictures = []
+        for scene in (path_aware, full):
+            file = folder / f"{scene.name}_{moment:g}.png"
+            at = ["--headless", "--time", f"{moment:g}", "--mute"]
+            subprocess.run([PLAYER, scene, *at, "--screenshot", file], check=True, capture_output=True)
+            pictures.append(load(file))
+        error = flip_map(pictures[1], pictures[0])
+        flips.append(float(error.mean()))
+        largest.append(float(error.max()))
+        squares.append(float(np.mean((pictures[0] - pictures[1]) ** 2)))
+        same += bool((pictures[0] == pictures[1]).all())
+    worst = max(squares)
+    psnr_db = float("inf") if worst == 0.0 else -10.0 * float(np.log10(worst))
+    return {"flip_mean": max(flips), "flip_max": max(largest), "psnr_db": psnr_db, "same": float(same)}

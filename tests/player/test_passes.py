@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from paradize.data import Texture
+from paradize.formats.glb_cut import cut_glb
 from paradize.formats.ktx2 import encode_ktx2
 from tests.player.posed import HEIGHT, WIDTH, Picture, Posed, Vec, around, differs, pixel
 
@@ -94,6 +95,32 @@ def test_the_palm_s_shadow_lies_on_the_sand(posed: Posed) -> None:
         posed.render(eye, target, scene=bare), posed.render(eye, target, scene=bare, disable="shadow")
     )
     assert around(alone, WIDTH / 2, HEIGHT / 2, 40).mean() < 0.01
+
+
+def test_a_caster_of_shadows_alone_needs_no_more_than_its_places(posed: Posed) -> None:
+    scene = posed.scene()
+    sun, top = np.asarray(scene["sun"]["direction"]), np.asarray(crown(posed))
+    place = top - sun * (top[1] - 0.4) / sun[1]
+    eye, target = (place[0] - 4.0, 7.0, place[2] + 9.0), (place[0], 0.4, place[2])
+    palm = next(item for item in scene["objects"] if item["name"] == "palm")
+    palm |= {"views": ["shadow"], "normal": None, "height": None, "gloss": None}
+    scene["particles"] = []
+    mesh = (posed.source / scene["artifacts"]["palm_mesh"]["file"]).read_bytes()
+    bare = cut_glb(mesh, attributes=("POSITION", "TEXCOORD_0"))
+    assert len(bare) < 0.7 * len(mesh)
+    lit, shadowed = (
+        posed.render(eye, target, scene=scene, files={"palm_mesh": bare}, disable=off)
+        for off in ("shadow", "")
+    )
+    dark = differs(lit, shadowed) & (shadowed.mean(axis=2) < lit.mean(axis=2))
+    assert around(dark, WIDTH / 2, HEIGHT / 2, 40).mean() > 0.1
+    # Where the palm itself stood there is now what is behind it.
+    beside = (float(top[0]) + 8.0, 4.0, float(top[2]) + 12.0)
+    there, gone = (
+        posed.render(beside, (float(top[0]), float(top[1]), float(top[2])), **given)
+        for given in ({}, {"scene": scene, "files": {"palm_mesh": bare}})
+    )
+    assert around(differs(there, gone), WIDTH / 2, HEIGHT / 2, 15).mean() > 0.2
 
 
 def test_fronds_cast_the_shadow_of_their_leaves_not_of_their_cards(posed: Posed) -> None:
