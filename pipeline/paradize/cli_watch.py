@@ -19,7 +19,7 @@ def add_watch(sub: argparse.ArgumentParser) -> None:
     """What `paradize watch` takes."""
     add_scene(sub)
     sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: build/assets/<scene name>")
-    add_common(sub, "worker processes")
+    add_common(sub, "worker processes", None)
     sub.epilog = "With --json every bake prints one line of JSON. Ctrl-C ends the watch: exit 0."
 
 

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 import paradize
+from paradize import cli
 from paradize.bake import bake
 from tests.pipeline.scenes import make_cove, write_image
 from tests.places import ROOT
@@ -219,6 +220,11 @@ def test_an_interrupt_in_a_bake_ends_it_and_leaves_nothing_half_done(tmp_path: P
     assert not list(rooms.glob("*")) and watched.lines.empty()
     assert not (watched.out / "scene.json").exists()
     assert not [line for line in watched.said if "Traceback" in line or "error" in line]
+
+
+def test_a_watch_bakes_what_bake_does_by_itself() -> None:
+    watch, once = (cli.parser(name).parse_args([name, "cove.toml"]) for name in ("watch", "bake"))
+    assert (watch.out, watch.jobs, watch.tier) == (once.out, once.jobs, once.tier)
 
 
 def test_a_scene_that_is_not_there_is_refused(tmp_path: Path) -> None:
