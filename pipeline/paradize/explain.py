@@ -146,7 +146,13 @@ def _choice(tried: dict[str, Any]) -> list[str]:
     elif not budget.aim:
         return [f"auto took tier {tried['taken']}: no budget limits it"]
     else:
-        words = [f"auto took tier {tried['taken']}, the cheapest inside the budget"]
+        soft = any(excesses(budget, tried["errors"].get(tried["taken"], {})))
+        why = (
+            "the cheapest inside the hard limits; none is inside the soft ones"
+            if soft
+            else "the cheapest inside the budget"
+        )
+        words = [f"auto took tier {tried['taken']}, {why}"]
     for tier, errors in tried["errors"].items():
         beyond = {excess.metric: excess for excess in excesses(budget, errors)}
         parts = []

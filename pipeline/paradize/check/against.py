@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from paradize.bake_record import SCENE_FILE
+from paradize.budget import METRICS
 from paradize.check.files import read_file
 from paradize.check.rules import Finding
 from paradize.errors import FormatError
@@ -41,10 +42,8 @@ def check_against(manifest: dict[str, Any], path: Path, file: str, worse_by: flo
         if name not in was:
             yield Finding("PZ422", file, f"{name} is new", f"artifacts.{name}", artifact=name)
             continue
-        yield from _worse(was[name]["errors"], artifact["errors"], file, name, "", worse_by)
-        levels = zip(was[name]["levels"], artifact["levels"], strict=False)
-        for level, (before, after) in enumerate(levels):
-            yield from _worse(before, after, file, name, f" level {level}", worse_by)
+        yield from _worse(was[name]["errors"], artifact["errors"], file, name, worse_by)
+        yield from _levels(was[name]["levels"], artifact["levels"], file, name, worse_by)
         before, after = was[name]["bytes"], artifact["bytes"]
         if after > before * (1.0 + worse_by):
             what = f"{name}: {after} bytes, {100.0 * (after / before - 1.0):.1f} % more than {before}"
@@ -52,20 +51,51 @@ def check_against(manifest: dict[str, Any], path: Path, file: str, worse_by: flo
     for name in was:
         if name not in now:
             yield Finding("PZ422", file, f"{name} is gone", f"artifacts.{name}", artifact=name)
-    yield from _worse(earlier["flight"]["errors"], manifest["flight"]["errors"], file, "flight", "", worse_by)
+    yield from _worse(earlier["flight"]["errors"], manifest["flight"]["errors"], file, "flight", worse_by)
 
 
 def _worse(
-    before: Mapping[str, float], after: Mapping[str, float], file: str, name: str, place: str, by: float
+    before: Mapping[str, float], after: Mapping[str, float], file: str, name: str, by: float
 ) -> Iterator[Finding]:
-    for metric in before.keys() & after.keys():
-        was, now = before[metric], after[metric]
-        share = growth(metric, was, now)
+    """What budgets may limit, metric by metric."""
+    for metric in METRICS:
+        if metric not in before or metric not in after:
+            continue
+        share = growth(metric, before[metric], after[metric])
         if share > by:
-            told = "" if share == float("inf") else f", {100.0 * share:.3g} % worse"
-            what = f"{name}: {metric} is {now:g} where it was {was:g}{told}"
-            at = f"artifacts.{name}{place}" if name != "flight" else name
-            yield Finding("PZ421", file, what, at, artifact=name, metric=metric)
+            what = f"{name}: {metric} {_told(before[metric], after[metric], share)}"
+            place = name if name == "flight" else f"artifacts.{name}"
+            yield Finding("PZ421", file, what, place, artifact=name, metric=metric)
+
+
+def _levels(
+    before: Sequence[Mapping[str, float]],
+    after: Sequence[Mapping[str, float]],
+    file: str,
+    name: str,
+    by: float,
+) -> Iterator[Finding]:
+    """What grew on coarser levels, all of an artifact's as one: the one that grew most is told. The finest
+    level's errors are the artifact's own."""
+    grown = [
+        (growth(metric, was[metric], now[metric]), level, metric)
+        for level, (was, now) in enumerate(zip(before, after, strict=False))
+        for metric in sorted(was.keys() & now.keys())
+        if level
+    ]
+    grown = [one for one in grown if one[0] > by]
+    if grown:
+        share, level, metric = max(grown)
+        what = (
+            f"{name}: {metric} of level {level} {_told(before[level][metric], after[level][metric], share)}"
+        )
+        yield Finding("PZ421", file, what, f"artifacts.{name} level {level}", len(grown), artifact=name)
+
+
+def _told(was: float, now: float, share: float) -> str:
+    return f"is {now:g} where it was {was:g}" + (
+        "" if share == float("inf") else f", {100.0 * share:.3g} % worse"
+    )
 
 
 def growth(metric: str, was: float, now: float) -> float:
