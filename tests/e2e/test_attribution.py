@@ -1,0 +1,62 @@
+"""Which stage spends the frame's error, by the player's own pictures of a small scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from paradize import tradeoff_attribution
+from paradize.bake import bake
+from paradize.bake_looks import looks_of
+from paradize.bake_tasks import How
+from paradize.errors import BakeError
+from paradize.require import require
+from paradize.scene import load_scene
+from paradize.tradeoff_attribution import attribute, swaps
+from tests.conftest import RENDER_ENVIRONMENT
+from tests.pipeline.scenes import make_cove
+from tests.places import ROOT
+
+PLAYER = ROOT / "build/bin/paradize-player"
+
+
+def test_a_swapped_stage_changes_the_picture_and_none_changes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    for name, value in RENDER_ENVIRONMENT.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(tradeoff_attribution, "SIZE", "160x90")
+    monkeypatch.setattr(tradeoff_attribution, "MOMENTS", 1)
+    path = make_cove(tmp_path / "cove")
+    scene = load_scene(path)
+    used = bake(path, tmp_path / "used", How(tier="fast"))
+    assert not used.errors
+    orders = require(scene, looks_of(scene, path)[0]).orders
+    stages = swaps(orders, {row["name"]: row["tier"] for row in used.artifacts})
+    names = [stage for stage, _ in stages]
+    assert names[:3] == ["levels of detail", "terrain", "colour textures"]
+    colors = next(tasks for stage, tasks in stages if stage == "colour textures")
+    assert set(colors) == {"sand colour", "effect colour", "post colour"}
+
+    asked = [("colour textures", colors), ("nothing", [])]
+    found = attribute(path, scene, asked, tmp_path / "used", "fast", PLAYER, tmp_path)
+    assert [bar["stage"] for bar in found] == ["colour textures", "nothing"]
+    assert 0.0 < found[0]["flip_mean"] <= found[0]["flip_max"] <= 1.0
+    assert (found[1]["flip_mean"], found[1]["flip_p99"], found[1]["flip_max"]) == (0.0, 0.0, 0.0)
+
+
+def test_what_is_exact_already_is_not_swapped(tmp_path: Path) -> None:
+    path = make_cove(tmp_path)
+    scene = load_scene(path)
+    orders = require(scene, looks_of(scene, path)[0]).orders
+    wanted = {want.artifact: "exact" for order in orders for want in order.wants}
+    assert swaps(orders, wanted) == []
+    assert [stage for stage, _ in swaps(orders, wanted | {"terrain_mesh": "balanced"})] == ["terrain"]
+
+
+def test_a_player_that_draws_nothing_is_told(tmp_path: Path) -> None:
+    scene = load_scene(make_cove(tmp_path))
+    with pytest.raises(BakeError, match="drew nothing"):
+        attribute(tmp_path / "cove.toml", scene, [], tmp_path, None, Path("/bin/false"), tmp_path)
