@@ -329,7 +329,8 @@ def test_two_bakes_at_once_ten_times_leave_one_of_the_two_whole(cove: Cove) -> N
 def test_everything_is_flushed_before_it_is_named_and_the_scene_comes_last(
     cove: Cove, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Each artifact: written aside, flushed, renamed, its folder flushed; then scene.json the same way."""
+    """Each artifact: written aside, flushed, renamed; then their folder flushed; then scene.json, and the
+    folder again."""
     events: list[tuple[str, str]] = []
     fsync, replace = os.fsync, os.replace
 
@@ -348,7 +349,8 @@ def test_everything_is_flushed_before_it_is_named_and_the_scene_comes_last(
     monkeypatch.setattr(os, "fsync", noted_fsync)
     monkeypatch.setattr(os, "replace", noted_replace)
     assert not bake(cove.scene, out, How(jobs=2)).errors
-    assert [what for what, _ in events] == ["flushed", "named", "flushed"] * 15
-    assert [name for _, name in events[2::3]] == ["folder"] * 15
-    named = [name for _, name in events[1::3]]
-    assert sorted(named) == sorted(state_of(out)) and named[-1] == "scene.json"
+    parts = [events[i : i + 2] for i in range(0, 28, 2)]
+    assert all([what for what, _ in part] == ["flushed", "named"] for part in parts)
+    assert {name for _, (_, name) in parts} == state_of(out).keys() - {"scene.json"}
+    assert events[28] == ("flushed", "folder") and events[29][0] == "flushed"
+    assert events[30:] == [("named", "scene.json"), ("flushed", "folder")]
