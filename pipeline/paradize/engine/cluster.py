@@ -14,60 +14,24 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
-from pathlib import Path
 from secrets import token_hex
 from typing import Any
 
+from paradize.engine.cluster_crew import Errand, Machine
 from paradize.engine.cluster_far import PROTOCOL, bake_here, greet, leave
-from paradize.engine.cluster_link import CONNECT_S, HOWTO, ClusterLost, connect
+from paradize.engine.cluster_freight import Freight
+from paradize.engine.cluster_link import HOWTO, ClusterLost, connect
 from paradize.engine.parcel import full, pack_call, unpack
 from paradize.engine.workers import Job, Outcome
 from paradize.errors import BakeError, ParadizeError, one_line
 
 ABSENT_S = 30.0  # so long a bake waits for a worker to come, or to come back
 LEAVE_S = 5.0  # for what is done last
-LARGE = 1 << 20  # bytes of a call that do not go by the scheduler's books
 ANSWER_S = 60.0  # until a worker must have said who it is
 _LOOK_S = 0.25  # how often it is looked who is there
 _TRIES = 2
+_FETCH_S = 10.0  # a result that takes longer is asked for anew, twice as patiently, if its worker is there
 _LOST = 8  # so often a job is sent anew whose files went with a worker, not the job's own fault
-
-
-@dataclass(eq=False)
-class _Errand:
-    """A job on its way. tries: which one it is of the job's. lost: how often it went down without a fault of
-    its own. alone: whether it lost its machine before."""
-
-    job: Job
-    tries: int = 1
-    lost: int = 0
-    alone: bool = False
-    future: Any = None
-    since: float = 0.0
-
-
-@dataclass(eq=False)
-class _Machine:
-    """A Dask worker: its threads, what it said of itself (None: nothing yet), what runs there."""
-
-    address: str
-    threads: int
-    since: float
-    told: dict[str, Any] | None = None
-    refused: str = ""  # why it gets nothing
-    foreign: set[str] = field(default_factory=set)  # modules that it has in other versions
-    errands: list[_Errand] = field(default_factory=list)
-    greeting: Any = None
-
-    def load(self) -> float:
-        """How many jobs each thread has."""
-        return len(self.errands) / self.threads
-
-    @property
-    def name(self) -> str:
-        host = (self.told or {}).get("host")
-        return f"{host} ({self.address})" if host else self.address
 
 
 def run_on_cluster(
@@ -109,16 +73,11 @@ class _Tour:
         self.client, self.address, self.jobs, self.most = client, address, jobs, most
         self.told, self.began, self.warn = told, began, warn
         self.name = token_hex(4)  # of this bake, on the machines
-        self.waiting = [_Errand(job) for job in jobs]
+        self.waiting = [Errand(job) for job in jobs]
         self.outcomes: dict[str, Outcome] = {}
-        self.machines: dict[str, _Machine] = {}
-        self.answers: queue.SimpleQueue[tuple[_Machine, _Errand | None, Any]] = queue.SimpleQueue()
-        self.blobs: dict[str, Any] = {}  # a file's path -> the future of its bytes
-        self.readers: dict[str, int] = {}  # how many jobs that are not done read it
-        for job in jobs:
-            for path, whole in job.files.items():
-                if whole:
-                    self.readers[full(path)] = self.readers.get(full(path), 0) + 1
+        self.machines: dict[str, Machine] = {}
+        self.answers: queue.SimpleQueue[tuple[Machine, Errand | None, Any]] = queue.SimpleQueue()
+        self.freight = Freight(client, jobs)
         self.looked = 0.0
         self.seen = time.monotonic()  # when there was a worker last
 
@@ -144,7 +103,7 @@ class _Tour:
         there = self.ask_who()
         for address, threads in there.items():
             if address not in self.machines:
-                machine = self.machines[address] = _Machine(address, threads, now)
+                machine = self.machines[address] = Machine(address, threads, now)
                 self.send(machine, None, self.client.submit(greet, workers=[address], pure=False))
         for address in [address for address in self.machines if address not in there]:
             self.bury(self.machines.pop(address))
@@ -166,7 +125,7 @@ class _Tour:
         if self.client.status == "running":
             with suppress(Exception):  # whatever Dask raises of a line that broke: it is gone
                 there: dict[str, int] = self.client.sync(
-                    self.client.scheduler.ncores, workers=None, callback_timeout=CONNECT_S
+                    self.client.scheduler.ncores, workers=None, callback_timeout=ANSWER_S
                 )
                 return there
         what = "the scheduler has gone; what was baked until then is kept"
@@ -174,58 +133,44 @@ class _Tour:
 
     def give_up(self) -> None:
         """Ends the jobs that no machine takes, once all have said who they are."""
-        if not self.machines or any(one.told is None and not one.refused for one in self.machines.values()):
+        machines = list(self.machines.values())
+        if not any(one.refused or one.foreign for one in machines):
             return
-        for errand in [*self.waiting]:
-            if not any(self.takes(machine, errand.job) for machine in self.machines.values()):
-                self.waiting.remove(errand)
-                machine = next(iter(self.machines.values()))
-                what = machine.refused or f"runs other code: {self.foreign(machine, errand.job)}"
-                self.fail(errand, _refusal(machine, what), 0.0)
-
-    @staticmethod
-    def foreign(machine: _Machine, job: Job) -> str:
-        """A module of the job's that the machine has in another version; empty where there is none."""
-        return next(iter(sorted(machine.foreign & job.code.keys())), "")
-
-    def takes(self, machine: _Machine, job: Job) -> bool:
-        return not machine.refused and not self.foreign(machine, job)
+        if any(one.told is None and not one.refused for one in machines):
+            return
+        for errand in [one for one in self.waiting if not any(on.takes(one.job) for on in machines)]:
+            self.waiting.remove(errand)
+            self.fail(errand, machines[0].refusal(machines[0].why_not(errand.job)), 0.0)
 
     def hand_out(self) -> None:
         """Sends what there is room for."""
         while sum(len(machine.errands) for machine in self.machines.values()) < self.most:
-            pair = next(
-                (
-                    (machine, errand)
-                    for errand in self.waiting
-                    for machine in sorted(self.machines.values(), key=_Machine.load)
-                    if self.fits(machine, errand)
-                ),
-                None,
-            )
-            if pair is None:
+            free = [one for one in self.machines.values() if one.told and len(one.errands) < one.threads]
+            free.sort(key=Machine.load)
+            pairs = ((on, errand) for errand in self.waiting for on in free if self.fits(on, errand))
+            machine, errand = next(pairs, (None, None)) if free else (None, None)
+            if machine is None or errand is None:
                 return
-            self.waiting.remove(pair[1])
-            self.start(*pair)
+            self.waiting.remove(errand)
+            if not self.start(machine, errand):
+                return
 
-    def fits(self, machine: _Machine, errand: _Errand) -> bool:
-        if machine.told is None or not self.takes(machine, errand.job):
+    def fits(self, machine: Machine, errand: Errand) -> bool:
+        """Whether it takes the job, and there is memory for it beside what runs on that computer."""
+        assert machine.told is not None
+        if not machine.takes(errand.job):
             return False
-        if not machine.errands:
-            return True
-        near = [other for other in self.machines.values() if self.near(machine, other)]
+        near = [other for other in self.machines.values() if machine.near(other)]
         beside = [one for other in near for one in other.errands]
-        if errand.alone or len(machine.errands) >= machine.threads or any(one.alone for one in beside):
+        if not beside:
+            return True
+        if errand.alone or any(one.alone for one in beside):
             return False
         limit = machine.told["memory"]
         return limit is None or sum(one.job.memory_bytes for one in beside) + errand.job.memory_bytes <= limit
 
-    @staticmethod
-    def near(one: _Machine, other: _Machine) -> bool:
-        """Whether two workers run on one computer."""
-        return bool(one.told and other.told and one.told["host"] == other.told["host"])
-
-    def start(self, machine: _Machine, errand: _Errand) -> None:
+    def start(self, machine: Machine, errand: Errand) -> bool:
+        """Sends a job; False where the line is at fault."""
         job = errand.job
         packed, given = pack_call(job.call, job.arguments)
         task = {
@@ -237,42 +182,28 @@ class _Tour:
             "given": given,
             "empty": [full(path) for path, whole in job.files.items() if not whole],
         }
-        paths = [path for path, whole in job.files.items() if whole]
         try:
-            blobs = [self.blob(path, machine) for path in paths]
-            call: Any = packed
-            if len(packed) > LARGE:
-                call = self.client.scatter(packed, workers=[machine.address], hash=False)
+            paths, blobs = self.freight.files(job, machine.address)
+            call = self.freight.call(packed, machine.address)
             key = f"paradize {job.name} {token_hex(4)}"
             future = self.client.submit(
-                bake_here, self.name, task, call, list(map(full, paths)), blobs, machine.threads,
+                bake_here, self.name, task, call, paths, blobs, machine.threads,
                 workers=[machine.address], pure=False, key=key,
             )  # fmt: skip
         except ParadizeError as error:
             self.fail(errand, error, 0.0)
-            return
+            return True
         except Exception as error:  # of Dask, or of the line
             self.lose(errand, f"{type(error).__name__}: {error}")
-            return
+            return False
         errand.since = time.monotonic()
         machine.errands.append(errand)
         if self.began:
             self.began(job)
         self.send(machine, errand, future)
+        return True
 
-    def blob(self, path: Path, machine: _Machine) -> Any:
-        """The bytes of a file, on the cluster, named by their hash. Raises BakeError where there are none."""
-        held = self.blobs.get(full(path))
-        if held is None or held.status != "finished":
-            try:
-                data = path.read_bytes()
-            except OSError as error:
-                raise BakeError(f"cannot be read: {error.strerror or error}", file=path) from None
-            held = self.client.scatter(data, workers=[machine.address], hash=True)
-            self.blobs[full(path)] = held
-        return held
-
-    def send(self, machine: _Machine, errand: _Errand | None, future: Any) -> None:
+    def send(self, machine: Machine, errand: Errand | None, future: Any) -> None:
         """Has the answer come into the queue."""
         if errand:
             errand.future = future
@@ -281,15 +212,14 @@ class _Tour:
         answers = self.answers
         future.add_done_callback(lambda done: answers.put((machine, errand, done)))
 
-    def hear(self, machine: _Machine, errand: _Errand | None, future: Any) -> None:
+    def hear(self, machine: Machine, errand: Errand | None, future: Any) -> None:
         """Takes what came of a call."""
         if errand and (errand not in machine.errands or errand.future is not future):
             return  # given to another meanwhile
-        value, wrong = None, ""
         try:
-            value = future.result(timeout=ANSWER_S + 600.0)
+            value, wrong = self.fetch(machine, future), ""
         except Exception as error:  # of the line, of Dask, or of what the other side cannot import
-            wrong = f"{type(error).__name__}: {one_line(str(error)).strip()[:300]}"
+            value, wrong = None, f"{type(error).__name__}: {one_line(str(error)).strip()[:300]}"
         if errand is None:
             self.meet(machine, value, wrong)
         elif future.status in ("cancelled", "lost"):
@@ -301,7 +231,18 @@ class _Tour:
             machine.errands.remove(errand)
             self.take(machine, errand, value)
 
-    def meet(self, machine: _Machine, told: dict[str, Any] | None, wrong: str) -> None:
+    def fetch(self, machine: Machine, future: Any) -> Any:
+        """The result of a call. Raises what the call raised; TimeoutError where its worker went with it."""
+        patience = _FETCH_S
+        while True:
+            try:
+                return future.result(timeout=patience)
+            except TimeoutError:
+                if machine.address not in self.ask_who():
+                    raise
+            patience *= 2.0
+
+    def meet(self, machine: Machine, told: dict[str, Any] | None, wrong: str) -> None:
         """A worker has said who it is."""
         ours = {"python": ".".join(platform.python_version_tuple()[:2]), "engine": PROTOCOL}
         if told is None:
@@ -315,7 +256,7 @@ class _Tour:
             if "error" not in told and told.get(name) != value:
                 self.refuse(machine, f"runs {name} {told.get(name)}, this bake {value}")
 
-    def take(self, machine: _Machine, errand: _Errand, answer: dict[str, Any]) -> None:
+    def take(self, machine: Machine, errand: Errand, answer: dict[str, Any]) -> None:
         """An answer that came whole."""
         if answer["foreign"] is not None:
             machine.foreign.add(answer["foreign"])
@@ -326,7 +267,7 @@ class _Tour:
         value = None if answer["value"] is None else unpack(answer["value"])
         self.end(Outcome(errand.job.name, value, error, answer["seconds"], answer["tries"]), errand.job)
 
-    def again(self, machine: _Machine, errand: _Errand, what: str) -> None:
+    def again(self, machine: Machine, errand: Errand, what: str) -> None:
         """A call failed on its machine: once more, where it has a try left."""
         machine.errands.remove(errand)
         errand.future.cancel()
@@ -337,42 +278,40 @@ class _Tour:
         errand.tries, errand.alone = errand.tries + 1, True
         self.waiting.append(errand)
 
-    def bury(self, machine: _Machine) -> None:
+    def bury(self, machine: Machine) -> None:
         """A worker is gone: what ran there is tried once more, with nothing beside it."""
         for errand in [*machine.errands]:
             self.again(machine, errand, f"could not be baked: its worker {machine.name} died")
 
-    def lose(self, errand: _Errand, why: str) -> None:
+    def lose(self, errand: Errand, why: str) -> None:
         """A call went down with somebody else's data: sent anew with all its files."""
         errand.lost += 1
-        for path in errand.job.files:
-            self.blobs.pop(full(path), None)
+        self.looked = 0.0  # the worker may have gone
+        self.freight.lost(errand.job)
         if errand.lost > _LOST:
             what = f"{errand.job.name} could not be sent: {why}"
             self.fail(errand, BakeError(what, file=errand.job.file), 0.0)
         else:
             self.waiting.insert(0, errand)
 
-    def fail(self, errand: _Errand, error: ParadizeError, seconds: float) -> None:
+    def fail(self, errand: Errand, error: ParadizeError, seconds: float) -> None:
         self.end(Outcome(errand.job.name, None, error, seconds, errand.tries), errand.job)
 
     def end(self, outcome: Outcome, job: Job | None = None) -> None:
         """Notes what became of a job; what only it read is let go."""
         self.outcomes[outcome.name] = outcome
-        for path in [full(path) for path, whole in job.files.items() if whole] if job else []:
-            self.readers[path] -= 1
-            if not self.readers[path]:
-                self.blobs.pop(path, None)
+        if job:
+            self.freight.done(job)
         if self.told:
             self.told(outcome)
 
-    def refuse(self, machine: _Machine, why: str) -> None:
+    def refuse(self, machine: Machine, why: str) -> None:
         machine.refused = why
         self.say(machine, why)
 
-    def say(self, machine: _Machine, why: str) -> None:
+    def say(self, machine: Machine, why: str) -> None:
         if self.warn:
-            self.warn(str(_refusal(machine, why)))
+            self.warn(str(machine.refusal(why)))
 
     def leave(self) -> None:
         """Ends what still runs there, and the connection."""
@@ -389,8 +328,3 @@ class _Tour:
             thread.join(LEAVE_S)
         with suppress(Exception):
             self.client.close(timeout=LEAVE_S)
-
-
-def _refusal(machine: _Machine, why: str) -> BakeError:
-    mend = "install the same paradize there, and start the worker again"
-    return BakeError(f"the worker {machine.name} {why}", mend=mend)
