@@ -65,7 +65,7 @@ class SharedStore(Store):
 
     def get_product(self, key: str) -> Any | None:
         product = None if key in self._coming else super().get_product(key)
-        if product is not None and key not in self._known | self._going.keys():
+        if product is not None and key not in self._known and key not in self._going:
             self._going[key] = self._later(self._share, key)
         if product is None and self._wait(self._fetch(self._fetch_product, key)):
             product = super().get_product(key)
