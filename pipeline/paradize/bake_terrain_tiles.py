@@ -7,7 +7,7 @@ Tiles are written into a folder as they fill, so that a terrain of any size is n
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +58,7 @@ def bake_tiles(
     patch_px: int = PATCH_PX,
     tile_mb: float = 64.0,
     quantise: bool = False,
+    tangents: bool = True,
     sight: dict[str, Any] | None = None,
     tier: str = "balanced",
 ) -> TilesProduct:
@@ -65,9 +66,9 @@ def bake_tiles(
 
     max_error_m: vertical, of the finest level; tier "exact" makes it 0. patch_px: side of the finest cells,
     pixels. tile_mb: a tile's limit, megabytes, up to 64; a patch that is larger has a tile for itself.
-    quantise: vertices as 16-bit codes of one lattice. sight: as bake_demand.plan_demand takes it; None: every
-    patch is made. Raises SourceError for a picture that is no heightmap, BakeError when the bound cannot be
-    held.
+    quantise: vertices as 16-bit codes of one lattice. tangents: whether anything reads them. sight: as
+    bake_demand.plan_demand takes it; None: every patch is made. Raises SourceError for a picture that is no
+    heightmap, BakeError when the bound cannot be held.
     """
     if tier not in TIERS:
         raise ValueError(f"no tier {tier!r}")
@@ -86,7 +87,7 @@ def bake_tiles(
         tree = grower.grow()
     except BakeError as error:
         raise BakeError(error.what, file=path, place=error.place, mend=error.mend) from None
-    tiles, tile_of, node_of = _write(grower, tree, room, round(tile_mb * 1e6))
+    tiles, tile_of, node_of = _write(grower, tree, room, round(tile_mb * 1e6), tangents)
     finest = tree.patches[-1].level
     tables = columns_of(tree, tile_of, node_of) | {
         "demand": {
@@ -100,12 +101,14 @@ def bake_tiles(
     return TilesProduct(tiles, tables, tier, warnings)
 
 
-def _write(grower: Grower, tree: Tree, room: Path, limit: int) -> tuple[list[Tile], list[int], list[int]]:
+def _write(
+    grower: Grower, tree: Tree, room: Path, limit: int, tangents: bool
+) -> tuple[list[Tile], list[int], list[int]]:
     """The tiles, and of each patch its tile and its node there."""
     tiles: list[Tile] = []
     tile_of: list[int] = []
     node_of: list[int] = []
-    for data, indices in encode_tiles(_patches(grower, tree), limit):
+    for data, indices in encode_tiles(_patches(grower, tree, tangents), limit):
         file = room / f"tile{len(tiles)}.glb"
         write_whole(file, data, durable=False)
         held = [tree.patches[index] for index in indices]
@@ -115,9 +118,10 @@ def _write(grower: Grower, tree: Tree, room: Path, limit: int) -> tuple[list[Til
     return tiles, tile_of, node_of
 
 
-def _patches(grower: Grower, tree: Tree) -> Iterator[TilePatch]:
+def _patches(grower: Grower, tree: Tree, tangents: bool) -> Iterator[TilePatch]:
     for index, patch in enumerate(tree.patches):
         mesh = grower.mesh(patch)
+        mesh = mesh if tangents else replace(mesh, tangents=None)
         yield TilePatch(index, mesh, patch.told_m, patch.diamond is None, grower.codes(mesh))
 
 

@@ -129,6 +129,7 @@ def _drawn(what: str, views: tuple[str, ...]) -> str:
 
 def _terrain(found: Requirements, terrain: Terrain, views: tuple[str, ...], sight: dict[str, Any]) -> None:
     ground = ("terrain",)
+    relief = terrain.effect_height or terrain.effect_color
     why = _drawn("the terrain", ("camera", *views))
     found.add(
         "terrain",
@@ -147,6 +148,7 @@ def _terrain(found: Requirements, terrain: Terrain, views: tuple[str, ...], sigh
         patch_px=terrain.patch_px,
         tile_mb=terrain.tile_mb,
         quantise=terrain.quantise,
+        tangents=terrain.sand_strength > 0.0 or (relief is not None and terrain.effect_strength > 0.0),
         sight=sight,
     )
     _color(found, "sand", {"image": terrain.sand_color}, "repeat", "the terrain's sand pattern", ground)
@@ -163,7 +165,6 @@ def _terrain(found: Requirements, terrain: Terrain, views: tuple[str, ...], sigh
         )
     if terrain.effect_color:
         _color(found, "effect", {"image": terrain.effect_color}, "clamp", "the terrain's effect map", ground)
-    relief = terrain.effect_height or terrain.effect_color
     if relief and terrain.effect_strength > 0.0:
         found.add(
             "effect maps",

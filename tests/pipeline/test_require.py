@@ -11,7 +11,9 @@ import pytest
 from paradize.bake import bake
 from paradize.bake_looks import looks_of
 from paradize.bake_tasks import How
+from paradize.check import check_paths
 from paradize.errors import ParadizeError
+from paradize.formats.glb_tiles import decode_tile
 from paradize.require import Order, read_of, require
 from paradize.scene import VIEWS, ObjectMaterial, SceneObject, load_scene
 from tests.pipeline.glb_json import document
@@ -119,6 +121,25 @@ def test_a_baked_mesh_holds_what_is_read_and_no_more(tmp_path: Path, monkeypatch
         tree = document((tmp_path / name / "out" / manifest["artifacts"]["post_mesh"]["file"]).read_bytes())
         for mesh in tree["meshes"]:
             assert all(primitive["attributes"].keys() == attributes for primitive in mesh["primitives"])
+
+
+def test_a_terrain_without_relief_has_no_tangents(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    plain = (
+        ("sand_strength = 0.5\n", ""),
+        ("sand_repeat = 8.0\n", "sand_repeat = 8.0\neffect_strength = 0.0\n"),
+    )
+    for name, changes, there in (
+        ("plain", plain, False),
+        ("codes", (*plain, ("max_error_m = 0.05\n", "max_error_m = 0.05\nquantise = true\n")), False),
+        ("grain", plain[1:], True),
+    ):
+        scene, out = edited(tmp_path / name, *changes), tmp_path / name / "out"
+        assert not bake(scene, out, How(jobs=2)).errors
+        manifest = json.loads((out / "scene.json").read_text())
+        tile = (out / manifest["artifacts"]["terrain_mesh"]["file"]).read_bytes()
+        assert all((patch.mesh.tangents is not None) == there for patch in decode_tile(tile))
+        assert not [finding for finding in check_paths([out]) if finding.severity == "error"]
 
 
 def test_shaders_read_no_attribute_that_the_table_leaves_out() -> None:

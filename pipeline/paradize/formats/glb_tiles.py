@@ -53,7 +53,8 @@ def _layout(patch: TilePatch) -> _Layout:
     codes = patch.codes
     if codes is None:
         return None
-    return codes.lattice, tuple(str(getattr(codes, attribute).dtype) for _, attribute, _ in _COLUMNS)
+    columns = (getattr(codes, attribute) for _, attribute, _ in _COLUMNS)
+    return codes.lattice, tuple("" if values is None else str(values.dtype) for values in columns)
 
 
 def encode_tiles(patches: Iterable[TilePatch], limit: int = TILE_BYTES) -> Iterator[tuple[bytes, list[int]]]:
@@ -79,6 +80,8 @@ def _require_sound(patch: TilePatch) -> None:
         raise BakeError(f"{len(mesh.triangles)} triangles of {count} vertices do not fit", place=name)
     for _, attribute, shape in _COLUMNS:
         values = getattr(mesh, attribute)
+        if values is None and attribute == "tangents":
+            continue
         if values is None or values.shape != (count, SHAPES[shape]) or not np.isfinite(values).all():
             raise BakeError(f"{attribute} is missing or not finite", place=name)
     if mesh.colors is not None:
@@ -159,6 +162,8 @@ def decode_tile(data: bytes, file: object = None) -> list[TilePatch]:
     patches = [_read_patch(reader, at, at in finest) for at in range(len(nodes))]
     if len({_layout(patch) for patch in patches}) > 1:
         raise reader.fault(_ALIKE, "/nodes")
+    if len({patch.mesh.tangents is None for patch in patches}) > 1:
+        raise reader.fault("all patches have tangents, or none", "/meshes")
     required = [] if patches[0].codes is None else [QUANTIZATION]
     if reader.get(reader.document, "", "extensionsRequired", list, []) != required:
         raise reader.fault(f"{required} expected", "/extensionsRequired")
@@ -187,10 +192,13 @@ def _read_patch(reader: Reader, at: int, finest: bool) -> TilePatch:
         raise reader.fault(f"{len(primitives)} primitives, expected one", f"{place}/primitives")
     place += "/primitives/0"
     keys = reader.get(primitives[0], place, "attributes", dict)
-    if keys.keys() != {key for key, _, _ in _COLUMNS}:
+    known = {key for key, _, _ in _COLUMNS}
+    if not known - {"TANGENT"} <= keys.keys() <= known:
         raise reader.fault(f"attributes {sorted(keys)!r:.80}", f"{place}/attributes")
     arrays: dict[str, Any] = {}
     for key, attribute, shape in _COLUMNS:
+        if key not in keys:
+            continue
         components, normalized = CODED[key]
         values = reader.accessor(
             keys[key], f"{place}/attributes/{key}", shape, (FLOAT, *components), normalized
