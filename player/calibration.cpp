@@ -58,8 +58,12 @@ Calibration calibrate(Renderer &renderer, const assets::SceneFile &file, std::sp
     constexpr auto balanced = static_cast<std::size_t>(Tier::balanced);
     constexpr auto exact = static_cast<std::size_t>(Tier::exact);
     Calibration out;
+    Quality fastest = all_at(Tier::balanced);
+    for (const Trade trade : trades) {
+        fastest[static_cast<std::size_t>(trade)] = Tier::fast;
+    }
+    out.base_ms = measured(fastest);
     const double balanced_ms = measured(all_at(Tier::balanced));
-    out.base_ms = balanced_ms;
     for (const Trade trade : trades) {
         const auto t = static_cast<std::size_t>(trade);
         Quality quality = all_at(Tier::balanced);
@@ -69,7 +73,6 @@ Calibration calibrate(Renderer &renderer, const assets::SceneFile &file, std::sp
         // A finer tier that seems cheaper is noise.
         out.table[t][balanced].ms = std::max(balanced_ms - fast_ms, 0.0);
         out.table[t][exact].ms = std::max(measured(quality) - fast_ms, out.table[t][balanced].ms);
-        out.base_ms -= out.table[t][balanced].ms;
         for (std::size_t tier = 0; tier < tier_names.size(); ++tier) {
             out.table[t][tier].error = shipped_errors[t][tier];
         }
@@ -81,7 +84,6 @@ Calibration calibrate(Renderer &renderer, const assets::SceneFile &file, std::sp
             out.table[t][tier].error = error.flip;
         }
     }
-    out.base_ms = std::max(out.base_ms, 1e-3);
     return out;
 }
 

@@ -23,6 +23,13 @@ in vec2 v_uv;
 
 layout(location = 0) out vec4 fragment;
 
+// Where the ray is followed, neighbouring pixels may meet the relief far apart: the footprint is the surface's.
+#if PARALLAX_STEPS > 2
+#define FETCH(map) textureGrad(map, uv, dFdx(v_uv), dFdy(v_uv))
+#else
+#define FETCH(map) texture(map, uv)
+#endif
+
 void main() {
     apply_clip();
     vec3 to_eye = eye.xyz - v_position;
@@ -37,10 +44,10 @@ void main() {
                          u_parallax.x, u_parallax.y);
     }
 
-    vec4 texel = u_maps.x > 0.5 ? texture(u_color, uv) : vec4(1.0);
+    vec4 texel = u_maps.x > 0.5 ? FETCH(u_color) : vec4(1.0);
     // Every fetch stands before the discard: derivatives are undefined after it.
-    vec3 relief = u_maps.y > 0.5 ? decode_normal(texture(u_normal, uv).rg, 1.0) : vec3(0.0, 0.0, 1.0);
-    vec2 gloss = u_maps.w > 0.5 ? texture(u_gloss, uv).rg : vec2(1.0);
+    vec3 relief = u_maps.y > 0.5 ? decode_normal(FETCH(u_normal).rg, 1.0) : vec3(0.0, 0.0, 1.0);
+    vec2 gloss = u_maps.w > 0.5 ? FETCH(u_gloss).rg : vec2(1.0);
     vec3 shaded = tangent_to_world(relief, v_normal, v_tangent) * side;
     float alpha = filtered_alpha(shaded, alpha_of_smoothness(gloss.g * u_shine.y));
     float texel_step = fwidth(texel.a);

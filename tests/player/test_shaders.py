@@ -19,6 +19,7 @@ PREAMBLES = {
         for what in ("float", "int", "sampler2D", "samplerCube", "sampler2DShadow")
     ),
 }
+STEPS = [f"PARALLAX_STEPS {i}" for i in (0, 1, 24, 128)]  # as player/quality.cpp asks for
 INCLUDE = re.compile(r'^#include "(lib/[a-z0-9_]+\.glsl)"$')
 
 
@@ -55,6 +56,18 @@ def _validator() -> None:
 def test_every_body_compiles_for_desktop_and_web(name: str, version: str, tmp_path: Path) -> None:
     source = PREAMBLES[version] + "\n".join(expand(name, set())) + "\n"
     assert compiles(source, name.rsplit(".")[-1], tmp_path) == ""
+
+
+@pytest.mark.parametrize("version", PREAMBLES)
+@pytest.mark.parametrize("switch", [*(f"SHADOW_FILTER {i}" for i in range(4)), *STEPS])
+@pytest.mark.parametrize("name", ["object.frag", "terrain.frag", "water.frag"])
+def test_every_quality_compiles_for_desktop_and_web(
+    name: str, version: str, switch: str, tmp_path: Path
+) -> None:
+    lines = expand(name, set())
+    assert "SHADOW_FILTER" in "".join(lines)
+    source = PREAMBLES[version] + f"#define {switch}\n" + "\n".join(lines) + "\n"
+    assert compiles(source, "frag", tmp_path) == ""
 
 
 def test_a_broken_body_is_noticed(tmp_path: Path) -> None:

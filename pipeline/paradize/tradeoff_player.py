@@ -1,0 +1,178 @@
+"""The player's own trade: the time of a frame against how far the picture is from the reference.
+
+The reference is what `paradize-player --reference N` draws: the mean of N jittered frames with everything at
+its finest. Its maps may come from another folder than those that are played, baked without loss: what the
+compression of textures costs is then part of every error, and the trade of the bake, not of the player.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from paradize.data import six
+from paradize.errors import BakeError
+from paradize.metrics.picture import Picture, flip_errors
+from paradize.tradeoff_curve import Group, Point, spread
+
+TIERS = ("fast", "balanced", "exact")
+SIZE = (320, 180)  # pixels
+MOMENTS = 3  # seconds of the flight
+FRAMES = 10  # timed at each
+SAMPLES = 64  # frames that a reference averages
+_PATIENCE_S = 1800.0
+
+Told = Callable[[str, int, int], None]  # what runs, how many are done, of how many
+
+
+def player_groups(
+    player: Path,
+    folder: Path,
+    *,
+    reference: Path | None = None,
+    variants: Mapping[str, Path] | None = None,
+    seconds: Sequence[float] | None = None,
+    size: tuple[int, int] = SIZE,
+    frames: int = FRAMES,
+    samples: int = SAMPLES,
+    told: Told | None = None,
+) -> list[Group]:
+    """A group for each trade that the scene has, with a point for each quality, the other trades balanced.
+
+    player: the program. folder: a baked scene. reference: the same scene baked without loss; None: `folder`.
+    variants: other bakes of it, by tier, where `folder` is `balanced`: the group "texture". seconds: of the
+    flight, at which frames are drawn and compared; None: MOMENTS, evenly over it. size: of the picture,
+    pixels. frames: timed at each second, each until the device has finished it. samples: frames that a
+    reference averages. Groups are not judged yet. Raises BakeError where the player fails.
+    """
+    scene = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
+    duration_s = float(scene["flight"]["duration_s"])
+    moments = [duration_s * (i + 0.5) / MOMENTS for i in range(MOMENTS)] if seconds is None else list(seconds)
+    with TemporaryDirectory(prefix="paradize-player-trade-") as name:
+        run = _Player(player, size, moments, frames, samples, Path(name))
+        trades = run.trades(folder)
+        bakes = dict(variants or {})
+        total = 2 + len(trades) * (len(TIERS) - 1) + len(bakes)
+        done = 0
+
+        def tell(what: str) -> None:
+            nonlocal done
+            if told:
+                told(what, done, total)
+            done += 1
+
+        tell(f"the reference of {samples} frames")
+        truth = run.pictures(reference or folder, "--reference", str(samples))
+        tell("every trade balanced")
+        middle = run.point(folder, "balanced", truth, in_use=True)
+        groups = []
+        for trade in trades:
+            points = []
+            for tier in TIERS:
+                if tier == "balanced":
+                    points.append(middle)
+                    continue
+                tell(f"{trade} {tier}")
+                points.append(run.point(folder, tier, truth, "--quality", f"{trade}={tier}"))
+            groups.append(_group(trade, str(scene["name"]), points))
+        if bakes:
+            points = [run.point(place, tier, truth) for tier, place in bakes.items() if tier != "balanced"]
+            order = {tier: at for at, tier in enumerate(TIERS)}
+            points = sorted([*points, middle], key=lambda point: order.get(point["tier"], len(order)))
+            groups.append(_group("texture", str(scene["name"]), points))
+        return groups
+
+
+class _Player:
+    """Runs the player on folders, always with the same size and at the same seconds."""
+
+    def __init__(
+        self,
+        program: Path,
+        size: tuple[int, int],
+        moments: Sequence[float],
+        frames: int,
+        samples: int,
+        room: Path,
+    ) -> None:
+        self.program, self.moments, self.frames, self.samples = program, moments, frames, samples
+        self.size = f"{size[0]}x{size[1]}"
+        self.room = room
+
+    def trades(self, folder: Path) -> list[str]:
+        """Names of the player's trades that do something on this device, in the player's order."""
+        told = self._json(folder, 0.0, "--frames", "1")
+        return [str(name) for name in told["trades"]]
+
+    def pictures(self, folder: Path, *options: str) -> list[Picture]:
+        """What it draws at each second, (h, w, 3) float32, sRGB 0..1."""
+        from PIL import Image
+
+        found = []
+        for second in self.moments:
+            file = self.room / "picture.png"
+            self._json(folder, second, "--screenshot", str(file), *options)
+            with Image.open(file) as image:
+                found.append(np.asarray(image.convert("RGB"), np.float32) / np.float32(255))
+            file.unlink()
+        return found
+
+    def point(
+        self, folder: Path, tier: str, truth: Sequence[Picture], *options: str, in_use: bool = False
+    ) -> Point:
+        """Frame time and error of one quality."""
+        timed = ("--bench", "--frames", str(self.frames), *options)
+        runs = [self._json(folder, second, *timed)["bench"]["frames_ms"] for second in self.moments]
+        # Moments differ by what they show, not by chance: a frame is the mean over them.
+        times = [six(sum(frame) / len(frame) * 1e-3) for frame in zip(*runs, strict=True)]
+        errors = flip_errors(truth, self.pictures(folder, *options))
+        return {
+            "tier": tier,
+            "seconds": spread(times),
+            "error": {"value": six(errors["mean"])} | {name: six(error) for name, error in errors.items()},
+            "bytes": None,
+            "in_use": in_use,
+            "dominated": False,
+            "on_front": False,
+        }
+
+    def _json(self, folder: Path, second: float, *options: str) -> dict[str, Any]:
+        command = [str(self.program), str(folder), "--headless", "--mute", "--size", self.size, "--json"]
+        try:
+            ran = subprocess.run(
+                [*command, "--time", f"{second:g}", *options],
+                check=True,
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+                timeout=_PATIENCE_S,
+            )
+        except subprocess.CalledProcessError as failed:
+            words = failed.stderr.strip().splitlines()
+            raise BakeError(f"drew nothing: {words[-1] if words else failed}", file=self.program) from None
+        except (OSError, subprocess.TimeoutExpired) as failed:
+            raise BakeError(f"drew nothing: {failed}", file=self.program) from None
+        told: dict[str, Any] = json.loads(ran.stdout)
+        return told
+
+
+def _group(trade: str, artifact: str, points: list[Point]) -> Group:
+    return {
+        "name": trade,
+        "stage": "player",
+        "kind": "frame",
+        "artifact": artifact,
+        "metric": "flip_mean",
+        "unit": "FLIP",
+        "less_is_better": True,
+        "time": "frame",
+        "points": points,
+        "budget": None,
+        "sentence": "",
+    }
