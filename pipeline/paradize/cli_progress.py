@@ -10,12 +10,13 @@ import sys
 import threading
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 from paradize.bake_work import Watcher
 from paradize.cli_output import say
 from paradize.engine.store import Store, key_of
-from paradize.errors import one_line
+from paradize.errors import BakeError, one_line
 
 _NAMES = 4  # so many of those that run are named
 _FORM = "{desc} |{bar:20}| {n_fmt}/{total_fmt}{postfix}"
@@ -71,7 +72,8 @@ class Progress(Watcher):
                 self.bar.close()
                 self.bar = None
             if self.work.done:
-                self.store.put_bake(self.key, self.known)
+                with suppress(BakeError):  # of use, no more: what the bake itself could not write is told
+                    self.store.put_bake(self.key, self.known)
 
     def _tick(self) -> None:
         while not self.over.wait(_TICK_S):
