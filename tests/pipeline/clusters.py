@@ -14,7 +14,7 @@ from typing import Any
 from paradize.bake_makers import Product, make_sound
 
 ROOT = Path(__file__).resolve().parents[2]
-FIFO = "PARADIZE_TEST_FIFO"  # where `stall_once` tells that it runs
+FIFO = "PARADIZE_TEST_FIFO"  # where `stall` tells that it runs
 
 
 @dataclass
@@ -54,7 +54,7 @@ class Cluster:
                 process.stderr.close()
 
     def told(self) -> str:
-        """Waits until `stall_once` runs; what it says."""
+        """Waits until `stall` runs; what it says."""
         return self.fifo.read_text()
 
     def _run(self, what: str, *options: str) -> subprocess.Popen[str]:
@@ -87,16 +87,26 @@ def read(paths: list[Path]) -> list[bytes]:
     return [path.read_bytes() for path in paths]
 
 
-def stall_once(**settings: Any) -> list[Product]:
+def stall() -> None:
     """The first time, tells the numbers of its Dask worker and of its own process, and stops there."""
     fifo = Path(os.environ[FIFO])
     mark = fifo.with_suffix(".done")
     if mark.exists():
-        return make_sound(**settings)
+        return
     mark.touch()
     fifo.write_text(f"{os.getppid()} {os.getpid()}")
     while True:
         signal.pause()
+
+
+def stall_once(**settings: Any) -> list[Product]:
+    stall()
+    return make_sound(**settings)
+
+
+def read_late(paths: list[Path]) -> list[bytes]:
+    stall()
+    return read(paths)
 
 
 def kill_worker() -> None:

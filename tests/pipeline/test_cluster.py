@@ -11,6 +11,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -24,7 +25,7 @@ from paradize.engine.cluster import run_on_cluster
 from paradize.engine.cluster_link import ClusterLost
 from paradize.engine.workers import Job, Outcome
 from paradize.errors import BakeError
-from tests.pipeline.clusters import ROOT, Cluster, double, kill_worker, read, stall_once
+from tests.pipeline.clusters import ROOT, Cluster, double, kill_worker, read, read_late, stall_once
 from tests.pipeline.scenes import make_cove
 
 
@@ -57,6 +58,21 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@contextmanager
+def killing_who_stalls(own: Cluster) -> Iterator[list[int]]:
+    """Kills the Dask worker where `stall` runs; its number."""
+    killed: list[int] = []
+
+    def kill() -> None:
+        killed.append(int(own.told().split()[0]))
+        os.kill(killed[0], signal.SIGKILL)
+
+    thread = threading.Thread(target=kill)
+    thread.start()
+    yield killed
+    thread.join()
 
 
 class Warned(Watcher):
@@ -126,18 +142,20 @@ def test_a_worker_killed_in_mid_bake_costs_nothing_but_time(
     assert not bake(scene, tmp_path / "here", How(jobs=1)).errors
     module, _ = bake_makers.MAKERS["sound"]
     monkeypatch.setitem(bake_makers.MAKERS, "sound", (module, stall_once))
-    killed: list[int] = []
-
-    def kill() -> None:
-        killed.append(int(own.told().split()[0]))
-        os.kill(killed[0], signal.SIGKILL)
-
-    thread = threading.Thread(target=kill)
-    thread.start()
-    report = bake(scene, tmp_path / "there", How(force=True, cluster=own.address))
-    thread.join()
+    with killing_who_stalls(own) as killed:
+        report = bake(scene, tmp_path / "there", How(force=True, cluster=own.address))
     assert killed[0] in [worker.pid for worker in own.workers] and not report.errors
     assert contents(tmp_path / "here") == contents(tmp_path / "there")
+
+
+def test_files_that_go_with_a_worker_are_sent_anew(start: Callable[[int], Cluster], tmp_path: Path) -> None:
+    """One job at a time: the worker that is killed has the only copy."""
+    own, file = start(2), tmp_path / "file"
+    file.write_bytes(os.urandom(1_000_000))
+    jobs = [Job(f"job {i}", read_late, {"paths": [file]}, files={file: True}) for i in range(4)]
+    with killing_who_stalls(own) as killed:
+        outcomes = run_on_cluster(own.address, jobs, most=1)
+    assert killed and [outcome.value for outcome in outcomes] == [[file.read_bytes()]] * 4
 
 
 def test_a_job_that_kills_two_workers_is_told_and_kills_no_third(start: Callable[[int], Cluster]) -> None:
