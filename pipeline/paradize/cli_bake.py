@@ -49,7 +49,7 @@ def run_bake(arguments: argparse.Namespace) -> int:
             verified, wrong = verify(arguments.scene, report, percent=arguments.verify, how=how)
     stream = sys.stderr if arguments.json else sys.stdout
     show_bake(report, stream)
-    sheets = _sheets(report, stream)
+    sheets = _sheets(arguments.scene, report, stream)
     for warning in report.warnings:
         say(f"paradize: warning: {warning}")
     if verified:
@@ -82,14 +82,15 @@ def _how(arguments: argparse.Namespace) -> Iterator[How]:
         )
 
 
-def _sheets(report: Any, stream: Any) -> list[str]:
-    """Draws the contact sheets of what was baked into $PARADIZE_REPORT (build/report; empty: none), in a
-    folder named as the baked one; the files drawn. With nothing baked one look tells that they are there."""
+def _sheets(scene: Path, report: Any, stream: Any) -> list[str]:
+    """Draws the contact sheets and the page of what was baked into $PARADIZE_REPORT (build/report; empty:
+    none), in a folder named as the baked one; the sheets drawn. With nothing baked one look tells that they
+    are there."""
     root = os.environ.get("PARADIZE_REPORT", "build/report")
     folder = Path(root) / report.out.resolve().name
-    if not root or report.errors or not (report.count("baked") or not (folder / "sheets.json").is_file()):
+    if not root or report.errors or not (report.count("baked") or not (folder / "index.html").is_file()):
         return []
-    from paradize.report.folder import draw_folder
+    from paradize.report.folder import draw_folder, draw_page
 
     done = draw_folder(report.out, folder)
     report.warnings += done.warnings
@@ -97,7 +98,25 @@ def _sheets(report: Any, stream: Any) -> list[str]:
         many = "sheet" if len(done.drawn) == 1 else "sheets"
         left = f", {done.left} left to later bakes" if done.left else ""
         show(one_line(f"{len(done.drawn)} contact {many} drawn in {folder}{left}"), stream)
+    try:
+        page = draw_page(
+            report.out, folder, report, _explained(scene, report.out), [Path(root) / "index.html"]
+        )
+    except ParadizeError as error:  # the bake stands without a page about it
+        report.warnings.append(f"no report: {error}")
+    else:
+        show(one_line(f"the report: {page}"), stream)
     return [str(path) for path in done.drawn]
+
+
+def _explained(scene: Path, out: Path) -> list[dict[str, Any]]:
+    """What `explain` says of each artifact, for the page."""
+    from paradize.explain import explain, words_of
+
+    return [
+        {"name": told["name"], "why": [line.strip() for line in words_of(told)]}
+        for told in explain(scene, None, out).artifacts
+    ]
 
 
 def show_bake(report: Any, stream: Any) -> None:

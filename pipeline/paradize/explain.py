@@ -256,7 +256,7 @@ def render(explanation: Explanation, *, details: bool) -> str:
     """As text: a paragraph for each artifact; details: with sources, settings and every level."""
     lines = []
     for told in explanation.artifacts:
-        lines += _text(told, details)
+        lines += words_of(told, details)
     if explanation.why_not:
         lines.append(explanation.why_not)
     return "\n".join(lines)
@@ -273,7 +273,8 @@ def _plain(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _text(told: dict[str, Any], details: bool) -> list[str]:
+def words_of(told: dict[str, Any], details: bool = False) -> list[str]:
+    """What is told of an artifact, a line each; the first names it."""
     asked = f"asked for by {_passes(told['passes'])}" if told["passes"] else "heard, not drawn"
     lines = [f"{told['name']}: {told['reason']}", f"  {asked}"]
     if told["first_needed_s"] is not None:

@@ -177,7 +177,10 @@ class Flight:
             return tuple(tuple(map(tuple, segment[key])) for segment in tree["segments"])
 
         return cls(
-            *(float(tree[key]) for key in ("duration_s", "fov_rad", "near_m", "far_m")),
+            duration_s=tree["duration_s"],
+            fov_rad=tree["fov_rad"],
+            near_m=tree["near_m"],
+            far_m=tree["far_m"],
             eye=axes("eye"),
             target=axes("target"),
             roll=tuple(tuple(segment["roll"]) for segment in tree["segments"]),

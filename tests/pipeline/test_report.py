@@ -14,8 +14,9 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 
-from paradize.data import Texture
+from paradize.data import Group, Mesh, Texture
 from paradize.formats.ktx2 import encode_ktx2, full_level_count
+from paradize.report import lod_view
 from paradize.report.folder import draw_folder, draw_maps
 from paradize.report.pictures import Ground, SheetMap, lit_preview
 from paradize.report.shade import Material, flat_preview, sphere_preview, to_codes, to_light
@@ -240,8 +241,47 @@ def test_a_bake_leaves_sheets_beside_its_assets_and_draws_none_when_nothing_chan
     drawn = island_bake(str(tmp_path / "report"))["sheets"]
     scene = json.loads((island / "scene.json").read_text())
     textures = {name.rpartition("_")[0] for name, e in scene["artifacts"].items() if e["kind"] == "texture"}
-    assert {Path(path).stem for path in drawn} == textures | {"sky"}
+    meshes = {item["mesh"] for item in scene["objects"]}
+    assert {Path(path).stem for path in drawn} == textures | meshes | {"sky"}
     assert all(Path(path).parent == tmp_path / "report/island" for path in drawn)
     assert {path.name for path in island.iterdir()} == before
     assert island_bake(str(tmp_path / "report"))["sheets"] == []
     assert island_bake("")["sheets"] == []
+
+
+def test_a_page_that_cannot_be_written_is_a_warning_and_the_bake_stands(
+    tmp_path: Path, island_bake: Callable[[str], dict[str, Any]]
+) -> None:
+    (tmp_path / "report").write_text("a file stands here")
+    warnings = island_bake(str(tmp_path / "report"))["warnings"]
+    assert any("no report" in text for text in warnings)
+
+
+def test_a_level_is_drawn_where_it_lies_and_holes_show_what_is_behind() -> None:
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32)
+    right, up, eye = lod_view.axes().astype(np.float32)
+
+    def square(side: float, towards_m: float) -> npt.NDArray[np.float32]:
+        return side * (corners[:, :1] * right + corners[:, 1:] * up) + towards_m * eye
+
+    uvs = np.tile((0.5 + 0.5 * corners).astype(np.float32), (2, 1))
+    mesh = Mesh(
+        np.concatenate([square(1.0, 0.0), square(0.5, 0.3)]).astype(np.float32),
+        np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]], np.uint32),
+        uvs=uvs,
+        groups=(Group("back", "back", 0, 2), Group("front", "front", 2, 2)),
+    )
+    holes = np.zeros((2, 2, 4), np.float32)
+    holes[:, :, 0] = 1.0
+    holes[0, :, 3] = 1.0  # v below a half: opaque
+    skins = {
+        "back": lod_view.Skin(color=(0.0, 0.0, 1.0)),
+        "front": lod_view.Skin(holes, (1.0, 1.0, 1.0), 0.5),
+    }
+    drawn = lod_view.draw_mesh(mesh, skins, lod_view.frame_of(mesh)).astype(int)
+    side, middle = lod_view.SIZE, lod_view.SIZE // 2
+    red, blue, paper = (drawn[row, middle] for row in (middle + side // 8, middle - side // 8, 2))
+    assert red[0] > 150 and red[2] < 30  # v grows with the corner's height here: its lower half is opaque
+    assert blue[2] > 150 and blue[0] < 30
+    assert paper.max() < 40
+    assert drawn[middle, side // 16 + 4, 2] > 150  # the large square reaches almost to the edge

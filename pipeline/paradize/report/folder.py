@@ -1,22 +1,25 @@
-"""The sheets of a baked folder: a PNG for each material and the sky, drawn anew where something changed."""
+"""The sheets of a baked folder, drawn where something changed: a PNG for each material, object and sky."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from paradize.bake_record import BakeReport
 from paradize.engine.publish import write_whole
 from paradize.errors import ParadizeError
 from paradize.formats.ktx2 import decode_ktx2
+from paradize.report.levels import draw_object
 from paradize.report.pictures import Ground, SheetMap
 from paradize.report.sheet import draw_sheet, draw_sky
 
 RECORD = "sheets.json"
+MOST_SHEETS = 100  # on a page
 MAPS = ("color", "height", "normal", "gloss", "dudv")
 
 
@@ -58,13 +61,42 @@ def draw_folder(baked: Path, folder: Path, most: int = 50) -> Sheets:
                 record[name] = key
         for name in known.keys() - record.keys():
             if name not in materials:
-                (folder / f"{name}.png").unlink(missing_ok=True)
+                for suffix in ("png", "jpg"):
+                    (folder / f"{name}.{suffix}").unlink(missing_ok=True)
         if record != known:
             text = json.dumps(record, indent=1, sort_keys=True).encode()
             write_whole(folder / RECORD, text, durable=False)
     except (OSError, ValueError, KeyError, TypeError, ParadizeError) as error:
         done.warnings.append(f"no contact sheets in {folder}: {error}")
     return done
+
+
+def draw_page(
+    baked: Path,
+    folder: Path,
+    report: BakeReport,
+    explained: list[dict[str, Any]],
+    copies: Sequence[Path] = (),
+) -> Path:
+    """Writes the page of the scene in `baked` as index.html into `folder`, where its sheets are, and also to
+    `copies`. explained: as scene_page takes it. A tradeoff.json in the folder is drawn too."""
+    from paradize.report.scene_page import scene_page
+
+    scene = json.loads((baked / "scene.json").read_bytes())
+    sheets = [folder / f"{name}.png" for name in _materials(scene)]
+    trade = folder / "tradeoff.json"
+    page = scene_page(
+        scene,
+        report.artifacts,
+        explained,
+        [path for path in sheets if path.is_file()][:MOST_SHEETS],
+        seconds=report.seconds,
+        warnings=report.warnings,
+        trade=json.loads(trade.read_bytes()) if trade.is_file() else None,
+    )
+    for path in (folder / "index.html", *copies):
+        write_whole(path, page.encode(), durable=False)
+    return folder / "index.html"
 
 
 def draw_maps(files: dict[str, bytes], title: str, told: dict[str, Any], folder: Path, tiles: bool) -> Sheets:
@@ -114,7 +146,12 @@ def _materials(scene: dict[str, Any]) -> dict[str, dict[str, dict[str, Any]]]:
             found.setdefault(material, {})[kind] = entry
         elif entry["kind"] == "cubemap":
             found[name] = {"cubemap": entry}
-    return {name: {k: maps[k] for k in (*MAPS, "cubemap") if k in maps} for name, maps in found.items()}
+    order = (*MAPS, "cubemap")
+    materials = {name: {k: maps[k] for k in order if k in maps} for name, maps in found.items()}
+    for item in scene.get("objects", ()):
+        color = {"color": scene["artifacts"][item["color"]]} if item["color"] else {}
+        materials[item["mesh"]] = {"mesh": scene["artifacts"][item["mesh"]], **color}
+    return materials
 
 
 def _ground(scene: dict[str, Any], name: str) -> Ground:
@@ -145,6 +182,9 @@ def _key(code: bytes, scene: str, entries: dict[str, dict[str, Any]], ground: Gr
 def _draw(
     baked: Path, scene: dict[str, Any], name: str, entries: dict[str, dict[str, Any]], ground: Ground
 ) -> bytes:
+    if "mesh" in entries:
+        item = next(item for item in scene["objects"] if item["mesh"] == name)
+        return draw_object(baked, scene, item)
     maps = {}
     for kind, entry in entries.items():
         texture = decode_ktx2((baked / entry["file"]).read_bytes(), entry["file"])

@@ -1,0 +1,58 @@
+"""The sheet of an object: its levels of detail as the manifest and the files tell them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from paradize.formats.glb import decode_glb
+from paradize.formats.ktx2 import decode_ktx2
+from paradize.metrics.texels import decode_texels
+from paradize.report.lod_view import Shown, Skin, draw_levels
+from paradize.report.pictures import shown_level
+from paradize.report.shade import to_light
+
+_TEXELS = 1024  # a side of the colour map as it is drawn
+
+
+def draw_object(baked: Path, scene: dict[str, Any], item: dict[str, Any]) -> bytes:
+    """A PNG of all levels of an object of a scene.json, each with its triangles and errors."""
+    entry = scene["artifacts"][item["mesh"]]
+    lods = decode_glb((baked / entry["file"]).read_bytes(), entry["file"])
+    texels = None
+    if item["color"]:
+        color = scene["artifacts"][item["color"]]
+        texture = decode_ktx2((baked / color["file"]).read_bytes(), color["file"])
+        texels = decode_texels(texture, shown_level(texture, _TEXELS))
+        texels = np.concatenate([to_light(texels[:, :, :3]), texels[:, :, 3:]], axis=2)
+    skins = {
+        name: Skin(texels, tuple(material["color"]), material["alpha_cutoff"])
+        for name, material in item["materials"].items()
+    }
+    skins[""] = Skin(texels, (1.0, 1.0, 1.0) if texels is not None else Skin.color)
+    shown = [
+        Shown(lod.mesh, _lines(k, lod.mesh, told["error_m"], measured))
+        for k, (lod, told, measured) in enumerate(zip(lods, item["lods"], entry["levels"], strict=True))
+    ]
+    size = f"{entry['bytes'] / 1e3:.0f} kB" if entry["bytes"] < 1e6 else f"{entry['bytes'] / 1e6:.2f} MB"
+    levels = "1 level" if len(shown) == 1 else f"{len(shown)} levels"
+    return draw_levels(
+        item["mesh"], f"{scene['name']}   -   {levels}, {size}, tier {entry['tier']}", shown, skins
+    )
+
+
+def _lines(level: int, mesh: Any, error_m: float, measured: dict[str, Any]) -> tuple[str, ...]:
+    lines = [f"lod{level}: {len(mesh.triangles)} triangles"]
+    if level:
+        lines.append(f"off by {error_m:.2g} m, surface or texture")
+        if "error_px" in measured:
+            pixels = measured["error_px"]
+            told = f"{pixels:.0f}" if pixels >= 10.0 else f"{pixels:.2g}"
+            lines.append(f"{told} pixels where it is nearest")
+        if "normal_mean_deg" in measured:
+            lines.append(f"normals {measured['normal_mean_deg']:.2g} degrees on the mean")
+    else:
+        lines.append("the source's surface")
+    return tuple(lines)

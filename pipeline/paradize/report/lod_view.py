@@ -1,0 +1,203 @@
+"""Levels of detail side by side: each drawn from the decoded GLB by a small z-buffer in numpy.
+
+Orthographic, from half above; lit by one sun and a pale sky. Nothing here reaches an artifact.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from paradize.data import Mesh
+from paradize.report.shade import to_codes
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    F32 = npt.NDArray[np.float32]
+    F64 = npt.NDArray[np.float64]
+    I64 = npt.NDArray[np.int64]
+    U8 = npt.NDArray[np.uint8]
+
+SIZE = 360  # pixels a side of one level's picture
+_FINE = 2 * SIZE  # as it is drawn
+MOST_TRIANGLES = 400_000  # of one level; more take long and show no more
+_PAPER, _INK, _PALE = (24, 25, 28), (236, 236, 232), (150, 152, 156)
+_SUN = np.array([-0.45, 0.75, 0.48])
+_AT_ONCE = 1 << 21  # pixels tried in one go
+_YAW, _PITCH = 0.55, 0.42  # radians
+
+
+@dataclass(frozen=True)
+class Skin:
+    """What lies on a mesh: texels (h, w, 3 or 4), linear colour and straight alpha, or one colour."""
+
+    texels: F32 | None = None
+    color: tuple[float, float, float] = (0.6, 0.58, 0.54)
+    cutoff: float = 0.0
+
+
+@dataclass(frozen=True)
+class Shown:
+    """One level: its mesh and the lines below its picture."""
+
+    mesh: Mesh
+    lines: tuple[str, ...]
+
+
+def draw_levels(title: str, subtitle: str, levels: Sequence[Shown], skins: dict[str, Skin]) -> bytes:
+    """A PNG of all levels, framed as the first. skins: by the groups' materials; "" for those without."""
+    gap, top, below = 24, 96, 26 * max(len(level.lines) for level in levels) + 24
+    width = gap + len(levels) * (SIZE + gap)
+    sheet = Image.new("RGB", (max(width, 480), top + SIZE + below), _PAPER)
+    pen = ImageDraw.Draw(sheet)
+    pen.text((gap, 20), title, _INK, ImageFont.load_default(28))
+    pen.text((gap, 58), subtitle, _PALE, ImageFont.load_default(17))
+    frame = frame_of(levels[0].mesh)
+    for k, level in enumerate(levels):
+        x = gap + k * (SIZE + gap)
+        if len(level.mesh.triangles) <= MOST_TRIANGLES:
+            sheet.paste(Image.fromarray(draw_mesh(level.mesh, skins, frame)), (x, top))
+        else:
+            pen.text(
+                (x, top + SIZE // 2), "too many triangles to be drawn here", _PALE, ImageFont.load_default(15)
+            )
+        for row, line in enumerate(level.lines):
+            pen.text(
+                (x, top + SIZE + 10 + 26 * row), line, _INK if row == 0 else _PALE, ImageFont.load_default(17)
+            )
+    out = io.BytesIO()
+    sheet.save(out, "PNG")
+    return out.getvalue()
+
+
+def axes() -> F64:
+    """Rows: right, up, towards the eye."""
+    cy, sy, cp, sp = np.cos(_YAW), np.sin(_YAW), np.cos(_PITCH), np.sin(_PITCH)
+    right = np.array([cy, 0.0, -sy])
+    back = np.array([sy * cp, sp, cy * cp])
+    return np.stack([right, np.cross(back, right), back])
+
+
+def frame_of(mesh: Mesh) -> tuple[F64, float]:
+    """Middle of the picture (right, up) and metres a pixel."""
+    seen = mesh.positions.astype(np.float64) @ axes().T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    return 0.5 * (low + high)[:2], max(1e-12, float((high - low)[:2].max()) / (0.94 * _FINE))
+
+
+def draw_mesh(mesh: Mesh, skins: dict[str, Skin], frame: tuple[F64, float]) -> U8:
+    """(SIZE, SIZE, 3) sRGB bytes."""
+    middle, scale = frame
+    seen = mesh.positions.astype(np.float64) @ axes().T
+    x = (seen[:, 0] - middle[0]) / scale + 0.5 * _FINE - 0.5
+    y = 0.5 * _FINE - (seen[:, 1] - middle[1]) / scale - 0.5
+    light = np.empty((_FINE * _FINE, 3), np.float32)
+    light[:] = to_light_of(_PAPER)
+    depth = np.full(_FINE * _FINE, -np.inf)
+    runs = [(g.material, g.first, g.count) for g in mesh.groups] or [("", 0, len(mesh.triangles))]
+    for material, first, count in runs:
+        skin = skins.get(material) or skins.get("") or Skin()
+        _draw(mesh, mesh.triangles[first : first + count], skin, x, y, seen[:, 2], light, depth)
+    return to_codes(light.reshape(SIZE, 2, SIZE, 2, 3).mean(axis=(1, 3)))
+
+
+def to_light_of(codes: tuple[int, int, int]) -> F32:
+    """Linear light of sRGB codes."""
+    values = np.array(codes, np.float32) / np.float32(255)
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+def _draw(
+    mesh: Mesh,
+    triangles: npt.NDArray[np.uint32],
+    skin: Skin,
+    x: F64,
+    y: F64,
+    z: F64,
+    light: F32,
+    depth: F64,
+) -> None:
+    """Draws triangles into light (pixels, 3) and depth (pixels,), those of about one size together."""
+    px, py = x[triangles], y[triangles]
+    left, top = (np.clip(np.ceil(v.min(axis=1)), 0, _FINE).astype(np.int64) for v in (px, py))
+    right, bottom = (np.clip(np.floor(v.max(axis=1)), -1, _FINE - 1).astype(np.int64) for v in (px, py))
+    span = np.maximum(right - left, bottom - top) + 1
+    span[(right < left) | (bottom < top)] = 0
+    side = 1
+    while (span >= side).any():
+        chosen = np.flatnonzero((span >= side) & (span < 2 * side))
+        step = max(1, _AT_ONCE // (4 * side * side))
+        for first in range(0, len(chosen), step):
+            part = chosen[first : first + step]
+            found = _covered(px[part], py[part], left[part], top[part], 2 * side - 1)
+            if len(found[0]):
+                _shade(mesh, triangles[part], skin, z, found, light, depth)
+        side *= 2
+
+
+def _covered(px: F64, py: F64, left: I64, top: I64, side: int) -> tuple[I64, I64, F64, F64]:
+    """Of triangles whose boxes begin at left, top: (pixel, triangle, weights of corners 1 and 2) covered."""
+    offsets = np.arange(side)
+    i = left[:, None, None] + offsets[None, None, :]
+    j = top[:, None, None] + offsets[None, :, None]
+    ax, bx, cx = (px[:, k, None, None] for k in range(3))
+    ay, by, cy = (py[:, k, None, None] for k in range(3))
+    area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+    safe = np.where(area == 0.0, np.inf, area)
+    b = ((i - ax) * (cy - ay) - (cx - ax) * (j - ay)) / safe
+    c = ((bx - ax) * (j - ay) - (i - ax) * (by - ay)) / safe
+    inside = (b >= 0.0) & (c >= 0.0) & (b + c <= 1.0) & (area != 0.0) & (i < _FINE) & (j < _FINE)
+    pixels = np.broadcast_to(j * _FINE + i, inside.shape)[inside]
+    owners = np.broadcast_to(np.arange(len(px))[:, None, None], inside.shape)[inside]
+    return pixels, owners, b[inside], c[inside]
+
+
+def _shade(
+    mesh: Mesh,
+    triangles: npt.NDArray[np.uint32],
+    skin: Skin,
+    z: F64,
+    found: tuple[I64, I64, F64, F64],
+    light: F32,
+    depth: F64,
+) -> None:
+    pixels, owners, b, c = found
+    corners = triangles[owners]
+    weights = np.stack([1.0 - b - c, b, c], axis=1)
+
+    def mixed(values: npt.NDArray[np.floating]) -> F64:
+        out: F64 = np.einsum("nk,nk...->n...", weights, values[corners].astype(np.float64))
+        return out
+
+    height = mixed(z)
+    color = np.tile(np.array(skin.color, np.float32), (len(pixels), 1))
+    keep = height > depth[pixels]
+    if skin.texels is not None and mesh.uvs is not None:
+        rows, columns = skin.texels.shape[:2]
+        uv = mixed(mesh.uvs)
+        u = np.floor((uv[:, 0] % 1.0) * columns).astype(np.int64) % columns
+        v = np.floor((uv[:, 1] % 1.0) * rows).astype(np.int64) % rows
+        texel = skin.texels[v, u]
+        color = texel[:, :3] * np.array(skin.color, np.float32)
+        if skin.cutoff > 0.0 and texel.shape[1] == 4:
+            keep &= texel[:, 3] >= skin.cutoff
+    if mesh.normals is not None:
+        normal = mixed(mesh.normals)
+    else:
+        a, p, q = (mesh.positions[corners[:, k]].astype(np.float64) for k in range(3))
+        normal = np.cross(p - a, q - a)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    normal *= np.where(normal @ axes()[2] < 0.0, -1.0, 1.0)[:, None]  # both sides are lit alike
+    sun = _SUN / np.linalg.norm(_SUN)
+    lit = 1.5 * np.maximum(normal @ sun, 0.0) + 0.32 + 0.16 * normal[:, 1]
+    # Of several on one pixel the nearest is written last, and stays.
+    order = np.argsort(height, kind="stable")
+    order = order[keep[order]]
+    light[pixels[order]] = (color * lit[:, None].astype(np.float32))[order]
+    depth[pixels[order]] = height[order]
