@@ -9,7 +9,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from paradize.bake_auto import Bench, bake_orders
+from paradize.bake_auto import Bench, Later, bake_orders
 from paradize.bake_commit import commit, report_of
 from paradize.bake_inputs import keep_inputs
 from paradize.bake_looks import looks_of
@@ -80,10 +80,13 @@ def _bake(
     memory = FileMemory.from_json(last["memory"] if isinstance(last, dict) and "memory" in last else None)
     inputs = [*libraries, *(path for order in orders for path in order.sources.values())]
     stamps = {path: stamp(path) for path in [*inputs, *code]} | {scene_path.resolve(): was}
-    tasks, tried = bake_orders(Bench(store, room, scene, memory, stamps, how), orders)
-    report = report_of(scene, out, tasks, tried)
-    if not report.errors:
-        commit(store, scene, scene_path, flight, out, tasks, report, how)
+    bench = Bench(store, room, scene, memory, stamps, how)
+    later: Later = {}
+    while True:
+        tasks, tried = bake_orders(bench, orders, later)
+        report = report_of(scene, out, tasks, tried)
+        if report.errors or commit(store, scene, scene_path, flight, out, tasks, report, how, later):
+            break
     told = store.settle()
     reused = [row for row in report.artifacts if row["status"] == "reused"]
     report.fetched = sum(row["sha256"] in store.fetched for row in reused)

@@ -27,10 +27,14 @@ FORMATTED = ("color", "maps")  # the makers whose formats a budget decides
 # that the budget limits: {"asked", "taken", "errors": {tier: {metric: value}}}.
 Tried = dict[str, dict[str, Any]]
 
+# By artifact, then tier: errors that are known only once the artifacts are looked at together.
+Later = dict[str, dict[str, dict[str, float]]]
+
 
 @dataclass(frozen=True)
 class Bench:
-    """What tasks are made with: see bake_tasks.run_tasks."""
+    """What tasks are made with: see bake_tasks.run_tasks. made: the seconds of those that it has baked, by
+    key; what is baked once is not baked again."""
 
     store: Store
     room: Path
@@ -38,6 +42,7 @@ class Bench:
     memory: FileMemory
     stamps: Mapping[Path, Stamp | None]
     how: How
+    made: dict[str, float] = field(default_factory=dict)
 
     def task(self, choice: _Choice, label: str) -> Task:
         tier = ORDER[0] if label == GROWN else label
@@ -49,7 +54,7 @@ class Bench:
         if not self.how.force:
             self.store.expect(task.key for task in tasks)
         for task in tasks:
-            told = None if self.how.force else known(self.store, task)
+            told = known(self.store, task) if not self.how.force or task.key in self.made else None
             task.products, task.status = told or {}, "reused" if told else "baked"
         self.bake(task for task in tasks if task.status == "baked")
 
@@ -59,9 +64,14 @@ class Bench:
             if task.status == "reused" and not recall(self.store, task):
                 task.status = "baked"
         self.bake(task for task in tasks if task.status == "baked" and not task.data and not task.error)
+        for task in tasks:
+            if task.key in self.made and not task.error:  # also where an earlier choice did
+                task.status, task.seconds = "baked", self.made[task.key]
 
     def bake(self, tasks: Iterable[Task]) -> None:
-        run_tasks(self.store, self.room, list(tasks), self.stamps, self.how)
+        asked = list(tasks)
+        run_tasks(self.store, self.room, asked, self.stamps, self.how)
+        self.made.update({task.key: task.seconds for task in asked if not task.error})
 
 
 @dataclass
@@ -104,10 +114,10 @@ class _Choice:
         return task
 
 
-def bake_orders(bench: Bench, orders: list[Order]) -> tuple[list[Task], Tried]:
+def bake_orders(bench: Bench, orders: list[Order], later: Later) -> tuple[list[Task], Tried]:
     """A task of each order, in the tier that is asked for or that `auto` finds; and what was tried, of those
     that `auto` decided and those beyond their budget, whose other tiers are measured too. Errors are in the
-    tasks."""
+    tasks. later: what an earlier choice turned out to give."""
     budget = bench.scene.budget
     choices = [_Choice(order, bench.how.tier_of(order, bench.scene)) for order in orders]
     for choice in choices:
@@ -119,7 +129,12 @@ def bake_orders(bench: Bench, orders: list[Order]) -> tuple[list[Task], Tried]:
         for choice, tier in fresh:
             if not choice.tasks[tier].error:
                 products = choice.tasks[tier].products
-                choice.measured[tier] = limited({k: one["errors"] for k, one in products.items()}, budget)
+                names = {want.product: want.artifact for want in choice.order.wants}
+                errors = {
+                    key: product["errors"] | later.get(names.get(key, ""), {}).get(tier, {})
+                    for key, product in products.items()
+                }
+                choice.measured[tier] = limited(errors, budget)
         follow = [(choice, choice.following(budget)) for choice in choices]
         fresh = [(choice, tier) for choice, tier in follow if tier]
         for choice, tier in fresh:

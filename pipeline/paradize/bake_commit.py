@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.bake_artifacts import Artifacts, keep_artifact, read_artifact
-from paradize.bake_auto import Tried
+from paradize.bake_auto import Later, Tried
 from paradize.bake_borders import measure_objects
 from paradize.bake_choice import AUTO
 from paradize.bake_cut import Asked, ask, cut, cut_gutter, cut_row
@@ -23,7 +23,7 @@ from paradize.bake_tasks import MEASURED, How, Task
 from paradize.budget import excesses
 from paradize.engine.publish import flush_folder, write_whole
 from paradize.engine.store import Store, hash_file, stamp
-from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError
+from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.flight import Flight
 from paradize.formats.scene_manifest import encode_scene
 from paradize.require import meet
@@ -69,17 +69,17 @@ def _lit(scene: Scene, row: dict[str, Any], bumps: list[dict[str, float]]) -> li
     return [f"{row['name']}: {text}" for text in over]
 
 
-def _beyond_auto(scene: Scene, row: dict[str, Any]) -> list[ParadizeError]:
-    """Errors of a mesh whose tier `auto` took before its maps were looked at with it."""
-    if not row["tried"] or row["tried"]["asked"] != AUTO:
-        return []
-    what = f"tier {row['tried']['taken']}, which auto took, does not keep the budget with the normal map on: "
-    mend = "bake with a slower tier, or accept more"
-    return [
-        BakeError(f"{what}{excess}, {excess.by} beyond", place=row["name"], mend=mend)
-        for excess in excesses(scene.budget, row["errors"])
-        if excess.hard
-    ]
+def _learnt(scene: Scene, row: dict[str, Any], later: Later) -> bool:
+    """Whether a mesh that `auto` chose is beyond its budget under its bumps, which was not known then: its
+    errors with that tier are added to `later`."""
+    tried = row["tried"]
+    if not tried or tried["asked"] != AUTO or tried["taken"] in later.get(row["name"], {}):
+        return False
+    found = {metric: value for metric, value in row["errors"].items() if metric.startswith("lod_mapped_")}
+    if not excesses(scene.budget, found):
+        return False
+    later.setdefault(row["name"], {})[tried["taken"]] = found
+    return True
 
 
 def commit(
@@ -91,9 +91,10 @@ def commit(
     tasks: list[Task],
     report: BakeReport,
     how: How,
-) -> None:
+    later: Later,
+) -> bool:
     """Measures the gutters, builds scene.json and publishes everything; adds what goes wrong to the report's
-    errors."""
+    errors. False, and nothing is published, where it measured what `auto` must know: added to `later`."""
     entries: dict[str, dict[str, Any]] = {}
     files: dict[str, tuple[Path, str]] = {}
     facts = {}
@@ -127,7 +128,7 @@ def commit(
                     what = f"the mesh of {item.name} has no such material"
                     report.errors.append(SceneError(what, file=scene_path, place=place, mend=mend))
         if report.errors:
-            return
+            return True
         report.warnings += [f"flight: {excess}" for excess in excesses(scene.budget, flight_errors)]
         objects = {item.name: facts[f"{item.name}_mesh"] for item in scene.objects}
         bounds = {name: (known.center, known.radius_m) for name, known in objects.items()}
@@ -140,15 +141,15 @@ def commit(
         measured, errors = measure_objects(store, scene, met, names, held, hashes, how)
         report.errors += errors
         if errors:
-            return
+            return True
         gutters = measured["gutters"]
         for name, bumps in measured["bumps"].items():
             mesh = rows[f"{name}_mesh"]
             report.warnings += _lit(scene, mesh, bumps["levels"])
             entries[mesh["name"]] |= {key: mesh[key] for key in ("errors", "levels")}
-            report.errors += _beyond_auto(scene, mesh)
-        if report.errors:
-            return
+        learnt = [_learnt(scene, rows[f"{name}_mesh"], later) for name in measured["bumps"]]
+        if any(learnt):
+            return False
         pixels = known_pixels(store, scene, flight, held, hashes, force=how.force)
         asked = ask(store, scene, texels, hashes, facts, how)
         told = _cut(store, asked, scene, rows, entries, files, facts, gutters)
@@ -160,6 +161,7 @@ def commit(
         report.warnings += _publish(out, files, manifest)
     except ParadizeError as error:
         report.errors.append(error)
+    return True
 
 
 def _cut(
