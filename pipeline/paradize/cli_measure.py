@@ -10,7 +10,7 @@ from typing import Any
 
 from paradize.cli_options import TIERS, number, whole
 from paradize.cli_output import say, show, show_json
-from paradize.errors import one_line
+from paradize.errors import BakeError, one_line
 
 
 def add_measure(sub: argparse.ArgumentParser) -> None:
@@ -81,12 +81,13 @@ def run_measure(arguments: argparse.Namespace) -> int:
     from paradize.engine.publish import write_whole
     from paradize.report.tradeoff_page import tradeoff_page
 
+    if arguments.out.exists() and not arguments.out.is_dir():  # before minutes are spent
+        raise BakeError("is no folder", file=arguments.out, mend="name a folder with -o")
     bar = _Bar()
     try:
         found = _measured(arguments, bar)
     finally:
         bar.close()
-    arguments.out.mkdir(parents=True, exist_ok=True)
     page = arguments.out / "tradeoff.html"
     write_whole(
         arguments.out / "tradeoff.json", (json.dumps(found, indent=1, allow_nan=False) + "\n").encode()

@@ -7,6 +7,7 @@ import shutil
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,13 @@ from paradize.bake import bake
 from paradize.bake_looks import looks_of
 from paradize.bake_tasks import How
 from paradize.errors import GroupedError, ParadizeError
-from paradize.require import require
-from paradize.scene import load_scene
+from paradize.require import Order, require
+from paradize.scene import Scene, load_scene
 from paradize.tradeoff import Told, asked_in_worker, result, run_groups
 from paradize.tradeoff_attribution import attribute, swaps
+from paradize.tradeoff_curve import Group
 from paradize.tradeoff_plan import scene_groups
+from paradize.tradeoff_words import judge
 
 PLAYER = "paradize-player"
 
@@ -63,10 +66,48 @@ def measure_scene(
         groups, warnings = run_groups(asked, rows, scene.budget.aim, runs, told)
         bars: list[dict[str, Any]] = []
         if player is not None:
-            stages = swaps(orders, {name: row["tier"] for name, row in rows.items()})
+            drawn = _Drawn(path, scene, orders, rows, room, tier, player, told)
             try:
-                bars = attribute(path, scene, stages, room / "used", tier, player, room, told)
+                bars = drawn.attribution()
+                frames = drawn.trades()
+                groups += frames
+                warnings += [text for group in frames for text in judge(group)]
             except ParadizeError as error:
-                warnings.append(f"which stage spends the frame's error was not measured: {error}")
+                warnings.append(f"what the player draws was not measured: {error}")
     found = result(path, groups, warnings, time.monotonic() - start)
     return found | {"attribution": bars}
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """A scene baked into `room`/used, and the player that draws it. rows: of its artifacts, by name."""
+
+    path: Path
+    scene: Scene
+    orders: list[Order]
+    rows: dict[str, dict[str, Any]]
+    room: Path
+    tier: str | None
+    player: Path
+    told: Told | None
+
+    def attribution(self) -> list[dict[str, Any]]:
+        """Which stage spends the frame's error."""
+        stages = swaps(self.orders, {name: row["tier"] for name, row in self.rows.items()})
+        used = self.room / "used"
+        return attribute(self.path, self.scene, stages, used, self.tier, self.player, self.room, self.told)
+
+    def trades(self) -> list[Group]:
+        """The player's qualities, and the tiers of textures, as time of a frame against its error."""
+        from paradize.tradeoff_player import player_groups
+
+        tasks = [order.name for order in self.orders if order.maker in ("color", "maps")]
+        variants = {}
+        for tier in ("fast", "exact"):
+            if self.told:
+                self.told(f"textures baked {tier}", 0, 1)
+            variants[tier] = self.room / tier
+            report = bake(self.path, variants[tier], How(tier=self.tier, tiers=dict.fromkeys(tasks, tier)))
+            if report.errors:
+                raise GroupedError(report.errors)
+        return player_groups(self.player, self.room / "used", variants=variants, told=self.told)

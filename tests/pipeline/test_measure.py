@@ -5,6 +5,8 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import subprocess
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -382,3 +384,25 @@ def test_a_scene_is_measured_in_what_it_uses_and_by_its_budget(
         if len(one["points"]) > 1:
             assert any(tier["in_use"] for tier in one["points"]), one["name"]
     assert heard[-1][1] == heard[-1][2] == sum(len(one["points"]) for one in told["groups"])
+
+
+def test_the_command_writes_both_files_and_refuses_what_it_cannot_measure_or_write(
+    tmp_path: Path, paradize: Callable[..., subprocess.CompletedProcess[str]]
+) -> None:
+    write_image(tmp_path / "rock.png", np.full((8, 8, 3), 90, np.uint8))
+    done = paradize("measure", tmp_path / "rock.png", "-o", tmp_path / "out" / "deep", "--runs", 1, "--json")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    hold_to_the_form(told)
+    assert json.loads((tmp_path / "out/deep/tradeoff.json").read_text()) == told
+    assert (tmp_path / "out/deep/tradeoff.html").read_text().startswith("<!doctype html>")
+    for words, text in (
+        (("nothing.obj", "-o", tmp_path / "new"), "nothing.obj: No such file"),
+        ((tmp_path / "rock.png", "-o", tmp_path / "rock.png"), "rock.png: is no folder"),
+    ):
+        refused = paradize("measure", *words)
+        assert refused.returncode == 1
+        assert refused.stderr.startswith("paradize: error: ")
+        assert text in refused.stderr
+        assert "Traceback" not in refused.stderr
+    assert not (tmp_path / "new").exists()

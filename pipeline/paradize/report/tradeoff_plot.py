@@ -78,7 +78,7 @@ def plot(group: Mapping[str, Any]) -> str:
     points = group["points"]
     known = [point["loss"] for point in points if point["loss"] > 0.0]
     budget = _budget_loss(group)
-    floor = max([*known, budget or 0.0], default=1.0) * 10.0**-_DECADES
+    floor = (max([*known, budget or 0.0]) or 1.0) * 10.0**-_DECADES
     shown = [value for value in [*known, *([budget] if budget else [])] if value >= floor] or [1.0]
     lane = any(point["loss"] < floor for point in points)
     x = axis_over(
