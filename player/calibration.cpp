@@ -15,15 +15,17 @@ namespace {
 constexpr int places = 3;       // of the flight, evenly over it
 constexpr int timed_frames = 2; // at each, after one that is not timed; the fastest counts
 
-// Mean FLIP to the reference by trade and tier, the others balanced, on the island:
-// `paradize measure raw_assets/island.toml`.
+// Mean FLIP to the reference by trade and tier, the others balanced: the island at seconds 75 and 113, 320 x
+// 180, against
+// --reference 16, on llvmpipe. Parallax (3e-5 apart there) and anisotropy (which does nothing there) were not
+// told apart: of theirs only the declared order counts.
 constexpr std::array<std::array<double, tier_names.size()>, trade_count> shipped_errors{{
-    {0.0420, 0.0318, 0.0310}, // shadow
-    {0.0330, 0.0318, 0.0314}, // reflection
-    {0.0330, 0.0318, 0.0314}, // refraction
-    {0.0319, 0.0318, 0.0317}, // parallax
-    {0.0330, 0.0318, 0.0316}, // anisotropy
-    {0.0322, 0.0318, 0.0317}, // lod
+    {0.03211, 0.03012, 0.02989}, // shadow
+    {0.03255, 0.03012, 0.02914}, // reflection
+    {0.03152, 0.03012, 0.02941}, // refraction
+    {0.03013, 0.03012, 0.03011}, // parallax
+    {0.03013, 0.03012, 0.03011}, // anisotropy
+    {0.03147, 0.03012, 0.02956}, // lod
 }};
 
 /// Milliseconds of a frame, the mean over the places.
