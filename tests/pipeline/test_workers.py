@@ -153,7 +153,7 @@ def test_a_hang_is_killed_and_tried_once_more(tmp_path: Path) -> None:
 def test_how_long_a_job_may_take_is_a_setting(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     assert time_limit() == 1800 == time_limit(900) and time_limit(7200) == 7200
     monkeypatch.setenv("PARADIZE_TIMEOUT", "1.5")
-    (hung,) = run_beside(Job("hang", hang, {"tally": tmp_path / "tally", "times": 9}))
+    (hung,) = run_jobs([Job("hang", hang, {"tally": tmp_path / "tally", "times": 9})], 1)
     assert "took longer than 1.5 s, twice" in str(hung.error)
     for told in ("0", "-1", "soon", "1e400", "nan"):
         monkeypatch.setenv("PARADIZE_TIMEOUT", told)
