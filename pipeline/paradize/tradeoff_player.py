@@ -82,9 +82,12 @@ def player_groups(
                 points.append(run.point(folder, tier, truth, "--quality", f"{trade}={tier}"))
             groups.append(_group(trade, str(scene["name"]), points))
         if bakes:
-            points = [run.point(place, tier, truth) for tier, place in bakes.items() if tier != "balanced"]
+            points = [middle]
+            for tier, place in bakes.items():
+                tell(f"texture {tier}")
+                points.append(run.point(place, tier, truth))
             order = {tier: at for at, tier in enumerate(TIERS)}
-            points = sorted([*points, middle], key=lambda point: order.get(point["tier"], len(order)))
+            points.sort(key=lambda point: order.get(point["tier"], len(order)))
             groups.append(_group("texture", str(scene["name"]), points))
         return groups
 

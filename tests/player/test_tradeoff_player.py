@@ -1,0 +1,53 @@
+"""The player's trade as groups of tradeoff.json."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from paradize.errors import BakeError
+from paradize.tradeoff_player import TIERS, player_groups
+from tests.places import ROOT
+from tests.player.synthetic import write_scene
+
+PLAYER = ROOT / "build/bin/paradize-player"
+
+
+def test_every_trade_of_the_scene_is_timed_and_held_to_the_reference(tmp_path: Path) -> None:
+    folder = write_scene(tmp_path / "scene")
+    told: list[str] = []
+    groups = player_groups(
+        PLAYER,
+        folder,
+        variants={"fast": folder},
+        seconds=[1.0],
+        size=(96, 54),
+        frames=2,
+        samples=4,
+        told=lambda what, done, of: told.append(f"{done}/{of} {what}"),
+    )
+    names = [group["name"] for group in groups]
+    assert [n for n in names if n != "anisotropy"] == ["shadow", "reflection", "refraction", "lod", "texture"]
+    for group in groups:
+        tiers = [point["tier"] for point in group["points"]]
+        assert tiers == (["fast", "balanced"] if group["name"] == "texture" else list(TIERS))
+        assert [point["tier"] for point in group["points"] if point["in_use"]] == ["balanced"]
+        for point in group["points"]:
+            assert 0.0 < point["seconds"]["low"] <= point["seconds"]["median"] <= point["seconds"]["high"]
+            assert point["seconds"]["runs"] == 2
+            assert 0.0 < point["error"]["mean"] <= point["error"]["p99"] <= point["error"]["max"] <= 1.0
+            assert point["error"]["value"] == point["error"]["mean"]
+    # The same folder under another name is the same picture.
+    same = groups[-1]["points"]
+    assert same[0]["error"] == same[1]["error"]
+    shadow = {point["tier"]: point["error"]["mean"] for point in groups[0]["points"]}
+    assert len(set(shadow.values())) == 3
+    assert len(told) == int(told[0].partition("/")[2].split()[0])
+
+
+def test_a_player_that_draws_nothing_is_told_in_its_own_words(tmp_path: Path) -> None:
+    folder = write_scene(tmp_path / "scene")
+    (folder / "sky.ktx2").unlink()
+    with pytest.raises(BakeError, match=r"sky\.ktx2"):
+        player_groups(PLAYER, folder, seconds=[1.0], size=(64, 36), samples=1)
