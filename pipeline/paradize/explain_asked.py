@@ -68,8 +68,12 @@ def economy_words(told: dict[str, Any], kind: str) -> list[str]:
         when = "" if told["second_s"] is None else f"at second {told['second_s']:g} "
         what = "level" if kind == "mesh" else "mip"
         line = f"its finest {what} is asked for {when}by the {_view(view)}"
-        if told["texels"] is not None:
-            line += f": there a pixel covers {told['texels']:.3g} texels of the finest that its source gives"
+        if told["texels"]:
+            line += (
+                f": a pixel covers at least {told['texels']:.3g} texels of the finest that its source gives"
+            )
+        elif told["texels"] == 0.0:
+            line += ": parallax may bring two pixels to one texel"
         words.append(line)
     if told["left_out"]:
         plural = "s are" if told["left_out"] > 1 else " is"
