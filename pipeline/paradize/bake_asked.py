@@ -90,10 +90,7 @@ def _thing(
 ) -> dict[str, dict[str, Any]]:
     levels = [lod.mesh for lod in decode_glb(thing.glb, name)]
     views = views_of(sight, thing.drawn, light_m)
-    places = [
-        Place(tuple(one["position"]), one["yaw_deg"], one["scale"])
-        for one in thing.instances
-    ]
+    places = [Place(tuple(one["position"]), one["yaw_deg"], one["scale"]) for one in thing.instances]
     level, second, view = finest_lod(views, thing.center, thing.radius_m, thing.errors_m, places)
     mesh: dict[str, Any] = {"level": level, "texels": None, "second_s": second, "view": view}
     found = {f"{name}_mesh": mesh}

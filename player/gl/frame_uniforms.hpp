@@ -20,11 +20,11 @@ struct FrameUniforms {
     glm::vec4 lens;                    // near m, far m, pixels per metre at 1 m, 1 when mirrored
     glm::vec4 sun_direction;           // xyz unit, from ground to sun; w angular radius, rad
     glm::vec4 sun_radiance;            // rgb colour x intensity, linear; w 1 when a shadow map is there
-    glm::vec4 ambient;                 // rgb colour x intensity, linear; w pixel edges that one shading covers
-    glm::vec4 fog;                     // rgb linear; w density, 1/m
-    glm::vec4 water;                   // rgb absorption, 1/m; w level, m (-1e9: no water)
-    glm::vec4 clock; // x second of the flight, y second since the start (float: not for scrolling),
-                     // z exposure, w frame number modulo 4096
+    glm::vec4 ambient; // rgb colour x intensity, linear; w pixel edges that one shading covers
+    glm::vec4 fog;     // rgb linear; w density, 1/m
+    glm::vec4 water;   // rgb absorption, 1/m; w level, m (-1e9: no water)
+    glm::vec4 clock;   // x second of the flight, y second since the start (float: not for scrolling),
+                       // z exposure, w frame number modulo 4096
 };
 
 static_assert(sizeof(FrameUniforms) == 416);
