@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from paradize import cli
 from paradize.bake_verify import sample
+from paradize.engine.store import seal, unseal
 from tests.pipeline.scenes import make_cove
 
 
@@ -23,18 +25,18 @@ def test_the_sample_is_always_the_same_and_never_empty() -> None:
 def test_an_artifact_that_its_sources_do_not_give_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """A poisoned store: the sky's key leads to other bytes, whose hash is right."""
+    """A poisoned store: the sky's key leads to other bytes, whose hash and seal are right."""
     store, out = tmp_path / "store", tmp_path / "out"
     monkeypatch.setenv("PARADIZE_STORE", str(store))
     words = ["bake", str(make_cove(tmp_path / "scene")), "-o", str(out), "--json", "-j", "2"]
     assert cli.main([*words, "--verify", "100"]) == 0
     assert len(json.loads(capfd.readouterr().out)["verified"]) == 14
     products = [path for path in store.glob("products/*/*") if path.is_file()]
-    trees = {path: json.loads(path.read_bytes()) for path in products}
+    trees: dict[Path, Any] = {path: unseal(path.read_bytes()) for path in products}
     (water,) = (tree["dudv"] for tree in trees.values() if "dudv" in tree)
-    (sky,) = (path for path, tree in trees.items() if "sky" in tree)
+    (sky,) = (path for path, tree in trees.items() if "sha256" in tree.get("sky", ()))
     trees[sky]["sky"]["sha256"] = water["sha256"]
-    sky.write_text(json.dumps(trees[sky]))
+    sky.write_bytes(seal(trees[sky]))
     shutil.rmtree(store / "bakes")
     assert cli.main([*words, "--verify", "100"]) == 1
     told = json.loads(capfd.readouterr().out)
