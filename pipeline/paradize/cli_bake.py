@@ -111,7 +111,8 @@ def _sheets(scene: Path, report: Any, stream: Any) -> list[str]:
 
 def _explained(scene: Path, out: Path) -> list[dict[str, Any]]:
     """What `explain` says of each artifact, for the page."""
-    from paradize.explain import explain, words_of
+    from paradize.explain import explain
+    from paradize.explain_words import words_of
 
     return [
         {"name": told["name"], "why": [line.strip() for line in words_of(told)]}

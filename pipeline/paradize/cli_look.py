@@ -22,7 +22,8 @@ def run_check(arguments: argparse.Namespace) -> int:
 
 def run_explain(arguments: argparse.Namespace) -> int:
     """The exit code."""
-    from paradize.explain import explain, render
+    from paradize.explain import explain
+    from paradize.explain_words import render
 
     explanation = explain(arguments.scene, arguments.artifact, arguments.out)
     if arguments.json:

@@ -4,6 +4,7 @@ how many bytes were saved by not baking more. Knows no numpy."""
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,28 @@ def economy(manifest: dict[str, Any], folder: Path, artifact: str) -> dict[str, 
             absent = [name for name in (*_BLOCK, *_TEXEL) if f"{owner}_{name}" not in maps]
             told["maps"] = {name: chain_bytes(name, width, height) for name in absent}
     return told
+
+
+def saved_bytes(artifacts: Iterable[dict[str, Any]]) -> dict[str, int]:
+    """What all artifacts together save, in bytes: `levels` and `patches` finer than any view asks for, `maps`
+    that no pass reads. artifacts: as `explain` tells them."""
+    saved = {"levels": 0, "patches": 0, "maps": 0}
+    for told in artifacts:
+        asked, demand = told["asked"], told["demand"]
+        if asked:
+            saved["levels"] += asked["saved_bytes"]
+            saved["maps"] += sum(asked["maps"].values())
+        if demand:  # of the whole terrain, the same for each of its files
+            saved["patches"] = demand["left_out_bytes"]
+    return saved
+
+
+def saved_words(saved: dict[str, int]) -> str:
+    """The same in words."""
+    total = sum(saved.values())
+    parts = [f"{name} {short(size)}" for name, size in saved.items() if size]
+    what = f"{short(total)} saved by not baking more: {', '.join(parts)}" if total else "nothing saved"
+    return f"all artifacts: {what}"
 
 
 def chain_bytes(name: str, width: int, height: int) -> int:

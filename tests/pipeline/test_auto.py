@@ -21,7 +21,8 @@ from paradize.budget import METRICS, is_beyond
 from paradize.cli import main
 from paradize.engine.store import Store
 from paradize.errors import BakeError, ParadizeError
-from paradize.explain import explain, render
+from paradize.explain import explain
+from paradize.explain_words import render
 from paradize.scene import Relief
 from paradize.schema import Limits
 from tests.pipeline.scenes import make_cove, write_image

@@ -13,7 +13,8 @@ import pytest
 
 from paradize.bake import bake
 from paradize.bake_tasks import How
-from paradize.explain import explain, render
+from paradize.explain import explain
+from paradize.explain_words import render
 from tests.pipeline.layouts import make_atlas_scene, two_tone
 from tests.pipeline.scenes import make_cove
 
@@ -230,3 +231,17 @@ def test_who_asked_for_the_finest_level_and_what_was_saved_are_told(cove: tuple[
     text = render(explain(scene, "effect_color", out), details=False)
     assert f"asked for at second {asked['second_s']:g} by the camera" in text
     assert "maps that no pass reads are not made of its picture: height" in text
+
+
+def test_at_the_end_stands_what_all_artifacts_together_saved(cove: tuple[Path, Path]) -> None:
+    scene, out = cove
+    whole = explain(scene, out=out)
+    manifest = json.loads((out / "scene.json").read_text())
+    entries = manifest["artifacts"].values()
+    levels = sum(entry["asked"]["saved_bytes"] for entry in entries if entry["asked"])
+    maps = sum(sum(one["asked"]["maps"].values()) for one in whole.artifacts if one["asked"])
+    patches = manifest["terrain"]["demand"]["left_out_bytes"]
+    assert whole.saved == {"levels": levels, "patches": patches, "maps": maps} and maps > 0
+    last = render(whole, details=False).splitlines()[-1]
+    assert last.startswith("all artifacts: ") and "saved by not baking more" in last and "maps " in last
+    assert explain(scene, "effect_color", out).saved is None

@@ -20,7 +20,8 @@ from paradize.check.paths import check_paths
 from paradize.data import Mesh
 from paradize.engine.store import key_of
 from paradize.errors import BakeError, FormatError
-from paradize.explain import explain, render
+from paradize.explain import explain
+from paradize.explain_words import render
 from paradize.formats import glb_tiles
 from paradize.formats.glb_tiles import TILE_BYTES, TilePatch, decode_tile, encode_tiles
 from paradize.formats.scene_manifest import decode_scene, encode_scene
