@@ -16,7 +16,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import sqrt
+from math import isfinite, sqrt
 from typing import Any
 
 from paradize.errors import SceneError
@@ -285,12 +285,28 @@ def _table(speed: _Speed, count: int, duration_s: float) -> tuple[tuple[float, f
     )
 
 
+def _require_path(eye: Sequence[Vec], target: Sequence[Vec]) -> None:
+    """Raises SceneError for waypoints that no path goes through."""
+    for name, points in (("eye", eye), ("target", target)):
+        if len(points) < 3:
+            raise SceneError(f"{len(points)} waypoints of the {name}, a loop needs 3")
+        for k, point in enumerate(points):
+            if not all(isfinite(number) for number in point):
+                raise SceneError(f"waypoint {k} of the {name} is at {point}, not at finite numbers")
+    if all(point == eye[0] for point in eye):
+        raise SceneError(
+            f"all {len(eye)} waypoints of the eye are at {eye[0]}", mend="move one: a path has a length"
+        )
+
+
 def plan_flight(settings: FlightSettings) -> Flight:
     """Lays the splines and the time table through the scene's waypoints.
 
-    Raises SceneError where the path turns back so sharply that no table of reasonable size follows it.
+    Raises SceneError for fewer than three waypoints, all at one place, or not finite; and where the path
+    turns back so sharply that no table of reasonable size follows it.
     """
     points = [point.position for point in settings.eye]
+    _require_path(points, [point.position for point in settings.target])
     units = _units(points)
     axes = [periodic_spline([point[axis] for point in points], units) for axis in range(3)]
     looks = [periodic_spline([point.position[axis] for point in settings.target], units) for axis in range(3)]

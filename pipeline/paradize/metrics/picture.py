@@ -15,9 +15,12 @@ Picture = npt.NDArray[np.float32]
 
 def flip(reference: Picture, test: Picture) -> Picture:
     """The FLIP error (h, w) float32, 0..1, of two pictures (h, w, 3) float32, sRGB 0..1, at the evaluator's
-    own viewing distance (67 pixels a degree). Raises ValueError where the shapes differ."""
-    if reference.shape != test.shape:
+    own viewing distance (67 pixels a degree). Raises ValueError where the shapes differ, where there is no
+    pixel, and where a value is not finite: of those the evaluator tells nothing."""
+    if reference.shape != test.shape or not reference.size:
         raise ValueError(f"pictures of {reference.shape} and {test.shape} cannot be compared")
+    if not np.isfinite([reference.min(), reference.max(), test.min(), test.max()]).all():
+        raise ValueError("a value of the pictures is not finite")
     import flip_evaluator
 
     errors, _, _ = flip_evaluator.evaluate(reference, test, "LDR", inputsRGB=True, applyMagma=False)

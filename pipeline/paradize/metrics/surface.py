@@ -28,8 +28,8 @@ class Judge:
 
     def __init__(self, mesh: Mesh) -> None:
         self.mesh = mesh
+        self.surface = Surface(mesh.positions, mesh.triangles)  # refuses what is no surface
         self.diagonal_m = diagonal(mesh)
-        self.surface = Surface(mesh.positions, mesh.triangles)
         self._last: tuple[Mesh, Surface] | None = None
 
     def surface_of(self, level: Mesh) -> Surface:

@@ -85,9 +85,12 @@ def encode_rows(values: npt.NDArray[Any], fmt: str, *, tier: str = "balanced", t
 
 
 class LevelWriter:
-    """The bytes of every level of a texture, filled band by band by whichever thread has one."""
+    """The bytes of every level of a texture, filled band by band by whichever thread has one. Raises
+    ValueError where there is no texel."""
 
     def __init__(self, fmt: str, height: int, width: int, count: int) -> None:
+        if height < 1 or width < 1:
+            raise ValueError(f"a texture of {width} x {height} texels")
         self.format, self.height, self.width = fmt, height, width
         self._blocks = fmt.startswith("BC")
         kind = fmt.partition("_")[0]

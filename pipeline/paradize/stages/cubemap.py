@@ -100,7 +100,11 @@ def _halved(faces: F32) -> F32:
 
 
 def cube_mips(faces: F32) -> list[F32]:
-    """Levels (6, n, n, c) down to 1 x 1 of faces (6, n, n, c), n a power of two; linear light."""
+    """Levels (6, n, n, c) down to 1 x 1 of faces (6, n, n, c), n a power of two; linear light. Raises
+    ValueError for other shapes."""
+    count, size = faces.shape[:2]
+    if count != 6 or faces.shape[2] != size or size < 1 or size & (size - 1):
+        raise ValueError(f"a cube map has 6 square faces of a power of two, not {faces.shape}")
     levels = [faces]
     while levels[-1].shape[1] > 1:
         levels.append(_halved(levels[-1]))

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     F32 = npt.NDArray[np.float32]
 
 STEP_8_BIT = 1.0 / 255.0  # of an 8-bit picture whose codes stand for 0..1
+_LEAST_STEP = 2.0**-126  # bends are told in steps: below it their number overflows float32
 
 
 def destep(heights: F32, step: float = STEP_8_BIT, *, wrap: tuple[bool, bool] = (False, False)) -> F32:
@@ -27,10 +28,13 @@ def destep(heights: F32, step: float = STEP_8_BIT, *, wrap: tuple[bool, bool] = 
     step: the distance of neighbouring values of the source, above 0. wrap: whether the map repeats along (x,
     y). A constant stays; a ramp in steps becomes a slope; where the source bends by more than about half a
     step per texel its values stay as they are. Call it on what the file holds, before levels bend the steps.
-    Raises BakeError for a step that is none.
+    Raises BakeError for a step that is none, or too small for float32, and for heights that are not finite.
     """
-    if not 0.0 < step < np.inf:
+    if not _LEAST_STEP <= step < np.inf:
         raise BakeError(f"a step of {step} cannot be smoothed", mend="give the distance of two source values")
+    if not np.isfinite(heights).all():
+        row, column = (int(k) for k in np.argwhere(~np.isfinite(heights))[0])
+        raise BakeError("a height is not a finite number", place=f"row {row}, column {column}")
     return kernel.destep(heights, step=step, wrap=wrap)
 
 

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.data import Image
+from paradize.errors import BakeError
 from paradize.kernels import maps
 from paradize.kernels.maps import Levels
 
@@ -24,8 +25,16 @@ F32 = npt.NDArray[np.float32]
 
 
 def luminance_plane(image: Image) -> F32:
-    """Luminance (h, w) of the picture's linear light; alpha is ignored. Data pictures count as linear."""
-    return maps.luminance(maps.linear_light(image.values, encoded=image.color_space == "srgb"))
+    """Luminance (h, w) of the picture's linear light; alpha is ignored. Data pictures count as linear. Raises
+    BakeError for floats that are encoded and so bright that float32 has no linear light for them."""
+    encoded = image.color_space == "srgb"
+    light = maps.linear_light(image.values, encoded=encoded)
+    if encoded and image.values.dtype == np.float32 and not np.isfinite(light).all():
+        raise BakeError(
+            f"an sRGB value of {np.abs(image.values).max():g} has no linear light in float32; limit 1e16",
+            mend="give values of 0 to 1, or say that the picture is linear",
+        )
+    return maps.luminance(light)
 
 
 def height_from_color(image: Image, levels: Levels | None = None) -> F32:

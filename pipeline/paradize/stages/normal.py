@@ -76,11 +76,13 @@ def prepare(ground: Ground) -> Normals:
     """What the ground's normals are made from, row by row.
 
     With the filter "spectral" the slopes of the whole map are made here, once: two planes of its size.
-    Raises BakeError for an unknown filter, and for "spectral" where the map does not repeat on both axes.
+    Raises BakeError for an unknown filter, and for "spectral" where the map does not repeat on both axes;
+    SourceError where "spectral" meets a height that is not finite.
     """
     slopes = None
     if ground.filter_name == SPECTRAL:
         need_repeats(ground.wrap, ground.islands)
+        normals.require_finite(ground.heights)  # a spectrum spreads what is not over the whole map
         slopes = filter_kernel.spectral_slopes(ground.heights)
     else:
         taps_of(ground.filter_name)

@@ -29,7 +29,7 @@ def split_by(mesh: Mesh, **corners: npt.NDArray[np.float32]) -> Mesh:
         if values is not None and len(values) != len(mesh.positions):
             raise BakeError(f"{len(values)} {name} for {len(mesh.positions)} vertices")
     base = mesh.triangles.reshape(-1)
-    flat = {name: values.reshape(len(base), -1) for name, values in corners.items()}
+    flat = {name: values.reshape(len(base), values.shape[-1]) for name, values in corners.items()}
     index, first = number_corners(base, np.concatenate(list(flat.values()), axis=1))
     source = base[first]
     arrays = {

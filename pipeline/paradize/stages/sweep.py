@@ -67,8 +67,10 @@ def sweep(
     """Makes `count` levels (all, by itself) of a picture of height x width texels.
 
     visit hears of every band of every level once, in no fixed order; at every level bands begin at multiples
-    of four rows, so that blocks can be made of them.
+    of four rows, so that blocks can be made of them. Raises ValueError where there is no texel.
     """
+    if height < 1 or width < 1:
+        raise ValueError(f"no levels of {height} x {width} texels")
     level, left = 0, (level_count(height, width) if count is None else count) - 1
     while True:
         deep = min(_halvings(height), _halvings(width), _DEEP, left)

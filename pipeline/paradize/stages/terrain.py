@@ -23,9 +23,13 @@ def terrain_mesh(field: Heightfield, *, tolerance_m: float, sand_repeat: float =
     normals, tangents: from the height field; T points along +X, B along -Z, w = +1. uvs: the sand pattern,
     sand_repeat times along X and as often along Z as keeps its tiles square. uvs1: the effect map, once: the
     first and last column at 0 and 1. tier: "fast", "balanced" or "exact"; a tolerance of 0 is "exact".
-    Raises BakeError when every pixel as a vertex would make more than MAX_GRID_TRIANGLES triangles.
+    Raises BakeError for a height that is not finite, and when every pixel as a vertex would make more than
+    MAX_GRID_TRIANGLES triangles.
     """
     rows, columns = field.heights_m.shape
+    if not np.isfinite(field.heights_m).all():
+        row, column = (int(k) for k in np.argwhere(~np.isfinite(field.heights_m))[0])
+        raise BakeError("a height is not a finite number", place=f"row {row}, column {column}")
     if tier == "exact" or tolerance_m == 0.0:
         count = 2 * (rows - 1) * (columns - 1)
         if count > MAX_GRID_TRIANGLES:

@@ -31,6 +31,12 @@ class Shape:
     columns: int
     leaf_px: int
 
+    def __post_init__(self) -> None:
+        if min(self.rows, self.columns) < 2 or self.leaf_px < 1:
+            raise ValueError(
+                f"a tree over {self.columns} x {self.rows} pixels in cells of {self.leaf_px}; limit 2 x 2"
+            )
+
     @property
     def depth(self) -> int:
         """How often the root's square is quartered."""
