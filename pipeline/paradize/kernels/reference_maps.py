@@ -36,6 +36,12 @@ class Error(NamedTuple):
     alpha_number: int
 
 
+def _require_finite(values: npt.NDArray[Any], what: str) -> None:
+    """Raises ValueError for NaN and infinity, which a comparison would take for no error; makes no copy."""
+    if values.dtype.kind == "f" and values.size and not np.isfinite([values.min(), values.max()]).all():
+        raise ValueError(f"{what} are not finite")
+
+
 class Texture:
     """The levels of a texture, as the kernels read them.
 
@@ -62,6 +68,8 @@ class Texture:
             data = np.frombuffer(level, np.uint8)
             if len(data) != down * across * size:
                 raise ValueError(f"level {k} holds {len(data)} bytes, not {down * across * size}")
+            if name == "float32":
+                _require_finite(data.view("<f4"), f"texels of level {k}")
             held.append(data)
         self.rows, self.columns, self.channels = rows, columns, channels
         self.native = _reference.Texture(number, channels, rows, columns, held)
@@ -88,6 +96,7 @@ class Ground:
         rows = np.ascontiguousarray(heights, np.float32)
         if rows.ndim != 2 or rows.size == 0:
             raise ValueError(f"expected (h, w) heights, got {rows.shape}")
+        _require_finite(rows, "heights")
         if not np.isfinite([*scale]).all():
             raise ValueError(f"a scale of {scale}")
         if taps is None and not all(wrap):
@@ -140,6 +149,7 @@ def value_levels(texture: Texture, values: npt.ArrayLike, *, threads: int | None
     exact = np.ascontiguousarray(values, np.float32)
     if exact.ndim != 3 or exact.shape[2] == 0:
         raise ValueError(f"expected (h, w, c) values, got {exact.shape}")
+    _require_finite(exact, "values")
     _match(texture, exact.shape, exact.shape[2])
     return _errors(_reference.value_levels(texture.native, exact, _workers(threads)))
 
@@ -151,6 +161,7 @@ def gloss_levels(
     exact = np.ascontiguousarray(gloss, np.float32)
     if exact.ndim != 3 or exact.shape[2] != 2 or exact.shape[:2] != ground.shape:
         raise ValueError(f"gloss {exact.shape} on a ground of {ground.shape}")
+    _require_finite(exact, "values of gloss")
     _match(texture, exact.shape, 2)
     return _errors(_reference.gloss_levels(texture.native, exact, ground.native, _workers(threads)))
 
@@ -171,6 +182,7 @@ def color_levels(
         or exact.dtype not in (np.uint8, np.uint16, np.float32)
     ):
         raise ValueError(f"expected (h, w, 3 | 4) pixels, got {exact.shape} of {exact.dtype}")
+    _require_finite(exact, "pixels")
     _match(texture, exact.shape, exact.shape[2])
     cutoff = 0.0 if alpha_cutoff is None else float(alpha_cutoff)
     return _errors(_reference.color_levels(texture.native, exact, encoded, cutoff, _workers(threads)))

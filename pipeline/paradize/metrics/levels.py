@@ -115,6 +115,8 @@ def dudv_levels(texture: Texture, ground: Ground) -> list[dict[str, float]]:
 def vector_error(xy: F32, ground: Ground, *, less_mean: bool = False) -> dict[str, float]:
     """The same of decoded x and y (h, w, 2) that are no texture: of normals, or, less_mean, of du/dv."""
     height, width = xy.shape[:2]
+    if not xy.size:
+        raise ValueError(f"no vectors in an array of {xy.shape}")
     level = np.ascontiguousarray(xy, "<f4").data.cast("B")
     view = reference_maps.Texture("float32", height, width, [level], 2)
     return _angles(reference_maps.normal_levels(view, _taken(ground), offsets=less_mean)[0])
