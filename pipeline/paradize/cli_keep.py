@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import time
 
 from paradize.cli_output import say, show, show_json
@@ -20,8 +21,10 @@ def run_new(arguments: argparse.Namespace) -> int:
         show_json({"scene": str(made.scene), "files": made.files, "warnings": made.notes})
         return 0
     show(one_line(f"{len(made.files)} files in {made.scene.parent}"))
-    show(one_line(f"bake it:  paradize bake {made.scene} -o {made.scene.parent.name}-baked"))
-    show(one_line(f"play it:  paradize-player {made.scene.parent.name}-baked"))
+    baked = f"{made.scene.parent.name}-baked"
+    to = shlex.quote(f"./{baked}" if baked.startswith("-") else baked)
+    show(one_line(f"bake it:  paradize bake {shlex.quote(str(made.scene))} -o {to}"))
+    show(one_line(f"play it:  paradize-player {to}"))
     return 0
 
 

@@ -67,10 +67,10 @@ def new_scene(folder: Path, model: Path | None = None) -> NewScene:
     where the folder holds something or cannot be written.
     """
     folder = folder.resolve()
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise BakeError("is there and not empty", file=folder, mend="name a new folder")
     aside = folder.with_name(f".{folder.name[:40]}{ASIDE}{secrets.token_hex(4)}")
     try:
+        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            raise BakeError("is there and not empty", file=folder, mend="name a new folder")
         (aside / "sky").mkdir(parents=True)
         (aside / "model").mkdir()
         try:

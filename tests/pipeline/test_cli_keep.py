@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,29 @@ def test_a_new_scene_says_how_to_go_on(tmp_path: Path, capsys: pytest.CaptureFix
     assert "not empty" in capsys.readouterr().err
     assert main(["new", str(tmp_path / "other"), "--from", str(tmp_path / "none.obj"), "--json"]) == 1
     assert "none.obj" in json.loads(capsys.readouterr().out)["error"][0]
+
+
+def test_what_a_new_scene_says_can_be_pasted_into_a_shell(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["new", str(tmp_path / "my scenes" / "-it's mine")]) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert shlex.split(told[1])[2:] == [
+        "paradize",
+        "bake",
+        f"{tmp_path}/my scenes/-it's mine/scene.toml",
+        "-o",
+        "./-it's mine-baked",
+    ]
+    assert shlex.split(told[2])[-1] == "./-it's mine-baked"
+
+
+def test_a_folder_of_too_long_a_name_is_one_message(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["new", str(tmp_path / ("n" * 300))]) == 1
+    told = capsys.readouterr().err
+    assert "cannot be written: File name too long" in told and "unforeseen" not in told
 
 
 def test_cleaning_tells_what_went_and_what_stays(
