@@ -7,9 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import OpenImageIO as oiio
 import pytest
 
+from paradize.bake_color import bake_color
 from paradize.bake_maps import bake_maps
 from paradize.check import RULES, check_paths
 from paradize.data import Texture
@@ -141,6 +143,22 @@ def test_colours_averaged_without_their_curve_are_found(folder: Path) -> None:
 
     assert codes(folder, {"color": chain(188)}) == []
     assert codes(folder, {"color": chain(128)}) == ["PZ213"]
+
+
+def test_a_palette_whose_small_levels_no_block_can_hold_passes(tmp_path: Path, folder: Path) -> None:
+    """All colours of a block of BC1 lie on one line; a palette's small levels hold many hues in one."""
+    hues = np.array([[230, 20, 20], [20, 200, 30], [20, 30, 220], [240, 230, 20]], np.uint8)
+    cells = np.random.default_rng(5).integers(0, 4, (8, 8))
+
+    def baked(colors: npt.NDArray[np.uint8]) -> Texture:
+        board = colors[cells].repeat(16, axis=0).repeat(16, axis=1)
+        return decode_ktx2(bake_color(save(tmp_path / "palette.png", board)).data)
+
+    chain, other = baked(hues), baked(hues[::-1])
+    assert chain.format == "BC1_RGB_SRGB"
+    assert codes(folder, {"color": chain}) == []
+    for level in (1, 2, 3):
+        assert codes(folder, {"color": with_level(chain, level, other.levels[level])}) == ["PZ213"]
 
 
 def test_gloss_of_rough_normals_passes_beside_them(tmp_path: Path, folder: Path) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, cached_property
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from paradize.errors import FormatError
 from paradize.formats.ktx2 import decode_ktx2
 from paradize.metrics.texels import decode_texels, rebuilt
 
+F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
 
 KINDS = ("normal", "dudv", "gloss", "height", "color")
@@ -31,6 +33,7 @@ _CODES: dict[str, tuple[Any, int]] = {"RG8_SNORM": (np.int8, -127), "RG16_SNORM"
 _FEW = 0.02  # of a level's texels: fewer that are off may be the blocks' noise
 _APART = 0.03  # of the range, beside a part of the level's own contrast: how far areas of two levels may be
 _CONTRAST = 0.3
+_STEPS = 4080  # of the table of light: every code of 8, 6 and 5 bits is near one
 _AGREED = 0.8  # length of averaged normals from which on their direction tells something
 _FLAT = 2.0 / 255.0  # of the range, from one area to the next: less may be the codes of the height map
 _TOGETHER = 0.3  # correlation of slopes: maps of one source reach 0.6 and more, of two sources about 0
@@ -43,6 +46,14 @@ class Map:
 
     file: str
     texture: Texture
+
+    @cached_property
+    def finest(self) -> F32:
+        """The texels of level 0, which several rules read."""
+        return decode_texels(self.texture)
+
+    def texels(self, level: int) -> F32:
+        return self.finest if level == 0 else decode_texels(self.texture, level)
 
 
 def scene_maps(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
@@ -120,8 +131,8 @@ def _drift(dudv: Map) -> Iterator[Finding]:
 
 
 def _offsets(normal: Map, dudv: Map) -> Iterator[Finding]:
-    xy = decode_texels(normal.texture)[:, :, :2].astype(np.float64)
-    found = decode_texels(dudv.texture)[:, :, :2].astype(np.float64)
+    xy = normal.finest[:, :, :2].astype(np.float64)
+    found = dudv.finest[:, :, :2].astype(np.float64)
     height, width = xy.shape[:2]
     slack = np.full(xy.shape, 3.0 / 127.0)
     if normal.texture.format.startswith("BC") and height % 4 == 0 and width % 4 == 0:
@@ -141,9 +152,9 @@ def _offsets(normal: Map, dudv: Map) -> Iterator[Finding]:
 def _leaning(normal: Map, height: Map, green_up: bool) -> Iterator[Finding]:
     """Slopes of the normals go with those of the heights, whatever the strength and the filter: over areas of
     one, two or four texels their correlation is not near nothing or below."""
-    vectors = rebuilt(decode_texels(normal.texture)[:, :, :2])
+    vectors = rebuilt(normal.finest[:, :, :2])
     slopes = -vectors[:, :, :2] / np.maximum(vectors[:, :, 2:], 0.05)
-    heights = decode_texels(height.texture)[:, :, :1].astype(np.float64)
+    heights = height.finest[:, :, :1].astype(np.float64)
     told = [_together(heights, slopes, texels, green_up) for texels in (1, 2, 4)]
     found = [value for value in told if value is not None]
     if found and max(found) < _TOGETHER:
@@ -176,7 +187,7 @@ def _areas(values: F64, texels: int) -> F64:
     return np.asarray(cut.reshape(rows, texels, columns, texels, -1).mean(axis=(1, 3)))
 
 
-def _half(values: F64) -> F64:
+def _half(values: F32 | F64) -> F32 | F64:
     """Means along axis 0 of two texels each, of an odd number of parts of three."""
     n = len(values)
     if n % 2 == 0 or n == 1:
@@ -186,7 +197,7 @@ def _half(values: F64) -> F64:
     return np.asarray((before * values[0:-1:2] + (n // 2) * values[1::2] + after * values[2::2]) / n)
 
 
-def _means(values: F64) -> Iterator[F64]:
+def _means(values: F32 | F64) -> Iterator[F32 | F64]:
     """Means of values (h, w, c) at every level from 0 on, each of the one before."""
     yield values
     while max(values.shape[:2]) > 1:
@@ -194,29 +205,36 @@ def _means(values: F64) -> Iterator[F64]:
         yield values
 
 
-def _content(texture: Texture, level: int, kind: str) -> F64:
+def _content(found: Map, level: int, kind: str) -> F32 | F64:
     """What levels may be compared by: its area means mean something, and no stage widens or scales it. The
     last channel weighs the others."""
-    values = decode_texels(texture, level).astype(np.float64)
-    weight = np.ones((*values.shape[:2], 1))
+    values = found.texels(level)
+    weight = np.ones((*values.shape[:2], 1), np.float32)
     if kind in ("normal", "dudv"):
         return np.dstack([rebuilt(values[:, :, :2]), weight])
-    if texture.format.endswith("_SRGB"):
-        if texture.format != "BC1_RGB_SRGB":
+    if found.texture.format.endswith("_SRGB"):
+        if found.texture.format != "BC1_RGB_SRGB":
             weight = values[:, :, 3:]
-        encoded = values[:, :, :3]
-        light = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+        light = _light()[np.rint(values[:, :, :3] * np.float32(_STEPS)).astype(np.uint16)]
         return np.dstack([light * weight, weight])
     return np.dstack([values[:, :, :1], weight])  # of gloss the intensity: smoothness widens
+
+
+@cache
+def _light() -> F32:
+    """Linear light of sRGB values k / _STEPS."""
+    encoded = np.arange(_STEPS + 1) / _STEPS
+    light = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    return light.astype(np.float32)
 
 
 def _levels(found: Map, kind: str) -> Iterator[Finding]:
     """Each level shows, over areas of some 4 of its texels, what level 0 shows there."""
     texture = found.texture
-    wanted = list(_means(_content(texture, 0, kind)))
+    wanted = list(_means(_content(found, 0, kind)))
     for level in range(1, len(texture.levels)):
         coarse = min(level + 1, len(wanted) - 1)
-        means = [*islice(_means(_content(texture, level, kind)), 2)][-1]
+        means = [*islice(_means(_content(found, level, kind)), 2)][-1]
         seen = (wanted[coarse][:, :, -1] > 0.25) & (means[:, :, -1] > 0.25)
         if kind in ("normal", "dudv"):  # where normals disagree, each level's weigh differently
             seen &= np.square(wanted[coarse][:, :, :3]).sum(axis=2) > _AGREED * _AGREED
@@ -225,13 +243,28 @@ def _levels(found: Map, kind: str) -> Iterator[Finding]:
         truth, here = (_shown(values[seen], kind) for values in (wanted[coarse], means))
         contrast = float(np.sqrt(np.square(truth - truth.mean(axis=0)).mean()))
         apart = float(np.sqrt(np.square(truth - here).mean()))
-        if apart > _APART + _CONTRAST * contrast:
+        if apart > _APART + _CONTRAST * contrast + _unheld(wanted[level], texture.format):
             what = f"differs from level 0 by {apart:.3f} (root mean square, linear)"
             yield Finding("PZ213", found.file, what, f"level {level}")
             return
 
 
-def _shown(values: F64, kind: str) -> F64:
+def _unheld(wanted: F32 | F64, form: str) -> float:
+    """What BC1 and BC3 cannot hold of a level's colours, whoever packs them: all colours of a block lie on
+    one line. RMS of what is off it, 0 of other formats."""
+    if not form.startswith(("BC1", "BC3")):
+        return 0.0
+    color = wanted[:, :, :3] / np.maximum(wanted[:, :, 3:], 1e-3)
+    rows, columns = (min(4, size) for size in color.shape[:2])
+    down, across = color.shape[0] // rows, color.shape[1] // columns
+    grid = color[: down * rows, : across * columns].reshape(down, rows, across, columns, 3)
+    blocks = grid.swapaxes(1, 2).reshape(-1, rows * columns, 3)
+    blocks = blocks - blocks.mean(axis=1, keepdims=True)
+    spread = np.linalg.eigvalsh(blocks.swapaxes(1, 2) @ blocks)  # ascending
+    return float(np.sqrt(max(0.0, spread[:, :2].sum() / blocks.size)))
+
+
+def _shown(values: F32 | F64, kind: str) -> F64:
     """(n, c): directions of normals; else values over their weight."""
     if kind in ("normal", "dudv"):
         length = np.sqrt(np.square(values[:, :3]).sum(axis=1, keepdims=True))
@@ -242,8 +275,8 @@ def _shown(values: F64, kind: str) -> F64:
 def _widening(normal: Map, gloss: Map) -> Iterator[Finding]:
     """Smoothness is nowhere above what averaged roughness and the normals' disagreement leave of it, with
     slack for what blocks add to both."""
-    rough = 1.0 - decode_texels(gloss.texture)[:, :, 1:2].astype(np.float64)
-    vectors = rebuilt(decode_texels(normal.texture)[:, :, :2])
+    rough = 1.0 - gloss.finest[:, :, 1:2].astype(np.float64)
+    vectors = rebuilt(normal.finest[:, :, :2])
     joined = np.dstack([rough * rough * rough * rough, vectors])
     for level, means in enumerate(_means(joined)):
         if level == 0 or level >= len(gloss.texture.levels):
@@ -252,7 +285,7 @@ def _widening(normal: Map, gloss: Map) -> Iterator[Finding]:
         r = np.maximum(np.sqrt(square), 1e-6)
         lost = np.maximum(0.0, 0.7 * 2.0 * (1.0 - square) / (r * (3.0 - square)) - 0.004)
         most = 1.0 - np.sqrt(np.sqrt(np.minimum(1.0, 0.9 * means[:, :, 0] + lost)))
-        found = decode_texels(gloss.texture, level)[:, :, 1]
+        found = gloss.texels(level)[:, :, 1]
         off = found > most + _ROUGH
         if off.mean() > _FEW:
             y, x = np.unravel_index(int((found - most).argmax()), off.shape)
