@@ -73,7 +73,6 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """OBJ -> GLB with tangent frames and LODs."""
     from paradize.bake_quantise import direction_deg_of
     from paradize.bake_sight import bake_seen
-    from paradize.formats.glb_cut import cut_glb
 
     made = bake_seen(
         sources["mesh"],
@@ -91,14 +90,13 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         crease_deg=settings["crease_deg"],
         tangents=settings["tangents"],
         quantise_deg=direction_deg_of(settings["quantise"]) if "quantise" in settings else None,
+        attributes=settings["attributes"],
     )
     levels = made.report["lods"]
-    read = settings["attributes"]
-    errors = mesh_errors(levels, "TANGENT" in read)
+    errors = mesh_errors(levels, "TANGENT" in settings["attributes"])
     used = str(made.report.get("tier", tier))
     told = [{key: level[key] for key in LOD_FACTS if key in level} for level in levels]
-    glb = cut_glb(made.glb, attributes=read)
-    return [Product("mesh", glb, "glb", used, errors, list(made.report["warnings"]), told)]
+    return [Product("mesh", made.glb, "glb", used, errors, list(made.report["warnings"]), told)]
 
 
 def make_terrain(sources: Sources, settings: Settings, tier: str, room: Path) -> list[Product]:

@@ -7,7 +7,7 @@ player takes them, and pixels those of the middle of the picture.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from paradize.bake_lods import Plan
 from paradize.bake_mesh import MeshProduct, bake_mesh
 from paradize.data import Mesh
 from paradize.flight import plan_flight, sight, sine_cosine
+from paradize.formats.glb_cut import cut_glb
 from paradize.metrics.surface import diagonal
 from paradize.scene import EyePoint, Flight, TargetPoint
 
@@ -69,8 +70,12 @@ def bake_seen(
     path: Path,
     sight: dict[str, Any] | None,
     instances: list[dict[str, Any]],
+    *,
+    attributes: Collection[str] | None = None,
     **settings: Any,
 ) -> MeshProduct:
-    """bake_mesh with levels for what the flight sees; by its own settings where `sight` is None."""
+    """bake_mesh with levels for what the flight sees; by its own settings where `sight` is None. Of its
+    attributes (glTF's names; None: all) the GLB holds these."""
     plan = None if sight is None else sight_plan(sight, instances)
-    return bake_mesh(path, plan=plan, tangent_tiers=False, **settings)
+    made = bake_mesh(path, plan=plan, tangent_tiers=False, **settings)
+    return replace(made, glb=cut_glb(made.glb, attributes=attributes))
