@@ -1,5 +1,6 @@
 """Native gutter kernels; gutter.py is their checked face. A call writes the array named result or names."""
 
+from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy.typing as npt
@@ -9,15 +10,7 @@ Array: TypeAlias = npt.NDArray[Any]
 def linear_light(values: Array, result: Array) -> None: ...
 def touching(ids: Array, count: int, repeat: bool, names: Array) -> None: ...
 def smallest_gap(inside: Array, source: Array, owner: Array, repeat: bool) -> tuple[float, int, int]: ...
-def walk(
-    texels: Array,
-    channels: int,
-    kind: int,
-    inside: Array,
-    source: Array,
-    owner: Array,
-    repeat: bool,
-    reach: Array,
-    result: Array,
-    threads: int,
-) -> None: ...
+
+class Borders:
+    def __init__(self, inside: Array, source: Array, owner: Array, repeat: bool) -> None: ...
+    def walk(self, levels: Sequence[Array], kind: int, reach: Array, result: Array, threads: int) -> None: ...

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 
+#include <nanobind/stl/vector.h>
+
 #include "bind.hpp"
 #include "gutter_walk.hpp"
 #include "mathx.hpp"
@@ -68,44 +70,74 @@ nb::tuple smallest_gap(const In<std::uint8_t> &inside, const In<std::int32_t> &s
     return nb::make_tuple(gap, pair[0], pair[1]);
 }
 
-// result: (levels, 9) float64: mean, p99, p99 of all, worst, x, y, island, samples, own; of so many levels.
-void walk(const In<float> &texels, std::size_t channels, int kind, const In<std::uint8_t> &inside,
-          const In<std::int32_t> &source, const In<std::int32_t> &owner, bool repeat, const In<double> &reach,
-          const Out<double> &result, int threads) {
-    const gutter::Layout layout = layout_of(inside, source, owner, repeat);
-    need(kind >= 0 && kind <= 2, "no such kind");
-    need(channels >= 1 && channels <= 4 && (kind != 2 || channels == 2), "a kind with so many channels");
-    const auto islands = static_cast<std::int64_t>(reach.size());
-    need(
-        std::all_of(owner.data(), owner.data() + owner.size(), [&](std::int32_t id) { return id < islands; }),
-        "an island is out of range");
-    need(std::all_of(reach.data(), reach.data() + reach.size(), [](double r) { return r <= 1e3; }),
-         "a reach is out of range");
-    const std::size_t levels = result.size() / 9;
-    need(levels >= 1 && result.size() == levels * 9, "the result has the wrong size");
-    std::size_t rows = inside.shape(0);
-    std::size_t columns = inside.shape(1);
-    std::size_t count = rows * columns;
-    for (std::size_t level = 1; level < levels; ++level) {
-        need(rows > 1 || columns > 1, "more levels than there are");
-        rows = std::max<std::size_t>(1, rows / 2);
-        columns = std::max<std::size_t>(1, columns / 2);
-        count += rows * columns;
+// A layout that is kept, with the texels of its borders.
+class Borders {
+  public:
+    Borders(const In<std::uint8_t> &inside, const In<std::int32_t> &source, const In<std::int32_t> &owner,
+            bool repeat) {
+        const gutter::Layout given = layout_of(inside, source, owner, repeat);
+        rows_ = inside.shape(0);
+        columns_ = inside.shape(1);
+        nb::gil_scoped_release unlocked;
+        inside_.assign(given.inside.begin(), given.inside.end());
+        source_.assign(given.source.begin(), given.source.end());
+        owner_.assign(given.owner.begin(), given.owner.end());
+        layout_ = {inside_, source_, owner_, repeat};
+        islands_ = *std::max_element(owner_.begin(), owner_.end()) + std::size_t{1};
+        border_ = gutter::border_of(layout_, rows_, columns_);
     }
-    need(texels.size() == count * channels, "the chain is not whole");
-    const gutter::Chain chain{flat(texels), inside.shape(0), inside.shape(1), channels, levels};
-    nb::gil_scoped_release unlocked;
-    const auto found = gutter::walk(chain, static_cast<gutter::Kind>(kind), layout, flat(reach), threads);
-    double *to = result.data();
-    for (const gutter::Found &level : found) {
-        for (const double value :
-             {level.mean, level.p99, level.all_p99, level.worst, static_cast<double>(level.x),
-              static_cast<double>(level.y), static_cast<double>(level.island),
-              static_cast<double>(level.samples), level.own}) {
-            *to++ = value;
+    Borders(const Borders &) = delete;
+    Borders &operator=(const Borders &) = delete;
+
+    // levels: (h, w, channels) each. result: (levels, 9) float64: mean, p99, p99 of all, worst, x, y, island,
+    // samples, own.
+    void walk(const std::vector<In<float>> &levels, int kind, const In<double> &reach,
+              const Out<double> &result, int threads) const {
+        need(!levels.empty() && levels[0].ndim() == 3, "the levels are not three-dimensional");
+        const std::size_t channels = levels[0].shape(2);
+        need(kind >= 0 && kind <= 2, "no such kind");
+        need(channels >= 1 && channels <= 4 && (kind != 2 || channels == 2), "a kind with so many channels");
+        need(reach.size() >= islands_, "an island is out of range");
+        need(std::all_of(reach.data(), reach.data() + reach.size(), [](double r) { return r <= 1e3; }),
+             "a reach is out of range");
+        need(result.size() == levels.size() * 9, "the result has the wrong size");
+        std::vector<const float *> texels;
+        std::size_t rows = rows_;
+        std::size_t columns = columns_;
+        for (const In<float> &level : levels) {
+            need(level.ndim() == 3 && level.shape(0) == rows && level.shape(1) == columns &&
+                     level.shape(2) == channels,
+                 "the chain is not whole");
+            texels.push_back(level.data());
+            need(texels.size() == levels.size() || rows > 1 || columns > 1, "more levels than there are");
+            rows = std::max<std::size_t>(1, rows / 2);
+            columns = std::max<std::size_t>(1, columns / 2);
+        }
+        const gutter::Chain chain{texels, rows_, columns_, channels};
+        nb::gil_scoped_release unlocked;
+        const auto found =
+            gutter::walk(chain, static_cast<gutter::Kind>(kind), layout_, border_, flat(reach), threads);
+        double *to = result.data();
+        for (const gutter::Found &level : found) {
+            for (const double value :
+                 {level.mean, level.p99, level.all_p99, level.worst, static_cast<double>(level.x),
+                  static_cast<double>(level.y), static_cast<double>(level.island),
+                  static_cast<double>(level.samples), level.own}) {
+                *to++ = value;
+            }
         }
     }
-}
+
+  private:
+    std::vector<std::uint8_t> inside_;
+    std::vector<std::int32_t> source_;
+    std::vector<std::int32_t> owner_;
+    gutter::Layout layout_{};
+    std::vector<std::uint32_t> border_;
+    std::size_t rows_ = 0;
+    std::size_t columns_ = 0;
+    std::size_t islands_ = 0;
+};
 
 } // namespace
 
@@ -114,5 +146,7 @@ NB_MODULE(_gutter, m) {
     m.def("linear_light", &linear_light);
     m.def("touching", &touching);
     m.def("smallest_gap", &smallest_gap);
-    m.def("walk", &walk);
+    nb::class_<Borders>(m, "Borders")
+        .def(nb::init<const In<std::uint8_t> &, const In<std::int32_t> &, const In<std::int32_t> &, bool>())
+        .def("walk", &Borders::walk);
 }

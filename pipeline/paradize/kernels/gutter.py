@@ -7,6 +7,7 @@ Maps are (h, w), row 0 at the top. Wrong shapes and types raise ValueError. Resu
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,6 +48,11 @@ class Layout:
             np.ascontiguousarray(self.owner, np.int32),
             self.repeat,
         )
+
+    @cached_property
+    def borders(self) -> _gutter.Borders:
+        """Where the islands end, found once: every walk begins there."""
+        return _gutter.Borders(*self.arrays())
 
 
 @dataclass(frozen=True)
@@ -106,13 +112,10 @@ def walk(
     float64, how far beyond its border samples of an island may go, as a share of the map's sides; negative:
     not walked.
     """
-    flat = [np.ascontiguousarray(level, np.float32).ravel() for level in levels]
     result = np.empty((len(levels), 9), np.float64)
-    _gutter.walk(
-        np.concatenate(flat),
-        levels[0].shape[2],
+    layout.borders.walk(
+        [np.ascontiguousarray(level, np.float32) for level in levels],
         KINDS.index(kind),
-        *layout.arrays(),
         np.ascontiguousarray(reach, np.float64),
         result,
         threads,

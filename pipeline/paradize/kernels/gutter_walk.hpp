@@ -15,14 +15,13 @@ namespace paradize::gutter {
 //   normal: x and y in, z is rebuilt; half the chord between the two unit vectors (1: opposite)
 enum class Kind { value, color, normal };
 
-// The first `levels` of a mip chain: level 0 first, each half the size of the one before (rounded down, at
-// least 1), row 0 at the top, `channels` floats a texel.
+// The first levels of a mip chain: level 0 first, of rows x columns texels, each half the size of the one
+// before (rounded down, at least 1), row 0 at the top, `channels` floats a texel, 1 to 4.
 struct Chain {
-    std::span<const float> texels;
+    std::span<const float *const> levels;
     std::size_t rows;
     std::size_t columns;
     std::size_t channels;
-    std::size_t levels;
 };
 
 // Level 0's texels, rows * columns each.
@@ -63,13 +62,17 @@ std::vector<std::int32_t> touching(std::span<const std::int32_t> ids, std::size_
 double smallest_gap(const Layout &layout, std::size_t rows, std::size_t columns,
                     std::span<std::int64_t, 2> pair);
 
+// The texels of the islands' borders: inside, with a neighbour that is outside or another island's. By
+// island, in the order of rows within each.
+std::vector<std::uint32_t> border_of(const Layout &layout, std::size_t rows, std::size_t columns);
+
 // Walks every island's border at every level of the chain: from each of its outermost texels, samples at the
 // texel's corners and edges, half a pixel and `reach` (by island; a share of the map's sides) beyond, in
 // eight directions, filtered bilinearly, against the same sample without foreign texels. What a level should
 // hold of each island is the area mean of the island's own texels of level 0, its gutter included, the gutter
 // being its nearest texel. Texels that lie wholly inside are taken as they are, so that compression alone is
-// no bleeding. An island of negative reach is not walked.
-std::vector<Found> walk(const Chain &chain, Kind kind, const Layout &layout, std::span<const double> reach,
-                        int threads);
+// no bleeding. An island of negative reach is not walked. border: as border_of finds it.
+std::vector<Found> walk(const Chain &chain, Kind kind, const Layout &layout,
+                        std::span<const std::uint32_t> border, std::span<const double> reach, int threads);
 
 } // namespace paradize::gutter
