@@ -220,6 +220,13 @@ def test_a_scene_sets_severities(cove: Path) -> None:
     assert codes(check_paths([cove / "out"])) == ["PZ407"]
 
 
+def test_a_waiver_of_a_rule_that_there_is_not_is_told(cove: Path) -> None:
+    waiver = {"rule": "PZ998", "artifact": None, "metric": None, "reason": "x", "until": "2999-01-01"}
+    change(cove / "out", lambda m: m["check"].update(waivers=[waiver]))
+    (told,) = check_paths([cove / "out"])
+    assert told.code == "PZ407" and told.what == "there is no rule PZ998"
+
+
 def test_a_scene_is_held_to_an_earlier_bake(cove: Path) -> None:
     before = cove / "before"
     shutil.copytree(cove / "out", before)
@@ -252,10 +259,25 @@ def test_what_is_new_gone_or_larger_is_a_warning(cove: Path) -> None:
 
 
 def test_an_earlier_bake_that_is_not_there_is_told(cove: Path) -> None:
-    assert codes(check_paths([cove / "out"], Look(against=cove / "gone"))) == ["PZ101"]
+    (told,) = check_paths([cove / "out"], Look(against=cove / "gone"))
+    assert told.code == "PZ101" and "--against" in str(told)
     (cove / "bad").mkdir()
     (cove / "bad" / "scene.json").write_text("{}")
     assert codes(check_paths([cove / "out"], Look(against=cove / "bad"))) == ["PZ102"]
+
+
+def test_an_earlier_bake_is_named_by_its_scene_file_too(cove: Path) -> None:
+    before = Path(shutil.copytree(cove / "out", cove / "before"))
+    change(cove / "out", lambda m: m["artifacts"]["terrain_mesh"]["errors"].update(terrain_max_m=5.0))
+    for against in (before, before / "scene.json"):
+        assert "PZ421" in codes(check_paths([cove / "out"], Look(against=against)))
+
+
+def test_files_without_a_scene_cannot_be_held_to_an_earlier_bake(cove: Path) -> None:
+    alone = next((cove / "out").glob("post_mesh-*.glb"))
+    assert check_paths([alone]) == []
+    (told,) = check_paths([alone], Look(against=cove / "out"))
+    assert told.code == "PZ101" and told.fails and "--against" in str(told)
 
 
 def test_of_several_earlier_bakes_the_one_of_the_same_name_counts(cove: Path) -> None:

@@ -439,7 +439,7 @@ def test_all_formats_tell_the_same_findings(scene: Path) -> None:
     (scene / "sky-00000000.ktx2").write_bytes(b"x")
     findings = check_paths([scene])
     assert [f.severity for f in findings] == ["error", "warning"]
-    assert "PZ101" in render(findings, "text") and "1 errors, 1 warnings" in render(findings, "text")
+    assert "PZ101" in render(findings, "text") and "1 error, 1 warning" in render(findings, "text")
     tree = json.loads(render(findings, "json"))
     assert (tree["errors"], tree["warnings"]) == (1, 1) and tree["findings"][0]["code"] == "PZ101"
     suite = ElementTree.fromstring(render(findings, "junit"))

@@ -17,11 +17,14 @@ WORSE_BY = 0.05
 # Below this an error is rounding: neither worse nor better. By the end of the metric's name.
 _ROUNDING = {"_deg": 1e-3, "_m": 1e-6, "_px": 1e-3, "_s": 1e-6}
 _LEAST = 1e-7
+_MEND = "name the folder of an earlier bake after --against"
 
 
 def earlier_scene(against: Path, folder: Path) -> Path:
-    """The scene.json of the earlier bake: of the folder `against` itself, else of the one named as `folder`
-    in it."""
+    """The scene.json of the earlier bake: `against` itself, that of the folder `against`, else of the one
+    named as `folder` in it."""
+    if against.name == SCENE_FILE:
+        return against
     own = against / SCENE_FILE
     return own if own.is_file() else against / folder.resolve().name / SCENE_FILE
 
@@ -32,10 +35,11 @@ def check_against(manifest: dict[str, Any], path: Path, file: str, worse_by: flo
     try:
         earlier = decode_scene(read_file(path), str(path))
     except OSError as error:
-        yield Finding("PZ101", str(path), f"there is no earlier bake: {error.strerror or error}")
+        what = f"there is no earlier bake: {error.strerror or error}"
+        yield Finding("PZ101", str(path), what, mend=_MEND)
         return
     except FormatError as error:
-        yield Finding("PZ102", str(path), error.what, error.place or "")
+        yield Finding("PZ102", str(path), error.what, error.place or "", mend=_MEND)
         return
     now, was = manifest["artifacts"], earlier["artifacts"]
     for name, artifact in now.items():

@@ -21,7 +21,12 @@ from paradize.formats.ktx2 import IDENTIFIER
 def check_paths(paths: Sequence[Path], look: Look | None = None) -> list[Finding]:
     """All findings of all paths, equal ones gathered."""
     how = look or Look()
-    return gathered(finding for path in paths for finding in _check(path, how))
+    found = [finding for path in paths for finding in _check(path, how)]
+    if how.against and not any(path.name == SCENE_FILE or (path / SCENE_FILE).is_file() for path in paths):
+        what = f"nothing is compared with {how.against}: an artifact's errors stand in its {SCENE_FILE}"
+        mend = "name the scene's folder, or leave --against out"
+        found.append(Finding("PZ101", str(paths[0]), what, mend=mend))
+    return gathered(found)
 
 
 def _check(path: Path, look: Look) -> Iterator[Finding]:

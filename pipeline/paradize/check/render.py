@@ -29,7 +29,8 @@ def _counts(findings: Sequence[Finding]) -> tuple[int, int, int]:
 
 def _text(findings: Sequence[Finding]) -> str:
     errors, warnings, waived = _counts(findings)
-    summary = f"{errors} errors, {warnings} warnings" if findings else "clean"
+    told = ((errors, "error"), (warnings, "warning"))
+    summary = ", ".join(f"{n} {word}{'' if n == 1 else 's'}" for n, word in told) if findings else "clean"
     summary += f", {waived} waived" if waived else ""
     return "\n".join([*(one_line(str(finding)) for finding in findings), summary])
 

@@ -26,7 +26,10 @@ def judged(findings: Iterable[Finding], told: dict[str, Any], file: str, today: 
         yield replace(_waived(finding, [told["waivers"][k] for k in known], today), override=override)
     for k, waiver in enumerate(told["waivers"]):
         if k not in used:
-            yield Finding("PZ407", file, f"no finding is {_asked(waiver)}", f"waiver[{k}]")
+            what = f"no finding is {_asked(waiver)}"
+            if waiver["rule"] not in RULES:
+                what = f"there is no rule {waiver['rule']}"
+            yield Finding("PZ407", file, what, f"waiver[{k}]")
     for code in told["severity"]:
         if code not in RULES:
             yield Finding("PZ407", file, f"there is no rule {code}", f"check.{code}")
