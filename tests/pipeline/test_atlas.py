@@ -169,9 +169,9 @@ def test_seams_are_counted_once_each() -> None:
 
 def test_more_charts_than_the_square_has_room_for_are_refused_at_once() -> None:
     corners = np.tile(np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]]), (400_000, 1, 1))
-    started = time.monotonic()
+    started = time.process_time()
     assert pack(corners, np.arange(400_000), 400_000, resolution=1024, padding=4) is None
-    assert time.monotonic() - started < 5
+    assert time.process_time() - started < 5
 
 
 @pytest.mark.parametrize("resolution", [100, 512, 1000, 4096])
