@@ -29,19 +29,43 @@ struct Triangle {
 
     double area() const { return (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]); }
 
-    // Whether the texel square at (i, j) has a part inside; `slack` 0.5 tests the square, 0 its centre.
+    // The columns from `left` to `right` in row j where a texel's square may have a part inside; `slack` 0.5:
+    // the square, 0: its centre. A texel too many at either end, so that rounding leaves none out.
+    std::pair<double, double> span(double j, double left, double right, double slack) const {
+        for (std::size_t a = 0; a < 3; ++a) {
+            const auto [nx, ny, reach] = edge(a, slack);
+            if (std::abs(nx) <= 1e-6 * std::abs(ny)) {
+                continue; // along the row
+            }
+            const double at = x[a] - 0.5 - (ny * (j + 0.5 - y[a]) + reach) / nx;
+            if (nx > 0.0) {
+                left = std::max(left, std::floor(at) - 1.0);
+            } else {
+                right = std::min(right, std::ceil(at) + 2.0);
+            }
+        }
+        return {left, right};
+    }
+
+    // Whether the texel at (i, j) has a part inside.
     bool covers(double i, double j, double slack) const {
         for (std::size_t a = 0; a < 3; ++a) {
-            const std::size_t b = (a + 1) % 3;
-            const double nx = y[a] - y[b]; // inward normal of the edge a -> b
-            const double ny = x[b] - x[a];
+            const auto [nx, ny, reach] = edge(a, slack);
             const double at = nx * (i + 0.5 - x[a]) + ny * (j + 0.5 - y[a]);
-            const double reach = slack * (std::abs(nx) + std::abs(ny));
             if (slack > 0.0 ? at + reach <= 0.0 : at < 0.0) {
                 return false;
             }
         }
         return true;
+    }
+
+  private:
+    // The inward normal of the edge that begins at corner a, and how far along it a texel reaches.
+    std::array<double, 3> edge(std::size_t a, double slack) const {
+        const std::size_t b = (a + 1) % 3;
+        const double nx = y[a] - y[b];
+        const double ny = x[b] - x[a];
+        return {nx, ny, slack * (std::abs(nx) + std::abs(ny))};
     }
 };
 
@@ -57,7 +81,6 @@ class Envelope {
     explicit Envelope(std::size_t size) : apex_(size), from_(size) {}
 
     // distance[k]: to the nearest covered texel within column k, far_away where there is none.
-    // nearest(i) -> the column whose covered texel is nearest to column i; -1 where there is none.
     void build(std::span<const std::int64_t> distance) {
         count_ = 0;
         const auto size = static_cast<std::int64_t>(distance.size());
@@ -96,13 +119,17 @@ class Envelope {
         }
     }
 
-    std::int64_t nearest(std::int64_t i) const {
-        if (count_ == 0) {
-            return -1;
+    // Calls with(i, the column whose covered texel is nearest to column i; -1 where there is none) for i in
+    // [first, last).
+    template <typename With>
+    void nearest(std::size_t first, std::size_t last, With &&with) const {
+        std::size_t k = 0;
+        for (std::size_t i = first; i < last; ++i) {
+            while (k + 1 < count_ && from_[k + 1] <= static_cast<std::int64_t>(i)) {
+                ++k;
+            }
+            with(i, count_ == 0 ? -1 : apex_[k]);
         }
-        const auto end = from_.begin() + static_cast<std::ptrdiff_t>(count_);
-        const auto it = std::upper_bound(from_.begin(), end, i);
-        return apex_[static_cast<std::size_t>(it - from_.begin()) - 1];
     }
 
   private:
@@ -184,8 +211,11 @@ void rasterise(std::span<const float> uvs, std::span<const std::uint32_t> triang
             }
             for (double j = top; j < bottom; j += 1.0) {
                 const std::size_t row = wrapped(j, rows);
-                for (double i = left; i < right; i += 1.0) {
-                    std::int32_t &texel = out[row * columns + wrapped(i, columns)];
+                const auto [first, last] = triangle.span(j, left, right, slack);
+                std::size_t column = wrapped(first, columns);
+                for (double i = first; i < last; i += 1.0) {
+                    std::int32_t &texel = out[row * columns + column];
+                    column = column + 1 < columns ? column + 1 : 0;
                     if (texel < 0 && triangle.covers(i, j, slack)) {
                         texel = ids[t];
                     }
@@ -227,7 +257,7 @@ void nearest_covered(std::span<const std::uint8_t> covered, std::size_t rows, st
     // Along every row: which column's texel is nearest.
     for_rows(rows, threads, [&](std::size_t begin, std::size_t end) {
         const std::size_t length = wrap_x ? 3 * columns : columns;
-        const auto offset = static_cast<std::int64_t>(wrap_x ? columns : 0);
+        const std::size_t offset = wrap_x ? columns : 0;
         std::vector<std::int64_t> distance(length);
         Envelope envelope(length);
         for (std::size_t y = begin; y < end; ++y) {
@@ -240,17 +270,16 @@ void nearest_covered(std::span<const std::uint8_t> covered, std::size_t rows, st
                 distance[k] = row < 0 ? far_away : d;
             }
             envelope.build(distance);
-            for (std::size_t x = 0; x < columns; ++x) {
-                const std::int64_t column = envelope.nearest(static_cast<std::int64_t>(x) + offset);
-                std::int32_t &to = out[y * columns + x];
+            envelope.nearest(offset, offset + columns, [&](std::size_t i, std::int64_t column) {
+                std::int32_t &to = out[y * columns + i - offset];
                 if (column < 0) {
                     to = -1;
-                    continue;
+                    return;
                 }
                 const std::size_t at = static_cast<std::size_t>(column) % columns;
                 to = static_cast<std::int32_t>(static_cast<std::size_t>(row_of[y * columns + at]) * columns +
                                                at);
-            }
+            });
         }
     });
 }

@@ -44,7 +44,14 @@ _BLOCKS = {
     "BC7_UNORM": 16,
     "BC7_SRGB": 16,
 }
-_BLOCKS_AT_ONCE = 1 << 14
+_BLOCKS_AT_ONCE = 1 << 12
+
+
+def _picked(palettes: F32, index: npt.NDArray[np.integer], size: int) -> F32:
+    """Of palettes of `size` entries each, one after another: those that the index (n, 16) names."""
+    at = index.astype(np.intp)
+    at += size * np.arange(len(at), dtype=np.intp)[:, None]
+    return palettes.take(at, axis=0)
 
 
 def _decode_colors(blocks: U8, four: bool) -> F32:
@@ -63,7 +70,7 @@ def _decode_colors(blocks: U8, four: bool) -> F32:
         palette[three, 3] = 0
     packed = blocks[:, 4:8].view("<u4")
     index = (packed >> (2 * np.arange(16, dtype=np.uint32))) & 3
-    return np.take_along_axis(palette, index.astype(np.int64)[:, :, None], axis=1)
+    return _picked(palette.reshape(-1, 3), index, 4)
 
 
 def _decode_values(blocks: U8, signed: bool) -> F32:
@@ -80,7 +87,7 @@ def _decode_values(blocks: U8, signed: bool) -> F32:
     wide = np.zeros((len(blocks), 8), np.uint8)
     wide[:, :6] = blocks[:, 2:8]
     index = (wide.view("<u8") >> (3 * np.arange(16, dtype=np.uint64))) & np.uint64(7)
-    return np.take_along_axis(palette, index.astype(np.int64), axis=1)
+    return _picked(palette.reshape(-1), index, 8)
 
 
 def bc7_codes(texture: Texture, level: int = 0, face: int = 0) -> U8:
@@ -99,10 +106,7 @@ def bc7_codes(texture: Texture, level: int = 0, face: int = 0) -> U8:
 
 
 def decode_texels(texture: Texture, level: int = 0, face: int = 0) -> F32:
-    """The values (h, w, c) float32 of one level of one face: sRGB stays encoded, 0..1; SNORM is -1..1. Raises
-    ValueError where there is no texel."""
-    if texture.width < 1 or texture.height < 1:
-        raise ValueError(f"a texture of {texture.width} x {texture.height} texels")
+    """The values (h, w, c) float32 of one level of one face: sRGB stays encoded, 0..1; SNORM is -1..1."""
     width, height = max(1, texture.width >> level), max(1, texture.height >> level)
     data = texture.levels[level]
     size = len(data) // texture.faces
@@ -120,16 +124,25 @@ def decode_texels(texture: Texture, level: int = 0, face: int = 0) -> F32:
     if texture.format.startswith("BC7"):
         codes = bc7_codes(texture, level, face).astype(np.float32)
         return np.divide(codes, np.float32(255), out=codes)
-    if texture.format.startswith("BC1"):
-        texels = _decode_colors(np.ascontiguousarray(blocks), False)
-    elif texture.format.startswith("BC3"):
-        color = _decode_colors(np.ascontiguousarray(blocks[:, 8:]), True)
-        texels = np.dstack([color, _decode_values(np.ascontiguousarray(blocks[:, :8]), False)])
-    else:
-        halves = [np.ascontiguousarray(blocks[:, at : at + 8]) for at in range(0, block_bytes, 8)]
-        texels = np.stack([_decode_values(half, signed) for half in halves], axis=2)
-    grid = texels.reshape(down, across, 4, 4, texels.shape[2]).transpose(0, 2, 1, 3, 4)
-    return np.ascontiguousarray(grid.reshape(4 * down, 4 * across, texels.shape[2])[:height, :width])
+    channels = {"BC1": 3, "BC3": 4}.get(texture.format[:3], block_bytes // 8)
+    out = np.empty((height, width, channels), np.float32)
+    step = max(1, _BLOCKS_AT_ONCE // across)  # rows of blocks at a time: a band stays in the cache
+    for first in range(0, down, step):
+        band = blocks[first * across : (first + step) * across]
+        texels = np.empty((len(band), 16, channels), np.float32)
+        if texture.format.startswith("BC1"):
+            texels[:] = _decode_colors(np.ascontiguousarray(band), False)
+        elif texture.format.startswith("BC3"):
+            texels[:, :, :3] = _decode_colors(np.ascontiguousarray(band[:, 8:]), True)
+            texels[:, :, 3] = _decode_values(np.ascontiguousarray(band[:, :8]), False)
+        else:
+            for k in range(channels):
+                half = np.ascontiguousarray(band[:, 8 * k : 8 * k + 8])
+                texels[:, :, k] = _decode_values(half, signed)
+        grid = texels.reshape(-1, across, 4, 4, channels).transpose(0, 2, 1, 3, 4)
+        rows = out[4 * first : 4 * (first + step)]
+        rows[:] = grid.reshape(-1, 4 * across, channels)[: len(rows), :width]
+    return out
 
 
 def rebuilt(xy: npt.NDArray[np.floating]) -> F64:
