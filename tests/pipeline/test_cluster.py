@@ -20,7 +20,7 @@ from paradize import bake_makers
 from paradize.bake import bake
 from paradize.bake_tasks import How
 from paradize.bake_work import Watcher
-from paradize.engine import cluster, cluster_link
+from paradize.engine import cluster, cluster_far, cluster_link
 from paradize.engine.cluster import run_on_cluster
 from paradize.engine.cluster_link import ClusterLost
 from paradize.engine.workers import Job, Outcome
@@ -256,6 +256,32 @@ def test_an_interrupted_bake_leaves_nothing_running_there(standing: Cluster, tmp
     ended, _, _ = select.select(found, [], [], 60.0)
     os.close(found[0])
     assert ended
+
+
+def test_a_bake_that_is_killed_leaves_nothing_running_there(standing: Cluster) -> None:
+    standing.fifo.with_suffix(".done").unlink(missing_ok=True)
+    code = (
+        "import sys; from paradize.engine.cluster import run_on_cluster; "
+        "from paradize.engine.workers import Job; from tests.pipeline.clusters import stall; "
+        "run_on_cluster(sys.argv[1], [Job('stalled', stall, {})])"
+    )
+    with subprocess.Popen([sys.executable, "-c", code, standing.address], cwd=ROOT) as client:
+        stalled = os.pidfd_open(int(standing.told().split()[1]))
+        client.kill()
+    ended, _, _ = select.select([stalled], [], [], 60.0)
+    os.close(stalled)
+    assert ended
+
+
+def test_a_process_waits_for_work_for_a_while_only() -> None:
+    outcome = cluster_far._run("a bake", Job("a", double, {"value": 1}), 1)
+    assert outcome.value == 2 and not cluster_far._AT_WORK
+    ((crew, timer),) = cluster_far._IDLE.items()
+    (worker,) = crew.workers
+    assert timer.is_alive() and timer.interval == cluster_far.IDLE_S and worker.process.poll() is None
+    timer.cancel()
+    timer.function(*timer.args)
+    assert worker.process.poll() is not None and not cluster_far._IDLE
 
 
 def paradize(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:

@@ -11,6 +11,8 @@ import os
 import platform
 import tempfile
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +29,10 @@ PROTOCOL = hashlib.sha256(
     b"".join(Path(__file__).with_name(f"{name}.py").read_bytes() for name in _TALK)
 ).hexdigest()[:8]
 
+IDLE_S = 60.0  # so long a process waits for work
+_LOOK_S = 1.0  # how often it is looked whether a result is still asked for
 _LOCK = threading.Lock()
-_IDLE: list[Crew] = []  # those whose process waits for work
+_IDLE: dict[Crew, threading.Timer] = {}  # those whose process waits for work, and what ends the waiting
 _AT_WORK: dict[str, list[Crew]] = {}  # bake -> those that work for it
 
 
@@ -84,25 +88,28 @@ def leave(bake: str) -> None:
     """Ends the processes that work for a bake that is over, and those that wait."""
     with _LOCK:
         for crew in _AT_WORK.pop(bake, []):
-            crew.closed = True
-            for worker in crew.workers:
-                worker.process.kill()  # whoever works with it hears of that
+            _close(crew)
         while _IDLE:
-            _IDLE.pop().stop()
+            crew, timer = _IDLE.popitem()
+            timer.cancel()
+            crew.stop()
 
 
 def _run(bake: str, job: Job, threads: int | None) -> Outcome:
     while True:
         with _LOCK:
             warm = bool(_IDLE)
-            crew = _IDLE.pop() if warm else Crew()
+            crew = _wake() if warm else Crew()
             _AT_WORK.setdefault(bake, []).append(crew)
         try:
-            (outcome,) = run_jobs([job], 1, threads=threads, crew=crew)
+            with _while_asked(crew):
+                (outcome,) = run_jobs([job], 1, threads=threads, crew=crew)
         finally:
             with _LOCK:
-                if crew in _AT_WORK.get(bake, []):
-                    _AT_WORK[bake].remove(crew)
+                if crew in (crews := _AT_WORK.get(bake, [])):
+                    crews.remove(crew)
+                    if not crews:
+                        del _AT_WORK[bake]
         if warm and isinstance(outcome.error, ForeignCode):  # it began before the code here was changed
             crew.stop()
             continue
@@ -110,8 +117,63 @@ def _run(bake: str, job: Job, threads: int | None) -> Outcome:
             if crew.closed:
                 crew.stop()
             else:
-                _IDLE.append(crew)
+                _rest(crew)
         return outcome
+
+
+def _wake() -> Crew:
+    crew, timer = _IDLE.popitem()
+    timer.cancel()
+    return crew
+
+
+def _rest(crew: Crew) -> None:
+    """Keeps a process for the next job; not for ever: a bake that was killed says no farewell."""
+    timer = _IDLE[crew] = threading.Timer(IDLE_S, _dismiss, [crew])
+    timer.daemon = True
+    timer.start()
+
+
+def _dismiss(crew: Crew) -> None:
+    with _LOCK:
+        if _IDLE.pop(crew, None):
+            crew.stop()
+
+
+@contextmanager
+def _while_asked(crew: Crew) -> Iterator[None]:
+    """Ends the crew's process once Dask takes the task back: its bake is gone."""
+    from distributed import get_worker
+
+    try:
+        worker = get_worker()
+        key = worker.get_current_task()
+    except ValueError:  # outside Dask
+        yield
+        return
+    over = threading.Event()
+
+    def look() -> None:
+        while not over.wait(_LOOK_S):
+            task = worker.state.tasks.get(key)
+            if task is None or task.state == "cancelled":
+                with _LOCK:
+                    _close(crew)
+
+    thread = threading.Thread(target=look, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+
+
+def _close(crew: Crew) -> None:
+    """Ends what works; whoever works with it hears of that."""
+    crew.closed = True
+    for worker in [*crew.workers]:
+        worker.process.kill()
 
 
 def _own_folder() -> str | None:
