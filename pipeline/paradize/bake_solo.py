@@ -51,7 +51,11 @@ def solo(kind: str, path: Path, *, tier: str, budget: dict[str, float], **settin
         made.told["tried"] = {"taken": one, "errors": measured}
         if over:
             raise GroupedError(misses(measured, limits, path))
-    made.told["warnings"] = [*made.told["warnings"], *over]
+    known = {metric for errors in made.errors.values() for metric in errors}
+    idle = [
+        f"--budget {metric}: nothing that was baked measures it" for metric in budget if metric not in known
+    ]
+    made.told["warnings"] = [*made.told["warnings"], *over, *idle]
     return made
 
 

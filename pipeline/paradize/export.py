@@ -57,9 +57,13 @@ class Exported:
 
 def export(folder: Path, out: Path) -> Exported:
     """Writes the scene baked in `folder` (or its scene.json) to the GLB `out`. Raises SourceError or
-    FormatError where the folder holds no sound scene, BakeError where the file cannot be written or would be
-    too large."""
+    FormatError where the folder holds no sound scene, BakeError where the file cannot be written, is the
+    scene's own or no .glb by its name, or would be too large."""
+    if out.suffix.lower() != ".glb":
+        raise BakeError("a viewer knows a GLB by its name", file=out, mend="name a file that ends in .glb")
     work = _Export(folder)
+    if work.holds(out):
+        raise BakeError("is a file of the baked scene itself", file=out, mend="name another file with -o")
     work.sky()
     work.terrain()
     work.water()
@@ -89,6 +93,11 @@ class _Export:
         self.triangles = 0
         self.errors: dict[str, float] = {}
         self.notes: list[str] = []
+
+    def holds(self, path: Path) -> bool:
+        """Whether a path is one of the scene's own files."""
+        names = {artifact["file"] for artifact in self.manifest["artifacts"].values()}
+        return path.name in names and path.parent.resolve() == self.folder.resolve()
 
     def sky(self) -> None:
         sky = self.manifest["sky"]

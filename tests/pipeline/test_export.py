@@ -113,6 +113,20 @@ def test_a_folder_without_a_scene_is_refused_and_nothing_is_written(tmp_path: Pa
     assert main(["export", str(tmp_path), "-o", str(tmp_path / "a.glb"), "--json"]) == 1
 
 
+def test_what_was_baked_is_not_written_over(
+    baked: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mesh = next(baked.glob("terrain_mesh-*.glb"))
+    link = tmp_path / "link"
+    link.symlink_to(baked)
+    before = {path.name: path.read_bytes() for path in baked.iterdir()}
+    for out in (baked / "scene.json", mesh, link / mesh.name, tmp_path / "x.gltf"):
+        assert main(["export", str(baked), "-o", str(out)]) == 1
+        assert out.name in capsys.readouterr().err
+    assert {path.name: path.read_bytes() for path in baked.iterdir()} == before
+    assert not (tmp_path / "x.gltf").exists()
+
+
 def test_a_damaged_map_is_refused_by_name(baked: Path, tmp_path: Path) -> None:
     import shutil
 
