@@ -12,7 +12,7 @@ from paradize.bake_map_rows import MapRows, filter_errors
 from paradize.bake_product import MapProduct, flat_errors
 from paradize.data import Texture
 from paradize.formats.png import encode_png
-from paradize.metrics.levels import value_levels, vector_error
+from paradize.metrics.levels import gloss_levels, value_levels, vector_error
 from paradize.stages.compress import unorm
 from paradize.stages.sweep import bands_of, level_count, run, sweep
 
@@ -113,5 +113,7 @@ def _read(name: str, codes: Codes) -> Texture | F32:
 def _measured(name: str, rows: MapRows, shown: Texture | F32) -> dict[str, float]:
     """What was measured of the picture, under the names of a texture's level 0."""
     if isinstance(shown, Texture):
+        if name == "gloss":
+            return gloss_levels(shown, rows.whole(name), rows.ground)[0]
         return value_levels(shown, rows.whole(name))[0]
     return vector_error(shown, rows.ground, less_mean=name == "dudv")

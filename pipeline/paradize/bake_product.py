@@ -52,6 +52,8 @@ def flat_errors(name: str, level: Mapping[str, float]) -> dict[str, float]:
         found = {f"{name}_{part}_deg": level[f"{part}_deg"] for part in ("p99", "mean", "max")}
     else:
         found = {f"{name}_psnr_db": level["psnr_db"], f"{name}_max": level["max"]}
+    if "width_p99_deg" in level:
+        found |= {f"{name}_width_{part}_deg": level[f"width_{part}_deg"] for part in ("p99", "mean", "max")}
     if "alpha_psnr_db" in level:
         found["alpha_psnr_db"] = level["alpha_psnr_db"]
     return found

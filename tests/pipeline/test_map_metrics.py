@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from paradize.data import Ground, Texture
@@ -104,8 +105,40 @@ def test_gloss_of_every_level_agrees_with_numpy(shape: tuple[int, int]) -> None:
         r = np.sqrt((found[:, :, 2:] ** 2).sum(axis=2))
         lost = 2 * np.maximum(0, 1 - r * r) / (r * (3 - r * r)) if k else 0.0
         smooth = 1 - np.minimum(1, found[:, :, 1] + lost) ** 0.25
-        wanted.append(truth.differences(decode_texels(texture, k), np.dstack([found[:, :, 0], smooth])))
+        shown = decode_texels(texture, k)
+        apart = np.abs(half_width(shown[:, :, 1].astype(np.float64)) - half_width(smooth))
+        widths = (apart.mean(), np.sort(apart.ravel())[-(-apart.size * 99 // 100) - 1], apart.max())
+        wanted.append(
+            truth.differences(shown, np.dstack([found[:, :, 0], smooth]))
+            | dict(zip(("width_mean_deg", "width_p99_deg", "width_max_deg"), widths, strict=True))
+        )
     near(levels.gloss_levels(texture, gloss, field), wanted)
+
+
+def half_width(smoothness: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Degrees from the normal at which the slopes of GGX's facets, alpha = (1 - s)^2, are half as dense as the
+    flat ones, by bisection: alpha^2 / (pi (alpha^2 + tan^2)^2)."""
+    square = (1.0 - smoothness) ** 4
+    low, high = np.zeros_like(square), np.full_like(square, 0.25 * np.pi)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        above = (square + np.tan(middle) ** 2) ** 2 < 2.0 * square**2
+        low, high = np.where(above, middle, low), np.where(above, high, middle)
+    return np.degrees(low)
+
+
+@pytest.mark.parametrize(("shown", "meant"), [(0.5, 0.6), (0.95, 0.9), (0.0, 0.3), (1.0, 0.5)])
+def test_a_highlight_is_as_much_too_wide_as_its_lobe_is(shown: float, meant: float) -> None:
+    flat = ground(np.zeros((8, 8), np.float32))
+    codes = np.full((8, 8, 2), round(shown * 255), np.uint8)
+    texture = Texture("RG8_UNORM", 8, 8, tuple(codes[: 8 >> k, : 8 >> k].tobytes() for k in range(4)))
+    gloss = np.full((8, 8, 2), meant, np.float32)
+    wanted = abs(
+        half_width(np.array(round(shown * 255) / 255)) - half_width(np.array(np.float32(meant), np.float64))
+    )
+    for level in levels.gloss_levels(texture, gloss, flat):
+        found = [level[f"width_{name}_deg"] for name in ("mean", "p99", "max")]
+        assert found == pytest.approx([wanted] * 3, rel=1e-5)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -302,6 +335,7 @@ def measured(threads: int) -> list[Any]:
             out.append(reference_maps.normal_levels(view, found, threads=threads))
             out.append(reference_maps.normal_levels(view, found, offsets=True, threads=threads))
             out.append(reference_maps.gloss_levels(view, gloss, found, threads=threads))
+            out.append(reference_maps.highlight_levels(view, gloss, found, threads=threads))
         out.append(reference_maps.filter_angles(one, two, threads=threads))
         out.append(reference_maps.value_levels(view, gloss, threads=threads))
         pixels = np.random.default_rng(1).integers(0, 256, (*shape, 4), np.uint8)

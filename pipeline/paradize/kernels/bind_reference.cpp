@@ -219,6 +219,15 @@ nb::list gloss_levels(const Texture &texture, Values gloss, const reference::Gro
     return told(found);
 }
 
+nb::list highlight_levels(const Texture &texture, Values gloss, const reference::Ground &truth, int threads) {
+    Found found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = reference::highlight_levels(texture.view, flat(gloss), truth, threads);
+    }
+    return told(found);
+}
+
 nb::list color_levels(const Texture &texture, Any pixels, bool encoded, double cutoff, int threads) {
     using Kind = reference::Pixels::Kind;
     Kind kind = Kind::f32;
@@ -267,6 +276,7 @@ NB_MODULE(_reference, m) {
     m.def("filter_angles", &filter_angles);
     m.def("value_levels", &value_levels);
     m.def("gloss_levels", &gloss_levels);
+    m.def("highlight_levels", &highlight_levels);
     m.def("color_levels", &color_levels);
     bind_reference_layout(m);
 }

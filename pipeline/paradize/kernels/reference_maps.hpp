@@ -44,6 +44,13 @@ std::vector<LevelError> value_levels(const TextureView &texture, std::span<const
 std::vector<LevelError> gloss_levels(const TextureView &texture, std::span<const float> gloss,
                                      const Ground &ground, int threads);
 
+// Angles, degrees, by which gloss makes highlights too wide or too narrow: from the normal, where the
+// distribution of slopes of GGX with the truth's roughness (as above) and with the texture's falls to a half:
+// tan^2 = (sqrt(2) - 1) alpha^2, so at most 32.8. Source of GGX: B. Walter et al., "Microfacet Models for
+// Refraction through Rough Surfaces", 2007.
+std::vector<LevelError> highlight_levels(const TextureView &texture, std::span<const float> gloss,
+                                         const Ground &ground, int threads);
+
 struct Pixels {
     enum class Kind { u8, u16, f32 };
     Kind kind;

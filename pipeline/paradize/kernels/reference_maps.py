@@ -158,12 +158,26 @@ def gloss_levels(
     texture: Texture, gloss: npt.ArrayLike, ground: Ground, *, threads: int | None = None
 ) -> list[Error]:
     """Differences from gloss (h, w, 2) float32, its smoothness widened by the ground's normals."""
+    exact = _gloss(texture, gloss, ground)
+    return _errors(_reference.gloss_levels(texture.native, exact, ground.native, _workers(threads)))
+
+
+def highlight_levels(
+    texture: Texture, gloss: npt.ArrayLike, ground: Ground, *, threads: int | None = None
+) -> list[Error]:
+    """Angles, degrees, by which the highlights of the same smoothness are too wide or too narrow: of where
+    GGX's distribution of slopes falls to a half."""
+    exact = _gloss(texture, gloss, ground)
+    return _errors(_reference.highlight_levels(texture.native, exact, ground.native, _workers(threads)))
+
+
+def _gloss(texture: Texture, gloss: npt.ArrayLike, ground: Ground) -> npt.NDArray[np.float32]:
     exact = np.ascontiguousarray(gloss, np.float32)
     if exact.ndim != 3 or exact.shape[2] != 2 or exact.shape[:2] != ground.shape:
         raise ValueError(f"gloss {exact.shape} on a ground of {ground.shape}")
     _require_finite(exact, "values of gloss")
     _match(texture, exact.shape, 2)
-    return _errors(_reference.gloss_levels(texture.native, exact, ground.native, _workers(threads)))
+    return exact
 
 
 def color_levels(

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "cpu.hpp"
+#include "reference_maps_angle.hpp"
 #include "reference_maps_judges.hpp"
 
 namespace paradize::reference {
@@ -133,6 +134,49 @@ class GlossJudge final : public MapJudge {
     std::vector<double> squares_;
 };
 
+// The direction on the rim of each highlight, in a plane through the normal.
+PARADIZE_CLONES void to_rims(const double *__restrict smoothness, std::size_t count, double *__restrict sine,
+                             double *__restrict cosine) {
+    for (std::size_t i = 0; i < count; ++i) {
+        const double rough = 1.0 - smoothness[i];
+        const double alpha = rough * rough;
+        const double slope = (0x1.6a09e667f3bcdp+0 - 1.0) * alpha * alpha; // its square
+        sine[i] = std::sqrt(slope / (1.0 + slope));
+        cosine[i] = std::sqrt(1.0 / (1.0 + slope));
+    }
+}
+
+class HighlightJudge final : public MapJudge {
+  public:
+    HighlightJudge(const TextureView &texture, bool masked, RowSums &sums)
+        : MapJudge(texture, 1, sums), masked_(masked), smoothness_(texture.size.columns),
+          zeros_(texture.size.columns), degrees_(texture.size.columns) {
+        for (std::vector<double> *plane : {&truth_x_, &truth_z_, &found_x_, &found_z_}) {
+            plane->resize(texture.size.columns);
+        }
+    }
+
+    void row(std::size_t level, std::size_t y, const double *truth) override {
+        const std::size_t count = columns(level);
+        to_smoothness(truth + count, truth + 2 * count, truth + 3 * count, truth + 4 * count,
+                      level == 0 ? 0.0 : 1.0, count, smoothness_.data());
+        to_rims(smoothness_.data(), count, truth_x_.data(), truth_z_.data());
+        decoded(level, y, 1, smoothness_.data());
+        to_rims(smoothness_.data(), count, found_x_.data(), found_z_.data());
+        angles_between({truth_x_.data(), zeros_.data(), truth_z_.data()},
+                       {found_x_.data(), zeros_.data(), found_z_.data()}, count, degrees_.data());
+        const std::size_t inside = masked_ ? only_inside(degrees_.data(), truth + 5 * count, count) : count;
+        take(level, y, {degrees_.data(), inside}, ordered_sum({degrees_.data(), inside}));
+    }
+
+  private:
+    bool masked_;
+    std::vector<double> smoothness_;
+    std::vector<double> zeros_;
+    std::vector<double> degrees_;
+    std::vector<double> truth_x_, truth_z_, found_x_, found_z_;
+};
+
 } // namespace
 
 std::vector<LevelError> value_levels(const TextureView &texture, std::span<const float> values,
@@ -149,6 +193,15 @@ std::vector<LevelError> gloss_levels(const TextureView &texture, std::span<const
     const bool masked = !ground.islands.empty();
     return judged(texture, truth, threads,
                   [&](RowSums &sums) { return std::make_unique<GlossJudge>(texture, masked, sums); });
+}
+
+std::vector<LevelError> highlight_levels(const TextureView &texture, std::span<const float> gloss,
+                                         const Ground &ground, int threads) {
+    const GroundRows normals(ground, threads);
+    const GlossRows truth(gloss, normals, texture.size.columns);
+    const bool masked = !ground.islands.empty();
+    return judged(texture, truth, threads,
+                  [&](RowSums &sums) { return std::make_unique<HighlightJudge>(texture, masked, sums); });
 }
 
 } // namespace paradize::reference

@@ -141,13 +141,19 @@ def value_levels(texture: Texture, level0: F32) -> list[dict[str, float]]:
 
 
 def gloss_levels(texture: Texture, gloss: F32, ground: Ground) -> list[dict[str, float]]:
-    """psnr_db, p99 and max of every level of gloss (h, w, 2), both channels together.
+    """psnr_db, p99 and max of every level of gloss (h, w, 2), both channels together; width_mean_deg,
+    width_p99_deg and width_max_deg: how far a highlight's width is off, at half maximum of GGX's slopes.
 
     R's truth is averaged. G's, a smoothness s of roughness alpha = (1 - s)^2, averages alpha^2, twice the
     variance of slopes, and adds what averaging takes out of the ground's normals. Islands as normal_levels.
     """
-    found = reference_maps.gloss_levels(_view(texture), gloss, _taken(ground))
-    return [_differences(level) for level in found]
+    view, truth = _view(texture), _taken(ground)
+    values = map(_differences, reference_maps.gloss_levels(view, gloss, truth))
+    widths = map(_angles, reference_maps.highlight_levels(view, gloss, truth))
+    return [
+        value | {f"width_{name}": angle for name, angle in width.items()}
+        for value, width in zip(values, widths, strict=True)
+    ]
 
 
 def color_levels(
