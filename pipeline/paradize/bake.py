@@ -35,7 +35,8 @@ def bake(scene_path: Path, out: Path | None = None, how: How | None = None) -> B
     how = how or How()
     forget()  # what an earlier bake of this process saw of the code
     name = record_name(scene_path, out, how.tier, how.tiers)
-    report = None if how.force else unchanged_bake(Store(default_root()), name, how.store)
+    known = how.usual and not how.force
+    report = unchanged_bake(Store(default_root()), name, how.store) if known else None
     if report is None:
         store = _store(how)
         was = stamp(scene_path)
@@ -75,6 +76,9 @@ def _bake(
     flight = plan_flight(scene.flight)
     looks, libraries, absent = looks_of(scene, scene_path)
     orders = [*require(scene, looks).orders, flight_order(scene, flight)]
+    for order in orders:
+        if how.whole and order.maker == "terrain":
+            order.settings["sight"] = None
     known_tiers(how, orders)
     last = store.get_bake(name)
     memory = FileMemory.from_json(last["memory"] if isinstance(last, dict) and "memory" in last else None)
@@ -92,7 +96,7 @@ def _bake(
     report.fetched = sum(row["sha256"] in store.fetched for row in reused)
     report.pushed = sum(row["sha256"] in store.pushed for row in report.artifacts)
     # What was edited meanwhile is not remembered, so that the next bake looks at everything anew.
-    if not report.errors and all(stamp(path) == old for path, old in stamps.items()):
+    if how.usual and not report.errors and all(stamp(path) == old for path, old in stamps.items()):
         keep_inputs(store, out, scene, tasks, memory, how)
         remember(store, name, report, list(stamps), absent, memory)
     report.warnings += told

@@ -47,7 +47,8 @@ class Bench:
     def task(self, choice: _Choice, label: str) -> Task:
         tier = ORDER[0] if label == GROWN else label
         grow = choice.asked != AUTO or label == GROWN
-        return task_of(choice.order, self.memory, tier, self.scene, grow=grow)
+        raw = self.how.uncompressed
+        return task_of(choice.order, self.memory, tier, self.scene, grow=grow, uncompressed=raw)
 
     def measure(self, tasks: list[Task]) -> None:
         """Finds out the tasks' errors: the store knows them, or the tasks are baked."""

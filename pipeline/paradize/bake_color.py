@@ -42,6 +42,7 @@ def bake_color(
     budget: Mapping[str, float] | None = None,
     zstd: int | None = None,
     measure: bool = True,
+    uncompressed: bool = False,
 ) -> MapProduct:
     """The picture at `path` as an sRGB texture with mips in linear light.
 
@@ -49,7 +50,8 @@ def bake_color(
     for each of (x, y). tier: "exact" is BC7. alpha_cutoff, 0..1: each mip keeps the share of texels that pass
     it. uv: an OBJ whose UV layout the picture follows; its gutters are filled. Opaque pictures have no alpha
     in the texture. budget: metric -> worst value; where blocks exceed it, a more exact format is taken. zstd:
-    level of supercompression. measure: False leaves out errors (and with them the budget).
+    level of supercompression. measure: False leaves out errors (and with them the budget). uncompressed: only
+    the most exact format will do.
     Raises SourceError and BakeError.
     """
     one_of("tier", [] if tier in TIERS else [tier], TIERS)
@@ -70,7 +72,7 @@ def bake_color(
         return flat_errors("color", made[1][0]) if made[1] else {}
 
     name = "color with alpha" if values.shape[2] == 4 else "color"
-    formats = formats_of(name, rows, columns, tier=tier)
+    formats = formats_of(name, rows, columns, tier=tier)[-1 if uncompressed else 0 :]
     (texture, levels), reason = within_budget(formats, make, errors_of, budget or {})
     errors = errors_of((texture, levels))
     return MapProduct(

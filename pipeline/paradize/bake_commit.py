@@ -151,7 +151,7 @@ def commit(
         if any(learnt):
             return False
         pixels = known_pixels(store, scene, flight, held, hashes, force=how.force)
-        asked = ask(store, scene, texels, hashes, facts, how)
+        asked = {} if how.whole else ask(store, scene, texels, hashes, facts, how)
         told = _cut(store, asked, scene, rows, entries, files, facts, gutters)
         manifest = encode_scene(
             build_manifest(
@@ -214,7 +214,7 @@ def _publish(out: Path, files: dict[str, tuple[Path, str]], manifest: bytes) -> 
         path = out / name
         was = stamp(path)
         if was is None or was[0] != data.stat().st_size or hash_file(path) != sha256:
-            write_whole(path, data, flush=False)
+            write_whole(path, data, flush=False, sha256=sha256)
             wrote = True
     if wrote:
         flush_folder(out)  # their names stand before the one that names them

@@ -126,6 +126,7 @@ def make_color(sources: Sources, settings: Settings, tier: str) -> list[Product]
         uv=layout_of(sources),
         budget=settings["budget"],
         zstd=settings.get("zstd"),
+        uncompressed=settings.get("uncompressed", False),
     )
     return [_texture("color", made)]
 
@@ -153,6 +154,7 @@ def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         levels=relief_levels(relief),
         budget=settings["budget"],
         zstd=settings.get("zstd"),
+        uncompressed=settings.get("uncompressed", False),
     )
     return [_texture(name, made[name]) for name in settings["only"]]
 

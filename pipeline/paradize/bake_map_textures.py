@@ -33,11 +33,14 @@ def ktx2_maps(
     budget: Mapping[str, float],
     zstd: int | None,
     measure: bool,
+    uncompressed: bool = False,
 ) -> dict[str, MapProduct]:
     """The maps that `rows` was made for. budget: where the errors of a map's format exceed it, the next of
-    its formats (stages.compress.FORMATS) is taken. measure: False leaves out errors and budget."""
+    its formats (stages.compress.FORMATS) is taken. measure: False leaves out errors and budget. uncompressed:
+    only the most exact formats will do."""
     height, width = rows.ground.heights.shape
-    formats = {name: formats_of(name, height, width) for name in rows.names}
+    first = -1 if uncompressed else 0
+    formats = {name: formats_of(name, height, width)[first:] for name in rows.names}
     textures, mean = map_textures(rows, {name: known[0] for name, known in formats.items()}, tier)
     done: dict[str, MapProduct] = {}
     for name in [*textures, *(["dudv"] if "dudv" in rows.names else [])]:

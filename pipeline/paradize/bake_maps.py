@@ -57,6 +57,7 @@ def bake_maps(
     budget: Mapping[str, float] | None = None,
     zstd: int | None = None,
     measure: bool = True,
+    uncompressed: bool = False,
 ) -> dict[str, MapProduct]:
     """The maps named by `only` ("normal", "height", "gloss", "dudv") of the picture at `path`.
 
@@ -69,7 +70,8 @@ def bake_maps(
     slopes stay inside islands, gutters are filled.
     gloss_groups: groups or materials of that OBJ that shine; None: all. levels shape the height, gloss the
     gloss. budget: metric -> worst value; where blocks exceed it, a more exact format is taken. zstd: level of
-    supercompression. measure: False leaves out errors (and with them the budget).
+    supercompression. measure: False leaves out errors (and with them the budget). uncompressed: of KTX2 only
+    the most exact formats.
     Raises SourceError for what cannot be read, BakeError for settings that cannot be met.
     """
     one_of("map", [name for name in only if name not in MAPS], MAPS)
@@ -94,7 +96,15 @@ def bake_maps(
     )
     if fmt == "png":
         return png_maps(made, tier=tier, warnings=warnings, measure=measure)
-    return ktx2_maps(made, tier=tier, warnings=warnings, budget=budget or {}, zstd=zstd, measure=measure)
+    return ktx2_maps(
+        made,
+        tier=tier,
+        warnings=warnings,
+        budget=budget or {},
+        zstd=zstd,
+        measure=measure,
+        uncompressed=uncompressed,
+    )
 
 
 def map_rows(

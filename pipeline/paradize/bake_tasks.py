@@ -40,7 +40,8 @@ class How:
     of a task, or of the task of an artifact, by name, where it is another than `tier`. crew: workers that are
     kept (engine/workers.py). cluster: the address of a Dask scheduler whose workers bake; `jobs` at once
     there, or as many as they have threads. store: the URL of a
-    store that is shared (engine/remote.py)."""
+    store that is shared (engine/remote.py). uncompressed: textures in the most exact of their formats. whole:
+    also what no view asks for; with these two, what pictures are held against (tradeoff_scene.py)."""
 
     jobs: int = 0
     tier: str | None = None
@@ -50,6 +51,13 @@ class How:
     crew: Crew | None = None
     cluster: str | None = None
     store: str | None = None
+    uncompressed: bool = False
+    whole: bool = False
+
+    @property
+    def usual(self) -> bool:
+        """Whether it is a bake that others may look up on record."""
+        return not (self.uncompressed or self.whole)
 
     @property
     def hands(self) -> int:
@@ -112,12 +120,22 @@ def settings_of(order: Order, scene: Scene, grow: bool) -> dict[str, Any]:
     return settings
 
 
-def task_of(order: Order, memory: FileMemory, tier: str, scene: Scene, *, grow: bool = True) -> Task:
-    """grow: textures take a more exact format where theirs exceeds the budget."""
+def task_of(
+    order: Order,
+    memory: FileMemory,
+    tier: str,
+    scene: Scene,
+    *,
+    grow: bool = True,
+    uncompressed: bool = False,
+) -> Task:
+    """grow: textures take a more exact format where theirs exceeds the budget. uncompressed: as in How."""
     module, maker = bake_makers.MAKERS[order.maker]
     sources = {role: memory.sha256(path) for role, path in order.sources.items()}
     code = code_digest(module, ASKED)
     settings = settings_of(order, scene, grow)
+    if uncompressed and order.maker in ("color", "maps"):
+        settings = settings | {"uncompressed": True}
     return Task(order, settings, tier, key_of(maker.__name__, code, sources, settings, tier))
 
 

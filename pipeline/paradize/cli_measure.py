@@ -93,13 +93,30 @@ def run_measure(arguments: argparse.Namespace) -> int:
         arguments.out / "tradeoff.json", (json.dumps(found, indent=1, allow_nan=False) + "\n").encode()
     )
     write_whole(page, tradeoff_page(found).encode())
+    beside = _keep_frames(found)
     for warning in found["warnings"]:
         say(f"paradize: warning: {warning}")
     if arguments.json:
         show_json(found)
     else:
         _tell(found, page)
+        if beside:
+            show(f"what the player's --fps goes by: {beside}")
     return 0
+
+
+def _keep_frames(found: dict[str, Any]) -> Path | None:
+    """Writes the player's trades beside the folder that `paradize bake` fills by default, where --fps reads
+    them; None where the player drew nothing."""
+    from paradize.engine.publish import write_whole
+
+    frames = [group for group in found["groups"] if group["kind"] == "frame"]
+    if not frames:
+        return None
+    path = Path("build/assets") / f"{frames[0]['artifact']}.tradeoff.json"
+    told = {"version": found["version"], "source": found["source"], "groups": frames}
+    write_whole(path, (json.dumps(told, indent=1, allow_nan=False) + "\n").encode())
+    return path
 
 
 def _measured(arguments: argparse.Namespace, bar: _Bar) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from paradize.metrics.picture import flip
 from paradize.require import Order
 from paradize.scene import Scene
 
-SIZE = "640x360"
+SIZE = "320x180"
 MOMENTS = 4  # of the flight, besides the poster's
 _PATIENCE_S = 300.0
 # The makers whose tasks are swapped together, and how a person calls them. Sky and sound have one tier.

@@ -1,15 +1,16 @@
 """The player's own trade: the time of a frame against how far the picture is from the reference.
 
 The reference is what `paradize-player --reference N` draws: the mean of N jittered frames with everything at
-its finest. Its maps may come from another folder than those that are played, baked without loss: what the
-compression of textures costs is then part of every error, and the trade of the bake, not of the player.
+its finest. It comes from another folder than what is played: baked exact, its textures uncompressed, with all
+mips and all of the terrain. So what the bake lost is part of every error. How textures are stored is the
+bake's trade, but the player pays for it: other bakes of the scene are drawn as the group "texture format".
 """
 
 from __future__ import annotations
 
 import json
 import subprocess
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -24,9 +25,11 @@ from paradize.tradeoff_curve import Group, Point, spread
 TIERS = ("fast", "balanced", "exact")
 SIZE = (320, 180)  # pixels
 MOMENTS = 3  # seconds of the flight
-FRAMES = 10  # timed at each
-SAMPLES = 64  # frames that a reference averages
-_PATIENCE_S = 1800.0
+FRAMES = 6  # timed at each
+SAMPLES = 16  # frames that a reference averages
+_PATIENCE_S = 600.0
+_QUALITY = "All other trades balanced; maps and meshes are those of the tiers in use."
+_STORED = "Bytes are those of the whole scene on the device."
 
 Told = Callable[[str, int, int], None]  # what runs, how many are done, of how many
 
@@ -37,19 +40,21 @@ def player_groups(
     *,
     reference: Path | None = None,
     variants: Mapping[str, Path] | None = None,
+    used: str = "balanced",
     seconds: Sequence[float] | None = None,
     size: tuple[int, int] = SIZE,
     frames: int = FRAMES,
     samples: int = SAMPLES,
     told: Told | None = None,
-) -> list[Group]:
-    """A group for each trade that the scene has, with a point for each quality, the other trades balanced.
+) -> Iterator[Group]:
+    """A group for each trade that the scene has, with a point for each quality, the other trades balanced;
+    each as soon as it is measured.
 
     player: the program. folder: a baked scene. reference: the same scene baked without loss; None: `folder`.
-    variants: other bakes of it, by tier, where `folder` is `balanced`: the group "texture". seconds: of the
-    flight, at which frames are drawn and compared; None: MOMENTS, evenly over it. size: of the picture,
-    pixels. frames: timed at each second, each until the device has finished it. samples: frames that a
-    reference averages. Groups are not judged yet. Raises BakeError where the player fails.
+    variants: other bakes of it, by tier, for the group "texture format"; used: the tier of `folder`.
+    seconds: of the flight, at which frames are drawn and compared; None: MOMENTS, evenly over it. size: of
+    the picture, pixels. frames: timed at each second, each until the device has finished it. samples: frames
+    that a reference averages. Groups are not judged yet. Raises BakeError where the player fails.
     """
     scene = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
     duration_s = float(scene["flight"]["duration_s"])
@@ -71,7 +76,6 @@ def player_groups(
         truth = run.pictures(reference or folder, "--reference", str(samples))
         tell("every trade balanced")
         middle = run.point(folder, "balanced", truth, in_use=True)
-        groups = []
         for trade in trades:
             points = []
             for tier in TIERS:
@@ -80,16 +84,17 @@ def player_groups(
                     continue
                 tell(f"{trade} {tier}")
                 points.append(run.point(folder, tier, truth, "--quality", f"{trade}={tier}"))
-            groups.append(_group(trade, str(scene["name"]), points))
+            yield _group(trade, str(scene["name"]), points) | {"note": _QUALITY}
         if bakes:
-            points = [middle]
+            points = [middle | {"tier": used, "bytes": run.resident(folder)}]
             for tier, place in bakes.items():
-                tell(f"texture {tier}")
-                points.append(run.point(place, tier, truth))
+                tell(f"textures {tier}")
+                points.append(run.point(place, tier, truth) | {"bytes": run.resident(place)})
             order = {tier: at for at, tier in enumerate(TIERS)}
             points.sort(key=lambda point: order.get(point["tier"], len(order)))
-            groups.append(_group("texture", str(scene["name"]), points))
-        return groups
+            yield _group("texture format", str(scene["name"]), points) | {"note": _STORED}
+        if told:
+            told("done", total, total)
 
 
 class _Player:
@@ -112,6 +117,10 @@ class _Player:
         """Names of the player's trades that do something on this device, in the player's order."""
         told = self._json(folder, 0.0, "--frames", "1")
         return [str(name) for name in told["trades"]]
+
+    def resident(self, folder: Path) -> int:
+        """Bytes of the scene on the device, all of it."""
+        return int(self._json(folder, 0.0, "--frames", "1", "--wait-resident")["resident_bytes"])
 
     def pictures(self, folder: Path, *options: str) -> list[Picture]:
         """What it draws at each second, (h, w, 3) float32, sRGB 0..1."""

@@ -7,6 +7,7 @@ import shutil
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -69,11 +70,14 @@ def measure_scene(
             drawn = _Drawn(path, scene, orders, rows, room, tier, player, told)
             try:
                 bars = drawn.attribution()
-                frames = drawn.trades()
-                groups += frames
-                warnings += [text for group in frames for text in judge(group)]
             except ParadizeError as error:
-                warnings.append(f"what the player draws was not measured: {error}")
+                warnings.append(f"which stage spends the frame's error was not measured: {error}")
+            try:
+                for group in drawn.trades():
+                    warnings += judge(group)
+                    groups.append(group)
+            except ParadizeError as error:  # what was measured before stays
+                warnings.append(f"the rest of what the player draws was not measured: {error}")
     found = result(path, groups, warnings, time.monotonic() - start)
     return found | {"attribution": bars}
 
@@ -97,17 +101,26 @@ class _Drawn:
         used = self.room / "used"
         return attribute(self.path, self.scene, stages, used, self.tier, self.player, self.room, self.told)
 
-    def trades(self) -> list[Group]:
-        """The player's qualities, and the tiers of textures, as time of a frame against its error."""
-        from paradize.tradeoff_player import player_groups
+    def trades(self) -> Iterator[Group]:
+        """The player's qualities, and how textures are stored, as time of a frame against its error."""
+        from paradize.tradeoff_player import TIERS, player_groups
 
         tasks = [order.name for order in self.orders if order.maker in ("color", "maps")]
-        variants = {}
-        for tier in ("fast", "exact"):
+        used = self.tier or self.scene.head.tier
+        hows = {tier: How(tier=self.tier, tiers=dict.fromkeys(tasks, tier)) for tier in TIERS if tier != used}
+        hows["uncompressed"] = How(tier=self.tier, uncompressed=True)
+        hows["reference"] = How(tier="exact", uncompressed=True, whole=True)
+        for done, (name, how) in enumerate(hows.items()):
             if self.told:
-                self.told(f"textures baked {tier}", 0, 1)
-            variants[tier] = self.room / tier
-            report = bake(self.path, variants[tier], How(tier=self.tier, tiers=dict.fromkeys(tasks, tier)))
+                self.told(f"textures baked {name}", done, len(hows))
+            report = bake(self.path, self.room / name, how)
             if report.errors:
                 raise GroupedError(report.errors)
-        return player_groups(self.player, self.room / "used", variants=variants, told=self.told)
+        return player_groups(
+            self.player,
+            self.room / "used",
+            reference=self.room / "reference",
+            variants={name: self.room / name for name in hows if name != "reference"},
+            used=used,
+            told=self.told,
+        )

@@ -15,6 +15,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from paradize import bake_cut
+from paradize.bake import bake
+from paradize.bake_tasks import How
 from paradize.budget import METRICS
 from paradize.errors import BakeError, SourceError
 from paradize.report.tradeoff_page import tradeoff_page
@@ -406,3 +409,36 @@ def test_the_command_writes_both_files_and_refuses_what_it_cannot_measure_or_wri
         assert text in refused.stderr
         assert "Traceback" not in refused.stderr
     assert not (tmp_path / "new").exists()
+
+
+def test_what_pictures_are_held_against_has_no_blocks_and_leaves_nothing_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    scene = make_cove(tmp_path / "cove")
+    views_of: list[str] = []  # the bakes that asked what the views need
+
+    def ask(*arguments: Any) -> bake_cut.Asked:
+        views_of.append(name)
+        return bake_cut.ask(*arguments)
+
+    monkeypatch.setattr("paradize.bake_commit.ask", ask)
+    formats = {}
+    for name, how in (("used", How()), ("truth", How(tier="exact", uncompressed=True, whole=True))):
+        report = bake(scene, tmp_path / name, how)
+        assert not report.errors
+        formats[name] = {row["format"] for row in report.artifacts if row["format"]}
+    assert views_of == ["used"]
+    assert any(fmt.startswith("BC") for fmt in formats["used"])
+    assert formats["truth"] <= {
+        "RGBA8_SRGB",
+        "R16_UNORM",
+        "RG16_UNORM",
+        "RG16_SNORM",
+        "RG8_SNORM",
+        "RGBA16F",
+    }
+    # Neither is taken for the other in the same folder.
+    name = "again"
+    again = bake(scene, tmp_path / "truth", How(tier="exact"))
+    assert any(row["format"].startswith("BC") for row in again.artifacts if row["format"])

@@ -17,21 +17,29 @@ PLAYER = ROOT / "build/bin/paradize-player"
 def test_every_trade_of_the_scene_is_timed_and_held_to_the_reference(tmp_path: Path) -> None:
     folder = write_scene(tmp_path / "scene")
     told: list[str] = []
-    groups = player_groups(
-        PLAYER,
-        folder,
-        variants={"fast": folder},
-        seconds=[1.0],
-        size=(96, 54),
-        frames=2,
-        samples=4,
-        told=lambda what, done, of: told.append(f"{done}/{of} {what}"),
+    groups = list(
+        player_groups(
+            PLAYER,
+            folder,
+            variants={"fast": folder},
+            seconds=[1.0],
+            size=(96, 54),
+            frames=2,
+            samples=4,
+            told=lambda what, done, of: told.append(f"{done}/{of} {what}"),
+        )
     )
     names = [group["name"] for group in groups]
-    assert [n for n in names if n != "anisotropy"] == ["shadow", "reflection", "refraction", "lod", "texture"]
+    assert [n for n in names if n != "anisotropy"] == [
+        "shadow",
+        "reflection",
+        "refraction",
+        "lod",
+        "texture format",
+    ]
     for group in groups:
         tiers = [point["tier"] for point in group["points"]]
-        assert tiers == (["fast", "balanced"] if group["name"] == "texture" else list(TIERS))
+        assert tiers == (["fast", "balanced"] if group["name"] == "texture format" else list(TIERS))
         assert [point["tier"] for point in group["points"] if point["in_use"]] == ["balanced"]
         for point in group["points"]:
             assert 0.0 < point["seconds"]["low"] <= point["seconds"]["median"] <= point["seconds"]["high"]
@@ -41,13 +49,14 @@ def test_every_trade_of_the_scene_is_timed_and_held_to_the_reference(tmp_path: P
     # The same folder under another name is the same picture.
     same = groups[-1]["points"]
     assert same[0]["error"] == same[1]["error"]
+    assert same[0]["bytes"] == same[1]["bytes"] > 0
     shadow = {point["tier"]: point["error"]["mean"] for point in groups[0]["points"]}
     assert len(set(shadow.values())) == 3
-    assert len(told) == int(told[0].partition("/")[2].split()[0])
+    assert len(told) == 1 + int(told[0].partition("/")[2].split()[0])
 
 
 def test_a_player_that_draws_nothing_is_told_in_its_own_words(tmp_path: Path) -> None:
     folder = write_scene(tmp_path / "scene")
     (folder / "sky.ktx2").unlink()
     with pytest.raises(BakeError, match=r"sky\.ktx2"):
-        player_groups(PLAYER, folder, seconds=[1.0], size=(64, 36), samples=1)
+        next(player_groups(PLAYER, folder, seconds=[1.0], size=(64, 36), samples=1))
