@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from paradize import bake_makers
+from paradize import bake_commit, bake_makers
 from paradize.bake import bake
 from paradize.bake_makers import Product
 from paradize.bake_record import BakeReport
@@ -300,6 +300,27 @@ def test_a_decayed_store_entry_is_derived_again(cove: Cove, kind: str, harm: str
 
 
 # Two at once.
+
+
+def test_what_decays_in_the_store_while_it_is_used_is_never_published(
+    cove: Cove, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Between the look at the store and the copy, all that it holds gets another first byte."""
+    cove.show(1)
+    true_manifest = bake_commit.build_manifest
+
+    def decay(*arguments: Any) -> dict[str, Any]:
+        for blob in (cove.store / "blobs").glob("*/*"):
+            data = blob.read_bytes()
+            blob.write_bytes(bytes([data[0] ^ 1]) + data[1:] if data else b"x")
+        return true_manifest(*arguments)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(bake_commit, "build_manifest", decay)
+        (error,) = cove.bake().errors
+    assert "was damaged while it was used; bake again" in str(error)
+    assert cove.states[0].items() <= state_of(cove.out).items()
+    assert not cove.bake().errors and state_of(cove.out) == cove.states[1]
 
 
 def test_two_bakes_at_once_ten_times_leave_one_of_the_two_whole(cove: Cove) -> None:

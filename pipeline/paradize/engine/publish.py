@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from pathlib import Path
 
 from paradize.errors import BakeError
 
+TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
+if TYPE_CHECKING:
+    from typing import BinaryIO
+
 ASIDE = ".part-"  # marks a file that is being written; a sweep may remove what a kill left behind
 
 
-def write_whole(path: Path, data: bytes | Path, *, durable: bool = True, flush: bool = True) -> None:
+def write_whole(
+    path: Path, data: bytes | Path, *, durable: bool = True, flush: bool = True, sha256: str | None = None
+) -> None:
     """Writes `data`, or what the file at `data` holds, to `path` so that a reader, also after a kill or a
     power cut, finds the old file or the new one. Makes missing folders. `durable=False` leaves out the flush,
     for what can be derived again; `flush=False` that of the folder alone, for who writes many and then calls
-    flush_folder once.
+    flush_folder once. sha256: what the bytes of a file that is copied must be.
 
-    Raises BakeError (file, reason) when the file system refuses, or where a device, a pipe or a socket is;
-    nothing half-written stays.
+    Raises BakeError (file, reason) when the file system refuses, where a device, a pipe or a socket is, or
+    where the bytes are others; nothing half-written stays.
     """
     if path.name in ("", ".."):
         raise BakeError("names a folder, not a file", file=path, mend="name a file with -o")
@@ -29,10 +36,7 @@ def write_whole(path: Path, data: bytes | Path, *, durable: bool = True, flush: 
         try:
             with aside.open("xb") as stream:
                 if isinstance(data, Path):
-                    import shutil  # here: a bake with nothing to do loads less
-
-                    with data.open("rb") as source:
-                        shutil.copyfileobj(source, stream, 1 << 20)
+                    _copy(data, stream, sha256)
                 else:
                     stream.write(data)
                 if durable:
@@ -47,6 +51,18 @@ def write_whole(path: Path, data: bytes | Path, *, durable: bool = True, flush: 
     except OSError as error:
         reason = error.strerror or str(error)
         raise BakeError(f"cannot be written: {reason}", file=path, mend="free the place or use -o") from None
+
+
+def _copy(source: Path, stream: BinaryIO, sha256: str | None) -> None:
+    """Copies a file's bytes. Raises BakeError where their hash is not the one that is asked for."""
+    digest = hashlib.sha256()
+    with source.open("rb") as data:
+        while chunk := data.read(1 << 20):
+            if sha256:
+                digest.update(chunk)
+            stream.write(chunk)
+    if sha256 and digest.hexdigest() != sha256:
+        raise BakeError("was damaged while it was used", file=source, mend="bake again")
 
 
 def flush_folder(folder: Path) -> None:
