@@ -19,6 +19,7 @@ from paradize.formats.ktx2 import encode_ktx2, full_level_count
 from paradize.report import lod_view
 from paradize.report.folder import draw_folder, draw_maps
 from paradize.report.pictures import Ground, SheetMap, lit_preview
+from paradize.report.scene_page import scene_page
 from paradize.report.shade import Material, flat_preview, sphere_preview, to_codes, to_light
 from paradize.report.sheet import draw_sheet, error_lines
 
@@ -255,6 +256,24 @@ def test_a_page_that_cannot_be_written_is_a_warning_and_the_bake_stands(
     (tmp_path / "report").write_text("a file stands here")
     warnings = island_bake(str(tmp_path / "report"))["warnings"]
     assert any("no report" in text for text in warnings)
+
+
+def test_the_page_tells_what_the_terrain_spares_and_files_against_their_budget() -> None:
+    scene = {
+        "name": "a<b",
+        "artifacts": {"x": {"asked": {"saved_bytes": 1_000_000}}},
+        "terrain": {"demand": {"left_out_bytes": 2_500_000}},
+        "budget": {"hard": {"folder_mb": 1.0}, "soft": {}},
+        "flight": {"errors": {}},
+    }
+    row = {"name": "x", "tier": "fast", "errors": {}, "over": [], "bytes": 2_000_000, "status": "baked"}
+    rows = [row | {"format": "BC1_RGB_SRGB", "seconds": 1.0}]
+    page = scene_page(scene, rows, [], [], seconds=1.0, warnings=[])
+    assert "<b>3.5 MB</b>" in page and "<h1>a&lt;b:" in page
+    assert "folder_mb" in page and 'class="meter over"' in page and "<b>1</b><span>errors beyond" in page
+    roomy = scene | {"budget": {"hard": {"folder_mb": 3.0}, "soft": {}}, "terrain": None}
+    page = scene_page(roomy, rows, [], [], seconds=1.0, warnings=[])
+    assert "<b>1 MB</b>" in page and 'class="meter over"' not in page and "<b>none</b>" in page
 
 
 def test_a_level_is_drawn_where_it_lies_and_holes_show_what_is_behind() -> None:

@@ -77,11 +77,15 @@ def _size(count: float) -> str:
 
 def _facts(scene: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], seconds: float) -> str:
     over = sum(len(row["over"]) for row in rows)
+    total = sum(row["bytes"] for row in rows)
+    over += any(total / 1e6 > part.get("folder_mb", float("inf")) for part in scene["budget"].values())
     baked = sum(row["status"] == "baked" for row in rows)
     saved = sum((entry.get("asked") or {}).get("saved_bytes", 0) for entry in scene["artifacts"].values())
+    if scene["terrain"]:
+        saved += scene["terrain"]["demand"]["left_out_bytes"]
     facts = [
         (str(len(rows)), "artifacts"),
-        (_size(sum(row["bytes"] for row in rows)), "on disk, all mips and levels"),
+        (_size(total), "on disk, all mips and levels"),
         (_size(saved), "not baked: finer than any view asks for"),
         (f"{baked} of {len(rows)}", f"baked anew, in {seconds_label(seconds)}"),
         (str(over) if over else "none", "errors beyond their budget"),
@@ -101,6 +105,8 @@ def _errors(scene: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> str:
     told, free = [], []
     entries = [(row["name"], row["tier"], row["errors"]) for row in rows]
     entries.append(("flight", "", scene["flight"]["errors"]))
+    if "folder_mb" in hard | soft:
+        entries.append(("scene", "", {"folder_mb": sum(row["bytes"] for row in rows) / 1e6}))
     for name, tier, errors in entries:
         rest = []
         for metric, value in errors.items():
