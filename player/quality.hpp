@@ -48,9 +48,8 @@ struct Detail {
 
 /// What the device is and can.
 struct Device {
-    /// Rasterised on the CPU: anisotropic filtering is off at every tier. It would take half of each frame,
-    /// and llvmpipe (Mesa 22.3), which walks over the ellipse texel by texel, does not come back from some
-    /// frames.
+    /// Rasterised on the CPU: anisotropic filtering is off at every tier. llvmpipe (Mesa 22.3), which walks
+    /// over the ellipse texel by texel, does not come back from some frames, even with 2 x.
     bool software = false;
     int most_texture_px = 16384;
 };

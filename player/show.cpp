@@ -223,6 +223,8 @@ class Show {
         governor_.emplace(quality_front(calibration_.table, trades_, calibration_.base_ms), 1000.0 / fps);
         held_ms_.reserve(most_held_frames);
         apply(governor_->current().quality);
+        std::fprintf(stderr, "paradize-player: --fps %g: %s; %.3f ms a frame are expected\n", fps,
+                     to_text(governor_->current().quality).c_str(), governor_->current().ms);
         if (governor_->out_of_reach()) {
             std::fprintf(stderr,
                          "paradize-player: --fps %g: a frame may take %.3f ms, and takes %.3f ms even at "
