@@ -155,8 +155,8 @@ def _filter_group(order: Order, base: str, artifact: str) -> Asked:
     """The slope filters of a normal map: those that tiers take, or the one that the scene names."""
     given = {"sources": order.sources, "settings": order.settings}
     named = order.settings["relief"]["filter"]
-    note = "The error is the angle from the normals of an eighth-order difference, 0 by definition where that one "
-    note += "is taken: how far the others are from it, not how true it is itself."
+    note = "The error is the angle from the normals of an eighth-order difference, 0 by definition where "
+    note += "that one is taken: how far the others are from it, not how true it is itself."
     if read_image(order.sources["image"]).source_bits == 8:
         note += " Heights of 8 bits stand in steps, which that one follows: here it is a distance, no error."
     tries: tuple[Try, ...] = (Try(named, filter_tier, given | {"tier": "balanced"}, "one", {}),)
