@@ -271,6 +271,9 @@ def test_the_page_tells_what_the_terrain_spares_and_files_against_their_budget()
     page = scene_page(scene, rows, [], [], seconds=1.0, warnings=[])
     assert "<b>3.5 MB</b>" in page and "<h1>a&lt;b:" in page
     assert "folder_mb" in page and 'class="meter over"' in page and "<b>1</b><span>errors beyond" in page
+    both = scene | {"budget": {"hard": {"folder_mb": 1.0, "color_psnr_db": 30.0}, "soft": {}}}
+    page = scene_page(both, [rows[0] | {"errors": {"color_psnr_db": 40.0}}], [], [], seconds=1.0, warnings=[])
+    assert page.index("<td>folder_mb") < page.index("<td>color_psnr_db")  # what is beyond stands first
     roomy = scene | {"budget": {"hard": {"folder_mb": 3.0}, "soft": {}}, "terrain": None}
     page = scene_page(roomy, rows, [], [], seconds=1.0, warnings=[])
     assert "<b>1 MB</b>" in page and 'class="meter over"' not in page and "<b>none</b>" in page

@@ -100,7 +100,7 @@ def _warnings(warnings: Sequence[str]) -> str:
 
 
 def _errors(scene: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> str:
-    """A line for each error that has a limit, then those without by artifact."""
+    """A line for each error that has a limit, those beyond it first; then those without by artifact."""
     hard, soft = scene["budget"]["hard"], scene["budget"]["soft"]
     told, free = [], []
     entries = [(row["name"], row["tier"], row["errors"]) for row in rows]
@@ -119,16 +119,18 @@ def _errors(scene: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> str:
             if not kind and metric in soft and is_beyond(metric, value, soft[metric]):
                 kind = "soft"
             sign = "≤" if known.less_is_better else "≥"
-            told.append(
+            row = (
                 f"<tr><th>{escape(name)}</th><td>{escape(tier or '–')}</td><td>{escape(metric)}</td>"
                 f'<td class="n">{number_label(value)} {escape(known.unit)}</td>'
                 f'<td class="n">{sign} {limit:g}</td>'
                 f"<td>{_meter(value, limit, known.less_is_better, kind)}</td></tr>"
             )
+            told.append((("over", "soft", "").index(kind), row))
         if rest:
             free.append(f"<tr><th>{escape(name)}</th><td class='why'>{escape(', '.join(rest))}</td></tr>")
     head = "".join(f"<th>{text}</th>" for text in ("artifact", "tier", "metric", "error", "budget", "of it"))
-    table = _table(head, told) if told else '<p class="lead">The scene limits no error.</p>'
+    lines = [row for _, row in sorted(told, key=lambda entry: entry[0])]
+    table = _table(head, lines) if told else '<p class="lead">The scene limits no error.</p>'
     more = _table("", free)
     return f"{table}<details><summary>errors that nothing limits</summary>{more}</details>" if free else table
 
