@@ -20,7 +20,7 @@ cpp_files := $(shell find player pipeline tests -name '*.cpp' -o -name '*.hpp' 2
 kernel_files := $(shell find pipeline/paradize/kernels -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt -o -name digest.py 2>/dev/null)
 player_files := $(shell find player -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt 2>/dev/null)
 
-.PHONY: help setup setup-test assets run check test bench deep fix clean
+.PHONY: help setup setup-test assets run check test extremes bench deep fix clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -47,6 +47,9 @@ test: check ## every check and every test that fits in a quarter of an hour
 	@$(alone) $(bin)/cmake --build --preset release
 	@$(bin)/ctest --test-dir build/player --output-on-failure -Q -O build/ctest.log || { cat build/ctest.log; exit 1; }
 	@$(alone) $(bin)/python -m pytest -m "not deep"
+
+extremes: setup-test ## what every stage and metric does with zero, NaN, 1e30 ...: stage, extreme, error, verdict
+	@$(bin)/python -m tests.extremes
 
 bench: setup-test $(stamps)/python-bench ## speed and error as ratios beside peers, measured in one run; topics=maps for some
 	@$(bin)/python tests/bench/bench.py $(topics)

@@ -1,0 +1,82 @@
+"""Every stage and metric at every extreme: finite, the same bytes, near the truth; or refused and why."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.extremes.__main__ import QUICK, TABLE, as_markdown, measured
+from tests.extremes.table import DEEP, EXTREMES, Cell, cell_of, rows
+from tests.places import ROOT
+
+PACKAGE = ROOT / "pipeline/paradize"
+
+
+@pytest.fixture(scope="module")
+def cells() -> dict[tuple[str, str], Cell]:
+    """All but the largest, measured in two processes."""
+    return {(cell.row, cell.extreme): cell for cell in measured(QUICK)}
+
+
+@pytest.mark.parametrize("extreme", QUICK)
+@pytest.mark.parametrize("row", [row.name for row in rows()])
+def test_is_near_the_truth_with_the_same_bytes_for_any_threads_or_refused(
+    cells: dict[tuple[str, str], Cell], row: str, extreme: str
+) -> None:
+    cell = cells[row, extreme]
+    assert cell.verdict != "fails", f"{cell.said} error {cell.error}, limit {cell.limit} {cell.unit}"
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("row", rows(), ids=lambda row: row.name)
+def test_is_near_the_truth_at_the_largest_size(row: object) -> None:
+    for extreme in DEEP:
+        cell = cell_of(row, extreme)  # type: ignore[arg-type]
+        assert cell.verdict != "fails", f"{cell.said} error {cell.error}, limit {cell.limit} {cell.unit}"
+
+
+def test_no_stage_and_no_metric_lacks_a_row() -> None:
+    written = {
+        f"{room}.{path.stem}"
+        for room in ("stages", "metrics")
+        for path in (PACKAGE / room).rglob("*.py")
+        if path.stem != "__init__"
+    }
+    assert written - {row.module for row in rows()} == set()
+    assert {row.module for row in rows()} - written == {"flight", "readers.obj"}
+
+
+def test_every_row_names_every_extreme_once() -> None:
+    names = [row.name for row in rows()]
+    assert len(names) == len(set(names))
+    for row in rows():
+        assert set(row.inputs) | set(row.absent) == set(EXTREMES), row.name
+        assert not set(row.inputs) & set(row.absent), row.name
+        assert set(row.refused) <= set(row.inputs), row.name
+
+
+def test_what_is_refused_names_what_is_wrong(cells: dict[tuple[str, str], Cell]) -> None:
+    refused = [cell for cell in cells.values() if cell.verdict == "refused"]
+    assert len(refused) > 100
+    for cell in refused:
+        assert len(cell.said.split()) >= 2 and "Traceback" not in cell.said, cell
+
+
+def _shape(page: str) -> list[str]:
+    """The page without the errors' digits: what it says of each cell, and every message."""
+    return [re.sub(r"(?<=\| )[0-9][0-9.e+-]*(?= \|)", "#", line) for line in page.splitlines()]
+
+
+def test_the_page_is_what_the_cells_say(cells: dict[tuple[str, str], Cell]) -> None:
+    """But for the largest sizes, which `make extremes` alone measures, and for digits of the errors."""
+    page = TABLE.read_text()
+    largest = {
+        row.name: Cell(row.name, extreme, "holds", 0.0, row.limit, row.unit, "", "")
+        if extreme in row.inputs
+        else Cell(row.name, extreme, "absent", None, row.limit, row.unit, row.absent[extreme], "")
+        for row in rows()
+        for extreme in DEEP
+    }
+    told = [cells.get((row.name, extreme)) or largest[row.name] for row in rows() for extreme in EXTREMES]
+    assert _shape(as_markdown(told)) == _shape(page)
