@@ -34,9 +34,17 @@ class Baked:
     foreign: str | None = None
 
 
-def bake_again(scene: Path, out: Path | None, jobs: int, tier: str | None, afresh: bool) -> Baked:
-    """Bakes the scene where something changed. afresh: the last bake's record may be of other code and does
-    not count; the store does."""
+def bake_again(
+    scene: Path,
+    out: Path | None,
+    jobs: int,
+    tier: str | None,
+    cluster: str | None,
+    store_url: str | None,
+    afresh: bool,
+) -> Baked:
+    """Bakes the scene where something changed. jobs, tier, cluster, store_url: as in bake_tasks.How. afresh:
+    the last bake's record may be of other code and does not count; the store does."""
     signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(0))  # ends a bake in good order
 
     from paradize.bake import bake
@@ -51,7 +59,7 @@ def bake_again(scene: Path, out: Path | None, jobs: int, tier: str | None, afres
         return Baked(foreign=found)
     made = Baked()
     try:
-        report = bake(scene, out, How(jobs, tier, crew=_CREW))
+        report = bake(scene, out, How(jobs, tier, crew=_CREW, cluster=cluster, store=store_url))
     except ParadizeError as error:
         made.errors = list(error.errors) if isinstance(error, GroupedError) else [error]
     else:

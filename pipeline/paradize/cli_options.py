@@ -138,6 +138,12 @@ def add_bake(sub: argparse.ArgumentParser) -> None:
     sub.add_argument(
         "--verify", type=percent, metavar="P", help="derive P %% of the artifacts again and compare bytes"
     )
+    add_elsewhere(sub)
+    add_common(sub, "worker processes", None)
+
+
+def add_elsewhere(sub: argparse.ArgumentParser) -> None:
+    """What reaches beyond this machine."""
     sub.add_argument(
         "--store",
         metavar="URL",
@@ -146,7 +152,6 @@ def add_bake(sub: argparse.ArgumentParser) -> None:
     sub.add_argument(
         "--cluster", type=_scheduler, metavar="tcp://HOST:PORT", help="bake on the workers of a Dask cluster"
     )
-    add_common(sub, "worker processes", None)
 
 
 def add_explain(sub: argparse.ArgumentParser) -> None:

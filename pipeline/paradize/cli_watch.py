@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from paradize.cli_options import add_common, add_scene
+from paradize.cli_options import add_common, add_elsewhere, add_scene
 from paradize.cli_output import complain, say, show
 from paradize.errors import one_line
 
@@ -19,6 +19,7 @@ def add_watch(sub: argparse.ArgumentParser) -> None:
     """What `paradize watch` takes."""
     add_scene(sub)
     sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: build/assets/<scene name>")
+    add_elsewhere(sub)
     add_common(sub, "worker processes", None)
     sub.epilog = "With --json every bake prints one line of JSON. Ctrl-C ends the watch: exit 0."
 
@@ -28,7 +29,15 @@ def run_watch(arguments: argparse.Namespace) -> int:
     from paradize.watch import Watch
 
     told = _as_json if arguments.json else _as_text
-    watch = Watch(arguments.scene, arguments.out, arguments.jobs or 0, arguments.tier, told)
+    watch = Watch(
+        arguments.scene,
+        arguments.out,
+        arguments.jobs or 0,
+        arguments.tier,
+        told,
+        arguments.cluster,
+        arguments.store,
+    )
     say(f"paradize: watching {arguments.scene} and what it names; Ctrl-C ends")
     try:
         watch.run()

@@ -62,13 +62,16 @@ class _Events:
 
 @dataclass(eq=False)
 class Watch:
-    """A scene under watch. told hears of every bake; of an error once, until something else is to be told."""
+    """A scene under watch. jobs, tier, cluster, store: as in bake_tasks.How. told hears of every bake; of an
+    error once, until something else is to be told."""
 
     scene: Path
     out: Path | None
     jobs: int
     tier: str | None
     told: Callable[[Told], None]
+    cluster: str | None = None
+    store: str | None = None
     _queue: queue.SimpleQueue[Any] = field(default_factory=queue.SimpleQueue)
     _events: _Events | None = None
     _folders: frozenset[Path] = frozenset()
@@ -122,6 +125,7 @@ class Watch:
         self._baking |= self._changed
         self._changed = set()
         how = {"scene": self.scene, "out": self.out, "jobs": self.jobs, "tier": self.tier}
+        how |= {"cluster": self.cluster, "store_url": self.store}
         self._give(Job("the bake", bake_again, how | {"afresh": self._restarted}))
 
     def _give(self, job: Job) -> None:

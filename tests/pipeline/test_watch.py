@@ -29,12 +29,22 @@ PATIENCE_S = 200.0  # a test that waits longer has failed
 class Watched:
     """A running `paradize watch --json` of the cove. Its lines come as they are printed."""
 
-    def __init__(self, folder: Path, store: Path, package: Path | None = None) -> None:
+    def __init__(self, folder: Path, store: Path, package: Path | None = None, *options: str) -> None:
         self.folder, self.out = folder, folder.parent / "out"
         paths = [*([str(package)] if package else []), os.environ.get("PYTHONPATH", "")]
         environment = {"PARADIZE_STORE": str(store), "PYTHONPATH": os.pathsep.join(paths)}
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "paradize.cli", "watch", folder / "cove.toml", "-o", self.out, "--json"],
+            [
+                sys.executable,
+                "-m",
+                "paradize.cli",
+                "watch",
+                folder / "cove.toml",
+                "-o",
+                self.out,
+                "--json",
+                *options,
+            ],
             env={**os.environ, **environment},
             cwd=folder.parent,
             stdout=subprocess.PIPE,
@@ -233,3 +243,18 @@ def test_a_scene_that_is_not_there_is_refused(tmp_path: Path) -> None:
     assert watched.process.wait(PATIENCE_S) == 1
     watched.listener.join(PATIENCE_S)
     assert "there is no such file" in watched.said[-1]
+
+
+def test_what_a_watch_bakes_is_shared(tmp_path: Path, store: Path) -> None:
+    make_cove(tmp_path / "cove")
+    shared = tmp_path / "shared"
+    watched = Watched(tmp_path / "cove", store, None, "--store", str(shared))
+    try:
+        assert watched.next()["failed"] == 0
+        picture(tmp_path / "cove/wood.png", 11)
+        told = watched.next()
+        assert told["baked"] and told["pushed"] >= told["baked"]
+        for row in told["artifacts"]:
+            assert (shared / "blobs" / row["sha256"][:2] / row["sha256"]).stat().st_size == row["bytes"]
+    finally:
+        watched.end()
