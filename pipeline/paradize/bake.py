@@ -55,7 +55,7 @@ def bake(scene_path: Path, out: Path | None = None, how: How | None = None) -> B
 
 
 def _store(how: How) -> Store:
-    if not how.store:
+    if how.store is None:
         return Store(default_root())
     from paradize.engine.remote import SharedStore  # here: few bakes need it
 

@@ -94,7 +94,7 @@ def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeRepor
     try:
         if record["libraries"] != list(library_versions()):
             return None
-        if url and record["shared"] != _shared_id(url):
+        if url is not None and record["shared"] != _shared_id(url):
             return None
         memory = FileMemory.from_json(record["memory"])
         files = list(record["memory"]["files"])

@@ -432,3 +432,12 @@ def test_what_came_from_there_counts_as_used_and_clean_keeps_to_this_machine(tmp
     clean(Store(tmp_path / "b"), now_s=0.0, older_than_s=None, to_bytes=0)
     assert not Store(tmp_path / "b").get_product(KEYS[0])
     assert state_of(next((tmp_path / "remote" / "blobs").iterdir())) == there
+
+
+def test_a_store_of_no_name_is_told_also_where_nothing_changed(
+    baked: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As of a variable that is not set."""
+    monkeypatch.setenv("PARADIZE_STORE", str(baked / "store"))
+    with pytest.raises(BakeError, match="neither a folder nor a URL"):
+        bake(baked / "scene/cove.toml", baked / "out", How(store=""))
