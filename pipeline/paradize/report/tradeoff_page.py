@@ -11,6 +11,10 @@ from paradize.report.tradeoff_plot import number_label, plot, seconds_label, ser
 from paradize.report.tradeoff_style import STYLE
 
 Group = Mapping[str, Any]
+_FRAMES = (
+    "Frames are timed on all cores, and held against the player’s own reference: many frames averaged, of a "
+    "bake without loss."
+)
 _DOT = '<circle class="dot c0" cx="{}" cy="8" r="{}"/>'
 
 
@@ -52,11 +56,13 @@ def _intro(told: Mapping[str, Any]) -> str:
     groups = told["groups"]
     tiers = sum(len(group["points"]) for group in groups)
     runs = sum(point["seconds"]["runs"] for group in groups for point in group["points"])
+    drawn = any(group["kind"] == "frame" for group in groups)
+    frames = f" {_FRAMES}" if drawn else ""
     return (
         f'<p class="lead">{_count(len(groups), "trade")} of <code>{escape(told["source"])}</code>: '
         f"{_count(tiers, 'tier')} measured in {_count(runs, 'run')} on {_count(told['threads'], 'core')}, "
         f"{told['seconds']:g} s in all. Every error comes from a reference that shares no code with the "
-        "stage that it judges.</p>"
+        f"stage that it judges.{frames}</p>"
     )
 
 
