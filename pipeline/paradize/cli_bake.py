@@ -33,6 +33,7 @@ def run_bake(arguments: argparse.Namespace) -> int:
     if not arguments.force:
         name = record_name(arguments.scene, arguments.out, arguments.tier)
         report = unchanged_bake(Store(default_root()), name, arguments.store)
+    unchanged = report is not None
     if report is not None:
         report.seconds = time.monotonic() - start
     else:
@@ -49,7 +50,7 @@ def run_bake(arguments: argparse.Namespace) -> int:
             verified, wrong = verify(arguments.scene, report, percent=arguments.verify, how=how)
     stream = sys.stderr if arguments.json else sys.stdout
     show_bake(report, stream)
-    sheets = _sheets(arguments.scene, report, stream)
+    sheets = _sheets(arguments.scene, report, unchanged, stream)
     for warning in report.warnings:
         say(f"paradize: warning: {warning}")
     if verified:
@@ -82,13 +83,13 @@ def _how(arguments: argparse.Namespace) -> Iterator[How]:
         )
 
 
-def _sheets(scene: Path, report: Any, stream: Any) -> list[str]:
+def _sheets(scene: Path, report: Any, unchanged: bool, stream: Any) -> list[str]:
     """Draws the contact sheets and the page of what was baked into $PARADIZE_REPORT (build/report; empty:
-    none), in a folder named as the baked one; the sheets drawn. With nothing baked one look tells that they
+    none), in a folder named as the baked one; the sheets drawn. With nothing changed one look tells that they
     are there."""
     root = os.environ.get("PARADIZE_REPORT", "build/report")
     folder = Path(root) / report.out.resolve().name
-    if not root or report.errors or not (report.count("baked") or not (folder / "index.html").is_file()):
+    if not root or report.errors or (unchanged and (folder / "index.html").is_file()):
         return []
     from paradize.report.folder import draw_folder, draw_page
 
