@@ -19,8 +19,15 @@ from paradize.data import Mesh, Texture
 from paradize.engine.publish import write_whole
 from paradize.errors import BakeError, SourceError
 from paradize.export_flight import flight_keys, quaternion
-from paradize.export_heights import heights_of
+from paradize.export_heights import (
+    GROUND_TEXELS,
+    at_least,
+    smoothstep,
+    terrain_heights,
+    under_water,
+)
 from paradize.export_pictures import color_png, gloss_png, ground_light, normal_png, sky_pngs
+from paradize.export_shapes import SKY_FACES, joined, level_quad, quad
 from paradize.formats.glb import decode_glb
 from paradize.formats.glb_bundle import Bundle
 from paradize.formats.glb_tiles import decode_tile
@@ -35,7 +42,6 @@ if TYPE_CHECKING:
 
     F32 = npt.NDArray[np.float32]
 
-GROUND_TEXELS = 2048  # a side of the ground's picture, at least; more where the effect map has more
 MOST_BYTES = (1 << 32) - 1  # a GLB's own limit
 _SPECULAR = "KHR_materials_specular"
 _UNLIT = "KHR_materials_unlit"
@@ -105,13 +111,13 @@ class _Export:
             return
         pngs = sky_pngs(self._texture(sky["cubemap"]), self.manifest["exposure"])
         half = 0.57 * self.manifest["flight"]["far_m"]  # its corners are nearer than the far plane
-        for name, png, (right, down, ahead) in zip(_FACES, pngs, _FACES.values(), strict=True):
+        for name, png, (right, down, ahead) in zip(SKY_FACES, pngs, SKY_FACES.values(), strict=True):
             texture = {"index": self.bundle.texture(f"sky {name}", png, repeat=False)}
             look = {"baseColorTexture": texture, "metallicFactor": 0.0}
             material = self.bundle.material(
                 f"sky {name}", pbrMetallicRoughness=look, doubleSided=True, extensions={_UNLIT: {}}
             )
-            mesh = _quad(*(half * np.array(axis, np.float32) for axis in (ahead, right, down)))
+            mesh = quad(*(half * np.array(axis, np.float32) for axis in (ahead, right, down)))
             self._place(f"sky {name}", mesh, {"": material})
 
     def terrain(self) -> None:
@@ -119,19 +125,19 @@ class _Export:
         if not ground:
             return
         tiles = [decode_tile(self._read(self._file(name)), name) for name in ground["tiles"]]
-        meshes = [_joined([patch.mesh for patch in tile if patch.finest]) for tile in tiles]
+        meshes = [joined([patch.mesh for patch in tile if patch.finest]) for tile in tiles]
         effect = decode_texels(self._texture(ground["effect_color"])) if ground["effect_color"] else None
-        shape = (GROUND_TEXELS, GROUND_TEXELS) if effect is None else _at_least(effect.shape[:2])
-        heights = _heights(meshes, shape)
+        shape = (GROUND_TEXELS, GROUND_TEXELS) if effect is None else at_least(effect.shape[:2])
+        heights = terrain_heights(meshes, shape)
         share = np.ones(shape, np.float32)
         if effect is not None:
-            share = _smooth(heights, ground["mix_low_m"], ground["mix_high_m"])
+            share = smoothstep(heights, ground["mix_low_m"], ground["mix_high_m"])
         sand = decode_texels(self._texture(ground["sand_color"]))
         size_x, size_z = ground["size_m"]
         repeat = ground["sand_repeat"], ground["sand_repeat"] * size_z / size_x
         light = ground_light(sand[:, :, :3], None if effect is None else effect[:, :, :3], share, repeat)
         if water := self.manifest["water"]:
-            light = _under_water(light, heights, water)
+            light = under_water(light, heights, water)
         png = encode_png(to_codes(light))
         color = {"index": self.bundle.texture("ground colour", png, repeat=False), "texCoord": 1}
         look = {
@@ -156,10 +162,10 @@ class _Export:
     def _sea_floor(self, low_m: float, water: dict[str, Any]) -> None:
         """Around the terrain, as dark as its deepest places."""
         dark = np.zeros((1, 1, 3), np.float32)
-        deep = _under_water(dark, np.full((1, 1), low_m, np.float32), water)[0, 0]
+        deep = under_water(dark, np.full((1, 1), low_m, np.float32), water)[0, 0]
         look = {"baseColorFactor": [*(float(x) for x in deep), 1.0], "metallicFactor": 0.0}
         material = self.bundle.material("sea floor", pbrMetallicRoughness=look)
-        self._place("sea floor", _level_quad(low_m - 0.05, water["size_m"]), {"": material})
+        self._place("sea floor", level_quad(low_m - 0.05, water["size_m"]), {"": material})
 
     def water(self) -> None:
         water = self.manifest["water"]
@@ -174,7 +180,7 @@ class _Export:
         normal = {"index": self.bundle.texture("waves", png, repeat=True), "scale": 0.3}
         parts = {"alphaMode": "BLEND", "doubleSided": True, "normalTexture": normal}
         material = self.bundle.material("water", pbrMetallicRoughness=look, **parts)
-        mesh = _level_quad(water["level_m"], water["size_m"], float(water["tile"]))
+        mesh = level_quad(water["level_m"], water["size_m"], float(water["tile"]))
         self._place("water", mesh, {"": material})
         self.notes.append("the sea is a plane: it neither moves, nor mirrors, nor bends light")
 
@@ -293,86 +299,3 @@ class _Export:
         except OSError as error:
             what = f"cannot be read: {error.strerror or error}"
             raise SourceError(what, file=path, mend="name a folder that paradize bake made") from None
-
-
-# Of each face of the sky: which way its image's right and bottom point, and where it lies.
-_FACES = {
-    "+x": ((0.0, 0.0, -1.0), (0.0, -1.0, 0.0), (1.0, 0.0, 0.0)),
-    "-x": ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0), (-1.0, 0.0, 0.0)),
-    "+y": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
-    "-y": ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, -1.0, 0.0)),
-    "+z": ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
-    "-z": ((-1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0)),
-}
-
-
-def _quad(middle: F32, right: F32, down: F32, tiles: float = 1.0) -> Mesh:
-    """A parallelogram from middle - right - down to middle + right + down, seen from where `right` points to
-    the right and `down` to the bottom; its image lies on it `tiles` times."""
-    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32)
-    positions = (middle + corners[:, :1] * right + corners[:, 1:] * down).astype(np.float32)
-    normal = np.cross(down.astype(np.float64), right.astype(np.float64))
-    tangent = right.astype(np.float64) / np.linalg.norm(right)
-    return Mesh(
-        positions,
-        np.array([[0, 3, 2], [0, 2, 1]], np.uint32),
-        normals=np.tile((normal / np.linalg.norm(normal)).astype(np.float32), (4, 1)),
-        tangents=np.tile(np.array([*tangent, 1.0], np.float32), (4, 1)),
-        uvs=np.float32(tiles) * (0.5 * corners + 0.5).astype(np.float32),
-    )
-
-
-def _level_quad(height_m: float, size_m: float, tiles: float = 1.0) -> Mesh:
-    """A square that lies flat, seen from above; +X is its image's right, +Z its bottom."""
-    half = np.float32(0.5 * size_m)
-    middle = np.array([0.0, height_m, 0.0], np.float32)
-    return _quad(middle, np.array([half, 0, 0], np.float32), np.array([0, 0, half], np.float32), tiles)
-
-
-def _joined(meshes: list[Mesh]) -> Mesh:
-    """Patches as one mesh; each keeps its own vertices."""
-    starts = np.cumsum([0, *(len(mesh.positions) for mesh in meshes)])
-
-    def all_of(attribute: str) -> Any:
-        return np.concatenate([getattr(mesh, attribute) for mesh in meshes])
-
-    shifted = [mesh.triangles + np.uint32(start) for mesh, start in zip(meshes, starts, strict=False)]
-    return Mesh(
-        all_of("positions"),
-        np.concatenate(shifted).astype(np.uint32),
-        normals=all_of("normals"),
-        tangents=all_of("tangents"),
-        uvs=all_of("uvs"),
-        uvs1=all_of("uvs1"),
-    )
-
-
-def _at_least(shape: tuple[int, ...]) -> tuple[int, int]:
-    return max(GROUND_TEXELS, shape[0]), max(GROUND_TEXELS, shape[1])
-
-
-def _heights(meshes: list[Mesh], shape: tuple[int, int]) -> F32:
-    """Metres at each texel of a picture of the whole terrain; the lowest where nothing covers it."""
-    heights = np.full(shape, np.nan, np.float32)
-    for mesh in meshes:
-        assert mesh.uvs1 is not None
-        found = heights_of(mesh.uvs1, mesh.positions[:, 1], mesh.triangles, shape)
-        heights = np.where(np.isnan(found), heights, found)
-    return np.nan_to_num(heights, nan=float(np.nanmin(heights)))
-
-
-def _smooth(values: F32, low: float, high: float) -> F32:
-    """GLSL's smoothstep, a step where low and high are one."""
-    x = np.clip((values - low) / max(high - low, 1e-6), 0.0, 1.0)
-    out: F32 = (x * x * (3.0 - 2.0 * x)).astype(np.float32)
-    return out
-
-
-def _under_water(light: F32, heights: F32, water: dict[str, Any]) -> F32:
-    """What is left of the ground's colour (h, w, 3) after the way down and up again."""
-    depth = np.maximum(water["level_m"] - heights, 0.0)[:, :, None]
-    through = np.exp(-2.0 * depth * np.array(water["absorption_per_m"], np.float32))
-    out: F32 = (light * through + np.array(water["deep_color"], np.float32) * (1.0 - through)).astype(
-        np.float32
-    )
-    return out

@@ -1,18 +1,21 @@
-"""Heights of a terrain's triangles on a grid of texels."""
+"""The ground of an exported scene from above: heights on a grid of texels, and what follows from them."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from paradize.data import Mesh
+
     F32 = npt.NDArray[np.float32]
     F64 = npt.NDArray[np.float64]
     U32 = npt.NDArray[np.uint32]
 
+GROUND_TEXELS = 2048  # a side of the ground's picture, at least; more where the effect map has more
 _AT_ONCE = 1 << 22  # texels tried in one go
 _EDGE = 1e-6  # of a triangle: a texel on its border belongs to it
 
@@ -61,3 +64,34 @@ def _draw(
     value = za + b * (zb - za) + c * (zc - za)
     i, j = np.broadcast_arrays(i, j)
     out[j[inside], i[inside]] = value[inside]
+
+
+def at_least(shape: tuple[int, ...]) -> tuple[int, int]:
+    return max(GROUND_TEXELS, shape[0]), max(GROUND_TEXELS, shape[1])
+
+
+def terrain_heights(meshes: list[Mesh], shape: tuple[int, int]) -> F32:
+    """Metres at each texel of a picture of the whole terrain; the lowest where nothing covers it."""
+    heights = np.full(shape, np.nan, np.float32)
+    for mesh in meshes:
+        assert mesh.uvs1 is not None
+        found = heights_of(mesh.uvs1, mesh.positions[:, 1], mesh.triangles, shape)
+        heights = np.where(np.isnan(found), heights, found)
+    return np.nan_to_num(heights, nan=float(np.nanmin(heights)))
+
+
+def smoothstep(values: F32, low: float, high: float) -> F32:
+    """GLSL's smoothstep, a step where low and high are one."""
+    x = np.clip((values - low) / max(high - low, 1e-6), 0.0, 1.0)
+    out: F32 = (x * x * (3.0 - 2.0 * x)).astype(np.float32)
+    return out
+
+
+def under_water(light: F32, heights: F32, water: dict[str, Any]) -> F32:
+    """What is left of the ground's colour (h, w, 3) after the way down and up again."""
+    depth = np.maximum(water["level_m"] - heights, 0.0)[:, :, None]
+    through = np.exp(-2.0 * depth * np.array(water["absorption_per_m"], np.float32))
+    out: F32 = (light * through + np.array(water["deep_color"], np.float32) * (1.0 - through)).astype(
+        np.float32
+    )
+    return out

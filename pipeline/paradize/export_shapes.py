@@ -1,0 +1,65 @@
+"""Squares, cubes and joined patches of an exported scene."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from paradize.data import Mesh
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    F32 = npt.NDArray[np.float32]
+
+# Of each face of the sky: which way its image's right and bottom point, and where it lies.
+SKY_FACES = {
+    "+x": ((0.0, 0.0, -1.0), (0.0, -1.0, 0.0), (1.0, 0.0, 0.0)),
+    "-x": ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0), (-1.0, 0.0, 0.0)),
+    "+y": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
+    "-y": ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, -1.0, 0.0)),
+    "+z": ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
+    "-z": ((-1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0)),
+}
+
+
+def quad(middle: F32, right: F32, down: F32, tiles: float = 1.0) -> Mesh:
+    """A parallelogram from middle - right - down to middle + right + down, seen from where `right` points to
+    the right and `down` to the bottom; its image lies on it `tiles` times."""
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32)
+    positions = (middle + corners[:, :1] * right + corners[:, 1:] * down).astype(np.float32)
+    normal = np.cross(down.astype(np.float64), right.astype(np.float64))
+    tangent = right.astype(np.float64) / np.linalg.norm(right)
+    return Mesh(
+        positions,
+        np.array([[0, 3, 2], [0, 2, 1]], np.uint32),
+        normals=np.tile((normal / np.linalg.norm(normal)).astype(np.float32), (4, 1)),
+        tangents=np.tile(np.array([*tangent, 1.0], np.float32), (4, 1)),
+        uvs=np.float32(tiles) * (0.5 * corners + 0.5).astype(np.float32),
+    )
+
+
+def level_quad(height_m: float, size_m: float, tiles: float = 1.0) -> Mesh:
+    """A square that lies flat, seen from above; +X is its image's right, +Z its bottom."""
+    half = np.float32(0.5 * size_m)
+    middle = np.array([0.0, height_m, 0.0], np.float32)
+    return quad(middle, np.array([half, 0, 0], np.float32), np.array([0, 0, half], np.float32), tiles)
+
+
+def joined(meshes: list[Mesh]) -> Mesh:
+    """Patches as one mesh; each keeps its own vertices."""
+    starts = np.cumsum([0, *(len(mesh.positions) for mesh in meshes)])
+
+    def all_of(attribute: str) -> Any:
+        return np.concatenate([getattr(mesh, attribute) for mesh in meshes])
+
+    shifted = [mesh.triangles + np.uint32(start) for mesh, start in zip(meshes, starts, strict=False)]
+    return Mesh(
+        all_of("positions"),
+        np.concatenate(shifted).astype(np.uint32),
+        normals=all_of("normals"),
+        tangents=all_of("tangents"),
+        uvs=all_of("uvs"),
+        uvs1=all_of("uvs1"),
+    )
