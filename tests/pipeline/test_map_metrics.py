@@ -116,8 +116,8 @@ def test_gloss_of_every_level_agrees_with_numpy(shape: tuple[int, int]) -> None:
 
 
 def half_width(smoothness: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Degrees from the normal at which the slopes of GGX's facets, alpha = (1 - s)^2, are half as dense as the
-    flat ones, by bisection: alpha^2 / (pi (alpha^2 + tan^2)^2)."""
+    """Degrees from the normal at which the slopes of GGX's facets, alpha = (1 - s)^2, are half as dense as
+    the flat ones, by bisection: alpha^2 / (pi (alpha^2 + tan^2)^2)."""
     square = (1.0 - smoothness) ** 4
     low, high = np.zeros_like(square), np.full_like(square, 0.25 * np.pi)
     for _ in range(60):
