@@ -15,6 +15,13 @@ namespace {
 constexpr std::size_t rows = 12;
 constexpr std::size_t columns = 17;
 
+std::vector<gutter::Found> walked(const std::vector<const float *> &levels, std::size_t channels,
+                                  gutter::Kind kind, const gutter::Layout &layout,
+                                  std::span<const double> reach, int threads) {
+    return gutter::walk({levels, rows, columns, channels}, kind, layout,
+                        gutter::border_of(layout, rows, columns), reach, threads);
+}
+
 // Two islands, `gap` texels apart, of height 6; a chain of one channel that holds `left`, `right` and,
 // between them, `between`.
 struct Pair {
@@ -48,7 +55,7 @@ struct Pair {
 
     gutter::Found walk(double reach) const {
         const std::array<double, 2> far{reach, reach};
-        return gutter::walk({texels, rows, columns, 1, 1}, gutter::Kind::value, layout(), far, 2).at(0);
+        return walked({texels.data()}, 1, gutter::Kind::value, layout(), far, 2).at(0);
     }
 };
 
@@ -93,8 +100,7 @@ TEST_CASE("gutter: a wrong gutter is seen, a right one is not, and the reach dec
 TEST_CASE("gutter: an island of negative reach is not walked, and without islands nothing is found") {
     const Pair islands(4, 0.0F, 1.0F, 0.5F, true);
     const std::array<double, 2> none{-1.0, -1.0};
-    const auto found =
-        gutter::walk({islands.texels, rows, columns, 1, 1}, gutter::Kind::value, islands.layout(), none, 3);
+    const auto found = walked({islands.texels.data()}, 1, gutter::Kind::value, islands.layout(), none, 3);
     CHECK(found.at(0).samples == 0);
     CHECK(found.at(0).worst == 0.0);
 }
@@ -106,24 +112,24 @@ TEST_CASE("gutter: every kind of value walks a whole chain down to one texel") {
                                          {gutter::Kind::color, std::size_t{3}},
                                          {gutter::Kind::color, std::size_t{4}},
                                          {gutter::Kind::normal, std::size_t{2}}}) {
-        std::size_t count = 0;
-        std::size_t levels = 0;
+        std::vector<std::vector<float>> chain;
         for (std::size_t h = rows, w = columns;;
              h = std::max<std::size_t>(1, h / 2), w = std::max<std::size_t>(1, w / 2)) {
-            count += h * w;
-            ++levels;
+            std::vector<float> &texels = chain.emplace_back(h * w * channels);
+            for (std::size_t i = 0; i < texels.size(); ++i) {
+                texels[i] = static_cast<float>((i + chain.size()) * 31 % 97) / 140.0F;
+            }
             if (h == 1 && w == 1) {
                 break;
             }
         }
-        std::vector<float> texels(count * channels);
-        for (std::size_t i = 0; i < texels.size(); ++i) {
-            texels[i] = static_cast<float>(i * 31 % 97) / 140.0F;
+        const std::size_t levels = chain.size();
+        std::vector<const float *> texels;
+        for (const std::vector<float> &level : chain) {
+            texels.push_back(level.data());
         }
-        const auto one =
-            gutter::walk({texels, rows, columns, channels, levels}, kind, islands.layout(), far, 1);
-        const auto many =
-            gutter::walk({texels, rows, columns, channels, levels}, kind, islands.layout(), far, 5);
+        const auto one = walked(texels, channels, kind, islands.layout(), far, 1);
+        const auto many = walked(texels, channels, kind, islands.layout(), far, 5);
         REQUIRE(one.size() == levels);
         for (std::size_t level = 0; level < levels; ++level) {
             CHECK(one[level].worst == many[level].worst);
