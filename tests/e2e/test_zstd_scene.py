@@ -47,6 +47,7 @@ def test_every_texture_is_smaller_and_holds_the_same_texels(island: Path, packed
     assert total[1] < 0.6 * total[0]
 
 
+@pytest.mark.deep
 def test_check_finds_nothing_in_it(packed: Path, paradize: Run) -> None:
     result = paradize("check", packed)
     assert result.returncode == 0, result.stdout

@@ -306,6 +306,7 @@ def test_a_model_is_measured_in_every_tier_of_its_stages(tmp_path: Path) -> None
     assert all(one["seconds"]["runs"] == 2 for one in levels.values())
 
 
+@pytest.mark.deep
 def test_a_model_without_coordinates_has_an_atlas_to_be_measured(tmp_path: Path) -> None:
     lines = [line for line in ball().splitlines() if not line.startswith("vt")]
     bare = "\n".join(" ".join(part.partition("/")[0] for part in line.split(" ")) for line in lines)
@@ -361,6 +362,7 @@ def test_options_that_do_not_fit_the_file_and_broken_files_are_refused(tmp_path:
         measure_file(tmp_path / "broken.obj", FileOptions())
 
 
+@pytest.mark.deep
 def test_a_scene_is_measured_in_what_it_uses_and_by_its_budget(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
