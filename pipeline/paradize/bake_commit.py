@@ -181,13 +181,12 @@ def _cut(
         kind, (owner, _, key) = entries[name]["kind"], name.rpartition("_")
         if kind == "mesh" and name not in facts:
             continue
-        data = read_artifact(files[row["file"]][0])
         maps = gutters[owner]["maps"] if owner in gutters else {}
         facts_of_map = maps.get(key)
         most = facts_of_map["max_level"] if facts_of_map else None
-        rest, found[name] = cut(wanted, kind, row, data, most)
+        rest, found[name] = cut(wanted, kind, row, files[row["file"]][0], most)
         row["left_out"] = left = found[name]["left_out"]
-        if not left:
+        if rest is None:
             continue
         del files[row["file"]]
         row |= cut_row(row, rest, left)

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from paradize.bake_artifacts import read_artifact
 from paradize.bake_product import flat_errors
 from paradize.bake_tasks import ZSTD_LEVEL, How
 from paradize.bake_work import run_work
@@ -179,23 +180,26 @@ def sha256_without(data: bytes, file: str, left: int) -> str:
 
 
 def cut(
-    asked: Mapping[str, Any], kind: str, row: Mapping[str, Any], data: bytes, most: int | None
-) -> tuple[bytes, dict[str, Any]]:
-    """What is published of an artifact, and what scene.json tells of it: `left_out` levels, `saved_bytes`,
-    `texels`, `second_s`, `view`. row: its row of the report. most: levels that may be left out (its gutters
-    allow no coarser one); None: any."""
-    from paradize.formats.ktx2_cut import can_cut
-
+    asked: Mapping[str, Any], kind: str, row: Mapping[str, Any], path: Path, most: int | None
+) -> tuple[bytes | None, dict[str, Any]]:
+    """What is published of the artifact that `path` holds, None where that is all of it; and what scene.json
+    tells of it: `left_out` levels, `saved_bytes`, `texels`, `second_s`, `view`. row: its row of the report.
+    most: levels that may be left out (its gutters allow no coarser one); None: any."""
+    told = {key: asked[key] for key in ("texels", "second_s", "view")}
     left = asked["level"] if most is None else min(asked["level"], most)
-    if kind != "mesh":
+    data = read_artifact(path) if left else b""
+    if left and kind != "mesh":
+        from paradize.formats.ktx2_cut import can_cut
+
         width, height, levels = _header(data)
         left = min(left, levels - 1)
         fmt = row["format"] or ""
         while left and not can_cut(width, height, fmt, left):
             left -= 1
-    rest = without(data, row["file"], left) if left else data
-    told = {"left_out": left, "saved_bytes": len(data) - len(rest)}
-    return rest, told | {key: asked[key] for key in ("texels", "second_s", "view")}
+    if not left:
+        return None, {"left_out": 0, "saved_bytes": 0} | told
+    rest = without(data, row["file"], left)
+    return rest, {"left_out": left, "saved_bytes": len(data) - len(rest)} | told
 
 
 def cut_row(row: dict[str, Any], data: bytes, left: int) -> dict[str, Any]:
