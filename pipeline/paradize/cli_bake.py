@@ -110,15 +110,16 @@ def _sheets(scene: Path, report: Any, unchanged: bool, stream: Any) -> list[str]
     return [str(path) for path in done.drawn]
 
 
-def _explained(scene: Path, out: Path) -> list[dict[str, Any]]:
-    """What `explain` says of each artifact, for the page."""
+def _explained(scene: Path, out: Path) -> dict[str, Any]:
+    """What `explain` says of each artifact and of all, for the page."""
     from paradize.explain import explain
     from paradize.explain_words import words_of
 
-    return [
-        {"name": told["name"], "why": [line.strip() for line in words_of(told)]}
-        for told in explain(scene, None, out).artifacts
+    found = explain(scene, None, out)
+    artifacts = [
+        {"name": told["name"], "why": [line.strip() for line in words_of(told)]} for told in found.artifacts
     ]
+    return {"saved_bytes": found.saved, "artifacts": artifacts}
 
 
 def show_bake(report: Any, stream: Any) -> None:

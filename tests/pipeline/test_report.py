@@ -258,25 +258,26 @@ def test_a_page_that_cannot_be_written_is_a_warning_and_the_bake_stands(
     assert any("no report" in text for text in warnings)
 
 
-def test_the_page_tells_what_the_terrain_spares_and_files_against_their_budget() -> None:
+def test_the_page_tells_what_was_spared_and_files_against_their_budget() -> None:
     scene = {
         "name": "a<b",
-        "artifacts": {"x": {"asked": {"saved_bytes": 1_000_000}}},
-        "terrain": {"demand": {"left_out_bytes": 2_500_000}},
         "budget": {"hard": {"folder_mb": 1.0}, "soft": {}},
         "flight": {"errors": {}},
     }
     row = {"name": "x", "tier": "fast", "errors": {}, "over": [], "bytes": 2_000_000, "status": "baked"}
     rows = [row | {"format": "BC1_RGB_SRGB", "seconds": 1.0}]
-    page = scene_page(scene, rows, [], [], seconds=1.0, warnings=[])
+    why = {"saved_bytes": {"levels": 0, "patches": 2_500_000, "maps": 1_000_000}, "artifacts": []}
+    page = scene_page(scene, rows, why, [], seconds=1.0, warnings=[])
     assert "<b>3.5 MB</b>" in page and "<h1>a&lt;b:" in page
     assert "folder_mb" in page and 'class="meter over"' in page and "<b>1</b><span>errors beyond" in page
     both = scene | {"budget": {"hard": {"folder_mb": 1.0, "color_psnr_db": 30.0}, "soft": {}}}
-    page = scene_page(both, [rows[0] | {"errors": {"color_psnr_db": 40.0}}], [], [], seconds=1.0, warnings=[])
+    page = scene_page(
+        both, [rows[0] | {"errors": {"color_psnr_db": 40.0}}], why, [], seconds=1.0, warnings=[]
+    )
     assert page.index("<td>folder_mb") < page.index("<td>color_psnr_db")  # what is beyond stands first
-    roomy = scene | {"budget": {"hard": {"folder_mb": 3.0}, "soft": {}}, "terrain": None}
-    page = scene_page(roomy, rows, [], [], seconds=1.0, warnings=[])
-    assert "<b>1 MB</b>" in page and 'class="meter over"' not in page and "<b>none</b>" in page
+    roomy = scene | {"budget": {"hard": {"folder_mb": 3.0}, "soft": {}}}
+    page = scene_page(roomy, rows, why | {"saved_bytes": None}, [], seconds=1.0, warnings=[])
+    assert "<b>0 kB</b>" in page and 'class="meter over"' not in page and "<b>none</b>" in page
 
 
 def test_a_level_is_drawn_where_it_lies_and_holes_show_what_is_behind() -> None:

@@ -75,7 +75,7 @@ def draw_page(
     baked: Path,
     folder: Path,
     report: BakeReport,
-    explained: list[dict[str, Any]],
+    explained: dict[str, Any],
     copies: Sequence[Path] = (),
 ) -> Path:
     """Writes the page of the scene in `baked` as index.html into `folder`, where its sheets are, and also to

@@ -39,15 +39,16 @@ td.why{white-space:normal;min-width:16rem;color:var(--soft)}
 def scene_page(
     scene: Mapping[str, Any],
     rows: Sequence[Mapping[str, Any]],
-    explained: Sequence[Mapping[str, Any]],
+    explained: Mapping[str, Any],
     sheets: Sequence[Path],
     *,
     seconds: float,
     warnings: Sequence[str],
     trade: Mapping[str, Any] | None = None,
 ) -> str:
-    """The page of a baked scene. scene: its scene.json; rows: as `bake --json` tells them; explained: words
-    of `explain` by artifact ("name", "why": lines); sheets: PNGs to show; trade: a tradeoff.json."""
+    """The page of a baked scene. scene: its scene.json; rows: as `bake --json` tells them; explained: what
+    `explain` says: "saved_bytes" (by what was left out, or None) and "artifacts", each a "name" and "why",
+    lines; sheets: PNGs to show; trade: a tradeoff.json."""
     title = f"{scene['name']}: what was baked"
     parts = [
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
@@ -55,7 +56,7 @@ def scene_page(
         '<link rel="icon" href="data:,">',
         f"<title>{escape(title)}</title><style>{STYLE}{_MORE}</style></head><body><main>",
         f"<h1>{escape(title)}</h1>",
-        _facts(scene, rows, seconds),
+        _facts(scene, rows, explained["saved_bytes"] or {}, seconds),
         _warnings(warnings),
         "<h2>Errors against budgets</h2>",
         _errors(scene, rows),
@@ -64,7 +65,7 @@ def scene_page(
         "<h2>What it looks like</h2>",
         "".join(map(_sheet, sheets)),
         "<h2>Who asked, and what was not baked</h2>",
-        _reasons(explained),
+        _reasons(explained["artifacts"]),
         _curves(trade),
         "</main></body></html>\n",
     ]
@@ -75,18 +76,17 @@ def _size(count: float) -> str:
     return f"{count / 1e6:.3g} MB" if count >= 1e6 else f"{count / 1e3:.3g} kB"
 
 
-def _facts(scene: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], seconds: float) -> str:
+def _facts(
+    scene: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], saved: Mapping[str, int], seconds: float
+) -> str:
     over = sum(len(row["over"]) for row in rows)
     total = sum(row["bytes"] for row in rows)
     over += any(total / 1e6 > part.get("folder_mb", float("inf")) for part in scene["budget"].values())
     baked = sum(row["status"] == "baked" for row in rows)
-    saved = sum((entry.get("asked") or {}).get("saved_bytes", 0) for entry in scene["artifacts"].values())
-    if scene["terrain"]:
-        saved += scene["terrain"]["demand"]["left_out_bytes"]
     facts = [
         (str(len(rows)), "artifacts"),
         (_size(total), "on disk, all mips and levels"),
-        (_size(saved), "not baked: finer than any view asks for"),
+        (_size(sum(saved.values())), "saved by not baking what nothing asks for"),
         (f"{baked} of {len(rows)}", f"baked anew, in {seconds_label(seconds)}"),
         (str(over) if over else "none", "errors beyond their budget"),
     ]
