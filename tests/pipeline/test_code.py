@@ -14,7 +14,6 @@ from typing import Any
 
 import pytest
 
-import paradize
 from paradize import bake_makers
 from paradize.bake import bake
 from paradize.engine import code as engine_code
@@ -24,12 +23,8 @@ from paradize.engine.loader import LOADED, CheckedLoader
 from paradize.engine.workers import Job, run_jobs
 from paradize.kernels import _gutter, digest
 from tests.pipeline.code_jobs import import_late, mark, run_and_tell
+from tests.pipeline.own_package import copy_package, kernels
 from tests.pipeline.scenes import make_cove
-from tests.places import ROOT
-
-
-def kernels() -> list[Path]:
-    return [path for top in paradize.kernels.__path__ for path in sorted(Path(top).glob("_*.so"))]
 
 
 def test_every_kernel_carries_a_digest_of_its_own() -> None:
@@ -165,19 +160,7 @@ def test_the_engine_is_no_part_of_a_key() -> None:
 def test_a_changed_module_or_kernel_bakes_its_products_and_no_others(tmp_path: Path) -> None:
     """On a copy of the package: nobody raises a version, and what is only touched is a hit."""
     scene = make_cove(tmp_path / "scene")
-    package = tmp_path / "path" / "paradize"
-    shutil.copytree(ROOT / "pipeline/paradize", package, ignore=shutil.ignore_patterns("__pycache__"))
-    for path in kernels():
-        shutil.copy(path, package / "kernels")
-    (package.parent / "sitecustomize.py").write_text(
-        "import sys\n"
-        "class Own:\n"
-        "    def find_spec(self, name, path=None, target=None):\n"
-        "        if name.partition('.')[0] == 'paradize':\n"
-        "            from importlib.machinery import PathFinder\n"
-        f"            return PathFinder.find_spec(name, path or [{str(package.parent)!r}], target)\n"
-        "sys.meta_path.insert(0, Own())\n"
-    )
+    package = copy_package(tmp_path / "path")
     script = (
         "import sys; from pathlib import Path; import paradize\n"
         "from paradize.bake import bake; from paradize.bake_tasks import How\n"

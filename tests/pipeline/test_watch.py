@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import queue
-import shutil
 import signal
 import subprocess
 import sys
@@ -17,11 +16,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-import paradize
 from paradize import cli
 from paradize.bake import bake
+from tests.pipeline.own_package import copy_package
 from tests.pipeline.scenes import make_cove, write_image
-from tests.places import ROOT
 
 PATIENCE_S = 200.0  # a test that waits longer has failed
 
@@ -187,20 +185,7 @@ def test_a_file_that_was_looked_for_in_vain_is_waited_for(tmp_path: Path, store:
 
 def test_changed_code_is_run_and_broken_code_does_not_end_the_watch(tmp_path: Path, store: Path) -> None:
     """On a copy of the package."""
-    package = tmp_path / "path" / "paradize"
-    shutil.copytree(ROOT / "pipeline/paradize", package, ignore=shutil.ignore_patterns("__pycache__"))
-    for top in paradize.kernels.__path__:
-        for path in Path(top).glob("_*.so"):
-            shutil.copy(path, package / "kernels")
-    (package.parent / "sitecustomize.py").write_text(
-        "import sys\n"
-        "class Own:\n"
-        "    def find_spec(self, name, path=None, target=None):\n"
-        "        if name.partition('.')[0] == 'paradize':\n"
-        "            from importlib.machinery import PathFinder\n"
-        f"            return PathFinder.find_spec(name, path or [{str(package.parent)!r}], target)\n"
-        "sys.meta_path.insert(0, Own())\n"
-    )
+    package = copy_package(tmp_path / "path")
     make_cove(tmp_path / "cove")
     watched = Watched(tmp_path / "cove", store, package.parent)
     assert watched.next()["restarted"] is False
