@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import paradize.kernels
 from paradize.kernels.normals import widths
 from tests.pipeline.heights import waves
+from tests.pipeline.own_package import kernels
 from tests.pipeline.scenes import ball, make_cove, write_image
 from tests.places import ROOT
 
@@ -107,7 +107,7 @@ def narrowed(folder: Path) -> Path:
     """A folder for PYTHONPATH with copies of the kernels that find no feature of the processor."""
     folder.mkdir()
     (folder / "sitecustomize.py").write_text(FINDER)
-    files = [file for top in paradize.kernels.__path__ for file in Path(top).glob("_*.so")]
+    files = kernels()
     dispatching = 0
     for file in files:
         data = bytearray(file.read_bytes())

@@ -177,6 +177,16 @@ class HighlightJudge final : public MapJudge {
     std::vector<double> truth_x_, truth_z_, found_x_, found_z_;
 };
 
+template <typename GlossLike>
+std::vector<LevelError> judged_gloss(const TextureView &texture, std::span<const float> gloss,
+                                     const Ground &ground, int threads) {
+    const GroundRows normals(ground, threads);
+    const GlossRows truth(gloss, normals, texture.size.columns);
+    const bool masked = !ground.islands.empty();
+    return judged(texture, truth, threads,
+                  [&](RowSums &sums) { return std::make_unique<GlossLike>(texture, masked, sums); });
+}
+
 } // namespace
 
 std::vector<LevelError> value_levels(const TextureView &texture, std::span<const float> values,
@@ -188,20 +198,12 @@ std::vector<LevelError> value_levels(const TextureView &texture, std::span<const
 
 std::vector<LevelError> gloss_levels(const TextureView &texture, std::span<const float> gloss,
                                      const Ground &ground, int threads) {
-    const GroundRows normals(ground, threads);
-    const GlossRows truth(gloss, normals, texture.size.columns);
-    const bool masked = !ground.islands.empty();
-    return judged(texture, truth, threads,
-                  [&](RowSums &sums) { return std::make_unique<GlossJudge>(texture, masked, sums); });
+    return judged_gloss<GlossJudge>(texture, gloss, ground, threads);
 }
 
 std::vector<LevelError> highlight_levels(const TextureView &texture, std::span<const float> gloss,
                                          const Ground &ground, int threads) {
-    const GroundRows normals(ground, threads);
-    const GlossRows truth(gloss, normals, texture.size.columns);
-    const bool masked = !ground.islands.empty();
-    return judged(texture, truth, threads,
-                  [&](RowSums &sums) { return std::make_unique<HighlightJudge>(texture, masked, sums); });
+    return judged_gloss<HighlightJudge>(texture, gloss, ground, threads);
 }
 
 } // namespace paradize::reference
