@@ -20,6 +20,13 @@ cpp_files := $(shell find player pipeline tests -name '*.cpp' -o -name '*.hpp' 2
 kernel_files := $(shell find pipeline/paradize/kernels -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt -o -name digest.py 2>/dev/null)
 player_files := $(shell find player -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt 2>/dev/null)
 
+# The C++ tests of a preset: configured here, because `make setup` configures before doctest is installed.
+define cpp_tests
+	@$(bin)/cmake --preset $1 >build/$1-configure.log || { cat build/$1-configure.log; exit 1; }
+	@$(alone) $(bin)/cmake --build --preset $1
+	@$(bin)/ctest --preset $1 -V -Q -O build/ctest.log || { cat build/ctest.log; exit 1; }
+endef
+
 .PHONY: help setup setup-test assets run check test extremes bench deep fix clean
 .DEFAULT_GOAL := help
 
@@ -44,9 +51,8 @@ check: setup-test ## lint, types, formatting, and the island's assets; changes n
 	@$(paradize) check $(island)
 
 test: check ## every check and every test that fits in a quarter of an hour
-	@$(alone) $(bin)/cmake --build --preset release
-	@$(bin)/ctest --test-dir build/player --output-on-failure -Q -O build/ctest.log || { cat build/ctest.log; exit 1; }
-	@$(alone) $(bin)/python -m pytest -m "not deep"
+	$(call cpp_tests,test)
+	@$(alone) $(bin)/python -m pytest -m "not deep" --ctest build/ctest.log
 
 extremes: setup-test ## what every stage and metric does with zero, NaN, 1e30 ...: stage, extreme, error, verdict
 	@$(bin)/python -m tests.extremes
@@ -55,9 +61,8 @@ bench: setup-test $(stamps)/python-bench ## speed and error as ratios beside pee
 	@$(bin)/python tests/bench/bench.py $(topics)
 
 deep: check ## everything: sanitizers, whole flight, whole corpus; hours
-	@$(bin)/cmake --preset sanitize && $(alone) $(bin)/cmake --build --preset sanitize
-	@$(bin)/ctest --test-dir build/sanitize --output-on-failure
-	@$(alone) $(bin)/python -m pytest
+	$(call cpp_tests,sanitize)
+	@$(alone) $(bin)/python -m pytest --ctest build/ctest.log
 
 fix: setup-test ## put formatting and simple lint right
 	@$(bin)/ruff check -q --fix pipeline raw_assets tests player

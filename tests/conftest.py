@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,26 @@ RENDER_ENVIRONMENT = {
     "MESA_GLSL_VERSION_OVERRIDE": "330",
     "ALSOFT_DRIVERS": "null",
 }
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--ctest", type=Path, metavar="LOG", help="ctest's verbose log: its counts are told too")
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """Above pytest's closing line: the C++ tests, as doctest counts them, and why tests were skipped."""
+    if log := config.getoption("--ctest"):
+        cases = r"test cases: +(\d+) \| +(\d+) passed \| +(\d+) failed \| +(\d+) skipped"
+        suites = [[int(count) for count in found] for found in re.findall(cases, log.read_text())]
+        if not suites or not all(count for count, *_ in suites):
+            raise pytest.UsageError(f"{log}: no C++ suite ran, or an empty one")
+        count, passed, failed, skipped = map(sum, zip(*suites, strict=True))
+        terminalreporter.write_line(
+            f"{len(suites)} C++ suites, {count} cases: {passed} passed, {failed} failed, {skipped} skipped"
+        )
+    reasons = Counter(report.longrepr[2] for report in terminalreporter.stats.get("skipped", ()))
+    for reason, count in reasons.most_common():
+        terminalreporter.write_line(f"{count} {reason.replace('Skipped:', 'skipped:')}")
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,125 @@
+"""`make test` on a fresh clone runs the C++ tests, and its last lines say what ran and what did not."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+SUITES = {"kernels", "player"}
+
+
+def recipe(*targets: str) -> list[str]:
+    """The commands of some targets and of all that they need, as if nothing were built."""
+    said = subprocess.run(["make", "-nB", *targets], cwd=ROOT, capture_output=True, text=True)
+    assert said.returncode == 0, said.stderr
+    return said.stdout.splitlines()
+
+
+def registered(folder: Path) -> tuple[int, set[str]]:
+    """ctest's exit code and the names of the C++ tests that `make test` would run in a clone."""
+    command = [ROOT / "build/venv/bin/ctest", "--preset", "test", "--show-only=json-v1"]
+    said = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    listed = json.loads(said.stdout)["tests"] if said.stdout.startswith("{") else []
+    return said.returncode, {test["name"] for test in listed}
+
+
+@pytest.fixture
+def clone(tmp_path: Path) -> Path:
+    """The sources with a build/ of their own that holds the virtual environment only."""
+    for name in ("CMakeLists.txt", "CMakePresets.json", "pipeline", "player", "tests"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    (tmp_path / "build").mkdir()
+    (tmp_path / "build/venv").symlink_to(ROOT / "build/venv")
+    return tmp_path
+
+
+def configure(clone: Path, command: str, *, doctest: bool) -> subprocess.CompletedProcess[str]:
+    """Runs a command of the Makefile that configures, on a machine with or without doctest."""
+    machine = clone / "machine.cmake"
+    machine.write_text("" if doctest else "set(CMAKE_DISABLE_FIND_PACKAGE_doctest ON)\n")
+    environment = os.environ | {"CMAKE_TOOLCHAIN_FILE": str(machine)}
+    return subprocess.run(
+        ["bash", "-c", command], cwd=clone, env=environment, capture_output=True, text=True, timeout=120
+    )
+
+
+def test_make_run_before_make_test_still_runs_every_cpp_suite(clone: Path) -> None:
+    """`make run` configures the player before `make test` installs doctest."""
+    first = [line for line in recipe("run") if "cmake --preset" in line]
+    assert len(first) == 1
+    told = configure(clone, first[0], doctest=False)
+    assert told.returncode == 0, told.stdout + told.stderr
+    for line in recipe("test"):
+        if "cmake --preset" in line:
+            told = configure(clone, line, doctest=True)
+            assert told.returncode == 0, told.stdout + told.stderr
+    assert registered(clone) == (0, SUITES)
+
+
+def test_make_test_without_doctest_stops_and_names_it(clone: Path) -> None:
+    for line in recipe("test"):
+        if "cmake --preset" in line and (told := configure(clone, line, doctest=False)).returncode:
+            break
+    assert told.returncode and "doctest" in told.stdout + told.stderr
+
+
+@pytest.mark.parametrize("target", ["test", "deep"])
+def test_no_cpp_test_found_is_a_failure(clone: Path, target: str) -> None:
+    """On a build that was configured and holds no test."""
+    commands = [line for line in recipe(target) if "bin/ctest " in line]
+    assert commands
+    for preset, folder in (("test", "player"), ("sanitize", "sanitize")):
+        (clone / "build" / folder).mkdir()
+        (clone / "build" / folder / "CTestTestfile.cmake").write_text("")
+        for line in commands:
+            if f" {preset} " in line or f"build/{folder}" in line:
+                told = subprocess.run(["bash", "-c", line], cwd=clone, capture_output=True, text=True)
+                assert told.returncode != 0 and "No tests were found" in told.stdout + told.stderr
+
+
+def closing_lines(folder: Path, log: Path) -> subprocess.CompletedProcess[str]:
+    """Runs three small tests, of which two are skipped, with what `make test` gives pytest."""
+    (folder / "test_three.py").write_text(
+        "import pytest\n"
+        "def test_a(): pass\n"
+        "def test_b(): pytest.skip('no moon')\n"
+        "@pytest.mark.skipif(True, reason='no moon')\n"
+        "def test_c(): pass\n"
+    )
+    line = next(line for line in recipe("test") if "-m pytest" in line)
+    options = shlex.split(line.split("-m pytest")[1])
+    options[options.index("--ctest") + 1] = str(log)
+    return subprocess.run(
+        [sys.executable, "-m", "pytest", "-p", "tests.conftest", "--rootdir", folder, *options, folder],
+        cwd=ROOT, capture_output=True, text=True,
+    )  # fmt: skip
+
+
+def test_the_last_lines_count_cpp_cases_and_skips_by_reason(tmp_path: Path) -> None:
+    log = tmp_path / "ctest.log"
+    log.write_text(
+        "1: [doctest] test cases:      80 |      78 passed | 1 failed | 1 skipped\n"
+        "2: [doctest] test cases:     120 |     120 passed | 0 failed | 0 skipped\n"
+    )
+    told = closing_lines(tmp_path, log)
+    assert told.returncode == 0, told.stdout + told.stderr
+    cpp, skips, closing = told.stdout.splitlines()[-3:]
+    assert cpp == "2 C++ suites, 200 cases: 198 passed, 1 failed, 1 skipped"
+    assert skips == "2 skipped: no moon"
+    assert "1 passed, 2 skipped" in closing
+
+
+@pytest.mark.parametrize(
+    "text", ["No tests were found!!!", "test cases: 0 | 0 passed | 0 failed | 0 skipped"]
+)
+def test_a_run_without_cpp_cases_is_a_failure(tmp_path: Path, text: str) -> None:
+    (tmp_path / "ctest.log").write_text(text)
+    told = closing_lines(tmp_path, tmp_path / "ctest.log")
+    assert told.returncode != 0 and "no C++ suite ran" in told.stdout + told.stderr
