@@ -1,9 +1,9 @@
 #include "acts.hpp"
 
 #include "error.hpp"
-#include "report.hpp"
+#include "messages.hpp"
 
-#include <cstdio>
+#include <string>
 #include <utility>
 
 namespace paradize {
@@ -19,8 +19,7 @@ void Acts::refuse(const char *fault) {
     next_.reset();
     // Where yet another bake is done, the files of this one may be gone, and its scene is on the way.
     if (!rebaked_->outdated(stamp_)) {
-        std::fprintf(stderr, "paradize-player: the new scene is not shown, the one before stays: %s\n",
-                     printable(fault).c_str());
+        say(std::string("the new scene is not shown, the one before stays: ") + fault);
     }
 }
 

@@ -1,12 +1,13 @@
 #include "audio.hpp"
 
+#include "messages.hpp"
+
 #include <AL/al.h>
 #include <AL/alc.h>
 #include <sndfile.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <new>
 #include <span>
 
@@ -125,7 +126,7 @@ bool Audio::load(const std::filesystem::path &file) {
         problem = "is too long for the memory that is left";
     }
     if (problem != nullptr) {
-        std::fprintf(stderr, "paradize-player: no sound: %s: %s\n", file.c_str(), problem);
+        say("no sound: " + file.string() + ": " + problem);
         impl_.reset();
     }
     return impl_ != nullptr;

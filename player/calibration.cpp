@@ -1,12 +1,13 @@
 #include "calibration.hpp"
 
 #include "flight.hpp"
+#include "messages.hpp"
+#include "number_text.hpp"
 #include "pass_meter.hpp"
 
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <limits>
 
 namespace paradize {
@@ -88,10 +89,11 @@ Calibration calibrate(Renderer &renderer, const assets::SceneFile &file, std::sp
     drawn_ms(renderer, elapsed_s, here); // a driver compiles at the first
     const std::size_t qualities = 2 + 2 * trades.size();
     const Effort effort = effort_for(drawn_ms(renderer, elapsed_s, here), qualities);
-    std::fprintf(stderr,
-                 "paradize-player: --fps: measuring %zu qualities, %d %s of each from %d %s of the flight\n",
-                 qualities, effort.frames, effort.frames == 1 ? "frame" : "frames", effort.places,
-                 effort.places == 1 ? "place" : "places");
+    const auto several = [](int count, const std::string &noun) {
+        return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+    };
+    say("--fps: measuring " + std::to_string(qualities) + " qualities, " + several(effort.frames, "frame") +
+        " of each from " + several(effort.places, "place") + " of the flight");
     const auto measured = [&](const Quality &quality) {
         renderer.set_detail(detail_of(file, quality, device));
         return frame_ms(renderer, file.flight, elapsed_s, effort);
@@ -126,7 +128,7 @@ Calibration calibrate(Renderer &renderer, const assets::SceneFile &file, std::sp
             out.table[t][tier].error = error.flip;
         }
     }
-    std::fprintf(stderr, "paradize-player: --fps: measured in %.1f s\n", 1e-3 * (now_ms() - start));
+    say("--fps: measured in " + fixed(1e-3 * (now_ms() - start), 1) + " s");
     return out;
 }
 

@@ -1,13 +1,13 @@
 // Arguments in, exit code out; the only catch.
 
 #include "error.hpp"
+#include "messages.hpp"
 #include "options.hpp"
 #include "passes/pass.hpp"
-#include "report.hpp"
 #include "show.hpp"
 
-#include <cstdio>
 #include <exception>
+#include <string>
 
 int main(int argc, char **argv) {
     try {
@@ -19,11 +19,10 @@ int main(int argc, char **argv) {
         }
         return paradize::run(options);
     } catch (const paradize::UsageError &error) {
-        std::fprintf(stderr, "paradize-player: %s\n`paradize-player --help` lists the options\n",
-                     paradize::printable(error.what()).c_str());
+        paradize::say(std::string(error.what()) + "\n`paradize-player --help` lists the options");
         return 2;
     } catch (const std::exception &error) {
-        std::fprintf(stderr, "paradize-player: %s\n", paradize::printable(error.what()).c_str());
+        paradize::say(error.what());
         return 1;
     }
 }

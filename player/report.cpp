@@ -1,12 +1,10 @@
 #include "report.hpp"
 
-#include "error.hpp"
+#include "messages.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <link.h>
 #include <sys/resource.h>
@@ -14,31 +12,6 @@
 namespace paradize {
 
 namespace {
-
-/// Length of the UTF-8 sequence that begins at `at`; 0 when there is none. Surrogates and overlong forms are
-/// none.
-std::size_t sequence(const std::string &text, std::size_t at) {
-    const auto byte = [&](std::size_t i) {
-        return i < text.size() ? static_cast<unsigned>(static_cast<unsigned char>(text[i])) : 0U;
-    };
-    const unsigned first = byte(at);
-    std::size_t length = 1;
-    if (first >= 0x80U) {
-        length = first >= 0xC2U && first <= 0xDFU ? 2 : first >= 0xE0U && first <= 0xEFU ? 3 : 4;
-        if (first < 0xC2U || first > 0xF4U) {
-            return 0;
-        }
-    }
-    for (std::size_t i = 1; i < length; ++i) {
-        if ((byte(at + i) & 0xC0U) != 0x80U) {
-            return 0;
-        }
-    }
-    const unsigned second = byte(at + 1);
-    const bool overlong = (first == 0xE0U && second < 0xA0U) || (first == 0xF0U && second < 0x90U);
-    const bool beyond = (first == 0xEDU && second > 0x9FU) || (first == 0xF4U && second > 0x8FU);
-    return overlong || beyond ? 0 : length;
-}
 
 std::string quoted(const std::string &raw) {
     const std::string text = printable(raw);
@@ -127,12 +100,6 @@ std::uint64_t peak_rss_bytes() {
     return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
-void print(const std::string &text) {
-    if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0) {
-        throw Error(std::string("standard output: cannot write: ") + std::strerror(errno));
-    }
-}
-
 std::uint64_t program_bytes() {
     std::error_code failure;
     const std::uintmax_t bytes = std::filesystem::file_size("/proc/self/exe", failure);
@@ -152,18 +119,6 @@ std::vector<std::string> shared_libraries() {
         },
         &out);
     std::sort(out.begin(), out.end());
-    return out;
-}
-
-std::string printable(const std::string &text) {
-    std::string out;
-    for (std::size_t at = 0; at < text.size();) {
-        const std::size_t length = sequence(text, at);
-        const auto first = static_cast<unsigned char>(text[at]);
-        const bool control = (first < 0x20 && first != '\n') || first == 0x7F;
-        out += length == 0 || control ? std::string("?") : text.substr(at, length);
-        at += std::max<std::size_t>(length, 1);
-    }
     return out;
 }
 

@@ -50,13 +50,6 @@ double median(std::vector<double> values);
 /// Largest memory of this process so far, bytes.
 std::uint64_t peak_rss_bytes();
 
-/// The text with `?` for control characters (but not newlines) and for bytes that are no UTF-8: a broken
-/// file's bytes must not reach the terminal.
-std::string printable(const std::string &text);
-
-/// Writes all of the text to standard output. Throws Error where that is closed or full.
-void print(const std::string &text);
-
 /// Bytes of the program's own file (the release build is stripped); 0 when it cannot be asked.
 std::uint64_t program_bytes();
 

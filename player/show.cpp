@@ -14,6 +14,8 @@
 #include "gl/framebuffer.hpp"
 #include "gl/headless.hpp"
 #include "gl/shader_library.hpp"
+#include "messages.hpp"
+#include "number_text.hpp"
 #include "png.hpp"
 #include "renderer.hpp"
 #include "report.hpp"
@@ -223,28 +225,22 @@ class Show {
         governor_.emplace(quality_front(calibration_.table, trades_, calibration_.base_ms), 1000.0 / fps);
         held_ms_.reserve(most_held_frames);
         apply(governor_->current().quality);
-        std::fprintf(stderr, "paradize-player: --fps %g: %s; %.3f ms a frame are expected\n", fps,
-                     to_text(governor_->current().quality).c_str(), governor_->current().ms);
+        const std::string wanted = "--fps " + shortest(fps) + ": ";
+        const std::string expected = fixed(governor_->current().ms, 3) + " ms";
+        say(wanted + to_text(governor_->current().quality) + "; " + expected + " a frame are expected");
         if (governor_->out_of_reach()) {
-            std::fprintf(stderr,
-                         "paradize-player: --fps %g: a frame may take %.3f ms, and takes %.3f ms even at "
-                         "the cheapest qualities; give a smaller --size\n",
-                         fps, governor_->budget_ms(), governor_->current().ms);
+            say(wanted + "a frame may take " + fixed(governor_->budget_ms(), 3) + " ms, and takes " +
+                expected + " even at the cheapest qualities; give a smaller --size");
         }
     }
 
     static void tell(const std::string &text) {
         if (!text.empty()) {
-            std::fprintf(stderr, "paradize-player: %s\n", text.c_str());
+            say(text);
         }
     }
 
-    void tell_terrain() const {
-        const std::string warning = terrain_warning(acts_.now().streamer.terrain_bytes());
-        if (!warning.empty()) {
-            std::fprintf(stderr, "paradize-player: %s\n", warning.c_str());
-        }
-    }
+    void tell_terrain() const { tell(terrain_warning(acts_.now().streamer.terrain_bytes())); }
 
     /// Shows a new scene from here on. The moment of the show and its camera stay.
     void turn(Act &next, double elapsed_s) {
@@ -268,10 +264,8 @@ class Show {
             tell_terrain();
         }
         const std::size_t all = file().artifacts.size();
-        std::fprintf(stderr,
-                     "paradize-player: scene.json was replaced: %zu of %zu artifacts are new; shown from "
-                     "second %.3f on\n",
-                     all - acts_.now().streamer.kept(), all, elapsed_s);
+        say("scene.json was replaced: " + std::to_string(all - acts_.now().streamer.kept()) + " of " +
+            std::to_string(all) + " artifacts are new; shown from second " + fixed(elapsed_s, 3) + " on");
     }
 
     const Options &options_;
@@ -435,9 +429,9 @@ int run(const Options &options) {
     if (options.headless) {
         headless = std::make_unique<gl::HeadlessContext>(options.debug);
     } else {
-        window = std::make_unique<Window>(Window::Settings{file.name, settings.width_px, settings.height_px,
-                                                           options.screenshot.empty(), options.interactive,
-                                                           options.debug});
+        window = std::make_unique<Window>(Window::Settings{printable(file.name), settings.width_px,
+                                                           settings.height_px, options.screenshot.empty(),
+                                                           options.interactive, options.debug});
     }
     settings.detail = detail(options, file);
     gl::DebugLog log;

@@ -74,7 +74,7 @@ struct Chunks {
 Chunks split(std::span<const std::byte> file, const std::string &name) {
     const auto refuse = [&](const std::string &what) { throw Error(name + ": " + what); };
     if (file.size() < 20 || word_at(file, 0) != glb_magic) {
-        refuse("is no GLB file");
+        refuse("is no GLB file (" + std::to_string(file.size()) + " bytes, wrong or cut header)");
     }
     if (word_at(file, 4) != 2) {
         refuse("header: version " + std::to_string(word_at(file, 4)) + ", must be 2");
@@ -85,7 +85,8 @@ Chunks split(std::span<const std::byte> file, const std::string &name) {
     }
     const std::size_t json_bytes = word_at(file, 12);
     if (word_at(file, 16) != json_chunk || json_bytes > file.size() - 20) {
-        refuse("first chunk: is no complete JSON chunk");
+        refuse("first chunk: must be JSON; says " + std::to_string(json_bytes) + " bytes, " +
+               std::to_string(file.size() - 20) + " bytes follow its header");
     }
     Chunks out;
     out.json = {reinterpret_cast<const char *>(file.data()) + 20, json_bytes};
@@ -93,9 +94,13 @@ Chunks split(std::span<const std::byte> file, const std::string &name) {
     if (next == file.size()) {
         return out;
     }
-    if (json_bytes % 4 != 0 || file.size() - next < 8 || word_at(file, next + 4) != bin_chunk ||
-        word_at(file, next) > file.size() - next - 8) {
-        refuse("second chunk: is no complete BIN chunk");
+    if (json_bytes % 4 != 0 || file.size() - next < 8 || word_at(file, next + 4) != bin_chunk) {
+        refuse("second chunk: must be a BIN chunk at a multiple of 4 bytes, stands at byte " +
+               std::to_string(next) + " of " + std::to_string(file.size()));
+    }
+    if (word_at(file, next) > file.size() - next - 8) {
+        refuse("second chunk: says " + std::to_string(word_at(file, next)) + " bytes, " +
+               std::to_string(file.size() - next - 8) + " bytes follow its header");
     }
     out.bin = file.subspan(next + 8, word_at(file, next));
     return out;
@@ -212,18 +217,27 @@ class Reader {
         const auto start = static_cast<std::size_t>(view.integer_or("byteOffset", 0, most, 0));
         const auto length = static_cast<std::size_t>(view.integer("byteLength", 1, most));
         const auto within = static_cast<std::size_t>(entry.integer_or("byteOffset", 0, most, 0));
-        if (view.integer("buffer", 0, 0) != 0 ||
-            static_cast<std::size_t>(view.integer_or("byteStride", 0, 252, static_cast<long long>(packed))) !=
-                stride) {
-            view.fail("byteStride", "must be " + std::to_string(stride) + ", as near as vertices may lie");
+        view.integer("buffer", 0, 0);
+        const auto apart =
+            static_cast<std::size_t>(view.integer_or("byteStride", 0, 252, static_cast<long long>(packed)));
+        if (apart != stride) {
+            view.fail("byteStride", "is " + std::to_string(apart) + ", must be " + std::to_string(stride) +
+                                        ", as near as vertices may lie");
+        }
+        if (length > bin_.size() - start) {
+            view.fail("byteLength", std::to_string(length) + " bytes from byte " + std::to_string(start) +
+                                        " on do not lie in a buffer of " + std::to_string(bin_.size()));
         }
         const std::uint64_t needed = std::uint64_t{out.count} * stride;
-        if (length > bin_.size() - start || within > length || needed > length - within ||
-            (start + within) % component_bytes != 0) {
-            entry.fail("count", std::to_string(needed) + " bytes at " + std::to_string(start) + " + " +
-                                    std::to_string(within) + " do not lie, aligned, in a view of " +
-                                    std::to_string(length) + " and a buffer of " +
-                                    std::to_string(bin_.size()));
+        if (within > length || needed > length - within) {
+            entry.fail("count", std::to_string(out.count) + " entries of " + std::to_string(stride) +
+                                    " bytes from byte " + std::to_string(within) +
+                                    " on do not lie in a view of " + std::to_string(length));
+        }
+        if ((start + within) % component_bytes != 0) {
+            entry.fail("byteOffset", "byte " + std::to_string(start + within) +
+                                         " of the buffer, must be a multiple of " +
+                                         std::to_string(component_bytes));
         }
         out.bytes = bin_.subspan(start + within, static_cast<std::size_t>(needed));
         return out;
@@ -304,8 +318,8 @@ Glb read_glb_nodes(std::span<const std::byte> file, const std::string &name,
     out.levels.reserve(nodes.size());
     for (const std::uint32_t node : nodes) {
         if (node >= all.size()) {
-            root.fail("nodes", "has " + std::to_string(all.size()) +
-                                   " entries, scene.json names a patch's node " + std::to_string(node));
+            root.fail("nodes", "has " + std::to_string(all.size()) + " entries, scene.json names entry " +
+                                   std::to_string(node) + " (the first is 0) as a patch");
         }
         reader.add(all[node], out);
     }

@@ -3,12 +3,12 @@
 
 #include "assets/unique_tree.hpp"
 #include "error.hpp"
+#include "number_text.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 namespace paradize::assets {
 
@@ -37,21 +37,15 @@ struct Place {
     }
 };
 
-std::string shown(double value) {
-    std::ostringstream text;
-    text.precision(15);
-    text << value;
-    return text.str();
-}
-
 double checked_number(const Json &value, const Place &place, double low, double high) {
     if (!value.is_number()) {
         throw Error(place.text() + ": must be a number, is " + value.type_name());
     }
     const double number = value.get<double>();
     if (!(number >= low && number <= high)) {
-        throw Error(place.text() + ": is " + shown(number) + ", must lie in [" + shown(low) + ", " +
-                    shown(high) + "]");
+        throw Error(place.text() + ": is " + shortest(number) +
+                    (low <= high ? ", must lie in [" + shortest(low) + ", " + shortest(high) + "]"
+                                 : ", but the file holds nothing that it could count"));
     }
     return number;
 }
@@ -59,7 +53,7 @@ double checked_number(const Json &value, const Place &place, double low, double 
 long long checked_integer(const Json &value, const Place &place, long long low, long long high) {
     const double number = checked_number(value, place, static_cast<double>(low), static_cast<double>(high));
     if (number != std::floor(number)) {
-        throw Error(place.text() + ": is " + shown(number) + ", must be a whole number");
+        throw Error(place.text() + ": is " + shortest(number) + ", must be a whole number");
     }
     return static_cast<long long>(number);
 }

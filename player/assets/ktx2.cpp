@@ -108,7 +108,8 @@ Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
                ", must be 0 (none) or 2 (Zstandard)");
     }
     if (!inside(header_bytes, std::uint64_t{levels} * level_entry_bytes, file.size())) {
-        refuse("level index: is cut; the file has " + std::to_string(file.size()) + " bytes");
+        refuse("level index: ends at byte " + std::to_string(header_bytes + levels * level_entry_bytes) +
+               ", the file has " + std::to_string(file.size()) + " bytes");
     }
     std::uint64_t total = 0;
     for (std::uint32_t i = 0; i < levels; ++i) {
@@ -122,25 +123,29 @@ Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
         const std::uint64_t down = (level.height_px + block.edge_px - 1) / block.edge_px;
         const std::uint64_t expected = across * down * block.bytes * out.faces;
         const bool packed = supercompression == zstandard;
-        if ((length != expected && !packed) || !inside(offset, length, file.size())) {
-            refuse("level " + std::to_string(i) + ": " + std::to_string(length) + " bytes at " +
-                   std::to_string(offset) + " of a file of " + std::to_string(file.size()) + ", expected " +
-                   std::to_string(expected));
+        const std::string place = "level " + std::to_string(i) + ": ";
+        if (length != expected && !packed) {
+            refuse(place + "the level index says " + std::to_string(length) + " bytes, " +
+                   std::to_string(level.width_px) + " x " + std::to_string(level.height_px) +
+                   " texels take " + std::to_string(expected));
+        }
+        if (!inside(offset, length, file.size())) {
+            refuse(place + std::to_string(length) + " bytes from byte " + std::to_string(offset) +
+                   " on do not lie in a file of " + std::to_string(file.size()));
         }
         level.bytes = file.subspan(offset, length);
         if (packed) {
             const auto inflated = read_at<std::uint64_t>(file, entry + 16);
             if (inflated != expected) {
-                refuse("level " + std::to_string(i) + ": " + std::to_string(inflated) +
-                       " bytes uncompressed, expected " + std::to_string(expected));
+                refuse(place + std::to_string(inflated) + " bytes uncompressed, expected " +
+                       std::to_string(expected));
             }
             total += expected;
             if (total > most_inflated_bytes) {
-                refuse("level " + std::to_string(i) + ": inflates to more than " +
-                       std::to_string(most_inflated_bytes) + " bytes");
+                refuse(place + "inflates to more than " + std::to_string(most_inflated_bytes) + " bytes");
             }
             if (const std::string fault = frame_fault(level.bytes, expected); !fault.empty()) {
-                refuse("level " + std::to_string(i) + ": " + fault);
+                refuse(place + fault);
             }
             level.packed = level.bytes;
             level.room = out.rooms.emplace_back(expected).bytes();

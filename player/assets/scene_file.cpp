@@ -3,6 +3,9 @@
 #include "assets/mapped_file.hpp"
 #include "assets/scene_fields.hpp"
 #include "error.hpp"
+#include "number_text.hpp"
+
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -120,8 +123,8 @@ class SceneReader {
         const JsonObject sun = root_.object("sun");
         out_.sun.direction = triple(sun, "direction", -1.001, 1.001);
         const glm::vec3 d = out_.sun.direction;
-        if (std::abs(d.x * d.x + d.y * d.y + d.z * d.z - 1.0F) > 1e-3F) {
-            sun.fail("direction", "must have length 1");
+        if (!(std::abs(glm::dot(d, d) - 1.0F) <= 1e-3F)) {
+            sun.fail("direction", "has the squared length " + shortest(glm::dot(d, d)) + ", must be 1");
         }
         out_.sun.color = triple(sun, "color", 0.0, bright);
         out_.sun.intensity = real(sun, "intensity", 0.0, bright);

@@ -1,4 +1,5 @@
 #include "assets/scene_fields.hpp"
+#include "number_text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -119,7 +120,8 @@ void read_flight(const JsonObject &root, SceneFile &out) {
     value.near_m = real(from, "near_m", 1e-5, far_m);
     value.far_m = real(from, "far_m", 1e-4, 10.0 * far_m);
     if (value.near_m >= value.far_m) {
-        from.fail("near_m", "must be smaller than far_m");
+        from.fail("near_m",
+                  "is " + shortest(value.near_m) + ", must be smaller than far_m, " + shortest(value.far_m));
     }
     for (const JsonObject &part : from.objects("segments", most_entries)) {
         FlightSegment segment;
@@ -146,7 +148,10 @@ void read_flight(const JsonObject &root, SceneFile &out) {
     const std::vector<TimeKnot> &table = value.time_table;
     for (std::size_t i = 1; i < table.size(); ++i) {
         if (!(table[i].time_s > table[i - 1].time_s) || table[i].position < table[i - 1].position) {
-            from.fail("time_table", "row " + std::to_string(i) + " does not rise");
+            from.fail("time_table[" + std::to_string(i) + "]",
+                      "second " + shortest(table[i].time_s) + " at " + shortest(table[i].position) +
+                          " must come after second " + shortest(table[i - 1].time_s) + " at " +
+                          shortest(table[i - 1].position));
         }
     }
     if (table.size() < 2 || table.front().time_s != 0.0 || table.front().position < 0.0 ||

@@ -22,7 +22,7 @@ void check_refused(const std::string &json, const std::string &part) {
         assets::read_glb(test::glb_file(json), "a.glb");
         FAIL("accepted: " << part);
     } catch (const Error &error) {
-        CHECK_MESSAGE(std::string(error.what()).find(part) != std::string::npos, error.what());
+        CHECK_MESSAGE(std::string(error.what()).find(part) != std::string::npos, std::string(error.what()));
     }
 }
 
@@ -88,13 +88,13 @@ TEST_CASE("GLB: what the player cannot draw is refused with its place") {
                   "buffers[0].byteLength: is 109");
     check_refused(
         replaced(json, "\"byteOffset\":96,\"byteLength\":12", "\"byteOffset\":96,\"byteLength\":13"),
-        "accessors[2].count");
+        "bufferViews[2].byteLength");
     check_refused(replaced(json, "\"count\":4,\"type\":\"VEC3\"", "\"count\":5,\"type\":\"VEC3\""),
                   "accessors[0].count");
     check_refused(replaced(json, "\"indices\":2", "\"indices\":9"), "indices: is 9, must lie in [0, 4]");
     check_refused(replaced(json, "\"ids\":[1]", "\"ids\":[7]"), "ids[0]: is 7");
     check_refused(replaced(json, "\"bufferView\":2,\"byteOffset\":6", "\"bufferView\":2,\"byteOffset\":5"),
-                  "accessors[3].count");
+                  "accessors[3].byteOffset");
     check_refused(replaced(json, "\"version\":\"2.0\"", "\"version\":\"3.0\""), "version must be 2.0");
     check_refused(replaced(json, "\"scene\":0", "\"scene\":0,\"scene\":0"), "appears twice");
 }
@@ -106,6 +106,30 @@ TEST_CASE("GLB: a small file whose primitives share their indices does not becom
         many += one;
     }
     check_refused(replaced(test::glb_json(), one, many), "more indices than the buffer holds");
+}
+
+TEST_CASE("GLB: what does not fit is told with its offset, and the sentence is true") {
+    const std::string json = test::glb_json();
+    const auto with = [&](const std::string &from, const std::string &to) {
+        return replaced(json, from, to);
+    };
+    check_refused(with(R"("byteOffset":96,"byteLength":12)", R"("byteOffset":97,"byteLength":12)"),
+                  "bufferViews[2].byteLength: 12 bytes from byte 97 on do not lie in a buffer of 108");
+    check_refused(with(R"("byteOffset":6,"componentType":5123)", R"("byteOffset":8,"componentType":5123)"),
+                  "accessors[3].count: 3 entries of 2 bytes from byte 8 on do not lie in a view of 12");
+    check_refused(with(R"("byteOffset":6,"componentType":5123,"count":3)",
+                       R"("byteOffset":1,"componentType":5123,"count":3)"),
+                  "accessors[3].byteOffset: byte 97 of the buffer, must be a multiple of 2");
+    check_refused(
+        with(R"("byteOffset":0,"byteLength":48)", R"("byteOffset":0,"byteStride":16,"byteLength":48)"),
+        "bufferViews[0].byteStride: is 16, must be 12");
+    std::string none = with(R"("nodes":[{"name":"lod0","mesh":0,"extensions":{"MSFT_lod":{"ids":[1]}}},)"
+                            R"({"name":"lod1","mesh":1}])",
+                            R"("nodes":[])");
+    check_refused(none, "scenes[0].nodes[0]: is 0, but the file holds nothing that it could count");
+    test::Bytes file = test::glb_file(json);
+    file[12] = std::byte{0xFF}; // the first chunk's length: less than its text
+    CHECK_THROWS_AS(assets::read_glb(file, "a.glb"), Error);
 }
 
 TEST_CASE("GLB: the first index beyond the vertices is found") {
@@ -162,9 +186,9 @@ TEST_CASE("GLB: codes that the player cannot draw are refused with their place")
     check_refused(replaced(json, R"("componentType":5120)", R"("componentType":5124)"),
                   "accessors[1].componentType");
     check_refused(replaced(json, R"("byteLength":24,"byteStride":8)", R"("byteLength":24)"),
-                  "bufferViews[0].byteStride: must be 8");
+                  "bufferViews[0].byteStride: is 6, must be 8");
     check_refused(replaced(json, R"("byteLength":24,"byteStride":8)", R"("byteLength":24,"byteStride":12)"),
-                  "bufferViews[0].byteStride: must be 8");
+                  "bufferViews[0].byteStride: is 12, must be 8");
     check_refused(replaced(json, R"("byteLength":24,"byteStride")", R"("byteLength":23,"byteStride")"),
                   "accessors[0].count");
     check_refused(replaced(json, "[0.5,0.25,0.125]", "[0.5,0,0.125]"), "scale");

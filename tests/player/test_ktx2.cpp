@@ -89,6 +89,27 @@ TEST_CASE("KTX2: the message names file, place, value and limit") {
                          Error);
 }
 
+TEST_CASE("KTX2: a level that lies beyond the file is told by its offset, one of a wrong size by its size") {
+    const test::Bytes file = test::ktx2_file(PixelFormat::rgba8_srgb, 64, 64);
+    const auto told = [&](std::size_t at, std::uint64_t value) -> std::string {
+        test::Bytes wrong = file;
+        std::memcpy(wrong.data() + at, &value, sizeof value);
+        try {
+            assets::read_ktx2(wrong, "a.ktx2");
+        } catch (const Error &error) {
+            return error.what();
+        }
+        return "";
+    };
+    const std::string size = std::to_string(file.size());
+    CHECK(told(80, file.size() - 16383) == "a.ktx2: level 0: 16384 bytes from byte " +
+                                               std::to_string(file.size() - 16383) +
+                                               " on do not lie in a file of " + size);
+    CHECK(told(80, ~std::uint64_t{0}) ==
+          "a.ktx2: level 0: 16384 bytes from byte 18446744073709551615 on do not lie in a file of " + size);
+    CHECK(told(88, 16383) == "a.ktx2: level 0: the level index says 16383 bytes, 64 x 64 texels take 16384");
+}
+
 TEST_CASE("KTX2: every level of a supercompressed file holds what the plain file holds") {
     for (const PixelFormat format :
          {PixelFormat::bc7_srgb, PixelFormat::rg16_snorm, PixelFormat::r8_unorm, PixelFormat::rgba16_float}) {

@@ -2,6 +2,8 @@
 #include "error.hpp"
 #include "files.hpp"
 #include "free_camera.hpp"
+#include "messages.hpp"
+#include "number_text.hpp"
 #include "png.hpp"
 #include "report.hpp"
 
@@ -164,10 +166,29 @@ TEST_CASE("report: the middle of the frames, and JSON that escapes") {
 }
 
 TEST_CASE("messages: bytes of a broken file reach no terminal") {
-    CHECK(printable("plain\nname \xC3\xA9 \xF0\x9F\x8C\xB4") == "plain\nname \xC3\xA9 \xF0\x9F\x8C\xB4");
-    CHECK(printable("\x1B[2J\x7F") == "?[2J?");
-    CHECK(printable("\xFF\xC0\x80 \xE2\x82") == "??? ??");
-    CHECK(printable("\xED\xA0\x80") == "???"); // half of a surrogate pair
+    const std::string plain = "plain\nname\t\xC3\xA9 \xF0\x9F\x8C\xB4";
+    CHECK(printable(plain) == plain);
+    CHECK(printable("\x1B[2J\x7F") == "\\x1B[2J\\x7F");
+    CHECK(printable(std::string_view("\0\r", 2)) == "\\x00\\x0D");
+    CHECK(printable("\xFF\xC0\x80 \xE2\x82") == "\\xFF\\xC0\\x80 \\xE2\\x82");
+    CHECK(printable("\xED\xA0\x80") == "\\xED\\xA0\\x80");          // half of a surrogate pair
+    CHECK(printable("\xF5\x80\x80\x80") == "\\xF5\\x80\\x80\\x80"); // beyond Unicode
+    CHECK(printable("\xC2\x9B"
+                    "31m") == "\\u{9B}31m"); // a terminal's CSI in one character
+    CHECK(printable("\xE2\x80\xAE"
+                    "bin.exe") == "\\u{202E}bin.exe"); // turns what follows around
+    CHECK(printable("a\xE2\x80\xA8"
+                    "b\xEF\xBB\xBF") == "a\\u{2028}b\\u{FEFF}"); // a line's end, nothing
+    CHECK(printable("\xF3\xA0\x81\x81") == "\\u{E0041}");
+}
+
+TEST_CASE("messages: numbers that differ look different") {
+    CHECK(shortest(1.0) == "1");
+    CHECK(shortest(std::nextafter(1.0, 2.0)) == "1.0000000000000002");
+    CHECK(shortest(0.1F) == "0.1");
+    CHECK(shortest(std::numeric_limits<double>::quiet_NaN()) == "nan");
+    CHECK(fixed(2.0 / 3.0, 3) == "0.667");
+    CHECK(fixed(std::numeric_limits<double>::max(), 3).size() == 313);
 }
 
 TEST_CASE("free camera: starts where the flight is, walks where it looks") {

@@ -89,6 +89,12 @@ TEST_CASE("scene.json: numbers out of range, references to nothing and holes are
     check_refused(text, "scene.json: streaming: names \"nothing\", which is no artifact");
 }
 
+TEST_CASE("scene.json: a number hardly beyond its limit does not look like the limit") {
+    test::SceneText text;
+    text.shadow = R"({"size": 64, "extent_m": 10000000.000000002, "center": [0, 0, 0]})";
+    check_refused(text, "scene.json: shadow.extent_m: is 10000000.000000002, must lie in [0.001, 10000000]");
+}
+
 TEST_CASE("scene.json: a level or a limit that cannot be is refused with its place") {
     for (const auto &[from, to, place] :
          {std::array<std::string, 3>{"\"max_level\": 3", "\"max_level\": -1",
