@@ -348,3 +348,17 @@ def test_a_sample_of_malformed_files_is_survived(corpus: Path) -> None:
 def test_every_malformed_file_is_survived(corpus: Path) -> None:
     counts = survive(malformed(corpus))
     assert counts["refused"] > 200
+
+
+@pytest.mark.parametrize("top", [1, 2, 7, 100, 127, 254, 255, 256, 1000, 1023, 4095, 32767, 65534, 65535])
+def test_each_code_of_a_pgm_is_its_share_of_the_files_largest(tmp_path: Path, top: int) -> None:
+    """Codes of 0..100 came out up to a whole step of 255 too low."""
+    codes = np.arange(-(-(top + 1) // 256) * 256).reshape(-1, 256).clip(0, top)
+    raw, text = tmp_path / "raw.pgm", tmp_path / "text.pgm"
+    head = f"# largest below\n256 {len(codes)}\n{top}\n".encode()
+    raw.write_bytes(b"P5\n" + head + codes.astype(">u2" if top > 255 else "u1").tobytes())
+    text.write_bytes(b"P2\n" + head + b" ".join(b"%d" % code for code in codes.flat) + b"\n")
+    for path in (raw, text):
+        image = read_image(path)
+        assert np.array_equal(image.pixels[:, :, 0], (codes / top).astype(np.float32))
+        assert image.source_bits == (16 if top > 255 else 8) and not image.plain

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ import pytest
 from paradize.errors import SourceError
 from paradize.readers.heightmap import read_heightmap
 from paradize.readers.nodata import fill_nodata
+from tests.pipeline.raw_files import exr, tiff
 
 
 def slope(side: int) -> npt.NDArray[np.float64]:
@@ -60,22 +60,6 @@ def test_filling_keeps_what_is_known_and_stays_between_it() -> None:
     assert np.array_equal(filled, fill_nodata(heights, known))
 
 
-def tiff(path: Path, pixels: npt.NDArray[np.generic], nodata: str | None = None) -> Path:
-    """A classic TIFF of one strip, with GDAL's no-data tag where asked: OpenImageIO writes no such tag."""
-    rows, columns = pixels.shape
-    data = pixels.tobytes()
-    text = b"" if nodata is None else nodata.encode() + b"\0" * (8 - len(nodata))
-    tags = {256: columns, 257: rows, 258: 8 * pixels.itemsize, 259: 1, 262: 1, 273: 8 + len(text), 277: 1}
-    tags |= {278: rows, 279: len(data), 339: 3 if pixels.dtype.kind == "f" else 1}
-    entries = [struct.pack("<HHII", tag, 4, 1, value) for tag, value in sorted(tags.items())]
-    if nodata is not None:
-        entries.append(struct.pack("<HHII", 42113, 2, len(text), 8))
-    where = 8 + len(text) + len(data)
-    head = b"II*\0" + struct.pack("<I", where) + text + data
-    path.write_bytes(head + struct.pack("<H", len(entries)) + b"".join(entries) + b"\0\0\0\0")
-    return path
-
-
 def test_a_geotiff_is_metres_with_its_declared_nodata_filled(tmp_path: Path) -> None:
     heights = slope(20).astype(np.float32)
     heights[4:6, 9] = -9999.0
@@ -105,6 +89,19 @@ def test_a_pgm_spans_black_to_white(tmp_path: Path, top: int, kind: str) -> None
     field, warnings = read_heightmap(path, size_x_m=1, size_z_m=1, height_m=10.0, base_m=-2.0)
     assert field.heights_m == pytest.approx(codes / top * 10.0 - 2.0, abs=1e-6)
     assert len(warnings) == (1 if top == 255 else 0)
+
+
+@pytest.mark.parametrize("alpha", [None, np.float16, np.float32, np.uint32])
+def test_whole_numbers_in_an_exr_span_0_to_h_whatever_stands_beside_them(
+    tmp_path: Path, alpha: type[np.generic] | None
+) -> None:
+    """A channel of another type made OpenImageIO hand all of them over as floats, and floats are metres."""
+    codes = (np.linspace(21.0 / 49.0, 24.0 / 49.0, 64).reshape(8, 8) * (2.0**32 - 1)).astype(np.uint32)
+    channels: dict[str, npt.NDArray[np.generic]] = {"Y": codes}
+    if alpha is not None:
+        channels["A"] = np.full((8, 8), 2**32 - 1 if alpha is np.uint32 else 1, alpha)
+    field, _ = read_heightmap(exr(tmp_path / "h.exr", channels), size_x_m=1, size_z_m=1, height_m=49.0)
+    assert np.abs(field.heights_m - codes / (2.0**32 - 1) * 49.0).max() < 3e-6
 
 
 @pytest.mark.parametrize("name", ["h.exr", "h.tif"])

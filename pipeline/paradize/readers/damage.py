@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from paradize.errors import SourceError
+from paradize.readers.pnm import header_numbers
 from paradize.readers.targa import check_targa
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ def _check_pnm(path: Path) -> None:
     if kind not in b"123456":
         return  # PAM and PFM: the decoder counts bytes itself
     bitmap = kind in b"14"
-    numbers, at = _header_numbers(data, 2 if bitmap else 3)
+    numbers, at = header_numbers(data, 2 if bitmap else 3)
     if len(numbers) < (2 if bitmap else 3):
         raise _cut(path, "its header is cut")
     width, height = numbers[:2]
@@ -114,27 +115,6 @@ def _check_pnm(path: Path) -> None:
         values = np.frombuffer(data, ">u2" if top > 255 else "u1", count, start)
         if int(values.max(initial=0)) > top:
             raise _cut(path, f"a value of {int(values.max())}; its header says {top} at most")
-
-
-def _header_numbers(data: bytes, wanted: int) -> tuple[list[int], int]:
-    """The first numbers after a two-byte magic, comments skipped, and the byte after the last digit."""
-    numbers: list[int] = []
-    at = 2
-    while at < len(data) and len(numbers) < wanted:
-        if data[at : at + 1] == b"#":
-            end = data.find(b"\n", at)
-            at = len(data) if end < 0 else end
-        elif data[at : at + 1].isdigit():
-            end = at
-            while data[end : end + 1].isdigit() and end - at < 10:
-                end += 1
-            numbers.append(int(data[at:end]))
-            at = end
-        elif data[at : at + 1].isspace():
-            at += 1
-        else:
-            break
-    return numbers, at
 
 
 _TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 6: 1, 7: 1, 8: 2, 9: 4, 16: 8, 17: 8, 18: 8}

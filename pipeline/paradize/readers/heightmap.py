@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from paradize.data import Heightfield, Image
 from paradize.errors import SourceError
-from paradize.readers.image import holds_plain_numbers, read_image
+from paradize.readers.image import read_image
 from paradize.readers.nodata import declared_nodata, fill_nodata
 
 MAX_SIDE = 16385
@@ -42,7 +42,7 @@ def read_heightmap(
         image, metres, void = _read_srtm(path), True, SRTM_VOID
     else:
         image = read_image(path, color_space="data", finite=False)
-        metres, void = holds_plain_numbers(path), declared_nodata(path)
+        metres, void = image.plain, declared_nodata(path)
         if void is not None and not metres:  # a code, as the pixels are shares of the largest
             top = np.float32({8: 255.0, 16: 65535.0}.get(image.source_bits, 4294967295.0))
             void = float(np.float32(void) / top)

@@ -27,6 +27,7 @@ import OpenImageIO as oiio
 from paradize.data import Image
 from paradize.errors import BakeError, SourceError
 from paradize.readers.damage import check_damage
+from paradize.readers.pnm import exact_shares
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from paradize.data import F32, U8, U16
+    from paradize.data import F32
 
 # Setting -> what holds where the environment does not say: 16384 x 16384 is the largest map that is promised.
 LIMITS = {"PARADIZE_MAX_SIDE": 32768, "PARADIZE_MAX_TEXELS": 1 << 29, "PARADIZE_MAX_MB": 8192}
@@ -127,18 +128,6 @@ def _require_file(path: Path) -> None:
         raise SourceError("the file's name is not UTF-8", file=path, mend="rename it") from None
 
 
-def holds_plain_numbers(path: Path) -> bool:
-    """Whether a picture that read_image has read holds floats or signed integers: numbers as they are."""
-    with _silenced():
-        source = oiio.ImageInput.open(str(path))
-    if source is None:
-        oiio.geterror()
-        return False
-    kind = str(source.spec().format)
-    source.close()
-    return kind in _PLAIN_NUMBERS
-
-
 _silence = threading.Lock()
 
 
@@ -176,13 +165,22 @@ def _message(source: Any) -> str:
 
 def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -> Image:
     spec = source.spec()
-    kind, name = source.format_name(), str(spec.format)
-    _require_shape(spec, name, path)
+    kind = source.format_name()
+    types = _types(spec)
+    _require_shape(spec, types, path)
     check_damage(path, kind)
     channels = _channels(spec, path)
-    values: npt.NDArray[Any] = _decode(source, spec, name, path)
-    if channels != list(range(spec.nchannels)):
-        values = np.ascontiguousarray(values[:, :, channels])
+    name = types[channels[0]]
+    values: npt.NDArray[Any]
+    if len(set(types)) == 1:
+        values = _decode(source, spec, name, path, 0, spec.nchannels)
+        if channels != list(range(spec.nchannels)):
+            values = np.ascontiguousarray(values[:, :, channels])
+    else:  # asked for all at once, OpenImageIO would turn one type into another
+        each = [_decode(source, spec, types[k], path, k, k + 1) for k in channels]
+        values = np.concatenate([Image(one, "data", 32).pixels for one in each], axis=2)
+    if kind == "pnm":
+        values = exact_shares(path, values)
     if finite and values.dtype == np.float32:
         _require_finite(values, path)
     if values.shape[2] in (2, 4) and _is_premultiplied(spec, kind):
@@ -194,10 +192,15 @@ def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -
         linear = name in _PLAIN_NUMBERS or declared.startswith("lin")
         color_space = "linear" if linear else "srgb"
     bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
-    return Image(values, color_space, bits)
+    return Image(values, color_space, bits, plain=name in _PLAIN_NUMBERS)
 
 
-def _require_shape(spec: Any, name: str, path: Path) -> None:
+def _types(spec: Any) -> list[str]:
+    """The type of every channel, as OpenImageIO names it."""
+    return [str(kind) for kind in spec.channelformats] or [str(spec.format)] * spec.nchannels
+
+
+def _require_shape(spec: Any, types: list[str], path: Path) -> None:
     """Raises SourceError for what is no flat picture, is beyond the limits, or cannot be decoded rightly."""
     width, height = spec.width, spec.height
     if spec.deep or spec.depth > 1:
@@ -212,7 +215,7 @@ def _require_shape(spec: Any, name: str, path: Path) -> None:
         what = f"{width} x {height} texels; at most {side} per side and {texels} in all are read"
         mend = "make it smaller, or raise PARADIZE_MAX_SIDE and PARADIZE_MAX_TEXELS"
         raise SourceError(what, file=path, mend=mend)
-    if name == "double" and height == 1:
+    if "double" in types and height == 1:
         raise SourceError(
             "one row of 64-bit floats is not decoded reliably", file=path, mend="save it as 32-bit float"
         )
@@ -249,21 +252,21 @@ def _channels(spec: Any, path: Path) -> list[int]:
     raise SourceError(what, file=path, mend="one to four channels are read")
 
 
-def _decode(source: Any, spec: Any, name: str, path: Path) -> U8 | U16 | F32:
-    """All channels (h, w, c): codes of 8 and 16 bits as they are, other unsigned integers as shares of their
-    largest, all else as float32 numbers."""
+def _decode(source: Any, spec: Any, name: str, path: Path, first: int, last: int) -> npt.NDArray[Any]:
+    """Channels first to last - 1 (h, w, c), of one type: codes of 8 and 16 bits as they are, other unsigned
+    integers as shares of their largest, all else as float32 numbers."""
     if name not in _TYPES:
         raise SourceError(f"texels of type {name} are not read", file=path)
     wanted, dtype, top = _TYPES[name]
     with _silenced():
-        raw = source.read_image(0, 0, 0, spec.nchannels, wanted)
+        raw = source.read_image(0, 0, first, last, wanted)
     error = _message(source) or _message(oiio)
     if raw is None or error:
         raise SourceError(f"damaged or cut: {error or 'the decoder gave no pixels'}", file=path)
     values: npt.NDArray[Any] = np.asarray(raw, dtype=dtype)
-    if values.size != spec.height * spec.width * spec.nchannels:
+    if values.size != spec.height * spec.width * (last - first):
         raise SourceError(f"{values.size} values came for {spec.width} x {spec.height} texels", file=path)
-    values = values.reshape(spec.height, spec.width, spec.nchannels)
+    values = values.reshape(spec.height, spec.width, last - first)
     if top in (255.0, 65535.0):
         return values
     with np.errstate(over="ignore"):  # a double beyond float32 becomes infinity, which is then refused

@@ -1,0 +1,98 @@
+"""Picture files written byte by byte, so that what they hold is known whatever a library makes of it."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+Pixels = npt.NDArray[np.generic]
+_SAMPLE = {"u": 1, "i": 2, "f": 3}
+_CODES = {2: "s", 3: "H", 4: "I", 12: "d", 16: "Q"}
+
+
+def tiff(
+    path: Path,
+    pixels: Pixels,
+    nodata: str | None = None,
+    *,
+    order: str = "<",
+    big: bool = False,
+    metadata: str | None = None,
+    keys: Sequence[int] = (),
+) -> Path:
+    """A TIFF (big: BigTIFF) of one strip and one channel. nodata, metadata: GDAL's tags. keys: of a GeoTIFF,
+    four numbers each after the four of their header. order: "<" or ">", of its bytes."""
+    rows, columns = pixels.shape
+    data = pixels.astype(pixels.dtype.newbyteorder(order)).tobytes()  # type: ignore[call-overload]
+    head = 16 if big else 8
+    whole = {256: columns, 257: rows, 258: 8 * pixels.itemsize, 259: 1, 262: 1, 273: head, 277: 1}
+    whole |= {278: rows, 279: len(data), 339: _SAMPLE[pixels.dtype.kind]}
+    tags: dict[int, tuple[int, Sequence[int] | bytes]] = {tag: (4, [value]) for tag, value in whole.items()}
+    for tag, text in ((42113, nodata), (42112, metadata)):
+        if text is not None:
+            tags[tag] = 2, text.encode() + b"\0"
+    if keys:
+        tags[34735] = 3, keys
+    body, entries = head_of(order, big) + data, []
+    for tag, (kind, values) in sorted(tags.items()):
+        packed = (
+            values
+            if isinstance(values, bytes)
+            else struct.pack(f"{order}{len(values)}{_CODES[kind]}", *values)
+        )
+        place = "Q" if big else "I"
+        room = 8 if big else 4
+        if len(packed) > room:
+            body += b"\0" * (-len(body) % 8)
+            packed, body = struct.pack(order + place, len(body)), body + packed
+        entries.append(struct.pack(f"{order}HH{place}", tag, kind, len(values)) + packed.ljust(room, b"\0"))
+    body += b"\0" * (-len(body) % 8)
+    where = struct.pack(order + ("Q" if big else "I"), len(body))
+    at = 8 if big else 4
+    body = body[:at] + where + body[at + len(where) :]
+    count = struct.pack(order + ("Q" if big else "H"), len(entries))
+    path.write_bytes(body + count + b"".join(entries) + b"\0" * 8)
+    return path
+
+
+def head_of(order: str, big: bool) -> bytes:
+    """The first bytes, with room for where the directory is."""
+    mark = b"II" if order == "<" else b"MM"
+    if big:
+        return mark + struct.pack(order + "HHHQ", 43, 8, 0, 0)
+    return mark + struct.pack(order + "HI", 42, 0)
+
+
+_EXR_TYPES = {np.dtype(np.uint32): 0, np.dtype(np.float16): 1, np.dtype(np.float32): 2}
+
+
+def exr(path: Path, channels: Mapping[str, Pixels]) -> Path:
+    """An OpenEXR file of uncompressed rows: uint32, half and float channels side by side."""
+    named = sorted(channels.items())
+    rows, columns = named[0][1].shape
+
+    def attribute(name: str, kind: str, data: bytes) -> bytes:
+        return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<i", len(data)) + data
+
+    listed = b"".join(
+        name.encode() + b"\0" + struct.pack("<iB3xii", _EXR_TYPES[values.dtype], 0, 1, 1)
+        for name, values in named
+    )
+    box = struct.pack("<4i", 0, 0, columns - 1, rows - 1)
+    head = struct.pack("<ii", 20000630, 2) + attribute("channels", "chlist", listed + b"\0")
+    head += attribute("compression", "compression", b"\0") + attribute("dataWindow", "box2i", box)
+    head += attribute("displayWindow", "box2i", box) + attribute("lineOrder", "lineOrder", b"\0")
+    head += attribute("pixelAspectRatio", "float", struct.pack("<f", 1.0))
+    head += attribute("screenWindowCenter", "v2f", struct.pack("<ff", 0.0, 0.0))
+    head += attribute("screenWindowWidth", "float", struct.pack("<f", 1.0)) + b"\0"
+    lines = []
+    for y in range(rows):
+        line = b"".join(values[y].tobytes() for _, values in named)
+        lines.append(struct.pack("<ii", y, len(line)) + line)
+    starts = len(head) + 8 * rows + np.cumsum([0, *map(len, lines)])[:-1]
+    path.write_bytes(head + starts.astype("<u8").tobytes() + b"".join(lines))
+    return path
