@@ -156,7 +156,10 @@ def test_instances_turn_scale_and_move_a_surface() -> None:
     mesh, size = waves(8, 4.0, 0.4), (8192, 8192)
     assert mesh.uvs is not None
     place = Place((5.0, 1.0, -3.0), 40.0, 2.5)
-    moved = np.array([place.at(point) for point in mesh.positions.tolist()], np.float32)
+    sine, cosine = np.sin(np.radians(40.0)), np.cos(np.radians(40.0))
+    turn = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
+    moved = (2.5 * mesh.positions.astype(np.float64) @ turn.T + [5.0, 1.0, -3.0]).astype(np.float32)
+    assert np.allclose([place.at(point) for point in mesh.positions.tolist()], moved, atol=1e-5)
     there = Mesh(positions=moved, uvs=mesh.uvs, triangles=mesh.triangles)
     flight = circle(40.0, 9.0)
     found = finest(

@@ -69,6 +69,20 @@ def test_an_eye_inside_the_bounding_sphere_of_a_shell_is_not_near_the_shell(tmp_
     assert found is not None and 20 < found < 40
 
 
+def test_of_several_instances_the_nearest_counts_in_metres_of_the_mesh(tmp_path: Path) -> None:
+    scene, mesh = cove(tmp_path), sphere(24, radius=0.3)
+    places = {"post": places_of(glb(mesh), "post.glb")}
+    flight, post = plan_flight(scene.flight), scene.objects[0]
+    near = replace(post.instances[0], position=(4.0, 1.0, 3.0), scale=1.0)
+    far = replace(near, position=(0.0, 0.0, 0.0))
+    alone = []
+    for stands in ((near,), (far,), (near, far), (far, near)):
+        known = replace(scene, objects=(replace(post, instances=stands),))
+        alone.append(least_pixels(known, flight, places)["post"])
+    assert alone[0] < 0.7 * alone[1]
+    assert alone[2] == alone[3] == alone[0]
+
+
 def test_what_never_comes_into_view_is_left_out(tmp_path: Path) -> None:
     scene = cove(tmp_path, position=(0.0, 500.0, 0.0))
     assert near_m(scene, sphere(8)) is None

@@ -14,8 +14,10 @@ import pytest
 from paradize.bake_color import bake_color
 from paradize.bake_maps import bake_maps
 from paradize.check import RULES, check_paths
+from paradize.check.maps import Map, check_maps
 from paradize.data import Texture
 from paradize.formats.ktx2 import decode_ktx2, encode_ktx2
+from paradize.metrics.texels import decode_texels
 from tests.pipeline.heights import save, waves
 
 Files = dict[str, Texture]
@@ -28,8 +30,8 @@ def hills(folder: Path, seed: int = 3) -> Path:
     return save(folder / f"hills{seed}.png", heights[:, :, None], oiio.UINT16)
 
 
-def maps_of(path: Path, strength: float = 4.0, green: str = "up") -> Files:
-    made = bake_maps(path, source="height", strength=strength, wrap="repeat", green=green, measure=False)
+def maps_of(path: Path, strength: float = 4.0, green: str = "up", wrap: str = "repeat") -> Files:
+    made = bake_maps(path, source="height", strength=strength, wrap=wrap, green=green, measure=False)
     return {kind: decode_ktx2(product.data) for kind, product in made.items()}
 
 
@@ -64,6 +66,27 @@ def test_maps_of_one_bake_pass(tmp_path: Path, folder: Path, strength: float, gr
 def test_maps_of_any_size_pass(tmp_path: Path, folder: Path, shape: tuple[int, int]) -> None:
     noise = np.random.default_rng(1).random((*shape, 1))
     assert codes(folder, maps_of(save(tmp_path / "noise.png", noise, oiio.UINT16))) == []
+
+
+def test_maps_of_a_slope_pass_and_its_offsets_add_up_to_nothing(tmp_path: Path, folder: Path) -> None:
+    """Its normals lean to one side on the whole, which du/dv leave out."""
+    heights = waves(64, 64, 3, 10.0)
+    heights = 0.2 * (heights - heights.min()) / np.ptp(heights) + 0.8 * np.arange(64) / 63.0
+    slope = maps_of(
+        save(tmp_path / "slope.png", heights[:, :, None], oiio.UINT16), strength=40.0, wrap="clamp"
+    )
+    lean = decode_texels(slope["normal"])[:, :, 0].mean()
+    assert abs(lean) > 0.2
+    assert codes(folder, slope) == []
+
+
+def test_normals_that_are_green_down_are_found_where_they_must_be_up(tmp_path: Path) -> None:
+    """Files alone do not say which way green is; a scene's maps are green up."""
+    for green, found in (("up", []), ("down", ["PZ215"])):
+        files = maps_of(hills(tmp_path), green=green)
+        maps = {kind: Map(f"{kind}.ktx2", files[kind]) for kind in ("normal", "height")}
+        assert [finding.code for finding in check_maps(maps, green_up=True)] == found
+        assert list(check_maps(maps)) == []
 
 
 def one_code_more(level: int) -> Plant:

@@ -80,6 +80,28 @@ def test_recalling_a_product_counts_as_use(tmp_path: Path) -> None:
     assert (tmp_path / "products" / "aa" / "aa1").stat().st_mtime > NOW_S
 
 
+def test_the_latest_of_all_uses_counts(tmp_path: Path) -> None:
+    """Whichever of two bakes that name a product's file is the younger."""
+    for name, used in (("up", (NOW_S - 50.0, NOW_S - 5.0)), ("down", (NOW_S - 5.0, NOW_S - 50.0))):
+        store = Store(tmp_path / name)
+        hashes = keep(store, "aa1", b"used", used_s=0.0)
+        for bake, used_s in zip(("island", "other"), used, strict=True):
+            record(store, bake, hashes, used_s)
+        clean(store, now_s=NOW_S, older_than_s=10.0, to_bytes=None)
+        assert store.get_product("aa1") is not None, name
+
+
+def test_a_store_of_just_that_size_stays_and_files_that_products_share_count_once(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    keep(store, "aa1", b"own" * 50, b"shared" * 50, used_s=1.0)
+    (_, shared) = keep(store, "bb2", b"new" * 50, b"shared" * 50, used_s=2.0)
+    whole = size_of(store)
+    assert clean(store, now_s=NOW_S, older_than_s=None, to_bytes=whole).dropped == 0
+    done = clean(store, now_s=NOW_S, older_than_s=None, to_bytes=whole - 1)
+    assert store.get_product("aa1") is None and store.get_product("bb2") is not None
+    assert store.get(shared) is not None and done.kept_bytes == size_of(store)
+
+
 @pytest.mark.parametrize("limit", [0, 250, 450, 10_000])
 def test_the_store_is_cut_to_a_size_from_the_longest_unused(tmp_path: Path, limit: int) -> None:
     store = Store(tmp_path)

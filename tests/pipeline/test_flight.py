@@ -180,3 +180,56 @@ def test_a_sphere_is_met_where_it_is_near_and_when_it_is_seen() -> None:
     assert inside.nearest_m == pytest.approx(19.0, abs=0.2)
     assert outside.seen and 10.0 < outside.first_seen_s < 30.0  # behind the eye until it has flown half round
     assert outside.nearest_m == pytest.approx(19.0, abs=0.2) and outside.nearest_s == pytest.approx(0.0)
+
+
+@given(
+    st.lists(
+        st.tuples(st.tuples(*3 * [st.floats(-60.0, 60.0)]), st.floats(0.01, 0.45)), min_size=1, max_size=8
+    ),
+    st.floats(20.0, 100.0),
+    st.floats(0.5, 2.5),
+)
+@settings(max_examples=30, deadline=None)
+def test_what_is_met_is_what_angles_at_every_moment_say(
+    spheres: list[tuple[tuple[float, float, float], float]], fov_deg: float, aspect: float
+) -> None:
+    """Between the view direction and the sphere's nearest edge lies no more than half the picture's
+    diagonal. Spheres are less than half as large as they are near, so that none lies around the eye."""
+    points = ring(6)
+    flight = flight_of(points)
+    count = round(flight.duration_s / 0.25)
+    times = flight.duration_s * np.arange(count) / count
+    eye, target = (np.array(rows) for rows in zip(*(flight.view(float(t)) for t in times), strict=True))
+    ahead = (target - eye) / np.linalg.norm(target - eye, axis=1, keepdims=True)
+    half = math.atan(math.tan(math.radians(fov_deg) / 2) * math.hypot(1.0, aspect))
+    centers = [np.array(center) for center, _ in spheres]
+    away = [np.linalg.norm(center - eye, axis=1) for center in centers]
+    radii = [share * float(distance.min()) for (_, share), distance in zip(spheres, away, strict=True)]
+    found = sight(flight, fov_deg, aspect, [(c, r) for (c, _), r in zip(spheres, radii, strict=True)])
+    for center, radius, distance, met in zip(centers, radii, away, found, strict=True):
+        cosine = np.einsum("nk,nk->n", center - eye, ahead) / distance
+        room = half + np.arcsin(radius / distance) - np.arccos(np.clip(cosine, -1.0, 1.0))
+        if np.abs(room).min() < 1e-6:  # on the very edge at some moment
+            continue
+        seen = np.flatnonzero(room > 0.0)
+        near = distance - radius
+        assert met.nearest_m == pytest.approx(near.min(), abs=1e-9)
+        assert near[round(met.nearest_s / 0.25)] == pytest.approx(near.min(), abs=1e-9)
+        assert met.seen == bool(len(seen))
+        assert met.first_seen_s == (times[seen[0]] if len(seen) else 0.0)
+        far = (distance + radius)[seen].max() if len(seen) else 0.0
+        assert met.farthest_seen_m == pytest.approx(far, abs=1e-9)
+
+
+def test_the_roll_turns_between_its_waypoints_as_a_spline_of_its_own() -> None:
+    """At a waypoint it is what was asked, in radians; between, what scipy's periodic spline says."""
+    points, rolls = ring(5), [0.0, 20.0, -10.0, 5.0, 40.0]
+    eye = tuple(EyePoint(position=p, roll_deg=roll) for p, roll in zip(points, rolls, strict=True))
+    target = tuple(TargetPoint(position=(0.0, 2.0, 0.0)) for _ in points)
+    flight = plan_flight(Settings(eye=eye, target=target, duration_s=20.0))
+    knots = [*flight.waypoint_u, len(flight.eye)]
+    truth = CubicSpline(knots, np.radians([*rolls, rolls[0]]), bc_type="periodic")
+    for t in np.linspace(0.0, 19.9, 37):
+        place, ahead, roll = flight.pose(float(t))
+        assert (place, ahead) == flight.view(float(t))
+        assert roll == pytest.approx(float(truth(flight.parameter(float(t)))), abs=1e-9)

@@ -185,6 +185,36 @@ def test_by_sight_nothing_finer_than_a_pixel_at_the_nearest_view_is_baked(tmp_pa
     assert all(step.errors["error_max"] < plan.farthest for step in steps[:-1])
 
 
+def test_by_sight_the_nearest_and_the_farthest_of_all_instances_count(tmp_path: Path) -> None:
+    """A mesh beside its own origin, turned by a matrix, scaled and moved; in metres of the mesh."""
+    seen, stands, pixel = cove(tmp_path)
+    stands = [
+        stands[0] | {"position": (6.0, 0.5, 1.5), "yaw_deg": 35.0, "scale": 2.0},
+        stands[0] | {"position": (2.0, 0.0, -3.0), "yaw_deg": -110.0, "scale": 0.5},
+        stands[0] | {"position": (0.0, 900.0, 0.0), "yaw_deg": 0.0, "scale": 1.0},
+    ]
+    middle, mesh = np.array([2.0, 0.5, 1.5]), sphere(8, radius=0.25, offset=(2.0, 0.5, 1.5))
+    spheres = []
+    for stand in stands:
+        a, s = np.radians(stand["yaw_deg"]), stand["scale"]
+        turn = np.array([[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]])
+        x, y, z = (s * turn @ middle + stand["position"]).tolist()
+        spheres.append(((x, y, z), s * diagonal(mesh) / 2))
+    met = sight(plan_flight(load_scene(tmp_path / "cove.toml").flight), 50.0, 1280 / 720, spheres)
+    assert [one.seen for one in met] == [True, True, False]
+    share = pixel / diagonal(mesh)
+    near, far = (
+        [getattr(one, key) / stand["scale"] for one, stand in zip(met[:2], stands, strict=False)]
+        for key in ("nearest_m", "farthest_seen_m")
+    )
+    assert abs(near[0] - near[1]) > 0.5 and abs(far[0] - far[1]) > 0.5
+    plan = sight_plan(seen, stands)(mesh, Plan(limit=1.0))
+    assert plan.finest == pytest.approx(share * min(near), rel=1e-4)
+    assert plan.farthest == pytest.approx(share * max(far), rel=1e-4)
+    unseen = sight_plan(seen, stands[2:])(mesh, Plan(count=5, limit=0.03))
+    assert (unseen.count, unseen.finest, unseen.farthest) == (1, 0.03, None)
+
+
 def test_by_sight_what_the_camera_touches_keeps_its_source(tmp_path: Path) -> None:
     seen, stands, _ = cove(tmp_path, position=(9.0, 2.0, 0.0))
     mesh = sphere(16)

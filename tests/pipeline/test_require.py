@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from paradize.bake import bake
@@ -13,9 +15,10 @@ from paradize.bake_looks import looks_of
 from paradize.bake_tasks import How
 from paradize.check import check_paths
 from paradize.errors import ParadizeError
+from paradize.flight import plan_flight, sight
 from paradize.formats.glb_tiles import decode_tile
-from paradize.require import Order, read_of, require
-from paradize.scene import VIEWS, ObjectMaterial, SceneObject, load_scene
+from paradize.require import Met, Order, meet, read_of, require, sun_direction
+from paradize.scene import VIEWS, Instance, ObjectMaterial, SceneObject, View, load_scene
 from tests.pipeline.glb_json import document
 from tests.pipeline.scenes import make_cove
 from tests.places import ROOT
@@ -134,12 +137,95 @@ def test_a_terrain_without_relief_has_no_tangents(tmp_path: Path, monkeypatch: p
         ("codes", (*plain, ("max_error_m = 0.05\n", "max_error_m = 0.05\nquantise = true\n")), False),
         ("grain", plain[1:], True),
     ):
+        assert ordered(edited(tmp_path / name, *changes))["terrain"].settings["tangents"] is there
         scene, out = edited(tmp_path / name, *changes), tmp_path / name / "out"
         assert not bake(scene, out, How(jobs=2)).errors
         manifest = json.loads((out / "scene.json").read_text())
         tile = (out / manifest["artifacts"]["terrain_mesh"]["file"]).read_bytes()
         assert all((patch.mesh.tangents is not None) == there for patch in decode_tile(tile))
         assert not [finding for finding in check_paths([out]) if finding.severity == "error"]
+
+
+@pytest.mark.parametrize("views", [(0.5, 0.25), (0.25, 2.0), (1.0, None)])
+def test_the_flight_meets_an_object_where_its_instances_stand(
+    tmp_path: Path, views: tuple[float, float | None]
+) -> None:
+    """Turned by a matrix of numpy's, scaled and moved; the earliest sight and the largest pixel count."""
+    scene = load_scene(make_cove(tmp_path))
+    stands = (
+        Instance(position=(6.0, 0.5, 1.5), yaw_deg=35.0, scale=2.0),
+        Instance(position=(5.0, 0.0, -3.0), yaw_deg=-110.0, scale=0.5),
+    )
+    gone = Instance(position=(0.0, 500.0, 0.0))
+    post = scene.objects[0]
+    items = (replace(post, instances=stands), replace(post, name="gone", instances=(gone,)))
+    mirror, refraction = views
+    scene = replace(
+        scene,
+        objects=items,
+        reflection=View(scale=mirror),
+        refraction=None if refraction is None else View(scale=refraction),
+    )
+    center, radius = np.array([4.0, 0.5, 1.5]), 0.25
+    flight = plan_flight(scene.flight)
+    spheres = []
+    for stand in stands:
+        a = np.radians(stand.yaw_deg)
+        turn = np.array([[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]])
+        x, y, z = (stand.scale * turn @ center + stand.position).tolist()
+        spheres.append(((x, y, z), stand.scale * radius))
+    width, height = scene.head.viewport
+    seen = sight(flight, scene.flight.fov_deg, width / height, spheres)
+    assert all(one.seen for one in seen) and seen[0].first_seen_s != seen[1].first_seen_s
+    tangent = np.tan(np.radians(scene.flight.fov_deg) / 2)
+    rows = height * min(1.0, mirror, refraction or 1.0)
+    pixels = [
+        2 * one.farthest_seen_m * tangent / rows / stand.scale
+        for one, stand in zip(seen, stands, strict=True)
+    ]
+    assert pixels[1] > 1.5 * pixels[0]
+    for order in (stands, stands[::-1]):
+        known = replace(scene, objects=(replace(post, instances=order), items[1]))
+        met = meet(known, flight, dict.fromkeys(("post", "gone"), (tuple(center.tolist()), radius)))
+        assert met["post"].first_s == min(one.first_seen_s for one in seen)
+        assert met["post"].pixel_m == pytest.approx(max(pixels), rel=1e-9)
+        assert met["gone"] == Met(flight.duration_s, None)
+
+
+def test_the_sun_stands_where_its_angles_say() -> None:
+    """Azimuth from north (-Z) towards east (+X)."""
+    for azimuth, elevation, there in (
+        (0.0, 0.0, (0.0, 0.0, -1.0)),
+        (90.0, 0.0, (1.0, 0.0, 0.0)),
+        (200.0, 90.0, (0.0, 1.0, 0.0)),
+        (30.0, 60.0, (0.25, 0.75**0.5, -(0.1875**0.5))),
+    ):
+        assert sun_direction(azimuth, elevation) == pytest.approx(there, abs=1e-12)
+
+
+def test_what_is_seen_of_the_ground_follows_from_the_views_that_there_are(tmp_path: Path) -> None:
+    def sight_with(name: str, *changes: tuple[str, str]) -> dict[str, object]:
+        found: dict[str, object] = ordered(edited(tmp_path / name, *changes))["terrain"].settings["sight"]
+        return found
+
+    whole = sight_with("whole", ("[water]\n", "[water]\nlevel_m = 0.25\n"))
+    assert (whole["mirror_m"], whole["water_m"], whole["viewport"]) == (0.25, 0.25, [1280, 720])
+    assert whole["shadow"] == {"extent_m": 20.0, "center": [0.0, 0.0, 0.0]} and "region" not in whole
+    assert sight_with("flat", ("[refraction]\n", ""))["water_m"] is None
+    assert sight_with("dull", ("[reflection]\n", ""))["mirror_m"] is None
+    assert sight_with("dark", ("[shadow]\nsize = 256\nextent_m = 20.0\n", ""))["shadow"] is None
+    large = ('name = "cove"\n', 'name = "cove"\nlargest_viewport = [2560, 720]\n')
+    assert sight_with("large", large)["viewport"] == [2560, 720]
+    region = "[free_camera]\nlow = [0, 2, 0]\nhigh = [1, 2, 1]\n"
+    free = sight_with("free", ("[reflection]\n", f"{region}[reflection]\n"))
+    assert free["region"] == {"low": (0.0, 2.0, 0.0), "high": (1.0, 2.0, 1.0), "near_m": 1.0}
+
+
+def test_of_several_alpha_cutoffs_the_colour_map_keeps_the_least(tmp_path: Path) -> None:
+    more = "alpha_cutoff = 0.7\n[object.material.leaf]\nalpha_cutoff = 0.3\n[object.material.bark]\n"
+    scene = edited(tmp_path, ("parallax_scale = 0.01\n", more))
+    assert ordered(scene)["post colour"].settings["alpha_cutoff"] == 0.3
+    assert ordered(make_cove(tmp_path / "none"))["post colour"].settings["alpha_cutoff"] == 0.5
 
 
 def test_shaders_read_no_attribute_that_the_table_leaves_out() -> None:

@@ -135,3 +135,19 @@ def test_a_missing_scene_and_a_folder_are_refused(tmp_path: Path) -> None:
 def test_a_byte_order_mark_does_no_harm(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_bytes(b"\xef\xbb\xbf" + LEAST.encode())
     assert load_scene(tmp_path / "scene.toml").head.name == "small"
+
+
+def test_limits_that_touch_are_refused_or_allowed_as_they_say(tmp_path: Path) -> None:
+    """A view needs a depth; a step in the mix, a flat box and a poster of the last second do no harm."""
+    assert any("flight.near_m" in line for line in faults(tmp_path, LEAST + "near_m = 5.0\nfar_m = 5.0\n"))
+    assert load(tmp_path, LEAST + "near_m = 4.99\nfar_m = 5.0\n").flight.far_m == 5.0
+    for name in ("height.png", "sand.png"):
+        (tmp_path / name).write_bytes(b"x")
+    terrain = '[terrain]\nheightmap = "height.png"\nsand_color = "sand.png"\nsize_m = [9, 9]\nheight_m = 1\n'
+    scene = load(tmp_path, f"{LEAST}{terrain}mix_low_m = 1.5\nmix_high_m = 1.5\n")
+    assert scene.terrain is not None and scene.terrain.mix_low_m == scene.terrain.mix_high_m
+    assert faults(tmp_path, f"{LEAST}{terrain}mix_low_m = 1.51\nmix_high_m = 1.5\n")
+    assert load(tmp_path, LEAST + "[free_camera]\nlow = [0, 2, 0]\nhigh = [1, 2, 1]\n").free_camera
+    late = 'name = "small"\nposter_s = {}\nlargest_viewport = [1280, 720]'
+    assert load(tmp_path, LEAST.replace('name = "small"', late.format("240.0"))).head.poster_s == 240.0
+    assert faults(tmp_path, LEAST.replace('name = "small"', late.format("240.1")))

@@ -16,7 +16,7 @@ from paradize.engine.code import code_digest, code_files
 from paradize.engine.libraries import library_versions
 from paradize.engine.memory import FileMemory
 from paradize.engine.publish import ASIDE, sweep_aside, write_whole
-from paradize.engine.store import Store, key_of
+from paradize.engine.store import Store, key_of, stamp
 from paradize.engine.workers import Job, run_jobs
 from paradize.errors import BakeError, SourceError
 
@@ -113,6 +113,26 @@ def test_the_memory_hashes_only_what_differs(tmp_path: Path) -> None:
     assert not memory.unchanged([str(old)])
     assert not memory.unchanged([str(new)])
     assert not FileMemory.from_json({"files": 3}).unchanged([str(old)])
+
+
+def test_a_file_is_known_again_by_size_times_and_place_not_by_one_of_them(tmp_path: Path) -> None:
+    path = tmp_path / "x"
+    path.write_bytes(b"one")
+    status = path.stat()
+    known = [status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino]
+    assert stamp(path) == stamp(str(path)) == known and stamp(tmp_path / "gone") is None
+    os.utime(path, ns=(7, 7))
+    tree = FileMemory().as_json([path])
+    young = FileMemory.from_json(
+        tree
+    )  # its times say that it is old; that it was changed just now, they also say
+    assert young.unchanged([str(path)]) and young.hashed == 1
+    tree["since_ns"] += 10_000_000_000
+    memory = FileMemory.from_json(tree)
+    assert memory.unchanged([str(path)]) and memory.hashed == 0
+    path.write_bytes(b"two")
+    os.utime(path, ns=(7, 7))  # as some tools do that copy and unpack
+    assert not memory.unchanged([str(path)]) and memory.hashed == 1
 
 
 def test_a_file_no_older_than_its_memory_is_hashed_again(tmp_path: Path) -> None:
