@@ -29,8 +29,19 @@ def sizes(rows: int, columns: int) -> list[tuple[int, int]]:
     return [(max(1, rows >> k), max(1, columns >> k)) for k in range(max(rows, columns).bit_length())]
 
 
+def equal_ends(name: str, data: np.ndarray, every: int) -> None:
+    """Gives, in place, both ends of every so many-th block one code: there decoders choose how many codes
+    lie between."""
+    blocks = data.reshape(-1, BLOCK_BYTES[name])[::every]
+    colors = {"BC1_RGB_SRGB": 0, "BC3_SRGB": 8}.get(name)
+    if colors is not None:
+        blocks[:, colors + 2 : colors + 4] = blocks[:, colors : colors + 2]
+    for values in {"BC3_SRGB": (0,), "BC4_UNORM": (0,), "BC1_RGB_SRGB": ()}.get(name, (0, 8)):
+        blocks[:, values + 1] = blocks[:, values]
+
+
 def random_texture(name: str, rows: int, columns: int, seed: int = 1) -> Texture:
-    """Any bytes: every block and code that there can be."""
+    """Any bytes: every block and code that there can be, every third block with equal ends."""
     rng = np.random.default_rng(seed)
     levels = []
     for down, across in sizes(rows, columns):
@@ -38,7 +49,10 @@ def random_texture(name: str, rows: int, columns: int, seed: int = 1) -> Texture
             count = -(-down // 4) * -(-across // 4) * BLOCK_BYTES[name]
         else:
             count = down * across * TEXEL_BYTES[name]
-        levels.append(rng.integers(0, 256, count, dtype=np.uint8).tobytes())
+        data = rng.integers(0, 256, count, dtype=np.uint8)
+        if name in BLOCK_BYTES:
+            equal_ends(name, data, every=3)
+        levels.append(data.tobytes())
     return Texture(name, columns, rows, tuple(levels))
 
 

@@ -42,6 +42,14 @@ def test_a_crumbled_cube_is_closed_again() -> None:
     assert "28 places joined" in welded_messages(done)[0]
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_how_far_a_place_went_at_most_is_told(seed: int) -> None:
+    crumbs = crumbled(sphere(6), 1e-4, seed)
+    whole, done = weld(crumbs, 4e-4)
+    went = whole.positions[whole.triangles].astype(np.float64) - crumbs.positions[crumbs.triangles]
+    assert done.largest_m == pytest.approx(np.linalg.norm(went, axis=2).max(), rel=1e-12)
+
+
 @pytest.mark.parametrize("tolerance", [1e-3, 0.05, 0.3])
 @pytest.mark.parametrize("scale", [1e-30, 1.0, 1e30])
 def test_no_point_goes_farther_than_the_tolerance_and_none_is_left_to_weld(
