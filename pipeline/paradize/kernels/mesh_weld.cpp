@@ -20,8 +20,10 @@ using Cell = std::array<double, 3>;
 
 std::uint64_t hash_of(const Cell &cell) {
     std::uint64_t h = hash_seed;
-    for (const double side : cell)
-        h = mix(h, std::bit_cast<std::uint64_t>(side + 0.0));
+    for (const double side : cell) {
+        const auto bits = std::bit_cast<std::uint64_t>(side + 0.0);
+        h = mix(h, bits ^ (bits >> 32)); // of whole numbers only the highest bits differ
+    }
     return h;
 }
 
