@@ -84,6 +84,28 @@ def test_a_flat_map_leaves_the_error_of_the_surface() -> None:
     assert flat["normal_mean_deg"] > 0.1
 
 
+@pytest.mark.parametrize(("share", "degrees"), [(5e-4, 0.0), (5e-3, 180.0)])
+def test_the_side_that_is_meant_may_lie_a_thousandth_behind_the_other(share: float, degrees: float) -> None:
+    """Two sheets, the upper one facing up, and the same with the lower one facing up."""
+    ground = grid(4)
+    assert ground.normals is not None
+    low = ground.positions - np.float32([0, share * 2**0.5, 0])
+    count = len(low)
+    both = np.concatenate([ground.positions, low])
+    turned = ground.triangles[:, ::-1]
+    up, down = ground.normals, -ground.normals
+    plank = Mesh(both, np.concatenate([ground.triangles, turned + count]), np.concatenate([up, down]))
+    inside_out = Mesh(both, np.concatenate([turned, ground.triangles + count]), np.concatenate([down, up]))
+    for value in normal_error(plank, inside_out, apart=0.0).values():
+        assert value == pytest.approx(degrees, abs=1e-4)
+
+
+def test_without_normals_there_is_no_error() -> None:
+    ball = tangent_frames(sphere(8))
+    for pair in ((ball, replace(ball, normals=None)), (replace(ball, normals=None), ball)):
+        assert set(normal_error(*pair, normal_map=tilted(np.full((2, 2), 9.0))).values()) == {0.0}
+
+
 def ridges(path: Path, grain: int) -> Path:
     """64 x 64 texels of ridges that stand `grain` codes about the middle."""
     pixels = 128 + grain * np.round(np.sin(np.arange(64) / 3))

@@ -195,6 +195,15 @@ def test_a_spike_between_vertices_of_the_other_surface_is_found_from_both_sides(
     assert surface_distance(spiked, a, 1000)["error_max"] == pytest.approx(0.5 / np.sqrt(2.25), rel=1e-5)
 
 
+@pytest.mark.parametrize("corner", range(3))
+def test_a_groove_under_the_middle_of_an_edge_is_found(corner: int) -> None:
+    points = np.array([(0, 0, 0), (2, 0, 0), (1, 0, 1), (1, -0.1, 0)], np.float32)
+    flat = np.roll(np.array([[0, 1, 2]], np.uint32), corner, axis=1)
+    bent = np.array([[0, 3, 2], [3, 1, 2]], np.uint32)
+    found = one_sided_distance(points, flat, points, bent, samples=0)[0]
+    assert found == pytest.approx(brute(np.array([1.0, 0, 0]), points[bent].astype(float)), rel=1e-12)
+
+
 @pytest.mark.parametrize("threads", [1, 3])
 def test_distances_are_those_of_brute_force_and_do_not_depend_on_threads(threads: int) -> None:
     a, b = sphere(10), sphere(7, offset=(0.1, -0.2, 0.05))

@@ -73,6 +73,14 @@ def test_no_point_goes_farther_than_the_tolerance_and_none_is_left_to_weld(
         assert target[i] == (stay[int(away.argmin())] if away.min() <= tolerance else i)
 
 
+@pytest.mark.parametrize("axis", range(3))
+def test_of_two_places_as_near_the_earlier_is_taken(axis: int) -> None:
+    for ends in ((0, 2), (2, 0)):
+        points = np.zeros((3, 3), np.float32)
+        points[:, axis] = [*ends, 1]
+        assert weld_points(points, 1.5).tolist() == [0, 1, 0]
+
+
 def test_a_tolerance_far_below_the_spacing_of_floats_changes_nothing() -> None:
     points = sphere(12, offset=(1e6, 0, 0)).positions
     points = points[number_rows(points)[1]]
