@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from tests.places import CORPUS, ROOT
+from tests.processes import take_signals
 
 os.environ.setdefault("PARADIZE_REPORT", "")  # tests bake much: sheets are drawn where one asks for them
 
@@ -24,6 +25,10 @@ RENDER_ENVIRONMENT = {
     "MESA_GLSL_VERSION_OVERRIDE": "330",
     "ALSOFT_DRIVERS": "null",
 }
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    take_signals()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
+import signal
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -38,7 +40,9 @@ def run_watch(arguments: argparse.Namespace) -> int:
         arguments.cluster,
         arguments.store,
     )
-    say(f"paradize: watching {arguments.scene} and what it names; Ctrl-C ends")
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # started by nohup, or behind a script
+    ends = f"`kill {os.getpid()}`" if ignored else "Ctrl-C"
+    say(f"paradize: watching {arguments.scene} and what it names; {ends} ends it")
     try:
         watch.run()
     except KeyboardInterrupt:

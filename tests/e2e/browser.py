@@ -20,6 +20,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qsl, urlsplit
 
+from tests.processes import end, start
+
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = (
     "--headless",
@@ -122,10 +124,8 @@ class Browser:
         os.close(to_browser)
         os.close(from_browser)
         shell = f'exec "$0" "$@" 3<&{pipes[0]} 4>&{pipes[1]}'
-        self._process = subprocess.Popen(
-            ["bash", "-c", shell, program, *flags, "about:blank"],
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, pass_fds=pipes,
-        )  # fmt: skip
+        command = ["bash", "-c", shell, program, *flags, "about:blank"]
+        self._process = start(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, pass_fds=pipes)
         for pipe in pipes:
             os.close(pipe)
 
@@ -139,11 +139,9 @@ class Browser:
     def _end(self) -> None:
         os.close(self._write)
         os.close(self._read)
-        try:
+        with suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout=10)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+        end(self._process)
 
     def _next(self) -> dict[str, Any]:
         while b"\0" not in self._rest:

@@ -6,10 +6,12 @@ import json
 import os
 import subprocess
 import sys
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 from tests.extremes.table import DEEP, EXTREMES, Cell, all_cells
 from tests.places import ROOT
+from tests.processes import started
 
 TABLE = Path(__file__).with_name("TABLE.md")
 QUICK = tuple(name for name in EXTREMES if name not in DEEP)
@@ -17,8 +19,8 @@ QUICK = tuple(name for name in EXTREMES if name not in DEEP)
 
 def measured(extremes: tuple[str, ...]) -> list[Cell]:
     """All cells of some columns; those whose bytes differ between the two processes fail."""
-    runs = [_started(threads, extremes) for threads in (1, 2)]
-    one, two = (_finished(run) for run in runs)
+    with _begun(1, extremes) as first, _begun(2, extremes) as second:
+        one, two = (_finished(run) for run in (first, second))
     return [
         a
         if a.digest == b.digest
@@ -27,12 +29,11 @@ def measured(extremes: tuple[str, ...]) -> list[Cell]:
     ]
 
 
-def _started(threads: int, extremes: tuple[str, ...]) -> subprocess.Popen[str]:
+def _begun(threads: int, extremes: tuple[str, ...]) -> AbstractContextManager[subprocess.Popen[str]]:
     command = [sys.executable, "-m", "tests.extremes", "--cells", *extremes]
     environment = {**os.environ, "PARADIZE_THREADS": str(threads)}
-    return subprocess.Popen(
-        command, cwd=ROOT, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return started(command, cwd=ROOT, env=environment, **pipes)
 
 
 def _finished(run: subprocess.Popen[str]) -> list[Cell]:

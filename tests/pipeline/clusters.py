@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.bake_makers import Product, make_sound
+from tests.processes import end, start
 
 ROOT = Path(__file__).resolve().parents[2]
 FIFO = "PARADIZE_TEST_FIFO"  # where `stall` tells that it runs
@@ -48,10 +49,7 @@ class Cluster:
     def close(self) -> None:
         for process in (*self.workers, self.scheduler):
             if process:
-                process.kill()
-                process.wait()
-                assert process.stderr
-                process.stderr.close()
+                end(process)
 
     def told(self) -> str:
         """Waits until `stall` runs; what it says."""
@@ -59,7 +57,7 @@ class Cluster:
 
     def _run(self, what: str, *options: str) -> subprocess.Popen[str]:
         places = {"PYTHONPATH": str(ROOT), FIFO: str(self.fifo), "TMPDIR": str(self.folder)}
-        return subprocess.Popen(
+        return start(
             [sys.executable, "-m", f"distributed.cli.dask_{what}", *options],
             cwd=self.folder,
             env={**os.environ, **places},

@@ -22,6 +22,8 @@ from pathlib import Path
 import asyncssh
 import pytest
 
+from tests.processes import started
+
 ROOT = Path(__file__).resolve().parents[2]
 _MOUNTED = 'mount -t tmpfs -o mode=755 none /run && mkdir /run/sshd && exec "$@"'
 
@@ -49,17 +51,11 @@ class Home:
 def asyncssh_server(home: Home, *options: str) -> Iterator[int]:
     """The port of a server of this program with these options."""
     command = [sys.executable, "-m", "tests.pipeline.ssh_server", str(home.host_key), str(home.user_key)]
-    process = subprocess.Popen([*command, *options], stdout=subprocess.PIPE, text=True, cwd=ROOT)
-    try:
+    with started([*command, *options], stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
         assert process.stdout is not None
         port = int(process.stdout.readline())
         home.know(port)
         yield port
-    finally:
-        process.kill()  # also one that stopped itself
-        process.wait()
-        assert process.stdout is not None
-        process.stdout.close()
 
 
 @contextmanager
@@ -80,19 +76,13 @@ def openssh_server(home: Home) -> Iterator[int]:
     command = [program, "-D", "-e", "-f", str(config)]
     if os.geteuid() == 0:  # it wants /run/sshd then: in a file system of its own
         command = ["unshare", "-m", "sh", "-c", _MOUNTED, "sh", *command]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    try:
+    with started(command, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
         said = process.stderr.readline()
         if "listening" not in said:
             pytest.skip(f"sshd does not start: {said.strip()}")
         home.know(port)
         yield port
-    finally:
-        process.kill()
-        process.wait()
-        assert process.stderr is not None
-        process.stderr.close()
 
 
 def url_of(port: int, folder: Path) -> str:

@@ -21,6 +21,7 @@ from paradize.engine.publish import ASIDE
 from paradize.errors import GroupedError
 from paradize.formats.scene_manifest import decode_scene
 from tests.pipeline.scenes import make_cove, write_image
+from tests.processes import started
 
 
 @pytest.fixture(autouse=True)
@@ -325,12 +326,12 @@ def test_a_kill_at_any_moment_leaves_the_old_or_the_new_scene(
     assert old != new
     (scene.parent / "sand.png").write_bytes(sand)
     command = [sys.executable, "-m", "paradize.cli", "bake", str(scene), "-o", str(out), "--force", "-j", "2"]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
-        process.wait(timeout=delay_s)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
+    with started(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        try:
+            process.wait(timeout=delay_s)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
     left = state_of(out)
     for state in (old, new):
         if left["scene.json"] == state["scene.json"]:
@@ -354,8 +355,9 @@ def test_two_bakes_at_once_both_succeed(copied: tuple[Path, Path], tmp_path: Pat
         str(tmp_path / "both"),
         "--force",
     ]
-    both = [subprocess.Popen([*command, "-j", "1"], stdout=subprocess.DEVNULL) for _ in range(2)]
-    assert [process.wait(timeout=60) for process in both] == [0, 0]
+    one = [*command, "-j", "1"]
+    with started(one, stdout=subprocess.DEVNULL) as a, started(one, stdout=subprocess.DEVNULL) as b:
+        assert [process.wait(timeout=300) for process in (a, b)] == [0, 0]
     assert state_of(tmp_path / "both") == state_of(out)
 
 

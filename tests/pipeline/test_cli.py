@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from tests.pipeline.scenes import make_cove
+from tests.processes import started
 
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
 MAPS = ("normal", "height", "gloss", "dudv")
@@ -195,20 +196,11 @@ def test_an_interrupted_bake_leaves_nothing_half(tmp_path: Path, root: Path, num
         "-j",
         "1",
     ]
-    process = subprocess.Popen(
-        command,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=environment,
-        start_new_session=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a background shell ignores it
-    )
-    while not (tmp_path / "store/products").is_dir():
-        time.sleep(0.01)
-        assert process.poll() is None
-    process.send_signal(number)
-    _, told = process.communicate(timeout=20)
+    with started(command, stderr=subprocess.PIPE, text=True, env=environment) as process:
+        while not (tmp_path / "store/products").is_dir():
+            assert process.poll() is None
+        process.send_signal(number)
+        _, told = process.communicate(timeout=60)
     assert process.returncode == 130 and "interrupted" in told and "Traceback" not in told
     assert not (tmp_path / "out").exists() or not list((tmp_path / "out").iterdir())
     again = subprocess.run([*command, "--json"], capture_output=True, text=True, env=environment, timeout=60)

@@ -27,6 +27,7 @@ from paradize.engine.workers import Job, Outcome
 from paradize.errors import BakeError
 from tests.pipeline.clusters import ROOT, Cluster, double, kill_worker, read, read_late, stall_once
 from tests.pipeline.scenes import make_cove
+from tests.processes import started
 
 
 @pytest.fixture(scope="module")
@@ -265,7 +266,7 @@ def test_a_bake_that_is_killed_leaves_nothing_running_there(standing: Cluster) -
         "from paradize.engine.workers import Job; from tests.pipeline.clusters import stall; "
         "run_on_cluster(sys.argv[1], [Job('stalled', stall, {})])"
     )
-    with subprocess.Popen([sys.executable, "-c", code, standing.address], cwd=ROOT) as client:
+    with started([sys.executable, "-c", code, standing.address], cwd=ROOT) as client:
         stalled = os.pidfd_open(int(standing.told().split()[1]))
         client.kill()
     ended, _, _ = select.select([stalled], [], [], 60.0)

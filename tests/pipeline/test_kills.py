@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import time
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
@@ -14,20 +15,22 @@ import pytest
 from paradize.bake import bake
 from paradize.bake_tasks import How
 from tests.pipeline.scenes import make_cove
+from tests.processes import started
 
 
 def state_of(out: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted(out.iterdir())}
 
 
-def begin(scene: Path, out: Path, *options: str) -> subprocess.Popen[bytes]:
+def bake_beside(scene: Path, out: Path, *options: str) -> AbstractContextManager[subprocess.Popen[bytes]]:
     command = [sys.executable, "-m", "paradize.cli", "bake", str(scene), "-o", str(out), *options]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return started(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def seconds_of(scene: Path, out: Path, *options: str) -> float:
     start = time.monotonic()
-    assert begin(scene, out, *options).wait() == 0
+    with bake_beside(scene, out, *options) as process:
+        assert process.wait() == 0
     return time.monotonic() - start
 
 
@@ -65,14 +68,15 @@ def test_killed_at_random_moments_it_always_ends_in_the_same_bytes(
         (scene.parent / "sand.png").write_bytes((wood, sand)[i % 2])
         way = i // 2 % 3
         before = state_of(out).keys()
-        process = begin(scene, out, "-j", str(1 + i // 6 % 2), *(["--force"] if way == 0 else []))
-        if way == 2:
-            wait_for_publishing(process, out)
-        try:
-            process.wait(timeout=dice.uniform(0.0, (cold_s, warm_s, 0.02)[way]))
-        except subprocess.TimeoutExpired:
-            process.kill()
-            killed += process.wait() < 0
+        options = ["-j", str(1 + i // 6 % 2), *(["--force"] if way == 0 else [])]
+        with bake_beside(scene, out, *options) as process:
+            if way == 2:
+                wait_for_publishing(process, out)
+            try:
+                process.wait(timeout=dice.uniform(0.0, (cold_s, warm_s, 0.02)[way]))
+            except subprocess.TimeoutExpired:
+                process.kill()
+                killed += process.wait() < 0
         left = state_of(out)
         whole = [state for state in states if left["scene.json"] == state["scene.json"]]
         assert len(whole) == 1 and whole[0].items() <= left.items(), f"kill {i}"

@@ -16,6 +16,7 @@ import pytest
 from paradize.cli_progress import Progress, Work, clock
 from paradize.engine.store import Store
 from tests.pipeline.scenes import make_cove
+from tests.processes import started
 
 SHOWN = re.compile(r"(?P<runs>[^|\r]*) \|[^|]*\| (?P<done>\d+)/(?P<of>\d+)(?P<left>, [\d:]+ left)?")
 
@@ -26,9 +27,7 @@ def on_a_terminal(*words: str, cwd: Path) -> tuple[int, str, str]:
     termios.tcsetwinsize(theirs, (40, 150))
     command = [sys.executable, "-m", "paradize.cli", *words]
     environment = {**os.environ, "PARADIZE_STORE": str(cwd / "store"), "PARADIZE_REPORT": ""}
-    with subprocess.Popen(
-        command, cwd=cwd, stdout=subprocess.PIPE, stderr=theirs, env=environment
-    ) as process:
+    with started(command, cwd=cwd, stdout=subprocess.PIPE, stderr=theirs, env=environment) as process:
         os.close(theirs)
         got = b""
         try:
@@ -40,6 +39,7 @@ def on_a_terminal(*words: str, cwd: Path) -> tuple[int, str, str]:
             os.close(ours)
         assert process.stdout
         out = process.stdout.read().decode()
+        process.wait()
     return process.returncode, out, got.decode()
 
 

@@ -10,7 +10,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ from paradize.engine.store import Store, hashes_in, seal
 from paradize.errors import BakeError
 from tests.pipeline.scenes import make_cove
 from tests.pipeline.ssh_server import Home, asyncssh_server, openssh_server, url_of
+from tests.processes import started
 
 KEYS = [f"{i:02x}" * 32 for i in range(6)]
 # Where a server dies, asyncssh leaves the file that it was writing to the garbage collector.
@@ -136,16 +137,19 @@ def test_two_bakes_that_push_at_once_leave_all_of_it(baked: Path, home: Home, tm
     with asyncssh_server(home) as port:
         url = url_of(port, tmp_path / "remote")
         command = [sys.executable, "-m", "paradize.cli", "bake", str(baked / "scene" / "cove.toml")]
-        both = [
-            subprocess.Popen(
-                [*command, "-j", "1", "--json", "--store", url, "-o", str(tmp_path / name / "out")],
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                env=os.environ | {"PARADIZE_STORE": str(tmp_path / name / "store")},
-            )
-            for name in ("a", "b")
-        ]
-        reports = [json.loads(process.communicate(timeout=300)[0]) for process in both]
+        with ExitStack() as stack:
+            both = [
+                stack.enter_context(
+                    started(
+                        [*command, "-j", "1", "--json", "--store", url, "-o", tmp_path / name / "out"],
+                        stdout=subprocess.PIPE,
+                        stderr=subprocess.DEVNULL,
+                        env=os.environ | {"PARADIZE_STORE": str(tmp_path / name / "store")},
+                    )
+                )
+                for name in ("a", "b")
+            ]
+            reports = [json.loads(process.communicate(timeout=300)[0]) for process in both]
         assert all(report["baked"] + report["fetched"] == 14 for report in reports)
         assert not [text for report in reports for text in report["warnings"] if "--store" in text]
         assert state_of(tmp_path / "a" / "out") == state_of(tmp_path / "b" / "out")
@@ -318,13 +322,12 @@ def test_a_push_that_is_killed_leaves_nothing_that_misses_a_file(baked: Path, tm
         shutil.rmtree(remote, ignore_errors=True)
         shutil.rmtree(tmp_path / "store", ignore_errors=True)
         shutil.copytree(baked / "store", tmp_path / "store")
-        process = subprocess.Popen(
-            [*command, "-o", str(tmp_path / "out"), "--store", url], stdout=subprocess.DEVNULL
-        )
-        while process.poll() is None and sum(path.is_file() for path in remote.rglob("*")) < count:
-            pass
-        process.kill()
-        process.wait()
+        words = [*command, "-o", tmp_path / "out", "--store", url]
+        with started(words, stdout=subprocess.DEVNULL) as process:
+            while process.poll() is None and sum(path.is_file() for path in remote.rglob("*")) < count:
+                pass
+            process.kill()
+            process.wait()
         products = [path for path in remote.glob("products/*/*") if ASIDE not in path.name]
         for path in products:
             assert all(Store(remote).find(sha256) for sha256 in hashes_in(Store.read_entry(path)))

@@ -24,6 +24,7 @@ from paradize.engine import memory
 from paradize.engine.publish import ASIDE, write_whole
 from paradize.engine.store import hash_file
 from tests.pipeline.scenes import make_cove
+from tests.processes import started
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -338,11 +339,13 @@ def test_two_bakes_at_once_ten_times_leave_one_of_the_two_whole(cove: Cove) -> N
         scenes = [str(cove.scene), str(cove.scene if i % 2 else other)]
         words = ["-o", str(cove.out), "-j", "1", *(["--force"] if i % 5 == 0 else [])]
         command = [sys.executable, "-m", "paradize.cli", "bake"]
-        both = [
-            subprocess.Popen([*command, scene, *words], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-            for scene in scenes
-        ]
-        told = [process.communicate(timeout=300)[1] for process in both]
+        pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
+        with (
+            started([*command, scenes[0], *words], **pipes) as a,
+            started([*command, scenes[1], *words], **pipes) as b,
+        ):
+            both = (a, b)
+            told = [process.communicate(timeout=300)[1] for process in both]
         assert [process.returncode for process in both] == [0, 0], told
         assert state_of(cove.out) in (states if i % 2 == 0 else states[:1]), f"round {i}"
     assert not cove.bake().errors and state_of(cove.out) == states[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from paradize.engine.publish import ASIDE, sweep_aside, write_whole
 from paradize.engine.store import Store, key_of, stamp
 from paradize.engine.workers import Job, run_jobs
 from paradize.errors import BakeError, SourceError
+from tests.processes import started
 
 
 def double(value: int) -> int:
@@ -201,27 +203,14 @@ def test_workers_die_with_their_parent() -> None:
         "run_jobs([Job('h', tell_and_hang, {})], 1)"
     )
     root = Path(__file__).resolve().parents[2]
-    parent = subprocess.Popen(
-        [sys.executable, "-c", script],
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=root,
-        env={**os.environ, "PYTHONPATH": str(root)},
-    )
-    assert parent.stderr is not None
-    worker = int(parent.stderr.readline())
-    parent.kill()
-    parent.wait()
-    parent.stderr.close()
-    for _ in range(100):
-        try:
-            if Path(f"/proc/{worker}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
-                break
-        except FileNotFoundError:
-            break
-        time.sleep(0.05)
-    else:
-        raise AssertionError("the worker outlived its parent")
+    places = {**os.environ, "PYTHONPATH": str(root)}
+    command = [sys.executable, "-c", script]
+    with started(command, stderr=subprocess.PIPE, text=True, cwd=root, env=places) as parent:
+        worker = os.pidfd_open(int(parent.stderr.readline()))
+        parent.kill()
+        ended, _, _ = select.select([worker], [], [], 60.0)
+        os.close(worker)
+        assert ended, "the worker outlived its parent"
 
 
 def test_a_second_holder_waits_for_the_lock(tmp_path: Path) -> None:

@@ -9,7 +9,8 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -20,29 +21,29 @@ from paradize import cli
 from paradize.bake import bake
 from tests.pipeline.own_package import copy_package
 from tests.pipeline.scenes import make_cove, write_image
+from tests.processes import kill, start
 
 PATIENCE_S = 200.0  # a test that waits longer has failed
 
 
 class Watched:
-    """A running `paradize watch --json` of the cove. Its lines come as they are printed."""
+    """A running `paradize watch --json` of the cove. Its lines come as they are printed. prefix: the command
+    that runs it."""
 
-    def __init__(self, folder: Path, store: Path, package: Path | None = None, *options: str) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        store: Path,
+        *options: str,
+        package: Path | None = None,
+        prefix: Sequence[str] = (),
+    ) -> None:
         self.folder, self.out = folder, folder.parent / "out"
         paths = [*([str(package)] if package else []), os.environ.get("PYTHONPATH", "")]
         environment = {"PARADIZE_STORE": str(store), "PYTHONPATH": os.pathsep.join(paths)}
-        self.process = subprocess.Popen(
-            [
-                sys.executable,
-                "-m",
-                "paradize.cli",
-                "watch",
-                folder / "cove.toml",
-                "-o",
-                self.out,
-                "--json",
-                *options,
-            ],
+        command = [*prefix, sys.executable, "-m", "paradize.cli", "watch", folder / "cove.toml"]
+        self.process = start(
+            [*command, "-o", self.out, "--json", *options],
             env={**os.environ, **environment},
             cwd=folder.parent,
             stdout=subprocess.PIPE,
@@ -51,8 +52,9 @@ class Watched:
         )
         self.lines: queue.SimpleQueue[str] = queue.SimpleQueue()
         self.said: list[str] = []
-        threading.Thread(target=self._read, daemon=True).start()
+        self.reader = threading.Thread(target=self._read, daemon=True)
         self.listener = threading.Thread(target=self._listen, daemon=True)
+        self.reader.start()
         self.listener.start()
 
     def _read(self) -> None:
@@ -66,6 +68,12 @@ class Watched:
         with self.process.stderr:
             for line in self.process.stderr:
                 self.said.append(line)
+
+    def close(self) -> None:
+        """Leaves no process behind."""
+        kill(self.process)
+        self.reader.join()
+        self.listener.join()
 
     def next(self) -> dict[str, Any]:
         """What the next bake told."""
@@ -101,16 +109,29 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return top / "store"
 
 
+Watch = Callable[..., Watched]
+
+
 @pytest.fixture
-def watched(tmp_path: Path, store: Path) -> Iterator[Watched]:
+def watch(tmp_path: Path, store: Path) -> Iterator[Watch]:
+    """Starts a watch of the cove, with a store that knows it. None is left after the test."""
+    with ExitStack() as stack:
+
+        def begin(*options: str, store: Path = store, **more: Any) -> Watched:
+            found = Watched(tmp_path / "cove", store, *options, **more)
+            stack.callback(found.close)
+            return found
+
+        yield begin
+
+
+@pytest.fixture
+def watched(tmp_path: Path, watch: Watch) -> Iterator[Watched]:
     make_cove(tmp_path / "cove")
-    found = Watched(tmp_path / "cove", store)
-    try:
-        assert found.next()["failed"] == 0
-        yield found
-    finally:
-        if found.process.poll() is None:
-            assert found.end() == 0, found.said
+    found = watch()
+    assert found.next()["failed"] == 0
+    yield found
+    assert found.end() == 0, found.said
 
 
 def picture(path: Path, shade: int) -> None:
@@ -168,13 +189,13 @@ def test_a_scene_may_be_broken_and_name_what_comes_later(watched: Watched) -> No
     assert "post_color" in watched.baked("oak.png")
 
 
-def test_a_file_that_was_looked_for_in_vain_is_waited_for(tmp_path: Path, store: Path) -> None:
+def test_a_file_that_was_looked_for_in_vain_is_waited_for(tmp_path: Path, watch: Watch) -> None:
     scene = make_cove(tmp_path / "cove")
     scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
     library = tmp_path / "cove/post.mtl"
     text = library.read_text()
     library.unlink()
-    watched = Watched(tmp_path / "cove", store)
+    watched = watch()
     assert "post_color" not in {row["name"] for row in watched.next()["artifacts"]}
     library.write_text(text)
     told = watched.next()
@@ -183,11 +204,11 @@ def test_a_file_that_was_looked_for_in_vain_is_waited_for(tmp_path: Path, store:
     assert watched.end(signal.SIGTERM) == 0
 
 
-def test_changed_code_is_run_and_broken_code_does_not_end_the_watch(tmp_path: Path, store: Path) -> None:
+def test_changed_code_is_run_and_broken_code_does_not_end_the_watch(tmp_path: Path, watch: Watch) -> None:
     """On a copy of the package."""
     package = copy_package(tmp_path / "path")
     make_cove(tmp_path / "cove")
-    watched = Watched(tmp_path / "cove", store, package.parent)
+    watched = watch(package=package.parent)
     assert watched.next()["restarted"] is False
     baker = package / "bake_sound.py"
     text = baker.read_text()
@@ -204,9 +225,11 @@ def test_changed_code_is_run_and_broken_code_does_not_end_the_watch(tmp_path: Pa
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_in_a_bake_ends_it_and_leaves_nothing_half_done(tmp_path: Path, number: int) -> None:
+def test_an_interrupt_in_a_bake_ends_it_and_leaves_nothing_half_done(
+    tmp_path: Path, watch: Watch, number: int
+) -> None:
     make_cove(tmp_path / "cove")
-    watched = Watched(tmp_path / "cove", tmp_path / "store")
+    watched = watch(store=tmp_path / "store")
     rooms = tmp_path / "store/rooms"
     locks = tmp_path / "store/locks"
     while not locks.is_dir():  # the bake has begun
@@ -222,24 +245,33 @@ def test_a_watch_bakes_what_bake_does_by_itself() -> None:
     assert (watch.out, watch.jobs, watch.tier) == (once.out, once.jobs, once.tier)
 
 
-def test_a_scene_that_is_not_there_is_refused(tmp_path: Path) -> None:
+def test_where_interrupts_are_ignored_it_names_the_signal_that_ends_it(tmp_path: Path, watch: Watch) -> None:
+    """As `nohup paradize watch &` in a script has it."""
+    make_cove(tmp_path / "cove")
+    watched = watch(prefix=["bash", "-c", 'trap "" INT; exec "$@"', "bash"])
+    assert watched.next()["failed"] == 0
+    watched.process.send_signal(signal.SIGINT)
+    picture(tmp_path / "cove/wood.png", 12)
+    assert "post_color" in watched.baked("wood.png")
+    assert watched.end(signal.SIGTERM) == 0
+    assert f"`kill {watched.process.pid}` ends" in watched.said[0]
+
+
+def test_a_scene_that_is_not_there_is_refused(tmp_path: Path, watch: Watch) -> None:
     (tmp_path / "cove").mkdir()
-    watched = Watched(tmp_path / "cove", tmp_path / "store")
+    watched = watch()
     assert watched.process.wait(PATIENCE_S) == 1
     watched.listener.join(PATIENCE_S)
     assert "there is no such file" in watched.said[-1]
 
 
-def test_what_a_watch_bakes_is_shared(tmp_path: Path, store: Path) -> None:
+def test_what_a_watch_bakes_is_shared(tmp_path: Path, watch: Watch) -> None:
     make_cove(tmp_path / "cove")
     shared = tmp_path / "shared"
-    watched = Watched(tmp_path / "cove", store, None, "--store", str(shared))
-    try:
-        assert watched.next()["failed"] == 0
-        picture(tmp_path / "cove/wood.png", 11)
-        told = watched.next()
-        assert told["baked"] and told["pushed"] >= told["baked"]
-        for row in told["artifacts"]:
-            assert (shared / "blobs" / row["sha256"][:2] / row["sha256"]).stat().st_size == row["bytes"]
-    finally:
-        watched.end()
+    watched = watch("--store", str(shared))
+    assert watched.next()["failed"] == 0
+    picture(tmp_path / "cove/wood.png", 11)
+    told = watched.next()
+    assert told["baked"] and told["pushed"] >= told["baked"]
+    for row in told["artifacts"]:
+        assert (shared / "blobs" / row["sha256"][:2] / row["sha256"]).stat().st_size == row["bytes"]

@@ -20,6 +20,7 @@ from tests.conftest import RENDER_ENVIRONMENT, ROOT
 from tests.pipeline.scenes import make_cove, write_image
 from tests.player.synthetic import checker, texture, write_scene
 from tests.player.test_player import pixels
+from tests.processes import end, start
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 FRAME_S = 1.0 / 30.0
@@ -31,7 +32,7 @@ class Running:
     def __init__(self, scene: Path, frames: Path) -> None:
         self.frames = frames
         words = ["--headless", "--frames", "1000000", "--size", "96x54", "--screenshot", frames / "f.png"]
-        self.process = subprocess.Popen(
+        self.process = start(
             [ROOT / "build/bin/paradize-player", scene, *words],
             stderr=subprocess.PIPE,
             text=True,
@@ -66,10 +67,7 @@ def running(scene: Path, frames: Path) -> Iterator[Running]:
     try:
         yield player
     finally:
-        player.process.kill()
-        player.process.wait()
-        assert player.process.stderr
-        player.process.stderr.close()
+        end(player.process)
 
 
 def publish(scene: Path, tree: Any) -> None:

@@ -14,6 +14,7 @@ import pytest
 
 from tests.conftest import RENDER_ENVIRONMENT, ROOT
 from tests.player.synthetic import write_scene
+from tests.processes import started
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 PLAYER = ROOT / "build/bin/paradize-player"
@@ -32,10 +33,11 @@ def bare(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def on_a_display(*command: object) -> subprocess.CompletedProcess[str]:
     environment = {k: v for k, v in os.environ.items() if k not in {"DISPLAY", "WAYLAND_DISPLAY"}}
-    return subprocess.run(
-        ["xvfb-run", "-a", *map(str, command)],
-        capture_output=True, text=True, timeout=120, env=environment | RENDER_ENVIRONMENT,
-    )  # fmt: skip
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    words = ["xvfb-run", "-a", *command]
+    with started(words, env=environment | RENDER_ENVIRONMENT, **pipes) as process:
+        out, errors = process.communicate(timeout=120)
+    return subprocess.CompletedProcess(words, process.returncode, out, errors)
 
 
 def test_a_window_s_picture_is_the_headless_one(player: Player, bare: Path, tmp_path: Path) -> None:
