@@ -74,6 +74,53 @@ def test_a_mirrored_sign_turns_the_bitangent_over() -> None:
     assert told["mapped_mean_deg"] == pytest.approx(40, abs=1e-3)
 
 
+def test_green_leans_up_the_image_whichever_way_a_frame_lies() -> None:
+    """The level's normals lean to +X by as much as its map leans them back: its image's up is -X."""
+    ground, lean = tangent_frames(grid(4)), np.radians(25)
+    count = len(ground.positions)
+    level = replace(
+        ground,
+        normals=np.tile(np.float32([np.sin(lean), np.cos(lean), 0]), (count, 1)),
+        tangents=np.tile(np.float32([0, 0, -1, 1]), (count, 1)),
+    )
+    up = np.tile(np.float32([0, np.sin(lean), np.cos(lean)]), (2, 2, 1))
+    for value in normal_error(ground, level, normal_map=up).values():
+        assert value == pytest.approx(25, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("place", "repeat", "share"),
+    [
+        (0.375, False, 1.0),
+        (0.5, False, 0.5),
+        (0.25, True, 0.5),
+        (1.375, True, 1.0),
+        (-0.625, True, 1.0),
+        (1.375, False, 0.0),
+        (-0.625, False, 0.0),
+    ],
+)
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_map_is_read_between_the_middles_of_its_texels(
+    axis: int, place: float, repeat: bool, share: float
+) -> None:
+    """Of four texels the second leans; between it and its neighbour the normal lies in their middle."""
+    ground = tangent_frames(grid(2))
+    assert ground.uvs is not None
+    uvs = np.full_like(ground.uvs, 0.5)
+    uvs[:, axis] = place
+    flat = uvs.copy()
+    flat[:, axis] = 0.875
+    line = tilted(np.array([[0.0, 30.0, 0.0, 0.0]]))
+    told = normal_error(
+        replace(ground, uvs=uvs),
+        replace(ground, uvs=flat),
+        normal_map=line if axis == 0 else line.reshape(4, 1, 3),
+        repeat=repeat,
+    )
+    assert told["mapped_max_deg"] == pytest.approx(30 * share, abs=1e-3)
+
+
 def test_a_flat_map_leaves_the_error_of_the_surface() -> None:
     source, level = (tangent_frames(sphere(rings)) for rings in (24, 8))
     flat = normal_error(source, level, normal_map=tilted(np.zeros((2, 2))))
@@ -100,10 +147,31 @@ def test_the_side_that_is_meant_may_lie_a_thousandth_behind_the_other(share: flo
         assert value == pytest.approx(degrees, abs=1e-4)
 
 
+def test_the_side_that_is_meant_may_lie_twice_as_far_as_the_other() -> None:
+    """A plank a thousandth thick and the same a twentieth below: the nearer side is not the one that is
+    meant."""
+    ground = grid(4)
+    assert ground.normals is not None
+    sheets = [ground.positions - np.float32([0, depth, 0]) for depth in (0.0, 0.001, 0.05, 0.051)]
+    faces = np.concatenate([ground.triangles, ground.triangles[:, ::-1] + len(ground.positions)])
+    normals = np.concatenate([ground.normals, -ground.normals])
+    planks = [Mesh(np.concatenate(pair), faces, normals) for pair in (sheets[:2], sheets[2:])]
+    for value in normal_error(*planks, apart=0.0).values():
+        assert value == pytest.approx(0, abs=1e-4)
+
+
 def test_without_normals_there_is_no_error() -> None:
     ball = tangent_frames(sphere(8))
     for pair in ((ball, replace(ball, normals=None)), (replace(ball, normals=None), ball)):
         assert set(normal_error(*pair, normal_map=tilted(np.full((2, 2), 9.0))).values()) == {0.0}
+
+
+def test_without_tangents_a_map_turns_nothing() -> None:
+    source, level = sphere(12), sphere(6)
+    told = normal_error(tangent_frames(source), level, normal_map=tilted(np.full((2, 2), 30.0)))
+    assert told["normal_max_deg"] > 0.1
+    for key in MAPPED:
+        assert told[key] == told[key.replace("mapped", "normal")]
 
 
 def ridges(path: Path, grain: int) -> Path:

@@ -165,6 +165,8 @@ def test_a_flights_ripple_is_told_by_its_share_of_the_time() -> None:
     assert found["path_ripple_p99"] == pytest.approx(0.2, rel=1e-5)
     assert found["path_miss_m"] == 3.0  # the target's, though the eye misses none
     assert found["path_jump_m"] == pytest.approx(100.0)  # from the end to the beginning
+    off = [(0.0, 0.0, 2.0), *waypoints[1:]]
+    assert flight_error(flight, off, [(0.0, 0.0, 0.0)] * 3, [1.0] * 3)["path_miss_m"] == 2.0
     shifted = {**flight, "time_table": [[at + 7.0, way, pace] for at, way, pace in rows]}
     assert flight_error(shifted, waypoints, aims, [1.0] * 3)["path_time_s"] == pytest.approx(0.0, abs=1e-12)
 

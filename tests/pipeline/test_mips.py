@@ -116,21 +116,22 @@ def test_colour_is_averaged_in_linear_light(dtype: type) -> None:
     assert codes.tolist() == [[[188, 188, 188, 255]]]  # half the light; averaging codes would give 128
 
 
-@pytest.mark.parametrize("size", [(64, 96), (37, 41), (1, 64), (104, 6)])
-@pytest.mark.parametrize("channels", [3, 4])
+@pytest.mark.parametrize("size", [(64, 96), (37, 41), (64, 41), (37, 96), (1, 64), (104, 6)])
+@pytest.mark.parametrize("channels", [1, 2, 3, 4])
 def test_every_colour_level_is_the_nearest_code_of_the_mean_light(
     size: tuple[int, int], channels: int
 ) -> None:
     values = np.random.default_rng(2).integers(0, 256, (*size, channels), dtype=np.uint8)
-    share = values.astype(np.float64) / 255
+    rgba = values[:, :, {1: [0, 0, 0], 2: [0, 0, 0, 1]}.get(channels, list(range(channels)))]
+    share = rgba.astype(np.float64) / 255
     light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)[:, :, :3]
-    alpha = share[:, :, 3:] if channels == 4 else np.ones((*size, 1))
+    alpha = share[:, :, 3:] if channels in (2, 4) else np.ones((*size, 1))
     for level, codes in enumerate(colors(values, encoded=True)):
         shape = codes.shape[:2]
-        if any(side % (1 << level) and side > 1 for side in size):
+        if level > 1 and any(side % (1 << level) and side > 1 for side in size):
             break  # below an odd size a level is the mean of the one before, not quite of level 0
         if not level:
-            assert np.array_equal(codes[:, :, :channels], values)
+            assert np.array_equal(codes[:, :, : rgba.shape[2]], rgba)
             continue
         opaque = area_mean(alpha, *shape)
         mean = area_mean(light * alpha, *shape) / np.maximum(opaque, 1e-9)
@@ -182,6 +183,27 @@ def test_cut_outs_keep_their_coverage_in_every_mip() -> None:
         count = kept[level][:, :, 3].size
         assert abs((kept[level][:, :, 3] >= 128).mean() - share) <= 1.5 / count + 0.06
     assert (plain[3][:, :, 3] >= 128).mean() < share / 2  # without care they vanish
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+@pytest.mark.parametrize("channels", [2, 4])
+def test_what_lies_at_the_cutoff_counts_as_covered(dtype: type, channels: int) -> None:
+    """By numpy: alpha times the factor that lets level 0's share of texels reach the cutoff, 0.4."""
+    top = 1.0 if dtype == np.float32 else float(np.iinfo(dtype).max)
+    rng = np.random.default_rng(8)
+    picture = np.zeros((32, 48, channels), dtype)
+    picture[:, :, -1] = (rng.choice([0.0, 0.2, 0.4, 0.8], (32, 48), p=[0.5, 0.2, 0.2, 0.1]) * top).astype(
+        dtype
+    )
+    alpha = picture[:, :, -1:].astype(np.float64) / top
+    share = (picture[:, :, -1] >= np.asarray(0.4 * top, dtype)).mean()
+    assert 0.25 < share < 0.35
+    for level, codes in enumerate(colors(picture, encoded=True, alpha_cutoff=0.4)[:4]):
+        opaque = area_mean(alpha, *codes.shape[:2])
+        if level:
+            least = np.sort(opaque.ravel())[::-1][int(share * opaque.size + 0.5) - 1]
+            opaque = np.minimum(1.0, opaque * 0.4 / least)
+        assert np.abs(codes[:, :, 3:] - opaque * 255).max() < 0.51, level
 
 
 def test_normals_are_averaged_before_they_are_normalised() -> None:

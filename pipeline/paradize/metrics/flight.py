@@ -26,12 +26,12 @@ def _path(segments: Sequence[Any], key: str) -> F64:
     return np.array([segment[key] for segment in segments], np.float64)  # (n, 3, 4)
 
 
-def _at(path: F64, u: F64) -> tuple[F64, F64, F64]:
-    """Position, first and second derivative in U, each (k, 3), at parameters u (k,) in [0, n]."""
+def _at(path: F64, u: F64) -> tuple[F64, F64]:
+    """Position and derivative in U, each (k, 3), at parameters u (k,) in [0, n]."""
     index = np.minimum(u.astype(np.int64), len(path) - 1)
     x = (u - index)[:, None]
     a, b, c, d = (path[index, :, k] for k in range(4))
-    return a + x * (b + x * (c + x * d)), b + x * (2.0 * c + x * 3.0 * d), 2.0 * c + 6.0 * x * d
+    return a + x * (b + x * (c + x * d)), b + x * (2.0 * c + x * 3.0 * d)
 
 
 def _length(v: F64) -> F64:
@@ -80,11 +80,10 @@ def flight_error(
     miss = 0.0
     jumps = [0.0, 0.0, 0.0]
     for path, waypoints in paths.values():
-        reached, _, _ = _at(path, knots[:-1])
+        reached, _ = _at(path, knots[:-1])
         miss = max(miss, float(_length(reached - np.array(waypoints, np.float64)).max()))
-        starts = _at(path, np.arange(len(path), dtype=np.float64))
         a, b, c, d = (path[:, :, k] for k in range(4))
-        ends = (a + b + c + d, b + 2 * c + 3 * d, 2 * c + 6 * d)
+        starts, ends = (a, b, 2 * c), (a + b + c + d, b + 2 * c + 3 * d, 2 * c + 6 * d)
         for k in range(3):
             jumps[k] = max(jumps[k], float(_length(np.roll(ends[k], 1, axis=0) - starts[k]).max()))
     curve = paths["eye"][0]

@@ -98,7 +98,7 @@ def _covered_rows(level: F32, share: float, cutoff: float, index: int, told: Row
 
     def work(band: tuple[int, int]) -> None:
         rows = level[band[0] : band[1]]
-        rows[:, :, -1] = np.minimum(rows[:, :, -1] * factor, np.float32(1))
+        rows[:, :, -1] *= factor  # codes end at 255
         told(index, band[0], maps.rgba_codes(rows, encoded=False, threads=1))
 
     run(work, bands_of(*level.shape[:2]))
