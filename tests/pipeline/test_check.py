@@ -21,6 +21,7 @@ from paradize.bake import bake
 from paradize.bake_tasks import How
 from paradize.check import RULES, Finding, Look, check_paths, render
 from paradize.check.rules import gathered
+from paradize.check.sounds import check_sound
 from paradize.data import Texture
 from paradize.formats.ktx2 import decode_ktx2, encode_ktx2
 from tests.pipeline.scenes import make_cove
@@ -101,26 +102,32 @@ def put(row: int, column: int | slice, value: float) -> Callable[[np.ndarray], N
     return edit
 
 
-def scale(row: int, factor: float) -> Callable[[np.ndarray], None]:
+def scale(row: int, factor: float, columns: int = 4) -> Callable[[np.ndarray], None]:
     def edit(array: np.ndarray) -> None:
-        array[row] *= factor
+        array[row, :columns] *= factor
 
     return edit
 
 
-def lean(scene: Path) -> None:
-    data = file_of(scene, "post_mesh").read_bytes()
-    found: list[np.ndarray] = []
-    with_accessor(data, "NORMAL", lambda array: found.append(array.copy()))
+def lean(way: float) -> Callable[[Path], None]:
+    def fault(scene: Path) -> None:
+        data = file_of(scene, "post_mesh").read_bytes()
+        found: list[np.ndarray] = []
+        with_accessor(data, "NORMAL", lambda array: found.append(array.copy()))
 
-    def edit(tangents: np.ndarray) -> None:
-        tangents[5, :3] = found[0][5]
+        def edit(tangents: np.ndarray) -> None:
+            tangents[5, :3] = way * found[0][5]
 
-    replace(scene, "post_mesh", with_accessor(data, "TANGENT", edit))
+        replace(scene, "post_mesh", with_accessor(data, "TANGENT", edit))
+
+    return fault
 
 
-def same_corner(indices: np.ndarray) -> None:
-    indices[1, 0] = indices[0, 0]
+def same_corner(a: int, b: int) -> Callable[[np.ndarray], None]:
+    def edit(indices: np.ndarray) -> None:
+        indices[b, 0] = indices[a, 0]
+
+    return edit
 
 
 def swapped_lods(scene: Path) -> None:
@@ -131,11 +138,16 @@ def swapped_lods(scene: Path) -> None:
     replace(scene, "post_mesh", with_json(file_of(scene, "post_mesh").read_bytes(), edit))
 
 
-def falling_error(scene: Path) -> None:
-    def edit(tree: dict[str, Any]) -> None:
-        tree["nodes"][-1]["extras"]["error_max"] = -1.0
+def errors_of_levels(*errors: float) -> Callable[[Path], None]:
+    """error_max of the levels, the finest first; those after the last keep theirs."""
 
-    replace(scene, "post_mesh", with_json(file_of(scene, "post_mesh").read_bytes(), edit))
+    def edit(tree: dict[str, Any]) -> None:
+        for node, error in zip(tree["nodes"], errors, strict=False):
+            node["extras"]["error_max"] = error
+
+    return lambda scene: replace(
+        scene, "post_mesh", with_json(file_of(scene, "post_mesh").read_bytes(), edit)
+    )
 
 
 def bare_glb(tree: dict[str, Any]) -> bytes:
@@ -153,7 +165,7 @@ def no_mesh(scene: Path) -> None:
 def modest(scene: Path) -> None:
     def edit(tree: dict[str, Any]) -> None:
         for node in tree["nodes"]:
-            node["extras"]["error_max"] *= 0.25
+            node["extras"]["error_max"] *= 0.7
 
     replace(scene, "post_mesh", with_json(file_of(scene, "post_mesh").read_bytes(), edit))
 
@@ -181,11 +193,16 @@ def lower(tree: dict[str, Any], by_m: float) -> None:
         segment["eye"][1][0] -= by_m
 
 
-def clicking(scene: Path) -> None:
-    wave = 0.5 * np.sin(2 * np.pi * 110.25 * np.arange(8000) / 8000)
+def tone(hertz: float, size: float) -> bytes:
+    """A second of a sine as Ogg Vorbis."""
+    wave = size * np.sin(2 * np.pi * hertz * np.arange(8000) / 8000)
     held = io.BytesIO()
     soundfile.write(held, wave.astype(np.float32), 8000, format="OGG", subtype="VORBIS")
-    replace(scene, "sound", held.getvalue())
+    return held.getvalue()
+
+
+def clicking(size: float) -> Callable[[Path], None]:
+    return lambda scene: replace(scene, "sound", tone(110.25, size))
 
 
 def packed(edit: Callable[[bytearray, int], None] = lambda data, at: None) -> Callable[[Path], None]:
@@ -242,8 +259,12 @@ def color_as_normal(scene: Path) -> None:
     replace(scene, "sand_normal", file_of(scene, "sand_color").read_bytes())
 
 
-def jump(tree: dict[str, Any]) -> None:
-    tree["flight"]["segments"][2]["eye"][1][0] += 0.25
+def jump(tree: dict[str, Any], key: str, metres: float, speed: float) -> None:
+    """A segment that begins elsewhere, or goes another way to where the next one begins."""
+    cubic = tree["flight"]["segments"][2][key][1]
+    cubic[0] += metres
+    cubic[2] += speed
+    cubic[3] -= speed
 
 
 def manifest(edit: Callable[[dict[str, Any]], Any]) -> Callable[[Path], None]:
@@ -304,18 +325,26 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ202", "an infinite texture coordinate", edit_mesh("TEXCOORD_0", put(3, 1, float("inf")))),
     ("PZ203", "a normal of length 2", edit_mesh("NORMAL", scale(7, 2.0))),
     ("PZ203", "a normal of length 0", edit_mesh("NORMAL", scale(7, 0.0))),
-    ("PZ204", "a tangent along its normal", lean),
+    ("PZ204", "a tangent along its normal", lean(1.0)),
+    ("PZ204", "a tangent against its normal", lean(-1.0)),
+    ("PZ204", "a tangent of half the length", edit_mesh("TANGENT", scale(7, 0.5, 3))),
     ("PZ205", "a sign of 0", edit_mesh("TANGENT", put(2, 3, 0.0))),
-    ("PZ206", "a triangle with one corner twice", edit_mesh("indices", same_corner, 2)),
+    *(
+        ("PZ206", f"a triangle whose corners {a} and {b} are one", edit_mesh("indices", same_corner(a, b), 2))
+        for a, b in ((0, 1), (1, 2), (2, 0))
+    ),
     ("PZ207", "levels swapped", swapped_lods),
-    ("PZ207", "an error below zero", falling_error),
+    ("PZ207", "an error below zero", errors_of_levels(0.0, 0.0, -1.0)),
+    ("PZ207", "an error that falls from one level to the next", errors_of_levels(0.0, 0.3, 0.2)),
     ("PZ209", "levels that tell too small an error", modest),
     ("PZ231", "a coordinate beside the map", edit_mesh("TEXCOORD_0", put(3, 0, 1.5))),
+    ("PZ231", "a coordinate before the map", unguarded(edit_mesh("TEXCOORD_0", put(3, 1, -0.01)))),
     ("PZ232", "a layout that is folded", unguarded(edit_mesh("TEXCOORD_0", folded))),
     ("PZ233", "a layout whose half is squeezed", unguarded(edit_mesh("TEXCOORD_0", squeezed))),
     ("PZ411", "a path through the hill", manifest(lambda m: lower(m, 3.5))),
     ("PZ412", "a near plane that reaches the ground", manifest(lambda m: m["flight"].update(near_m=4.0))),
-    ("PZ501", "a sound that ends in mid-wave", clicking),
+    ("PZ501", "a sound that ends in mid-wave", clicking(0.5)),
+    ("PZ501", "a sound that ends in the trough of a wave", clicking(-0.5)),
     ("PZ208", "a mesh file without meshes", no_mesh),
     ("PZ301", "the last mip missing", short_chain),
     ("PZ301", "level 0 cut short", cut_texture),
@@ -350,7 +379,10 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ),
     ("PZ423", "a file that was smaller", since(lambda m: m["artifacts"]["sky"].update(bytes=9), before=True)),
     ("PZ402", "an artifact that no pass reads", manifest(lambda m: m.update(sky=None))),
-    ("PZ403", "a jump in the camera path", manifest(jump)),
+    ("PZ403", "a jump in the camera path", manifest(lambda m: jump(m, "eye", 0.25, 0.0))),
+    ("PZ403", "a jump in where the camera looks", manifest(lambda m: jump(m, "target", 0.25, 0.0))),
+    ("PZ403", "a jolt in the camera path", manifest(lambda m: jump(m, "eye", 0.0, 0.01))),
+    ("PZ403", "a jolt in where the camera looks", manifest(lambda m: jump(m, "target", 0.0, 0.01))),
 ]
 
 
@@ -374,6 +406,12 @@ def test_the_rule_fires_and_no_other_error_does(
     findings = check_paths([scene], Look(against=before if before.exists() else None))
     assert code in {finding.code for finding in findings}, findings
     assert {finding.code for finding in findings if finding.severity == "error"} <= {code}, findings
+
+
+def test_a_loud_high_tone_that_loops_is_clean() -> None:
+    """From its last sample to its first it steps as it does everywhere; a hush hides any step."""
+    assert list(check_sound(tone(440.0, 0.4), "a.ogg")) == []
+    assert list(check_sound(tone(110.25, 0.01), "a.ogg")) == []
 
 
 def test_every_rule_has_a_planted_fault() -> None:

@@ -55,15 +55,17 @@ def test_a_png_with_one_wrong_bit_is_found(maps: Path) -> None:
 def test_a_normal_map_whose_vectors_are_not_unit_is_found_with_its_texels(maps: Path) -> None:
     file = maps / "hills_normal.png"
     texels = decode_png(file).copy()
-    texels[5, 7] = texels[9, 2] = (128, 128, 128)
+    texels[5, 7], texels[9, 2] = (128, 128, 128), (255, 255, 128)  # too short, and too long
     file.write_bytes(encode_png(texels))
     (finding,) = check_paths([maps])
     assert (finding.code, finding.place, finding.count) == ("PZ203", "texel (7, 5)", 2)
 
 
 def test_a_png_of_pixels_keeps_them(tmp_path: Path) -> None:
-    for kind in (np.uint8, np.uint16):
-        texels = np.random.default_rng(0).integers(0, np.iinfo(kind).max, (5, 3, 3), kind, endpoint=True)
+    """Colour beside alpha, too, is what the file says, not what alpha leaves of it."""
+    for kind, channels in ((np.uint8, 3), (np.uint16, 3), (np.uint8, 4), (np.uint16, 4), (np.uint8, 1)):
+        size = (5, 3, channels)
+        texels = np.random.default_rng(0).integers(0, np.iinfo(kind).max, size, kind, endpoint=True)
         (tmp_path / "a.png").write_bytes(encode_png(texels))
         found = decode_png(tmp_path / "a.png")
         assert found.dtype == kind

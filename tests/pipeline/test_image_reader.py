@@ -15,7 +15,9 @@ import OpenImageIO as oiio
 import pytest
 
 from paradize.errors import BakeError, SourceError
+from paradize.readers.damage import check_damage
 from paradize.readers.image import read_image
+from paradize.readers.targa import check_targa
 
 
 def write(path: Path, pixels: np.ndarray, kind: object, **attributes: object) -> Path:
@@ -146,6 +148,32 @@ def test_a_targa_cut_before_its_last_texel_is_refused(tmp_path: Path, compressio
             read_image(path)
 
 
+@pytest.mark.parametrize("bits", [15, 16, 24])
+def test_a_targa_with_a_palette_ends_where_its_last_texel_does(tmp_path: Path, bits: int) -> None:
+    """Colours of a palette take whole bytes: two where they have 15 bits."""
+    head = struct.pack("<BBBHHBHHHHBB", 3, 1, 1, 0, 4, bits, 0, 0, 5, 2, 8, 0)
+    start = head + b"abc" + bytes(4 * ((bits + 7) // 8))
+    path = tmp_path / "a.tga"
+    path.write_bytes(start + bytes(10))
+    check_targa(path)
+    path.write_bytes(start + bytes(9))
+    with pytest.raises(SourceError, match="5 x 2 texels need more"):
+        check_targa(path)
+
+
+def test_runs_of_a_targa_are_counted_head_and_all(tmp_path: Path) -> None:
+    """A run of 128 texels, then two packets of texels as they are: 1 + 3, 1 + 3 * 60, 1 + 3 * 4 bytes."""
+    head = struct.pack("<BBBHHBHHHHBB", 0, 0, 10, 0, 0, 0, 0, 0, 64, 3, 24, 0)
+    texels = bytes([255, 1, 2, 3, 59]) + bytes(180) + bytes([3]) + bytes(12)
+    path = tmp_path / "a.tga"
+    path.write_bytes(head + texels)
+    check_targa(path)
+    for length in range(1, len(texels)):
+        path.write_bytes(head + texels[:length])
+        with pytest.raises(SourceError, match="64 x 3 texels need more"):
+            check_targa(path)
+
+
 def test_codes_stay_the_files_codes_and_no_float_copy_is_kept(tmp_path: Path) -> None:
     for kind, dtype in ((oiio.UINT8, np.uint8), (oiio.UINT16, np.uint16)):
         codes = (np.arange(4 * 5 * 3) * 211 % 256).reshape(4, 5, 3).astype(dtype)
@@ -209,6 +237,20 @@ def test_a_bitmap_whose_texels_leave_its_palette_or_its_file_is_refused(tmp_path
             read_image(path)
 
 
+def test_what_fills_the_rows_of_a_bitmap_is_no_texel(tmp_path: Path) -> None:
+    """Rows are multiples of four bytes; what stands behind the last texel of one may be anything."""
+    head = (
+        b"BM"
+        + struct.pack("<IHHI", 0, 0, 0, 62)
+        + struct.pack("<IiiHHIIiiII", 40, 5, 2, 1, 8, 0, 0, 0, 0, 2, 0)
+    )
+    rows = bytes([0, 1, 0, 1, 1, 99, 99, 99, 1, 0, 0, 0, 0, 99, 99, 99])
+    path = tmp_path / "a.bmp"
+    path.write_bytes(head + bytes([0, 0, 0, 0, 255, 255, 255, 0]) + rows)
+    check_damage(path, "bmp")
+    assert read_image(path).values[:, :, 0].tolist() == [[255, 0, 0, 0, 0], [0, 255, 0, 255, 255]]
+
+
 def test_a_tiff_whose_strips_leave_the_file_is_refused(tmp_path: Path) -> None:
     codes = np.random.default_rng(2).integers(0, 256, (32, 32, 3), dtype=np.uint8)
     path = write(tmp_path / "a.tif", codes, oiio.UINT8)
@@ -220,6 +262,8 @@ def test_a_tiff_whose_strips_leave_the_file_is_refused(tmp_path: Path) -> None:
             where = at + 10 + 12 * k if count == 1 else value + 4 * (count - 1)
             struct.pack_into("<I", data, where, 10 * len(data))
     path.write_bytes(data)
+    with pytest.raises(SourceError, match=rf"texels end at byte \d+ of {len(data)}"):
+        check_damage(path, "tiff")  # by its own reckoning, whatever the decoder finds
     with pytest.raises(SourceError, match="damaged or cut"):
         read_image(path)
 
@@ -251,11 +295,12 @@ def test_the_faces_of_a_cube_map_are_no_picture(tmp_path: Path, faces: int) -> N
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_a_texel_that_is_no_number_is_refused_with_its_place(tmp_path: Path, bad: float) -> None:
-    values = np.zeros((4, 6, 3), np.float32)
-    values[2, 5, 1] = bad
-    path = write(tmp_path / "a.exr", values, oiio.FLOAT)
-    with pytest.raises(SourceError, match=r"texel \(5, 2\)"):
-        read_image(path)
+    values = np.zeros((600, 6, 3), np.float32)
+    for row, count in ((571, 1), (2, 2)):
+        values[row, 5, 1] = bad
+        path = write(tmp_path / "a.exr", values, oiio.FLOAT)
+        with pytest.raises(SourceError, match=rf"texel \(5, {row}\).* in channel 1, {count} such"):
+            read_image(path)
 
 
 def test_a_refusal_is_one_message_and_nothing_of_the_decoders(
@@ -289,6 +334,11 @@ def test_a_bomb_is_refused_before_it_is_decoded(tmp_path: Path, size: tuple[int,
 
 
 def test_the_limits_are_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for shape in ((8, 9, 3), (9, 8, 3)):
+        path = write(tmp_path / "a.png", np.zeros(shape, np.uint8), oiio.UINT8)
+        with monkeypatch.context() as settings, pytest.raises(SourceError, match="at most 8 per side"):
+            settings.setenv("PARADIZE_MAX_SIDE", "8")
+            read_image(path)
     path = write(tmp_path / "a.png", np.zeros((8, 8, 3), np.uint8), oiio.UINT8)
     for name, number, message in (
         ("PARADIZE_MAX_SIDE", "4", "at most 4 per side"),

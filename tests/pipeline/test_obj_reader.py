@@ -372,6 +372,14 @@ def test_materials_are_read_with_their_maps(tmp_path: Path) -> None:
     assert result.warnings == []
 
 
+@pytest.mark.parametrize(
+    ("line", "opacity"),
+    [("d 0.25", 0.25), ("Tr 0.25", 0.75), ("d 7", 1.0), ("Tr 7", 0.0), ("d -halo 0.5", 0.5)],
+)
+def test_how_clear_a_material_is_may_be_told_either_way(tmp_path: Path, line: str, opacity: float) -> None:
+    assert model(tmp_path, "a.mtl", f"newmtl wood\n{line}\nKd 0.5\n").materials["wood"].opacity == opacity
+
+
 def test_library_names_may_hold_blanks_and_several_may_share_a_line(tmp_path: Path) -> None:
     (tmp_path / "one two.mtl").write_text("newmtl wood\n")
     (tmp_path / "three.mtl").write_text("newmtl stone\n")

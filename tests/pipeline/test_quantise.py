@@ -106,6 +106,23 @@ def test_what_is_told_is_what_the_file_holds() -> None:
     assert {key: extras[key] for key in lod.errors} == lod.errors
 
 
+def test_every_level_s_errors_hold_the_farthest_that_codes_moved_any_vertex() -> None:
+    meshes = ball(30), ball(9)
+    given = [Lod(mesh, most, rms) for mesh, most, rms in zip(meshes, (0.0, 0.02), (0.0, 0.004), strict=True)]
+    found = quantised_levels(given, direction_deg=0.1)
+    moved = [lod.errors["quantise_max"] for lod in found]
+    assert min(moved) < max(moved)
+    for lod, was in zip(found, given, strict=True):
+        assert lod.error_max == pytest.approx(was.error_max + max(moved), rel=1e-5)
+        assert lod.error_rms == pytest.approx(was.error_rms + max(moved), rel=1e-5)
+
+
+def test_of_two_budgets_for_directions_the_stricter_decides() -> None:
+    limits = {"quantise_normal_max_deg": 0.5, "quantise_tangent_max_deg": 0.2}
+    assert direction_deg_of(limits) == 0.2
+    assert direction_deg_of(limits | {"quantise_normal_max_deg": 0.1}) == 0.1
+
+
 def test_a_file_whose_codes_are_wrong_is_told_as_wrong() -> None:
     mesh = ball()
     _, data = coded(mesh)

@@ -60,6 +60,16 @@ def test_filling_keeps_what_is_known_and_stays_between_it() -> None:
     assert np.array_equal(filled, fill_nodata(heights, known))
 
 
+def test_a_hole_in_a_plain_is_filled_with_the_plain() -> None:
+    """However wide, and whatever lies in it; a slope runs on through it."""
+    hole = np.zeros((96, 80), bool)
+    hole[9:85, 5:70] = True
+    assert np.allclose(fill_nodata(np.where(hole, np.nan, 7.5), ~hole), 7.5, atol=1e-9)
+    ramp = np.broadcast_to(np.arange(80.0), (96, 80))
+    filled = fill_nodata(np.where(hole, -1e6, ramp), ~hole)
+    assert np.abs(filled - ramp).max() < 0.15 * 79
+
+
 def test_a_geotiff_is_metres_with_its_declared_nodata_filled(tmp_path: Path) -> None:
     heights = slope(20).astype(np.float32)
     heights[4:6, 9] = -9999.0

@@ -18,6 +18,7 @@ from tests.pipeline.scenes import make_cove
 def test_the_sample_is_always_the_same_and_never_empty() -> None:
     names = [f"a{i}" for i in range(40)]
     assert sample(names, 10.0) == sample(names[::-1], 10.0) and len(sample(names, 10.0)) == 4
+    assert len(sample(names, 10.1)) == 5 and len(sample(names[:7], 99.0)) == 7  # that share or more
     assert len(sample(names, 0.1)) == 1 and sample(names, 100.0) == sorted(names) and sample([], 50.0) == []
     assert set(sample(names, 10.0)) < set(sample(names, 50.0))
 

@@ -36,7 +36,9 @@ def encode_png(codes: Codes) -> bytes:
 
 def decode_png(path: Path) -> Codes:
     """The codes (h, w, channels) of a PNG, 8 or 16 bits. Raises FormatError for other files."""
-    source = oiio.ImageInput.open(str(path))
+    hints = oiio.ImageSpec()
+    hints.attribute("oiio:UnassociatedAlpha", 1)  # else colour comes multiplied by it
+    source = oiio.ImageInput.open(str(path), hints)
     if source is None:
         raise FormatError(f"no PNG that can be read: {oiio.geterror().strip()}", file=path)
     spec = source.spec()
