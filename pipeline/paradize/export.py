@@ -124,11 +124,14 @@ class _Export:
         ground = self.manifest["terrain"]
         if not ground:
             return
-        tiles = [decode_tile(self._read(self._file(name)), name) for name in ground["tiles"]]
-        meshes = [joined([patch.mesh for patch in tile if patch.finest]) for tile in tiles]
+        meshes: dict[str, Mesh] = {}
+        for name in ground["tiles"]:
+            tile = decode_tile(self._read(self._file(name)), name)
+            if finest := [patch.mesh for patch in tile if patch.finest]:  # else finer ones replace all of it
+                meshes[name] = joined(finest)
         effect = decode_texels(self._texture(ground["effect_color"])) if ground["effect_color"] else None
         shape = (GROUND_TEXELS, GROUND_TEXELS) if effect is None else at_least(effect.shape[:2])
-        heights = terrain_heights(meshes, shape)
+        heights = terrain_heights(list(meshes.values()), shape)
         share = np.ones(shape, np.float32)
         if effect is not None:
             share = smoothstep(heights, ground["mix_low_m"], ground["mix_high_m"])
@@ -152,7 +155,7 @@ class _Export:
             parts["normalTexture"] = {"index": index, "texCoord": 1}
         parts["extensions"] = {_SPECULAR: {"specularFactor": min(1.0, ground["specular"])}}
         material = self.bundle.material("ground", **parts)
-        for name, mesh in zip(ground["tiles"], meshes, strict=True):
+        for name, mesh in meshes.items():
             self._place(name, mesh, {"": material})
         if water:
             self._sea_floor(ground["height_range_m"][0], water)

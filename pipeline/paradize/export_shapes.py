@@ -48,11 +48,12 @@ def level_quad(height_m: float, size_m: float, tiles: float = 1.0) -> Mesh:
 
 
 def joined(meshes: list[Mesh]) -> Mesh:
-    """Patches as one mesh; each keeps its own vertices."""
+    """Patches with the same attributes as one mesh; each keeps its own vertices."""
     starts = np.cumsum([0, *(len(mesh.positions) for mesh in meshes)])
 
     def all_of(attribute: str) -> Any:
-        return np.concatenate([getattr(mesh, attribute) for mesh in meshes])
+        columns = [getattr(mesh, attribute) for mesh in meshes]
+        return None if columns[0] is None else np.concatenate(columns)
 
     shifted = [mesh.triangles + np.uint32(start) for mesh, start in zip(meshes, starts, strict=False)]
     return Mesh(

@@ -16,11 +16,17 @@ from paradize.bake_tasks import How
 from paradize.budget import METRICS, Excess, excesses
 from paradize.check import Finding, Look, check_paths, render
 from paradize.check.against import growth
+from paradize.check.budgets import check_budget, device_bytes
+from paradize.check.verdicts import judged
 from paradize.cli import main
+from paradize.data import Lod, Texture
 from paradize.errors import ParadizeError
+from paradize.formats.glb import encode_glb
+from paradize.formats.ktx2 import encode_ktx2
 from paradize.scene import load_scene
 from paradize.schema import Limits
 from tests.pipeline.scenes import make_cove
+from tests.pipeline.shapes import cube
 
 
 @pytest.fixture(scope="module")
@@ -171,6 +177,51 @@ WAIVER = '\n[[waiver]]\nrule = "PZ401"\nartifact = "terrain_mesh"\nmetric = "ter
 WAIVER += 'reason = "the new sand comes in June"\nuntil = 2026-06-30\n'
 
 
+def test_the_device_holds_what_is_inflated_and_the_buffers_of_meshes() -> None:
+    levels = tuple(bytes(4 * side * side) for side in (16, 8, 4, 2, 1))
+    texture = Texture("RGBA8_UNORM", 16, 16, levels)
+    for zstd_level in (None, 3):
+        assert device_bytes(encode_ktx2(texture, zstd_level=zstd_level)) == sum(map(len, levels))
+    mesh = cube()
+    rows = len(mesh.positions) * 12 + mesh.triangles.size * 2
+    assert rows <= device_bytes(encode_glb((Lod(mesh, 0.0, 0.0),), "cube")) < rows + 32
+    assert [device_bytes(data) for data in (b"", b"OggS" * 9, b"glTF\2\0")] == [0, 0, 0]
+
+
+def test_of_the_finest_patches_of_a_tile_the_worst_is_named() -> None:
+    """Not a coarse one that is worse, and not one of another tile."""
+    none: dict[str, Any] = {"hard": {}, "soft": {}}
+    patches = {"tile": [0, 0, 0, 0, 1], "diamond": [0, -1, -1, -1, -1], "error_m": [9.0, 0.1, 0.3, 0.2, 5.0]}
+    patches["center"] = [[float(k), 0.0, -1.5] for k in range(5)]
+    entry = {"kind": "mesh", "errors": {"terrain_max_m": 0.3}, "levels": [], "file": "a", "bytes": 1}
+    manifest = {
+        "budget": none | {"hard": {"terrain_max_m": 0.2}},
+        "artifacts": {"ground": entry},
+        "terrain": {"tiles": ["ground", "ground_1"], "patches": patches},
+        "flight": {"errors": {}},
+        "check": {"tried": {}},
+    }
+    (found,) = check_budget(manifest, Path(), "scene.json")
+    assert found.place == "artifacts.ground patch 2 at (2, 0, -1.5)"
+    manifest["budget"] = {"hard": {"surface_max": 0.01}, "soft": {}}
+    levels = [{"error_max": error} for error in (0.0, 0.05, 0.02)]
+    manifest["artifacts"] = {"post": entry | {"errors": {"surface_max": 0.05}, "levels": levels}}
+    (found,) = check_budget(manifest, Path(), "scene.json")
+    assert found.place == "artifacts.post lod1"
+
+
+def test_of_several_waivers_the_one_that_holds_longest_counts() -> None:
+    days = ("2026-06-30", "2026-01-31", "2026-03-31")
+    waivers = [
+        {"rule": "PZ104", "artifact": None, "metric": None, "reason": day, "until": day} for day in days
+    ]
+    for order in (waivers, waivers[::-1]):
+        told = {"severity": {}, "waivers": order}
+        for day, holds in ((date(2026, 6, 30), True), (date(2026, 7, 1), False)):
+            (found,) = judged([Finding("PZ104", "a", "b")], told, "scene.json", day)
+            assert bool(found.waived) is holds and "2026-06-30" in str(found)
+
+
 def test_a_waived_finding_passes_up_to_its_day_and_fails_after_it(cove: Path) -> None:
     out = rebaked(cove, "[budget]\nterrain_max_m = 1e-6\n" + WAIVER)
     (held,) = check_paths([out], Look(today=date(2026, 6, 30)))
@@ -247,9 +298,31 @@ def test_a_scene_is_held_to_an_earlier_bake(cove: Path) -> None:
     assert check_paths([cove / "out"], Look(against=before, worse_by=0.1)) == []
 
 
+def test_of_levels_that_got_worse_the_one_that_grew_most_is_told(cove: Path) -> None:
+    """The finest level's errors are the artifact's own, and are told there or not at all."""
+    before = cove / "before"
+    shutil.copytree(cove / "out", before)
+
+    def grow(tree: dict[str, Any], level: int, metric: str, share: float) -> None:
+        tree["artifacts"]["post_mesh"]["levels"][level][metric] *= share
+
+    change(cove / "out", lambda m: m["artifacts"]["post_normal"]["levels"][0].update(p99_deg=90.0))
+    assert check_paths([cove / "out"], Look(against=before)) == []
+    for share, level, metric in ((1.5, 1, "error_rms"), (3.0, 1, "normal_mean_deg"), (2.0, 2, "error_rms")):
+        change(cove / "out", lambda m, s=share, k=level, key=metric: grow(m, k, key, s))
+    (found,) = check_paths([cove / "out"], Look(against=before))
+    assert (found.code, found.count, found.place) == ("PZ421", 3, "artifacts.post_mesh level 1")
+    assert "normal_mean_deg of level 1" in found.what and found.what.endswith("200 % worse")
+
+
 def test_what_is_new_gone_or_larger_is_a_warning(cove: Path) -> None:
     before = cove / "before"
     shutil.copytree(cove / "out", before)
+    size = json.loads((before / "scene.json").read_text())["artifacts"]["sky"]["bytes"]
+    for share, told in ((1.04, []), (1.06, ["PZ423"]), (1.9, ["PZ423"])):
+        change(before, lambda m, share=share: m["artifacts"]["sky"].update(bytes=round(size / share)))
+        assert codes(check_paths([cove / "out"], Look(against=before))) == told
+    change(before, lambda m: m["artifacts"]["sky"].update(bytes=size))
     change(before, lambda m: (m["artifacts"].update(old=m["artifacts"].pop("sound")), m.update(sound=None)))
     change(before, lambda m: m.update(streaming=[n for n in m["streaming"] if n in m["artifacts"]]))
     change(before, lambda m: m["artifacts"]["post_mesh"].update(bytes=1000))
@@ -291,6 +364,7 @@ def test_of_several_earlier_bakes_the_one_of_the_same_name_counts(cove: Path) ->
         ("normal_p99_deg", 2.0, 2.5, 0.25),
         ("normal_p99_deg", 2.5, 2.0, 0.0),
         ("normal_p99_deg", 1e-9, 5e-4, 0.0),  # both are rounding
+        ("normal_p99_deg", 5e-4, 1.0, 1999.0),  # it was, and is no more
         ("surface_max", 0.0, 0.5, float("inf")),
         ("color_psnr_db", 40.0, 20.0, 9.0),
         ("color_psnr_db", 40.0, 41.0, 0.0),

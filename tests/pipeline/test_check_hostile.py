@@ -12,10 +12,12 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 from paradize.bake_mesh import bake_mesh
 from paradize.check import check_paths, render
+from paradize.check.glb_arrays import read_levels
 from paradize.check.meshes import check_mesh
 from paradize.errors import FormatError
 from paradize.formats.glb import decode_glb
@@ -95,6 +97,49 @@ def test_an_attribute_of_another_width_is_named(glb: bytes, attribute: str, acce
     attributes[attribute] = attributes[accessor]
     found = list(check_mesh(packed(tree, glb[20 + length :]), "a.glb"))
     assert found[0].code == "PZ102" and attribute in found[0].what
+
+
+def interleaved(length: int) -> bytes:
+    """What other tools write: rows of 32 bytes, indices in the middle of their view, colours as codes.
+    length: of the first view."""
+    rng = np.random.default_rng(2)
+    rows = np.zeros(4, np.dtype([("p", "<f4", 3), ("pad", "<f4"), ("n", "<f4", 3), ("c", "u1", 4)]))
+    rows["p"], rows["n"], rows["c"] = rng.random((4, 3)), rng.random((4, 3)), rng.integers(0, 256, (4, 4))
+    indices = np.array([9, 9, 9, 0, 1, 2, 2, 1, 3], "<u2").tobytes()
+    binary = bytes(8) + rows.tobytes() + indices + bytes(2)
+    floats = {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"}
+    tree = {
+        "asset": {"version": "2.0"},
+        "nodes": [{"name": "thing", "mesh": 0}],
+        "meshes": [
+            {"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1, "COLOR_0": 2}, "indices": 3}]}
+        ],
+        "accessors": [
+            floats,
+            floats | {"byteOffset": 16},
+            {"bufferView": 0, "byteOffset": 28, "componentType": 5121, "count": 4, "type": "VEC4"}
+            | {"normalized": True},
+            {"bufferView": 1, "byteOffset": 6, "componentType": 5123, "count": 6, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 8, "byteLength": length, "byteStride": 32},
+            {"buffer": 0, "byteOffset": 136, "byteLength": 18},
+        ],
+    }
+    return packed(tree, struct.pack("<I4s", len(binary), b"BIN\0") + binary)
+
+
+def test_rows_with_strides_and_offsets_are_read_as_they_lie() -> None:
+    (level,) = read_levels(interleaved(128), "a.glb")
+    (primitive,) = level.primitives
+    rng = np.random.default_rng(2)
+    for name in ("POSITION", "NORMAL"):
+        assert np.array_equal(primitive.attributes[name], rng.random((4, 3)).astype(np.float32))
+    colors = rng.integers(0, 256, (4, 4)) / 255.0
+    assert np.allclose(primitive.attributes["COLOR_0"], colors, atol=1e-7)
+    assert primitive.indices is not None and primitive.indices.tolist() == [0, 1, 2, 2, 1, 3]
+    with pytest.raises(FormatError, match="reaches beyond its buffer"):
+        read_levels(interleaved(127), "a.glb")  # of the view, not of the file
 
 
 def test_signed_indices_are_refused_before_they_reach_backwards(glb: bytes) -> None:

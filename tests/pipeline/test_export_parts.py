@@ -131,17 +131,16 @@ def test_gloss_and_normals_stand_in_the_channels_that_gltf_reads(tmp_path: Path)
 
 
 def test_joined_patches_keep_every_triangle_where_it_was() -> None:
-    meshes = [
-        replace(mesh, uvs1=mesh.uvs, tangents=np.zeros((len(mesh.positions), 4), np.float32))
-        for mesh in (grid(3), sphere(4), grid(2))
-    ]
-    found = joined(meshes)
-    corners = np.concatenate([mesh.positions[mesh.triangles] for mesh in meshes])
-    assert np.array_equal(found.positions[found.triangles], corners)
+    plain = [replace(mesh, uvs1=mesh.uvs) for mesh in (grid(3), sphere(4), grid(2))]
+    framed = [replace(mesh, tangents=np.ones((len(mesh.positions), 4), np.float32)) for mesh in plain]
+    for meshes in (plain, framed):  # a terrain without relief has no tangents
+        found = joined(meshes)
+        corners = np.concatenate([mesh.positions[mesh.triangles] for mesh in meshes])
+        assert np.array_equal(found.positions[found.triangles], corners)
+        assert (found.tangents is None) == (meshes is plain)
     square = level_quad(3.0, 10.0)
-    assert square.positions[:, 1].tolist() == [3.0] * 4 and np.ptp(
-        square.positions[:, [0, 2]], axis=0
-    ).tolist() == [10, 10]
+    assert square.positions[:, 1].tolist() == [3.0] * 4
+    assert np.ptp(square.positions[:, [0, 2]], axis=0).tolist() == [10.0, 10.0]
     a, b, c = square.positions[square.triangles[0]].astype(float)
     assert np.cross(b - a, c - a)[1] > 0.0
 

@@ -22,11 +22,13 @@ from paradize.engine.store import key_of
 from paradize.errors import BakeError, FormatError
 from paradize.explain import explain
 from paradize.explain_words import render
+from paradize.export import export
 from paradize.formats import glb_tiles
 from paradize.formats.glb_tiles import TILE_BYTES, TilePatch, decode_tile, encode_tiles
 from paradize.formats.scene_manifest import decode_scene, encode_scene
 from paradize.formats.terrain_tables import check_tree
 from paradize.stages.quantise import quantise, terrain_lattice
+from tests.pipeline.glb_json import document
 from tests.pipeline.scenes import make_cove, write_image
 
 
@@ -108,6 +110,34 @@ def test_the_scenes_of_all_tiles_are_the_whole_terrain_once(coast: Any) -> None:
                 u, v = b - a, c - a
                 area += float(np.abs(u[:, 0] * v[:, 2] - u[:, 2] * v[:, 0]).sum()) / 2
     assert area == pytest.approx(300.0 * 400.0, rel=1e-6)
+
+
+def test_an_export_holds_the_finest_ground_that_there_is_once(
+    coast: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Coarse patches stay behind: seen from above the exported ground's triangles are as large as it is."""
+    monkeypatch.setattr("paradize.export_heights.GROUND_TEXELS", 64)
+    monkeypatch.setattr("paradize.export.GROUND_TEXELS", 64)
+    glb = export(coast[1], tmp_path / "coast.glb").file.read_bytes()
+    tree, area = document(glb), 0.0
+    binary = glb[28 + int.from_bytes(glb[12:16], "little") :]
+
+    def read(accessor: int, kind: str, width: int) -> Any:
+        told = tree["accessors"][accessor]
+        start = tree["bufferViews"][told["bufferView"]]["byteOffset"] + told.get("byteOffset", 0)
+        return np.frombuffer(binary, kind, width * told["count"], start).reshape(-1, width)
+
+    for mesh in tree["meshes"]:
+        if mesh["name"].startswith("terrain_mesh"):
+            (primitive,) = mesh["primitives"]
+            wide = tree["accessors"][primitive["indices"]]["componentType"] == 5125
+            corners = read(primitive["attributes"]["POSITION"], "<f4", 3).astype(float)
+            a, b, c = corners[
+                read(primitive["indices"], "<u4" if wide else "<u2", 1).reshape(-1, 3)
+            ].swapaxes(0, 1)
+            u, v = b - a, c - a
+            area += float(np.abs(u[:, 0] * v[:, 2] - u[:, 2] * v[:, 0]).sum()) / 2
+    assert area == pytest.approx(300.0 * 400.0, rel=1e-5)
 
 
 def test_coarse_tiles_come_first_and_seconds_are_those_of_the_flight(coast: Any) -> None:
@@ -339,6 +369,15 @@ def bulging(patches: list[TilePatch]) -> list[TilePatch]:
     return [TilePatch(patches[0].index, mesh, patches[0].error_m, patches[0].finest), *patches[1:]]
 
 
+def sunk(patches: list[TilePatch]) -> list[TilePatch]:
+    """Every vertex inside the first patch lower than its error, and that of what replaces it, allows."""
+    first = patches[0]
+    deeper = bulging(patches)[0].mesh.positions
+    positions = first.mesh.positions.copy()
+    positions[:, 1] -= np.float32(2.0 * first.error_m + 0.3) * (deeper[:, 1] > positions[:, 1])
+    return [replace(first, mesh=replace(first.mesh, positions=positions)), *patches[1:]]
+
+
 def other_error(patches: list[TilePatch]) -> list[TilePatch]:
     first = patches[0]
     return [TilePatch(first.index, first.mesh, first.error_m + 1.0, first.finest), *patches[1:]]
@@ -349,6 +388,7 @@ TILE_FAULTS: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ404", "a tile that lacks a patch", lambda out: changed_tile(out, -1, lambda tile: tile[:-1])),
     ("PZ405", "a lifted vertex", lambda out: changed_tile(out, 0, lifted)),
     ("PZ413", "a patch that bulges", lambda out: changed_tile(out, 0, bulging)),
+    ("PZ413", "a patch that lies too low", lambda out: changed_tile(out, 0, sunk)),
 ]
 
 
