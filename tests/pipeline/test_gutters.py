@@ -186,9 +186,10 @@ def test_islands_without_a_whole_texel_between_them_are_one() -> None:
 
 
 def test_the_needed_width_grows_with_level_and_parallax() -> None:
-    assert gutter.needed_texels(0, 0.0, 1024) == gutter.FOOTPRINT
-    assert gutter.needed_texels(5, 0.0, 1024) == 32 * gutter.FOOTPRINT
-    assert gutter.needed_texels(0, gutter.parallax_reach(0.02, -0.01), 1000) == gutter.FOOTPRINT + 20.0
+    # A bilinear sample sees 1.5 texels of its level, a pixel's centre lies up to half of one outside.
+    assert gutter.needed_texels(0, 0.0, 1024) == 2.0
+    assert gutter.needed_texels(5, 0.0, 1024) == 64.0
+    assert gutter.needed_texels(0, gutter.parallax_reach(0.02, -0.01), 1000) == 22.0
     for width in (1.0, 2.0, 7.9, 8.0, 300.0):
         level = gutter.level_by_width(width, 0.0, 1024, 10)
         assert level < 0 or gutter.needed_texels(level, 0.0, 1024) <= width

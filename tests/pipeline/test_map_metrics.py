@@ -78,6 +78,15 @@ def test_dudv_of_every_level_agrees_with_numpy(shape: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize("shape", SHAPES)
+def test_decoded_vectors_are_judged_as_the_texture_is_that_holds_them(shape: tuple[int, int]) -> None:
+    field = ground(some_heights(*shape))
+    texture = truth.random_texture("RG8_SNORM", *shape)
+    xy = decode_texels(texture)
+    near([levels.vector_error(xy, field)], levels.normal_levels(texture, field)[:1])
+    near([levels.vector_error(xy, field, less_mean=True)], levels.dudv_levels(texture, field)[:1])
+
+
+@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize(
     "name", ["R8_UNORM", "RG8_UNORM", "BC4_UNORM", "BC5_UNORM", "R16_UNORM", "RG16_SNORM"]
 )

@@ -160,6 +160,23 @@ def test_the_side_that_is_meant_may_lie_twice_as_far_as_the_other() -> None:
         assert value == pytest.approx(0, abs=1e-4)
 
 
+@pytest.mark.parametrize("turn", range(4))
+def test_beyond_an_edge_the_nearest_place_of_the_edge_is_what_shows(turn: int) -> None:
+    """Two squares beside each other whose normals lean by where they lie along the edge between."""
+    ground = grid(1)
+    along = ground.positions[:, 2]
+    normals = np.stack([np.sin(along), np.cos(along), np.zeros_like(along)], axis=1).astype(np.float32)
+    ground = replace(ground, normals=normals)
+    beside = replace(ground, positions=ground.positions + np.float32([1, 0, 0]))
+    c, s = np.cos(turn * np.pi / 2), np.sin(turn * np.pi / 2)
+    round_y = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]).round().astype(np.float32)
+    pair = [
+        replace(m, positions=m.positions @ round_y, normals=m.normals @ round_y) for m in (ground, beside)
+    ]
+    for value in normal_error(*pair).values():
+        assert value == pytest.approx(0, abs=1e-4)
+
+
 def test_without_normals_there_is_no_error() -> None:
     ball = tangent_frames(sphere(8))
     for pair in ((ball, replace(ball, normals=None)), (replace(ball, normals=None), ball)):

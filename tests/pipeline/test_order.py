@@ -138,6 +138,9 @@ def test_the_costs_are_those_counted_by_hand() -> None:
     assert (acmr, atvr) == (3.0, 2.0)  # first in, first out, and always the wrong one out
     far = np.array([[0, 100, 200]], np.uint32)
     assert draw_cost(far, 201, [16], cache=16, lines=4)[2] == 4.0  # a line of 64 bytes for each 16
+    for index, lines in ((4, 1), (5, 2)):  # of 12 bytes: 48 to 60 lie in one line, 60 to 72 in two
+        one = np.full((1, 3), index, np.uint32)
+        assert draw_cost(one, 6, [12], cache=16, lines=4) == (1.0, 1.0, lines * 64 / 12)
     with pytest.raises(ValueError, match="index 3 of 3"):
         draw_cost(np.array([[0, 1, 3]], np.uint32), 3, [16])
 
@@ -150,9 +153,14 @@ def squares(heights: list[float]) -> tuple[npt.NDArray[np.float32], npt.NDArray[
     return np.array(points, np.float32), np.array(faces, np.uint32)
 
 
-def test_overdraw_counts_what_is_drawn_over() -> None:
-    assert overdraw(*squares([0.0, 0.1, 0.2, 0.3]), side=64) == pytest.approx(4, abs=0.1)
-    assert overdraw(*squares([0.3, 0.2, 0.1, 0.0]), side=64) == pytest.approx(1, abs=0.1)
+@pytest.mark.parametrize("axis", range(3))
+def test_overdraw_counts_what_is_drawn_over_whichever_way_it_faces(axis: int) -> None:
+    for heights, over in (([0.0, 0.1, 0.2, 0.3], 4), ([0.3, 0.2, 0.1, 0.0], 1)):
+        points, faces = squares(heights)
+        turned = np.ascontiguousarray(np.roll(points, axis, axis=1))
+        assert overdraw(turned, faces, side=64) == pytest.approx(over, abs=0.1)
+        from_below = np.ascontiguousarray(faces[:, ::-1])
+        assert overdraw(turned, from_below, side=64) == pytest.approx(5 - over, abs=0.1)
 
 
 def test_a_bake_states_what_each_level_costs_to_draw_and_keeps_its_positions(

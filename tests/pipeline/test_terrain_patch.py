@@ -221,6 +221,20 @@ def test_the_metric_of_a_patch_sees_holes_flips_strays_and_its_error() -> None:
     assert patch_error(turned, field, corners).holes == 45
 
 
+@pytest.mark.parametrize(
+    "corners", [((2, 2), (2, 6), (6, 2)), ((6, 6), (6, 2), (2, 6)), ((4, 4), (2, 2), (6, 2))]
+)
+def test_what_a_mesh_covers_one_pixel_beyond_its_patch_is_strayed(corners: Corners) -> None:
+    field = Heightfield(np.zeros((9, 9), np.float32), 8.0, 8.0)
+    whole = np.array([[0, 0], [0, 8], [8, 8], [8, 0]], np.int32)
+    mesh = pixels_mesh(field, whole, np.array([[0, 1, 2], [0, 2, 3]], np.uint32))
+    rows, columns = (np.array(axis) for axis in zip(*corners, strict=True))
+    around = (np.ptp(rows) + 3) * (np.ptp(columns) + 3)
+    inside = 15 if np.ptp(columns) == 4 else 9
+    error = patch_error(mesh, field, corners)
+    assert (error.holes, error.strays) == (0, around - inside)
+
+
 def test_patches_are_the_same_on_many_threads() -> None:
     heights = hills(65, 65)
     patches = [corners for level in levels((65, 65)) for corners in level]
