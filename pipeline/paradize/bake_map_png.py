@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bake_map_rows import MapRows, filter_errors
+from paradize.bake_map_rows import MapRows, normal_parts
 from paradize.bake_product import MapProduct, flat_errors
 from paradize.data import Texture
 from paradize.formats.png import encode_png
@@ -32,10 +32,10 @@ def png_maps(rows: MapRows, *, tier: str, warnings: Sequence[str], measure: bool
         data, shown = encode_png(codes), _read(name, codes) if measure else None
         del codes  # before errors are measured, which takes room of its own
         level = None if shown is None else _measured(name, rows, shown)
-        del shown
         errors = {} if level is None else flat_errors(name, level)
-        if errors and name == "normal":
-            errors |= filter_errors(rows.ground)
+        if shown is not None and name == "normal":
+            errors |= normal_parts(shown, rows.ground)
+        del shown
         metric = next(iter(errors), None)
         made[name] = MapProduct(
             data,

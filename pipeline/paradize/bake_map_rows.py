@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.metrics.levels import filter_error
+from paradize.metrics.levels import encoding_error, filter_error
 from paradize.stages import gutter
 from paradize.stages.gloss import GlossSettings, gloss_map
 from paradize.stages.height import luminance_plane
@@ -18,7 +18,7 @@ from paradize.stages.normal import prepare
 from paradize.stages.sweep import bands_of, run
 
 if TYPE_CHECKING:
-    from paradize.data import Ground, Image
+    from paradize.data import Ground, Image, Texture
     from paradize.stages.sweep import Bundle
 
 F32 = npt.NDArray[np.float32]
@@ -41,12 +41,20 @@ class Layout:
 
 
 def filter_errors(ground: Ground) -> dict[str, float]:
-    """Degrees between the filter's normals and the exact ones: what the filter alone costs."""
-    found = filter_error(ground)
+    """Degrees between the filter's normals and the true ones: what the filter alone costs."""
+    return _parts("normal_filter", filter_error(ground))
+
+
+def normal_parts(shown: Texture | F32, ground: Ground) -> dict[str, float]:
+    """The two parts of a normal map's error at level 0: what its filter costs, and what storing costs."""
+    return filter_errors(ground) | _parts("normal_encoding", encoding_error(shown, ground))
+
+
+def _parts(name: str, found: dict[str, float]) -> dict[str, float]:
     return {
-        "normal_filter_deg": found["mean_deg"],
-        "normal_filter_p99_deg": found["p99_deg"],
-        "normal_filter_max_deg": found["max_deg"],
+        f"{name}_deg": found["mean_deg"],
+        f"{name}_p99_deg": found["p99_deg"],
+        f"{name}_max_deg": found["max_deg"],
     }
 
 

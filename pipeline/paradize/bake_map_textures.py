@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bake_map_rows import MapRows, filter_errors
+from paradize.bake_map_rows import MapRows, normal_parts
 from paradize.bake_product import LevelErrors, MapProduct, beyond, flat_errors
 from paradize.data import Texture
 from paradize.formats.ktx2 import encode_ktx2
@@ -56,7 +56,7 @@ def ktx2_maps(
             levels = map_errors(name, rows, texture)
             errors = flat_errors(name, levels[0])
         if name == "normal" and measure:
-            errors |= filter_errors(rows.ground)
+            errors |= normal_parts(texture, rows.ground)
         metric = next(iter(errors), None)
         done[name] = MapProduct(
             encode_ktx2(texture, zstd_level=zstd),

@@ -136,10 +136,12 @@ def map_rows(
         image = replace(image, values=spread(image.values, wraps))
     heights = _heights(image, source, levels)
     islands = None if layout is None else layout.islands
+    codes, as_they_were, held = _code_heights(image, source, levels), None, False
     if filter_name == "auto":  # by the steps as they were: what is left of them looks like waves
+        held = tier == "exact" and codes is not None
         filter_name = choose_filter(heights, image.source_bits, wraps, tier, islands)
     if destep:
-        del heights
+        as_they_were = heights
         image, told = _without_steps(image, path, wraps)
         warnings = told if source == "height" else [*warnings, *told]
         heights = _heights(image, source, levels)
@@ -152,7 +154,7 @@ def map_rows(
     if source == "height":
         unit, ranged = _unit(heights, path)
         warnings += ranged
-    ground = Ground(heights, slopes, wraps, filter_name, green == "down", islands)
+    ground = Ground(heights, slopes, wraps, filter_name, green == "down", islands, codes, held, as_they_were)
     picture = image if source == "color" and levels is not None else None
     del image  # the codes of a height map are not needed any more
     return MapRows(ground, tuple(only), unit, picture, gloss or GlossSettings(), layout), warnings
@@ -218,6 +220,16 @@ def _heights(image: Image, source: str, levels: Levels | None) -> F32:
 
     run(work, bands_of(rows, columns))
     return heights
+
+
+def _code_heights(image: Image, source: str, levels: Levels | None) -> F32 | None:
+    """The heights that the picture's codes stand for, as greys, (n,) rising; None where it holds floats."""
+    if image.values.dtype == np.float32:
+        return None
+    kind = image.values.dtype
+    codes = np.arange(256 if kind == np.uint8 else 65536).astype(kind)
+    grey: Any = np.repeat(codes[None, :, None], image.values.shape[2], axis=2)
+    return np.unique(_heights(replace(image, values=grey), source, levels))
 
 
 def _unit(heights: F32, path: Path) -> tuple[tuple[float, float], list[str]]:

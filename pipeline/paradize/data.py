@@ -105,7 +105,10 @@ class Ground:
     heights: (h, w) float32. slope_scale: slope of one unit of height between neighbours along (x, y):
     amplitude over texel size. wrap: whether the map repeats along (x, y); where it does not, the slope at an
     edge goes on as it came. filter_name: one of stages.filters.FILTER_NAMES. islands: (h, w) int32, an id per
-    UV island and below zero outside; no slope crosses a border.
+    UV island and below zero outside; no slope crosses a border. codes: (n,) float32, rising: the heights that
+    the codes of the source stand for, so that a height is known to half of the gap beside it; None where the
+    source holds floats. held: whether slopes are held to what those half steps allow. source: (h, w) float32,
+    the heights as the source has them where `heights` were smoothed.
     """
 
     heights: F32
@@ -114,6 +117,9 @@ class Ground:
     filter_name: str
     green_down: bool = False
     islands: I32 | None = None
+    codes: F32 | None = None
+    held: bool = False
+    source: F32 | None = None
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ def _ground(heights: F32) -> Ground:
 
 def _tilted(heights: F32) -> dict[str, float]:
     """Of normals that are one degree nearer the vertical than the ground's, or past it."""
-    ground, known = _ground(heights), taps("fourth")
+    ground, known = _ground(heights), taps("eighth")
     assert known is not None
     if not heights.size or not np.isfinite(heights).all():
         return vector_error(np.zeros((*heights.shape, 2), np.float32), ground)

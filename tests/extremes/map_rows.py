@@ -51,7 +51,7 @@ def _steps_off(heights: F32, made: F32) -> float:
 
 
 def _chosen(heights: F32) -> str:
-    return choose_filter(heights, 32, (True, True), "exact")
+    return choose_filter(heights, 32, (True, True), "balanced")
 
 
 def _other_choice(heights: F32, made: str) -> float:

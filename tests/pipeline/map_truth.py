@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from paradize.data import Texture
+from paradize.data import Ground, Texture
+from paradize.metrics.filters import taps as metric_taps
 from paradize.metrics.texels import decode_texels, rebuilt
 from tests.pipeline.heights import angles_between, up
 
@@ -83,15 +84,10 @@ def extended(heights: np.ndarray, reach: int, axis: int, repeats: bool) -> np.nd
     return np.where(inside, mirrored, 2 * np.take(heights, edge, axis) - mirrored)
 
 
-def normals(
-    heights: np.ndarray,
-    taps: tuple[Sequence[float], Sequence[float]],
-    *,
-    scale: tuple[float, float] = (1.0, 1.0),
-    wrap: tuple[bool, bool] = (False, False),
-    green_down: bool = False,
-) -> np.ndarray:
-    """Unit normals (h, w, 3) of heights by (derivative, smooth): what a filter's taps mean."""
+def slopes(
+    heights: np.ndarray, taps: tuple[Sequence[float], Sequence[float]], wrap: tuple[bool, bool]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Slopes (h, w) along x and down y of heights by (derivative, smooth): what a filter's taps mean."""
     derivative, smooth = taps
     reach = max(len(derivative), len(smooth) - 1)
     field = extended(extended(heights.astype(np.float64), reach, 0, wrap[1]), reach, 1, wrap[0])
@@ -106,7 +102,68 @@ def normals(
         ]
         return np.sum(parts, axis=0)
 
-    return up(along_x(field) * scale[0], along_x(field.T).T * (-scale[1] if green_down else scale[1]))
+    return along_x(field), along_x(field.T).T
+
+
+def normals(
+    heights: np.ndarray,
+    taps: tuple[Sequence[float], Sequence[float]],
+    *,
+    scale: tuple[float, float] = (1.0, 1.0),
+    wrap: tuple[bool, bool] = (False, False),
+    green_down: bool = False,
+) -> np.ndarray:
+    """Unit normals (h, w, 3) of heights by a filter's taps."""
+    dx, dy = slopes(heights, taps, wrap)
+    return up(dx * scale[0], dy * (-scale[1] if green_down else scale[1]))
+
+
+EIGHTH = ((4 / 5, -1 / 5, 4 / 105, -1 / 280), (1.0,))
+
+
+def reach_of_half_steps(ground: Ground) -> tuple[np.ndarray, np.ndarray]:
+    """How far the eighth-order slopes along x and down y can be off while every height stays within half of
+    the gap to the next code; tap by tap, so that beyond an edge the parts of a reflection add up."""
+    assert ground.codes is not None
+    gaps = np.diff(ground.codes.astype(np.float64))
+    at = np.searchsorted(ground.codes, ground.heights)
+    halves = np.maximum(np.append(gaps, 0.0)[at], np.append(0.0, gaps)[at]) / 2
+
+    def along_x(halves: np.ndarray, repeats: bool) -> np.ndarray:
+        n = halves.shape[1]
+        total = np.zeros_like(halves)
+        for x in range(n):
+            for k, weight in enumerate(EIGHTH[0], start=1):
+                for place in (x - k, x + k):
+                    edge = min(max(place, 0), n - 1)
+                    if repeats or place == edge:
+                        room = halves[:, place % n]
+                    else:
+                        room = 2 * halves[:, edge] + halves[:, min(max(2 * edge - place, 0), n - 1)]
+                    total[:, x] += abs(weight) * room
+        return total
+
+    return along_x(halves, ground.wrap[0]), along_x(halves.T, ground.wrap[1]).T
+
+
+def cones(ground: Ground) -> np.ndarray:
+    """Degrees (h, w) from the true normal to the farthest of the four at the corners of that reach."""
+    dx, dy = slopes(ground.heights, EIGHTH, ground.wrap)
+    open_x, open_y = reach_of_half_steps(ground)
+    x, y = ground.slope_scale
+    middle = up(dx * x, dy * y)
+    corners = [up((dx + a * open_x) * x, (dy + b * open_y) * y) for a in (-1, 1) for b in (-1, 1)]
+    return np.max([angles_between(middle, corner) for corner in corners], axis=0)
+
+
+def held(ground: Ground) -> np.ndarray:
+    """Normals of the ground's filter whose slopes are held to that reach."""
+    own, exact = (slopes(ground.heights, t, ground.wrap) for t in (metric_taps(ground.filter_name), EIGHTH))
+    within = [
+        np.clip(slope, middle - room, middle + room)
+        for slope, middle, room in zip(own, exact, reach_of_half_steps(ground), strict=True)
+    ]
+    return up(within[0] * ground.slope_scale[0], within[1] * ground.slope_scale[1])
 
 
 def normalised(means: np.ndarray) -> np.ndarray:
@@ -119,11 +176,18 @@ def p99(errors: np.ndarray) -> float:
     return float(flat[min(flat.size - 1, -(-flat.size * 99 // 100) - 1)])
 
 
-def angles(texture: Texture, truths: list[np.ndarray], masks: list[np.ndarray] | None = None) -> list[dict]:
-    """What normal_levels tells, of unit vectors (h, w, 3) per level."""
+def angles(
+    texture: Texture,
+    truths: list[np.ndarray],
+    masks: list[np.ndarray] | None = None,
+    room: list[np.ndarray] | None = None,
+) -> list[dict]:
+    """What normal_levels tells, of unit vectors (h, w, 3) per level. room: degrees that are no error."""
     out = []
     for level, truth in enumerate(truths):
         found = angles_between(rebuilt(decode_texels(texture, level)[:, :, :2]), truth)
+        if room is not None:
+            found = np.maximum(0.0, found - room[level])
         found = found.ravel() if masks is None else found[masks[level]]
         if found.size == 0:
             found = np.zeros(1)

@@ -170,18 +170,13 @@ def test_a_mask_of_two_values_is_not_taken_for_noise() -> None:
         assert len(taps_of(choose_filter(mask, bits, BOTH)).derivative) <= 5
 
 
-def test_spectral_is_exact_s_where_the_edges_meet_and_never_elsewhere() -> None:
+def test_exact_is_the_truths_own_filter_on_floats_and_balanceds_choice_on_codes() -> None:
     field, _, _ = sinusoids(256, 4, 16, 2)
     heights = field.astype(np.float32)
-    assert choose_filter(heights, 32, BOTH, "exact") == "spectral"
-    assert choose_filter(heights, 32, BOTH, "balanced") != "spectral"
-    assert choose_filter(heights, 32, (True, False), "exact") != "spectral"
-    islands = np.zeros(heights.shape, np.int32)
-    assert choose_filter(heights, 32, BOTH, "exact", islands) != "spectral"
-    torn = heights[:, :250].copy()  # said to repeat, but its edges do not meet
-    assert choose_filter(torn, 32, BOTH, "exact") != "spectral"
-    tilted = heights + np.linspace(0, 30, 256, dtype=np.float32)[:, None]
-    assert choose_filter(tilted, 32, BOTH, "exact") != "spectral"
+    assert choose_filter(heights, 32, BOTH, "exact") == "eighth"
+    y, x = np.mgrid[0:256, 0:256]
+    steps = np.rint(0.11 * x + 0.07 * y).astype(np.float32) / np.float32(255)
+    assert choose_filter(steps, 8, BOTH, "exact") == choose_filter(steps, 8, BOTH, "balanced") != "eighth"
 
 
 def test_fast_never_looks_and_a_tier_that_is_none_is_refused() -> None:

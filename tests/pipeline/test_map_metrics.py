@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -45,10 +46,10 @@ def some_heights(rows: int, columns: int) -> np.ndarray:
     return np.random.default_rng(5).random((rows, columns), np.float32)
 
 
-def settled(ground: Ground) -> np.ndarray:
-    own = taps(ground.filter_name)
+def settled(ground: Ground, name: str = "eighth") -> np.ndarray:
+    """Normals by a filter; by itself the one that all are held to."""
     return truth.normals(
-        ground.heights, own, scale=ground.slope_scale, wrap=ground.wrap, green_down=ground.green_down
+        ground.heights, taps(name), scale=ground.slope_scale, wrap=ground.wrap, green_down=ground.green_down
     )
 
 
@@ -57,14 +58,60 @@ def settled(ground: Ground) -> np.ndarray:
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("name", FILTERS)
-def test_normals_of_every_level_agree_with_numpy(shape: tuple[int, int], name: str) -> None:
+def test_normals_of_every_level_are_held_to_one_truth_and_to_their_own_filter(
+    shape: tuple[int, int], name: str
+) -> None:
     heights = some_heights(*shape)
     for wrap in WRAPS:
         field = ground(heights, name, wrap, green_down=wrap[0])
-        exact = settled(field)
+        exact, own = settled(field), settled(field, name)
         texture = truth.random_texture("BC5_SNORM", *shape)
         chain = [truth.normalised(truth.mean(exact, k)) for k in range(len(texture.levels))]
         near(levels.normal_levels(texture, field), truth.angles(texture, chain))
+        near([levels.encoding_error(texture, field)], truth.angles(texture, [own]))
+        apart = truth.angles_between(own, exact)
+        wanted = {"mean_deg": apart.mean(), "p99_deg": truth.p99(apart), "max_deg": apart.max()}
+        near([levels.filter_error(field)], [wanted])
+
+
+def stepped(shape: tuple[int, int], wrap: tuple[bool, bool], name: str, **more: Any) -> Ground:
+    """Heights of 16 codes that stand ever farther apart."""
+    codes = (np.linspace(0.0, 1.0, 16) ** 2).astype(np.float32)
+    heights = codes[np.random.default_rng(6).integers(0, 16, shape)]
+    return ground(heights, name, wrap, codes=codes, **more)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (2, 3), (16, 64), (37, 53)])
+@pytest.mark.parametrize("wrap", WRAPS)
+def test_an_angle_counts_as_far_as_it_exceeds_what_the_half_steps_of_the_codes_allow(
+    shape: tuple[int, int], wrap: tuple[bool, bool]
+) -> None:
+    field = stepped(shape, wrap, "central")
+    exact, cones = settled(field), truth.cones(field)
+    assert (cones > 0).all()
+    texture = truth.random_texture("BC5_SNORM", *shape)
+    chain = [truth.normalised(truth.mean(exact, k)) for k in range(len(texture.levels))]
+    room = [truth.mean(cones[:, :, None], k)[:, :, 0] for k in range(len(texture.levels))]
+    near(levels.normal_levels(texture, field), truth.angles(texture, chain, room=room))
+
+
+@pytest.mark.parametrize("wrap", WRAPS)
+def test_held_slopes_are_those_of_the_filter_within_what_the_half_steps_allow(
+    wrap: tuple[bool, bool],
+) -> None:
+    field = stepped((37, 53), wrap, "smooth8", held=True)
+    texture = truth.random_texture("BC5_SNORM", 37, 53)
+    near([levels.encoding_error(texture, field)], truth.angles(texture, [truth.held(field)]))
+    assert levels.filter_error(field)["max_deg"] < 1e-9
+    assert levels.filter_error(replace(field, held=False))["max_deg"] > 1.0
+
+
+def test_steps_that_were_smoothed_are_judged_by_the_source() -> None:
+    field = stepped((16, 16), (True, True), "eighth")
+    smoothed = replace(field, heights=field.heights * np.float32(0.5), source=field.heights)
+    texture = truth.random_texture("BC5_SNORM", 16, 16)
+    assert levels.normal_levels(texture, smoothed) == levels.normal_levels(texture, field)
+    assert levels.encoding_error(texture, smoothed) != levels.encoding_error(texture, field)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -195,8 +242,7 @@ def test_spectral_slopes_are_those_of_numpys_transform(shape: tuple[int, int]) -
         slopes.append(np.fft.ifft(np.fft.fft(heights.astype(np.float64), axis=axis) * factor, axis=axis).real)
     normals = truth.normalised(np.dstack([-2.0 * slopes[0], 3.0 * slopes[1], np.ones(shape)]))
     texture = truth.random_texture("RG8_SNORM", *shape)
-    chain = [truth.normalised(truth.mean(normals, k)) for k in range(len(texture.levels))]
-    near(levels.normal_levels(texture, ground(heights, "spectral")), truth.angles(texture, chain))
+    near([levels.encoding_error(texture, ground(heights, "spectral"))], truth.angles(texture, [normals]))
 
 
 # Closed forms
@@ -359,17 +405,14 @@ def test_threads_do_not_change_a_bit() -> None:
     assert measured(1) == measured(2) == measured(7)
 
 
-@pytest.mark.parametrize("name", ["central", "scharr", "smooth3"])
 @pytest.mark.parametrize("wrap", WRAPS)
-def test_texels_whose_taps_or_area_leave_their_island_are_not_measured(
-    name: str, wrap: tuple[bool, bool]
-) -> None:
+def test_texels_whose_taps_or_area_leave_their_island_are_not_measured(wrap: tuple[bool, bool]) -> None:
     shape = (32, 48)
     heights = some_heights(*shape)
     islands = np.full(shape, -1, np.int32)
     islands[2:20, 3:22], islands[4:32, 22:40], islands[:, 44:] = 0, 1, 2
-    field = ground(heights, name, wrap, islands=islands)
-    reach = max(len(taps(name)[0]), len(taps(name)[1]) - 1)
+    field = ground(heights, "central", wrap, islands=islands)
+    reach = 4
     rows, columns = (
         np.arange(-reach, n + reach) % n
         if wrap[1 - axis]

@@ -24,6 +24,7 @@ namespace {
 using Bytes = nb::ndarray<const std::uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Values = nb::ndarray<const float, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 using Islands = nb::ndarray<const std::int32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Codes = nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Any = nb::ndarray<nb::ro, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 
 // A surface in a tree; the arrays must outlive it (kernels/reference.py keeps them).
@@ -149,15 +150,22 @@ struct Texture {
     reference::TextureView view;
 };
 
+// codes: None, or rising heights with the derivative of the exact taps; then whether the slopes are held.
 reference::Ground ground(const Rows<float> &heights, std::vector<double> derivative,
                          std::vector<double> smooth, std::pair<double, double> scale,
-                         std::pair<bool, bool> wrap, bool green_down, const nb::object &islands) {
+                         std::pair<bool, bool> wrap, bool green_down, const nb::object &islands,
+                         const nb::object &codes, std::vector<double> exact, bool held, bool cones) {
     reference::Ground out;
     out.heights = flat(heights);
     out.size = {heights.shape(0), heights.shape(1)};
     out.spectral = derivative.empty();
-    out.derivative = std::move(derivative);
-    out.smooth = std::move(smooth);
+    out.taps = {std::move(derivative), std::move(smooth)};
+    out.exact = {std::move(exact), {1.0}};
+    out.held = held;
+    out.cones = cones;
+    if (!codes.is_none()) {
+        out.codes = flat(nb::cast<Codes>(codes)); // the caller holds the array
+    }
     out.scale_x = scale.first;
     out.scale_y = scale.second;
     out.wrap_x = wrap.first;
@@ -270,8 +278,9 @@ NB_MODULE(_reference, m) {
              nb::keep_alive<1, 6>());
     nb::class_<reference::Ground>(m, "Ground");
     m.def("ground", &ground, nb::arg("heights"), nb::arg("derivative"), nb::arg("smooth"), nb::arg("scale"),
-          nb::arg("wrap"), nb::arg("green_down"), nb::arg("islands").none(), nb::keep_alive<0, 1>(),
-          nb::keep_alive<0, 7>());
+          nb::arg("wrap"), nb::arg("green_down"), nb::arg("islands").none(), nb::arg("codes").none(),
+          nb::arg("exact"), nb::arg("held"), nb::arg("cones"), nb::keep_alive<0, 1>(),
+          nb::keep_alive<0, 7>(), nb::keep_alive<0, 8>());
     m.def("normal_levels", &normal_levels);
     m.def("filter_angles", &filter_angles);
     m.def("value_levels", &value_levels);

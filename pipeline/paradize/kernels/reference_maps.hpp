@@ -24,13 +24,14 @@ struct TextureView {
 };
 
 // Angles in degrees between the normals that a shader rebuilds from the texture's first two channels and the
-// normals of the ground, averaged and normalised. Texels near borders of islands are left out.
+// normals of the ground, averaged and normalised. Texels near borders of islands are left out. Where the
+// ground has cones, an angle counts as far as it exceeds the mean of a texel's cones.
 std::vector<LevelError> normal_levels(const TextureView &texture, const Ground &ground, int threads);
 
 // The same of du/dv: x and y of the ground's normals less their mean over the map (over the islands).
 std::vector<LevelError> offset_levels(const TextureView &texture, const Ground &ground, int threads);
 
-// Angles between the normals of one ground by two filters: of level 0 alone.
+// Angles between the normals of one ground by two filters, less the other's cones: of level 0 alone.
 LevelError filter_angles(const Ground &ground, const Ground &other, int threads);
 
 // Squared and absolute differences from values (rows, columns, channels).
@@ -40,7 +41,7 @@ std::vector<LevelError> value_levels(const TextureView &texture, std::span<const
 // The same of gloss (rows, columns, 2): channel 0 averaged; channel 1, smoothness s of roughness
 // alpha = (1 - s)^2, by averaging alpha^2 and adding 2 (1 - r^2) / (r (3 - r^2)), r the length of the
 // averaged normal, up to 1. Source: D. Neubelt and M. Pettineo, "Crafting a next-gen material pipeline for
-// The Order: 1886", 2013.
+// The Order: 1886", 2013. Where the ground has cones, r may be longer or shorter by their mean.
 std::vector<LevelError> gloss_levels(const TextureView &texture, std::span<const float> gloss,
                                      const Ground &ground, int threads);
 

@@ -80,7 +80,10 @@ class Ground:
 
     taps: (derivative, smooth) as kernels/reference_maps_ground.hpp tells; None: by the spectrum, for which
     both axes repeat. scale: slope of one unit of height from a texel to the next along (x, y). wrap: whether
-    the map repeats along (x, y). islands: (h, w) int32, negative outside. Raises ValueError.
+    the map repeats along (x, y). islands: (h, w) int32, negative outside. codes: (n,) float32, rising: the
+    heights that neighbouring codes of the source stand for; None where it holds floats. exact: the
+    derivative around whose slopes lies what the half steps allow. held: slopes are held to that. cones:
+    angles that the half steps leave open are no error. Raises ValueError.
     """
 
     def __init__(
@@ -92,6 +95,10 @@ class Ground:
         wrap: tuple[bool, bool],
         green_down: bool = False,
         islands: npt.ArrayLike | None = None,
+        codes: npt.ArrayLike | None = None,
+        exact: Sequence[float] = (),
+        held: bool = False,
+        cones: bool = False,
     ) -> None:
         rows = np.ascontiguousarray(heights, np.float32)
         if rows.ndim != 2 or rows.size == 0:
@@ -102,15 +109,32 @@ class Ground:
         if taps is None and not all(wrap):
             raise ValueError("the spectrum is that of a map that repeats along both axes")
         derivative, smooth = ([], [1.0]) if taps is None else ([*map(float, taps[0])], [*map(float, taps[1])])
-        longest = max(len(derivative), len(smooth) - 1)
+        longest = max(len(derivative), len(smooth) - 1, len(exact))
         if not smooth or (taps is not None and not derivative) or longest > MAX_REACH:
             raise ValueError(f"{len(derivative)} and {len(smooth)} taps")
         ids = None if islands is None else np.ascontiguousarray(islands, np.int32)
         if ids is not None and ids.shape != rows.shape:
             raise ValueError(f"{ids.shape} islands of {rows.shape} heights")
+        steps = None if codes is None else np.ascontiguousarray(codes, np.float32)
+        if steps is not None and not (
+            steps.ndim == 1 and np.isfinite(steps).all() and (np.diff(steps) > 0).all()
+        ):
+            raise ValueError("the heights of codes do not rise")
+        if (held or (cones and steps is not None)) and not exact:
+            raise ValueError("half steps lie around exact slopes, of which there are none")
         self.shape = rows.shape
         self.native = _reference.ground(
-            rows, derivative, smooth, (float(scale[0]), float(scale[1])), wrap, green_down, ids
+            rows,
+            derivative,
+            smooth,
+            (float(scale[0]), float(scale[1])),
+            wrap,
+            green_down,
+            ids,
+            steps,
+            [*map(float, exact)],
+            held,
+            cones,
         )
 
 

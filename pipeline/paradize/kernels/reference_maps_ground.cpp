@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "cpu.hpp"
+#include "reference_maps_angle.hpp"
 
 namespace paradize::reference {
 namespace {
@@ -81,16 +82,40 @@ PARADIZE_CLONES void unit(const double *__restrict dx, const double *__restrict 
     }
 }
 
+// Half of the widest gap between rising codes beside a height: before and after its code, or, of a height
+// between two codes, between them and after them (a colour's steps are at most those of a grey as bright, and
+// steps grow with brightness).
+double half_step(std::span<const float> codes, float height) {
+    auto at = static_cast<std::size_t>(std::lower_bound(codes.begin(), codes.end(), height) - codes.begin());
+    double widest = 0.0;
+    for (std::size_t end = at + 2; at < end; ++at) {
+        if (at > 0 && at < codes.size()) {
+            widest = std::max(widest, static_cast<double>(codes[at]) - codes[at - 1]);
+        }
+    }
+    return 0.5 * widest;
+}
+
 } // namespace
 
 GroundRows::GroundRows(const Ground &ground, int threads)
-    : ground_(ground), reach_(std::max(ground.derivative.size(), ground.smooth.size() - 1)),
-      lines_(2 * reach_ + 1, std::vector<double>(ground.size.columns + 2 * reach_)),
-      held_(lines_.size(), unheld), work_(ground.size.columns + 2 * reach_), dx_(ground.size.columns),
-      dy_(ground.size.columns) {
+    : ground_(ground),
+      reach_(std::max(ground.taps.reach(), ground.codes.empty() ? 0 : ground.exact.reach())) {
+    const std::size_t columns = ground.size.columns;
+    const std::size_t wide = columns + 2 * reach_;
+    for (Window *window : {&heights_, &halves_}) {
+        window->lines.assign(2 * reach_ + 1, std::vector<double>(wide));
+        window->held.assign(2 * reach_ + 1, unheld);
+    }
+    work_.resize(wide);
+    for (Steepness *steepness : {&slope_, &exact_, &open_, &corner_}) {
+        steepness->x.resize(columns);
+        steepness->y.resize(columns);
+    }
+    corner_z_.resize(columns);
     if (ground.spectral) {
         slopes_ = std::make_shared<const Slopes>(
-            spectral_slopes(ground.heights, ground.size.rows, ground.size.columns, threads));
+            spectral_slopes(ground.heights, ground.size.rows, columns, threads));
     }
 }
 
@@ -98,15 +123,22 @@ std::unique_ptr<Rows> GroundRows::fresh() const {
     return std::make_unique<GroundRows>(*this);
 }
 
+// The line of a window that row y, possibly outside, takes; fresh: whether it holds another row yet.
+std::vector<double> *GroundRows::line(Window &window, std::ptrdiff_t y, bool &fresh) const {
+    const auto count = static_cast<std::ptrdiff_t>(window.lines.size());
+    const auto slot = static_cast<std::size_t>((y % count + count) % count);
+    fresh = window.held[slot] != y;
+    window.held[slot] = y;
+    return &window.lines[slot];
+}
+
 // Row y, possibly outside, in float64; index 0 is column -reach.
 const double *GroundRows::padded(std::ptrdiff_t y) {
-    const auto count = static_cast<std::ptrdiff_t>(lines_.size());
-    const auto slot = static_cast<std::size_t>((y % count + count) % count);
-    std::vector<double> &line = lines_[slot];
-    if (held_[slot] == y) {
+    bool fresh = false;
+    std::vector<double> &line = *this->line(heights_, y, fresh);
+    if (!fresh) {
         return line.data();
     }
-    held_[slot] = y;
     const std::size_t columns = ground_.size.columns;
     double *middle = line.data() + reach_;
     const Place from = place(y, ground_.size.rows, ground_.wrap_y);
@@ -129,45 +161,145 @@ const double *GroundRows::padded(std::ptrdiff_t y) {
     return line.data();
 }
 
-// dx_ and dy_ of row y by taps.
-void GroundRows::filtered(std::ptrdiff_t y) {
+// How far each height of row y may be off: half of the widest gap between codes beside it. Beyond an edge the
+// parts of a reflection add up.
+const double *GroundRows::half_steps(std::ptrdiff_t y) {
+    bool fresh = false;
+    std::vector<double> &line = *this->line(halves_, y, fresh);
+    if (!fresh) {
+        return line.data();
+    }
+    const std::size_t columns = ground_.size.columns;
+    double *middle = line.data() + reach_;
+    const Place from = place(y, ground_.size.rows, ground_.wrap_y);
+    for (std::size_t x = 0; x < columns; ++x) {
+        middle[x] = half_step(ground_.codes, ground_.heights[from.at * columns + x]);
+        if (from.reflected) {
+            middle[x] += 2.0 * half_step(ground_.codes, ground_.heights[from.about * columns + x]);
+        }
+    }
+    for (std::size_t k = 1; k <= reach_; ++k) {
+        const auto left = -static_cast<std::ptrdiff_t>(k);
+        const auto right = static_cast<std::ptrdiff_t>(columns + k - 1);
+        for (const std::ptrdiff_t x : {left, right}) {
+            const Place p = place(x, columns, ground_.wrap_x);
+            line[static_cast<std::size_t>(x + static_cast<std::ptrdiff_t>(reach_))] =
+                p.reflected ? 2.0 * middle[p.about] + middle[p.at] : middle[p.at];
+        }
+    }
+    return line.data();
+}
+
+// Slopes of row y by taps.
+void GroundRows::filtered(std::ptrdiff_t y, const Taps &taps, Steepness &out) {
     const std::size_t columns = ground_.size.columns;
     const std::size_t wide = work_.size();
-    const std::vector<double> &smooth = ground_.smooth;
+    const std::vector<double> &smooth = taps.smooth;
     scaled(padded(y), wide, smooth[0], work_.data());
     for (std::size_t j = 1; j < smooth.size(); ++j) {
         const auto step = static_cast<std::ptrdiff_t>(j);
         add_sum(padded(y + step), padded(y - step), wide, smooth[j], work_.data());
     }
-    std::fill(dx_.begin(), dx_.end(), 0.0);
-    for (std::size_t k = 1; k <= ground_.derivative.size(); ++k) {
+    std::fill(out.x.begin(), out.x.end(), 0.0);
+    for (std::size_t k = 1; k <= taps.derivative.size(); ++k) {
         const double *middle = work_.data() + reach_;
-        add_difference(middle + k, middle - k, columns, ground_.derivative[k - 1], dx_.data());
+        add_difference(middle + k, middle - k, columns, taps.derivative[k - 1], out.x.data());
     }
     std::fill(work_.begin(), work_.end(), 0.0);
-    for (std::size_t k = 1; k <= ground_.derivative.size(); ++k) {
+    for (std::size_t k = 1; k <= taps.derivative.size(); ++k) {
         const auto step = static_cast<std::ptrdiff_t>(k);
-        add_difference(padded(y + step), padded(y - step), wide, ground_.derivative[k - 1], work_.data());
+        add_difference(padded(y + step), padded(y - step), wide, taps.derivative[k - 1], work_.data());
     }
     const double *middle = work_.data() + reach_;
-    scaled(middle, columns, smooth[0], dy_.data());
+    scaled(middle, columns, smooth[0], out.y.data());
     for (std::size_t j = 1; j < smooth.size(); ++j) {
-        add_sum(middle + j, middle - j, columns, smooth[j], dy_.data());
+        add_sum(middle + j, middle - j, columns, smooth[j], out.y.data());
     }
+}
+
+// How far the exact taps' slopes of row y may be off: every tap by its weight times its height's half step.
+void GroundRows::reached(std::ptrdiff_t y) {
+    const std::size_t columns = ground_.size.columns;
+    const double *here = half_steps(y) + reach_;
+    std::fill(open_.x.begin(), open_.x.end(), 0.0);
+    std::fill(open_.y.begin(), open_.y.end(), 0.0);
+    for (std::size_t k = 1; k <= ground_.exact.derivative.size(); ++k) {
+        const double weight = std::abs(ground_.exact.derivative[k - 1]);
+        const auto step = static_cast<std::ptrdiff_t>(k);
+        add_sum(here + k, here - k, columns, weight, open_.x.data());
+        add_sum(half_steps(y + step) + reach_, half_steps(y - step) + reach_, columns, weight,
+                open_.y.data());
+    }
+}
+
+// Slopes no farther from the exact ones than the half steps let them be.
+void GroundRows::hold() {
+    for (std::size_t x = 0; x < ground_.size.columns; ++x) {
+        slope_.x[x] = std::clamp(slope_.x[x], exact_.x[x] - open_.x[x], exact_.x[x] + open_.x[x]);
+        slope_.y[x] = std::clamp(slope_.y[x], exact_.y[x] - open_.y[x], exact_.y[x] + open_.y[x]);
+    }
+}
+
+// Of the four normals whose slopes lie farthest along both axes, the angle to the farthest.
+void GroundRows::cone(double *normals, double *degrees) {
+    const std::size_t columns = ground_.size.columns;
+    for (std::size_t x = 0; x < columns; ++x) {
+        double least = 2.0;
+        double best_u = 0.0;
+        double best_v = 0.0;
+        for (const double along : {-1.0, 1.0}) {
+            for (const double down : {-1.0, 1.0}) {
+                const double u = (slope_.x[x] + along * open_.x[x]) * ground_.scale_x;
+                const double v = (slope_.y[x] + down * open_.y[x]) * signed_scale_y();
+                const double largest = std::max({1.0, std::abs(u), std::abs(v)});
+                const double a = 0.0 - u / largest;
+                const double b = v / largest;
+                const double c = 1.0 / largest;
+                const double cosine =
+                    (a * normals[x] + b * normals[columns + x] + c * normals[2 * columns + x]) /
+                    std::sqrt(a * a + b * b + c * c);
+                if (cosine < least) {
+                    least = cosine;
+                    best_u = slope_.x[x] + along * open_.x[x];
+                    best_v = slope_.y[x] + down * open_.y[x];
+                }
+            }
+        }
+        corner_.x[x] = best_u;
+        corner_.y[x] = best_v;
+    }
+    unit(corner_.x.data(), corner_.y.data(), columns, ground_.scale_x, signed_scale_y(), exact_.x.data(),
+         exact_.y.data(), corner_z_.data());
+    angles_between({normals, normals + columns, normals + 2 * columns},
+                   {exact_.x.data(), exact_.y.data(), corner_z_.data()}, columns, degrees);
 }
 
 void GroundRows::row(std::size_t y, double *out) {
     const std::size_t columns = ground_.size.columns;
+    const auto at = static_cast<std::ptrdiff_t>(y);
     if (ground_.spectral) {
-        widen(&slopes_->x[y * columns], columns, dx_.data());
-        widen(&slopes_->y[y * columns], columns, dy_.data());
+        widen(&slopes_->x[y * columns], columns, slope_.x.data());
+        widen(&slopes_->y[y * columns], columns, slope_.y.data());
     } else {
-        filtered(static_cast<std::ptrdiff_t>(y));
+        filtered(at, ground_.taps, slope_);
     }
-    unit(dx_.data(), dy_.data(), columns, ground_.scale_x,
-         ground_.green_down ? -ground_.scale_y : ground_.scale_y, out, out + columns, out + 2 * columns);
+    const bool open = !ground_.codes.empty() && (ground_.held || ground_.cones);
+    if (open) {
+        reached(at);
+    }
+    if (open && ground_.held) {
+        filtered(at, ground_.exact, exact_);
+        hold();
+    }
+    unit(slope_.x.data(), slope_.y.data(), columns, ground_.scale_x, signed_scale_y(), out, out + columns,
+         out + 2 * columns);
     if (!ground_.islands.empty()) {
         inside(y, out + 3 * columns);
+    }
+    if (ground_.cones && open) {
+        cone(out, out + cone_plane() * columns);
+    } else if (ground_.cones) {
+        std::fill_n(out + cone_plane() * columns, columns, 0.0);
     }
 }
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "cpu.hpp"
 #include "parallel.hpp"
 #include "reference_maps_angle.hpp"
 #include "reference_maps_judges.hpp"
@@ -19,11 +20,21 @@ class Vectors {
     std::vector<double> values_;
 };
 
-// Truth: planes x, y, z of averaged normals; or, of du/dv, x and y. Then a mask, where there are islands.
+// Angles less what is open, not below 0.
+PARADIZE_CLONES void beyond(const double *__restrict open, std::size_t count, double *__restrict angles) {
+    for (std::size_t i = 0; i < count; ++i) {
+        const double rest = angles[i] - open[i];
+        angles[i] = rest > 0.0 ? rest : 0.0;
+    }
+}
+
+// Truth: planes x, y, z of averaged normals; or, of du/dv, x and y. Then a mask, where there are islands. Then
+// the mean of the cones, where there are: so far a normal is no error.
 class AngleJudge final : public MapJudge {
   public:
-    AngleJudge(const TextureView &texture, bool offsets, bool masked, RowSums &sums)
-        : MapJudge(texture, 1, sums), offsets_(offsets), masked_(masked), truth_(texture.size.columns),
+    AngleJudge(const TextureView &texture, bool offsets, bool masked, bool cones, RowSums &sums)
+        : MapJudge(texture, 1, sums), offsets_(offsets), masked_(masked), cones_(cones),
+          truth_(texture.size.columns),
           found_(texture.size.columns), xy_(2 * texture.size.columns), angles_(texture.size.columns) {}
 
     void row(std::size_t level, std::size_t y, const double *truth) override {
@@ -39,21 +50,25 @@ class AngleJudge final : public MapJudge {
         decoded(level, y, 1, xy_.data() + count);
         rebuild(xy_.data(), xy_.data() + count, count, baked);
         angles_between(exact, baked, count, angles_.data());
-        const std::size_t planes = offsets_ ? 2 : 3;
-        const std::size_t kept = masked_ ? only_inside(angles_.data(), truth + planes * count, count) : count;
+        const double *rest = truth + (offsets_ ? 2 : 3) * count;
+        if (cones_) {
+            beyond(rest + (masked_ ? count : 0), count, angles_.data());
+        }
+        const std::size_t kept = masked_ ? only_inside(angles_.data(), rest, count) : count;
         take(level, y, {angles_.data(), kept}, ordered_sum({angles_.data(), kept}));
     }
 
   private:
     bool offsets_;
     bool masked_;
+    bool cones_;
     Vectors truth_;
     Vectors found_;
     std::vector<double> xy_;
     std::vector<double> angles_;
 };
 
-// x and y of normals less a mean, and the mask where there is one.
+// x and y of normals less a mean, and what follows the normals.
 class OffsetRows final : public Rows {
   public:
     OffsetRows(const GroundRows &ground, std::size_t columns, double mean_x, double mean_y)
@@ -85,7 +100,7 @@ struct Mean {
 };
 
 // The mean x and y of normals, over the islands' insides where there are islands.
-Mean mean_of(const GroundRows &ground, Size size, int threads) {
+Mean mean_of(const GroundRows &ground, Size size, bool masked, int threads) {
     std::vector<double> sum_x(size.rows);
     std::vector<double> sum_y(size.rows);
     std::vector<double> counts(size.rows);
@@ -97,7 +112,7 @@ Mean mean_of(const GroundRows &ground, Size size, int threads) {
             double *x_plane = planes.data();
             double *y_plane = x_plane + size.columns;
             counts[y] = static_cast<double>(size.columns);
-            if (rows->channels() == 4) {
+            if (masked) {
                 const double *mask = planes.data() + 3 * size.columns;
                 for (std::size_t i = 0; i < size.columns; ++i) {
                     x_plane[i] *= mask[i];
@@ -119,16 +134,20 @@ std::vector<LevelError> normal_levels(const TextureView &texture, const Ground &
     const GroundRows truth(ground, threads);
     const bool masked = !ground.islands.empty();
     return judged(texture, truth, threads,
-                  [&](RowSums &sums) { return std::make_unique<AngleJudge>(texture, false, masked, sums); });
+                  [&](RowSums &sums) {
+                      return std::make_unique<AngleJudge>(texture, false, masked, ground.cones, sums);
+                  });
 }
 
 std::vector<LevelError> offset_levels(const TextureView &texture, const Ground &ground, int threads) {
     const GroundRows normals(ground, threads);
-    const Mean mean = mean_of(normals, ground.size, threads);
-    const OffsetRows truth(normals, ground.size.columns, mean.x, mean.y);
     const bool masked = !ground.islands.empty();
+    const Mean mean = mean_of(normals, ground.size, masked, threads);
+    const OffsetRows truth(normals, ground.size.columns, mean.x, mean.y);
     return judged(texture, truth, threads,
-                  [&](RowSums &sums) { return std::make_unique<AngleJudge>(texture, true, masked, sums); });
+                  [&](RowSums &sums) {
+                      return std::make_unique<AngleJudge>(texture, true, masked, ground.cones, sums);
+                  });
 }
 
 LevelError filter_angles(const Ground &ground, const Ground &other, int threads) {
@@ -154,6 +173,9 @@ LevelError filter_angles(const Ground &ground, const Ground &other, int threads)
                 angles_between({first.data(), first.data() + columns, first.data() + 2 * columns},
                                {second.data(), second.data() + columns, second.data() + 2 * columns}, columns,
                                angles.data());
+                if (other.cones) {
+                    beyond(second.data() + two.cone_plane() * columns, columns, angles.data());
+                }
                 std::size_t kept = columns;
                 if (masked) {
                     double *mask = first.data() + 3 * columns;

@@ -63,12 +63,11 @@ PARADIZE_CLONES void to_variance(const double *__restrict smoothness, std::size_
 }
 
 // widen: whether the normals' loss of length counts (not at level 0, where it is rounding alone).
-PARADIZE_CLONES void to_smoothness(const double *__restrict variance, const double *__restrict x,
-                                   const double *__restrict y, const double *__restrict z, double widen,
-                                   std::size_t count, double *__restrict smoothness) {
+PARADIZE_CLONES void to_smoothness(const double *__restrict variance, const double *__restrict length,
+                                   double widen, std::size_t count, double *__restrict smoothness) {
     for (std::size_t i = 0; i < count; ++i) {
-        const double square = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
-        const double r = std::sqrt(square);
+        const double r = length[i];
+        const double square = r * r;
         const double short_of = 1.0 - square > 0.0 ? 1.0 - square : 0.0;
         const double lost = widen * (2.0 * short_of / ((r > 1e-6 ? r : 1e-6) * (3.0 - square)));
         const double total = variance[i] + lost;
@@ -76,7 +75,44 @@ PARADIZE_CLONES void to_smoothness(const double *__restrict variance, const doub
     }
 }
 
-// Planes of intensity, squared roughness, and the ground's normals (with their mask, where there is one).
+constexpr double radians_of_degree = 0x1.1df46a2529d39p-6;
+
+// The smoothness that a level should hold, from planes of squared roughness and the ground's normals. Where
+// the ground has cones, the mean normal may be longer or shorter by their mean: a range of smoothness.
+class Smoothness {
+  public:
+    Smoothness(const Ground &ground, std::size_t columns)
+        : cones_(ground.cones), cone_plane_(ground.islands.empty() ? 3 : 4),
+          shortest_(columns), longest_(columns), low_(columns), high_(columns) {}
+
+    // Per texel the smoothness nearest to `found` that is right. planes: of squared roughness and what follows.
+    void nearest(const double *planes, std::size_t level, std::size_t count, const double *found,
+                 double *nearest) {
+        const double *x = planes + count;
+        const double *y = x + count;
+        const double *z = y + count;
+        const double *cone = x + cone_plane_ * count;
+        for (std::size_t i = 0; i < count; ++i) {
+            const double length = std::sqrt(x[i] * x[i] + y[i] * y[i] + z[i] * z[i]);
+            const double open = cones_ ? cone[i] * radians_of_degree : 0.0;
+            shortest_[i] = std::max(0.0, length - open);
+            longest_[i] = std::max(length, std::min(1.0, length + open));
+        }
+        const double widen = level == 0 ? 0.0 : 1.0;
+        to_smoothness(planes, shortest_.data(), widen, count, low_.data());
+        to_smoothness(planes, longest_.data(), widen, count, high_.data());
+        for (std::size_t i = 0; i < count; ++i) {
+            nearest[i] = std::clamp(found[i], low_[i], high_[i]);
+        }
+    }
+
+  private:
+    bool cones_;
+    std::size_t cone_plane_;
+    std::vector<double> shortest_, longest_, low_, high_;
+};
+
+// Planes of intensity, squared roughness, and what the ground gives.
 class GlossRows final : public Rows {
   public:
     GlossRows(std::span<const float> gloss, const GroundRows &ground, std::size_t columns)
@@ -99,18 +135,20 @@ class GlossRows final : public Rows {
 
 class GlossJudge final : public MapJudge {
   public:
-    GlossJudge(const TextureView &texture, bool masked, RowSums &sums)
-        : MapJudge(texture, 2, sums), masked_(masked), truth_(texture.size.columns),
+    GlossJudge(const TextureView &texture, const Ground &ground, RowSums &sums)
+        : MapJudge(texture, 2, sums), masked_(!ground.islands.empty()),
+          smoothness_(ground, texture.size.columns), truth_(texture.size.columns),
           found_(texture.size.columns), errors_(2 * texture.size.columns), squares_(texture.size.columns) {}
 
     void row(std::size_t level, std::size_t y, const double *truth) override {
         const std::size_t count = columns(level);
-        to_smoothness(truth + count, truth + 2 * count, truth + 3 * count, truth + 4 * count,
-                      level == 0 ? 0.0 : 1.0, count, truth_.data());
         std::size_t kept = 0;
         double sum = 0.0;
         for (std::size_t c = 0; c < 2; ++c) {
             decoded(level, y, c, found_.data());
+            if (c == 1) {
+                smoothness_.nearest(truth + count, level, count, found_.data(), truth_.data());
+            }
             double *errors = &errors_[kept];
             differences(c == 0 ? truth : truth_.data(), found_.data(), count, errors, squares_.data());
             std::size_t inside = count;
@@ -128,6 +166,7 @@ class GlossJudge final : public MapJudge {
 
   private:
     bool masked_;
+    Smoothness smoothness_;
     std::vector<double> truth_;
     std::vector<double> found_;
     std::vector<double> errors_;
@@ -148,9 +187,10 @@ PARADIZE_CLONES void to_rims(const double *__restrict smoothness, std::size_t co
 
 class HighlightJudge final : public MapJudge {
   public:
-    HighlightJudge(const TextureView &texture, bool masked, RowSums &sums)
-        : MapJudge(texture, 1, sums), masked_(masked), smoothness_(texture.size.columns),
-          zeros_(texture.size.columns), degrees_(texture.size.columns) {
+    HighlightJudge(const TextureView &texture, const Ground &ground, RowSums &sums)
+        : MapJudge(texture, 1, sums), masked_(!ground.islands.empty()),
+          smoothness_(ground, texture.size.columns), shown_(texture.size.columns),
+          meant_(texture.size.columns), zeros_(texture.size.columns), degrees_(texture.size.columns) {
         for (std::vector<double> *plane : {&truth_x_, &truth_z_, &found_x_, &found_z_}) {
             plane->resize(texture.size.columns);
         }
@@ -158,11 +198,10 @@ class HighlightJudge final : public MapJudge {
 
     void row(std::size_t level, std::size_t y, const double *truth) override {
         const std::size_t count = columns(level);
-        to_smoothness(truth + count, truth + 2 * count, truth + 3 * count, truth + 4 * count,
-                      level == 0 ? 0.0 : 1.0, count, smoothness_.data());
-        to_rims(smoothness_.data(), count, truth_x_.data(), truth_z_.data());
-        decoded(level, y, 1, smoothness_.data());
-        to_rims(smoothness_.data(), count, found_x_.data(), found_z_.data());
+        decoded(level, y, 1, shown_.data());
+        smoothness_.nearest(truth + count, level, count, shown_.data(), meant_.data());
+        to_rims(meant_.data(), count, truth_x_.data(), truth_z_.data());
+        to_rims(shown_.data(), count, found_x_.data(), found_z_.data());
         angles_between({truth_x_.data(), zeros_.data(), truth_z_.data()},
                        {found_x_.data(), zeros_.data(), found_z_.data()}, count, degrees_.data());
         const std::size_t inside = masked_ ? only_inside(degrees_.data(), truth + 5 * count, count) : count;
@@ -171,7 +210,9 @@ class HighlightJudge final : public MapJudge {
 
   private:
     bool masked_;
-    std::vector<double> smoothness_;
+    Smoothness smoothness_;
+    std::vector<double> shown_;
+    std::vector<double> meant_;
     std::vector<double> zeros_;
     std::vector<double> degrees_;
     std::vector<double> truth_x_, truth_z_, found_x_, found_z_;
@@ -182,9 +223,8 @@ std::vector<LevelError> judged_gloss(const TextureView &texture, std::span<const
                                      const Ground &ground, int threads) {
     const GroundRows normals(ground, threads);
     const GlossRows truth(gloss, normals, texture.size.columns);
-    const bool masked = !ground.islands.empty();
     return judged(texture, truth, threads,
-                  [&](RowSums &sums) { return std::make_unique<GlossLike>(texture, masked, sums); });
+                  [&](RowSums &sums) { return std::make_unique<GlossLike>(texture, ground, sums); });
 }
 
 } // namespace

@@ -2,13 +2,21 @@
 
 Level 0's truth is computed from the source in float64; the truth of level k is the mean of level 0's over the
 area of each of its texels (not a mean of means, which is another where sizes are odd). Decoders, filters,
-curves and means are the reference kernels' own: nothing is shared with the stages that made the texture.
+curves and means are the reference kernels' own.
+
+The normals of a ground have one truth for all tiers and filters: the eighth-order differences of the source's
+heights, within a thousandth of a degree of smooth ground from a wavelength of 8 texels on. Heights that stand
+in codes are known to half a step only: around the truth lies the cone of all normals that the half steps
+allow (the largest angle to a normal whose slopes lie within their reach), and an angle counts as far as it
+exceeds the cone; at level k, the mean of the cones. Shared with the stages: the heights themselves
+(luminance and levels, float32), which tests hold to closed forms.
 Angles are degrees; PSNR is in dB of a peak of 1, at most LOSSLESS_DB; p99 is the smallest error that 99 of
 100 do not pass. All numbers have six significant digits.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +24,7 @@ import numpy as np
 
 from paradize.data import six
 from paradize.kernels import reference_maps
-from paradize.metrics.filters import EXACT, taps
+from paradize.metrics.filters import EXACT, central_weights, taps
 from paradize.metrics.texels import bc7_codes, decode_texels
 
 if TYPE_CHECKING:
@@ -81,58 +89,79 @@ def _psnr(squares: float, count: int) -> float:
     return LOSSLESS_DB if mean <= 1e-12 else six(float(-10 * Decimal(mean).log10()))
 
 
-def _taken(ground: Ground, filter_name: str | None = None) -> reference_maps.Ground:
-    """The ground for the kernels; by another filter where one is named."""
+def _truth(ground: Ground) -> reference_maps.Ground:
+    """What every tier's normals are held to."""
+    taps_of_truth = taps(EXACT)
+    assert taps_of_truth is not None
     return reference_maps.Ground(
-        ground.heights,
-        taps=taps(filter_name or ground.filter_name),
+        ground.heights if ground.source is None else ground.source,
+        taps=taps_of_truth,
         scale=ground.slope_scale,
         wrap=ground.wrap,
         green_down=ground.green_down,
         islands=ground.islands,
+        codes=ground.codes,
+        exact=taps_of_truth[0],
+        cones=ground.codes is not None,
+    )
+
+
+def _filtered(ground: Ground) -> reference_maps.Ground:
+    """What the ground's own filter makes of its heights."""
+    return reference_maps.Ground(
+        ground.heights,
+        taps=taps(ground.filter_name),
+        scale=ground.slope_scale,
+        wrap=ground.wrap,
+        green_down=ground.green_down,
+        islands=ground.islands,
+        codes=ground.codes if ground.held else None,
+        exact=central_weights(4),
+        held=ground.held,
     )
 
 
 def normal_levels(texture: Texture, ground: Ground) -> list[dict[str, float]]:
-    """mean_deg, p99_deg and max_deg of every level of a normal map of the ground.
+    """mean_deg, p99_deg and max_deg of every level of a normal map of the ground, against the one truth.
 
-    The truth is what the filter makes of the heights, in float64: it measures arithmetic, mips and storage;
-    filter_error tells what the filter itself costs. Levels average normals, then normalise them; where they
-    cancel out the truth is (0, 0, 1). Of a ground with islands, texels are measured all of whose taps, and
-    all of whose area, lie on one island (elsewhere filters and gutters are another matter); a level without
-    such a texel has errors of 0.
+    Levels average normals, then normalise them; where they cancel out the truth is (0, 0, 1). Of a ground
+    with islands, texels are measured all of whose taps, and all of whose area, lie on one island (elsewhere
+    filters and gutters are another matter); a level without such a texel has errors of 0.
     """
-    return [_angles(level) for level in reference_maps.normal_levels(_view(texture), _taken(ground))]
+    return [_angles(level) for level in reference_maps.normal_levels(_view(texture), _truth(ground))]
 
 
 def dudv_levels(texture: Texture, ground: Ground) -> list[dict[str, float]]:
     """The same of a du/dv map: x and y of the normals less their mean (over the islands), averaged; angles
     are those of the vectors that a shader would rebuild from them."""
-    found = reference_maps.normal_levels(_view(texture), _taken(ground), offsets=True)
+    found = reference_maps.normal_levels(_view(texture), _truth(ground), offsets=True)
     return [_angles(level) for level in found]
 
 
 def vector_error(xy: F32, ground: Ground, *, less_mean: bool = False) -> dict[str, float]:
     """The same of decoded x and y (h, w, 2) that are no texture: of normals, or, less_mean, of du/dv."""
+    return _angles(reference_maps.normal_levels(_plain(xy), _truth(ground), offsets=less_mean)[0])
+
+
+def encoding_error(shown: Texture | F32, ground: Ground) -> dict[str, float]:
+    """mean_deg, p99_deg and max_deg of level 0 of a normal map, a texture or decoded x and y (h, w, 2),
+    against what the ground's own filter makes of its heights in float64: arithmetic and storage alone."""
+    view = _plain(shown) if isinstance(shown, np.ndarray) else _view(replace(shown, levels=shown.levels[:1]))
+    return _angles(reference_maps.normal_levels(view, _filtered(ground))[0])
+
+
+def filter_error(ground: Ground) -> dict[str, float]:
+    """mean_deg, p99_deg and max_deg between the normals of the ground's filter, in float64, and the truth:
+    what the filter costs. Islands as normal_levels."""
+    return _angles(reference_maps.filter_angles(_filtered(ground), _truth(ground)))
+
+
+def _plain(xy: F32) -> reference_maps.Texture:
     height, width = xy.shape[:2]
     if not xy.size:
         raise ValueError(f"no vectors in an array of {xy.shape}")
     level = np.ascontiguousarray(xy, "<f4").data.cast("B")
-    view = reference_maps.Texture("float32", height, width, [level], 2)
-    return _angles(reference_maps.normal_levels(view, _taken(ground), offsets=less_mean)[0])
-
-
-def filter_error(ground: Ground) -> dict[str, float]:
-    """mean_deg, p99_deg and max_deg between the normals of the ground's filter and those of the eighth-order
-    one.
-
-    Of heights of 16 bits and more whose waves are longer than some 8 texels, the eighth-order filter is the
-    truth within a thousandth of a degree, and this is the error of the filter. Of 8-bit heights it is not:
-    it follows every step of the source, and a filter that smooths them over is farther from it and nearer to
-    the ground that the picture was taken of. Then this tells only how far the two are apart.
-    Islands as normal_levels.
-    """
-    return _angles(reference_maps.filter_angles(_taken(ground), _taken(ground, EXACT)))
+    return reference_maps.Texture("float32", height, width, [level], 2)
 
 
 def value_levels(texture: Texture, level0: F32) -> list[dict[str, float]]:
@@ -145,9 +174,11 @@ def gloss_levels(texture: Texture, gloss: F32, ground: Ground) -> list[dict[str,
     width_p99_deg and width_max_deg: how far a highlight's width is off, at half maximum of GGX's slopes.
 
     R's truth is averaged. G's, a smoothness s of roughness alpha = (1 - s)^2, averages alpha^2, twice the
-    variance of slopes, and adds what averaging takes out of the ground's normals. Islands as normal_levels.
+    variance of slopes, and adds what averaging takes out of the truth's normals; where these have cones, the
+    mean normal may be longer or shorter by their mean, and no smoothness of that range is an error. Islands
+    as normal_levels.
     """
-    view, truth = _view(texture), _taken(ground)
+    view, truth = _view(texture), _truth(ground)
     values = map(_differences, reference_maps.gloss_levels(view, gloss, truth))
     widths = map(_angles, reference_maps.highlight_levels(view, gloss, truth))
     return [

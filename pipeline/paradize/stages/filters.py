@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     I32 = npt.NDArray[np.int32]
 
 SPECTRAL = "spectral"
+EXACT = "eighth"
 TIERS = ("fast", "balanced", "exact")
 # A filter that reads more texels is taken when its predicted error is below this part of the best so far.
 _WORTH = 0.98
@@ -123,13 +124,16 @@ def choose_filter(
     """The name of the filter that errs least on the heights (h, w), by its own prediction.
 
     source_bits: 8, 16 or 32, of the file that the heights came from. tier: "fast" is "central" without a
-    look; "balanced" the best taps; "exact" also "spectral", where the map repeats on both axes and its edges
-    meet. islands: (h, w) int32 as of data.Ground. Raises BakeError for a tier that is none.
+    look; "balanced" the best taps; "exact" of floats "eighth", of codes as "balanced" (whose slopes it then
+    holds to what the codes allow, see stages/normal.py). islands: (h, w) int32 as of data.Ground. Raises
+    BakeError for a tier that is none.
     """
     if tier not in TIERS:
         raise BakeError(f"no tier {tier!r}", mend=f"one of {', '.join(TIERS)}")
     if tier == "fast":
         return "central"
+    if tier == "exact" and source_bits == 32:
+        return EXACT
     # A filter that is longer than the map would read nothing but reflections of its edges.
     longest = min((size - 1 for size in heights.shape if size > 1), default=1)
     names = [name for name in _BY_REACH if len(FILTERS[name].derivative) <= longest]
@@ -139,6 +143,4 @@ def choose_filter(
     for name, candidate in zip(names[1:], found.errors[1:], strict=True):
         if candidate < error * _WORTH:
             best, error = name, candidate
-    if tier == "exact" and all(wrap) and islands is None and found.repeats and found.spectral < error:
-        return SPECTRAL
     return best
