@@ -3,6 +3,7 @@ slope filters of normal maps, the sky."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -155,10 +156,10 @@ def _filter_group(order: Order, base: str, artifact: str) -> Asked:
     """The slope filters of a normal map: those that tiers take, or the one that the scene names."""
     given = {"sources": order.sources, "settings": order.settings}
     named = order.settings["relief"]["filter"]
-    note = "The error is the angle from the normals of an eighth-order difference, 0 by definition where "
-    note += "that one is taken: how far the others are from it, not how true it is itself."
-    if read_image(order.sources["image"]).source_bits == 8:
-        note += " Heights of 8 bits stand in steps, which that one follows: here it is a distance, no error."
+    note = (
+        "The error is the angle from the normals of eighth-order slopes, as far as it exceeds the cone that "
+    )
+    note += "the half steps of the source's codes leave open: what is surely wrong."
     tries: tuple[Try, ...] = (Try(named, filter_tier, given | {"tier": "balanced"}, "one", {}),)
     if named == "auto":
         tries = tuple(Try(t, filter_tier, given | {"tier": t}, "one", {"tier": t}) for t in TIERS)
@@ -177,8 +178,7 @@ def filter_tier(sources: dict[str, Path], settings: Settings, tier: str, runs: i
         name = named
         if named == "auto":
             name = choose_filter(first.heights, bits, first.wrap, tier, first.islands)
-        scale = first.slope_scale
-        ground = Ground(first.heights, scale, first.wrap, name, first.green_down, first.islands)
+        ground = replace(first, filter_name=name)
         normals = prepare(ground)
         run(lambda band: _drop(normals.rows(*band)), bands_of(height, width))
         return ground
