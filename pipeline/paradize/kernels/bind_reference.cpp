@@ -279,8 +279,8 @@ NB_MODULE(_reference, m) {
     nb::class_<reference::Ground>(m, "Ground");
     m.def("ground", &ground, nb::arg("heights"), nb::arg("derivative"), nb::arg("smooth"), nb::arg("scale"),
           nb::arg("wrap"), nb::arg("green_down"), nb::arg("islands").none(), nb::arg("codes").none(),
-          nb::arg("exact"), nb::arg("held"), nb::arg("cones"), nb::keep_alive<0, 1>(),
-          nb::keep_alive<0, 7>(), nb::keep_alive<0, 8>());
+          nb::arg("exact"), nb::arg("held"), nb::arg("cones"), nb::keep_alive<0, 1>(), nb::keep_alive<0, 7>(),
+          nb::keep_alive<0, 8>());
     m.def("normal_levels", &normal_levels);
     m.def("filter_angles", &filter_angles);
     m.def("value_levels", &value_levels);

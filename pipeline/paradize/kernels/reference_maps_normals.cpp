@@ -28,14 +28,14 @@ PARADIZE_CLONES void beyond(const double *__restrict open, std::size_t count, do
     }
 }
 
-// Truth: planes x, y, z of averaged normals; or, of du/dv, x and y. Then a mask, where there are islands. Then
-// the mean of the cones, where there are: so far a normal is no error.
+// Truth: planes x, y, z of averaged normals; or, of du/dv, x and y. Then a mask, where there are islands.
+// Then the mean of the cones, where there are: so far a normal is no error.
 class AngleJudge final : public MapJudge {
   public:
     AngleJudge(const TextureView &texture, bool offsets, bool masked, bool cones, RowSums &sums)
         : MapJudge(texture, 1, sums), offsets_(offsets), masked_(masked), cones_(cones),
-          truth_(texture.size.columns),
-          found_(texture.size.columns), xy_(2 * texture.size.columns), angles_(texture.size.columns) {}
+          truth_(texture.size.columns), found_(texture.size.columns), xy_(2 * texture.size.columns),
+          angles_(texture.size.columns) {}
 
     void row(std::size_t level, std::size_t y, const double *truth) override {
         const std::size_t count = columns(level);
@@ -133,10 +133,9 @@ Mean mean_of(const GroundRows &ground, Size size, bool masked, int threads) {
 std::vector<LevelError> normal_levels(const TextureView &texture, const Ground &ground, int threads) {
     const GroundRows truth(ground, threads);
     const bool masked = !ground.islands.empty();
-    return judged(texture, truth, threads,
-                  [&](RowSums &sums) {
-                      return std::make_unique<AngleJudge>(texture, false, masked, ground.cones, sums);
-                  });
+    return judged(texture, truth, threads, [&](RowSums &sums) {
+        return std::make_unique<AngleJudge>(texture, false, masked, ground.cones, sums);
+    });
 }
 
 std::vector<LevelError> offset_levels(const TextureView &texture, const Ground &ground, int threads) {
@@ -144,10 +143,9 @@ std::vector<LevelError> offset_levels(const TextureView &texture, const Ground &
     const bool masked = !ground.islands.empty();
     const Mean mean = mean_of(normals, ground.size, masked, threads);
     const OffsetRows truth(normals, ground.size.columns, mean.x, mean.y);
-    return judged(texture, truth, threads,
-                  [&](RowSums &sums) {
-                      return std::make_unique<AngleJudge>(texture, true, masked, ground.cones, sums);
-                  });
+    return judged(texture, truth, threads, [&](RowSums &sums) {
+        return std::make_unique<AngleJudge>(texture, true, masked, ground.cones, sums);
+    });
 }
 
 LevelError filter_angles(const Ground &ground, const Ground &other, int threads) {

@@ -82,10 +82,11 @@ constexpr double radians_of_degree = 0x1.1df46a2529d39p-6;
 class Smoothness {
   public:
     Smoothness(const Ground &ground, std::size_t columns)
-        : cones_(ground.cones), cone_plane_(ground.islands.empty() ? 3 : 4),
-          shortest_(columns), longest_(columns), low_(columns), high_(columns) {}
+        : cones_(ground.cones), cone_plane_(ground.islands.empty() ? 3 : 4), shortest_(columns),
+          longest_(columns), low_(columns), high_(columns) {}
 
-    // Per texel the smoothness nearest to `found` that is right. planes: of squared roughness and what follows.
+    // Per texel the smoothness nearest to `found` that is right. planes: of squared roughness and what
+    // follows.
     void nearest(const double *planes, std::size_t level, std::size_t count, const double *found,
                  double *nearest) {
         const double *x = planes + count;
