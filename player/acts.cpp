@@ -1,49 +1,58 @@
 #include "acts.hpp"
 
-#include "error.hpp"
 #include "messages.hpp"
 
+#include <exception>
 #include <string>
 #include <utility>
 
 namespace paradize {
 
-Act::Act(assets::SceneFile scene_file, const std::filesystem::path &folder, const Act *before)
-    : file(std::move(scene_file)), streamer(file, folder, before != nullptr ? &before->streamer : nullptr),
+ComingScene::ComingScene(assets::SceneFile scene_file, const std::filesystem::path &folder,
+                         const Streamer *before)
+    : file(std::make_unique<const assets::SceneFile>(std::move(scene_file))), opening(*file, folder, before) {
+}
+
+Act::Act(ComingScene coming)
+    : held(std::move(coming.file)), file(*held), streamer(file, std::move(coming.opening)),
       scene(file, streamer) {}
 
-Acts::Acts(assets::SceneFile first, std::filesystem::path folder, assets::Rebaked *rebaked)
-    : folder_(std::move(folder)), rebaked_(rebaked), now_(std::make_unique<Act>(std::move(first), folder_)) {}
+Acts::Acts(ComingScene first, std::filesystem::path folder, assets::Rebaked *rebaked)
+    : folder_(std::move(folder)), rebaked_(rebaked), now_(std::make_unique<Act>(std::move(first))) {}
 
 void Acts::refuse(const char *fault) {
     next_.reset();
+    coming_.reset();
     // Where yet another bake is done, the files of this one may be gone, and its scene is on the way.
     if (!rebaked_->outdated(stamp_)) {
         say(std::string("the new scene is not shown, the one before stays: ") + fault);
     }
 }
 
-/// Takes a scene that came.
-void Acts::look() {
-    const std::unique_ptr<assets::RebakedScene> found = rebaked_->take();
-    if (!found) {
-        return;
-    }
-    stamp_ = found->stamp;
-    if (!found->fault.empty()) {
-        refuse(found->fault.c_str());
-        return;
-    }
+/// Takes a scene that came, and makes an act of it once its files are there.
+void Acts::look(Unready unready) {
     try {
-        next_ = std::make_unique<Act>(std::move(found->file), folder_, now_.get());
-    } catch (const Error &error) {
+        if (const std::unique_ptr<assets::RebakedScene> found = rebaked_->take()) {
+            stamp_ = found->stamp;
+            if (!found->fault.empty()) {
+                refuse(found->fault.c_str());
+                return;
+            }
+            next_.reset();
+            coming_.emplace(std::move(found->file), folder_, &now_->streamer);
+        }
+        if (coming_ && (unready == Unready::wait || coming_->opening.ready())) {
+            next_ = std::make_unique<Act>(std::move(*coming_));
+            coming_.reset();
+        }
+    } catch (const std::exception &error) {
         refuse(error.what());
     }
 }
 
 Act *Acts::upload(std::size_t budget_bytes, Unready unready) {
     if (rebaked_ != nullptr) {
-        look();
+        look(unready);
     }
     if (!next_) {
         now_->streamer.upload(budget_bytes, unready);
@@ -51,7 +60,7 @@ Act *Acts::upload(std::size_t budget_bytes, Unready unready) {
     }
     try {
         return next_->streamer.upload(budget_bytes, unready) ? next_.get() : nullptr;
-    } catch (const Error &error) {
+    } catch (const std::exception &error) {
         refuse(error.what());
         return nullptr;
     }

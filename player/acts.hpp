@@ -9,15 +9,27 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 namespace paradize {
 
+/// A scene.json whose files threads read and check.
+struct ComingScene {
+    /// What `before` has and what did not change is kept.
+    ComingScene(assets::SceneFile scene_file, const std::filesystem::path &folder,
+                const Streamer *before = nullptr);
+
+    std::unique_ptr<const assets::SceneFile> file;
+    Opening opening;
+};
+
 /// Everything that comes of one scene.json.
 struct Act {
-    /// Takes from the act before what did not change. Throws Error.
-    Act(assets::SceneFile scene_file, const std::filesystem::path &folder, const Act *before = nullptr);
+    /// Waits for the files. Throws Error.
+    explicit Act(ComingScene coming);
 
-    const assets::SceneFile file;
+    const std::unique_ptr<const assets::SceneFile> held;
+    const assets::SceneFile &file;
     Streamer streamer;
     Scene scene;
 };
@@ -25,13 +37,14 @@ struct Act {
 class Acts {
   public:
     /// rebaked: where new scenes come from; nullptr: none will. It outlives this. Throws Error.
-    Acts(assets::SceneFile first, std::filesystem::path folder, assets::Rebaked *rebaked);
+    Acts(ComingScene first, std::filesystem::path folder, assets::Rebaked *rebaked);
 
     Act &now() { return *now_; }
     const Act &now() const { return *now_; }
     /// Uploads at most so much, of the scene that came if one did, else of the one that is shown. Returns the
-    /// new one once it is resident, for turn(); nullptr: go on with the old one. A scene that cannot be
-    /// shown is told once, on standard error, and forgotten. Throws Error for a fault of the one shown.
+    /// new one once it is resident, for turn(); nullptr: go on with the old one. Files that are still read
+    /// are waited for, or left for a later frame. A scene that cannot be shown is told once, on standard
+    /// error, and forgotten. Throws Error for a fault of the one shown.
     Act *upload(std::size_t budget_bytes, Unready unready);
     /// Shows the new one from now on. What is returned must stay until nothing refers to it.
     std::unique_ptr<Act> turn();
@@ -39,11 +52,12 @@ class Acts {
     void refuse(const char *fault);
 
   private:
-    void look();
+    void look(Unready unready);
 
     std::filesystem::path folder_;
     assets::Rebaked *rebaked_;
     std::unique_ptr<Act> now_, next_;
+    std::optional<ComingScene> coming_;
     assets::FileStamp stamp_{}; // of the new one
 };
 

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstring>
 #include <new>
 #include <span>
 
@@ -33,13 +35,39 @@ struct CloseContext {
 
 } // namespace
 
-const char *read_sound(const std::filesystem::path &path, SoundSamples &out) {
-    std::error_code unknown;
-    if (!std::filesystem::is_regular_file(path, unknown)) { // opening a pipe would wait for ever
-        return "is no file";
+namespace {
+
+/// Bytes in memory, as libsndfile reads a file.
+struct Reader {
+    std::span<const std::byte> bytes;
+    sf_count_t at = 0;
+
+    static Reader &of(void *self) { return *static_cast<Reader *>(self); }
+    static sf_count_t size(void *self) { return static_cast<sf_count_t>(of(self).bytes.size()); }
+    static sf_count_t seek(sf_count_t offset, int whence, void *self) {
+        const sf_count_t from = whence == SEEK_SET ? 0 : whence == SEEK_CUR ? of(self).at : size(self);
+        if (offset < -from || offset > size(self) - from) {
+            return -1;
+        }
+        return of(self).at = from + offset;
     }
+    static sf_count_t read(void *out, sf_count_t count, void *self) {
+        const sf_count_t got = std::clamp<sf_count_t>(count, 0, size(self) - of(self).at);
+        std::memcpy(out, of(self).bytes.data() + of(self).at, static_cast<std::size_t>(got));
+        of(self).at += got;
+        return got;
+    }
+    static sf_count_t write(const void * /*bytes*/, sf_count_t /*count*/, void * /*self*/) { return 0; }
+    static sf_count_t tell(void *self) { return of(self).at; }
+};
+
+} // namespace
+
+const char *read_sound(std::span<const std::byte> bytes, SoundSamples &out) {
     SF_INFO info{};
-    const std::unique_ptr<SNDFILE, CloseFile> file(sf_open(path.c_str(), SFM_READ, &info));
+    SF_VIRTUAL_IO calls{Reader::size, Reader::seek, Reader::read, Reader::write, Reader::tell};
+    Reader reader{bytes};
+    const std::unique_ptr<SNDFILE, CloseFile> file(sf_open_virtual(&calls, SFM_READ, &info, &reader));
     if (!file) {
         return sf_strerror(nullptr);
     }
@@ -85,9 +113,9 @@ struct Audio::Impl {
     }
 
     /// What went wrong, or nullptr.
-    const char *load(const std::filesystem::path &path) {
+    const char *load(std::span<const std::byte> bytes) {
         SoundSamples sound;
-        if (const char *problem = read_sound(path, sound)) {
+        if (const char *problem = read_sound(bytes, sound)) {
             return problem;
         }
         if (!context) {
@@ -117,16 +145,16 @@ struct Audio::Impl {
 Audio::Audio() noexcept = default;
 Audio::~Audio() = default;
 
-bool Audio::load(const std::filesystem::path &file) {
+bool Audio::load(std::span<const std::byte> bytes, const std::string &name) {
     impl_ = std::make_unique<Impl>();
     const char *problem = nullptr;
     try {
-        problem = impl_->load(file);
+        problem = impl_->load(bytes);
     } catch (const std::bad_alloc &) {
         problem = "is too long for the memory that is left";
     }
     if (problem != nullptr) {
-        say("no sound: " + file.string() + ": " + problem);
+        say("no sound: " + name + ": " + problem);
         impl_.reset();
     }
     return impl_ != nullptr;

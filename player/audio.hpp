@@ -1,9 +1,11 @@
 #pragma once
 // One looping sound. Nothing here throws: without a device or a file the show is silent, and says so once.
 
+#include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
 namespace paradize {
@@ -14,8 +16,8 @@ struct SoundSamples {
     int per_s = 0;                     // samples of one channel in a second
 };
 
-/// Decodes a whole file that libsndfile reads. What went wrong, or nullptr.
-const char *read_sound(const std::filesystem::path &file, SoundSamples &out);
+/// Decodes a file that libsndfile reads, given as its bytes. What went wrong, or nullptr.
+const char *read_sound(std::span<const std::byte> bytes, SoundSamples &out);
 
 class Audio {
   public:
@@ -24,9 +26,9 @@ class Audio {
     Audio(const Audio &) = delete;
     Audio &operator=(const Audio &) = delete;
 
-    /// Opens the default device and loads a file that libsndfile reads (mono or stereo). False, with one
-    /// message on standard error, when that fails.
-    bool load(const std::filesystem::path &file);
+    /// Opens the default device and decodes a file that libsndfile reads (mono or stereo), given as its
+    /// bytes. False, with one message on standard error that has its `name`, when that fails.
+    bool load(std::span<const std::byte> bytes, const std::string &name);
     /// Plays from where it is, looping; after stop() from the beginning.
     void play();
     void pause();

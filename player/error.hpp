@@ -10,4 +10,7 @@ class Error : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/// What mends a file that a bake wrote and that is not as it wrote it: the end of a message.
+inline constexpr const char *bake_again = "; bake the scene again: paradize bake SCENE.toml";
+
 } // namespace paradize

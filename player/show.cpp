@@ -1,7 +1,8 @@
 #include "show.hpp"
 
 #include "acts.hpp"
-#include "assets/mapped_file.hpp"
+#include "assets/file_bytes.hpp"
+#include "assets/opened_artifact.hpp"
 #include "assets/rebaked.hpp"
 #include "assets/scene_file.hpp"
 #include "assets/trade_file.hpp"
@@ -85,7 +86,7 @@ std::vector<assets::TradeError> load_trades(const std::filesystem::path &folder)
     if (!std::filesystem::exists(path, unknown)) {
         return {};
     }
-    const assets::MappedFile file(path);
+    const assets::FileBytes file(path);
     const auto bytes = file.bytes();
     return assets::parse_trades({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, path);
 }
@@ -94,9 +95,9 @@ std::vector<assets::TradeError> load_trades(const std::filesystem::path &folder)
 class Show {
   public:
     /// rebaked: where scenes come from that replace the first; nullptr: none will.
-    Show(const Options &options, assets::SceneFile file, const RendererSettings &settings,
+    Show(const Options &options, ComingScene coming, const RendererSettings &settings,
          assets::Rebaked *rebaked)
-        : options_(options), settings_(settings), acts_(std::move(file), options.folder, rebaked),
+        : options_(options), settings_(settings), acts_(std::move(coming), options.folder, rebaked),
           shaders_(gl::ShaderLibrary::find()),
           renderer_(std::make_unique<Renderer>(acts_.now().scene, shaders_, settings)) {
         tell_terrain();
@@ -341,8 +342,15 @@ void start_sound(const assets::SceneFile &file, const Options &options, Audio &a
     if (options.mute || (sound->sha256 == heard && !heard.empty())) {
         return;
     }
-    muted = !audio.load(options.folder / sound->file);
     heard = sound->sha256;
+    try {
+        const assets::FileBytes bytes = assets::read_artifact(*sound, options.folder);
+        muted = !audio.load(bytes.bytes(), sound->file);
+    } catch (const Error &error) { // it was right when the scene was opened
+        say(std::string("no sound: ") + error.what());
+        audio.stop();
+        muted = true;
+    }
     audio.set_volume(file.sound->volume);
     audio.play();
 }
@@ -418,7 +426,9 @@ int run(const Options &options) {
     if (!options.bench && !options.reference && (!counted || options.frames)) {
         rebaked.emplace(options.folder / "scene.json");
     }
-    assets::SceneFile file = load_scene(options.folder);
+    // Its files are read while the context is made.
+    ComingScene coming(load_scene(options.folder), options.folder);
+    const assets::SceneFile &file = *coming.file;
     RendererSettings settings;
     settings.width_px = options.width_px.value_or(file.width_px);
     settings.height_px = options.height_px.value_or(file.height_px);
@@ -438,7 +448,7 @@ int run(const Options &options) {
     if (options.debug) {
         log.install();
     }
-    Show show(options, std::move(file), settings, rebaked ? &*rebaked : nullptr);
+    Show show(options, std::move(coming), settings, rebaked ? &*rebaked : nullptr);
     if (options.debug) {
         log.demand_clean();
     }

@@ -1,9 +1,7 @@
 #include "streamer.hpp"
 
-#include "assets/glb.hpp"
-#include "assets/ktx2.hpp"
 #include "assets/loader.hpp"
-#include "assets/mapped_file.hpp"
+#include "assets/opener.hpp"
 #include "assets/stream_plan.hpp"
 #include "error.hpp"
 #include "gl/buffer.hpp"
@@ -13,6 +11,8 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
 namespace paradize {
 
@@ -22,14 +22,10 @@ void StreamedTexture::bind(unsigned unit, unsigned sampler) const {
 
 /// One artifact on its way.
 struct StreamItem {
-    assets::MappedFile file;
-    assets::Ktx2 ktx;
-    assets::Glb glb;
-    std::string path; // empty: not opened yet, or a sound
+    assets::OpenedArtifact opened; // its file until all of it is uploaded
     StreamedTexture texture;
     StreamedMesh mesh;
     StreamedTile tile;
-    bool is_tile = false;
     assets::ArtifactKind kind = assets::ArtifactKind::sound;
     std::string sha256;
     std::size_t pieces_left = 0;
@@ -49,7 +45,7 @@ struct Streamer::Impl {
 
     std::size_t kept = 0; // items of the scene before
 
-    explicit Impl(const assets::SceneFile &file) : scene(file), items(file.artifacts.size()) {
+    explicit Impl(const assets::SceneFile &file) : scene(file) {
         if (scene.terrain) {
             for (const std::string &name : scene.terrain->tiles) {
                 tiles.push_back(
@@ -58,128 +54,60 @@ struct Streamer::Impl {
         }
     }
 
-    void open(std::uint32_t index, const std::filesystem::path &folder) {
-        const assets::Artifact &artifact = scene.artifacts[index];
+    /// Makes the device's objects for an artifact that was opened.
+    void add(std::uint32_t index, assets::OpenedArtifact opened) {
         items[index] = std::make_shared<StreamItem>();
         StreamItem &item = *items[index];
-        item.kind = artifact.kind;
-        item.sha256 = artifact.sha256;
-        if (artifact.kind == assets::ArtifactKind::sound) {
-            return;
-        }
-        item.path = (folder / artifact.file).string();
-        item.file = assets::MappedFile(item.path);
-        const std::span<const std::byte> bytes = item.file.bytes();
-        if (artifact.bytes != 0 && artifact.bytes != bytes.size()) {
-            throw Error(item.path + ": has " + std::to_string(bytes.size()) + " bytes, scene.json says " +
-                        std::to_string(artifact.bytes) + "; bake the scene again");
-        }
-        const std::size_t before = pieces.size();
-        const auto tile = std::ranges::find(tiles, index);
-        if (tile != tiles.end()) {
-            open_tile(item, index, static_cast<std::uint32_t>(tile - tiles.begin()));
-        } else if (artifact.kind == assets::ArtifactKind::mesh) {
-            item.glb = assets::read_glb(bytes, item.path);
-            plan_mesh(item.glb, index, pieces);
-            item.mesh = StreamedMesh(item.glb);
-        } else {
-            item.ktx = assets::read_ktx2(bytes, item.path);
-            const bool cube = artifact.kind == assets::ArtifactKind::cubemap;
-            if (cube != (item.ktx.faces == 6)) {
-                throw Error(item.path + ": has " + std::to_string(item.ktx.faces) + " faces, which is no " +
-                            (cube ? "cube map" : "flat texture"));
-            }
-            plan_texture(item.ktx, index, pieces);
+        item.kind = scene.artifacts[index].kind;
+        item.sha256 = scene.artifacts[index].sha256;
+        item.opened = std::move(opened);
+        if (item.opened.tile) {
+            item.tile = StreamedTile(item.opened.glb, item.opened.path);
+        } else if (item.kind == assets::ArtifactKind::mesh) {
+            item.mesh = StreamedMesh(item.opened.glb);
+        } else if (item.kind != assets::ArtifactKind::sound) {
             make_texture(item);
         }
-        item.pieces_left = pieces.size() - before;
-        for (std::size_t i = before; i < pieces.size(); ++i) {
-            item.bytes += pieces[i].bytes.size();
+        item.pieces_left = item.opened.pieces.size();
+        for (const assets::StreamPiece &piece : item.opened.pieces) {
+            item.bytes += piece.bytes.size();
         }
+        pieces.insert(pieces.end(), item.opened.pieces.begin(), item.opened.pieces.end());
+        item.opened.pieces = {};
     }
 
-    /// Takes what the scene before has of this artifact, when it is the same and all there.
-    bool keep(std::uint32_t index, const Impl &before) {
-        const assets::Artifact &artifact = scene.artifacts[index];
-        const auto same = std::ranges::find_if(before.items, [&](const std::shared_ptr<StreamItem> &item) {
-            return !artifact.sha256.empty() && item->sha256 == artifact.sha256 &&
-                   item->kind == artifact.kind && item->pieces_left == 0;
+    /// What this scene has whole of an artifact of another; nullptr: nothing.
+    std::shared_ptr<StreamItem> find(const assets::SceneFile &other, const assets::Artifact &artifact) const {
+        const std::optional<std::uint32_t> tile = tile_of(other, artifact);
+        const auto same = std::ranges::find_if(items, [&](const std::shared_ptr<StreamItem> &item) {
+            return item->sha256 == artifact.sha256 && item->kind == artifact.kind && item->pieces_left == 0 &&
+                   item->opened.tile.has_value() == tile.has_value() &&
+                   (!tile || fits_tile(item->opened.glb, *other.terrain, *tile));
         });
-        const auto tile = std::ranges::find(tiles, index);
-        if (same == before.items.end() || (*same)->is_tile != (tile != tiles.end()) ||
-            ((*same)->is_tile && !fits(**same, rows_of(static_cast<std::uint32_t>(tile - tiles.begin()))))) {
-            return false;
-        }
-        items[index] = *same;
-        resident += (*same)->bytes;
-        ++kept;
-        return true;
-    }
-
-    struct Rows {
-        std::size_t first = 0, count = 0;
-    };
-
-    Rows rows_of(std::uint32_t tile) const {
-        const std::vector<std::uint32_t> &column = scene.terrain->patches.tile;
-        const auto [first, end] = std::ranges::equal_range(column, tile);
-        return {static_cast<std::size_t>(first - column.begin()), static_cast<std::size_t>(end - first)};
-    }
-
-    /// The first patch of these rows that is not the tile's node in its place; their count: all are.
-    static std::size_t first_other(const StreamItem &item, const Rows &rows) {
-        std::size_t i = 0;
-        while (i < rows.count && item.glb.levels[i].name == "patch" + std::to_string(rows.first + i)) {
-            ++i;
-        }
-        return i;
-    }
-
-    static bool fits(const StreamItem &item, const Rows &rows) {
-        return item.glb.levels.size() == rows.count && first_other(item, rows) == rows.count;
-    }
-
-    void open_tile(StreamItem &item, std::uint32_t index, std::uint32_t tile) {
-        const assets::TerrainPatches &patches = scene.terrain->patches;
-        const auto [row, count] = rows_of(tile);
-        if (count == 0) {
-            throw Error(item.path + ": scene.json has no patch in this tile of the terrain");
-        }
-        item.glb =
-            assets::read_glb_nodes(item.file.bytes(), item.path, std::span(patches.node).subspan(row, count));
-        if (const std::size_t i = first_other(item, {row, count}); i < count) {
-            throw Error(item.path + ": node " + item.glb.levels[i].name +
-                        ": scene.json says that it is patch" + std::to_string(row + i) +
-                        "; bake the scene again");
-        }
-        const auto roots = static_cast<std::size_t>(
-            std::count(patches.made_by.begin() + static_cast<std::ptrdiff_t>(row),
-                       patches.made_by.begin() + static_cast<std::ptrdiff_t>(row + count), std::int32_t{-1}));
-        plan_patches(item.glb, roots, index, pieces);
-        item.tile = StreamedTile(item.glb, item.path);
-        item.is_tile = true;
+        return same == items.end() ? nullptr : *same;
     }
 
     static void make_texture(StreamItem &item) {
         StreamedTexture &out = item.texture;
-        out.target_ = item.ktx.faces == 6 ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
-        out.width_px_ = static_cast<int>(item.ktx.levels[0].width_px);
-        out.height_px_ = static_cast<int>(item.ktx.levels[0].height_px);
-        out.levels_ = static_cast<int>(item.ktx.levels.size());
+        const assets::Ktx2 &ktx = item.opened.ktx;
+        out.target_ = ktx.faces == 6 ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
+        out.width_px_ = static_cast<int>(ktx.levels[0].width_px);
+        out.height_px_ = static_cast<int>(ktx.levels[0].height_px);
+        out.levels_ = static_cast<int>(ktx.levels.size());
         out.finest_ = out.levels_;
-        out.texture_ = allocate_texture(item.ktx, item.path, best_storage());
-        out.fallback_ = neutral_texture(item.ktx);
+        out.texture_ = allocate_texture(ktx, item.opened.path, best_storage());
+        out.fallback_ = neutral_texture(ktx);
     }
 
     void upload_texture(const assets::StreamPiece &piece) {
         StreamItem &item = *items[piece.artifact];
         StreamedTexture &texture = item.texture;
-        upload_rows(texture.texture_, item.ktx, piece);
+        upload_rows(texture.texture_, item.opened.ktx, piece);
         if (piece.last) {
             texture.finest_ = static_cast<int>(piece.level);
             glTexParameteri(texture.target_, GL_TEXTURE_BASE_LEVEL, texture.finest_);
             if (piece.inflated) {
-                item.ktx.rooms[piece.level].release();
+                item.opened.ktx.rooms[piece.level].release();
             }
         }
     }
@@ -187,7 +115,7 @@ struct Streamer::Impl {
     /// Is the next piece there? Throws Error when it never will be.
     bool next_ready(Unready unready) {
         if (!pieces[next].inflated) {
-            return true; // mapped: at worst the disk is waited for
+            return true; // in memory
         }
         if (!loader->ready(next)) {
             if (unready == Unready::leave) {
@@ -197,8 +125,8 @@ struct Streamer::Impl {
             loader->wait(next);
         }
         if (const std::string &fault = loader->fault(next); !fault.empty()) {
-            throw Error(items[pieces[next].artifact]->path + ": level " + std::to_string(pieces[next].level) +
-                        ": " + fault);
+            throw Error(items[pieces[next].artifact]->opened.path + ": level " +
+                        std::to_string(pieces[next].level) + ": " + fault);
         }
         return true;
     }
@@ -206,40 +134,72 @@ struct Streamer::Impl {
     void upload_one() {
         const assets::StreamPiece &piece = pieces[next++];
         StreamItem &item = *items[piece.artifact];
-        if (item.is_tile) {
-            item.tile.upload(item.glb, piece, item.path);
+        if (item.opened.tile) {
+            item.tile.upload(item.opened.glb, piece, item.opened.path);
         } else if (item.kind == assets::ArtifactKind::mesh) {
-            item.mesh.upload(item.glb, piece, item.path);
+            item.mesh.upload(item.opened.glb, piece, item.opened.path);
         } else {
             upload_texture(piece);
         }
         resident += piece.bytes.size();
         if (--item.pieces_left == 0) {
-            item.file.release_pages();
+            item.opened.file.release();
         }
     }
 };
 
-Streamer::Streamer(const assets::SceneFile &file, const std::filesystem::path &folder, const Streamer *before)
-    : impl_(std::make_unique<Impl>(file)) {
+Opening::Opening(const assets::SceneFile &file, const std::filesystem::path &folder, const Streamer *before)
+    : kept_(file.artifacts.size()) {
     std::vector<std::uint32_t> order = file.streaming; // and after it what it does not name
     for (std::uint32_t i = 0; i < file.artifacts.size(); ++i) {
         order.push_back(i);
     }
+    std::vector<bool> seen(file.artifacts.size());
+    std::vector<std::uint32_t> wanted;
+    for (const std::uint32_t index : order) {
+        if (seen[index]) {
+            continue;
+        }
+        seen[index] = true;
+        if (before != nullptr) {
+            kept_[index] = before->impl_->find(file, file.artifacts[index]);
+        }
+        if (!kept_[index]) {
+            wanted.push_back(index);
+        }
+    }
+    opener_ = std::make_unique<assets::Opener>(file, folder, std::move(wanted));
+}
+
+Opening::Opening(Opening &&) noexcept = default;
+Opening::~Opening() = default;
+
+bool Opening::ready() const {
+    return opener_->ready();
+}
+
+Streamer::Streamer(const assets::SceneFile &file, const std::filesystem::path &folder, const Streamer *before)
+    : Streamer(file, Opening(file, folder, before)) {}
+
+Streamer::Streamer(const assets::SceneFile &file, Opening opening) : impl_(std::make_unique<Impl>(file)) {
+    std::vector<assets::OpenedArtifact> opened = opening.opener_->take();
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     // What a mesh does not have: a normal upwards, a tangent along X, white.
     glVertexAttrib3f(gl::attribute_normal, 0.0F, 1.0F, 0.0F);
     glVertexAttrib4f(gl::attribute_tangent, 1.0F, 0.0F, 0.0F, 1.0F);
     glVertexAttrib4f(gl::attribute_color, 1.0F, 1.0F, 1.0F, 1.0F);
-    for (const std::uint32_t index : order) {
-        if (!impl_->items[index] && !(before != nullptr && impl_->keep(index, *before->impl_))) {
-            impl_->open(index, folder);
-        }
+    impl_->items = std::move(opening.kept_);
+    for (const std::shared_ptr<StreamItem> &item : impl_->items) {
+        impl_->kept += item ? 1 : 0;
+        impl_->resident += item ? item->bytes : 0;
+    }
+    for (std::size_t i = 0; i < opened.size(); ++i) {
+        impl_->add(opening.opener_->wanted()[i], std::move(opened[i]));
     }
     assets::order_pieces(impl_->pieces);
     for (const std::shared_ptr<StreamItem> &item : impl_->items) {
         impl_->total += item->bytes;
-        impl_->terrain += item->is_tile ? item->bytes : 0;
+        impl_->terrain += item->opened.tile ? item->bytes : 0;
     }
     impl_->loader = std::make_unique<assets::Loader>(impl_->pieces);
 }

@@ -1,5 +1,6 @@
 #pragma once
-// Brings baked files to the GPU: maps them, uploads within a byte budget per frame, coarse first.
+// Brings baked files to the GPU: read and checked by threads, uploaded within a byte budget per frame, coarse
+// first.
 
 #include "assets/scene_file.hpp"
 #include "gl/handle.hpp"
@@ -14,6 +15,10 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+namespace paradize::assets {
+class Opener;
+}
 
 namespace paradize {
 
@@ -41,11 +46,33 @@ class StreamedTexture {
 
 enum class Unready { wait, leave };
 
+class Streamer;
+struct StreamItem;
+
+/// A scene's files while threads read and check them. What `before` has whole (by its SHA-256) is kept.
+class Opening {
+  public:
+    /// `file` outlives this.
+    Opening(const assets::SceneFile &file, const std::filesystem::path &folder,
+            const Streamer *before = nullptr);
+    Opening(Opening &&) noexcept;
+    Opening &operator=(Opening &&) = delete;
+    ~Opening();
+    /// Can a Streamer be made of it without a wait?
+    bool ready() const;
+
+  private:
+    friend class Streamer;
+    std::vector<std::shared_ptr<StreamItem>> kept_; // one per artifact; nullptr: it is opened
+    std::unique_ptr<assets::Opener> opener_;
+};
+
 class Streamer {
   public:
-    /// Maps and validates every mesh, texture and cube map of the scene. Of those that `before` holds whole
-    /// (by their SHA-256) it takes the objects that are on the device; both may end in any order. Throws
-    /// Error naming file and place.
+    /// Makes the device's objects of every mesh, texture and cube map of the scene, which `opening` is of; it
+    /// is waited for. What was kept shares its objects with the streamer before; both may end in any order.
+    /// Throws Error naming file and place.
+    Streamer(const assets::SceneFile &file, Opening opening);
     Streamer(const assets::SceneFile &file, const std::filesystem::path &folder,
              const Streamer *before = nullptr);
     ~Streamer();
@@ -67,6 +94,7 @@ class Streamer {
     std::size_t kept() const;            // artifacts that were taken from the scene before
 
   private:
+    friend class Opening;
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };

@@ -7,7 +7,6 @@ namespace paradize::assets {
 
 namespace {
 
-constexpr std::size_t page_bytes = 4096;
 constexpr std::size_t pieces_ahead = 16; // of at most 1 MiB: bounds the memory that waits
 constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
 
@@ -52,11 +51,6 @@ void Loader::load(std::span<const StreamPiece> pieces, const std::stop_token &st
                 ready_.store(all, std::memory_order_release);
                 ready_.notify_all();
                 return;
-            }
-        } else if (used <= i) {
-            const volatile std::byte *bytes = piece.bytes.data();
-            for (std::size_t at = 0; at < piece.bytes.size(); at += page_bytes) {
-                static_cast<void>(bytes[at]);
             }
         }
         ready_.store(i + 1, std::memory_order_release);

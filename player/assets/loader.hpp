@@ -1,6 +1,6 @@
 #pragma once
-// A thread that is ahead of the upload: it touches mapped pages and inflates supercompressed levels, so that
-// the drawing thread waits neither for the disk nor for Zstandard.
+// A thread that is ahead of the upload: it inflates supercompressed levels, so that the drawing thread does
+// not wait for Zstandard.
 
 #include "assets/inflate.hpp"
 #include "assets/stream_plan.hpp"
@@ -15,14 +15,14 @@ namespace paradize::assets {
 
 class Loader {
   public:
-    /// `pieces`, their mappings and their rooms outlive this.
+    /// `pieces`, their files and their rooms outlive this.
     explicit Loader(std::span<const StreamPiece> pieces);
     ~Loader();
     Loader(const Loader &) = delete;
     Loader &operator=(const Loader &) = delete;
     /// The drawing thread has used that many pieces.
     void advance(std::size_t used);
-    /// Is piece `index` in memory, inflated? Only those of supercompressed levels need to be asked for.
+    /// Is piece `index` inflated? Only those of supercompressed levels need to be asked for.
     bool ready(std::size_t index) const { return ready_.load(std::memory_order_acquire) > index; }
     /// Returns when it is. All pieces before it have been told to advance().
     void wait(std::size_t index) const;

@@ -14,7 +14,7 @@ Room::Room(std::size_t size) : size_(size) {
     void *data =
         ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (data == MAP_FAILED) {
-        throw Error("no room to inflate " + std::to_string(size) + " bytes: " + std::strerror(errno));
+        throw Error("no memory for " + std::to_string(size) + " bytes: " + std::strerror(errno));
     }
     data_ = static_cast<std::byte *>(data);
 }

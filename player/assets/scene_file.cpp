@@ -1,6 +1,6 @@
 #include "assets/scene_file.hpp"
 
-#include "assets/mapped_file.hpp"
+#include "assets/file_bytes.hpp"
 #include "assets/scene_fields.hpp"
 #include "error.hpp"
 #include "number_text.hpp"
@@ -92,8 +92,13 @@ class SceneReader {
             } else {
                 entry.fail("kind", "\"" + kind + "\" is not mesh, texture, cubemap or sound");
             }
-            artifact.sha256 = entry.text_or("sha256", "");
-            artifact.bytes = static_cast<std::uint64_t>(entry.integer_or("bytes", 0, 1LL << 40, 0));
+            artifact.sha256 = entry.text("sha256");
+            if (artifact.sha256.size() != 64 ||
+                artifact.sha256.find_first_not_of("0123456789abcdef") != std::string::npos) {
+                entry.fail("sha256", "\"" + artifact.sha256 + "\" must be 64 hex digits in lower case");
+            }
+            artifact.bytes = static_cast<std::uint64_t>(
+                entry.integer("bytes", 1, static_cast<long long>(most_file_bytes)));
             artifact.first_needed_s = entry.number_or("first_needed_s", 0.0, 86400.0, 0.0);
             if (entry.has("max_level")) {
                 artifact.max_level = static_cast<int>(entry.integer("max_level", 0, 31));
@@ -211,8 +216,8 @@ SceneFile parse_scene(std::string_view text, const std::filesystem::path &file) 
 }
 
 SceneFile read_scene(const std::filesystem::path &file) {
-    const MappedFile mapped(file);
-    const auto bytes = mapped.bytes();
+    const FileBytes held(file);
+    const auto bytes = held.bytes();
     return parse_scene({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, file);
 }
 

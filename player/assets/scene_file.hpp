@@ -23,7 +23,7 @@ struct Artifact {
     std::string name;
     std::string file; // inside the scene's folder
     ArtifactKind kind = ArtifactKind::mesh;
-    std::string sha256; // of the file, as scene.json says
+    std::string sha256; // of the file, 64 hex digits
     std::uint64_t bytes = 0;
     double first_needed_s = 0.0;
     std::optional<int> max_level; // the coarsest mip to sample; beyond it neighbours bleed in

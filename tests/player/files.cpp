@@ -1,5 +1,7 @@
 #include "files.hpp"
 
+#include "assets/sha256.hpp"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -140,12 +142,27 @@ Bytes glb_file(const std::string &json, std::uint16_t last_index) {
     return out;
 }
 
+namespace {
+
+Bytes sky_file() {
+    return ktx2_file(assets::PixelFormat::rgba8_unorm, 8, 8, 6);
+}
+
+} // namespace
+
+std::string identity(std::span<const std::byte> file) {
+    return R"("sha256": ")" + assets::sha256_of(file) + R"(", "bytes": )" + std::to_string(file.size());
+}
+
 std::string SceneText::str() const {
     return R"({"format": "paradize-scene", "version": )" + version + "," + extra +
            R"("name": "test", "exposure": 1.0, "viewport": [64, 36], "lod_error_px": 1.0, "poster_s": 1.0,
-"artifacts": {"sky": {"file": "sky.ktx2", "kind": "cubemap", "sha256": "", "bytes": 0, "tier": "balanced",
+"artifacts": {"sky": {"file": "sky.ktx2", "kind": "cubemap", )" +
+           identity(sky_file()) + R"(, "tier": "balanced",
   "errors": {}, "first_needed_s": 0},
- "quad_mesh": {"file": "quad_mesh.glb", "kind": "mesh"}, "quad_color": {"file": "quad_color.ktx2", "kind": "texture",
+ "quad_mesh": {"file": "quad_mesh.glb", "kind": "mesh", )" +
+           identity(glb_file(glb_json())) + R"(}, "quad_color": {"file": ")" + color_name +
+           R"(", "kind": "texture", )" + identity(color_file) + R"(,
   "levels": [], "max_level": 3, "gutter": {"islands": 1}}},
 "streaming": )" +
            streaming + R"(,
@@ -195,8 +212,8 @@ std::filesystem::path Folder::write(const std::string &name, const std::string &
 
 void write_scene(const Folder &folder, const SceneText &text) {
     folder.write("scene.json", text.str());
-    folder.write("sky.ktx2", ktx2_file(assets::PixelFormat::rgba8_unorm, 8, 8, 6));
-    folder.write("quad_color.ktx2", ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
+    folder.write("sky.ktx2", sky_file());
+    folder.write(text.color_name, text.color_file);
     folder.write("quad_mesh.glb", glb_file(glb_json()));
 }
 

@@ -31,12 +31,17 @@ Bytes with_frame(const Bytes &file, std::span<const std::byte> frame);
 std::string glb_json(bool two_levels = true);
 Bytes glb_file(const std::string &json, std::uint16_t last_index = 3);
 
+/// "sha256" and "bytes" of an artifact, as scene.json has them.
+std::string identity(std::span<const std::byte> file);
+
 /// A scene.json of one object, one sky and a circular flight; `{}` in its parts are JSON.
 struct SceneText {
     std::string version = "3";
     std::string shadow = R"({"size": 64, "extent_m": 10, "center": [0, 0, 0], "blur_distance_m": 5})";
     std::string streaming = R"(["sky", "quad_mesh", "quad_color"])";
     std::string color = R"("quad_color")";
+    std::string color_name = "quad_color.ktx2";
+    Bytes color_file = ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
     std::string extra; // members of the root, each followed by a comma
     std::string str() const;
 };

@@ -14,6 +14,8 @@ import numpy as np
 import OpenImageIO as oiio
 from numpy.typing import NDArray
 
+from tests.player.synthetic import identity
+
 WIDTH, HEIGHT = 320, 180
 FOV_RAD = 0.9
 Vec = tuple[float, float, float]
@@ -68,7 +70,7 @@ class Posed:
             place = room / artifact["file"]
             if files and name in files:
                 place.write_bytes(files[name])
-                artifact["bytes"] = len(files[name])
+                artifact |= identity(files[name])
             else:
                 place.symlink_to((self.source / artifact["file"]).resolve())
         (room / "scene.json").write_text(json.dumps(manifest))

@@ -101,8 +101,7 @@ def write_scene(folder: Path, *, bare: bool = False, terrain: Tiled | None = Non
         artifacts[name] = {
             "file": f"{name}.{ending}",
             "kind": kind,
-            "sha256": hashlib.sha256(data).hexdigest(),
-            "bytes": len(data),
+            **identity(data),
             "tier": "balanced",
             "errors": {},
             "levels": [],
@@ -114,6 +113,11 @@ def write_scene(folder: Path, *, bare: bool = False, terrain: Tiled | None = Non
     manifest = _manifest(artifacts, bare, ground) | changes
     (folder / "scene.json").write_bytes(encode_scene(manifest))
     return folder
+
+
+def identity(data: bytes) -> dict[str, Any]:
+    """What scene.json says of an artifact's file, and the player demands of it."""
+    return {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
 
 
 def tile_names(terrain: Tiled) -> list[str]:

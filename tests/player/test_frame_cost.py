@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ROOT
-from tests.player.synthetic import checker, texture, write_scene
+from tests.player.synthetic import checker, identity, texture, write_scene
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 BUDGET_BYTES = 4 << 20
@@ -58,7 +58,7 @@ def large_scene(folder: Path) -> Path:
     )
     (scene / "box_color.ktx2").write_bytes(data)
     manifest = json.loads((scene / "scene.json").read_text())
-    manifest["artifacts"]["box_color"] |= {"bytes": len(data)}
+    manifest["artifacts"]["box_color"] |= identity(data)
     (scene / "scene.json").write_text(json.dumps(manifest))
     return scene
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import OpenImageIO as oiio
 
-from tests.player.synthetic import texture, write_scene
+from tests.player.synthetic import identity, texture, write_scene
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -36,7 +36,7 @@ def white_box(folder: Path) -> Path:
     (scene / "box_color.ktx2").write_bytes(data)
 
     def change(manifest: dict[str, Any]) -> None:
-        manifest["artifacts"]["box_color"]["bytes"] = len(data)
+        manifest["artifacts"]["box_color"] |= identity(data)
         manifest["fog"]["density_per_m"] = 0.0
         manifest["ambient"] = {"color": [1.0, 1.0, 1.0], "intensity": 3.0}
         manifest["sun"]["intensity"] = 0.0

@@ -15,7 +15,7 @@ import OpenImageIO as oiio
 import pytest
 
 from tests.conftest import RENDER_ENVIRONMENT, ROOT
-from tests.player.synthetic import write_scene
+from tests.player.synthetic import identity, write_scene
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 CHECKED = ("--debug", "--check-finite")
@@ -146,7 +146,12 @@ def test_a_cut_a_foreign_and_a_missing_artifact_are_refused_by_name(player: Play
     whole = mesh.read_bytes()
     mesh.write_bytes(whole[:-8])
     refused(player(scene), 1, "box_mesh.glb", "scene.json says")
-    mesh.write_bytes(b"x" * len(whole))
+    foreign = b"x" * len(whole)
+    mesh.write_bytes(foreign)
+    refused(player(scene), 1, "box_mesh.glb", "was damaged or exchanged")
+    manifest = json.loads((scene / "scene.json").read_text())
+    manifest["artifacts"]["box_mesh"] |= identity(foreign)
+    (scene / "scene.json").write_text(json.dumps(manifest))
     refused(player(scene), 1, "box_mesh.glb", "is no GLB file")
     mesh.unlink()
     refused(player(scene), 1, "box_mesh.glb", "No such file")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import subprocess
@@ -18,7 +17,7 @@ import watchfiles
 from paradize.bake import bake
 from tests.conftest import RENDER_ENVIRONMENT, ROOT
 from tests.pipeline.scenes import make_cove, write_image
-from tests.player.synthetic import checker, texture, write_scene
+from tests.player.synthetic import checker, identity, texture, write_scene
 from tests.player.test_player import pixels
 from tests.processes import end, start
 
@@ -83,7 +82,7 @@ def recolored(scene: Path, name: str, color: tuple[int, int, int]) -> Any:
     artifact = tree["artifacts"]["box_color"]
     data = texture("RGBA8_SRGB", checker(color, color))
     (scene / name).write_bytes(data)
-    artifact |= {"file": name, "sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
+    artifact |= {"file": name, **identity(data)}
     return tree
 
 
@@ -139,6 +138,12 @@ def test_a_broken_scene_is_told_once_and_the_one_before_is_drawn_on(
         tree["artifacts"]["box_color"]["file"] = "none.ktx2"
         publish(scene, tree)
         assert "none.ktx2" in show.says()
+        whole = (scene / "green.ktx2").read_bytes()
+        (scene / "damaged.ktx2").write_bytes(whole[:-1] + b"?")
+        tree["artifacts"]["box_color"]["file"] = "damaged.ktx2"
+        publish(scene, tree)
+        text = show.says()
+        assert "damaged.ktx2: was damaged or exchanged" in text and "the one before stays" in text
         tree["artifacts"]["box_color"]["file"] = "green.ktx2"
         publish(scene, tree)
         assert show.swapped()[0].startswith("1 of ")  # and nothing was said a second time

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shutil
 import subprocess
@@ -16,7 +15,7 @@ import pytest
 from paradize.data import Texture
 from paradize.formats.ktx2 import decode_ktx2, encode_ktx2, full_level_count
 from tests.pictures import load
-from tests.player.synthetic import texture, write_scene
+from tests.player.synthetic import identity, texture, write_scene
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 COLOR = (201, 61, 41)  # odd, so that one parity bit does for all channels
@@ -34,7 +33,7 @@ def variant(scene: Path, folder: Path, files: dict[str, bytes]) -> Path:
     for name, data in files.items():
         entry: dict[str, Any] = manifest["artifacts"][name]
         (folder / entry["file"]).write_bytes(data)
-        entry |= {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
+        entry |= identity(data)
     (folder / "scene.json").write_text(json.dumps(manifest))
     return folder
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import RENDER_ENVIRONMENT, ROOT
-from tests.player.synthetic import write_scene
+from tests.player.synthetic import identity, write_scene
 from tests.processes import started
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
@@ -59,10 +59,11 @@ def test_any_key_ends_the_show(bare: Path) -> None:
 def test_a_sound_that_is_no_sound_does_not_stop_the_show(tmp_path: Path) -> None:
     scene = write_scene(tmp_path / "scene", bare=True)
     manifest = json.loads((scene / "scene.json").read_text())
-    manifest["artifacts"]["ocean"] = {"file": "ocean.ogg", "kind": "sound"}
+    noise = b"OggS, or so it says"
+    manifest["artifacts"]["ocean"] = {"file": "ocean.ogg", "kind": "sound", **identity(noise)}
     manifest["sound"] = {"artifact": "ocean", "volume": 0.5}
     (scene / "scene.json").write_text(json.dumps(manifest))
-    (scene / "ocean.ogg").write_bytes(b"OggS, or so it says")
+    (scene / "ocean.ogg").write_bytes(noise)
     result = on_a_display(sys.executable, PRESS, "a", "end", "--", PLAYER, scene)
     assert result.returncode == 0, result.stderr
     assert "no sound" in result.stderr

@@ -1,0 +1,115 @@
+#include "assets/opened_artifact.hpp"
+
+#include "assets/sha256.hpp"
+#include "error.hpp"
+
+#include <algorithm>
+#include <span>
+
+namespace paradize::assets {
+
+namespace {
+
+struct Rows {
+    std::size_t first = 0, count = 0;
+};
+
+/// The patches of a tile.
+Rows rows_of(const Terrain &terrain, std::uint32_t tile) {
+    const auto [first, end] = std::ranges::equal_range(terrain.patches.tile, tile);
+    return {static_cast<std::size_t>(first - terrain.patches.tile.begin()),
+            static_cast<std::size_t>(end - first)};
+}
+
+/// The first of these patches that is not the tile's node in its place; their count: all are.
+std::size_t first_other(const Glb &glb, const Rows &rows) {
+    std::size_t i = 0;
+    while (i < rows.count && glb.levels[i].name == "patch" + std::to_string(rows.first + i)) {
+        ++i;
+    }
+    return i;
+}
+
+void open_tile(const Terrain &terrain, std::uint32_t index, OpenedArtifact &out) {
+    const TerrainPatches &patches = terrain.patches;
+    const Rows rows = rows_of(terrain, *out.tile);
+    if (rows.count == 0) {
+        throw Error(out.path + ": scene.json has no patch in this tile of the terrain");
+    }
+    out.glb =
+        read_glb_nodes(out.file.bytes(), out.path, std::span(patches.node).subspan(rows.first, rows.count));
+    if (const std::size_t i = first_other(out.glb, rows); i < rows.count) {
+        throw Error(out.path + ": node " + out.glb.levels[i].name + ": scene.json says that it is patch" +
+                    std::to_string(rows.first + i) + bake_again);
+    }
+    const std::span<const std::int32_t> made_by = std::span(patches.made_by).subspan(rows.first, rows.count);
+    const auto roots = static_cast<std::size_t>(std::ranges::count(made_by, std::int32_t{-1}));
+    plan_patches(out.glb, roots, index, out.pieces);
+}
+
+} // namespace
+
+FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &folder,
+                        const std::stop_token &stop) {
+    const std::filesystem::path path = folder / artifact.file;
+    Sha256 hash;
+    FileBytes out(path, artifact.bytes, [&](std::span<const std::byte> part) {
+        if (stop.stop_requested()) {
+            throw Error(path.string() + ": is not wanted any more");
+        }
+        hash.add(part);
+    });
+    if (const std::string found = hash.hex(); found != artifact.sha256) {
+        constexpr std::size_t digits = 12; // enough to tell two files apart, unless someone made them alike
+        const bool alike = found.starts_with(artifact.sha256.substr(0, digits));
+        const auto shown = [&](const std::string &hex) {
+            return alike ? hex : hex.substr(0, digits) + "...";
+        };
+        throw Error(path.string() + ": was damaged or exchanged: its SHA-256 is " + shown(found) +
+                    ", scene.json says " + shown(artifact.sha256) + bake_again);
+    }
+    return out;
+}
+
+bool fits_tile(const Glb &glb, const Terrain &terrain, std::uint32_t tile) {
+    const Rows rows = rows_of(terrain, tile);
+    return glb.levels.size() == rows.count && first_other(glb, rows) == rows.count;
+}
+
+std::optional<std::uint32_t> tile_of(const SceneFile &scene, const Artifact &artifact) {
+    if (!scene.terrain) {
+        return std::nullopt;
+    }
+    const std::vector<std::string> &tiles = scene.terrain->tiles;
+    const auto found = std::ranges::find(tiles, artifact.name);
+    return found == tiles.end() ? std::nullopt
+                                : std::optional(static_cast<std::uint32_t>(found - tiles.begin()));
+}
+
+OpenedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
+                             const std::stop_token &stop) {
+    const Artifact &artifact = scene.artifacts[index];
+    OpenedArtifact out;
+    out.path = (folder / artifact.file).string();
+    out.file = read_artifact(artifact, folder, stop);
+    out.tile = tile_of(scene, artifact);
+    if (out.tile) {
+        open_tile(*scene.terrain, index, out);
+    } else if (artifact.kind == ArtifactKind::mesh) {
+        out.glb = read_glb(out.file.bytes(), out.path);
+        plan_mesh(out.glb, index, out.pieces);
+    } else if (artifact.kind == ArtifactKind::sound) {
+        out.file.release(); // it is heard later, or not at all
+    } else {
+        out.ktx = read_ktx2(out.file.bytes(), out.path);
+        const bool cube = artifact.kind == ArtifactKind::cubemap;
+        if (cube != (out.ktx.faces == 6)) {
+            throw Error(out.path + ": has " + std::to_string(out.ktx.faces) + " faces, which is no " +
+                        (cube ? "cube map" : "flat texture"));
+        }
+        plan_texture(out.ktx, index, out.pieces);
+    }
+    return out;
+}
+
+} // namespace paradize::assets

@@ -1,0 +1,43 @@
+#pragma once
+// An artifact's file in memory, found to be the one that scene.json names, with what it holds.
+
+#include "assets/file_bytes.hpp"
+#include "assets/glb.hpp"
+#include "assets/ktx2.hpp"
+#include "assets/scene_file.hpp"
+#include "assets/stream_plan.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+namespace paradize::assets {
+
+struct OpenedArtifact {
+    std::string path;
+    FileBytes file;                    // what the rest points into; of a sound released
+    Ktx2 ktx;                          // of a texture or cube map
+    Glb glb;                           // of a mesh or tile
+    std::optional<std::uint32_t> tile; // index into Terrain::tiles
+    std::vector<StreamPiece> pieces;
+};
+
+/// Reads the file whole and compares its SHA-256 with scene.json's. Throws Error; also when it is asked to
+/// stop.
+FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &folder,
+                        const std::stop_token &stop = {});
+
+/// The same, and reads what it holds. Throws Error.
+OpenedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
+                             const std::stop_token &stop = {});
+
+/// Are the tile's levels the patches that scene.json has in this tile, in their order?
+bool fits_tile(const Glb &glb, const Terrain &terrain, std::uint32_t tile);
+
+/// Index into Terrain::tiles; none: the artifact is no tile.
+std::optional<std::uint32_t> tile_of(const SceneFile &scene, const Artifact &artifact);
+
+} // namespace paradize::assets

@@ -1,0 +1,44 @@
+#pragma once
+// Threads that open artifacts: the drawing thread waits neither for the disk nor for a hash.
+
+#include "assets/opened_artifact.hpp"
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace paradize::assets {
+
+class Opener {
+  public:
+    /// `wanted`: indices of artifacts, the first one first. `scene` outlives this.
+    Opener(const SceneFile &scene, std::filesystem::path folder, std::vector<std::uint32_t> wanted);
+    ~Opener();
+    Opener(const Opener &) = delete;
+    Opener &operator=(const Opener &) = delete;
+
+    const std::vector<std::uint32_t> &wanted() const { return wanted_; }
+    /// Would take() return at once?
+    bool ready() const { return left_.load(std::memory_order_acquire) == 0; }
+    /// Waits; once. As `wanted`. Throws Error: the fault of the first that has one.
+    std::vector<OpenedArtifact> take();
+
+  private:
+    void work(const std::stop_token &stop);
+
+    const SceneFile &scene_;
+    const std::filesystem::path folder_;
+    const std::vector<std::uint32_t> wanted_;
+    std::vector<OpenedArtifact> opened_; // as wanted_; each is written by one thread
+    std::vector<std::string> faults_;    // empty: none
+    std::atomic<std::size_t> next_{0};
+    std::atomic<std::size_t> first_fault_; // what comes after it is not opened
+    std::atomic<std::size_t> left_;        // threads that are at work
+    std::vector<std::jthread> threads_;
+};
+
+} // namespace paradize::assets

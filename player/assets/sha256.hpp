@@ -1,0 +1,27 @@
+#pragma once
+// SHA-256 (FIPS 180-4), by Nettle, which uses the processor's instructions for it.
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+
+struct sha256_ctx;
+
+namespace paradize::assets {
+
+class Sha256 {
+  public:
+    Sha256();
+    ~Sha256();
+    void add(std::span<const std::byte> bytes);
+    /// 64 hex digits of all that was added. Begins anew.
+    std::string hex();
+
+  private:
+    std::unique_ptr<sha256_ctx> state_;
+};
+
+std::string sha256_of(std::span<const std::byte> bytes);
+
+} // namespace paradize::assets

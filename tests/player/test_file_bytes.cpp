@@ -1,0 +1,76 @@
+#include "assets/file_bytes.hpp"
+#include "assets/sha256.hpp"
+#include "error.hpp"
+#include "files.hpp"
+
+#include <algorithm>
+#include <doctest/doctest.h>
+#include <sys/stat.h>
+
+using namespace paradize;
+
+namespace {
+
+std::string fault(const std::filesystem::path &path, std::uint64_t expected = 0) {
+    try {
+        const assets::FileBytes bytes(path, expected);
+    } catch (const Error &error) {
+        return error.what();
+    }
+    return "";
+}
+
+bool tells(const std::string &text, const std::string &part) {
+    return text.find(part) != std::string::npos;
+}
+
+} // namespace
+
+TEST_CASE("SHA-256: the digests of FIPS 180-4, in one part or many") {
+    const std::string abc = "abc";
+    CHECK(assets::sha256_of(std::as_bytes(std::span(abc))) ==
+          "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+    CHECK(assets::sha256_of({}) == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+    const std::string million(1000000, 'a');
+    assets::Sha256 hash;
+    for (std::size_t at = 0; at < million.size(); at += 997) {
+        hash.add(
+            std::as_bytes(std::span(million)).subspan(at, std::min<std::size_t>(997, million.size() - at)));
+    }
+    CHECK(hash.hex() == "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+    CHECK(hash.hex() == assets::sha256_of({})); // begins anew
+}
+
+TEST_CASE("files: the bytes are the file's, part by part, and stay when it changes") {
+    const test::Folder folder;
+    test::Bytes bytes((std::size_t{3} << 20U) + 17);
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+        bytes[i] = static_cast<std::byte>(i * 31 >> 3U);
+    }
+    const std::filesystem::path path = folder.write("a", bytes);
+    test::Bytes parts;
+    const assets::FileBytes file(path, bytes.size(), [&](std::span<const std::byte> part) {
+        parts.insert(parts.end(), part.begin(), part.end());
+    });
+    CHECK(parts == bytes);
+    std::filesystem::resize_file(path, 5);
+    std::filesystem::remove(path);
+    CHECK(std::ranges::equal(file.bytes(), bytes));
+}
+
+TEST_CASE(
+    "files: what is no regular file, empty, or of another size is refused, and a pipe is not waited for") {
+    const test::Folder folder;
+    CHECK(tells(fault(folder.path() / "none"), "none: No such file"));
+    CHECK(tells(fault(folder.path()), "is no regular file"));
+    CHECK(tells(fault("/dev/zero"), "is no regular file"));
+    const auto pipe = folder.path() / "pipe";
+    REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+    CHECK(tells(fault(pipe), "is no regular file"));
+    CHECK(tells(fault(folder.write("empty", std::string())), "is empty"));
+    const auto file = folder.write("file", std::string("1234"));
+    CHECK(tells(fault(file, 5), "has 4 bytes, scene.json says 5; bake the scene again"));
+    CHECK(fault(file, 4).empty());
+    std::filesystem::resize_file(file, (std::uint64_t{1} << 32U) + 1); // takes no room on the disk
+    CHECK(tells(fault(file), "has 4294967297 bytes, at most 4294967296 are taken"));
+}

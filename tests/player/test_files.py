@@ -1,0 +1,135 @@
+"""Only what a bake wrote is drawn: a file that is damaged, exchanged or shrinks is refused, never a crash."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.conftest import ROOT
+from tests.player.synthetic import checker, identity, texture, write_scene
+
+Player = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+@pytest.fixture(scope="module")
+def shrink(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A shared library that cuts a file at a moment of its being read."""
+    compiler = shutil.which("g++") or shutil.which("c++")
+    assert compiler, "no C++ compiler"
+    library = tmp_path_factory.mktemp("shrink") / "shrink.so"
+    source = ROOT / "tests/player/preload/shrink.cpp"
+    subprocess.run([compiler, "-std=c++20", "-shared", "-fPIC", "-O1", source, "-o", library], check=True)
+    return library
+
+
+def noisy_scene(folder: Path) -> Path:
+    """A scene whose colour map takes 5.6 MB: it is read in several parts, and uploaded over two frames."""
+    scene = write_scene(folder, bare=True)
+    rows = np.kron(checker((200, 60, 40), (240, 220, 200)), np.ones((16, 16, 1), np.uint8))
+    data = texture("RGBA8_SRGB", rows)
+    (scene / "box_color.ktx2").write_bytes(data)
+    manifest = json.loads((scene / "scene.json").read_text())
+    manifest["artifacts"]["box_color"] |= identity(data)
+    (scene / "scene.json").write_text(json.dumps(manifest))
+    return scene
+
+
+def refused(result: subprocess.CompletedProcess[str], *parts: str) -> None:
+    assert result.returncode == 1, (result.returncode, result.stderr)
+    assert result.stderr.count("\n") == 1, "one message"
+    for part in parts:
+        assert part in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("moment", "part"),
+    [
+        ("open", "has {half} bytes, scene.json says {whole}; bake the scene again"),
+        ("stat", "ended at byte {half} of {whole} while it was read; bake the scene again"),
+        ("read", "ended at byte {half} of {whole} while it was read; bake the scene again"),
+    ],
+)
+def test_a_file_that_shrinks_before_it_is_read_is_refused_with_the_place(
+    player: Player, shrink: Path, tmp_path: Path, moment: str, part: str
+) -> None:
+    scene = noisy_scene(tmp_path / "scene")
+    file = scene / "box_color.ktx2"
+    whole = file.stat().st_size
+    cut = {"LD_PRELOAD": str(shrink), "PARADIZE_SHRINK_AT": moment, "PARADIZE_SHRINK_FILE": str(file)}
+    result = player(scene, "--size", "16x16", "--frames", 4, env=cut)
+    refused(result, "box_color.ktx2: " + part.format(half=whole // 2, whole=whole))
+
+
+def test_a_file_that_shrinks_once_it_is_read_changes_nothing(
+    player: Player, shrink: Path, tmp_path: Path
+) -> None:
+    scene = noisy_scene(tmp_path / "scene")
+    shots = ("--size", "64x36", "--frames", 4, "--debug", "--screenshot")
+    assert player(scene, *shots, tmp_path / "whole.png").returncode == 0
+    file = scene / "box_color.ktx2"
+    whole = file.stat().st_size
+    cut = {"LD_PRELOAD": str(shrink), "PARADIZE_SHRINK_AT": "close", "PARADIZE_SHRINK_FILE": str(file)}
+    result = player(scene, *shots, tmp_path / "cut.png", env=cut)
+    assert result.returncode == 0, result.stderr
+    assert file.stat().st_size == whole // 2
+    for frame in range(4):
+        assert (tmp_path / f"cut_000{frame}.png").read_bytes() == (
+            tmp_path / f"whole_000{frame}.png"
+        ).read_bytes()
+
+
+@pytest.mark.parametrize("at", [0, 80, -1])
+def test_one_bit_of_damage_anywhere_is_told_with_both_hashes_and_the_mend(
+    player: Player, tmp_path: Path, at: int
+) -> None:
+    scene = write_scene(tmp_path / "scene", bare=True)
+    for path in sorted(scene.glob("*.[gk]*")):
+        whole = path.read_bytes()
+        damaged = bytearray(whole)
+        damaged[at] ^= 1
+        path.write_bytes(damaged)
+        found = f"its SHA-256 is {identity(bytes(damaged))['sha256'][:12]}..., "
+        expected = f"scene.json says {identity(whole)['sha256'][:12]}...; "
+        refused(player(scene), f"{path.name}: was damaged or exchanged: ", found + expected, "paradize bake")
+        path.write_bytes(whole)
+
+
+def test_the_first_damaged_file_in_the_order_of_streaming_is_told_whatever_the_threads_do(
+    player: Player, tmp_path: Path
+) -> None:
+    scene = write_scene(tmp_path / "scene")
+    manifest = json.loads((scene / "scene.json").read_text())
+    for entry in manifest["artifacts"].values():
+        path = scene / entry["file"]
+        path.write_bytes(path.read_bytes()[:-1] + b"?")
+    for first in manifest["streaming"]:
+        manifest["streaming"] = [first]
+        (scene / "scene.json").write_text(json.dumps(manifest))
+        refused(player(scene), manifest["artifacts"][first]["file"])
+
+
+@pytest.mark.parametrize("value", ["", "0" * 63, "0" * 65, "A" * 64, "g" * 64, None])
+def test_an_artifact_without_its_hash_is_refused(player: Player, tmp_path: Path, value: str | None) -> None:
+    scene = write_scene(tmp_path / "scene", bare=True)
+    manifest = json.loads((scene / "scene.json").read_text())
+    manifest["artifacts"]["box_mesh"]["sha256"] = value
+    (scene / "scene.json").write_text(json.dumps(manifest))
+    refused(player(scene), "artifacts.box_mesh.sha256: ")
+
+
+def test_a_sound_is_an_artifact_like_any_other(player: Player, tmp_path: Path) -> None:
+    scene = write_scene(tmp_path / "scene", bare=True)
+    manifest = json.loads((scene / "scene.json").read_text())
+    manifest["artifacts"]["ocean"] = {"file": "ocean.ogg", "kind": "sound", **identity(b"sea")}
+    manifest["sound"] = {"artifact": "ocean", "volume": 0.5}
+    (scene / "scene.json").write_text(json.dumps(manifest))
+    (scene / "ocean.ogg").write_bytes(b"pea")
+    refused(player(scene), "ocean.ogg: was damaged or exchanged")
+    (scene / "ocean.ogg").write_bytes(b"sea")
+    assert player(scene).returncode == 0
