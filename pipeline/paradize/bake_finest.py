@@ -13,7 +13,6 @@ from __future__ import annotations
 import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -227,9 +226,3 @@ def finest_lod(
                 if own < level or view is None:
                     level, second, view = min(own, level), told_s, told_view
     return level, second, view
-
-
-def as_json(found: Finest) -> dict[str, Any]:
-    """Six digits, downwards."""
-    texels = found.texels if found.texels < float("inf") else None
-    return {"texels": texels, "second_s": found.second_s, "view": found.view}

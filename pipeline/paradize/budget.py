@@ -70,11 +70,6 @@ class Excess:
         kind = "" if self.hard else "soft "
         return f"{self.metric} is {self.value:g} {METRICS[self.metric].unit}, {kind}budget {self.limit:g}"
 
-    @property
-    def by(self) -> str:
-        """How far it is beyond."""
-        return f"{abs(self.value - self.limit):.3g} {METRICS[self.metric].unit}"
-
 
 def is_beyond(metric: str, value: float, limit: float) -> bool:
     """Whether a metric's value is worse than a limit."""

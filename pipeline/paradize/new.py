@@ -47,7 +47,6 @@ class _Part:
     alpha: str | None
     repeat: bool
     cutouts: tuple[str, ...]
-    shiny: bool
 
 
 @dataclass
@@ -165,9 +164,8 @@ def _part(name: str, mesh: str, whole: Mesh, materials: Iterable[Material], root
     alphas = {material.map_d for material in own if material.map_d and material.map_d != material.map_kd}
     alpha = alphas.pop() if len(alphas) == 1 else None
     repeat = whole.uvs is not None and bool((whole.uvs < -0.001).any() or (whole.uvs > 1.001).any())
-    shiny = any(max(material.ks) > 0.05 for material in own)
     relative = f"model/{alpha.resolve().relative_to(root).as_posix()}" if alpha else None
-    return _Part(name, mesh, relative, repeat, cutouts, shiny)
+    return _Part(name, mesh, relative, repeat, cutouts)
 
 
 def _keep_faces(source: Path, target: Path, materials: set[str]) -> None:

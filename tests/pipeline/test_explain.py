@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import struct
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +15,8 @@ import pytest
 from paradize.bake import bake
 from paradize.bake_tasks import How
 from paradize.explain import explain
-from paradize.explain_words import render
+from paradize.explain_asked import economy
+from paradize.explain_words import decides, render
 from tests.pipeline.layouts import make_atlas_scene, two_tone
 from tests.pipeline.scenes import make_cove
 
@@ -90,6 +92,40 @@ def test_parallax_asked_and_given_are_told(close: tuple[Path, Path]) -> None:
     assert parallax["asked"] == [0.4, 0.0]
     assert parallax["given"][0] == pytest.approx(2 * parallax["limit"])
     assert "asked, given" in render(explain(close[0], out=close[1]), details=False)
+
+
+@pytest.mark.parametrize(
+    ("facts", "words"),
+    [
+        ({"width_texels": None}, ["one island"]),
+        ({"level_by_width": 3}, ["the width alone is enough for level 3"]),
+        ({"level_by_width": 1}, ["enough for level 1 at most; the colours"]),
+        ({"level_by_width": -1}, ["enough for no level; the colours"]),
+        ({"max_level": None}, ["at every level at most 0.4 bleeds in", "0.125 is accepted"]),
+        (
+            {},
+            ["level 3 would bleed by 0.2 ", "level 2 of 4 is the last", "would use level 3: the object may"],
+        ),
+        ({"max_level": 1}, ["at level 2 a sample would be off by 0.9 (none may be by more than 0.3125)"]),
+    ],
+)
+def test_the_words_of_a_gutter_follow_from_its_numbers(facts: dict[str, Any], words: list[str]) -> None:
+    gutter = {"width_texels": 4.0, "level_by_width": 0, "level_in_use": 3, "max_level": 2, "bound": 0.125}
+    gutter |= {"bleed_p99": [0.0, 0.01, 0.1, 0.2, 0.4], "bleed_max": [0.1, 0.2, 0.9, 1.0, 1.0]}
+    text = "; ".join(decides(gutter | facts))
+    assert all(word in text for word in words), text
+    assert "shimmer" not in "; ".join(decides(gutter | {"level_in_use": 2}))
+
+
+def test_maps_that_were_not_made_are_reckoned_in_the_size_that_the_picture_has(tmp_path: Path) -> None:
+    """Two finer levels of 8 x 4 texels were left out: of heights, 8 bytes a block, from 32 x 16 down."""
+    (tmp_path / "post_color.ktx2").write_bytes(bytes(20) + struct.pack("<2I", 8, 4))
+    asked = {"left_out": 2, "saved_bytes": 9, "texels": 4.0, "second_s": 0.0, "view": "camera"}
+    entry = {"kind": "texture", "file": "post_color.ktx2", "asked": asked}
+    found = economy({"artifacts": {"post_color": entry}}, tmp_path, "post_color")
+    blocks = 8 * 4 + 4 * 2 + 2 * 1 + 1 + 1 + 1
+    assert found is not None and found["maps"]["height"] == 8 * blocks
+    assert found["maps"]["dudv"] == 2 * (32 * 16 + 16 * 8 + 8 * 4 + 4 * 2 + 2 * 1 + 1)
 
 
 def test_before_a_bake_it_tells_what_it_can_and_says_so(tmp_path: Path) -> None:

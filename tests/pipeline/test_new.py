@@ -73,6 +73,9 @@ def test_the_model_stands_on_the_ground_and_fills_every_view(
         off = atan2(sqrt(float(across @ across)), float(to_target @ to_middle))
         assert 0.4 * half < off + asin(radius / away) < 1.05 * half
         assert eye.position[1] > 0.0
+    own = radius / instance.scale
+    if not 0.05 <= own <= 500.0:  # shown a metre large, as far as a scale goes
+        assert instance.scale == pytest.approx(min(max(1.0 / own, 1e-6), 1e6), rel=1e-3)
     assert scene.flight.near_m < 0.1 * radius and scene.terrain is not None
     assert scene.terrain.size_m[0] > 10.0 * radius
 
@@ -136,6 +139,15 @@ def test_a_model_beyond_what_a_scene_can_show_is_refused(
     assert not (tmp_path / "s").exists()
 
 
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_model_that_lies_far_along_one_axis_is_refused(tmp_path: Path, axis: int) -> None:
+    corners = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    corners[:, axis] -= 1e7
+    text = "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in corners.tolist())
+    with pytest.raises(SourceError, match="move"):
+        new_scene(tmp_path / "s", write_model(tmp_path / "m", text + "f 1 2 3\n", ""))
+
+
 def test_a_model_that_cannot_be_read_leaves_nothing(tmp_path: Path) -> None:
     bad = tmp_path / "bad.obj"
     bad.write_text("v 0 0 nan\n")
@@ -171,3 +183,7 @@ def test_maps_repeat_where_the_layout_leaves_the_unit_square(tmp_path: Path) -> 
         tmp_path / "w", obj.replace("vt 1.000000", "vt 2.5"), "newmtl wood\nmap_Kd a.png\n", "a.png"
     )
     assert load_scene(new_scene(tmp_path / "t", wide).scene).objects[0].wrap == "repeat"
+    low = write_model(
+        tmp_path / "l", obj.replace("vt 1.000000", "vt -0.25"), "newmtl wood\nmap_Kd a.png\n", "a.png"
+    )
+    assert load_scene(new_scene(tmp_path / "u", low).scene).objects[0].wrap == "repeat"

@@ -150,6 +150,13 @@ def test_a_hang_is_killed_and_tried_once_more(tmp_path: Path) -> None:
     assert (tmp_path / "9").read_text() == "xx"
 
 
+def test_large_inputs_may_take_longer_than_half_an_hour(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("PARADIZE_TIMEOUT", raising=False)
+    assert (time_limit(10.0), time_limit(5000.0)) == (1800.0, 5000.0)
+    monkeypatch.setenv("PARADIZE_TIMEOUT", "60")
+    assert time_limit(5000.0) == 60.0
+
+
 def test_how_long_a_job_may_take_is_a_setting(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     assert time_limit() == 1800 == time_limit(900) and time_limit(7200) == 7200
     monkeypatch.setenv("PARADIZE_TIMEOUT", "1.5")
