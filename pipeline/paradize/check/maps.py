@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from paradize.check.files import read_file
 from paradize.check.rules import Finding
+from paradize.check.slopes import TOGETHER, agreement
 from paradize.data import Texture
 from paradize.errors import FormatError
 from paradize.formats.ktx2 import decode_ktx2
@@ -35,8 +36,9 @@ _APART = 0.03  # of the range, beside a part of the level's own contrast: how fa
 _CONTRAST = 0.3
 _STEPS = 4080  # of the table of light: every code of 8, 6 and 5 bits is near one
 _AGREED = 0.8  # length of averaged normals from which on their direction tells something
-_FLAT = 2.0 / 255.0  # of the range, from one area to the next: less may be the codes of the height map
-_TOGETHER = 0.3  # correlation of slopes: maps of one source reach 0.6 and more, of two sources about 0
+_ROUNDS = 16  # until a cut off mean is 0
+_CUT = 0.999  # of du/dv: such a texel may have been farther off
+_WHOLE = 0.999  # weight of an area without such a texel
 _ROUGH = 0.06  # of smoothness: how far a level may be above what its normals allow
 
 
@@ -139,7 +141,7 @@ def _offsets(normal: Map, dudv: Map) -> Iterator[Finding]:
         blocks = xy.reshape(height // 4, 4, width // 4, 4, 2)
         ranges = blocks.max(axis=(1, 3)) - blocks.min(axis=(1, 3))
         slack += 0.12 * ranges.repeat(4, axis=0).repeat(4, axis=1)
-    apart = np.abs(found - (xy - xy.mean(axis=(0, 1))))
+    apart = np.abs(found - _without_mean(xy))
     off = (apart > slack).any(axis=2)
     if off.mean() > _FEW:
         y, x = np.unravel_index(int(apart.max(axis=2).argmax()), off.shape)
@@ -149,42 +151,25 @@ def _offsets(normal: Map, dudv: Map) -> Iterator[Finding]:
         yield Finding("PZ212", dudv.file, what, f"texel {x}, {y}")
 
 
+def _without_mean(xy: F64) -> F64:
+    """What du/dv of normals (h, w, 2) holds: -1 to 1. What lies beyond is cut off, and the others make up for
+    that in the mean."""
+    for _ in range(_ROUNDS):
+        mean = xy.mean(axis=(0, 1))
+        if np.abs(mean).max() < 1e-3:
+            break
+        xy = np.clip(xy - mean, -1.0, 1.0)
+    return xy
+
+
 def _leaning(normal: Map, height: Map, green_up: bool) -> Iterator[Finding]:
-    """Slopes of the normals go with those of the heights, whatever the strength and the filter: over areas of
-    one, two or four texels their correlation is not near nothing or below."""
+    """Slopes of the normals go with those of the heights, whatever the strength and the filter."""
     vectors = rebuilt(normal.finest[:, :, :2])
     slopes = -vectors[:, :, :2] / np.maximum(vectors[:, :, 2:], 0.05)
-    heights = height.finest[:, :, :1].astype(np.float64)
-    told = [_together(heights, slopes, texels, green_up) for texels in (1, 2, 4)]
-    found = [value for value in told if value is not None]
-    if found and max(found) < _TOGETHER:
-        what = f"its slopes and those of {height.file} go together by {max(found):.2f} "
+    found = agreement(height.finest[:, :, :1], slopes.astype(np.float64), green_up)
+    if found is not None and found < TOGETHER:
+        what = f"its slopes and those of {height.file} go together by {found:.2f} "
         yield Finding("PZ215", normal.file, what + "(1: wholly, 0: not at all)")
-
-
-def _together(heights: F64, slopes: F64, texels: int, green_up: bool) -> float | None:
-    """The correlation of slopes (h, w, 2) with those of heights (h, w, 1), over areas of so many texels along
-    each side; None where there are too few that slope by more than a code."""
-    if min(heights.shape[:2]) < 8 * texels:
-        return None
-    means, lean = (_areas(values, texels) for values in (heights, slopes))
-    across = 0.5 * (means[1:-1, 2:] - means[1:-1, :-2])
-    up = 0.5 * (means[:-2, 1:-1] - means[2:, 1:-1])
-    wanted, lean = np.dstack([across, up]), lean[1:-1, 1:-1]
-    steep = np.square(wanted).sum(axis=2) > _FLAT * _FLAT
-    wanted, lean = wanted[steep], lean[steep]
-    size = float(np.sqrt(np.square(wanted).sum() * np.square(lean).sum()))
-    if len(wanted) < 32 or size == 0.0:
-        return None
-    along, upward = (wanted * lean).sum(axis=0).tolist()
-    return float(along + (upward if green_up else abs(upward))) / size
-
-
-def _areas(values: F64, texels: int) -> F64:
-    """Means over squares of so many texels; what is left over at the right and below is not counted."""
-    rows, columns = (size // texels for size in values.shape[:2])
-    cut = values[: rows * texels, : columns * texels]
-    return np.asarray(cut.reshape(rows, texels, columns, texels, -1).mean(axis=(1, 3)))
 
 
 def _half(values: F32 | F64) -> F32 | F64:
@@ -210,8 +195,11 @@ def _content(found: Map, level: int, kind: str) -> F32 | F64:
     last channel weighs the others."""
     values = found.texels(level)
     weight = np.ones((*values.shape[:2], 1), np.float32)
-    if kind in ("normal", "dudv"):
+    if kind == "normal":
         return np.dstack([rebuilt(values[:, :, :2]), weight])
+    if kind == "dudv":  # what was cut off at 1 is not known
+        weight[np.abs(values[:, :, :2]).max(axis=2) >= _CUT] = 0.0
+        return np.dstack([values[:, :, :2], weight])
     if found.texture.format.endswith("_SRGB"):
         if found.texture.format != "BC1_RGB_SRGB":
             weight = values[:, :, 3:]
@@ -234,15 +222,19 @@ def _levels(found: Map, kind: str) -> Iterator[Finding]:
     wanted = list(_means(_content(found, 0, kind)))
     for level in range(1, len(texture.levels)):
         coarse = min(level + 1, len(wanted) - 1)
-        means = [*islice(_means(_content(found, level, kind)), 2)][-1]
-        seen = (wanted[coarse][:, :, -1] > 0.25) & (means[:, :, -1] > 0.25)
-        if kind in ("normal", "dudv"):  # where normals disagree, each level's weigh differently
+        here = _content(found, level, kind)
+        if kind == "normal":  # a mean of unit vectors weighs each by how well those below it agree
+            here[:, :, :3] *= np.sqrt(np.square(wanted[level][:, :, :3]).sum(axis=2, keepdims=True))
+        means = [*islice(_means(here), 2)][-1]
+        least = _WHOLE if kind == "dudv" else 0.25
+        seen = (wanted[coarse][:, :, -1] > least) & (means[:, :, -1] > least)
+        if kind == "normal":
             seen &= np.square(wanted[coarse][:, :, :3]).sum(axis=2) > _AGREED * _AGREED
         if not seen.any():
             continue
-        truth, here = (_shown(values[seen], kind) for values in (wanted[coarse], means))
+        truth, shown = (_shown(values[seen], kind) for values in (wanted[coarse], means))
         contrast = float(np.sqrt(np.square(truth - truth.mean(axis=0)).mean()))
-        apart = float(np.sqrt(np.square(truth - here).mean()))
+        apart = float(np.sqrt(np.square(truth - shown).mean()))
         if apart > _APART + _CONTRAST * contrast + _unheld(wanted[level], texture.format):
             what = f"differs from level 0 by {apart:.3f} (root mean square, linear)"
             yield Finding("PZ213", found.file, what, f"level {level}")
@@ -250,26 +242,32 @@ def _levels(found: Map, kind: str) -> Iterator[Finding]:
 
 
 def _unheld(wanted: F32 | F64, form: str) -> float:
-    """What BC1 and BC3 cannot hold of a level's colours, whoever packs them: all colours of a block lie on
-    one line. RMS of what is off it, 0 of other formats."""
-    if not form.startswith(("BC1", "BC3")):
+    """What blocks cannot hold of a level (RMS), whoever packs them: all colours of a block of BC1 and BC3 lie
+    on one line, and each channel of BC4 and BC5 has eight values. 0 of other formats."""
+    if not form.startswith(("BC1", "BC3", "BC4", "BC5")):
         return 0.0
-    color = wanted[:, :, :3] / np.maximum(wanted[:, :, 3:], 1e-3)
-    rows, columns = (min(4, size) for size in color.shape[:2])
-    down, across = color.shape[0] // rows, color.shape[1] // columns
-    grid = color[: down * rows, : across * columns].reshape(down, rows, across, columns, 3)
-    blocks = grid.swapaxes(1, 2).reshape(-1, rows * columns, 3)
+    values = wanted[:, :, :-1] / np.maximum(wanted[:, :, -1:], 1e-3)
+    rows, columns = (min(4, size) for size in values.shape[:2])
+    down, across = values.shape[0] // rows, values.shape[1] // columns
+    grid = values[: down * rows, : across * columns].reshape(down, rows, across, columns, -1)
+    blocks = grid.swapaxes(1, 2).reshape(-1, rows * columns, values.shape[2])
+    if form.startswith(
+        ("BC4", "BC5")
+    ):  # steps of a seventh; z, rebuilt of x and y, doubles what they are off
+        return float(np.sqrt(np.square(np.ptp(blocks, axis=1)).mean() / 12.0)) * 2.0 / 7.0
     blocks = blocks - blocks.mean(axis=1, keepdims=True)
     spread = np.linalg.eigvalsh(blocks.swapaxes(1, 2) @ blocks)  # ascending
     return float(np.sqrt(max(0.0, spread[:, :2].sum() / blocks.size)))
 
 
 def _shown(values: F32 | F64, kind: str) -> F64:
-    """(n, c): directions of normals; else values over their weight."""
-    if kind in ("normal", "dudv"):
+    """(n, c): directions of normals; else values over their weight, of du/dv less their mean: what was cut
+    off moves it, and its sums are another rule's."""
+    if kind == "normal":
         length = np.sqrt(np.square(values[:, :3]).sum(axis=1, keepdims=True))
         return np.asarray(values[:, :3] / np.maximum(length, 1e-3))
-    return np.asarray(values[:, :-1] / values[:, -1:])
+    shown = np.asarray(values[:, :-1] / values[:, -1:])
+    return shown - shown.mean(axis=0) if kind == "dudv" else shown
 
 
 def _widening(normal: Map, gloss: Map) -> Iterator[Finding]:
