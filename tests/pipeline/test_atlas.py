@@ -279,6 +279,41 @@ def test_overlap_and_a_gutter_too_small_are_seen() -> None:
     assert near[0] == near[1] == 0 < near[3]
 
 
+def squares_of(places: list[tuple[float, float]], apart: tuple[float, float, float]) -> Mesh:
+    """Squares of a metre, each `apart` from the one before, on squares of 16 texels of 64 at these texels."""
+    corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], np.float64)
+    count = len(places)
+    flat = np.concatenate([corners, np.zeros((4, 1))], axis=1)
+    return Mesh(
+        np.concatenate([flat + k * np.array(apart) for k in range(count)]).astype(np.float32),
+        np.concatenate(
+            [[[4 * k, 4 * k + 1, 4 * k + 2], [4 * k, 4 * k + 2, 4 * k + 3]] for k in range(count)]
+        ).astype(np.uint32),
+        uvs=np.concatenate([corners / 4 + np.array(place) / 64 for place in places]).astype(np.float32),
+    )
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_texels_with_another_chart_nearer_than_the_padding_are_counted_on_both_sides(axis: int) -> None:
+    for between, near in ((3, 0), (2, 32), (1, 64)):  # rows of 16 texels of either chart
+        places = [(4.0, 4.0), (4.0 + (axis == 0) * (16 + between), 4.0 + (axis == 1) * (16 + between))]
+        assert atlas_quality(squares_of(places, (0, 0, 9)), resolution=64, padding=4)["near"] == near
+
+
+def test_overlap_is_a_share_of_what_is_covered() -> None:
+    told = atlas_quality(squares_of([(4, 4), (12, 4)], (0, 0, 9)), resolution=64)
+    assert told["overlap"] == pytest.approx(
+        1 / 3, rel=0.1
+    )  # texels whose middle lies on a diagonal are none's
+
+
+@pytest.mark.parametrize("apart", [(0, 0, 2), (0, 2, 0), (2, 0, 0)])
+def test_squares_that_lie_apart_along_any_axis_share_no_seam(apart: tuple[float, float, float]) -> None:
+    told = atlas_quality(squares_of([(0, 0), (32, 32)], apart), resolution=64)
+    assert (told["charts"], told["seam_length"], told["stretch"]) == (2, 0.0, 1.0)
+    assert told["texels_per_m"] == [16.0] * 3
+
+
 def test_a_bake_with_an_atlas_has_tangent_frames(tmp_path: Path) -> None:
     path = tmp_path / "cube.obj"
     rows = [f"v {x} {y} {z}" for x, y, z in cube().positions.tolist()]

@@ -65,14 +65,46 @@ def bilinear(at: float, size: int, repeat: bool) -> np.ndarray:
     return row
 
 
+def lifted(values: np.ndarray, kind: str) -> np.ndarray:
+    """What is averaged of values: of normals (x, y) the vector, of colours with alpha their product."""
+    if kind == "normal":
+        x, y = values[..., :1], values[..., 1:]
+        return np.concatenate([x, y, np.sqrt(np.maximum(0.0, 1.0 - x * x - y * y))], axis=-1)
+    if kind == "color" and values.shape[-1] == 4:
+        alpha = values[..., 3:] + 1e-4
+        return np.concatenate([values[..., :3] * alpha, alpha], axis=-1)
+    return values
+
+
+def lowered(sums: np.ndarray, share: np.ndarray, kind: str) -> np.ndarray:
+    """The values of which `share` of an area holds these sums."""
+    if kind == "normal":
+        return sums[..., :2] / np.maximum(np.linalg.norm(sums, axis=-1, keepdims=True), 1e-30)
+    mean = sums / np.maximum(share, 1e-30)
+    if kind == "color" and sums.shape[-1] == 4:
+        colors = sums[..., :3] / np.maximum(sums[..., 3:], 1e-30)
+        return np.concatenate([colors, mean[..., 3:] - 1e-4], axis=-1)
+    return mean
+
+
+def off_by(seen: np.ndarray, own: np.ndarray, kind: str) -> float:
+    """Half the chord between normals; of colours the largest difference of square roots, times alpha."""
+    if kind == "normal":
+        return float(np.linalg.norm(lifted(seen, kind) - lifted(own, kind)) / 2)
+    if kind == "value":
+        return float(np.abs(seen - own).max())
+    roots = np.sqrt(np.maximum(seen[:3], 0.0)) - np.sqrt(np.maximum(own[:3], 0.0))
+    return float(np.abs(roots).max() * (np.clip(own[3], 0, 1) if len(own) == 4 else 1.0))
+
+
 def plain_walk(
-    levels: list[np.ndarray], layout: kernel.Layout, reach: np.ndarray
+    levels: list[np.ndarray], layout: kernel.Layout, reach: np.ndarray, kind: str
 ) -> list[tuple[float, float, int]]:
-    """(p99 of all, largest, samples) by level, for values."""
+    """(p99 of all, largest, samples) by level."""
     rows, columns = layout.inside.shape
     filled = levels[0].reshape(-1, levels[0].shape[2])[layout.source].astype(np.float64)
     islands = np.unique(layout.owner)
-    parts = {g: (layout.owner == g)[:, :, None] * filled for g in islands}
+    parts = {g: (layout.owner == g)[:, :, None] * lifted(filled, kind) for g in islands}
     shares = {g: (layout.owner == g).astype(np.float64)[:, :, None] for g in islands}
     whole = {g: (layout.inside & (layout.owner == g)).astype(np.float64)[:, :, None] for g in islands}
     half = 0.5**0.5
@@ -104,7 +136,7 @@ def plain_walk(
             if reach[g] < 0:
                 continue
             inside = whole[g] > 1.0 - 1e-9
-            own = np.where(inside, level, parts[g] / np.maximum(shares[g], 1e-30))
+            own = np.where(inside, level, lowered(parts[g], shares[g], kind))
             for dx, dy in ways:
                 # The texel's edge, the reach, and half a texel of the level.
                 px = (x + 0.5 + 0.5 * np.sign(dx) + reach[g] * columns * dx) * w / columns + 0.5 * dx
@@ -113,7 +145,7 @@ def plain_walk(
                 seen = (weights * level).sum(axis=(0, 1))
                 share = weights * shares[g]
                 alone = (share * own).sum(axis=(0, 1)) / share.sum() if share.sum() > 1e-9 else filled[y, x]
-                errors.append(float(np.abs(seen - alone).max()))
+                errors.append(off_by(seen, alone, kind))
         errors.sort()
         found.append((errors[(len(errors) - 1) * 99 // 100], errors[-1], len(errors)))
         down, across = halving(h), halving(w)
@@ -123,28 +155,35 @@ def plain_walk(
     return found
 
 
+@pytest.mark.parametrize("touching", [False, True])
+@pytest.mark.parametrize(("kind", "channels"), [("value", 2), ("color", 3), ("color", 4), ("normal", 2)])
 @pytest.mark.parametrize(
     ("rows", "columns", "repeat", "reach"), [(16, 16, False, 0.0), (12, 20, True, 0.1), (9, 7, False, 0.3)]
 )
-def test_the_walk_finds_what_dense_matrices_find(rows: int, columns: int, repeat: bool, reach: float) -> None:
+def test_the_walk_finds_what_dense_matrices_find(
+    rows: int, columns: int, repeat: bool, reach: float, touching: bool, kind: str, channels: int
+) -> None:
+    """touching: the third island's corner meets the first one's."""
     rng = np.random.default_rng(rows)
     inside = np.zeros((rows, columns), np.bool_)
     ids = np.full((rows, columns), -1, np.int32)
-    for k, (top, left) in enumerate([(1, 1), (1, columns - 3), (rows - 4, 2)]):
+    for k, (top, left) in enumerate([(1, 1), (1, columns - 3), (4, 3) if touching else (rows - 4, 2)]):
         ids[top : top + 3, left : left + 2 + k // 2] = k
     inside = ids >= 0
     from paradize.kernels import maps
 
     source = maps.nearest_covered(inside, wrap=(repeat, repeat))
     layout = kernel.Layout(inside, source, ids.ravel()[source], repeat)
-    levels = [rng.random((rows, columns, 2), np.float32)]
+    levels = [rng.random((rows, columns, channels), np.float32)]
+    if kind == "normal":
+        levels[0] = np.float32(1.4) * levels[0] - np.float32(0.7)
     while max(levels[-1].shape[:2]) > 1:
         h, w = levels[-1].shape[:2]
         levels.append(np.einsum("ij,jkc,lk->ilc", halving(h), levels[-1], halving(w)).astype(np.float32))
     far = np.array([reach, -1.0, 0.5 * reach])
     for threads in (1, 3):
-        found = kernel.walk(levels, "value", layout, far, threads=threads)
-        expected = plain_walk(levels, layout, far)
+        found = kernel.walk(levels, kind, layout, far, threads=threads)
+        expected = plain_walk(levels, layout, far, kind)
         assert [level.samples for level in found] == [count for _, _, count in expected]
         assert np.allclose([level.worst for level in found], [worst for _, worst, _ in expected], atol=1e-5)
         assert np.allclose([level.all_p99 for level in found], [p99 for p99, _, _ in expected], atol=1e-5)

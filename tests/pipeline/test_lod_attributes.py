@@ -115,6 +115,17 @@ def test_a_turned_mesh_is_off_by_half_a_turn_and_turned_planks_too() -> None:
         assert normal_error(mesh, replace(mesh, normals=-mesh.normals), 5000)["normal_mean_deg"] > 179
 
 
+@pytest.mark.parametrize("tier", ["fast", "balanced"])
+def test_how_large_an_image_is_drawn_does_not_matter(tier: str) -> None:
+    """The same texture on a quarter of the sides holds the surface as much."""
+    ball = sphere(24)
+    assert ball.uvs is not None
+    small = replace(ball, uvs=ball.uvs * np.float32(0.25))
+    found = [simplify(mesh, 300, tier).mesh for mesh in (ball, small)]
+    assert np.array_equal(found[0].positions, found[1].positions)
+    assert np.array_equal(found[0].triangles, found[1].triangles)
+
+
 def test_a_texture_that_would_slide_is_held_at_next_to_no_cost_of_shape(
     root: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

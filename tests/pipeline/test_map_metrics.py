@@ -17,7 +17,7 @@ from paradize.data import Ground, Texture
 from paradize.kernels import reference_maps
 from paradize.metrics import levels
 from paradize.metrics.filters import taps
-from paradize.metrics.texels import decode_texels
+from paradize.metrics.texels import bc7_codes, decode_texels
 from tests.pipeline import map_truth as truth
 from tests.pipeline.heights import waves
 from tests.places import PEAK
@@ -212,6 +212,32 @@ def test_colours_of_every_level_agree_with_numpy(shape: tuple[int, int], kind: t
             for cutoff in (None, 0.4):
                 found = levels.color_levels(texture, pixels, encoded=encoded, alpha_cutoff=cutoff)
                 near(found, truth.colors(texture, pixels, encoded, cutoff))
+
+
+@pytest.mark.parametrize(("cutoff", "least"), [(0.4, 0.5), (0.05, 1.0)])
+def test_alpha_is_multiplied_by_sixteen_at_most_and_by_a_sixteenth_at_least(
+    cutoff: float, least: float
+) -> None:
+    """One texel of 32, or all, reach the cutoff: their means would need a factor beyond."""
+    pixels = np.random.default_rng(6).random((32, 32, 4), np.float32)
+    pixels[:, :, 3] = 0 if least < 1 else 1
+    pixels[::4, ::8, 3] = least
+    texture = truth.random_texture("RGBA8_SRGB", 32, 32)
+    found = levels.color_levels(texture, pixels, encoded=True, alpha_cutoff=cutoff)
+    near(found, truth.colors(texture, pixels, True, cutoff))
+
+
+def test_every_level_of_bc7_is_judged_by_its_own_codes() -> None:
+    rng = np.random.default_rng(7)
+    blocks = [rng.integers(0, 256, -(-h // 4) * -(-w // 4) * 16, np.uint8) for h, w in truth.sizes(13, 22)]
+    baked = Texture("BC7_SRGB", 22, 13, tuple(b.tobytes() for b in blocks))
+    plain = tuple(bc7_codes(baked, k).tobytes() for k in range(len(blocks)))
+    pixels = rng.random((13, 22, 4), np.float32)
+    found, wanted = (
+        levels.color_levels(texture, pixels, encoded=True, alpha_cutoff=None)
+        for texture in (baked, Texture("RGBA8_SRGB", 22, 13, plain))
+    )
+    assert found == wanted
 
 
 @pytest.mark.parametrize("name", [*truth.BLOCK_BYTES, *truth.TEXEL_BYTES])
@@ -433,8 +459,10 @@ def test_texels_whose_taps_or_area_leave_their_island_are_not_measured(wrap: tup
     masks = [truth.mean(inside[:, :, None].astype(float), k)[:, :, 0] > 1 - 1e-9 for k in range(count)]
     assert masks[0].any() and masks[1].any() and not masks[-1].any()
     chain = [truth.normalised(truth.mean(exact, k)) for k in range(count)]
-    found = levels.normal_levels(texture, field)
-    near(found, truth.angles(texture, chain, masks))
+    near(levels.normal_levels(texture, field), truth.angles(texture, chain, masks))
+    offsets = exact[:, :, :2] - exact[inside][:, :2].mean(axis=0)
+    chain = [truth.rebuilt(truth.mean(offsets, k)) for k in range(count)]
+    near(levels.dudv_levels(texture, field), truth.angles(texture, chain, masks))
 
 
 def mirrored(size: int, reach: int) -> np.ndarray:

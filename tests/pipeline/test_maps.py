@@ -88,6 +88,14 @@ def test_dudv_codes_sum_to_zero_and_no_code_is_further_than_one_from_its_value(
         assert np.abs(codes - offsets * 127.0).max() <= 1.5 + 1e-4
 
 
+def test_dudv_codes_are_the_nearest_to_x_and_y_less_the_mean_of_each() -> None:
+    vectors = np.random.default_rng(5).uniform(-0.5, 0.5, (9, 13, 3)).astype(np.float32)
+    codes, rest = maps.dudv_codes(vectors, (0.25, -0.375))
+    less = 127 * (vectors[:, :, :2].astype(np.float64) - [0.25, -0.375])
+    assert np.abs(codes - less).max() <= 0.5001
+    assert np.abs(rest / 64 - (less - codes)).max() < 1 / 64 + 1e-4
+
+
 def test_dudv_codes_that_rounding_moved_furthest_are_moved_back_first() -> None:
     values = np.zeros((1, 8, 3), np.float32)
     values[0, :, 0] = np.float32([0.45, 0.3, 0.4, 0.1, 2.0, -1.0, -1.0, 0.2]) / np.float32(127)

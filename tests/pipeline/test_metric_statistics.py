@@ -57,6 +57,20 @@ def test_a_patch_that_only_one_surface_has_is_told_by_its_share_of_the_area(
         assert found["error_p99"] == pytest.approx(height / diagonal if seen else 0.0, rel=1e-5)
 
 
+@pytest.mark.parametrize("size", [0.01, 1.0, 10.0])
+@pytest.mark.parametrize("share", [0.02, 0.03, 0.05])
+def test_of_a_fin_whose_points_rise_evenly_the_99th_of_100_lies_where_a_hundredth_is_left(
+    share: float, size: float
+) -> None:
+    ground, side = grid(8), (share / (1 - share)) ** 0.5
+    fin = with_patch(ground, share, [(0, 0, -0.5), (0, 0, 0.5), (0, side, 0.5), (0, side, -0.5)])
+    first, second = (replace(m, positions=m.positions * np.float32(size)) for m in (ground, fin))
+    found = surface_distance(first, second)
+    assert found["error_max"] == pytest.approx(side / 2**0.5, rel=1e-5)
+    assert found["error_p99"] == pytest.approx(side * (1 - 0.01 / share) / 2**0.5, rel=0.01)
+    assert found["error_rms"] == pytest.approx(side * (share / 3) ** 0.5 / 2**0.5, rel=0.01)
+
+
 def test_levels_of_the_same_triangles_and_vertices_that_none_uses_are_told_apart() -> None:
     ground = grid(4)
     far = np.concatenate([ground.positions, np.float32([[0, 1000, 0]])])
@@ -128,17 +142,17 @@ def test_tangents_that_are_turned_at_some_corners_are_told_by_their_number() -> 
     assert found["tangent_max_deg"] < 1e-4 and found["tangent_turned"] == pytest.approx(60 / 5250, rel=1e-5)
 
 
-def test_the_worst_frame_decides_whichever_way_it_is_off() -> None:
+@pytest.mark.parametrize("longest", [1.25, 1.75])
+def test_the_worst_frame_decides_whichever_way_it_is_off(longest: float) -> None:
     ground = tangent_frames(grid(4))
     assert ground.tangents is not None
     tangents = ground.tangents.copy()
-    tangents[3, :3] *= 1.25
+    tangents[3, :3] *= longest
     tangents[5, :3] *= 0.5
     tangents[7, :3] = [np.cos(np.radians(30)), np.sin(np.radians(30)), 0]
-    tangents[8, :3] = [0, 0, 1.5]
     tangents[9:12, 3] = [0.5, 0, -2]
     assert frame_faults(replace(ground, tangents=tangents)) == {
-        "tangent_length": pytest.approx(0.5),
+        "tangent_length": max(0.5, longest - 1),
         "tangent_lean_deg": pytest.approx(30, rel=1e-4),
         "tangent_sign": 3.0,
     }

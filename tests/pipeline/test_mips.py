@@ -206,6 +206,19 @@ def test_what_lies_at_the_cutoff_counts_as_covered(dtype: type, channels: int) -
         assert np.abs(codes[:, :, 3:] - opaque * 255).max() < 0.51, level
 
 
+@pytest.mark.parametrize(("cutoff", "share", "factor"), [(0.4, 1 / 32, 16), (0.05, 1.0, 1 / 16)])
+def test_alpha_grows_by_sixteen_at_most_and_shrinks_to_a_sixteenth(
+    cutoff: float, share: float, factor: float
+) -> None:
+    """Every 32nd texel, or all, of an alpha of 0.5: one factor would not lift the means to the cutoff."""
+    picture = np.zeros((32, 32, 4), np.float32)
+    picture[:, :, 3] = 0.0 if share < 1 else 1.0
+    picture[::4, ::8, 3] = 0.5 if share < 1 else 1.0
+    codes = colors(picture, alpha_cutoff=cutoff)[3]
+    mean = 0.5 * share if share < 1 else 1.0
+    assert np.abs(codes[:, :, 3] - 255 * mean * factor).max() < 0.51
+
+
 def test_normals_are_averaged_before_they_are_normalised() -> None:
     rng = np.random.default_rng(6)
     vectors = rng.normal(size=(8, 8, 3)).astype(np.float32)

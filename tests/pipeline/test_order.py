@@ -145,6 +145,17 @@ def test_the_costs_are_those_counted_by_hand() -> None:
         draw_cost(np.array([[0, 1, 3]], np.uint32), 3, [16])
 
 
+def test_what_a_vertex_holds_is_fetched_stream_by_stream() -> None:
+    """Of each of six streams one line of 64 bytes; a vertex holds 72."""
+    three = {"normals": 3, "tangents": 4, "uvs": 2, "uvs1": 2, "colors": 4}
+    arrays = {name: np.zeros((3, width), np.float32) for name, width in three.items()}
+    full = Mesh(np.zeros((3, 3), np.float32), np.array([[0, 1, 2]], np.uint32), **arrays)
+    assert draw_costs(full) == {"acmr": 3.0, "atvr": 1.0, "overfetch": 1.778}  # 6 * 64 / (3 * 72)
+    for name, width in three.items():
+        lone = replace(full, **(dict.fromkeys(three) | {name: arrays[name]}))
+        assert draw_costs(lone)["overfetch"] == float(f"{128 / (3 * (12 + 4 * width)):.4g}"), name
+
+
 def squares(heights: list[float]) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]:
     points = [(x, h, z) for h in heights for x, z in ((0, 0), (1, 0), (1, 1), (0, 1))]
     faces = [

@@ -128,6 +128,9 @@ def test_the_metric_measures_a_known_error() -> None:
     error = terrain_error(flat, field_of(heights))
     assert error.max_m == pytest.approx(3.0) and error.worst == (2, 2)
     assert error.rms_m == pytest.approx(3.0 / 5.0)
+    oblong = np.zeros((5, 8), np.float32)
+    oblong[2, 6] = -1.0
+    assert terrain_error(flat, field_of(oblong)).worst == (2, 6)
     lifted = flat.positions + np.float32([0, 2, 0])
     for sheets in ((flat.positions, lifted), (lifted, flat.positions)):  # the worst of all at a pixel counts
         both = Mesh(np.concatenate(sheets), np.concatenate([flat.triangles, flat.triangles + 4]))
@@ -136,6 +139,7 @@ def test_the_metric_measures_a_known_error() -> None:
         assert error.rms_m == pytest.approx(np.sqrt((24 * 4 + 9) / 25))
     hole = Mesh(flat.positions, flat.triangles[:1])
     assert terrain_error(hole, field_of(heights)).holes == 10
+    assert terrain_error(hole, field_of(heights)).rms_m == pytest.approx(3.0 / np.sqrt(15.0))
     turned = Mesh(flat.positions, np.ascontiguousarray(flat.triangles[:, ::-1]))
     assert terrain_error(turned, field_of(heights)).flipped == 2
 

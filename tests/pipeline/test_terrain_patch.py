@@ -219,6 +219,7 @@ def test_the_metric_of_a_patch_sees_holes_flips_strays_and_its_error() -> None:
     turned = pixels_mesh(field, vertices, np.ascontiguousarray(triangles[:, ::-1]))
     assert patch_error(turned, field, corners).flipped == 1
     assert patch_error(turned, field, corners).holes == 45
+    assert patch_error(turned, field, corners).max_m == np.inf  # it covers nothing
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from paradize.errors import BakeError
 from paradize.formats.glb_codes import decoded_mesh
 from paradize.formats.terrain_tables import check_tree
 from paradize.metrics.terrain import patch_error
-from paradize.stages.terrain_tree import Blocks, Shape
+from paradize.stages.terrain_tree import Blocks, Shape, tolerance
 from tests.pipeline.terrain_cut import drawn, split_diamonds
 
 PIXELS = 500.0
@@ -67,6 +67,13 @@ def some_cuts(tables: dict[str, Any], count: int) -> list[list[bool]]:
     cuts = [split_diamonds(tables, eye, float(10 ** rng.uniform(0, 3)), 0.1) for eye in eyes]  # type: ignore[arg-type]
     levels = tables["diamonds"]["level"]
     return cuts + [[level < top for level in levels] for top in range(max(levels, default=0) + 2)]
+
+
+def test_the_tolerance_grows_by_the_root_of_two_a_level_from_the_finest_or_from_the_least() -> None:
+    for up in range(8):
+        assert tolerance(10 - up, 10, 0.3, 0.1) == pytest.approx(0.3 * 2 ** (up / 2), rel=1e-12)
+        least = 0.01 if up == 0 else 0.1 * 2 ** (up / 2)
+        assert tolerance(10 - up, 10, 0.01, 0.1) == pytest.approx(least, rel=1e-12)
 
 
 def test_every_cut_covers_every_point_of_the_rectangle_once(whole: Any) -> None:
