@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from tests.made import make_sources
 from tests.places import CORPUS, ROOT
 from tests.processes import take_signals
 
@@ -59,10 +60,33 @@ def root() -> Path:
 
 @pytest.fixture(scope="session")
 def corpus() -> Path:
-    """Files that nobody here wrote: $PARADIZE_CORPUS, by default ../shared/corpus."""
+    """Files that nobody here wrote: $PARADIZE_CORPUS, by default ../shared/corpus. The only way to them."""
     if not CORPUS.is_dir():
         pytest.skip(f"no corpus at {CORPUS}: set PARADIZE_CORPUS to run this test")
     return CORPUS
+
+
+@pytest.fixture(scope="session")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Files that the tests make themselves, in folders as the corpus has them."""
+    return make_sources(tmp_path_factory.mktemp("sources") / "made")
+
+
+@pytest.fixture(params=["made", "corpus"])
+def sources(request: pytest.FixtureRequest) -> Path:
+    """A folder of source files: a test that takes it runs on those made here, and on the corpus."""
+    return request.getfixturevalue(request.param)
+
+
+@pytest.fixture
+def source(request: pytest.FixtureRequest) -> Callable[[str], Path]:
+    """The path of a file or folder by name: source("made/textures/photo.png"), source("corpus/sky")."""
+
+    def find(name: str) -> Path:
+        where, _, path = name.partition("/")
+        return request.getfixturevalue(where) / path
+
+    return find
 
 
 @pytest.fixture(scope="session")

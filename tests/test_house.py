@@ -188,6 +188,15 @@ def test_locks_name_no_host_and_carry_hashes() -> None:
     assert "integrity" in package_lock
 
 
+def test_tests_reach_the_corpus_through_its_fixture_alone() -> None:
+    """Which skips where there is none. The bench has files of its own beside it."""
+    ways = re.compile(r"\bCORPUS\b|PARADIZE_CORPUS|shared\W+corpus")
+    own = {ROOT / "tests" / name for name in ("conftest.py", "places.py", "test_house.py")}
+    files = [path for path in (ROOT / "tests").rglob("*") if path.suffix in (".py", ".cpp", ".hpp", ".mjs")]
+    wrong = {path for path in files if path.parent.name != "bench" and ways.search(path.read_text())}
+    assert wrong - own == set()
+
+
 def tracked_files() -> list[Path]:
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=False)
     if listed.returncode != 0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -12,6 +13,50 @@ import numpy.typing as npt
 Pixels = npt.NDArray[np.generic]
 _SAMPLE = {"u": 1, "i": 2, "f": 3}
 _CODES = {2: "s", 3: "H", 4: "I", 12: "d", 16: "Q"}
+
+
+# Adam7: the first column and row of each pass, and the steps to the next.
+ADAM7 = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
+
+
+def png(
+    path: Path,
+    codes: npt.NDArray[np.integer],
+    kind: int,
+    bits: int,
+    *,
+    interlaced: bool = False,
+    chunks: Mapping[bytes, bytes] | None = None,
+) -> Path:
+    """A PNG of these codes (h, w, channels): indices of a palette where the colour type `kind` is 3. chunks:
+    those before the pixels (PLTE, tRNS). Rows are filtered by all five filters in turn."""
+    rows, columns, channels = codes.shape
+    head = struct.pack(">IIBBBBB", columns, rows, bits, kind, 0, 0, interlaced)
+    step = max(1, channels * bits // 8)  # bytes from a sample to the one before it
+    packed = bytearray()
+    for x, y, across, down in ADAM7 if interlaced else ((0, 0, 1, 1),):
+        part = codes[y::down, x::across]
+        if not part.size:
+            continue
+        above = None
+        for number, row in enumerate(part):
+            digits = (row.reshape(-1, 1) >> np.arange(bits - 1, -1, -1)) & 1
+            plain = np.packbits(digits.astype(np.uint8)).astype(int)
+            up = np.zeros_like(plain) if above is None else above
+            left, corner = (np.concatenate([np.zeros(step, int), line])[: len(plain)] for line in (plain, up))
+            distances = np.abs([up - corner, left - corner, left + up - 2 * corner])
+            paeth = np.choose(distances.argmin(axis=0), [left, up, corner])
+            guess = (0 * plain, left, up, (left + up) // 2, paeth)[number % 5]
+            packed += bytes([number % 5]) + ((plain - guess) % 256).astype(np.uint8).tobytes()
+            above = plain
+    parts = {b"IHDR": head, **(chunks or {}), b"IDAT": zlib.compress(bytes(packed)), b"IEND": b""}
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(chunk(name, data) for name, data in parts.items()))
+    return path
+
+
+def chunk(name: bytes, data: bytes) -> bytes:
+    """A chunk of a PNG: length, name, data, CRC."""
+    return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
 
 
 def tiff(

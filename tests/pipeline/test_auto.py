@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,6 @@ from paradize.explain_words import render
 from paradize.scene import Relief
 from paradize.schema import Limits
 from tests.pipeline.scenes import make_cove, write_image
-from tests.places import CORPUS
 
 Truth = dict[str, dict[str, float]]  # by tier: what it measures of the post's mesh
 
@@ -261,23 +260,33 @@ def crop(source: Path, folder: Path) -> Path:
     return path
 
 
-def assets(folder: Path) -> Iterator[tuple[str, Path, dict[str, Any], str]]:
-    """(kind, file, settings, metric) of 20 files of the corpus."""
-    textures = [
-        *("textures/BeachStones.jpg", "textures/coast_sand_rocks_02_diff_1k.jpg", "textures/gras_02.png"),
-        *("textures/leaf.png", "textures/rocky_trail_diff_1k.jpg", "textures/grass_billboard.png"),
-        *("obj-large/spot_texture.png", "water/waveNM.png"),
-    ]
-    for name in textures:
-        yield "maps", crop(CORPUS / name, folder), MAPS, "height_psnr_db"
-    heights = ["fuji_512_16.png", "srtm_coast_513.png", "srtm_archipelago_257.png", "ogre_terrain2_513.png"]
-    heights += ["hugo_site_16.png", "west_bijou_gully_16.png"]
-    for name in heights:
-        yield "maps", crop(CORPUS / "height" / name, folder), MAPS | {"source": "height"}, "normal_p99_deg"
-    yield "terrain", crop(CORPUS / "height" / "fuji_512_16.png", folder), TERRAIN, "terrain_rms_m"
-    yield "terrain", crop(CORPUS / "height" / "srtm_coast_513.png", folder), TERRAIN, "terrain_rms_m"
+TEXTURES = {
+    "made": ["photo.png", "beach.jpg", "leaf.png", "planks.jpg"],
+    "corpus": [
+        *("BeachStones.jpg", "coast_sand_rocks_02_diff_1k.jpg", "gras_02.png", "leaf.png"),
+        *("rocky_trail_diff_1k.jpg", "grass_billboard.png"),
+        *("../obj-large/spot_texture.png", "../water/waveNM.png"),
+    ],
+}
+HEIGHTS = {
+    "made": ["hills_16.png", "ridge_16.png", "steps_8.png", "islands_16.png"],
+    "corpus": [
+        *("fuji_512_16.png", "srtm_coast_513.png", "srtm_archipelago_257.png", "ogre_terrain2_513.png"),
+        *("hugo_site_16.png", "west_bijou_gully_16.png"),
+    ],
+}
+
+
+def assets(where: str, files: Path, folder: Path) -> Iterator[tuple[str, Path, dict[str, Any], str]]:
+    """(kind, file, settings, metric) of pictures, heights, terrains and models."""
+    for name in TEXTURES[where]:
+        yield "maps", crop(files / "textures" / name, folder), MAPS, "height_psnr_db"
+    for name in HEIGHTS[where]:
+        yield "maps", crop(files / "height" / name, folder), MAPS | {"source": "height"}, "normal_p99_deg"
+    for name in HEIGHTS[where][:2]:
+        yield "terrain", crop(files / "height" / name, folder), TERRAIN, "terrain_rms_m"
     meshes = sorted(
-        path for path in (CORPUS / "obj-kits").rglob("*.obj") if 4_000 < path.stat().st_size < 60_000
+        path for path in (files / "obj-kits").rglob("*.obj") if 4_000 < path.stat().st_size < 60_000
     )
     for path in meshes[:: max(1, len(meshes) // 4)][:4]:
         yield "mesh", path, MESH, "surface_rms"
@@ -299,12 +308,14 @@ def brute(kind: str, path: Path, settings: dict[str, Any], metric: str) -> dict[
     return found
 
 
+@pytest.mark.parametrize("where", ["made", "corpus"])
 @pytest.mark.parametrize("count", [5, pytest.param(20, marks=pytest.mark.deep)])
-def test_auto_is_brute_force_over_assets_of_the_corpus_and_three_budgets(tmp_path: Path, count: int) -> None:
-    every = list(assets(tmp_path))
-    assert len(every) == 20
+def test_auto_is_brute_force_over_assets_and_three_budgets(
+    source: Callable[[str], Path], tmp_path: Path, where: str, count: int
+) -> None:
+    every = list(assets(where, source(f"{where}/"), tmp_path))
     differing = 0
-    for kind, path, settings, metric in every[:: 20 // count]:
+    for kind, path, settings, metric in every[:: max(1, round(len(every) / count))]:
         values = brute(kind, path, settings, metric)
         less = METRICS[metric].less_is_better
         best, worst = (min, max) if less else (max, min)

@@ -385,19 +385,19 @@ def survive(files: list[Path]) -> dict[str, int]:
     return {word: sum(line.startswith(word) for line in lines) for word in ("read", "refused")}
 
 
-def malformed(corpus: Path) -> list[Path]:
-    return sorted(path for path in (corpus / "malformed").rglob("*") if path.is_file())
+def malformed(sources: Path) -> list[Path]:
+    return sorted(path for path in (sources / "malformed").rglob("*") if path.is_file())
 
 
-def test_a_sample_of_malformed_files_is_survived(corpus: Path) -> None:
-    counts = survive(malformed(corpus)[::4])
+def test_a_sample_of_malformed_files_is_survived(sources: Path) -> None:
+    counts = survive(malformed(sources)[::4])
     assert counts["refused"] > counts["read"]
 
 
 @pytest.mark.deep
-def test_every_malformed_file_is_survived(corpus: Path) -> None:
-    counts = survive(malformed(corpus))
-    assert counts["refused"] > 200
+def test_every_malformed_file_is_survived(sources: Path) -> None:
+    counts = survive(malformed(sources))
+    assert counts["refused"] > counts["read"]
 
 
 @pytest.mark.parametrize("top", [1, 2, 7, 100, 127, 254, 255, 256, 1000, 1023, 4095, 32767, 65534, 65535])

@@ -9,6 +9,7 @@ import math
 import struct
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -91,12 +92,12 @@ def test_the_islands_levels_are_as_near_as_they_say_by_trimesh(island: Path, nam
         holds(errors, measured(levels[0], level))
 
 
-KITS = ("kaykit-medieval-hexagon", "kenney-hexagon-kit", "kenney-watercraft", "quaternius")
+OTHERS = ("kaykit-medieval-hexagon", "kenney-hexagon-kit", "kenney-watercraft", "quaternius")
 
 
-@pytest.mark.parametrize("kit", KITS)
-def test_levels_of_the_corpus_are_as_near_as_they_say_by_trimesh(corpus: Path, kit: str) -> None:
-    path = sorted((corpus / "obj-kits" / kit).rglob("*.obj"), key=lambda p: (p.stat().st_size, p.name))[-3]
+@pytest.mark.parametrize("kit", ["made/obj-kits/made", *(f"corpus/obj-kits/{name}" for name in OTHERS)])
+def test_levels_of_kits_are_as_near_as_they_say_by_trimesh(source: Callable[[str], Path], kit: str) -> None:
+    path = sorted(source(kit).rglob("*.obj"), key=lambda p: (p.stat().st_size, p.name))[-3]
     made = bake_mesh(path, lods=3)
     levels = levels_of(made.glb)
     assert len(levels) == len(made.report["lods"])
@@ -180,12 +181,13 @@ def bc5_signed(data: bytes, width: int, height: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("tier", "dxgi"), [("balanced", 71), ("exact", 98)])
-@pytest.mark.parametrize("name", ["gras_02.png", "leaf.png"])
+@pytest.mark.parametrize("name", ["made/textures/photo.png", "made/textures/beach.jpg",
+                                  "corpus/textures/gras_02.png", "corpus/textures/leaf.png"])  # fmt: skip
 def test_the_noise_of_colours_is_what_they_say_by_pillow(
-    corpus: Path, tmp_path: Path, name: str, tier: str, dxgi: int
+    source: Callable[[str], Path], tmp_path: Path, name: str, tier: str, dxgi: int
 ) -> None:
     """Of every level that Pillow decodes: 8 bits of the decoder's rounding apart."""
-    with Pillow.open(corpus / "textures" / name) as picture:
+    with Pillow.open(source(name)) as picture:
         side = 256
         path = tmp_path / "a.png"
         picture.convert("RGB").crop((0, 0, side, side)).save(path)
@@ -205,11 +207,14 @@ def test_the_noise_of_colours_is_what_they_say_by_pillow(
 FOURTH = ((2 / 3, -1 / 12), (1.0,))
 
 
-@pytest.mark.parametrize("name", ["rgbify_elev_512_16.png", "fuji_512_16.png"])
-def test_angles_of_normals_are_what_they_say_by_numpy(corpus: Path, tmp_path: Path, name: str) -> None:
+@pytest.mark.parametrize("name", ["made/height/hills_16.png", "corpus/height/rgbify_elev_512_16.png",
+                                  "corpus/height/fuji_512_16.png"])  # fmt: skip
+def test_angles_of_normals_are_what_they_say_by_numpy(
+    source: Callable[[str], Path], tmp_path: Path, name: str
+) -> None:
     """Blocks and their levels, from the codes of a 16-bit picture that Pillow reads."""
     side = 128
-    with Pillow.open(corpus / "height" / name) as picture:
+    with Pillow.open(source(name)) as picture:
         heights = np.asarray(picture, np.uint16)[:side, :side].copy()
     path = tmp_path / "height.png"
     Pillow.fromarray(heights).save(path)

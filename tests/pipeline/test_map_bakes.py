@@ -1,4 +1,4 @@
-"""Promises of whole bakes of pictures: memory, threads, budgets, and every picture of the corpus."""
+"""Promises of whole bakes of pictures: memory, threads, budgets, and pictures of every kind."""
 
 from __future__ import annotations
 
@@ -307,7 +307,7 @@ def test_the_command_line_takes_every_option_and_tells_filter_and_levels(
     assert "black" in same.stderr
 
 
-# The corpus
+# Pictures of every kind, made here and of others
 
 WHOLE = """
 import resource, sys, time
@@ -346,24 +346,23 @@ def bake_all(files: list[Path]) -> dict[str, list[str]]:
     return {word: [name for kind, name in lines if kind == word] for word in ("baked", "refused")}
 
 
-def pictures(corpus: Path) -> list[Path]:
+def pictures(sources: Path) -> list[Path]:
     folders = ("images", "textures", "water", "sky", "height")
     kinds = {".json", ".asc", ".md", ".txt", ""}
-    found = (path for folder in folders for path in sorted((corpus / folder).rglob("*")) if path.is_file())
+    found = (path for folder in folders for path in sorted((sources / folder).rglob("*")) if path.is_file())
     return [path for path in found if path.suffix.lower() not in kinds]
 
 
-def test_a_sample_of_the_corpus_is_baked_or_refused_with_a_message(corpus: Path) -> None:
-    small = [path for path in pictures(corpus) if path.stat().st_size < 60_000]
-    found = bake_all(small[::6])
+def test_a_sample_of_pictures_is_baked_or_refused_with_a_message(sources: Path) -> None:
+    small = [path for path in pictures(sources) if path.stat().st_size < 60_000]
+    found = bake_all(small[:: max(1, len(small) // 30)])
     assert len(found["baked"]) > 3 * len(found["refused"])
 
 
 @pytest.mark.deep
-def test_every_picture_of_the_corpus_is_baked_or_refused_with_a_message(corpus: Path) -> None:
-    found = bake_all(pictures(corpus))
-    assert len(found["baked"]) > 200
-    assert len(found["refused"]) < 25, found["refused"]
+def test_every_picture_is_baked_or_refused_with_a_message(sources: Path) -> None:
+    found = bake_all(pictures(sources))
+    assert len(found["baked"]) > 8 * len(found["refused"]), found["refused"]
 
 
 def test_a_texture_whose_levels_are_not_measured_has_no_errors(rough: Path) -> None:

@@ -1,12 +1,15 @@
-"""Our normals of published heights and colours beside the normals that were published with them.
+"""Our normals of published heights and colours beside the normals that were published with them; and of
+heights made by formula beside its own normals.
 
-`python -m tests.pipeline.test_published_pairs` prints the table. Nobody tells how strong a published map was
-made, by which filter and from which master (all heights here are of 8 bits, two of them JPEG), so the
+`python -m tests.pipeline.test_published_pairs FOLDER` prints the table. Nobody tells how strong a published
+map was made, by which filter and from which master (all heights here are of 8 bits, two of them JPEG), so the
 strength is fitted and the angle says how far two reasonable makers are apart, not an error.
 """
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,14 +20,14 @@ from paradize.readers.image import read_image
 from paradize.stages.filters import choose_filter
 from paradize.stages.height import height_from_color
 from tests.pipeline.heights import angles_between, normals, up
-from tests.places import CORPUS
 
+Source = Callable[[str], Path]
 BOTH = (True, True)  # all of them are tiles
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Files below pbr-pairs; green_down and depth (white is deep) as the corpus's manifest measured them.
+    """Files of the corpus, or made; green_down and depth (white is deep) as its manifest measured them.
     in_alpha: the height is the picture's alpha. correlation, mean_deg: what the test asks."""
 
     name: str
@@ -38,10 +41,20 @@ class Pair:
     mean_deg: float = 180.0
 
 
-SAND = "hterrain-sand/sand_"
-ROCK = "panda3d-layingrock/layingrock-"
-SEASIDE = "playcanvas-seaside-rocks/seaside-rocks01-"
-GROUND = "terrain3d/ground037_"
+SAND = "corpus/pbr-pairs/hterrain-sand/sand_"
+ROCK = "corpus/pbr-pairs/panda3d-layingrock/layingrock-"
+SEASIDE = "corpus/pbr-pairs/playcanvas-seaside-rocks/seaside-rocks01-"
+GROUND = "corpus/pbr-pairs/terrain3d/ground037_"
+MADE = "made/pbr-pairs/made/"
+# Of 8-bit codes: what is missing from 1 and 0 is their rounding.
+MADE_PAIRS = [
+    Pair("up", MADE + "height.png", MADE + "normal_up.png", False, correlation=0.98, mean_deg=3.0),
+    Pair("down", MADE + "height.png", MADE + "normal_down.png", True, correlation=0.98, mean_deg=3.0),
+    Pair("deep", MADE + "depth.png", MADE + "normal_up.png", False, depth=True,
+         correlation=0.98, mean_deg=3.0),
+    Pair("in alpha", MADE + "beside.png", MADE + "normal_down.png", True, in_alpha=True,
+         correlation=0.98, mean_deg=3.0),
+]  # fmt: skip
 # The bounds leave room for another filter of the same quality: what fails them has lost its sign, an axis or
 # a texel. The manifest's own correlations, of blurred maps, are 0.98, 0.96, 0.96 and 0.88.
 PAIRS = [
@@ -96,11 +109,11 @@ def slopes_of(normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return -normals[:, :, 0] / z, normals[:, :, 1] / z
 
 
-def compare(pair: Pair, folder: Path) -> Result:
-    heights = heights_of(pair, folder / pair.source)
+def compare(pair: Pair, source: Source) -> Result:
+    heights = heights_of(pair, source(pair.source))
     name = choose_filter(heights, 8, BOTH)
     dx, dy = slopes_of(normals(heights, wrap=BOTH, filter_name=name))
-    theirs = published(pair, folder / pair.normal, heights.shape)
+    theirs = published(pair, source(pair.normal), heights.shape)
     tx, ty = slopes_of(theirs)
     least = float(((dx * tx).sum() + (dy * ty).sum()) / ((dx * dx).sum() + (dy * dy).sum()))
     part = (slice(None, None, 4), slice(None, None, 3))
@@ -121,9 +134,9 @@ def compare(pair: Pair, folder: Path) -> Result:
     )
 
 
-@pytest.mark.parametrize("pair", PAIRS[:4], ids=lambda pair: pair.name)
-def test_normals_of_published_heights_agree_with_the_published_normals(pair: Pair, corpus: Path) -> None:
-    found = compare(pair, corpus / "pbr-pairs")
+@pytest.mark.parametrize("pair", [*MADE_PAIRS, *PAIRS[:4]], ids=lambda pair: pair.name)
+def test_normals_of_heights_agree_with_the_normals_beside_them(pair: Pair, source: Source) -> None:
+    found = compare(pair, source)
     assert found.strength > 0  # green and depth are as the manifest says
     assert min(found.along_x, found.along_y, found.correlation) >= pair.correlation
     assert found.mean_deg <= pair.mean_deg
@@ -132,7 +145,7 @@ def test_normals_of_published_heights_agree_with_the_published_normals(pair: Pai
 def main() -> None:
     print(f"{'pair':22} {'filter':10} strength   corr      x      y   mean    p99 (degrees)")
     for pair in PAIRS:
-        r = compare(pair, CORPUS / "pbr-pairs")
+        r = compare(pair, lambda name: Path(sys.argv[1]) / name.removeprefix("corpus/"))
         print(
             f"{pair.name:22} {r.filter_name:10} {r.strength:8.3f} {r.correlation:6.3f} {r.along_x:6.3f}"
             f" {r.along_y:6.3f} {r.mean_deg:6.2f} {r.p99_deg:6.2f}"

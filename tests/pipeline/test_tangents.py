@@ -111,6 +111,22 @@ def test_frames_agree_with_published_models(corpus: Path, name: str, off: float,
     assert (a[:, 3] != b[:, 3]).mean() <= signs
 
 
+def test_frames_of_a_vase_are_those_of_its_formula(made: Path) -> None:
+    """Its image goes round it, mirrored half-way: T lies along the turn, within half a column's angle."""
+    mesh = read_obj(made / "tangent/made/vase.obj").mesh
+    assert mesh.normals is not None and mesh.uvs is not None
+    found = corner_tangents(mesh.positions, mesh.normals, mesh.uvs, mesh.triangles)
+    places = mesh.positions[mesh.triangles].astype(float)
+    middle = places.mean(axis=1)
+    half = np.where(middle[:, 2] > 0, 1.0, -1.0)  # u rises along the turn in one half, and falls in the other
+    turn = np.stack([places[:, :, 2], 0 * places[:, :, 0], -places[:, :, 0]], axis=2) * half[:, None, None]
+    turn /= np.linalg.norm(turn, axis=2, keepdims=True)
+    angles = np.degrees(np.arccos(np.clip((found[:, :, :3] * turn).sum(axis=2), -1, 1)))
+    assert angles.max() < 360 / 32 / 2
+    assert (found[:, :, 3] == found[:, :1, 3]).all() and set(found[:, 0, 3]) == {-1.0, 1.0}
+    assert len(set(zip(half, found[:, 0, 3], strict=True))) == 2
+
+
 @pytest.mark.parametrize("name", ["equal", "line", "tiny", "huge"])
 def test_images_without_area_give_frames_all_the_same(name: str) -> None:
     mesh = sphere(6)

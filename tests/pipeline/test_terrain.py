@@ -289,11 +289,11 @@ def test_a_bound_that_float32_cannot_hold_is_refused(tmp_path: Path) -> None:
         bake_terrain(path, size_x_m=1e6, size_z_m=1e6, height_m=1.0, max_error_m=1e-9)
 
 
-def test_every_heightmap_of_the_corpus_keeps_its_bound(corpus: Path) -> None:
+def test_every_heightmap_keeps_its_bound(sources: Path) -> None:
     """With two bounds each: the true error falls with the asked one."""
-    names = [path for path in sorted((corpus / "height").rglob("*")) if path.suffix in (".png", ".exr")]
+    names = [path for path in sorted((sources / "height").rglob("*")) if path.suffix in (".png", ".exr")]
     greys = [path for path in names if "rgb" not in path.name]
-    assert len(greys) >= 12
+    assert len(greys) >= 5
     for path in greys:
         field, _ = read_heightmap(path, size_x_m=1000, size_z_m=1000, height_m=100)
         reach = float(np.ptp(field.heights_m))
