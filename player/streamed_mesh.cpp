@@ -1,6 +1,5 @@
 #include "streamed_mesh.hpp"
 
-#include "error.hpp"
 #include "gl/buffer.hpp"
 
 #include <epoxy/gl.h>
@@ -36,17 +35,6 @@ std::size_t attribute_end(std::size_t offset_bytes, std::size_t bytes) {
     return (offset_bytes + bytes + 15) & ~std::size_t{15};
 }
 
-void demand_indices(const assets::GlbLevel &level, const assets::StreamPiece &piece,
-                    const std::string &path) {
-    const std::ptrdiff_t bad = assets::first_bad_index(piece.bytes, level.index_bytes, level.vertices);
-    if (bad >= 0) {
-        throw Error(path + ": node " + level.name + ", primitive " +
-                    std::to_string(piece.part - assets::mesh_attributes) + ", index " +
-                    std::to_string(static_cast<std::size_t>(bad) + piece.offset / level.index_bytes) +
-                    ": is not below the " + std::to_string(level.vertices) + " vertices");
-    }
-}
-
 StreamedMesh::StreamedMesh(const assets::Glb &glb)
     : materials_(glb.materials), model_(model_of(glb.lattice)), step_m_(glb.lattice.step[0]) {
     for (const assets::GlbLevel &level : glb.levels) {
@@ -77,12 +65,9 @@ StreamedMesh::StreamedMesh(const assets::Glb &glb)
     }
 }
 
-void StreamedMesh::upload(const assets::Glb &glb, const assets::StreamPiece &piece, const std::string &path) {
+void StreamedMesh::upload(const assets::StreamPiece &piece) {
     MeshLevel &made = levels_[piece.level];
     const bool indices = piece.part >= assets::mesh_attributes;
-    if (indices) {
-        demand_indices(glb.levels[piece.level], piece, path);
-    }
     // A copy target, so that no vertex array's element buffer is disturbed.
     gl::write_buffer(GL_COPY_WRITE_BUFFER, indices ? made.indices : made.vertices,
                      offsets_[piece.level][piece.part] + piece.offset, piece.bytes);

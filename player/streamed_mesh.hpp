@@ -46,8 +46,8 @@ class StreamedMesh {
     /// Draws all primitives of a material, or of all (-1). Leaves the vertex array bound.
     void draw(int level, int material = -1) const;
 
-    /// Writes a piece of plan_mesh(). Throws Error for an index beyond the vertices.
-    void upload(const assets::Glb &glb, const assets::StreamPiece &piece, const std::string &path);
+    /// Writes a piece of plan_mesh().
+    void upload(const assets::StreamPiece &piece);
 
   private:
     std::vector<MeshLevel> levels_;
@@ -65,7 +65,5 @@ void attach_attribute(const assets::GlbLevel &level, std::uint32_t part, const g
                       std::size_t offset_bytes);
 /// Where the next attribute may begin.
 std::size_t attribute_end(std::size_t offset_bytes, std::size_t bytes);
-/// Throws Error, with node, primitive and place, for a piece with an index beyond the level's vertices.
-void demand_indices(const assets::GlbLevel &level, const assets::StreamPiece &piece, const std::string &path);
 
 } // namespace paradize

@@ -64,11 +64,10 @@ StreamedTile::StreamedTile(const assets::Glb &glb, const std::string &path) {
     glBindVertexArray(0);
 }
 
-void StreamedTile::upload(const assets::Glb &glb, const assets::StreamPiece &piece, const std::string &path) {
+void StreamedTile::upload(const assets::Glb &glb, const assets::StreamPiece &piece) {
     const assets::GlbLevel &level = glb.levels[piece.level];
     const PatchRange &range = ranges_[piece.level];
     if (piece.part >= assets::mesh_attributes) {
-        demand_indices(level, piece, path);
         // A copy target, so that no vertex array's element buffer is disturbed.
         gl::write_buffer(GL_COPY_WRITE_BUFFER, indices_, range.index_offset + piece.offset, piece.bytes);
     } else {

@@ -37,7 +37,7 @@ class StreamedTile {
     const glm::mat4 &model() const { return model_; } // world from mesh, of all its patches
 
     /// Pieces come in the order of plan_patches().
-    void upload(const assets::Glb &glb, const assets::StreamPiece &piece, const std::string &path);
+    void upload(const assets::Glb &glb, const assets::StreamPiece &piece);
 
   private:
     gl::VertexArray vertex_array_;

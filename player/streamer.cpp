@@ -135,9 +135,9 @@ struct Streamer::Impl {
         const assets::StreamPiece &piece = pieces[next++];
         StreamItem &item = *items[piece.artifact];
         if (item.opened.tile) {
-            item.tile.upload(item.opened.glb, piece, item.opened.path);
+            item.tile.upload(item.opened.glb, piece);
         } else if (item.kind == assets::ArtifactKind::mesh) {
-            item.mesh.upload(item.opened.glb, piece, item.opened.path);
+            item.mesh.upload(piece);
         } else {
             upload_texture(piece);
         }

@@ -2,9 +2,11 @@
 
 #include "assets/json_reader.hpp"
 #include "error.hpp"
+#include "number_text.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -25,7 +27,8 @@ constexpr long long ushort_type = 5123;
 constexpr long long float_type = 5126;
 constexpr long long uint_type = 5125;
 
-constexpr double largest_float = 3.4028234e38;
+constexpr double far_m = 1e7;           // nothing lies farther from its object's origin, or from the world's
+constexpr std::size_t most_sharing = 4; // all levels together are at most so many times as long as the buffer
 
 /// Bytes of a component; 0 of what glTF does not know.
 constexpr std::size_t size_of(long long component) {
@@ -128,12 +131,11 @@ class Reader {
         }
     }
 
-    GlbLevel level(const JsonObject &node) const {
+    GlbLevel level(const JsonObject &node) {
         GlbLevel out;
         out.name = node.text_or("name", "");
         const JsonObject mesh = meshes_[index(node, "mesh", meshes_.size())];
         std::optional<long long> vertices_from;
-        std::size_t room = bin_.size();
         for (const JsonObject &primitive : mesh.objects("primitives", most_entries)) {
             const JsonObject attributes = primitive.object("attributes");
             if (primitive.integer_or("mode", 0, 6, 4) != 4) {
@@ -147,7 +149,7 @@ class Reader {
                 read_attributes(attributes, out);
                 vertices_from = positions;
             }
-            read_indices(primitive, room, out);
+            read_indices(primitive, out);
         }
         if (out.primitives.empty()) {
             mesh.fail("primitives", "are missing");
@@ -158,7 +160,7 @@ class Reader {
     std::vector<std::string> materials() const { return materials_; }
 
     /// Adds the node's level; all of them stand alike.
-    void add(const JsonObject &node, Glb &glb) const {
+    void add(const JsonObject &node, Glb &glb) {
         for (const char *key : {"matrix", "rotation"}) {
             if (node.has(key)) {
                 node.fail(key, "is not ours: a mesh is moved and stretched only");
@@ -167,21 +169,37 @@ class Reader {
         GlbLattice lattice;
         const auto read = [&](const char *key, double low, std::array<float, 3> &out) {
             if (node.has(key)) {
-                const std::vector<double> numbers = node.numbers(key, out.size(), low, largest_float);
+                const std::vector<double> numbers = node.numbers(key, out.size(), low, far_m);
                 std::transform(numbers.begin(), numbers.end(), out.begin(),
                                [](double number) { return static_cast<float>(number); });
             }
         };
         read("scale", std::numeric_limits<float>::min(), lattice.step);
-        read("translation", -largest_float, lattice.origin);
+        read("translation", -far_m, lattice.origin);
         if (!glb.levels.empty() && lattice != glb.lattice) {
             node.fail("scale", "and translation must be those of the other levels");
         }
         glb.lattice = lattice;
         glb.levels.push_back(level(node));
+        demand_near(node, lattice, glb.levels.back());
     }
 
   private:
+    /// Where the bounds lie, metres from the origin.
+    static void demand_near(const JsonObject &node, const GlbLattice &lattice, const GlbLevel &level) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            for (const float bound : {level.low[axis], level.high[axis]}) {
+                const double place = static_cast<double>(lattice.origin[axis]) +
+                                     static_cast<double>(lattice.step[axis]) * static_cast<double>(bound);
+                if (std::abs(place) > far_m) {
+                    node.fail("scale", "and translation carry a bound of the positions, " + shortest(bound) +
+                                           ", to " + shortest(place) + " m, must stay within " +
+                                           shortest(far_m) + " m of the origin");
+                }
+            }
+        }
+    }
+
     static std::size_t index(const JsonObject &from, std::string_view key, std::size_t size) {
         return static_cast<std::size_t>(from.integer(key, 0, static_cast<long long>(size) - 1));
     }
@@ -243,7 +261,23 @@ class Reader {
         return out;
     }
 
-    void read_attributes(const JsonObject &attributes, GlbLevel &out) const {
+    static void bounds(const JsonObject &accessor, std::string_view key, std::array<float, 3> &out) {
+        const std::vector<double> numbers = accessor.numbers(key, out.size(), -far_m, far_m);
+        std::ranges::transform(numbers, out.begin(),
+                               [](double number) { return static_cast<float>(number); });
+    }
+
+    /// Levels and primitives that share their bytes would make a small file a large mesh.
+    void take(const JsonObject &from, std::string_view key, std::size_t bytes) {
+        taken_ += bytes;
+        if (taken_ > most_sharing * bin_.size()) {
+            from.fail(key, "all levels up to here have " + std::to_string(taken_) +
+                               " bytes, the buffer has " + std::to_string(bin_.size()) + ": at most " +
+                               std::to_string(most_sharing) + " times as many may be shared");
+        }
+    }
+
+    void read_attributes(const JsonObject &attributes, GlbLevel &out) {
         const std::array<std::span<const std::byte> *, attributes_known.size()> parts{
             &out.positions, &out.normals, &out.tangents, &out.uvs, &out.uvs1, &out.colors};
         for (std::size_t part = 0; part < parts.size(); ++part) {
@@ -260,10 +294,16 @@ class Reader {
                 attributes.fail(known.key,
                                 found.normalized ? "must not be normalized" : "must be normalized");
             }
+            if (part == 0) {
+                const JsonObject entry = accessors_[index(attributes, known.key, accessors_.size())];
+                bounds(entry, "min", out.low);
+                bounds(entry, "max", out.high);
+            }
             if (part != 0 && found.count != out.vertices) {
                 attributes.fail(known.key, "has " + std::to_string(found.count) + " entries, POSITION has " +
                                                std::to_string(out.vertices));
             }
+            take(attributes, known.key, found.bytes.size());
             out.vertices = found.count;
             *parts[part] = found.bytes;
             out.formats[part] = {static_cast<std::uint32_t>(found.component), found.normalized,
@@ -271,7 +311,7 @@ class Reader {
         }
     }
 
-    void read_indices(const JsonObject &primitive, std::size_t &room, GlbLevel &out) const {
+    void read_indices(const JsonObject &primitive, GlbLevel &out) {
         const Accessor indices = accessor(primitive, "indices", "SCALAR", 1);
         if ((indices.component != ushort_type && indices.component != uint_type) || indices.normalized ||
             indices.count % 3 != 0) {
@@ -282,17 +322,14 @@ class Reader {
             primitive.fail("indices", "must have one type in all primitives of a level");
         }
         out.index_bytes = bytes;
-        // Primitives that share indices would make a small file a large mesh.
-        if (indices.bytes.size() > room) {
-            primitive.fail("indices", "the level's primitives have more indices than the buffer holds");
-        }
-        room -= indices.bytes.size();
+        take(primitive, "indices", indices.bytes.size());
         const long long last = static_cast<long long>(materials_.size()) - 1;
         out.primitives.push_back({static_cast<std::uint32_t>(primitive.integer_or("material", 0, last, 0)),
                                   indices.bytes, indices.count});
     }
 
     std::span<const std::byte> bin_;
+    std::size_t taken_ = 0; // bytes of all levels
     JsonArray accessors_, views_, meshes_;
     std::vector<std::string> materials_;
 };
@@ -311,7 +348,7 @@ Glb read_glb_nodes(std::span<const std::byte> file, const std::string &name,
     const JsonDocument document(chunks.json, name);
     const JsonObject root = document.root();
     demand_version(root);
-    const Reader reader(root, chunks.bin);
+    Reader reader(root, chunks.bin);
     const JsonArray all = root.array("nodes", most_entries);
     Glb out;
     out.materials = reader.materials();
@@ -331,7 +368,7 @@ Glb read_glb(std::span<const std::byte> file, const std::string &name) {
     const JsonDocument document(chunks.json, name);
     const JsonObject root = document.root();
     demand_version(root);
-    const Reader reader(root, chunks.bin);
+    Reader reader(root, chunks.bin);
     const JsonArray nodes = root.array("nodes", most_entries);
     const auto last_node = static_cast<long long>(nodes.size()) - 1;
     const std::vector<JsonObject> scenes = root.objects("scenes", most_entries);
@@ -355,19 +392,6 @@ Glb read_glb(std::span<const std::byte> file, const std::string &name) {
         }
     }
     return out;
-}
-
-std::ptrdiff_t first_bad_index(std::span<const std::byte> indices, std::uint32_t index_bytes,
-                               std::uint32_t vertices) {
-    const std::size_t count = indices.size() / index_bytes;
-    for (std::size_t i = 0; i < count; ++i) {
-        std::uint32_t value = 0; // little-endian: two bytes fill the low half
-        std::memcpy(&value, indices.data() + i * index_bytes, index_bytes);
-        if (value >= vertices) {
-            return static_cast<std::ptrdiff_t>(i);
-        }
-    }
-    return -1;
 }
 
 } // namespace paradize::assets

@@ -39,6 +39,7 @@ struct GlbLattice {
 struct GlbLevel {
     std::string name;
     std::uint32_t vertices = 0;
+    std::array<float, 3> low{}, high{};   // min and max that the positions' accessor states
     std::span<const std::byte> positions; // 3 per vertex
     std::span<const std::byte> normals;   // 3
     std::span<const std::byte> tangents;  // 4
@@ -56,17 +57,13 @@ struct Glb {
     GlbLattice lattice;           // of all levels
 };
 
-/// Spans point into `file`. Indices are not compared with the count of vertices here (that would read the
-/// whole file): first_bad_index() does it, piece by piece, before the upload. Throws Error with the place.
+/// Spans point into `file`. The numbers in them are not looked at here: check_mesh() does that. Throws Error
+/// with the place.
 Glb read_glb(std::span<const std::byte> file, const std::string &name);
 
 /// The same of a tile of the terrain: `levels` are the meshes of these nodes, in this order; the scene is not
 /// looked at.
 Glb read_glb_nodes(std::span<const std::byte> file, const std::string &name,
                    std::span<const std::uint32_t> nodes);
-
-/// Place in `indices` of the first index that is not below `vertices`, or -1.
-std::ptrdiff_t first_bad_index(std::span<const std::byte> indices, std::uint32_t index_bytes,
-                               std::uint32_t vertices);
 
 } // namespace paradize::assets

@@ -117,6 +117,8 @@ Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
         const auto offset = read_at<std::uint64_t>(file, entry);
         const auto length = read_at<std::uint64_t>(file, entry + 8);
         Ktx2Level level;
+        level.format = out.format;
+        level.faces = out.faces;
         level.width_px = std::max(1U, width >> i);
         level.height_px = std::max(1U, height >> i);
         const std::uint64_t across = (level.width_px + block.edge_px - 1) / block.edge_px;

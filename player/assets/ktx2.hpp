@@ -49,6 +49,8 @@ struct Ktx2Level {
     std::span<std::byte> room;         // with `packed`: where it is inflated to, the same place as `bytes`
     std::uint32_t width_px = 0;
     std::uint32_t height_px = 0;
+    PixelFormat format = PixelFormat::rgba8_unorm; // of the texture
+    std::uint32_t faces = 1;                       // of the texture
 };
 
 struct Ktx2 {

@@ -1,5 +1,7 @@
 #include "assets/loader.hpp"
 
+#include "assets/payload.hpp"
+
 #include <cstdint>
 #include <limits>
 
@@ -46,6 +48,9 @@ void Loader::load(std::span<const StreamPiece> pieces, const std::stop_token &st
         const StreamPiece &piece = pieces[i];
         if (piece.inflate != nullptr) {
             fault_ = inflater_.inflate(piece.inflate->packed, piece.inflate->room);
+            if (fault_.empty()) {
+                fault_ = texel_fault(*piece.inflate);
+            }
             if (!fault_.empty()) {
                 faulty_.store(i, std::memory_order_release);
                 ready_.store(all, std::memory_order_release);

@@ -26,8 +26,8 @@ class Loader {
     bool ready(std::size_t index) const { return ready_.load(std::memory_order_acquire) > index; }
     /// Returns when it is. All pieces before it have been told to advance().
     void wait(std::size_t index) const;
-    /// Once ready: what is wrong with the piece, when it could not be inflated; empty: nothing. Nothing
-    /// after it comes.
+    /// Once ready: what is wrong with the piece, when it could not be inflated or holds no numbers; empty:
+    /// nothing. Nothing after it comes.
     const std::string &fault(std::size_t index) const {
         return index == faulty_.load(std::memory_order_acquire) ? fault_ : none_;
     }

@@ -1,5 +1,6 @@
 #include "assets/opened_artifact.hpp"
 
+#include "assets/payload.hpp"
 #include "assets/sha256.hpp"
 #include "error.hpp"
 
@@ -95,8 +96,10 @@ OpenedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const 
     out.tile = tile_of(scene, artifact);
     if (out.tile) {
         open_tile(*scene.terrain, index, out);
+        check_mesh(out.glb, out.path);
     } else if (artifact.kind == ArtifactKind::mesh) {
         out.glb = read_glb(out.file.bytes(), out.path);
+        check_mesh(out.glb, out.path);
         plan_mesh(out.glb, index, out.pieces);
     } else if (artifact.kind == ArtifactKind::sound) {
         out.file.release(); // it is heard later, or not at all
@@ -107,6 +110,7 @@ OpenedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const 
             throw Error(out.path + ": has " + std::to_string(out.ktx.faces) + " faces, which is no " +
                         (cube ? "cube map" : "flat texture"));
         }
+        check_texels(out.ktx, out.path);
         plan_texture(out.ktx, index, out.pieces);
     }
     return out;

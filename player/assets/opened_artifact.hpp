@@ -30,7 +30,7 @@ struct OpenedArtifact {
 FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &folder,
                         const std::stop_token &stop = {});
 
-/// The same, and reads what it holds. Throws Error.
+/// The same, and reads and checks what it holds. Throws Error.
 OpenedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
                              const std::stop_token &stop = {});
 

@@ -68,8 +68,12 @@ Bytes zstd_frame(std::span<const std::byte> bytes, bool says_size) {
 
 Bytes zstd_ktx2_file(assets::PixelFormat format, std::uint32_t width_px, std::uint32_t height_px,
                      std::uint32_t faces) {
-    const Bytes plain = ktx2_file(format, width_px, height_px, faces);
-    const auto levels = static_cast<std::uint32_t>(std::bit_width(std::max(width_px, height_px)));
+    return zstd_of(ktx2_file(format, width_px, height_px, faces));
+}
+
+Bytes zstd_of(const Bytes &plain) {
+    std::uint32_t levels = 0;
+    std::memcpy(&levels, plain.data() + 40, sizeof levels);
     Bytes out(plain.begin(), plain.begin() + 80 + 24 * static_cast<std::ptrdiff_t>(levels));
     put_at(out, 44, std::uint32_t{2});
     for (std::uint32_t level = levels; level-- > 0;) {
@@ -103,11 +107,11 @@ std::string glb_json(bool two_levels) {
 "meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":2,"material":0},
 {"attributes":{"POSITION":0,"NORMAL":1},"indices":3,"material":1}]},
 {"primitives":[{"attributes":{"POSITION":4},"indices":2,"material":0}]}],
-"accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"},
+"accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[-1,0,-1],"max":[1,0,1]},
 {"bufferView":1,"componentType":5126,"count":4,"type":"VEC3"},
 {"bufferView":2,"componentType":5123,"count":3,"type":"SCALAR"},
 {"bufferView":2,"byteOffset":6,"componentType":5123,"count":3,"type":"SCALAR"},
-{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[-1,0,-1],"max":[1,0,1]}],
 "bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":48},
 {"buffer":0,"byteOffset":96,"byteLength":12}],
 "buffers":[{"byteLength":108}]})";

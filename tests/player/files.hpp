@@ -18,9 +18,11 @@ using Bytes = std::vector<std::byte>;
 Bytes ktx2_file(assets::PixelFormat format, std::uint32_t width_px, std::uint32_t height_px,
                 std::uint32_t faces = 1);
 
-/// The same file with each level as a Zstandard frame.
+/// The same, supercompressed.
 Bytes zstd_ktx2_file(assets::PixelFormat format, std::uint32_t width_px, std::uint32_t height_px,
                      std::uint32_t faces = 1);
+/// A KTX2 file that is not supercompressed, with each level as a Zstandard frame.
+Bytes zstd_of(const Bytes &plain);
 /// `bytes` as one Zstandard frame, which says its content's size or does not.
 Bytes zstd_frame(std::span<const std::byte> bytes, bool says_size = true);
 /// The file with the frame of its level 0 (the last in the file) replaced.

@@ -133,3 +133,51 @@ def test_a_sound_is_an_artifact_like_any_other(player: Player, tmp_path: Path) -
     refused(player(scene), "ocean.ogg: was damaged or exchanged")
     (scene / "ocean.ogg").write_bytes(b"sea")
     assert player(scene).returncode == 0
+
+
+def rewritten(scene: Path, name: str, change: Callable[[bytearray], None]) -> str:
+    """Changes an artifact's file and what scene.json says of it, as a faulty bake would; the file's name."""
+    manifest = json.loads((scene / "scene.json").read_text())
+    entry = manifest["artifacts"][name]
+    data = bytearray((scene / entry["file"]).read_bytes())
+    change(data)
+    (scene / entry["file"]).write_bytes(data)
+    entry |= identity(bytes(data))
+    (scene / "scene.json").write_text(json.dumps(manifest))
+    return str(entry["file"])
+
+
+def set_binary(values: bytes, at: int) -> Callable[[bytearray], None]:
+    """Writes into a GLB's binary chunk."""
+
+    def change(data: bytearray) -> None:
+        start = 28 + int.from_bytes(data[12:16], "little") + at
+        data[start : start + len(values)] = values
+
+    return change
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "1e30", "-1e30"])
+def test_a_mesh_with_a_number_that_cannot_be_drawn_is_refused_with_its_vertex(
+    player: Player, tmp_path: Path, value: str
+) -> None:
+    for name in ("box_mesh", "terrain_mesh"):
+        scene = write_scene(tmp_path / name)
+        bits = np.float32(value).tobytes()
+        file = rewritten(scene, name, set_binary(bits, 0))  # the coarsest level's first place
+        refused(
+            player(scene, "--size", "16x16"), f"{file}: node ", "POSITION, vertex 0: is (", "paradize bake"
+        )
+
+
+def test_a_sky_with_a_texel_that_is_no_number_is_refused_with_its_texel(
+    player: Player, tmp_path: Path
+) -> None:
+    scene = write_scene(tmp_path / "scene")
+
+    def spoil(data: bytearray) -> None:
+        data[-2:] = np.float16("nan").tobytes()  # level 0 is the last in the file
+
+    rewritten(scene, "sky", spoil)
+    place = "sky.ktx2: level 0, face 5, texel (7, 7), channel 3: is nan, must be finite"
+    refused(player(scene, "--size", "16x16"), place, "paradize bake")

@@ -213,7 +213,7 @@ TEST_CASE("streamer: an index beyond the vertices, a wrong size and a flat sky a
     scene.put("quad_mesh", test::glb_file(test::glb_json(), 4));
     const std::string message = complaint(scene, Unready::wait);
     CHECK_MESSAGE(
-        message.find("quad_mesh.glb: node lod0, primitive 1, index 2: is not below the 4 vertices") !=
+        message.find("quad_mesh.glb: node lod0, primitive 1, index 2: is 4, must be below the 4 vertices") !=
             std::string::npos,
         message);
     assets::SceneFile wrong = scene.file;

@@ -1,0 +1,225 @@
+#include "assets/payload.hpp"
+
+#include "assets/stream_plan.hpp"
+#include "error.hpp"
+#include "number_text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace paradize::assets {
+
+namespace {
+
+constexpr float farthest_uv = 1e7F;
+constexpr float largest_texel = 1e7F;
+// Codes of 8 bits are at most 0.7 % off the unit length.
+constexpr float shortest_unit = 0.9F;
+constexpr float longest_unit = 1.1F;
+
+using Numbers = std::array<float, 4>;
+
+template <typename Code>
+float decoded(const std::byte *at, bool normalized) {
+    Code code{};
+    std::memcpy(&code, at, sizeof code);
+    const auto value = static_cast<float>(code);
+    if constexpr (std::is_integral_v<Code>) {
+        return normalized ? std::max(value / static_cast<float>(std::numeric_limits<Code>::max()), -1.0F)
+                          : value;
+    } else {
+        return value;
+    }
+}
+
+template <typename Code>
+Numbers read_numbers(const std::byte *at, std::size_t count, bool normalized) {
+    Numbers out{};
+    for (std::size_t i = 0; i < count; ++i) {
+        out[i] = decoded<Code>(at + i * sizeof(Code), normalized);
+    }
+    return out;
+}
+
+Numbers numbers_at(std::span<const std::byte> bytes, const GlbFormat &format, std::size_t vertex,
+                   std::size_t count) {
+    const std::byte *at = bytes.data() + vertex * format.stride;
+    switch (format.component) {
+    case 5120:
+        return read_numbers<std::int8_t>(at, count, format.normalized);
+    case 5121:
+        return read_numbers<std::uint8_t>(at, count, format.normalized);
+    case 5122:
+        return read_numbers<std::int16_t>(at, count, format.normalized);
+    case 5123:
+        return read_numbers<std::uint16_t>(at, count, format.normalized);
+    default:
+        return read_numbers<float>(at, count, false);
+    }
+}
+
+bool within(float value, float low, float high) {
+    return value >= low && value <= high; // NaN never
+}
+
+bool unit(const Numbers &v) {
+    const float squared = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    return within(squared, shortest_unit * shortest_unit, longest_unit * longest_unit);
+}
+
+template <std::size_t size>
+std::string shown(const std::array<float, size> &values, std::size_t count) {
+    std::string out = "(";
+    for (std::size_t i = 0; i < count; ++i) {
+        out += (i == 0 ? "" : ", ") + shortest(values[i]);
+    }
+    return out + ")";
+}
+
+struct Attribute {
+    const char *name;
+    std::size_t components;
+};
+constexpr std::array<Attribute, mesh_attributes> attributes{
+    {{"POSITION", 3}, {"NORMAL", 3}, {"TANGENT", 4}, {"TEXCOORD_0", 2}, {"TEXCOORD_1", 2}, {"COLOR_0", 4}}};
+
+/// What the numbers of an attribute must be; empty: they are.
+std::string broken_rule(const GlbLevel &level, std::uint32_t part, const Numbers &v) {
+    const auto all_within = [&](float low, float high) {
+        return std::all_of(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(attributes[part].components),
+                           [&](float value) { return within(value, low, high); });
+    };
+    switch (part) {
+    case 0:
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            if (!within(v[axis], level.low[axis], level.high[axis])) {
+                return "must lie within its accessor's min " + shown(level.low, 3) + " and max " +
+                       shown(level.high, 3);
+            }
+        }
+        return "";
+    case 1:
+        return unit(v) ? "" : "must have length 1";
+    case 2:
+        return unit(v) && within(std::abs(v[3]), shortest_unit, longest_unit)
+                   ? ""
+                   : "must have length 1 and w 1 or -1";
+    case 5:
+        return all_within(0.0F, 1.0F) ? "" : "must lie in 0 to 1";
+    default:
+        return all_within(-farthest_uv, farthest_uv) ? ""
+                                                     : "must lie within " + shortest(farthest_uv) + " of 0";
+    }
+}
+
+void check_level(const GlbLevel &level, const std::string &place) {
+    for (std::uint32_t part = 0; part < mesh_attributes; ++part) {
+        const std::span<const std::byte> bytes = mesh_attribute(level, part);
+        for (std::size_t vertex = 0; !bytes.empty() && vertex < level.vertices; ++vertex) {
+            const Numbers v = numbers_at(bytes, level.formats[part], vertex, attributes[part].components);
+            if (const std::string rule = broken_rule(level, part, v); !rule.empty()) {
+                throw Error(place + attributes[part].name + ", vertex " + std::to_string(vertex) + ": is " +
+                            shown(v, attributes[part].components) + ", " + rule + bake_again);
+            }
+        }
+    }
+    for (std::size_t i = 0; i < level.primitives.size(); ++i) {
+        const std::span<const std::byte> indices = level.primitives[i].indices;
+        for (std::size_t at = 0; at < indices.size(); at += level.index_bytes) {
+            std::uint32_t index = 0; // little-endian: two bytes fill the low half
+            std::memcpy(&index, indices.data() + at, level.index_bytes);
+            if (index >= level.vertices) {
+                throw Error(place + "primitive " + std::to_string(i) + ", index " +
+                            std::to_string(at / level.index_bytes) + ": is " + std::to_string(index) +
+                            ", must be below the " + std::to_string(level.vertices) + " vertices" +
+                            bake_again);
+            }
+        }
+    }
+}
+
+/// Value of a half float (IEEE 754 binary16).
+float half(std::uint16_t code) {
+    const auto exponent = static_cast<int>(code >> 10U & 31U);
+    const auto fraction = static_cast<float>(code & 1023U);
+    const float size = exponent == 31  ? (fraction == 0.0F ? std::numeric_limits<float>::infinity()
+                                                           : std::numeric_limits<float>::quiet_NaN())
+                       : exponent == 0 ? std::ldexp(fraction, -24)
+                                       : std::ldexp(1024.0F + fraction, exponent - 25);
+    return (code & 0x8000U) != 0 ? -size : size;
+}
+
+/// Place of the first code that is bad, in codes; their count: none is. A first walk only finds out whether
+/// there is one, without a branch.
+template <typename Code, typename Bad>
+std::size_t first_bad(std::span<const std::byte> bytes, Bad bad) {
+    const std::size_t count = bytes.size() / sizeof(Code);
+    const auto code_at = [&](std::size_t i) {
+        Code code{};
+        std::memcpy(&code, bytes.data() + i * sizeof(Code), sizeof code);
+        return code;
+    };
+    unsigned any = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        any |= bad(code_at(i)) ? 1U : 0U;
+    }
+    std::size_t at = any != 0 ? 0 : count;
+    while (at < count && !bad(code_at(at))) {
+        ++at;
+    }
+    return at;
+}
+
+std::string told(const Ktx2Level &level, std::size_t code, std::size_t channels, float value) {
+    const std::size_t texel = code / channels;
+    const std::size_t in_face = texel % (std::size_t{level.width_px} * level.height_px);
+    return (level.faces == 1
+                ? ""
+                : "face " + std::to_string(texel / (std::size_t{level.width_px} * level.height_px)) + ", ") +
+           "texel (" + std::to_string(in_face % level.width_px) + ", " +
+           std::to_string(in_face / level.width_px) + "), channel " + std::to_string(code % channels) +
+           ": is " + shortest(value) + ", must be finite and within " + shortest(largest_texel) + " of 0" +
+           bake_again;
+}
+
+} // namespace
+
+void check_mesh(const Glb &glb, const std::string &name) {
+    for (const GlbLevel &level : glb.levels) {
+        check_level(level, name + ": node " + level.name + ", ");
+    }
+}
+
+std::string texel_fault(const Ktx2Level &level) {
+    if (level.format == PixelFormat::rgba16_float) { // the largest half is 65504
+        const auto bad = [](std::uint16_t code) { return (code & 0x7C00U) == 0x7C00U; };
+        if (const std::size_t at = first_bad<std::uint16_t>(level.bytes, bad); at < level.bytes.size() / 2) {
+            std::uint16_t code = 0;
+            std::memcpy(&code, level.bytes.data() + at * 2, sizeof code);
+            return told(level, at, 4, half(code));
+        }
+    } else if (level.format == PixelFormat::r32_float) {
+        const auto bad = [](float value) { return !(std::abs(value) <= largest_texel); };
+        if (const std::size_t at = first_bad<float>(level.bytes, bad); at < level.bytes.size() / 4) {
+            float value = 0.0F;
+            std::memcpy(&value, level.bytes.data() + at * 4, sizeof value);
+            return told(level, at, 1, value);
+        }
+    }
+    return "";
+}
+
+void check_texels(const Ktx2 &ktx, const std::string &name) {
+    for (std::size_t i = 0; i < ktx.levels.size(); ++i) {
+        if (ktx.levels[i].packed.empty()) {
+            if (const std::string fault = texel_fault(ktx.levels[i]); !fault.empty()) {
+                throw Error(name + ": level " + std::to_string(i) + ", " + fault);
+            }
+        }
+    }
+}
+
+} // namespace paradize::assets
