@@ -9,7 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from paradize.readers.heightmap import Nodata
 
 
 @dataclass(frozen=True)
@@ -108,10 +111,12 @@ def solo_terrain(
     path: Path,
     *,
     size_m: tuple[float, float],
-    height_m: float,
-    max_error_m: float,
+    height_m: float | None,
+    max_error_m: float | None,
     tier: str,
     quantise: bool = False,
+    height_scale: float = 1.0,
+    nodata: Nodata = "auto",
 ) -> Made:
     """`paradize terrain`: sizes and heights in metres; the file is named as solo_mesh does."""
     from paradize.bake_terrain import bake_terrain
@@ -121,6 +126,8 @@ def solo_terrain(
         size_x_m=size_m[0],
         size_z_m=size_m[1],
         height_m=height_m,
+        height_scale=height_scale,
+        nodata=nodata,
         max_error_m=max_error_m,
         tier=tier,
         quantise=quantise,

@@ -14,7 +14,7 @@ from paradize.errors import BakeError
 from paradize.formats.glb import encode_glb
 from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.terrain import TerrainError, terrain_error
-from paradize.readers.heightmap import read_heightmap
+from paradize.readers.heightmap import Nodata, read_heightmap
 from paradize.stages.terrain import terrain_mesh
 
 TIERS = ("fast", "balanced", "exact")
@@ -41,23 +41,35 @@ def bake_terrain(
     *,
     size_x_m: float,
     size_z_m: float,
-    height_m: float,
+    height_m: float | None,
     base_m: float = 0.0,
-    max_error_m: float = 0.1,
+    height_scale: float = 1.0,
+    nodata: Nodata = "auto",
+    max_error_m: float | None = 0.1,
     sand_repeat: float = 1.0,
     tier: str = "balanced",
     quantise: bool = False,
 ) -> TerrainProduct:
     """Bakes the heightmap at `path`; no pixel is farther than max_error_m (metres, >= 0) from the mesh.
 
-    tier: "fast", "balanced" or "exact"; the product says which was used. quantise: vertices as 16-bit codes,
-    along x and z those of the pixels; the bound holds for them. Raises SourceError for a picture that is no
-    heightmap, BakeError when the bound cannot be held (finer than float32 positions at that slope, or than
-    16-bit heights).
+    height_m, base_m, height_scale, nodata: as read_heightmap takes them. max_error_m: None is a thousandth of
+    height_m, or of what the heights span where that is None. tier: "fast", "balanced" or "exact"; the product
+    says which was used. quantise: vertices as 16-bit codes, along x and z those of the pixels; the bound
+    holds for them. Raises SourceError for a picture that is no heightmap, BakeError when the bound cannot be
+    held (finer than float32 positions at that slope, or than 16-bit heights).
     """
     ground, warnings = read_heightmap(
-        path, size_x_m=size_x_m, size_z_m=size_z_m, height_m=height_m, base_m=base_m
+        path,
+        size_x_m=size_x_m,
+        size_z_m=size_z_m,
+        height_m=height_m,
+        base_m=base_m,
+        height_scale=height_scale,
+        nodata=nodata,
     )
+    if max_error_m is None:
+        span_m = float(np.ptp(ground.heights_m)) if height_m is None else abs(height_m * height_scale)
+        max_error_m = span_m / 1000.0 or (0.001 if height_m is None else 0.0)
     if tier not in TIERS:
         raise ValueError(f"no tier {tier!r}")
     used = tier

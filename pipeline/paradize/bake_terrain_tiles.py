@@ -19,7 +19,7 @@ from paradize.bake_terrain_tree import Patch, Tree, columns_of, six_up
 from paradize.engine.publish import write_whole
 from paradize.errors import BakeError
 from paradize.formats.glb_tiles import TilePatch, encode_tiles
-from paradize.readers.heightmap import read_heightmap
+from paradize.readers.heightmap import Nodata, read_heightmap
 
 TIERS = ("fast", "balanced", "exact")
 PATCH_PX = 128
@@ -51,8 +51,10 @@ def bake_tiles(
     *,
     size_x_m: float,
     size_z_m: float,
-    height_m: float,
+    height_m: float | None,
     base_m: float = 0.0,
+    height_scale: float = 1.0,
+    nodata: Nodata = "auto",
     max_error_m: float = 0.03,
     sand_repeat: float = 1.0,
     patch_px: int = PATCH_PX,
@@ -73,7 +75,13 @@ def bake_tiles(
     if tier not in TIERS:
         raise ValueError(f"no tier {tier!r}")
     ground, warnings = read_heightmap(
-        path, size_x_m=size_x_m, size_z_m=size_z_m, height_m=height_m, base_m=base_m
+        path,
+        size_x_m=size_x_m,
+        size_z_m=size_z_m,
+        height_m=height_m,
+        base_m=base_m,
+        height_scale=height_scale,
+        nodata=nodata,
     )
     try:
         grower = Grower(

@@ -30,7 +30,7 @@ def add_measure(sub: argparse.ArgumentParser) -> None:
         dest="source",
         choices=("auto", "color", "height"),
         default="auto",
-        help="what a picture holds (auto: one channel is a height)",
+        help="what a picture holds (auto: heights where it has one channel of 16 bits or floats)",
     )
     sub.add_argument(
         "--size",

@@ -83,11 +83,12 @@ def run_maps(arguments: argparse.Namespace) -> int:
 
 def run_terrain(arguments: argparse.Namespace) -> int:
     """The exit code."""
-    bound = arguments.max_error
     settings = {
         "size_m": tuple(arguments.size),
         "height_m": arguments.height,
-        "max_error_m": abs(arguments.height) / 1000.0 if bound is None else bound,
+        "height_scale": arguments.scale,
+        "nodata": arguments.nodata,
+        "max_error_m": arguments.max_error,
         "quantise": arguments.quantise,
     }
     return _solo(arguments, "terrain", settings, arguments.out)

@@ -53,6 +53,26 @@ def _budget(text: str) -> dict[str, float]:
     return found
 
 
+def _nodata(text: str) -> float | str:
+    if text in ("auto", "none"):
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number; allowed: a number, auto or none") from None
+
+
+def add_nodata(sub: argparse.ArgumentParser) -> None:
+    """What commands take that read heights."""
+    sub.add_argument(
+        "--nodata",
+        type=_nodata,
+        default="auto",
+        metavar="V",
+        help="the number that means no height; none; auto: what the file says, and numbers far off (auto)",
+    )
+
+
 def add_common(sub: argparse.ArgumentParser) -> None:
     """What all of them take."""
     what = "largest errors accepted (of dB the least); beyond them: a warning, with --tier auto an error"
@@ -172,13 +192,20 @@ def add_terrain(sub: argparse.ArgumentParser) -> None:
         help="metres, first to last pixel",
     )
     sub.add_argument(
-        "--height", type=number(-1e6, 1e6), required=True, metavar="H", help="metres from black to white"
+        "--height",
+        type=number(-1e6, 1e6),
+        metavar="H",
+        help="metres from black to white (floats, signed integers and .hgt are metres and need none)",
     )
+    sub.add_argument(
+        "--scale", type=number(-1e6, 1e6), default=1.0, metavar="F", help="heights times F, of metres too (1)"
+    )
+    add_nodata(sub)
     sub.add_argument(
         "--max-error",
         type=number(0.0, 1e6),
         metavar="M",
-        help="metres; 0: exact (default: a thousandth of H)",
+        help="metres; 0: exact (default: a thousandth of H, or of what the heights span)",
     )
     sub.add_argument(
         "--quantise", action="store_true", help="vertices as 16-bit codes, inside the same bound"

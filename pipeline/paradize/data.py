@@ -65,14 +65,14 @@ class Image:
 
     values: (h, w, c) with row 0 at the top: uint8 or uint16 codes, or float32 numbers as they are.
     color_space: "srgb" (values stay encoded as in the file; stages linearise them), "linear" or "data".
-    source_bits: 8, 16 or 32: bits per channel of the file. plain: the file holds floats or signed integers,
-    numbers as they are; else unsigned codes, which are shares of their largest.
+    source_bits: 8, 16 or 32: bits per channel of the file. top: the file's code that stands for 1 (255, 65535
+    ...); None where it holds floats or signed integers, which are numbers as they are.
     """
 
     values: U8 | U16 | F32
     color_space: str
     source_bits: int
-    plain: bool = False
+    top: int | None = None
 
     @property
     def pixels(self) -> F32:

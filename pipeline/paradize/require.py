@@ -143,6 +143,8 @@ def _terrain(found: Requirements, terrain: Terrain, views: tuple[str, ...], sigh
         size_z_m=terrain.size_m[1],
         height_m=terrain.height_m,
         base_m=terrain.base_m,
+        height_scale=terrain.height_scale,
+        nodata=terrain.nodata,
         max_error_m=terrain.max_error_m,
         sand_repeat=terrain.sand_repeat,
         patch_px=terrain.patch_px,

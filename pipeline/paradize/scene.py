@@ -28,6 +28,7 @@ from paradize.schema import (
     limits,
     named_tables,
     number,
+    number_or,
     numbers,
     one_of,
     read_table,
@@ -140,7 +141,10 @@ class Relief:
 class Terrain:
     heightmap: Path = source()
     size_m: tuple[float, float] = vector(size=2, low=1e-6, high=FAR, unit="m")  # x, z: first to last pixel
-    height_m: float = number(low=-FAR, high=FAR, unit="m")  # white lies this far above black
+    # White lies this far above black; floats, signed integers and .hgt are metres and need none.
+    height_m: float | None = number(None, low=-FAR, high=FAR, unit="m")
+    height_scale: float = number(1.0, low=-FAR, high=FAR)  # what heights are multiplied by, of metres too
+    nodata: float | str = number_or(("auto", "none"), low=-1e39, high=1e39)  # means no height
     base_m: float = number(0.0, low=-FAR, high=FAR, unit="m")  # y of black
     max_error_m: float = number(0.03, low=0.0, high=FAR, unit="m")  # 0: every pixel becomes a vertex
     patch_px: int = whole(128, low=8, high=256, unit="pixels")  # side of the finest cells of the tree

@@ -85,6 +85,19 @@ def number(default: Any = MISSING, *, low: float, high: float, unit: str = "") -
     return _field(rule, default, unit)
 
 
+def number_or(words: tuple[str, ...], *, low: float, high: float) -> Any:
+    """A finite number in [low, high], or one of a few words, the first by default."""
+
+    def rule(value: object, place: str, faults: Faults) -> float | str | None:
+        real = _real(value)
+        if (real is None and value not in words) or not low <= (real or 0.0) <= high:
+            faults.add(place, f"is {_show(value)}", f"{_limits(low, high, '')}, or {', '.join(words)}")
+            return None
+        return str(value) if real is None else real
+
+    return _field(rule, words[0])
+
+
 def whole(default: Any = MISSING, *, low: int, high: int, unit: str = "") -> Any:
     """A whole number in [low, high]."""
 

@@ -55,20 +55,28 @@ def tree_tier(path: Path, settings: dict[str, Any], tier: str, runs: int | None)
     return Found(seconds, [errors], size, f"{patches} patches in {len(made.tiles)} tiles")
 
 
-def field_groups(path: Path, size_m: tuple[float, float], height_m: float, max_error_m: float) -> list[Asked]:
-    """The tiers of `paradize terrain` on a heightmap."""
+def field_groups(
+    path: Path, size_m: tuple[float, float], height_m: float | None, max_error_m: float, high_m: float
+) -> list[Asked]:
+    """The tiers of `paradize terrain` on a heightmap. height_m: as read_heightmap takes it. high_m: what the
+    heights span."""
     given = {"path": path, "size_m": size_m, "height_m": height_m, "max_error_m": max_error_m}
     tiers = ("fast", "balanced", "exact")
     tries = tuple(Try(t, field_tier, given | {"tier": t}, t, {"tier": t}) for t in tiers)
     note = (
-        f"{size_m[0]:g} x {size_m[1]:g} m, {height_m:g} m high; fast and balanced keep a bound of "
+        f"{size_m[0]:g} x {size_m[1]:g} m, {high_m:g} m high; fast and balanced keep a bound of "
         f"{max_error_m:g} m with as few triangles as they find."
     )
     return [Asked(f"{path.stem} terrain", "terrain", path.stem, _METRICS, tries, tiers, note)]
 
 
 def field_tier(
-    path: Path, size_m: tuple[float, float], height_m: float, max_error_m: float, tier: str, runs: int | None
+    path: Path,
+    size_m: tuple[float, float],
+    height_m: float | None,
+    max_error_m: float,
+    tier: str,
+    runs: int | None,
 ) -> Found:
     """One mesh of the whole field, against every pixel."""
     ground, _ = read_heightmap(path, size_x_m=size_m[0], size_z_m=size_m[1], height_m=height_m, base_m=0.0)

@@ -10,7 +10,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from paradize.errors import BakeError
+from paradize.readers.heightmap import guessed_source, read_heightmap
 from paradize.readers.image import read_image
 from paradize.require import Order, Want
 from paradize.scene import Relief, Scene
@@ -32,9 +35,9 @@ HEIGHT_SHARE = 0.1  # and stands this share of its longer side high
 
 @dataclass(frozen=True)
 class FileOptions:
-    """What a file does not tell of itself. source: "color", "height" or "auto": one channel is a height.
-    size_m, height_m, max_error_m: of a heightmap as terrain; None: PIXEL_M, HEIGHT_SHARE, a thousandth of
-    the height."""
+    """What a file does not tell of itself. source: "color", "height" or "auto": as readers/heightmap guesses.
+    size_m, height_m, max_error_m: of a heightmap as terrain; None: PIXEL_M, HEIGHT_SHARE where the file does
+    not hold metres, a thousandth of the height."""
 
     source: str = "auto"
     size_m: tuple[float, float] | None = None
@@ -61,11 +64,9 @@ def file_groups(path: Path, options: FileOptions) -> list[Asked]:
             mend = "leave out --from, --size, --height and --max-error"
             raise BakeError("is a model; sizes and heights are those of a picture", file=path, mend=mend)
         return mesh_groups(_mesh_order(path))
-    values = read_image(path).values
-    kind = options.source
-    if kind == "auto":
-        kind = "height" if values.shape[2] == 1 else "color"
-    name, rows, columns = path.stem, *values.shape[:2]
+    image = read_image(path, finite=False)
+    kind = guessed_source(image)[0] if options.source == "auto" else options.source
+    name, rows, columns = path.stem, *image.values.shape[:2]
     if kind == "color":
         if options.size_m or options.height_m or options.max_error_m is not None:
             mend = "say --from height, or leave out --size, --height and --max-error"
@@ -76,9 +77,15 @@ def file_groups(path: Path, options: FileOptions) -> list[Asked]:
         )
         return [*color_groups(order), *map_groups(_map_order(path, kind))]
     size = options.size_m or (PIXEL_M * max(columns - 1, 1), PIXEL_M * max(rows - 1, 1))
-    height = HEIGHT_SHARE * max(size) if options.height_m is None else options.height_m
-    bound = abs(height) / 1000.0 if options.max_error_m is None else options.max_error_m
-    return [*field_groups(path, size, height, bound), *map_groups(_map_order(path, kind))]
+    height = options.height_m
+    if height is None and image.top is not None:
+        height = HEIGHT_SHARE * max(size)
+    high = abs(height or 0.0)
+    if image.top is None:
+        field, _ = read_heightmap(path, size_x_m=size[0], size_z_m=size[1], height_m=None)
+        high = float(np.ptp(field.heights_m))
+    bound = high / 1000.0 if options.max_error_m is None else options.max_error_m
+    return [*field_groups(path, size, height, bound, high), *map_groups(_map_order(path, kind))]
 
 
 def _mesh_order(path: Path) -> Order:

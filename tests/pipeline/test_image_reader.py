@@ -411,4 +411,4 @@ def test_each_code_of_a_pgm_is_its_share_of_the_files_largest(tmp_path: Path, to
     for path in (raw, text):
         image = read_image(path)
         assert np.array_equal(image.pixels[:, :, 0], (codes / top).astype(np.float32))
-        assert image.source_bits == (16 if top > 255 else 8) and not image.plain
+        assert image.source_bits == (16 if top > 255 else 8) and image.top == top

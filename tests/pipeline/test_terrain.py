@@ -236,7 +236,7 @@ def test_a_16_bit_png_spans_black_to_white(tmp_path: Path) -> None:
 
 def test_floats_are_metres_and_8_bits_are_warned_about(tmp_path: Path) -> None:
     floats = np.array([[-3.5, 100.0], [0.25, 1.0]], np.float32)
-    field, _ = read_heightmap(write(tmp_path / "h.exr", floats), size_x_m=1, size_z_m=1, height_m=999.0)
+    field, _ = read_heightmap(write(tmp_path / "h.exr", floats), size_x_m=1, size_z_m=1, height_m=None)
     assert field.heights_m.tolist() == floats.tolist()
     path = write(tmp_path / "h.png", np.array([[0, 255], [1, 2]], np.uint8))
     _, warnings = read_heightmap(path, size_x_m=1, size_z_m=1, height_m=255.0)

@@ -24,7 +24,7 @@ def test_an_srtm_tile_is_metres_with_its_voids_filled(tmp_path: Path) -> None:
     heights[10:14, 20:25] = -32768
     path = tmp_path / "N00E000.hgt"
     path.write_bytes(heights.tobytes())
-    field, warnings = read_heightmap(path, size_x_m=1, size_z_m=1, height_m=99.0)
+    field, warnings = read_heightmap(path, size_x_m=1, size_z_m=1, height_m=None)
     assert np.abs(field.heights_m - slope(33)).max() < 1.5
     known = heights != -32768
     assert np.array_equal(field.heights_m[known], slope(33)[known])
@@ -46,7 +46,7 @@ def test_nan_in_floats_is_filled_and_told(tmp_path: Path) -> None:
     out = oiio.ImageOutput.create(str(tmp_path / "h.tif"))
     assert out and out.open(str(tmp_path / "h.tif"), spec) and out.write_image(heights[:, :, None])
     out.close()
-    field, warnings = read_heightmap(tmp_path / "h.tif", size_x_m=1, size_z_m=1, height_m=1.0)
+    field, warnings = read_heightmap(tmp_path / "h.tif", size_x_m=1, size_z_m=1, height_m=None)
     assert field.heights_m[7, 3] == pytest.approx(27.0)
     assert len(warnings) == 1 and "1 pixels" in warnings[0] and "(3, 7)" in warnings[0]
 
@@ -74,12 +74,10 @@ def test_a_geotiff_is_metres_with_its_declared_nodata_filled(tmp_path: Path) -> 
     heights = slope(20).astype(np.float32)
     heights[4:6, 9] = -9999.0
     path = tiff(tmp_path / "h.tif", heights, "-9999")
-    field, warnings = read_heightmap(path, size_x_m=1, size_z_m=1, height_m=99.0)
+    field, warnings = read_heightmap(path, size_x_m=1, size_z_m=1, height_m=None)
     assert field.heights_m[4, 9] == pytest.approx(30.0, abs=1.0)
     assert np.array_equal(field.heights_m[:4], heights[:4])
     assert len(warnings) == 1 and "2 pixels" in warnings[0] and "(9, 4)" in warnings[0]
-    plain, none = read_heightmap(tiff(tmp_path / "plain.tif", heights), size_x_m=1, size_z_m=1, height_m=99.0)
-    assert plain.heights_m[4, 9] == -9999.0 and none == []
 
 
 def test_nodata_of_a_16_bit_tiff_is_a_code(tmp_path: Path) -> None:
@@ -124,7 +122,7 @@ def test_floats_are_metres_bit_for_bit(tmp_path: Path, name: str) -> None:
         assert out and out.open(str(tmp_path / name), oiio.ImageSpec(2, 2, 1, "float"))
         assert out.write_image(heights[:, :, None])
         out.close()
-    field, _ = read_heightmap(tmp_path / name, size_x_m=1, size_z_m=1, height_m=99.0)
+    field, _ = read_heightmap(tmp_path / name, size_x_m=1, size_z_m=1, height_m=None)
     assert np.array_equal(field.heights_m, heights)
 
 

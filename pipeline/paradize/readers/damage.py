@@ -15,6 +15,7 @@ import numpy as np
 from paradize.errors import SourceError
 from paradize.readers.pnm import header_numbers
 from paradize.readers.targa import check_targa
+from paradize.readers.tiff import first_directory
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -117,48 +118,22 @@ def _check_pnm(path: Path) -> None:
             raise _cut(path, f"a value of {int(values.max())}; its header says {top} at most")
 
 
-_TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 6: 1, 7: 1, 8: 2, 9: 4, 16: 8, 17: 8, 18: 8}
-_TIFF_CODES = {1: "B", 3: "H", 4: "I", 16: "Q"}
 _OFFSETS, _COUNTS = (273, 324), (279, 325)  # of strips and of tiles
 
 
 def _check_tiff(path: Path) -> None:
     """Every strip or tile of the first picture lies inside the file."""
     data = path.read_bytes()
-    order = {b"II": "<", b"MM": ">"}.get(data[:2])
-    if order is None or len(data) < 16:
-        raise _cut(path, "its header is cut")
-    big = struct.unpack_from(f"{order}H", data, 2)[0] == 43
     try:
-        found = _tiff_entries(data, order, big)
+        found = first_directory(data, _OFFSETS + _COUNTS)
+    except ValueError:
+        raise _cut(path, "its header is cut") from None
     except struct.error:
         raise _cut(path, "its directory passes the end of the file") from None
     for offsets, counts in zip(_OFFSETS, _COUNTS, strict=True):
         for offset, count in zip(found.get(offsets, ()), found.get(counts, ()), strict=False):
             if offset + count > len(data):
                 raise _cut(path, f"texels end at byte {offset + count} of {len(data)}")
-
-
-def _tiff_entries(data: bytes, order: str, big: bool) -> dict[int, tuple[int, ...]]:
-    """The places and lengths of the texels in the first directory. Raises struct.error where it is cut."""
-    place, count_code, entry_size, room = ("Q", "Q", 20, 8) if big else ("I", "H", 12, 4)
-    (at,) = struct.unpack_from(order + place, data, 8 if big else 4)
-    (count,) = struct.unpack_from(order + count_code, data, at)
-    at += struct.calcsize("=" + count_code)
-    found: dict[int, tuple[int, ...]] = {}
-    for k in range(min(count, 4096)):
-        entry = at + k * entry_size
-        tag, kind = struct.unpack_from(order + "HH", data, entry)
-        (length,) = struct.unpack_from(order + place, data, entry + 4)
-        if tag not in _OFFSETS + _COUNTS or kind not in _TIFF_CODES:
-            continue
-        start = entry + entry_size - room
-        if length * _TIFF_SIZES[kind] > room:
-            (start,) = struct.unpack_from(order + place, data, start)
-        if length * _TIFF_SIZES[kind] > len(data):
-            raise struct.error
-        found[tag] = struct.unpack_from(f"{order}{length}{_TIFF_CODES[kind]}", data, start)
-    return found
 
 
 _CHECKS: dict[str, Callable[[Path], None]] = {

@@ -6,7 +6,8 @@ takes an error for an error whatever came with it, and looks for damage itself (
 
 A picture keeps one to four channels: grey; grey and alpha; red, green, blue; and those with alpha. Alpha
 comes out straight (not multiplied into colour). Unsigned integers of 8 and 16 bits stay the file's codes;
-signed integers and floats are numbers as they are. Of files that hold several pictures the first is read.
+signed integers and floats are numbers as they are. Of files that hold several pictures the first is read. Raw
+SRTM tiles (`.hgt`) are read too.
 
 The limits are settings of the environment: PARADIZE_MAX_SIDE (texels), PARADIZE_MAX_TEXELS and
 PARADIZE_MAX_MB (of a decoded picture). They refuse pictures and change none.
@@ -28,6 +29,7 @@ from paradize.data import Image
 from paradize.errors import BakeError, SourceError
 from paradize.readers.damage import check_damage
 from paradize.readers.pnm import exact_shares
+from paradize.readers.srtm import read_srtm
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -90,6 +92,8 @@ def read_image(path: Path, *, color_space: str | None = None, finite: bool = Tru
     them looks for them. Raises SourceError for a file that is missing, empty, no
     picture, damaged, truncated, too large, of a shape that is no picture, or that holds NaN or infinity.
     """
+    if path.suffix.lower() == ".hgt":
+        return read_srtm(path)
     _require_file(path)
     oiio.attribute("limits:imagesize_MB", limit("PARADIZE_MAX_MB"))
     oiio.attribute("limits:channels", 64)
@@ -179,10 +183,11 @@ def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -
     else:  # asked for all at once, OpenImageIO would turn one type into another
         each = [_decode(source, spec, types[k], path, k, k + 1) for k in channels]
         values = np.concatenate([Image(one, "data", 32).pixels for one in each], axis=2)
-    if kind == "pnm":
-        values = exact_shares(path, values)
+    top = None if name in _PLAIN_NUMBERS else round(_TYPES[name][2])
+    if kind == "pnm" and top is not None:
+        values, top = exact_shares(path, values)
     if finite and values.dtype == np.float32:
-        _require_finite(values, path)
+        require_finite(values, path)
     if values.shape[2] in (2, 4) and _is_premultiplied(spec, kind):
         values = _straighten(Image(values, "data", 32).pixels)
     if values.shape[2] == 2 and spec.alpha_channel != 1:  # red and green alone
@@ -192,7 +197,7 @@ def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -
         linear = name in _PLAIN_NUMBERS or declared.startswith("lin")
         color_space = "linear" if linear else "srgb"
     bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
-    return Image(values, color_space, bits, plain=name in _PLAIN_NUMBERS)
+    return Image(values, color_space, bits, top)
 
 
 def _types(spec: Any) -> list[str]:
@@ -224,7 +229,7 @@ def _require_shape(spec: Any, types: list[str], path: Path) -> None:
 _BAND = 256  # rows looked at together
 
 
-def _require_finite(values: F32, path: Path) -> None:
+def require_finite(values: npt.NDArray[Any], path: Path) -> None:
     """Raises SourceError, with the first place and the number of such values, for NaN and infinity."""
     first, count = None, 0
     for row in range(0, values.shape[0], _BAND):

@@ -1,4 +1,4 @@
-"""Pixels without a height: where a file says so, and what its neighbours would put there.
+"""Pixels without a height: values that can be none although no file says so, and what surrounds a hole.
 
 Filling: a pyramid of means gives each hole its coarse shape, and at every level its pixels relax towards the
 mean of their four neighbours (a membrane). Sums in a fixed order: the same bits on every CPU.
@@ -6,41 +6,94 @@ mean of their four neighbours (a membrane). Sums in a fixed order: the same bits
 
 from __future__ import annotations
 
-import struct
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-_GDAL_NODATA = 42113  # the TIFF tag that names a file's no-data value, as text
+# What programs write for "no data", besides numbers near the largest of float32.
+_MARKERS = (-999.0, -9999.0, -99999.0, -999999.0, -32767.0, -32768.0, 1e20, -1e20, 9.969209968386869e36)
+_NEAR_LARGEST = 3.4e38
+_APART = 0.1  # how far a marker lies outside the heights, of their span
+_FAR_APART = 10.0  # the same of a number that is no marker
+_HIGHEST_M = 9000.0  # nothing on Earth's land is farther from 0
+_BAND = 256
 _ROUNDS = 24
 
 
-def declared_nodata(path: Path) -> float | None:
-    """The no-data value that a classic TIFF declares in GDAL's tag; None for other files and for none."""
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(8)
-            order = {b"II": "<", b"MM": ">"}.get(head[:2])
-            if order is None or struct.unpack(order + "H", head[2:4])[0] != 42:
-                return None
-            stream.seek(struct.unpack(order + "I", head[4:8])[0])
-            (count,) = struct.unpack(order + "H", stream.read(2))
-            for _ in range(count):
-                entry = stream.read(12)
-                tag, _, length = struct.unpack(order + "HHI", entry[:8])
-                if tag != _GDAL_NODATA:
-                    continue
-                if length > 4:
-                    stream.seek(struct.unpack(order + "I", entry[8:])[0])
-                text = stream.read(min(length, 64)) if length > 4 else entry[8 : 8 + length]
-                return float(text.rstrip(b"\0 ").decode("ascii"))
-    except (OSError, struct.error, ValueError):
-        return None
-    return None
+def suspects(
+    values: npt.NDArray[Any], known: Sequence[Any], *, metres: bool
+) -> tuple[list[float], float | None]:
+    """Numbers of a field (h, w) that are no heights though nobody says so; and one that may be none.
+
+    known: numbers that are no data already; they and what is not finite do not count. metres: floats or
+    signed integers; among codes (False) none is sure.
+
+    No height, so that it may be filled, is a number at the lower or upper end of the field that is
+    - a marker (-999, -9999, -99999, -999999, -32767, -32768, 1e20, the netCDF fill, beyond 3.4e38) and at
+    least
+      a tenth of the span of all heights outside of them; or
+    - held by two pixels or more, beyond 9,000 m, and ten times the span of all others away from them.
+    So a real height is taken for a hole only where it equals a marker exactly with nothing near it (the one
+    deepest pixel of a chart at -9999.0), and a marker stays where depths around it are real. One that may be
+    none, to be told and not filled, is an end that two pixels or more hold and that is farther from all
+    others than these from each other: 0 where all else is 500 to 900, but also a real plain under a plateau.
+    """
+    ends = _ends(values, known)
+    marks: list[float] = []
+    while metres and ends and (found := [end for end in set(ends) if _is_marker(end)]):
+        marks += found
+        ends = _ends(values, [*known, *marks])
+    if ends is None:  # nothing but markers
+        return [], None
+    low, high = ends
+    sure = sorted(mark for mark in marks if max(low - mark, mark - high) >= _APART * (high - low))
+    without = [*known, *marks]
+    rows = values[:: max(1, len(values) // 64)]
+    some = _ends(rows, [*without, low, high])
+    if some is None or max(some[0] - low, high - some[1]) <= some[1] - some[0]:
+        return sure, None  # the whole's ends are no farther from all others, and these no closer together
+    inner = _ends(values, [*without, low, high])
+    if inner is None or inner[0] == inner[1]:
+        return sure, None
+    span = inner[1] - inner[0]
+    maybe = None
+    for end, gap in ((low, inner[0] - low), (high, high - inner[1])):
+        if gap <= span or _count(values, end) < 2:
+            continue
+        if metres and gap > _FAR_APART * span and abs(end) > _HIGHEST_M:
+            sure.append(end)
+        else:
+            maybe = end
+    return sure, maybe
+
+
+def _is_marker(value: float) -> bool:
+    return abs(value) >= _NEAR_LARGEST or any(value == float(np.float32(mark)) for mark in _MARKERS)
+
+
+def _bands(values: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
+    return [values[row : row + _BAND] for row in range(0, len(values), _BAND)]
+
+
+def _ends(values: npt.NDArray[Any], without: Sequence[Any]) -> tuple[float, float] | None:
+    """The least and the largest finite number, some left out; None where there is no other."""
+    ends = []
+    for band in _bands(values):
+        part = band
+        if without or band.dtype.kind == "f":
+            keep = np.isfinite(band)
+            for number in without:
+                keep &= band != band.dtype.type(number)
+            part = band[keep]
+        if part.size:
+            ends += [float(part.min()), float(part.max())]
+    return (min(ends), max(ends)) if ends else None
+
+
+def _count(values: npt.NDArray[Any], number: float) -> int:
+    return sum(int(np.count_nonzero(band == band.dtype.type(number))) for band in _bands(values))
 
 
 def fill_nodata(heights: npt.NDArray[np.float64], known: npt.NDArray[np.bool_]) -> npt.NDArray[np.float64]:

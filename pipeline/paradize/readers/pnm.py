@@ -41,18 +41,18 @@ def header_numbers(data: bytes, wanted: int) -> tuple[list[int], int]:
     return numbers, at
 
 
-def exact_shares(path: Path, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """OpenImageIO's codes (h, w, c) of a netpbm file, as they are where its largest value is that of 8 or 16
-    bits; else float32, each of the file's own codes over its largest, correctly rounded."""
+def exact_shares(path: Path, values: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], int]:
+    """OpenImageIO's codes (h, w, c) of a netpbm file and their largest, as they are where the file's largest
+    is that of 8 or 16 bits; else float32, each of the file's own codes over its largest, correctly
+    rounded."""
     with path.open("rb") as stream:
         data = stream.read(HEADER_BYTES)
     numbers, _ = header_numbers(data, 3)
-    if data[1:2] not in b"2356" or len(numbers) < 3 or values.dtype.kind != "u":
-        return values
-    top, stretched = numbers[2], int(np.iinfo(values.dtype).max)
-    if not 0 < top < stretched:
-        return values
+    stretched = int(np.iinfo(values.dtype).max)
+    if data[1:2] not in b"2356" or len(numbers) < 3 or not 0 < numbers[2] < stretched:
+        return values, stretched
+    top = numbers[2]
     codes = np.arange(stretched + 1, dtype=np.int64)
     own = -(-codes * top // stretched)  # rounded up: the stretched code was cut off
     shares: F32 = (own / top).astype(np.float32)[values]
-    return shares
+    return shares, top

@@ -1,0 +1,79 @@
+"""What a GeoTIFF says of its numbers: which of them is no data, their scale and offset, their unit.
+
+Sources: GDAL, "GTiff driver" (tags 42112, metadata as XML, and 42113, no data as text); OGC 19-008r4,
+"GeoTIFF 1.1", keys 4096 to 4099 (units as EPSG codes).
+"""
+
+from __future__ import annotations
+
+import mmap
+import re
+import struct
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from paradize.readers.tiff import first_directory
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_KEYS, _METADATA, _NODATA = 34735, 42112, 42113
+_VERTICAL_UNITS = 4099
+_METRE, _FOOT, _SURVEY_FOOT = 1.0, 0.3048, 1200.0 / 3937.0
+_EPSG = {9001: ("metre", _METRE), 9002: ("foot", _FOOT), 9003: ("US survey foot", _SURVEY_FOOT)}
+_NAMES = {
+    **dict.fromkeys(("m", "metre", "meter", "metres", "meters"), _EPSG[9001]),
+    **dict.fromkeys(("ft", "foot", "feet", "international foot"), _EPSG[9002]),
+    **dict.fromkeys(("us-ft", "ftus", "sfoot", "us survey foot", "foot_us", "us_survey_foot"), _EPSG[9003]),
+}
+_ITEM = re.compile(r"<Item([^>]*)>([^<]*)</Item>")
+
+
+@dataclass(frozen=True)
+class Said:
+    """nodata: the number that is no height. scale, offset: height = number * scale + offset, in units of
+    unit_m metres. words: scale, offset and unit as a person reads them; "" where the file says nothing of
+    them, and then its numbers are what they are in any other file."""
+
+    nodata: float | None = None
+    scale: float = 1.0
+    offset: float = 0.0
+    unit_m: float = 1.0
+    words: str = ""
+
+
+def said_of(path: Path) -> Said:
+    """What the first directory of a TIFF says; nothing for any other file, and of tags that are damaged."""
+    try:
+        with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            found = first_directory(data, (_KEYS, _METADATA, _NODATA))
+    except (OSError, ValueError, struct.error):
+        return Said()
+    texts = {
+        tag: value.decode("utf-8", "replace") for tag, value in found.items() if isinstance(value, bytes)
+    }
+    roles = {}
+    for attributes, text in _ITEM.findall(texts.get(_METADATA, "")):
+        if (role := re.search(r'role="(\w+)"', attributes)) and re.search(r'sample="0"', attributes):
+            roles[role[1]] = text.strip()
+    scale, offset = _number(roles.get("scale")), _number(roles.get("offset"))
+    keys = found.get(_KEYS, ())
+    codes = [int(keys[k + 3]) for k in range(4, len(keys) - 3, 4) if keys[k] == _VERTICAL_UNITS]
+    unit = _NAMES.get(roles.get("unittype", "").lower()) or _EPSG.get(codes[0] if codes else 0)
+    numbers = {"scale": scale, "offset": offset}
+    parts = [f"{name} {number:g}" for name, number in numbers.items() if number is not None]
+    parts += [f"unit {unit[0]}"] if unit else []
+    return Said(
+        _number(texts.get(_NODATA, "").rstrip("\0 ")),
+        1.0 if scale is None else scale,
+        0.0 if offset is None else offset,
+        unit[1] if unit else 1.0,
+        ", ".join(parts),
+    )
+
+
+def _number(text: str | None) -> float | None:
+    try:
+        return float(text) if text else None
+    except ValueError:
+        return None

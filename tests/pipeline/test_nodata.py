@@ -1,0 +1,224 @@
+"""Numbers that are no heights though no file says so: found, filled and told, or told alone; and by name."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from PIL import Image
+
+from paradize.data import Heightfield
+from paradize.errors import SourceError
+from paradize.readers.heightmap import Nodata, read_heightmap
+from tests.pipeline.raw_files import tiff
+
+FLOAT_MAX = float(np.finfo(np.float32).max)
+
+
+def hills(low: float, high: float, side: int = 48) -> npt.NDArray[np.float64]:
+    y, x = np.mgrid[0:side, 0:side] / side
+    waves = np.sin(5 * x + 1) * np.cos(4 * y) + 0.3 * np.sin(17 * x * y)
+    return low + (waves - waves.min()) / np.ptp(waves) * (high - low)
+
+
+def read(path: Path, nodata: Nodata = "auto", height_m: float | None = None) -> tuple[Heightfield, list[str]]:
+    return read_heightmap(path, size_x_m=1, size_z_m=1, height_m=height_m, nodata=nodata)
+
+
+def holed(heights: npt.NDArray[Any], value: float, kind: Any = np.float32) -> npt.NDArray[Any]:
+    holes = heights.astype(kind)
+    with np.errstate(over="ignore"):
+        holes[10:13, 20:25] = np.array(value).astype(kind)
+    return holes
+
+
+@pytest.mark.parametrize(
+    "value", [-9999, -99999, -999, -32768, -32767, -FLOAT_MAX, FLOAT_MAX, 1e20, -12345.5]
+)
+@pytest.mark.parametrize("span", [(500.0, 900.0), (-90.0, 4000.0)])
+def test_what_can_be_no_height_is_filled_and_told(
+    tmp_path: Path, value: float, span: tuple[float, float]
+) -> None:
+    truth = hills(*span)
+    heights = holed(truth, value)
+    if value == -12345.5 and span[1] > 900.0:
+        span, truth = (500.0, 1500.0), hills(500.0, 1500.0)
+        heights = holed(truth, value)
+    field, (told,) = read(tiff(tmp_path / "h.tif", heights))
+    whole = heights == truth.astype(np.float32)
+    assert np.array_equal(field.heights_m[whole], truth.astype(np.float32)[whole])
+    assert np.abs(field.heights_m - truth).max() < 0.15 * (span[1] - span[0])
+    assert (
+        "15 pixels" in told
+        and "(20, 10)" in told
+        and f"({np.float32(value):.10g}," in told
+        and "none" in told
+    )
+
+
+def test_two_kinds_of_holes_are_told_apart(tmp_path: Path) -> None:
+    heights = holed(hills(500, 900), -9999.0)
+    heights[30, 40] = FLOAT_MAX
+    heights[31, 40] = np.nan
+    field, told = read(tiff(tmp_path / "h.tif", heights))
+    assert field.heights_m.min() >= 500 and field.heights_m.max() <= 900
+    assert [text.split("h.tif: ")[1].split(" pixels")[0] for text in told] == ["15", "1", "1"]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "value", "kind"),
+    [
+        (-10900, 8800, -9999, np.float32),  # a chart of the sea floor: depths around it are real
+        (-9990, -9000, -9999, np.int16),  # a trench in whole metres, its deepest beside -9990
+        (-1200, 300, -999, np.float32),
+    ],
+)
+def test_a_height_among_its_like_stays_whatever_its_number(
+    tmp_path: Path, low: float, high: float, value: float, kind: Any
+) -> None:
+    heights = holed(hills(low, high), value, kind)
+    field, told = read(tiff(tmp_path / "h.tif", heights))
+    assert np.array_equal(field.heights_m, heights.astype(np.float32)) and told == []
+
+
+def test_a_plain_under_a_plateau_is_told_and_kept(tmp_path: Path) -> None:
+    heights = holed(hills(500, 900), 0.0)
+    field, (told,) = read(tiff(tmp_path / "h.tif", heights))
+    assert np.array_equal(field.heights_m, heights) and "0 stands apart" in told and "--nodata 0" in told
+    codes = holed(hills(30000, 40000), 0, np.uint16)
+    field, (told,) = read(tiff(tmp_path / "c.tif", codes), height_m=65.535)
+    assert field.heights_m.min() == 0 and "--nodata 0" in told
+    calm = np.maximum(hills(-300, 900), 0.0).astype(np.float32)  # the sea at 0 m
+    assert read(tiff(tmp_path / "sea.tif", calm))[1] == []
+
+
+def test_nodata_by_name_is_what_is_filled_and_none_fills_nothing(tmp_path: Path) -> None:
+    heights = holed(hills(500, 900), 0.0)
+    path = tiff(tmp_path / "h.tif", heights)
+    field, (told,) = read(path, 0.0)
+    assert field.heights_m.min() >= 500 and "15 pixels" in told and "(0, as named)" in told
+    field, (told,) = read(path, -1.0)
+    assert field.heights_m.min() == 0 and "no pixel holds -1" in told
+    marked = tiff(tmp_path / "m.tif", holed(hills(500, 900), -9999.0), "-9999")
+    field, told_none = read(marked, "none")
+    assert field.heights_m.min() == -9999 and told_none == []
+    codes = tiff(tmp_path / "c.tif", holed(hills(30000, 40000), 65535, np.uint16))
+    field, (told,) = read(codes, 65535, height_m=65.535)
+    assert field.heights_m.max() < 40.001 and "(65535, as named)" in told
+
+
+def test_a_picture_of_nothing_but_markers_is_what_it_is(tmp_path: Path) -> None:
+    field, told = read(tiff(tmp_path / "h.tif", np.full((5, 5), -9999, np.float32)))
+    assert (field.heights_m == -9999).all() and told == []
+    with pytest.raises(SourceError, match="no height in any"):
+        read(tiff(tmp_path / "h.tif", np.full((5, 5), -9999, np.float32)), -9999.0)
+
+
+# --- what a GeoTIFF says of its numbers ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("big", [False, True])
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("-9999", -9999.0),
+        ("nan", np.nan),
+        ("-3.4028234663852886e+38", -FLOAT_MAX),
+        (" 7.5 ", 7.5),
+        ("0", 0.0),
+    ],
+)
+def test_declared_nodata_is_read_in_every_form(
+    tmp_path: Path, order: str, big: bool, text: str, value: float
+) -> None:
+    truth = hills(500, 900)
+    path = tiff(tmp_path / "h.tif", holed(truth, value), text.strip(), order=order, big=big)
+    field, (told,) = read(path)
+    assert "15 pixels" in told and np.abs(field.heights_m - truth).max() < 60
+
+
+def item(role: str, text: str) -> str:
+    return f'<Item name="{role.upper()}" sample="0" role="{role}">{text}</Item>'
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("kind", [np.uint16, np.int16, np.float32, np.uint32])
+def test_stated_scale_offset_and_unit_make_metres(tmp_path: Path, kind: Any, order: str) -> None:
+    numbers = hills(0, 30000).astype(kind)
+    said = (
+        f"<GDALMetadata>{item('scale', '0.1')}{item('offset', '-50')}{item('unittype', 'ft')}</GDALMetadata>"
+    )
+    path = tiff(tmp_path / "h.tif", numbers, order=order, metadata=said)
+    field, (told,) = read(path)
+    oracle = (np.asarray(Image.open(path), np.float64) * 0.1 - 50) * 0.3048 if kind != np.uint32 else None
+    truth = (numbers.astype(np.float64) * 0.1 - 50) * 0.3048
+    assert oracle is None or np.array_equal(oracle, truth)
+    assert np.abs(field.heights_m - truth).max() <= 6.1e-5 * (2 if kind == np.uint32 else 1)
+    assert "scale 0.1, offset -50, unit foot" in told
+
+
+@pytest.mark.parametrize(("epsg", "unit_m"), [(9001, 1.0), (9002, 0.3048), (9003, 1200 / 3937)])
+def test_the_vertical_unit_of_a_geotiff_counts(tmp_path: Path, epsg: int, unit_m: float) -> None:
+    heights = hills(500, 900).astype(np.float32)
+    keys = [1, 1, 0, 2, 1024, 0, 1, 1, 4099, 0, 1, epsg]
+    field, told = read(tiff(tmp_path / "h.tif", heights, keys=keys))
+    assert np.array_equal(field.heights_m, (heights.astype(np.float64) * unit_m).astype(np.float32))
+    assert len(told) == (0 if epsg == 9001 else 1)
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.uint32, np.int16, np.float32])
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_every_kind_of_number_of_a_tiff_is_what_pillow_reads(tmp_path: Path, kind: Any, order: str) -> None:
+    numbers = hills(0, 250).astype(kind)
+    path = tiff(tmp_path / "h.tif", numbers, order=order)
+    oracle = np.asarray(Image.open(path), np.float64) if kind != np.uint32 else numbers.astype(np.float64)
+    codes = np.dtype(kind).kind == "u"
+    field, _ = read(path, height_m=1000.0 if codes else None)
+    truth = oracle / float(np.iinfo(kind).max) * 1000.0 if codes else oracle
+    assert np.abs(field.heights_m - truth).max() <= 6e-8 * np.abs(truth).max()
+
+
+# --- metres and --height ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.int16])
+def test_a_height_given_for_metres_is_told_and_a_scale_stretches_them(tmp_path: Path, kind: Any) -> None:
+    heights = hills(5, 90).astype(kind)
+    path = tiff(tmp_path / "h.tif", heights)
+    field, (told,) = read(path, height_m=300.0)
+    assert np.array_equal(field.heights_m, heights.astype(np.float32))
+    assert "300 m, stretches nothing" in told and "--scale" in told
+    scaled, none = read_heightmap(
+        path, size_x_m=1, size_z_m=1, height_m=None, height_scale=0.3048, base_m=2.0
+    )
+    assert np.array_equal(scaled.heights_m, (heights.astype(np.float64) * 0.3048 + 2).astype(np.float32))
+    assert none == []
+
+
+def test_codes_need_a_height_and_say_where_they_use_little_of_it(tmp_path: Path) -> None:
+    path = tiff(tmp_path / "h.tif", hills(852, 2475).astype(np.uint16))
+    with pytest.raises(SourceError, match="--height H"):
+        read(path)
+    field, (told,) = read(path, height_m=1000.0)
+    assert field.heights_m.max() == pytest.approx(1000 * 2475 / 65535, abs=0.02)
+    assert "2475 of 65535" in told and "65535 m" in told
+
+
+def test_the_command_takes_metres_without_a_height(tmp_path: Path, paradize: Callable[..., Any]) -> None:
+    path = tiff(tmp_path / "h.tif", holed(hills(500, 900), 0.0))
+    out = tmp_path / "t.glb"
+    done = paradize("terrain", path, "-o", out, "--size", 100, 100, "--nodata", 0, "--scale", 2, "--json")
+    told = json.loads(done.stdout)
+    assert done.returncode == 0 and 0.0 < told["max_error_m"] <= 0.8 and told["triangles"] < 4418
+    assert "15 pixels" in told["warnings"][0] and len(told["warnings"]) == 1
+    codes = tiff(tmp_path / "c.tif", hills(0, 65535).astype(np.uint16))
+    done = paradize("terrain", codes, "-o", out, "--size", 100, 100)
+    assert done.returncode == 1 and "--height H" in done.stderr
+    done = paradize("terrain", codes, "-o", out, "--size", 100, 100, "--height", 3, "--nodata", "void")
+    assert done.returncode == 2 and "'void' is no number" in done.stderr
