@@ -148,7 +148,7 @@ def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         tier=tier,
         uv=layout,
         gloss_groups=(settings.get("gloss_groups") or None) if layout else None,
-        slope_scale=slope_scale_of(sources["image"], settings),
+        size_m=settings.get("size_m"),
         filter_name=relief["filter"],
         destep=relief["destep"],
         levels=relief_levels(relief),
@@ -171,19 +171,6 @@ def layout_of(sources: Sources) -> Path | None:
         return path if read_obj(path).mesh.uvs is not None else None
     except ParadizeError:
         return path  # the baker reads it again, after the picture, and raises
-
-
-def slope_scale_of(path: Path, settings: Settings) -> tuple[float, float] | None:
-    """Slopes along x and y of a map that is stretched over size_m metres, so that its texels need not be
-    square there; None where the map has no size in metres."""
-    if "size_m" not in settings:
-        return None
-    from paradize.readers.image import read_image
-
-    across, down = settings["size_m"]
-    rows, columns = read_image(path).values.shape[:2]
-    rise = settings["strength"] / 100.0
-    return rise * columns, rise * rows * (across / down)
 
 
 def make_cubemap(sources: Sources, settings: Settings, tier: str) -> list[Product]:

@@ -7,7 +7,7 @@ normals are green up, du/dv is signed and without mean, gloss holds specular int
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,8 @@ from paradize.bake_product import MapProduct, one_of, wraps_of
 from paradize.data import Ground, Image
 from paradize.errors import BakeError
 from paradize.kernels.maps import Levels
-from paradize.readers.image import read_image
+from paradize.readers.heightmap import Nodata, guessed_source, with_heights
+from paradize.readers.image import read_image, require_finite
 from paradize.readers.obj import read_obj
 from paradize.stages import gutter
 from paradize.stages.compress import TIERS
@@ -41,7 +42,8 @@ def bake_maps(
     path: Path,
     *,
     only: Sequence[str] = MAPS,
-    source: str = "color",
+    source: str = "auto",
+    nodata: Nodata = "auto",
     strength: float = 1.0,
     wrap: str | tuple[str, str] = "clamp",
     green: str = "up",
@@ -52,6 +54,7 @@ def bake_maps(
     uv: Path | None = None,
     gloss_groups: Collection[str] | None = None,
     slope_scale: float | tuple[float, float] | None = None,
+    size_m: Sequence[float] | None = None,
     levels: Levels | None = None,
     gloss: GlossSettings | None = None,
     budget: Mapping[str, float] | None = None,
@@ -61,9 +64,11 @@ def bake_maps(
 ) -> dict[str, MapProduct]:
     """The maps named by `only` ("normal", "height", "gloss", "dudv") of the picture at `path`.
 
-    source: "color" (heights are the luminance) or "height". strength: full white stands so many percent of
-    the map's width high, -1e6..1e6. slope_scale replaces it: amplitude in metres over the texel's size in
-    metres, along (x, y).
+    source: "color" (heights are the luminance), "height", or "auto" as readers/heightmap guesses. nodata: as
+    there, of heights. strength: full white stands so many percent of the map's width high, -1e6..1e6; where
+    heights leave 0..1 the highest is white and the lowest black. slope_scale replaces it: what one unit of
+    height is over the texel's size, both in metres, along (x, y). size_m: what the map is stretched over
+    along (x, y), so that its texels need not be square there.
     wrap: "repeat" or "clamp", or one for each of (x, y). green: "up" or "down", of normal and du/dv. fmt:
     "ktx2", with all mips, or "png". filter_name: the derivative filter; "auto" looks at the heights. destep:
     smooth the steps of an 8-bit source, within half a step. uv: an OBJ whose UV layout the picture follows:
@@ -78,10 +83,11 @@ def bake_maps(
     _check(path, source, strength, green, fmt, tier)
     names = ("auto", *FILTER_NAMES)
     one_of("filter", [] if filter_name in names else [filter_name], names)
-    made, warnings = map_rows(
+    made, picture = map_rows(
         path,
         only=only,
         source=source,
+        nodata=nodata,
         strength=strength,
         wrap=wrap,
         green=green,
@@ -91,20 +97,32 @@ def bake_maps(
         uv=uv,
         gloss_groups=gloss_groups,
         slope_scale=slope_scale,
+        size_m=size_m,
         levels=levels,
         gloss=gloss,
     )
     if fmt == "png":
-        return png_maps(made, tier=tier, warnings=warnings, measure=measure)
-    return ktx2_maps(
-        made,
-        tier=tier,
-        warnings=warnings,
-        budget=budget or {},
-        zstd=zstd,
-        measure=measure,
-        uncompressed=uncompressed,
-    )
+        maps = png_maps(made, tier=tier, warnings=picture.warnings, measure=measure)
+    else:
+        maps = ktx2_maps(
+            made,
+            tier=tier,
+            warnings=picture.warnings,
+            budget=budget or {},
+            zstd=zstd,
+            measure=measure,
+            uncompressed=uncompressed,
+        )
+    return {name: replace(one, source=picture.source, guess=picture.guess) for name, one in maps.items()}
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What a picture was taken for: "color" or "height"; the guess in words, None where somebody said it."""
+
+    source: str
+    guess: str | None
+    warnings: list[str]
 
 
 def map_rows(
@@ -112,6 +130,7 @@ def map_rows(
     *,
     only: Sequence[str],
     source: str,
+    nodata: Nodata,
     strength: float,
     wrap: str | tuple[str, str],
     green: str,
@@ -121,15 +140,29 @@ def map_rows(
     uv: Path | None,
     gloss_groups: Collection[str] | None,
     slope_scale: float | tuple[float, float] | None,
+    size_m: Sequence[float] | None,
     levels: Levels | None,
     gloss: GlossSettings | None,
-) -> tuple[MapRows, list[str]]:
-    """The rows of every map, level 0, that bake_maps makes textures of, and warnings; arguments as there."""
+) -> tuple[MapRows, Picture]:
+    """The rows of every map, level 0, that bake_maps makes textures of; arguments as there."""
     wraps = wraps_of(wrap)
     if gloss_groups is not None and uv is None:
         raise BakeError("groups that shine need a UV layout", mend="name the OBJ whose UVs the map follows")
-    image = read_image(path, color_space="data" if source == "height" else None)
-    warnings = _warnings(path, image, source)
+    image = read_image(path, finite=False)
+    guess = None
+    if source == "auto":
+        source, why = guessed_source(image)
+        taken = "heights" if source == "height" else "colour"
+        guess = f"{path}: taken for {taken}: {why} (--from says otherwise)"
+    warnings: list[str] = []
+    if source == "height":
+        image, warnings = with_heights(replace(image, color_space="data"), path, nodata)
+        warnings = [*_warnings(path, image), *warnings]
+    elif nodata not in ("auto", "none"):
+        mend = "say --from height, or leave it out"
+        raise BakeError("is taken for colour, which has no number for no height", file=path, mend=mend)
+    else:
+        require_finite(image.values, path)
     rows, columns = image.values.shape[:2]
     layout = None if uv is None else _layout(uv, rows, columns, wraps, gloss_groups)
     if source == "color":
@@ -143,21 +176,25 @@ def map_rows(
     if destep:
         as_they_were = heights
         image, told = _without_steps(image, path, wraps)
-        warnings = told if source == "height" else [*warnings, *told]
+        if source == "height":
+            warnings = [text for text in warnings if text not in _warnings(path, image)]
+        warnings += told
         heights = _heights(image, source, levels)
-    if slope_scale is None:
-        slope = strength / 100.0 * columns
-        slopes = (slope, slope)
-    else:
-        slopes = slope_scale if isinstance(slope_scale, tuple) else (slope_scale, slope_scale)
     unit = (0.0, 1.0)
     if source == "height":
         unit, ranged = _unit(heights, path)
         warnings += ranged
+    if slope_scale is None:
+        rise = strength / 100.0 / unit[1]
+        across = rise * columns
+        slopes = (across, across if size_m is None else rise * rows * (size_m[0] / size_m[1]))
+    else:
+        slopes = slope_scale if isinstance(slope_scale, tuple) else (slope_scale, slope_scale)
     ground = Ground(heights, slopes, wraps, filter_name, green == "down", islands, codes, held, as_they_were)
     picture = image if source == "color" and levels is not None else None
     del image  # the codes of a height map are not needed any more
-    return MapRows(ground, tuple(only), unit, picture, gloss or GlossSettings(), layout), warnings
+    made = MapRows(ground, tuple(only), unit, picture, gloss or GlossSettings(), layout)
+    return made, Picture(source, guess, warnings)
 
 
 def relief_levels(relief: Mapping[str, Any]) -> Levels | None:
@@ -172,7 +209,8 @@ def relief_levels(relief: Mapping[str, Any]) -> Levels | None:
 
 
 def _check(path: Path, source: str, strength: float, green: str, fmt: str, tier: str) -> None:
-    one_of("source", [] if source in ("color", "height") else [source], ("color", "height"))
+    sources = ("auto", "color", "height")
+    one_of("source", [] if source in sources else [source], sources)
     one_of("green", [] if green in ("up", "down") else [green], ("up", "down"))
     one_of("format", [] if fmt in ("ktx2", "png") else [fmt], ("ktx2", "png"))
     one_of("tier", [] if tier in TIERS else [tier], TIERS)
@@ -180,8 +218,8 @@ def _check(path: Path, source: str, strength: float, green: str, fmt: str, tier:
         raise BakeError(f"strength {strength} is out of range; up to {MAX_STRENGTH:g} is taken", file=path)
 
 
-def _warnings(path: Path, image: Image, source: str) -> list[str]:
-    if source == "height" and image.source_bits == 8:
+def _warnings(path: Path, image: Image) -> list[str]:
+    if image.source_bits == 8:
         return [f"{path}: heights of 8 bits stand in 255 steps; save it with 16 bits or as float"]
     return []
 
@@ -241,5 +279,6 @@ def _unit(heights: F32, path: Path) -> tuple[tuple[float, float], list[str]]:
     if high == low:
         return (low, 1.0), [f"{path}: every height is {low:g}; the height map holds 0"]
     return (low, high - low), [
-        f"{path}: heights run from {low:g} to {high:g}; the height map holds them as 0..1"
+        f"{path}: heights run from {low:g} to {high:g}; the height map holds them as 0..1, and --strength "
+        "says how high the highest stands above the lowest"
     ]

@@ -17,7 +17,8 @@ class MapProduct:
     """One baked map. data: the file's bytes. format: KTX2's, or "PNG8" / "PNG16". error: the value of
     `metric`, which stands first in `errors` (metric -> value of level 0, six significant digits). levels:
     what was measured of every level, the finest first. tier: the one that was used. filter: the derivative
-    filter behind it; None where there is none. reason: why it has another format than its tier's."""
+    filter behind it; None where there is none. reason: why it has another format than its tier's.
+    source, guess: what the picture was taken for, and in words where nobody said it; as bake_maps.Picture."""
 
     data: bytes
     width: int
@@ -31,6 +32,8 @@ class MapProduct:
     levels: LevelErrors = field(default_factory=list)
     filter: str | None = None
     reason: str | None = None
+    source: str = "color"
+    guess: str | None = None
 
 
 def one_of(what: str, wrong: Sequence[str], allowed: Collection[str]) -> None:

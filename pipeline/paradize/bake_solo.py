@@ -152,7 +152,6 @@ def solo_maps(
     path: Path,
     *,
     only: list[str],
-    source: str,
     strength: float,
     wrap: str,
     green: str,
@@ -161,6 +160,8 @@ def solo_maps(
     uv: Path | None,
     gloss_groups: list[str] | None,
     relief: dict[str, Any],
+    source: str = "auto",
+    nodata: Nodata = "auto",
     zstd: int | None = None,
     budget: dict[str, float] | None = None,
 ) -> Made:
@@ -172,6 +173,7 @@ def solo_maps(
         path,
         only=only,
         source=source,
+        nodata=nodata,
         strength=strength,
         wrap=wrap,
         green=green,
@@ -204,5 +206,11 @@ def solo_maps(
         errors = {} if product.metric is None else {product.metric: product.error}
         rows.append((file, product.tier, errors, len(product.data)))
         warnings += product.warnings
-    told = {"maps": maps, "warnings": list(dict.fromkeys(warnings))}
+    taken = made[only[0]]
+    told = {
+        "maps": maps,
+        "from": taken.source,
+        "guess": taken.guess,
+        "warnings": list(dict.fromkeys(warnings)),
+    }
     return Made(files, told, rows, {name: made[name].errors for name in only})

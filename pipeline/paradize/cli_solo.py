@@ -45,6 +45,8 @@ def _solo(arguments: argparse.Namespace, kind: str, settings: dict[str, Any], ou
     ]
     head = [word for word in HEAD if word != "status"]
     show(table(rows, head), sys.stderr if arguments.json else sys.stdout)
+    if guess := made.told.get("guess"):
+        say(f"paradize: {guess}")
     for warning in made.told["warnings"]:
         say(f"paradize: warning: {warning}")
     if arguments.json:
@@ -74,7 +76,7 @@ def run_maps(arguments: argparse.Namespace) -> int:
     """The exit code."""
     if arguments.report and arguments.fmt != "ktx2":
         raise BakeError("a contact sheet is drawn of KTX2 maps", mend="leave out --format png or --report")
-    keys = ("only", "source", "strength", "wrap", "green", "fmt", "uv", "gloss_groups", "zstd")
+    keys = ("only", "source", "nodata", "strength", "wrap", "green", "fmt", "uv", "gloss_groups", "zstd")
     settings = {key: getattr(arguments, key) for key in keys}
     relief = ("black", "white", "gamma", "contrast", "brightness", "invert", "filter", "destep")
     settings["relief"] = {key: getattr(arguments, key) for key in relief}

@@ -86,8 +86,13 @@ def add_maps(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("-o", "--out", type=Path, metavar="DIR", required=True)
     sub.add_argument("--only", type=_maps, default=list(MAPS), metavar="A,B", help=", ".join(MAPS))
     sub.add_argument(
-        "--from", dest="source", choices=("color", "height"), default="color", help="what IN holds"
+        "--from",
+        dest="source",
+        choices=("auto", "color", "height"),
+        default="auto",
+        help="what IN holds (auto: heights where it has one channel of 16 bits or floats, else colour)",
     )
+    add_nodata(sub)
     sub.add_argument(
         "--strength",
         type=number(0.0, 1e6),

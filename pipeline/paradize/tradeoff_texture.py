@@ -9,7 +9,7 @@ from typing import Any
 
 from paradize.bake_color import color_texture, color_values
 from paradize.bake_cubemap import read_faces, sky_error
-from paradize.bake_makers import layout_of, slope_scale_of
+from paradize.bake_makers import layout_of
 from paradize.bake_map_rows import MapRows, filter_errors
 from paradize.bake_map_textures import dudv_texture, map_errors, map_textures
 from paradize.bake_maps import map_rows, relief_levels
@@ -49,7 +49,7 @@ def color_groups(order: Order) -> list[Asked]:
 
 def map_groups(order: Order) -> list[Asked]:
     """What there is to be measured of an order of the maker "maps". Reads the sources."""
-    height, width = read_image(order.sources["image"]).values.shape[:2]
+    height, width = read_image(order.sources["image"], finite=False).values.shape[:2]
     base = order.name.removesuffix(" maps")
     found = []
     for want in order.wants:
@@ -122,6 +122,7 @@ def _rows(sources: dict[str, Path], settings: Settings, names: tuple[str, ...], 
         sources["image"],
         only=names,
         source=settings["source"],
+        nodata="auto",
         strength=settings["strength"],
         wrap=settings["wrap"],
         green="up",
@@ -130,7 +131,8 @@ def _rows(sources: dict[str, Path], settings: Settings, names: tuple[str, ...], 
         destep=relief["destep"],
         uv=layout,
         gloss_groups=(settings.get("gloss_groups") or None) if layout else None,
-        slope_scale=slope_scale_of(sources["image"], settings),
+        slope_scale=None,
+        size_m=settings.get("size_m"),
         levels=relief_levels(relief),
         gloss=None,
     )
@@ -170,7 +172,7 @@ def _filter_group(order: Order, base: str, artifact: str) -> Asked:
 def filter_tier(sources: dict[str, Path], settings: Settings, tier: str, runs: int | None) -> Found:
     """The choice of a filter and the normals of level 0 that it gives."""
     first = _rows(sources, settings, ("normal",), tier).ground
-    bits = read_image(sources["image"]).source_bits
+    bits = read_image(sources["image"], finite=False).source_bits
     named = settings["relief"]["filter"]
     height, width = first.heights.shape
 
