@@ -20,7 +20,7 @@ from paradize.engine.code import code_digest, code_of
 from paradize.engine.store import Store, key_of
 from paradize.engine.workers import Job
 from paradize.errors import FormatError
-from paradize.require import ground_sight
+from paradize.require import finest_scales, finest_shadow_texel_m, ground_sight
 from paradize.scene import Scene, SceneObject
 
 if TYPE_CHECKING:
@@ -83,12 +83,8 @@ def _parts(scene: Scene, data: Mapping[str, bytes | Path], facts: Mapping[str, M
     """Arguments of bake_asked.measure_asked for each object, and for what is no object; with the meshes whose
     bytes are in them, and the rest of the arguments: what decides the answer."""
     sight = ground_sight(scene)
-    sight["scales"] = {
-        name: view.scale
-        for name, view in (("reflection", scene.reflection), ("refraction", scene.refraction))
-        if view
-    }
-    sight["light_m"] = scene.shadow.extent_m / scene.shadow.size if scene.shadow else None
+    sight["scales"] = finest_scales(scene)
+    sight["light_m"] = finest_shadow_texel_m(scene)
     alone: dict[str, Any] = {"sight": sight, "things": {}, "ground": None, "water": None, "sky": None}
     found: list[Part] = []
     for item in scene.objects:

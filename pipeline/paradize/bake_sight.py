@@ -60,8 +60,9 @@ def sight_plan(seen: dict[str, Any], instances: list[dict[str, Any]]) -> Callabl
                 far.append(sighting.farthest_seen_m / instance["scale"])
         if not near:
             return replace(asked, count=1, finest=asked.limit)
-        share = seen["error_px"] * pixel_per_m / size
-        return replace(asked, finest=min(share * min(near), asked.limit), farthest=share * max(far))
+        near_share, far_share = (seen[key] * pixel_per_m / size for key in ("error_px", "far_error_px"))
+        finest = min(near_share * min(near), asked.limit)
+        return replace(asked, finest=finest, farthest=far_share * max(far))
 
     return plan
 

@@ -14,6 +14,11 @@ from typing import Any
 from paradize.flight import Flight, Vec, sight, sine_cosine
 from paradize.scene import VIEWS, Scene, SceneObject, Terrain, Water
 
+# A bake asks for what the player's finest quality reads (player/quality.cpp; a test compares them): this
+# share of lod_error_px, water's pictures at least this large beside the camera's, a shadow map so many times
+# as wide.
+FINEST_LOD, FINEST_SCALE, FINEST_SHADOW = 0.25, 1.0, 2
+
 
 @dataclass(frozen=True)
 class Want:
@@ -200,14 +205,27 @@ def _water(found: Requirements, water: Water) -> None:
 
 
 def _seen_by(scene: Scene) -> dict[str, Any]:
-    """What decides how near and how far the flight sees a thing, for bake_sight.py."""
+    """What decides how near and how far the flight sees a thing, for bake_sight.py. error_px: what the
+    player's finest quality accepts; far_error_px: what the scene accepts, from which coarse levels follow."""
     return {
         "sight": {
             "flight": asdict(scene.flight),
             "viewport": list(scene.head.largest),
-            "error_px": scene.head.lod_error_px,
+            "error_px": FINEST_LOD * scene.head.lod_error_px,
+            "far_error_px": scene.head.lod_error_px,
         }
     }
+
+
+def finest_scales(scene: Scene) -> dict[str, float]:
+    """Size of the water's pictures over the camera's, by view, in the player's finest quality."""
+    views = {"reflection": scene.reflection, "refraction": scene.refraction}
+    return {name: max(view.scale, FINEST_SCALE) for name, view in views.items() if view}
+
+
+def finest_shadow_texel_m(scene: Scene) -> float | None:
+    """Width of a texel of the shadow map in the player's finest quality; None without shadow."""
+    return scene.shadow.extent_m / (FINEST_SHADOW * scene.shadow.size) if scene.shadow else None
 
 
 def ground_sight(scene: Scene) -> dict[str, Any]:

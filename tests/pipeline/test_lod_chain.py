@@ -163,6 +163,7 @@ def cove(tmp_path: Path, **instance: object) -> tuple[dict, list[dict], float]:
         "flight": asdict(scene.flight),
         "viewport": list(scene.head.viewport),
         "error_px": scene.head.lod_error_px,
+        "far_error_px": scene.head.lod_error_px,
     }
     stands = asdict(scene.objects[0].instances[0]) | instance
     return seen, [stands], np.tan(np.radians(scene.flight.fov_deg) / 2) * 2 / scene.head.viewport[1]
