@@ -15,10 +15,14 @@ import pytest
 
 from paradize.bake import bake
 from paradize.bake_color import bake_color
+from paradize.bake_cut import cut_gutter
+from paradize.bake_gutter import measure_gutters
 from paradize.bake_tasks import How
 from paradize.check import check_paths
-from paradize.data import Mesh
+from paradize.data import Group, Lod, Mesh, Texture
+from paradize.formats.glb import encode_glb
 from paradize.formats.ktx2 import decode_ktx2, encode_ktx2
+from paradize.formats.ktx2_cut import cut_ktx2
 from paradize.kernels import gutter as kernel
 from paradize.stages import gutter
 from tests.pipeline.layouts import SIZE, cards, make_atlas_scene, rect, two_tone
@@ -235,6 +239,45 @@ def test_the_needed_width_grows_with_level_and_parallax() -> None:
         assert gutter.needed_texels(level + 1, 0.0, 1024) > width
 
 
+@pytest.mark.parametrize(
+    ("pixel_m", "level"), [(None, 0), (0.01, 0), (0.1, 3), (0.125, 3), (0.126, 4), (9.0, 6)]
+)
+def test_the_level_in_use_and_the_width_it_needs_are_those_of_the_largest_pixel(
+    pixel_m: float | None, level: int
+) -> None:
+    """64 texels a metre on a map of 64 x 32: a tenth of a metre covers 6.4 texels, so levels up to 8 a texel
+    are read. The farther of two materials' parallax counts, along the longer side."""
+    corners = [rect(4, 4, 20, 28), rect(40, 4, 60, 28)]
+    texels = np.array([corner for island in corners for corner in island], np.float32)
+    mesh = Mesh(
+        np.column_stack([texels / 64, np.zeros(8)]).astype(np.float32),
+        np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]], np.uint32),
+        uvs=texels / np.float32([64, 32]),
+        groups=(Group("a", "wood", 0, 2), Group("b", "tin", 2, 2)),
+    )
+    sides = [(64 >> k, max(1, 32 >> k)) for k in range(7)]
+    textures = {
+        name: encode_ktx2(Texture(fmt, 64, 32, tuple(bytes([128]) * (w * h * size) for w, h in sides)))
+        for name, fmt, size in (("color", "RGBA8_SRGB", 4), ("height", "R8_UNORM", 1))
+    }
+    glb = encode_glb((Lod(mesh, 0.0, 0.0),), "post")
+    found = measure_gutters(
+        glb,
+        textures,
+        name="post",
+        parallax={"wood": (0.02, 0.0), "tin": (0.01, 0.05)},
+        bleed=0.125,
+        repeat=False,
+        pixel_m=pixel_m,
+    )
+    assert found["limits"] == {"wood": None, "tin": None}
+    color = found["maps"]["color"]
+    assert color["level_in_use"] == level
+    reach = gutter.parallax_reach(0.01, 0.05)
+    assert reach > gutter.parallax_reach(0.02, 0.0) > 0.0
+    assert color["needed_texels"] == pytest.approx(gutter.FOOTPRINT * 2**level + 64 * reach, rel=1e-5)
+
+
 def test_shader_and_gutters_share_the_steepest_look(root: Path) -> None:
     text = (root / "shaders/lib/parallax.glsl").read_text()
     found = re.search(r"const float STEEPEST = ([0-9.]+);", text)
@@ -378,6 +421,31 @@ def test_a_black_gutter_is_found_at_its_place(scene: Path) -> None:
     level, x, y = map(int, place.groups())
     assert level == 0
     assert (x, 31 <= y <= 36) == (23, True)
+
+
+def test_a_fault_is_named_by_the_level_that_is_published(scene: Path) -> None:
+    """The finest level is left out: what was level 1 is level 0 now, with half as many texels."""
+    paint(1, 3, 4, slice(4, 5))(scene)  # texels 12 to 15 of 32 across: beside the left island's border
+    data = cut_ktx2(file_of(scene, "post_color").read_bytes(), 1, zstd_level=None)
+    replace(scene, "post_color", data)
+    told = {"left_out": 1, "saved_bytes": 1, "texels": 9.0, "second_s": 0.0, "view": "camera"}
+
+    def edit(tree: dict[str, Any]) -> None:
+        entry = tree["artifacts"]["post_color"]
+        facts = cut_gutter(entry["gutter"] | {"max_level": entry["max_level"]}, 1)
+        entry.update(asked=told, max_level=facts.pop("max_level"), gutter=facts, levels=entry["levels"][1:])
+
+    change(scene, edit)
+    found = [finding for finding in check_paths([scene]) if finding.code == "PZ221"]
+    assert len(found) == 1
+    place = re.fullmatch(r"post_color level 0 texel \((\d+), (\d+)\)", found[0].place)
+    assert place is not None and abs(int(place[1]) - 12) <= 2 and 14 <= int(place[2]) <= 21
+
+
+def test_parallax_is_held_to_its_limit_whatever_is_asked(scene: Path) -> None:
+    wood = {"parallax_scale": 0.6, "parallax_limit": 0.025}
+    change(scene, lambda m: m["objects"][0]["materials"]["wood"].update(wood))
+    assert check_paths([scene]) == []
 
 
 def test_what_lies_far_from_every_border_is_no_bleeding(scene: Path) -> None:
