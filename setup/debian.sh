@@ -28,25 +28,34 @@ for list in "$@"; do
 done
 [ ${#missing[@]} -gt 0 ] || exit 0
 
+needed=()
+optional=()
+for package in "${missing[@]}"; do
+    if [[ $package == *\? ]]; then optional+=("${package%\?}"); else needed+=("$package"); fi
+done
+
+by_hand() { # by_hand WHY: ends; what can be done without stops nobody
+    [ ${#needed[@]} -gt 0 ] || exit 0
+    echo "Debian packages are missing, and $1. Install them as root, then run make again:" >&2
+    echo "    apt-get install ${needed[*]}" >&2
+    [ ${#optional[@]} -eq 0 ] || echo "Some tests also use: ${optional[*]}" >&2
+    exit 1
+}
+
 if ! command -v apt-get >/dev/null; then
-    wanted=()
-    for package in "${missing[@]}"; do
-        [[ $package == *\? ]] || wanted+=("$package")
-    done
-    [ ${#wanted[@]} -gt 0 ] || exit 0
+    [ ${#needed[@]} -gt 0 ] || exit 0
     echo "These are missing, and this system has no apt-get; install what your system calls them:" >&2
-    printf '    %s\n' "${wanted[@]}" >&2
+    printf '    %s\n' "${needed[@]}" >&2
     exit 1
 fi
 as_root=()
 if [ "$(id -u)" -ne 0 ]; then
-    if ! command -v sudo >/dev/null; then
-        echo "These are missing; install them as root: apt-get install ${missing[*]%\?}" >&2
-        exit 1
-    fi
+    command -v sudo >/dev/null || by_hand "you are not root and have no sudo"
+    echo "missing: ${needed[*]} ${optional[*]}"
+    echo "sudo installs them, and may ask for your password"
     as_root=(sudo)
 fi
-"${as_root[@]}" apt-get update -qq
+"${as_root[@]}" apt-get update -qq || by_hand "apt-get update failed"
 wanted=()
 for package in "${missing[@]}"; do
     if [[ $package != *\? ]]; then
@@ -55,7 +64,7 @@ for package in "${missing[@]}"; do
         wanted+=("${package%\?}")
     fi
 done
-missing=("${wanted[@]}")
-[ ${#missing[@]} -gt 0 ] || exit 0
-echo "installing: ${missing[*]}"
-"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+[ ${#wanted[@]} -gt 0 ] || exit 0
+echo "installing: ${wanted[*]}"
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get install -y -qq --no-install-recommends "${wanted[@]}" >/dev/null </dev/null || by_hand "apt-get install failed"

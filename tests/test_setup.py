@@ -86,6 +86,41 @@ def test_only_packages_that_can_be_done_without_missing_is_no_fault_without_apt(
     assert (result.returncode, result.stderr) == (0, "")
 
 
+PLAIN = tuple(tool for tool in TOOLS if tool != "id")
+ID = {"id": "echo 1000"}
+
+
+def test_a_plain_user_without_sudo_is_told_the_command_to_run_as_root(tmp_path: Path) -> None:
+    asking = {"apt-get": f'echo "$@" >>{tmp_path}/asked'}
+    result = run_debian(tmp_path, OPTIONAL, asking | ID, PLAIN)
+    assert result.returncode == 1 and not (tmp_path / "asked").exists()
+    _, command, others = result.stderr.splitlines()
+    assert command.split() == ["apt-get", "install", "some-package"]
+    assert others == "Some tests also use: browser"
+
+
+def test_a_plain_user_without_sudo_does_without_what_can_be_done_without(tmp_path: Path) -> None:
+    result = run_debian(tmp_path, "run command:no-browser browser?\n", {"apt-get": "exit 9"} | ID, PLAIN)
+    assert (result.returncode, result.stderr) == (0, "")
+
+
+def test_a_plain_user_hears_what_is_missing_before_sudo_asks_for_a_password(tmp_path: Path) -> None:
+    tools = {"apt-get": "true", "sudo": 'echo "password?"; "$@"'}
+    result = run_debian(tmp_path, MISSING, tools | ID, PLAIN)
+    assert result.returncode == 0, result.stderr
+    missing, _, asked, *_ = result.stdout.splitlines()
+    assert (missing.split(), asked) == (["missing:", "some-package"], "password?")
+
+
+@pytest.mark.parametrize("refused", ["update", "install"])
+def test_a_sudo_or_an_apt_that_fails_leaves_the_command_to_run_as_root(tmp_path: Path, refused: str) -> None:
+    tools = {"apt-get": "true", "sudo": f'[[ "$*" != *{refused}* ]]'}
+    result = run_debian(tmp_path, MISSING, tools | ID, PLAIN)
+    assert result.returncode == 1
+    assert f"apt-get {refused} failed" in result.stderr
+    assert result.stderr.splitlines()[-1].split() == ["apt-get", "install", "some-package"]
+
+
 def test_without_apt_the_exact_list_is_printed(tmp_path: Path) -> None:
     result = run_debian(tmp_path, MISSING, {})
     assert result.returncode == 1
