@@ -18,7 +18,7 @@ using assets::PixelFormat;
 
 namespace {
 
-constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
 std::string fault(const assets::Glb &glb) {
@@ -131,7 +131,8 @@ TEST_CASE("payload: a number that is not finite or far too large is refused in e
     for (std::size_t part = 0; part < names.size(); ++part) {
         for (std::size_t vertex = 0; vertex < 3; ++vertex) {
             for (std::size_t channel = 0; channel < names[part].channels; ++channel) {
-                for (const float value : {nan, -nan, infinity, -infinity, 1e30F, -1e30F, 3e38F}) {
+                for (const float value :
+                     {not_a_number, -not_a_number, infinity, -infinity, 1e30F, -1e30F, 3e38F}) {
                     Triangle<float> triangle(5126);
                     triangle.at(part, vertex, channel) = value;
                     const std::string message = fault(triangle.glb());
@@ -221,7 +222,7 @@ TEST_CASE("payload: half floats that are NaN or infinite are found in every texe
 TEST_CASE("payload: float texels are finite and near, in levels that are inflated too") {
     const test::Bytes file = zeros(PixelFormat::r32_float, 8, 4, 1);
     CHECK(texel_message(with_code(file, 32, 13, 1e7F)).empty());
-    for (const float value : {nan, infinity, -infinity, 1e30F, -1.1e7F}) {
+    for (const float value : {not_a_number, infinity, -infinity, 1e30F, -1.1e7F}) {
         const test::Bytes wrong = with_code(file, 32, 13, value);
         const std::string message = texel_message(wrong);
         CHECK_MESSAGE(message.starts_with("a.ktx2: level 0, texel (5, 1), channel 0: is "), message);

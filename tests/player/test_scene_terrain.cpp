@@ -25,8 +25,9 @@ std::string scene_with(std::string terrain) {
     std::string text = test::SceneText().str();
     const std::string none = "\"terrain\": null";
     text.replace(text.find(none), none.size(), "\"terrain\": " + terrain);
-    const std::string mesh = "\"quad_mesh\": {\"file\": \"quad_mesh.glb\", \"kind\": \"mesh\"}";
-    text.insert(text.find(mesh), R"("more_mesh": {"file": "more_mesh.glb", "kind": "mesh"}, )");
+    text.insert(text.find(R"("quad_mesh": {"file")"),
+                R"("more_mesh": {"file": "more_mesh.glb", "kind": "mesh", )" +
+                    test::identity(test::Bytes(1)) + "}, ");
     return text;
 }
 
