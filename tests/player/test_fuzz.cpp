@@ -1,0 +1,210 @@
+// Thousands of seeded mutations of every kind of file that the player reads: each is refused by name or read
+// whole, inside its bytes, as numbers that can be drawn. The sanitizers watch.
+#include "assets/inflate.hpp"
+#include "assets/opened_artifact.hpp"
+#include "assets/payload.hpp"
+#include "assets/sha256.hpp"
+#include "error.hpp"
+#include "files.hpp"
+#include "flight.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <string>
+
+using namespace paradize;
+using assets::PixelFormat;
+
+namespace {
+
+constexpr int rounds = 1500; // of each file
+
+/// Numbers of a seed: std's distributions differ between libraries.
+class Dice {
+  public:
+    explicit Dice(unsigned seed) : engine_(seed) {}
+    std::size_t below(std::size_t count) { return engine_() % count; }
+
+  private:
+    std::mt19937 engine_;
+};
+
+/// One to four changes: bits, bytes, words at their ends, ranges that are copied, cut out or doubled, a cut
+/// end.
+void mutate(test::Bytes &bytes, Dice &dice) {
+    constexpr std::array<std::uint32_t, 8> words{0,          1,          0x7FFFFFFF, 0x80000000,
+                                                 0xFFFFFFFF, 0x7FC00000, 0x7149F2CA, 65536};
+    for (std::size_t change = 1 + dice.below(4); change > 0 && bytes.size() > 8; --change) {
+        const std::size_t at = dice.below(bytes.size() - 4);
+        const auto place = bytes.begin() + static_cast<std::ptrdiff_t>(at);
+        const auto length =
+            static_cast<std::ptrdiff_t>(1 + dice.below(std::min<std::size_t>(64, bytes.size() - at)));
+        switch (dice.below(7)) {
+        case 0:
+            *place ^= static_cast<std::byte>(1U << dice.below(8));
+            break;
+        case 1:
+            *place = static_cast<std::byte>(dice.below(256));
+            break;
+        case 2:
+            std::memcpy(bytes.data() + at, &words[dice.below(words.size())], 4);
+            break;
+        case 3:
+            std::copy_n(place, std::min(length, bytes.end() - place),
+                        bytes.begin() + static_cast<std::ptrdiff_t>(
+                                            dice.below(bytes.size() - static_cast<std::size_t>(length) + 1)));
+            break;
+        case 4:
+            bytes.erase(place, place + length);
+            break;
+        case 5: {
+            const test::Bytes part(place, place + length);
+            bytes.insert(place, part.begin(), part.end());
+            break;
+        }
+        default:
+            bytes.resize(dice.below(8) == 0 ? at : bytes.size());
+        }
+    }
+}
+
+/// Mutations of a text that keep it JSON more often: a number or a word becomes another.
+void mutate_text(std::string &text, Dice &dice) {
+    constexpr std::array<const char *, 16> values{
+        "1e30", "-1e30", "1e400", "-1",   "0",    "1.5",   "4294967296",  "1e-320",
+        "null", "[]",    "{}",    "\"\"", "true", "[[0]]", "\"\\u0000\"", "\"sky\""};
+    for (std::size_t change = 1 + dice.below(3); change > 0; --change) {
+        std::size_t begin = text.find_first_of("0123456789\"[{", dice.below(text.size()));
+        if (begin == std::string::npos) {
+            continue;
+        }
+        const std::size_t end = text.find_first_of(",]}:\n", begin);
+        text.replace(begin, std::min(end, text.size()) - begin, values[dice.below(values.size())]);
+    }
+}
+
+unsigned touched = 0; // of every byte that is handed out: the sanitizer sees those that are not there
+
+void touch(std::span<const std::byte> bytes) {
+    for (const std::byte byte : bytes) {
+        touched += static_cast<unsigned>(byte);
+    }
+}
+
+/// A scene of one artifact, whose hash is right.
+struct OneFile {
+    test::Folder folder;
+    assets::SceneFile scene;
+
+    explicit OneFile(assets::ArtifactKind kind) {
+        assets::Artifact artifact;
+        artifact.name = artifact.file = "a";
+        artifact.kind = kind;
+        scene.artifacts.push_back(artifact);
+    }
+
+    /// Is it taken?
+    bool open(const test::Bytes &bytes) {
+        folder.write("a", bytes);
+        scene.artifacts[0].bytes = bytes.size();
+        scene.artifacts[0].sha256 = assets::sha256_of(bytes);
+        try {
+            const assets::OpenedArtifact opened = assets::open_artifact(scene, 0, folder.path());
+            assets::Inflater inflater;
+            for (const assets::StreamPiece &piece : opened.pieces) {
+                if (piece.inflate != nullptr) {
+                    const std::string fault = inflater.inflate(piece.inflate->packed, piece.inflate->room);
+                    if (!fault.empty() || !texel_fault(*piece.inflate).empty()) {
+                        return false;
+                    }
+                }
+                touch(piece.bytes);
+            }
+        } catch (const Error &error) {
+            CHECK(std::string(error.what()).find(folder.path().string() + "/a: ") == 0);
+            return false;
+        }
+        return true;
+    }
+};
+
+} // namespace
+
+TEST_CASE("fuzz: mutated textures are refused or whole") {
+    for (const test::Bytes &file : {test::ktx2_file(PixelFormat::bc1_rgb_srgb, 32, 16),
+                                    test::zstd_ktx2_file(PixelFormat::rg8_snorm, 16, 8),
+                                    test::zstd_ktx2_file(PixelFormat::rgba16_float, 4, 8),
+                                    test::ktx2_file(PixelFormat::r32_float, 4, 4)}) {
+        OneFile one(assets::ArtifactKind::texture);
+        int taken = 0;
+        for (unsigned seed = 0; seed < rounds; ++seed) {
+            Dice dice(seed);
+            test::Bytes wrong = file;
+            mutate(wrong, dice);
+            taken += one.open(wrong) ? 1 : 0;
+        }
+        CHECK(taken < rounds);
+    }
+}
+
+TEST_CASE("fuzz: mutated meshes are refused or whole, and what is taken can be drawn") {
+    OneFile one(assets::ArtifactKind::mesh);
+    const std::string json = test::glb_json();
+    int taken = 0;
+    for (unsigned seed = 0; seed < rounds; ++seed) {
+        Dice dice(seed);
+        test::Bytes wrong;
+        if (seed % 2 == 0) {
+            std::string text = json;
+            mutate_text(text, dice);
+            wrong = test::glb_file(text);
+        } else {
+            wrong = test::glb_file(json);
+            mutate(wrong, dice);
+        }
+        taken += one.open(wrong) ? 1 : 0;
+    }
+    CHECK(taken > 0); // names, materials, normals that are still of length 1
+    CHECK(taken < rounds);
+}
+
+TEST_CASE("fuzz: a mutated scene.json is refused or holds numbers that lead a camera somewhere") {
+    test::SceneText whole;
+    whole.extra =
+        R"("largest_viewport": [640, 480], "free_camera": {"low": [-1, 0, -2], "high": [1, 3, 2], "near_m": 0.5},)";
+    const std::string text = whole.str();
+    int taken = 0;
+    for (unsigned seed = 0; seed < rounds; ++seed) {
+        Dice dice(seed);
+        std::string wrong = text;
+        if (seed % 3 != 0) {
+            mutate_text(wrong, dice);
+        } else {
+            const auto *raw = reinterpret_cast<const std::byte *>(text.data());
+            test::Bytes bytes(raw, raw + text.size());
+            mutate(bytes, dice);
+            wrong.assign(reinterpret_cast<const char *>(bytes.data()), bytes.size());
+        }
+        try {
+            const assets::SceneFile scene = assets::parse_scene(wrong, "scene.json");
+            for (const double second : {0.0, 2.5, 1e9}) {
+                const glm::mat4 view = look(flight_pose(scene.flight, second));
+                for (int column = 0; column < 4; ++column) {
+                    for (int row = 0; row < 4; ++row) {
+                        CHECK(std::isfinite(view[column][row]));
+                    }
+                }
+            }
+            ++taken;
+        } catch (const Error &error) {
+            CHECK(std::string(error.what()).starts_with("scene.json: "));
+        }
+    }
+    CHECK(taken > 0);
+    CHECK(taken < rounds);
+}
