@@ -13,15 +13,16 @@ from paradize.bake_auto import Bench, Later, bake_orders
 from paradize.bake_commit import commit, report_of
 from paradize.bake_inputs import keep_inputs
 from paradize.bake_looks import looks_of
+from paradize.bake_measured import measured_by, unmeasured
 from paradize.bake_record import BakeReport, record_name, remember, unchanged_bake
 from paradize.bake_tasks import How, flight_order, known_tiers, run_tasks, task_of
 from paradize.engine.code import code_files, forget
 from paradize.engine.crew import Crew
 from paradize.engine.memory import FileMemory
 from paradize.engine.store import Stamp, Store, default_root, key_of, stamp
-from paradize.errors import ParadizeError
+from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.flight import plan_flight
-from paradize.require import Want, require
+from paradize.require import Order, Want, require
 from paradize.scene import Scene, load_scene
 
 
@@ -80,6 +81,7 @@ def _bake(
         if how.whole and order.maker == "terrain":
             order.settings["sight"] = None
     known_tiers(how, orders)
+    known_budget(scene, orders, scene_path)
     last = store.get_bake(name)
     memory = FileMemory.from_json(last["memory"] if isinstance(last, dict) and "memory" in last else None)
     inputs = [*libraries, *(path for order in orders for path in order.sources.values())]
@@ -101,6 +103,18 @@ def _bake(
         remember(store, name, report, list(stamps), absent, memory)
     report.warnings += told
     return report
+
+
+def known_budget(scene: Scene, orders: list[Order], path: Path) -> None:
+    """Raises SceneError (several: GroupedError) for a budget that nothing of the scene measures."""
+    known = {"folder_mb", "gpu_mb"}  # check sums them up
+    for order in orders:
+        settings = order.settings if order.maker == "mesh" else {}  # tiles of terrain do not tell of codes
+        known |= measured_by(order.maker, [want.product for want in order.wants], settings)
+    idle, mend = unmeasured((*scene.budget.hard, *scene.budget.soft), known)
+    what = "nothing in this scene measures it, so that it cannot be kept"
+    if idle:
+        raise GroupedError(SceneError(what, file=path, place=f"budget.{one}", mend=mend) for one in idle)
 
 
 def derive(

@@ -6,7 +6,7 @@ Called in a worker process, so that no input takes the command line down with it
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,12 +29,17 @@ class Made:
 def solo(kind: str, path: Path, *, tier: str, budget: dict[str, float], **settings: Any) -> Made:
     """One input by the baker of its kind ("mesh", "maps", "terrain"). tier: "auto" is the cheapest whose
     measured errors are inside the budget (metric -> worst value). Errors beyond it are warnings, of "auto"
-    a BakeError (several: GroupedError) that says by how much."""
+    a BakeError (several: GroupedError) that says by how much. A budget of what is not measured raises
+    BakeError too, before anything is baked where that can be known."""
     from paradize.bake_choice import AUTO, GROWN, LABELS, ORDER, inside, limited, misses
+    from paradize.bake_measured import measured_by
     from paradize.budget import excesses
     from paradize.errors import GroupedError
     from paradize.schema import Limits
 
+    makes = measured_by(kind, settings.get("only", ()), settings)
+    makes -= {metric for metric in makes if metric.startswith("lod_mapped_")}  # a scene's: it has the map
+    _require_measured(kind, budget, makes, path)
     limits = Limits(hard=budget)
     calls: dict[str, Callable[..., Made]] = {"mesh": solo_mesh, "maps": solo_maps, "terrain": solo_terrain}
     call = calls[kind]
@@ -54,12 +59,19 @@ def solo(kind: str, path: Path, *, tier: str, budget: dict[str, float], **settin
         made.told["tried"] = {"taken": one, "errors": measured}
         if over:
             raise GroupedError(misses(measured, limits, path))
-    known = {metric for errors in made.errors.values() for metric in errors}
-    idle = [
-        f"--budget {metric}: nothing that was baked measures it" for metric in budget if metric not in known
-    ]
-    made.told["warnings"] = [*made.told["warnings"], *over, *idle]
+    _require_measured(kind, budget, {metric for errors in made.errors.values() for metric in errors}, path)
+    made.told["warnings"] = [*made.told["warnings"], *over]
     return made
+
+
+def _require_measured(kind: str, budget: Iterable[str], known: Collection[str], path: Path) -> None:
+    from paradize.bake_measured import unmeasured
+    from paradize.errors import BakeError, GroupedError
+
+    idle, mend = unmeasured(budget, known)
+    what = f"nothing that this `paradize {kind}` bakes measures it, so that it cannot be kept"
+    if idle:
+        raise GroupedError(BakeError(what, file=path, place=f"--budget {one}", mend=mend) for one in idle)
 
 
 def solo_mesh(
@@ -145,7 +157,7 @@ def solo_terrain(
     }
     errors = {"terrain_max_m": made.max_error_m, "terrain_rms_m": made.rms_error_m}
     rows = [(path.stem, made.tier, errors, len(made.glb))]
-    return Made({path.stem: made.glb}, told, rows, {"terrain": errors})
+    return Made({path.stem: made.glb}, told, rows, {"terrain": errors | made.codes})
 
 
 def solo_maps(

@@ -75,7 +75,8 @@ def add_nodata(sub: argparse.ArgumentParser) -> None:
 
 def add_common(sub: argparse.ArgumentParser) -> None:
     """What all of them take."""
-    what = "largest errors accepted (of dB the least); beyond them: a warning, with --tier auto an error"
+    what = "largest errors accepted (of dB the least); beyond them: a warning, with --tier auto an error; "
+    what += "of what is not measured: an error"
     sub.add_argument("--budget", type=_budget, default={}, metavar="METRIC=LIMIT,...", help=what)
     cli_options.add_common(sub)
 
