@@ -307,7 +307,7 @@ def test_overlap_is_a_share_of_what_is_covered() -> None:
     )  # texels whose middle lies on a diagonal are none's
 
 
-@pytest.mark.parametrize("apart", [(0, 0, 2), (0, 2, 0), (2, 0, 0)])
+@pytest.mark.parametrize("apart", [(0, 0, 2), (0, 2, 0), (2, 0, 0), (1, 1, 2)])
 def test_squares_that_lie_apart_along_any_axis_share_no_seam(apart: tuple[float, float, float]) -> None:
     told = atlas_quality(squares_of([(0, 0), (32, 32)], apart), resolution=64)
     assert (told["charts"], told["seam_length"], told["stretch"]) == (2, 0.0, 1.0)
