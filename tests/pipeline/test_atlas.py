@@ -279,6 +279,13 @@ def test_overlap_and_a_gutter_too_small_are_seen() -> None:
     assert near[0] == near[1] == 0 < near[3]
 
 
+def test_the_stage_counts_its_seams_along_every_axis() -> None:
+    box = cube()
+    points, faces = box.positions.astype(np.float64), box.triangles
+    assert seam_length(points * [1, 2, 4], faces, np.arange(12, dtype=np.int32) // 2) == 4 * (1 + 2 + 4)
+    assert seam_length(points, faces, np.zeros(12, np.int32)) == 0.0
+
+
 def squares_of(places: list[tuple[float, float]], apart: tuple[float, float, float]) -> Mesh:
     """Squares of a metre, each `apart` from the one before, on squares of 16 texels of 64 at these texels."""
     corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], np.float64)

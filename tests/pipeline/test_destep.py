@@ -118,6 +118,17 @@ def test_gentle_hills_lose_their_terraces() -> None:
     assert error(destep(stepped, 0.5, wrap=BOTH)) < error(stepped) / 5
 
 
+@pytest.mark.parametrize("shape", [(61, 97), (96, 40), (33, 33)])
+@pytest.mark.parametrize("wrap", [(False, False), (True, False), BOTH])
+def test_rows_and_columns_are_treated_alike(shape: tuple[int, int], wrap: tuple[bool, bool]) -> None:
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    steps = np.round(3 * np.sin(x / 23 + 1) * np.cos(y / 31) + 0.02 * x).astype(np.float32)
+    found = destep(steps, 1.0, wrap=wrap)
+    turned = destep(np.ascontiguousarray(steps.T), 1.0, wrap=wrap[::-1]).T
+    assert np.abs(found - turned).max() < 1e-3
+    assert np.abs(found - steps).max() > 0.2
+
+
 def test_a_wrapped_map_has_no_seam() -> None:
     field, _, _ = sinusoids(128, 32, 128, 1)
     heights, _ = rounded(field, 8)

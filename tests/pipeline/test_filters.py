@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import numpy as np
 import pytest
@@ -177,6 +178,23 @@ def test_exact_is_the_truths_own_filter_on_floats_and_balanceds_choice_on_codes(
     y, x = np.mgrid[0:256, 0:256]
     steps = np.rint(0.11 * x + 0.07 * y).astype(np.float32) / np.float32(255)
     assert choose_filter(steps, 8, BOTH, "exact") == choose_filter(steps, 8, BOTH, "balanced") != "eighth"
+
+
+def test_a_filter_that_reads_more_is_taken_where_it_errs_less_by_a_fiftieth(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    heights = np.zeros((64, 64), np.float32)
+    for share, name in ((0.99, "central"), (0.97, "fourth")):
+        reach = {"central": 1.0, "fourth": share}
+
+        def told(_: object, taps: list[Any], reach: Any = reach, **more: object) -> kernel.Prediction:
+            names = [
+                next(n for n, f in FILTERS.items() if f.derivative is d and f.smooth is s) for d, s in taps
+            ]
+            return kernel.Prediction(tuple(reach.get(n, 2.0) for n in names), 9.0, 0.0, True)
+
+        monkeypatch.setattr(kernel, "predict_errors", told)
+        assert choose_filter(heights, 16, (True, True)) == name
 
 
 def test_fast_never_looks_and_a_tier_that_is_none_is_refused() -> None:

@@ -77,6 +77,21 @@ def test_what_is_taken_from_the_source_is_mixed_from_the_three_corners_there() -
     assert found is not None and np.abs(found - unit).max() < 1e-3  # places are floats at 1000 metres
 
 
+def test_attributes_come_from_what_faces_the_same_way_though_a_wall_is_nearer() -> None:
+    """A floor and a wall at its rim; above the floor, close to the wall, lies a triangle that faces up."""
+    floor, wall = grid(4), grid(4)
+    count = len(floor.positions)
+    upright = wall.positions[:, [1, 0, 2]] * np.float32([1, 1, 1])  # x = 0, facing +X
+    source = Mesh(
+        np.concatenate([floor.positions, upright]).astype(np.float32),
+        np.concatenate([floor.triangles, wall.triangles[:, ::-1] + count]),
+        normals=np.repeat(np.float32([[0, 1, 0], [1, 0, 0]]), count, axis=0),
+    )
+    low = np.array([(0.02, 0.1, 0.3), (0.02, 0.1, 0.7), (0.08, 0.1, 0.5)], np.float32)
+    found = take_attributes(source, Mesh(low, np.array([[0, 1, 2]], np.uint32)), ("normals",)).normals
+    assert found is not None and np.array_equal(found, np.tile(np.float32([0, 1, 0]), (3, 1)))
+
+
 # --- normals ---
 
 

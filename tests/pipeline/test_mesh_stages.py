@@ -143,6 +143,14 @@ def test_a_cube_is_flat_by_its_crease_angle_and_smooth_by_its_smoothing_group() 
     assert len(off.positions) == 24
 
 
+@pytest.mark.parametrize(("degrees", "count"), [(44.0, 4), (46.0, 6), (-44.0, 4), (-46.0, 6)])
+def test_a_fold_of_more_than_45_degrees_is_an_edge(degrees: float, count: int) -> None:
+    turn = np.radians(degrees)
+    points = [(0, 0, 0), (0, 0, 1), (1, 0, 0), (-np.cos(turn), np.sin(turn), 0)]
+    folded, _ = complete_normals(soup(points, [(0, 1, 2), (1, 0, 3)]))
+    assert len(folded.positions) == count
+
+
 def test_normals_do_not_depend_on_how_faces_are_cut() -> None:
     """Weighted by angle: a corner of a cube has the same normal whichever diagonals its faces have."""
     normals = corner_normals(cube().positions, cube().triangles, np.full(12, 1, np.uint32))

@@ -140,6 +140,12 @@ def test_every_colour_level_is_the_nearest_code_of_the_mean_light(
         assert np.abs(codes[:, :, 3:] - opaque * 255).max() < 0.505
 
 
+def test_codes_of_16_bits_become_the_nearest_of_8() -> None:
+    codes = np.arange(65536, dtype=np.uint16).reshape(256, 256, 1)
+    found = maps.rgba_codes(codes, encoded=True)
+    assert np.array_equal(found[:, :, 0], np.rint(codes[:, :, 0] / 257))
+
+
 def test_every_8_bit_code_survives_linear_light() -> None:
     codes = np.arange(256, dtype=np.uint8).reshape(16, 16, 1)
     back = maps.rgba_codes(maps.linear_light(codes, encoded=True), encoded=False)

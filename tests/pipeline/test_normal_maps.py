@@ -44,6 +44,16 @@ def test_a_ramp_has_one_normal_up_to_the_edges_and_green_points_up_the_image(nam
     assert np.abs(down - expected * [1, -1, 1]).max() < 1e-6
 
 
+@pytest.mark.parametrize("name", ["central", "spectral"])
+def test_green_down_turns_y_over_and_nothing_else(name: str) -> None:
+    found = [
+        prepare(Ground(waves(16, 24, 1, 6.0), (2.0, 3.0), (True, True), name, green_down=down)).rows(0, 16)
+        for down in (False, True)
+    ]
+    assert np.abs(found[0][:, :, 1]).max() > 0.01
+    assert np.abs(found[1] - found[0] * np.float32([1, -1, 1])).max() < 1e-7
+
+
 @pytest.mark.parametrize("name", FILTERS)
 def test_a_ramp_of_89_9_degrees_is_right(name: str) -> None:
     slope = 572.9572133543032  # tan of 89.9 degrees

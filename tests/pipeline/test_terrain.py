@@ -172,6 +172,14 @@ def test_normals_and_tangents_are_those_of_the_height_field() -> None:
     assert (np.cross(n, t)[:, 2] < 0).all()  # B points to -Z, up the image
 
 
+@pytest.mark.parametrize("tier", ["fast", "balanced", "exact"])
+def test_a_planes_normals_are_its_own_up_to_the_rim(tier: str) -> None:
+    z, x = np.mgrid[0:9, 0:13] * 1.0
+    mesh = terrain_mesh(field_of(0.25 * x - 0.5 * z, 24.0, 4.0), tolerance_m=1e-3, tier=tier)
+    normal = np.array([-0.125, 1.0, 1.0]) / np.sqrt(0.125**2 + 2)  # slopes: 0.25 a 2 m, -0.5 a 0.5 m
+    assert np.abs(mesh.normals - normal).max() < 1e-6
+
+
 def test_the_mesh_is_a_delaunay_triangulation() -> None:
     pixels, triangles = refine(hills(40, 30), 0.4)
     points = pixels[:, ::-1].astype(np.int64)

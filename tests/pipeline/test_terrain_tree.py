@@ -76,6 +76,26 @@ def test_the_tolerance_grows_by_the_root_of_two_a_level_from_the_finest_or_from_
         assert tolerance(10 - up, 10, 0.01, 0.1) == pytest.approx(least, rel=1e-12)
 
 
+@pytest.mark.parametrize(("rows", "columns"), [(17, 17), (9, 17), (13, 30), (33, 10), (2, 9)])
+def test_a_patch_exists_where_the_field_leaves_some_area_of_it(rows: int, columns: int) -> None:
+    """Every patch that halving gives, whether or not the one above it exists."""
+    shape = Shape(rows, columns, 2)
+    side = shape.leaf_px << shape.depth
+    level = [((side, 0), (0, 0), (side, side)), ((0, side), (side, side), (0, 0))]
+    for _ in range(shape.finest + 1):
+        for corners in level:
+            left = np.array(shape.clipped(corners)).reshape(-1, 2)
+            after = np.roll(left, -1, axis=0)
+            area = abs((left[:, 0] * after[:, 1] - left[:, 1] * after[:, 0]).sum()) / 2
+            assert shape.exists(corners) == (area > 1e-9), corners
+        level = [
+            half
+            for a, b, c in level
+            for middle in [((b[0] + c[0]) // 2, (b[1] + c[1]) // 2)]
+            for half in ((middle, a, b), (middle, c, a))
+        ]
+
+
 def test_every_cut_covers_every_point_of_the_rectangle_once(whole: Any) -> None:
     grower, tree, _, tables = whole
     rows, columns = grower.shape.rows, grower.shape.columns
