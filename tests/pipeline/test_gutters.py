@@ -212,6 +212,15 @@ def test_the_width_is_half_the_distance_to_the_next_island(gap: int) -> None:
     assert (found.count, found.width_texels) == (3, gap / 2)
 
 
+@pytest.mark.parametrize("repeat", [False, True])
+def test_the_distance_across_a_corner_is_the_diagonal(repeat: bool) -> None:
+    """6 texels on and 8 down: ten, less the texel itself."""
+    mesh = flat_mesh([rect(16, 16, 30, 30), rect(35, 37, 50, 50)])
+    found = gutter.find_islands(mesh, height=SIZE, width=SIZE, repeat=repeat)
+    assert found is not None
+    assert (found.count, found.width_texels) == (2, 4.5)
+
+
 def test_the_map_s_edge_is_no_distance_when_it_repeats() -> None:
     mesh = flat_mesh([rect(2, 4, 20, 60), rect(40, 4, 61, 60)])
     widths = []
