@@ -12,8 +12,9 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "pipeline/paradize"
 
-GROUND = {"data", "errors", "kernels"}
+GROUND = {"data", "errors", "files", "kernels"}
 LAYERS = {
+    "__main__": {"cli"},
     # room: what it may import (besides itself and the ground)
     "cli": {
         "tradeoff",
@@ -70,6 +71,7 @@ LAYERS = {
     "engine": set(),
     "data": set(),
     "errors": set(),
+    "files": set(),
     "kernels": set(),
 }
 
@@ -207,3 +209,67 @@ def tracked_files() -> list[Path]:
 def test_sources_fit_in_25_megabytes() -> None:
     total = sum(p.stat().st_size for p in tracked_files() if p.is_relative_to(ROOT / "raw_assets"))
     assert 0 < total <= 25_000_000
+
+
+# What reads files, by the last name of a call, and where a file may be read beside files.py: what no person
+# and no build put there.
+READING = {
+    "open", "open_code", "fdopen", "read_bytes", "read_text", "fromfile", "memmap", "load", "loadtxt",
+    "genfromtxt", "open_memmap", "file_digest", "copy", "copy2", "copyfile", "copytree", "ImageBuf",
+    "SoundFile", "resolve", "mmap",
+}  # fmt: skip
+FREE = {
+    "files.py": "it is the way",
+    "cli.py": "the null device",
+    "engine/limits.py": "what the kernel says of memory",
+    "engine/loader.py": "our own modules",
+    "engine/code.py": "our own modules",
+    "engine/cluster_far.py": "our own modules",
+    "kernels/digest.py": "our own sources, as they are built",
+}
+
+
+def reads_a_file(call: ast.Call) -> bool:
+    """Whether a call may open a file for reading by a name that it is given."""
+    name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+    if name not in READING:
+        return False
+    owner = ast.unparse(call.func.value) if isinstance(call.func, ast.Attribute) else ""
+    given = [ast.unparse(argument) for argument in call.args]
+    if name == "open" and owner == "Image":
+        return given != ["stream"]  # an open file
+    if name == "open" and owner == "oiio.ImageInput":
+        return given[:1] != ["name"]  # of name_for_library
+    if name == "open" and (owner == "target" or given[-1:] in (["'wb'"], ["'xb'"], ["'w'"])):
+        return False  # for writing
+    if name == "open" and owner == "os":
+        return given != ["folder", "os.O_RDONLY"] and "os.devnull" not in given
+    if name == "SoundFile":
+        return not given[0].startswith("io.BytesIO")
+    return bool(given) or name not in ("copy", "load")  # of an array, of an unpickler
+
+
+def test_files_are_opened_for_reading_in_one_place() -> None:
+    """A pipe, a device or a file without end is met there, once for all."""
+    wrong = []
+    for path in sorted(PACKAGE.rglob("*.py")):
+        name = str(path.relative_to(PACKAGE))
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Call) and name not in FREE and reads_a_file(node):
+                wrong.append(f"{name}, line {node.lineno}: {ast.unparse(node)[:80]}")
+    assert not wrong, "open it with paradize.files"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "open(path)", "path.open('rb')", "path.open()", "io.open(path)", "os.open(path, os.O_RDONLY)",
+        "path.read_bytes()", "Path(a).read_text()", "np.fromfile(path)", "np.memmap(path)", "np.load(path)",
+        "shutil.copyfile(a, b)", "hashlib.file_digest(f, 'x')", "Image.open(path)", "oiio.ImageBuf(path)",
+        "oiio.ImageInput.open(str(path))", "soundfile.SoundFile(path)", "tomllib.load(f)", "json.load(f)",
+        "mmap.mmap(n, 0)", "path.resolve()",
+    ],
+)  # fmt: skip
+def test_the_test_of_open_sees_each_way_to_read_a_file(text: str) -> None:
+    call = ast.parse(text, mode="eval").body
+    assert isinstance(call, ast.Call) and reads_a_file(call)

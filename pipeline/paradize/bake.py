@@ -21,6 +21,7 @@ from paradize.engine.crew import Crew
 from paradize.engine.memory import FileMemory
 from paradize.engine.store import Stamp, Store, default_root, key_of, stamp
 from paradize.errors import GroupedError, ParadizeError, SceneError
+from paradize.files import resolved
 from paradize.flight import plan_flight
 from paradize.require import Order, Want, require
 from paradize.scene import Scene, load_scene
@@ -43,7 +44,7 @@ def bake(scene_path: Path, out: Path | None = None, how: How | None = None) -> B
         was = stamp(scene_path)
         scene = load_scene(scene_path)
         folder = out or Path("build/assets") / scene.head.name
-        lock = key_of(str(folder.resolve()))[:32]
+        lock = key_of(str(resolved(folder)))[:32]
         crew = how.crew or Crew()  # the same workers bake and measure
         try:
             with store.in_use(), store.locked(lock), store.room(lock) as room:
@@ -85,7 +86,7 @@ def _bake(
     last = store.get_bake(name)
     memory = FileMemory.from_json(last["memory"] if isinstance(last, dict) and "memory" in last else None)
     inputs = [*libraries, *(path for order in orders for path in order.sources.values())]
-    stamps = {path: stamp(path) for path in [*inputs, *code]} | {scene_path.resolve(): was}
+    stamps = {path: stamp(path) for path in [*inputs, *code]} | {resolved(scene_path): was}
     bench = Bench(store, room, scene, memory, stamps, how)
     later: Later = {}
     while True:

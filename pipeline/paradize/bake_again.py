@@ -17,6 +17,7 @@ from typing import Any
 from paradize.engine.store import Stamp, Store, default_root, stamp
 from paradize.engine.workers import Crew, Job, run_jobs
 from paradize.errors import GroupedError, ParadizeError
+from paradize.files import read_file, resolved
 
 _CREW = Crew()  # this process's workers, kept warm from bake to bake
 
@@ -93,10 +94,10 @@ def _reads(record: Any, made: Baked) -> dict[Path, Stamp | None]:
     """What the record of a bake says that it read; nothing where the bake was not remembered."""
     if made.errors or not isinstance(record, dict):
         return {}
-    outputs = made.out.resolve() if made.out else None
+    outputs = resolved(made.out) if made.out else None
     found: dict[Path, Stamp | None] = {Path(path): None for path in record["absent"]}
     for path, (was, _) in record["memory"]["files"].items():
-        if Path(path).resolve().parent != outputs and Path(path).suffix not in (".py", ".so"):
+        if resolved(Path(path)).parent != outputs and Path(path).suffix not in (".py", ".so"):
             found[Path(path)] = was
     return found
 
@@ -109,8 +110,8 @@ def _named(scene: Path, errors: list[ParadizeError]) -> dict[Path, Stamp | None]
 
     found = {scene, *(Path(error.file) for error in errors if error.file)}
     try:
-        tree = tomllib.loads(scene.read_bytes().decode("utf-8-sig"))
-        found |= {scene.resolve().parent / text for text in _texts(tree) if "\0" not in text}
+        tree = tomllib.loads(read_file(scene).decode("utf-8-sig"))
+        found |= {resolved(scene).parent / text for text in _texts(tree) if "\0" not in text}
         _, libraries, absent = looks_of(load_scene(scene), scene)
         found |= {*libraries, *absent}
     except (OSError, ValueError, ParadizeError):  # told already, as what failed

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from paradize.engine.store import Store
 from paradize.errors import BakeError
+from paradize.files import read_file
 
 
 def keep_artifact(store: Store, data: bytes | Path) -> tuple[str, Path]:
@@ -22,7 +23,7 @@ def keep_artifact(store: Store, data: bytes | Path) -> tuple[str, Path]:
 def read_artifact(path: Path) -> bytes:
     """The bytes of a file in the store. Raises BakeError."""
     try:
-        return path.read_bytes()
+        return read_file(path)
     except OSError as error:
         raise BakeError(f"cannot be read: {error.strerror or error}", file=path, mend="bake again") from None
 

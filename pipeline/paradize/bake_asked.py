@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from paradize.bake_artifacts import read_artifact
 from paradize.bake_finest import Finest, Place, Surface, finest, finest_lod, surface_of
 from paradize.bake_footprint import Views, views_of
 from paradize.data import Mesh
@@ -122,7 +123,7 @@ def _surface(mesh: Mesh, size: Size) -> Surface | None:
 def _ground(
     views: Views, textures: Mapping[str, Size], tiles: Sequence[bytes | str], repeat_m: float
 ) -> dict[str, dict[str, Any]]:
-    data = [tile if isinstance(tile, bytes) else Path(tile).read_bytes() for tile in tiles]
+    data = [tile if isinstance(tile, bytes) else read_artifact(Path(tile)) for tile in tiles]
     patches = [patch.mesh for tile in data for patch in decode_tile(tile)]
     found = {}
     for name, size in textures.items():

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from paradize.bake_artifacts import read_artifact
 from paradize.bake_tasks import How
 from paradize.bake_work import run_work
 from paradize.engine.code import code_digest, code_of
@@ -38,16 +39,16 @@ def gutters_of(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> di
     """In the worker: bake_gutter.measure_gutters."""
     from paradize.bake_gutter import measure_gutters
 
-    textures = {key: path.read_bytes() for key, path in maps.items()}
-    return measure_gutters(glb=glb.read_bytes(), textures=textures, **settings)
+    textures = {key: read_artifact(path) for key, path in maps.items()}
+    return measure_gutters(glb=read_artifact(glb), textures=textures, **settings)
 
 
 def bumps_of(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> dict[str, Any]:
     """In the worker: bake_bumps.measure_bumps."""
     from paradize.bake_bumps import measure_bumps
 
-    texture = maps["normal"].read_bytes()
-    return {"levels": measure_bumps(glb=glb.read_bytes(), texture=texture, **settings)}
+    texture = read_artifact(maps["normal"])
+    return {"levels": measure_bumps(glb=read_artifact(glb), texture=texture, **settings)}
 
 
 def measure_objects(

@@ -23,7 +23,8 @@ from paradize.bake_tasks import MEASURED, How, Task
 from paradize.budget import excesses
 from paradize.engine.publish import flush_folder, write_whole
 from paradize.engine.store import Store, hash_file, stamp
-from paradize.errors import GroupedError, ParadizeError, SceneError
+from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError
+from paradize.files import read_file
 from paradize.flight import Flight
 from paradize.formats.scene_manifest import encode_scene
 from paradize.require import meet
@@ -211,16 +212,32 @@ def _publish(out: Path, files: dict[str, tuple[Path, str]], manifest: bytes) -> 
     wrote = False
     for name, (data, sha256) in files.items():
         path = out / name
-        was = stamp(path)
-        if was is None or was[0] != data.stat().st_size or hash_file(path) != sha256:
+        if not _is_file(path, data.stat().st_size, sha256):
             write_whole(path, data, flush=False, sha256=sha256)
             wrote = True
     if wrote:
         flush_folder(out)  # their names stand before the one that names them
     scene = out / SCENE_FILE
-    if stamp(scene) is None or scene.read_bytes() != manifest:
+    if not _holds(scene, manifest):
         write_whole(scene, manifest)
     return [text for path in strays(out, files) for text in _removed(path)]
+
+
+def _is_file(path: Path, size: int, sha256: str) -> bool:
+    """Whether a file has this size and hash."""
+    was = stamp(path)
+    try:
+        return was is not None and was[0] == size and hash_file(path) == sha256
+    except BakeError:
+        return False
+
+
+def _holds(path: Path, data: bytes) -> bool:
+    """Whether a file holds these bytes."""
+    try:
+        return read_file(path, len(data)) == data
+    except OSError:
+        return False
 
 
 def _removed(path: Path) -> list[str]:

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from paradize.files import open_file
+
 _BASE = 150_000_000  # an interpreter with numpy, and the readers
 _PER_TEXEL = 48  # bytes, all maps of a picture with their measures
 _PER_OBJ_BYTE = 12
@@ -32,7 +34,7 @@ def _memory_of_one(path: Path) -> int:
         size = path.stat().st_size
         if path.suffix.lower() == ".obj":
             return _PER_OBJ_BYTE * size
-        with path.open("rb") as stream:
+        with open_file(path) as stream:
             head = stream.read(_HEAD)
     except OSError:
         return 0

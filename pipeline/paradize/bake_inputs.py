@@ -18,6 +18,7 @@ from paradize.engine.libraries import library_versions
 from paradize.engine.memory import FileMemory
 from paradize.engine.store import Store, default_root, key_of
 from paradize.errors import ParadizeError
+from paradize.files import resolved
 from paradize.require import Order, ground_sight
 from paradize.scene import Scene
 
@@ -27,7 +28,7 @@ _MOST = 4  # changes that are told of one artifact, one by one
 
 
 def _name(out: Path) -> str:
-    return key_of("inputs", str(out.resolve()))[:32]
+    return key_of("inputs", str(resolved(out)))[:32]
 
 
 def seen_by(scene: Scene, order: Order) -> dict[str, Any]:

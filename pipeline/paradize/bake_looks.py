@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from paradize.errors import GroupedError, ParadizeError, SceneError
+from paradize.files import resolved
 from paradize.require import Look
 from paradize.scene import Scene
 
@@ -25,7 +26,7 @@ def looks_of(scene: Scene, scene_path: Path) -> tuple[dict[str, Look], list[Path
         from paradize.readers.obj import read_obj
 
         try:
-            read = read_obj(item.mesh, scene_path.resolve().parent)
+            read = read_obj(item.mesh, resolved(scene_path).parent)
         except ParadizeError as error:
             errors.append(error)
             continue

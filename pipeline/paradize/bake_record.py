@@ -16,6 +16,7 @@ from paradize.engine.memory import FileMemory
 from paradize.engine.publish import is_aside
 from paradize.engine.store import Store, key_of, stamp
 from paradize.errors import ParadizeError
+from paradize.files import resolved
 
 TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
@@ -83,8 +84,8 @@ def record_name(
 ) -> str:
     """The name under which a bake is remembered; out: None where the scene's name decides. tier, tiers: as
     in bake_tasks.How."""
-    where = str(out.resolve()) if out else str(Path.cwd())
-    return key_of(str(scene.resolve()), where, out is None, tier, dict(tiers or {}))[:32]
+    where = str(resolved(out)) if out else str(Path.cwd())
+    return key_of(str(resolved(scene)), where, out is None, tier, dict(tiers or {}))[:32]
 
 
 def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeReport | None:

@@ -10,20 +10,18 @@ from __future__ import annotations
 import argparse
 import io
 import os
-import signal
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import import_module
 
+from paradize.cli_interrupt import EXIT_CODE, WHAT, interrupted, interruptible
 from paradize.cli_output import OutputLost, complain, say, show, show_json
 from paradize.errors import BakeError, GroupedError, ParadizeError, one_line
 
 TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
     from typing import Any, NoReturn
-
-INTERRUPTED = 130  # as shells tell it: 128 + SIGINT
 
 
 class _WrongUsage(Exception):  # noqa: N818 (never leaves this module)
@@ -139,10 +137,6 @@ def parser(only: str | None = None) -> argparse.ArgumentParser:
     return top
 
 
-def _terminated(number: int, frame: object) -> NoReturn:
-    raise KeyboardInterrupt
-
-
 def _open_streams() -> None:
     """Gives a process that was started without standard streams the null device for each, before a file of
     ours takes their numbers; names that are no text are printed escaped."""
@@ -180,18 +174,14 @@ def _run(words: Sequence[str]) -> int:
             show_json({"error": [str(wrong).splitlines()[-1]]})
         say(*str(wrong).splitlines())
         return 2
-    except KeyboardInterrupt:
-        what = "interrupted; nothing half-written stays"
-        if as_json:
-            show_json({"error": [what]})
-        say(f"paradize: {what}")
-        return INTERRUPTED
     except OutputLost:
         raise
     except ParadizeError as error:
         errors: Sequence[ParadizeError] = error.errors if isinstance(error, GroupedError) else [error]
     except Exception as unknown:
         errors = [BakeError(f"unforeseen {type(unknown).__name__}: {unknown}", mend="please report it")]
+    if interrupted():
+        raise KeyboardInterrupt
     complain(errors)
     if as_json:
         show_json({"error": [str(error) for error in errors]})
@@ -200,15 +190,29 @@ def _run(words: Sequence[str]) -> int:
 
 def main(words: Sequence[str] | None = None) -> int:
     """Runs one command; returns its exit code."""
-    _open_streams()
-    signal.signal(signal.SIGTERM, _terminated)
+    given = sys.argv[1:] if words is None else words
     try:
-        return _run(sys.argv[1:] if words is None else words)
+        return interruptible(lambda: _main(given))
+    except KeyboardInterrupt:
+        return _main(given, ended=True)
+
+
+def _main(words: Sequence[str], *, ended: bool = False) -> int:
+    _open_streams()
+    try:
+        return _say_interrupted(words) if ended else _run(words)
     except OutputLost as lost:
         if str(lost):
             say(f"paradize: error: standard output cannot be written: {lost}")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is still held goes nowhere
         return 1
+
+
+def _say_interrupted(words: Sequence[str]) -> int:
+    if "--json" in words:
+        show_json({"error": [WHAT]})
+    say(f"paradize: {WHAT}")
+    return EXIT_CODE
 
 
 if __name__ == "__main__":

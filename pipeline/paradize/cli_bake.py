@@ -12,6 +12,7 @@ from pathlib import Path
 
 from paradize.cli_output import complain, say, show, show_json
 from paradize.errors import ParadizeError, one_line
+from paradize.files import resolved
 
 TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
@@ -88,7 +89,7 @@ def _sheets(scene: Path, report: Any, unchanged: bool, stream: Any) -> list[str]
     none), in a folder named as the baked one; the sheets drawn. With nothing changed one look tells that they
     are there."""
     root = os.environ.get("PARADIZE_REPORT", "build/report")
-    folder = Path(root) / report.out.resolve().name
+    folder = Path(root) / resolved(report.out).name
     if not root or report.errors or (unchanged and (folder / "index.html").is_file()):
         return []
     from paradize.report.folder import draw_folder, draw_page

@@ -19,6 +19,7 @@ from paradize.bake_record import SCENE_FILE
 from paradize.errors import FormatError, SceneError
 from paradize.explain_asked import economy, saved_bytes
 from paradize.explain_words import decides
+from paradize.files import read_file
 from paradize.formats.scene_manifest import decode_scene
 from paradize.require import Order, Want, require
 from paradize.scene import Scene, load_scene
@@ -82,9 +83,11 @@ def _last_bake(folder: Path) -> tuple[dict[str, Any] | None, str]:
     """The manifest of the last bake, or None and why."""
     path = folder / SCENE_FILE
     try:
-        return decode_scene(path.read_bytes(), path), ""
-    except OSError:
+        return decode_scene(read_file(path), path), ""
+    except FileNotFoundError:
         return None, f"there is no bake in {folder}: seconds, errors and gutters are not known before"
+    except OSError as error:
+        return None, f"{path}: cannot be read: {error.strerror or error}"
     except FormatError as error:
         return None, f"{error}; bake it again"
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.errors import FormatError
+from paradize.files import open_file
 
 # Bytes of a block of four by four texels, and of a texel: of the smallest format of each map.
 _BLOCK = {"normal": 16, "height": 8, "gloss": 16}
@@ -74,7 +75,7 @@ def chain_bytes(name: str, width: int, height: int) -> int:
 def _size(path: Path) -> tuple[int, int] | None:
     """Width and height of a KTX2; None where it cannot be read."""
     try:
-        with path.open("rb") as file:
+        with open_file(path) as file:
             width, height = struct.unpack_from("<2I", file.read(28), 20)
     except (OSError, struct.error, FormatError):
         return None

@@ -28,6 +28,7 @@ from paradize.export_heights import (
 )
 from paradize.export_pictures import color_png, gloss_png, ground_light, normal_png, sky_pngs
 from paradize.export_shapes import SKY_FACES, joined, level_quad, quad
+from paradize.files import read_file, resolved
 from paradize.formats.glb import decode_glb
 from paradize.formats.glb_bundle import Bundle
 from paradize.formats.glb_tiles import decode_tile
@@ -103,7 +104,7 @@ class _Export:
     def holds(self, path: Path) -> bool:
         """Whether a path is one of the scene's own files."""
         names = {artifact["file"] for artifact in self.manifest["artifacts"].values()}
-        return path.name in names and path.parent.resolve() == self.folder.resolve()
+        return path.name in names and resolved(path.parent) == resolved(self.folder)
 
     def sky(self) -> None:
         sky = self.manifest["sky"]
@@ -298,7 +299,7 @@ class _Export:
     @staticmethod
     def _read(path: Path) -> bytes:
         try:
-            return path.read_bytes()
+            return read_file(path)
         except OSError as error:
             what = f"cannot be read: {error.strerror or error}"
             raise SourceError(what, file=path, mend="name a folder that paradize bake made") from None

@@ -16,6 +16,7 @@ from pathlib import Path
 from paradize.data import Mesh
 from paradize.engine.publish import ASIDE
 from paradize.errors import BakeError, SourceError
+from paradize.files import read_file, read_parts, resolved
 from paradize.new_sources import FACES, write_ground, write_sand, write_sky, write_vase
 from paradize.readers.mtl import Material
 from paradize.readers.obj import read_obj
@@ -65,7 +66,7 @@ def new_scene(folder: Path, model: Path | None = None) -> NewScene:
     colour maps becomes one object for each. Raises SourceError for a model that cannot be read, BakeError
     where the folder holds something or cannot be written.
     """
-    folder = folder.resolve()
+    folder = resolved(folder)
     aside = folder.with_name(f".{folder.name[:40]}{ASIDE}{secrets.token_hex(4)}")
     try:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
@@ -104,13 +105,14 @@ def _identifier(text: str, otherwise: str) -> str:
 def _bring(source: Path, aside: Path) -> _Model:
     """Copies the model with its files into aside/model and looks at it."""
     read = read_obj(source)
-    home, root = aside / "model", source.resolve().parent
+    home, root = aside / "model", resolved(source).parent
     maps = {path for material in read.materials.values() for path in _maps_of(material)}
-    for path in {source.resolve(), *read.libraries, *maps}:
-        target = home / path.resolve().relative_to(root)
+    for path in {resolved(source), *read.libraries, *maps}:
+        target = home / resolved(path).relative_to(root)
         target.parent.mkdir(parents=True, exist_ok=True)
         if not (target.exists() and target.samefile(path)):
-            shutil.copyfile(path, target)
+            with target.open("wb") as copy:
+                copy.writelines(read_parts(path))
     low, high = read.mesh.positions.min(axis=0).tolist(), read.mesh.positions.max(axis=0).tolist()
     half = [0.5 * (b - a) for a, b in zip(low, high, strict=True)]
     found = _Model(
@@ -164,7 +166,7 @@ def _part(name: str, mesh: str, whole: Mesh, materials: Iterable[Material], root
     alphas = {material.map_d for material in own if material.map_d and material.map_d != material.map_kd}
     alpha = alphas.pop() if len(alphas) == 1 else None
     repeat = whole.uvs is not None and bool((whole.uvs < -0.001).any() or (whole.uvs > 1.001).any())
-    relative = f"model/{alpha.resolve().relative_to(root).as_posix()}" if alpha else None
+    relative = f"model/{resolved(alpha).relative_to(root).as_posix()}" if alpha else None
     return _Part(name, mesh, relative, repeat, cutouts)
 
 
@@ -172,7 +174,7 @@ def _keep_faces(source: Path, target: Path, materials: set[str]) -> None:
     """Copies an OBJ with those faces alone that have one of these materials."""
     kept: list[bytes] = []
     wanted, going_on = "default" in materials, True
-    for line in source.read_bytes().splitlines(keepends=True):
+    for line in read_file(source).splitlines(keepends=True):
         words = line.split(None, 1)
         continues = line.rstrip(b"\r\n").endswith(b"\\")
         if going_on and words:

@@ -8,7 +8,6 @@ files lie beside the TOML or in folders below it. Knows no numpy: a bake with no
 
 from __future__ import annotations
 
-import stat
 import tomllib
 from dataclasses import dataclass
 from datetime import date
@@ -16,6 +15,7 @@ from pathlib import Path
 
 from paradize.budget import METRICS
 from paradize.errors import SceneError
+from paradize.files import read_file
 from paradize.schema import (
     Faults,
     Limits,
@@ -374,12 +374,7 @@ def load_scene(path: Path) -> Scene:
     Raises SceneError, or GroupedError when more than one thing is wrong: every fault is told.
     """
     try:
-        status = path.stat()
-        if not stat.S_ISREG(status.st_mode) and not stat.S_ISDIR(status.st_mode):
-            raise SceneError("is no regular file", file=path)
-        if status.st_size > SCENE_LIMIT_BYTES:
-            raise SceneError(f"is larger than {SCENE_LIMIT_BYTES} bytes; no scene is", file=path)
-        text = path.read_bytes().decode("utf-8-sig")
+        text = read_file(path, SCENE_LIMIT_BYTES).decode("utf-8-sig")
     except FileNotFoundError:
         raise SceneError("there is no such file", file=path) from None
     except OSError as error:

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from paradize.errors import GroupedError, ParadizeError, SceneError
+from paradize.files import resolved
 
 T = TypeVar("T")
 
@@ -27,7 +28,7 @@ class Faults:
 
     def __init__(self, file: Path) -> None:
         self.file = file
-        self.folder = file.parent.resolve()
+        self.folder = resolved(file.parent)
         self.errors: list[ParadizeError] = []
 
     def add(self, place: str, what: str, mend: str | None = None) -> None:
@@ -309,7 +310,7 @@ def _source(value: object, place: str, faults: Faults) -> Path | None:
         return None
     try:
         named = faults.folder / value
-        path = named.resolve()
+        path = resolved(named)
         inside = path.is_relative_to(faults.folder)
         there = inside and path.is_file()
     except (OSError, RuntimeError) as error:

@@ -20,6 +20,7 @@ from paradize.bake import bake
 from paradize.bake_tasks import How
 from paradize.data import six
 from paradize.errors import BakeError, GroupedError
+from paradize.files import open_file
 from paradize.metrics.picture import flip
 from paradize.require import Order
 from paradize.scene import Scene
@@ -135,7 +136,7 @@ def pictures(
             raise BakeError(f"drew nothing: {words[-1] if words else failed}", file=player) from None
         except (OSError, subprocess.TimeoutExpired) as failed:
             raise BakeError(f"drew nothing: {failed}", file=player) from None
-        with Image.open(file) as image:
+        with open_file(file) as stream, Image.open(stream) as image:
             found.append(np.asarray(image.convert("RGB"), np.float32) / np.float32(255))
         file.unlink()
     return found

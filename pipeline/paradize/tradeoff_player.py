@@ -19,6 +19,7 @@ import numpy as np
 
 from paradize.data import six
 from paradize.errors import BakeError
+from paradize.files import open_file, read_file
 from paradize.metrics.picture import Picture, flip_errors
 from paradize.tradeoff_curve import Group, Point, spread
 
@@ -56,7 +57,7 @@ def player_groups(
     the picture, pixels. frames: timed at each second, each until the device has finished it. samples: frames
     that a reference averages. Groups are not judged yet. Raises BakeError where the player fails.
     """
-    scene = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
+    scene = json.loads(read_file(folder / "scene.json"))
     duration_s = float(scene["flight"]["duration_s"])
     moments = [duration_s * (i + 0.5) / MOMENTS for i in range(MOMENTS)] if seconds is None else list(seconds)
     with TemporaryDirectory(prefix="paradize-player-trade-") as name:
@@ -130,7 +131,7 @@ class _Player:
         for second in self.moments:
             file = self.room / "picture.png"
             self._json(folder, second, "--screenshot", str(file), *options)
-            with Image.open(file) as image:
+            with open_file(file) as stream, Image.open(stream) as image:
                 found.append(np.asarray(image.convert("RGB"), np.float32) / np.float32(255))
             file.unlink()
         return found

@@ -16,6 +16,7 @@ from paradize.bake import bake
 from paradize.bake_looks import looks_of
 from paradize.bake_tasks import How
 from paradize.errors import GroupedError, ParadizeError
+from paradize.files import resolved
 from paradize.require import Order, require
 from paradize.scene import Scene, load_scene
 from paradize.tradeoff import Told, asked_in_worker, result, run_groups
@@ -33,7 +34,7 @@ def find_player() -> Path | None:
     near = [Path(sys.argv[0]).parent, Path(sys.executable).parent, Path(sys.prefix).parent / "bin"]
     for folder in near:
         if os.access(folder / PLAYER, os.X_OK):
-            return (folder / PLAYER).resolve()
+            return resolved(folder / PLAYER)
     found = shutil.which(PLAYER)
     return None if found is None else Path(found)
 

@@ -23,6 +23,7 @@ from paradize.engine.libraries import library_versions
 from paradize.engine.limits import cores
 from paradize.engine.store import Stamp, stamp
 from paradize.errors import BakeError, SceneError
+from paradize.files import resolved
 
 STEP_MS = 20  # a burst of events is over when so long none came
 BURST_MS = 200  # and is looked at when it goes on for so long
@@ -184,7 +185,7 @@ class Watch:
     def _look_at(self, reads: dict[Path, Stamp | None], *, keep: bool = False) -> None:
         """Watches these files and the code from here on; one that is not as its stamp says has changed
         already. keep: and those of before."""
-        paths = {one for path in reads for one in (path, path.resolve())}
+        paths = {one for path in reads for one in (path, resolved(path))}
         ways = {folder for path in paths for folder in path.parents}
         self._reads = frozenset(paths | ways | (self._reads if keep else set()))
         forget()

@@ -21,8 +21,10 @@ from tests.pipeline.scenes import make_cove
 # All of this package that a bake with nothing to do loads.
 LIGHT = {
     "paradize", "paradize.bake_record", "paradize.bake_table", "paradize.cli", "paradize.cli_bake",
+    "paradize.cli_interrupt",
     "paradize.cli_options", "paradize.cli_output", "paradize.engine", "paradize.engine.libraries",
     "paradize.engine.memory", "paradize.engine.publish", "paradize.engine.store", "paradize.errors",
+    "paradize.files",
 }  # fmt: skip
 # Slow to load, or not for that; argparse, pathlib, json and hashlib make 90 with what they load themselves.
 HEAVY = {

@@ -284,10 +284,10 @@ def test_a_file_without_faces_is_refused(tmp_path: Path, text: str) -> None:
 def test_what_is_not_a_readable_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match=r"missing\.obj"):
         read_obj(tmp_path / "missing.obj")
-    with pytest.raises(SourceError, match="not a regular file"):
+    with pytest.raises(SourceError, match="is a folder"):
         read_obj(tmp_path)
     os.mkfifo(tmp_path / "pipe.obj")
-    with pytest.raises(SourceError, match="not a regular file"):
+    with pytest.raises(SourceError, match="is a folder"):
         read_obj(tmp_path / "pipe.obj")
     with pytest.raises(SourceError, match="UTF-16"):
         read(tmp_path, TRIANGLE.encode("utf-16"))

@@ -189,6 +189,18 @@ def test_a_scene_may_be_broken_and_name_what_comes_later(watched: Watched) -> No
     assert "post_color" in watched.baked("oak.png")
 
 
+@pytest.mark.parametrize("name", ["wood.png", "cove.toml", "post.obj"])
+def test_a_pipe_in_a_files_place_is_told_and_the_watch_goes_on(watched: Watched, name: str) -> None:
+    path = watched.folder / name
+    good = path.read_bytes()
+    os.mkfifo(watched.folder / "pipe")
+    (watched.folder / "pipe").replace(path)
+    assert name in watched.next()["error"][0]
+    (watched.folder / "good").write_bytes(good)
+    (watched.folder / "good").replace(path)
+    assert watched.baked(name) == set()
+
+
 def test_a_file_that_was_looked_for_in_vain_is_waited_for(tmp_path: Path, watch: Watch) -> None:
     scene = make_cove(tmp_path / "cove")
     scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))

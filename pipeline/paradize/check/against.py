@@ -8,9 +8,9 @@ from typing import Any
 
 from paradize.bake_record import SCENE_FILE
 from paradize.budget import METRICS
-from paradize.check.files import read_file
 from paradize.check.rules import Finding
 from paradize.errors import FormatError
+from paradize.files import read_file, resolved
 from paradize.formats.scene_manifest import decode_scene
 
 WORSE_BY = 0.05
@@ -26,7 +26,7 @@ def earlier_scene(against: Path, folder: Path) -> Path:
     if against.name == SCENE_FILE:
         return against
     own = against / SCENE_FILE
-    return own if own.is_file() else against / folder.resolve().name / SCENE_FILE
+    return own if own.is_file() else against / resolved(folder).name / SCENE_FILE
 
 
 def check_against(manifest: dict[str, Any], path: Path, file: str, worse_by: float) -> Iterator[Finding]:

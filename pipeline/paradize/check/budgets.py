@@ -9,8 +9,8 @@ from typing import Any
 
 from paradize.bake_choice import LABELS
 from paradize.budget import METRICS, Excess, excesses, is_beyond
-from paradize.check.files import read_file
 from paradize.check.rules import Finding
+from paradize.files import read_file
 from paradize.formats.glb_layout import MAGIC
 from paradize.formats.ktx2 import IDENTIFIER
 from paradize.schema import Limits

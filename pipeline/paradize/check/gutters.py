@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.bake_gutter import KINDS, Borders, find_borders, is_safe, reach_of, sampled_levels, walk
-from paradize.check.files import read_file
 from paradize.check.rules import Finding
 from paradize.data import Texture
 from paradize.errors import ParadizeError
+from paradize.files import read_file
 from paradize.formats.glb import decode_glb
 from paradize.formats.ktx2 import decode_ktx2
 

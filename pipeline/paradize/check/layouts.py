@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.check.files import read_file
 from paradize.check.rules import Finding
 from paradize.data import Mesh
 from paradize.errors import ParadizeError
+from paradize.files import read_file
 from paradize.formats.glb import decode_glb
 from paradize.kernels.reference_atlas import layout_raster
 

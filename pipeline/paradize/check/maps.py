@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.check.files import read_file
 from paradize.check.rules import Finding
 from paradize.check.slopes import TOGETHER, agreement
 from paradize.data import Texture
 from paradize.errors import FormatError
+from paradize.files import read_file
 from paradize.formats.ktx2 import decode_ktx2
 from paradize.metrics.texels import decode_texels, rebuilt
 

@@ -12,7 +12,6 @@ from typing import Any
 from paradize.bake_record import OURS
 from paradize.check.against import WORSE_BY, check_against, earlier_scene
 from paradize.check.budgets import check_budget
-from paradize.check.files import read_file
 from paradize.check.flights import check_flight
 from paradize.check.gutters import check_gutters
 from paradize.check.layouts import check_layouts
@@ -24,6 +23,7 @@ from paradize.check.terrain import check_tiles
 from paradize.check.textures import check_texture
 from paradize.check.verdicts import judged
 from paradize.errors import FormatError
+from paradize.files import read_file
 from paradize.formats.glb import decode_glb
 from paradize.formats.glb_tiles import decode_tile
 from paradize.formats.scene_manifest import decode_scene, references

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.check.files import read_file
 from paradize.check.rules import Finding
 from paradize.errors import FormatError
+from paradize.files import read_file
 from paradize.formats.glb_tiles import decode_tile
 from paradize.kernels.mesh import project
 

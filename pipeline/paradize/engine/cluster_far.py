@@ -21,6 +21,7 @@ from paradize.engine.parcel import pack_answer, place_in, run_packed
 from paradize.engine.worker import ForeignCode
 from paradize.engine.workers import Crew, Job, Outcome, run_jobs
 from paradize.errors import ParadizeError
+from paradize.files import resolved
 from paradize.kernels.threads import VARIABLE as THREADS
 
 # What the two sides must agree on: the text of the modules that talk to each other, as they were imported.
@@ -59,7 +60,7 @@ def bake_here(
     tries; foreign: the module whose code here is another."""
     share = None if os.environ.get(THREADS) else max(1, cores() // max(1, threads))
     with tempfile.TemporaryDirectory(prefix="paradize-", dir=_own_folder()) as name:
-        folder = Path(name).resolve()
+        folder = resolved(Path(name))
         for path, blob in zip(paths, blobs, strict=True):
             _write(place_in(folder, path), blob)
         for path in task["empty"]:

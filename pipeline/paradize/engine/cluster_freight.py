@@ -9,6 +9,7 @@ from typing import Any
 from paradize.engine.parcel import full
 from paradize.engine.workers import Job
 from paradize.errors import BakeError
+from paradize.files import read_file
 
 LARGE = 1 << 20  # bytes of a call that do not go by the scheduler's books
 
@@ -30,7 +31,7 @@ class Freight:
             held = self.there.get(full(path))
             if held is None or held.status != "finished":
                 try:
-                    data = path.read_bytes()
+                    data = read_file(path)
                 except OSError as error:
                     raise BakeError(f"cannot be read: {error.strerror or error}", file=path) from None
                 self.there[full(path)] = self.client.scatter(data, workers=[address], hash=True)

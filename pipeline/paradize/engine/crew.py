@@ -127,7 +127,9 @@ def start_worker(answers: queue.SimpleQueue[Answer], threads: int | None, memory
     """A fresh interpreter that serves jobs, each of which ends in one answer. threads: what native kernels
     use there (None: as this process). memory_bytes: what it may allocate (Linux)."""
     ours, theirs = socket.socketpair()
-    with theirs:
+    # An interrupt is our business: Ctrl-C reaches the whole group, and a starting interpreter would print it.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
         process = subprocess.Popen(
             [sys.executable, "-c", _BOOT, str(theirs.fileno()), str(os.getpid()), str(memory_bytes or 0)],
             pass_fds=[theirs.fileno()],
@@ -135,6 +137,9 @@ def start_worker(answers: queue.SimpleQueue[Answer], threads: int | None, memory
             env=None if threads is None else {**os.environ, VARIABLE: str(threads)},
             stdout=2,  # what libraries print goes to standard error: standard output is the caller's
         )
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        theirs.close()
     worker = Worker(process, Connection(ours.detach()), threads)
     threading.Thread(target=_talk, args=(worker, answers), daemon=True).start()
     return worker

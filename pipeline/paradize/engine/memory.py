@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from paradize.engine.store import Stamp, hash_file, stamp
+from paradize.errors import BakeError
 
 TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
@@ -46,7 +47,8 @@ class FileMemory:
         return hash_file(path)
 
     def unchanged(self, paths: Iterable[str]) -> bool:
-        """Whether all these files are there and hold what they held when they were remembered."""
+        """Whether all these files are there and hold what they held when they were remembered. What cannot be
+        read has changed: who needs it says what is wrong with it."""
         for path in paths:
             known = self._files.get(path)
             now = stamp(path)
@@ -54,7 +56,10 @@ class FileMemory:
                 return False
             if not self._at_rest(known[0], now):
                 self.hashed += 1
-                if hash_file(Path(path)) != known[1]:
+                try:
+                    if hash_file(Path(path)) != known[1]:
+                        return False
+                except BakeError:
                     return False
         return True
 

@@ -13,6 +13,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from paradize.files import read_file
+
 
 def place_in(folder: Path, path: str) -> Path:
     """Where the sender's file `path` lies under `folder`. path: as `full` gives it."""
@@ -50,7 +52,7 @@ def pack_answer(value: Any, folder: Path, given: Mapping[str, str]) -> bytes:
 
     def back(thing: object) -> bytes | str | None:
         if isinstance(thing, Path) and thing.is_relative_to(folder):
-            return thing.read_bytes()
+            return read_file(thing)
         if type(thing) is not str or root not in thing:
             return None
         for path in sorted(given, key=len, reverse=True):

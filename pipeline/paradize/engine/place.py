@@ -5,6 +5,7 @@ Each thread opens it anew: not every file system of fsspec is made for several a
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import re
 import secrets
@@ -16,6 +17,7 @@ from urllib.parse import unquote, urlsplit
 
 from paradize.engine.publish import ASIDE
 from paradize.errors import BakeError, one_line
+from paradize.files import NotAFileError, read_file, read_parts
 
 TIMEOUT_S = 15.0  # to connect, and without a sign of life
 _URL = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://(.+)", re.S)
@@ -140,13 +142,27 @@ class Place:
     def read(self, name: str) -> bytes:
         """The bytes of a file. Raises FileNotFoundError where there is none, and whatever else goes wrong."""
         system, root = self._mine()
+        if self.protocol in _HERE:
+            return read_file(f"{root}/{name}")
+        self._require_file(system, f"{root}/{name}")
         data: bytes = system.cat_file(f"{root}/{name}")
         return data
 
     def fetch(self, name: str, path: Path) -> None:
         """Copies a file to a path here. Raises as `read`."""
         system, root = self._mine()
+        if self.protocol in _HERE:
+            with path.open("wb") as copy:
+                copy.writelines(read_parts(f"{root}/{name}"))
+            return
+        self._require_file(system, f"{root}/{name}")
         system.get_file(f"{root}/{name}", str(path))
+
+    def _require_file(self, system: Any, path: str) -> None:
+        """Raises OSError where a pipe or the like would keep an SSH server, and so us, waiting. Raises
+        FileNotFoundError where there is nothing."""
+        if self.protocol in _SHELL and system.info(path)["type"] != "file":
+            raise NotAFileError(errno.EINVAL, "is no regular file")
 
     def size(self, name: str) -> int | None:
         """A file's size in bytes; None where there is none. Raises what else goes wrong."""

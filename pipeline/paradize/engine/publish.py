@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 
 from paradize.errors import BakeError
+from paradize.files import read_parts
 
 TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
@@ -32,7 +33,9 @@ def write_whole(
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.exists() and not (path.is_file() or path.is_dir()):  # a rename would take a device's place
-            raise BakeError("is no regular file", file=path, mend="name a file with -o")
+            raise BakeError(
+                "is no regular file", file=path, mend="move it away, or name another place with -o"
+            )
         try:
             with aside.open("xb") as stream:
                 if isinstance(data, Path):
@@ -56,11 +59,10 @@ def write_whole(
 def _copy(source: Path, stream: BinaryIO, sha256: str | None) -> None:
     """Copies a file's bytes. Raises BakeError where their hash is not the one that is asked for."""
     digest = hashlib.sha256()
-    with source.open("rb") as data:
-        while chunk := data.read(1 << 20):
-            if sha256:
-                digest.update(chunk)
-            stream.write(chunk)
+    for part in read_parts(source):
+        if sha256:
+            digest.update(part)
+        stream.write(part)
     if sha256 and digest.hexdigest() != sha256:
         raise BakeError("was damaged while it was used", file=source, mend="bake again")
 

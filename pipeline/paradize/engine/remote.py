@@ -18,8 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from paradize.engine.place import Place, shared_id
-from paradize.engine.publish import ASIDE, write_whole
+from paradize.engine.publish import ASIDE
 from paradize.engine.store import Store, hash_file, hashes_in, seal, unseal
+from paradize.files import NotAFileError
 
 _HANDS = 4  # connections: sshd begins to refuse at ten
 _STALL_S = 600.0  # no file takes longer
@@ -102,7 +103,7 @@ class SharedStore(Store):
         done = [self._wait(future) for future in self._going.values()]
         if all(done) and not self._away:
             self.shared_as = self._id
-        write_whole(self.root / "remotes" / self._id, seal(sorted(self._known)), durable=False)
+        self._write(self.root / "remotes" / self._id, seal(sorted(self._known)))
         return self._warnings()
 
     def _warnings(self) -> list[str]:
@@ -176,10 +177,12 @@ class SharedStore(Store):
             data = self._place.read(name)
         except FileNotFoundError:
             return False
+        except NotAFileError:
+            data = b""
         if not _is_sound(unseal(data)):
             self._damaged.add(name)
             return False
-        write_whole(self._product(key), data, durable=False)
+        self._write(self._product(key), data)
         self._known.add(key)
         return True
 
@@ -194,6 +197,9 @@ class SharedStore(Store):
                 return False
             aside.replace(path)
         except FileNotFoundError:
+            return False
+        except NotAFileError:
+            self._damaged.add(name)
             return False
         finally:
             aside.unlink(missing_ok=True)

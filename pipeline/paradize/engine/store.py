@@ -23,6 +23,7 @@ from pathlib import Path
 
 from paradize.engine.publish import write_whole
 from paradize.errors import BakeError
+from paradize.files import open_lock, read_file, read_parts
 
 TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
@@ -44,9 +45,8 @@ def hash_file(path: Path) -> str:
     """SHA-256 of a file's bytes, in hexadecimal. Raises BakeError when it cannot be read."""
     digest = hashlib.sha256()
     try:
-        with path.open("rb") as stream:
-            while chunk := stream.read(1 << 20):
-                digest.update(chunk)
+        for part in read_parts(path):
+            digest.update(part)
     except OSError as error:
         raise BakeError(f"cannot be read: {error.strerror or error}", file=path) from None
     return digest.hexdigest()
@@ -121,14 +121,14 @@ class Store:
         sha256 = hashlib.sha256(data).hexdigest()
         path = self._blob(sha256)
         if Store.get(self, sha256) is None:  # here, whatever may be behind
-            write_whole(path, data, durable=False)
+            self._write(path, data)
         return sha256
 
     def get(self, sha256: str) -> bytes | None:
         """The bytes with this hash; None where the store has none or holds damaged ones, which it drops."""
         path = self._blob(sha256)
         try:
-            data = path.read_bytes()
+            data = read_file(path)
         except OSError:
             return None
         if hashlib.sha256(data).hexdigest() != sha256:
@@ -161,7 +161,7 @@ class Store:
 
     def put_product(self, key: str, product: Any) -> None:
         """Remembers what the task with this key produced (JSON)."""
-        write_whole(self._product(key), seal(product), durable=False)
+        self._write(self._product(key), seal(product))
 
     def get_product(self, key: str) -> Any | None:
         """What put_product kept; None where there is none or it cannot be read. The entry counts as used."""
@@ -169,11 +169,18 @@ class Store:
 
     def put_bake(self, name: str, record: Any) -> None:
         """Remembers what a bake read and wrote (JSON)."""
-        write_whole(self.root / "bakes" / name, seal(record), durable=False)
+        self._write(self.root / "bakes" / name, seal(record))
 
     def get_bake(self, name: str) -> Any | None:
         """What put_bake kept; None where there is none or it cannot be read. The record counts as used."""
         return self._read_used(self.root / "bakes" / name)
+
+    @staticmethod
+    def _write(path: Path, data: bytes) -> None:
+        """Writes an entry. A pipe or the like in its place goes: the store's folder is the store's alone."""
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            path.unlink(missing_ok=True)
+        write_whole(path, data, durable=False)
 
     @classmethod
     def _read_used(cls, path: Path) -> Any | None:
@@ -187,7 +194,7 @@ class Store:
     def read_entry(path: Path) -> Any | None:
         """The JSON in a sealed file; None where there is none, or a damaged one, or it cannot be read."""
         try:
-            return unseal(path.read_bytes())
+            return unseal(read_file(path))
         except OSError:
             return None
 
@@ -211,11 +218,11 @@ class Store:
         path = self.root / "locks" / name
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            stream = path.open("ab")
+            stream = open_lock(path)
         except OSError as error:
             raise BakeError(
                 f"the store cannot be written: {error.strerror or error}",
-                file=path.parent,
+                file=path,
                 mend="set PARADIZE_STORE to a folder that can",
             ) from None
         with stream:

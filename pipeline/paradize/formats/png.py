@@ -10,6 +10,7 @@ import numpy as np
 import OpenImageIO as oiio
 
 from paradize.errors import FormatError
+from paradize.files import name_for_library, read_file
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -31,21 +32,25 @@ def encode_png(codes: Codes) -> bytes:
             raise FormatError(f"the PNG cannot be written: {oiio.geterror()}")
         if not target.write_image(np.ascontiguousarray(codes)) or not target.close():
             raise FormatError(f"the PNG cannot be written: {target.geterror()}")
-        return path.read_bytes()
+        return read_file(path)
 
 
 def decode_png(path: Path) -> Codes:
     """The codes (h, w, channels) of a PNG, 8 or 16 bits. Raises FormatError for other files."""
     hints = oiio.ImageSpec()
     hints.attribute("oiio:UnassociatedAlpha", 1)  # else colour comes multiplied by it
-    source = oiio.ImageInput.open(str(path), hints)
-    if source is None:
-        raise FormatError(f"no PNG that can be read: {oiio.geterror().strip()}", file=path)
-    spec = source.spec()
-    kind = oiio.UINT16 if spec.format == oiio.UINT16 else oiio.UINT8
-    codes = source.read_image(0, 0, 0, spec.nchannels, kind)
-    what = source.geterror().strip()
-    source.close()
+    try:
+        with name_for_library(path) as name:
+            source = oiio.ImageInput.open(name, hints)
+            if source is None:
+                raise FormatError(f"no PNG that can be read: {oiio.geterror().strip()}", file=path)
+            spec = source.spec()
+            kind = oiio.UINT16 if spec.format == oiio.UINT16 else oiio.UINT8
+            codes = source.read_image(0, 0, 0, spec.nchannels, kind)
+            what = source.geterror().strip()
+            source.close()
+    except OSError as error:
+        raise FormatError(f"cannot be read: {error.strerror}", file=path) from None
     if codes is None or what:
         raise FormatError(what or "no PNG that can be read", file=path)
     return np.asarray(codes).reshape(spec.height, spec.width, spec.nchannels)

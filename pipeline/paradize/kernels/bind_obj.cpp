@@ -68,7 +68,7 @@ nb::dict parse_text(nb::bytes text, std::uint64_t elements, std::uint64_t ear_te
     return told(std::move(parsed));
 }
 
-// Raises OSError where reading fails.
+// Raises OSError where reading fails, ESTALE where the file grows or shrinks meanwhile.
 nb::dict parse_file(int descriptor, std::uint64_t elements, std::uint64_t ear_tests) {
     obj::Parsed parsed;
     bool sound = false;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from dataclasses import dataclass
 from typing import Any
 
@@ -73,8 +74,14 @@ def parse_obj(text: bytes, *, elements: int = 200_000_000, ear_tests: int = 400_
 def parse_obj_file(
     descriptor: int, *, elements: int = 200_000_000, ear_tests: int = 400_000_000
 ) -> ParsedObj:
-    """The same for an open file, read from its place to its end in small blocks. Raises OSError."""
-    return _parsed(_obj.parse_file(descriptor, elements, ear_tests))
+    """The same for an open regular file, read from its place to its end in small blocks. Raises OSError, also
+    where the file changes its size meanwhile."""
+    try:
+        return _parsed(_obj.parse_file(descriptor, elements, ear_tests))
+    except OSError as error:
+        if error.errno == errno.ESTALE:
+            raise OSError(errno.EIO, "changed while it was read") from None
+        raise
 
 
 def _parsed(raw: dict[str, Any]) -> ParsedObj:

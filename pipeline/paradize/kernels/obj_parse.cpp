@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "obj_statements.hpp"
@@ -39,6 +40,11 @@ bool parse_file(int descriptor, const Limits &limits, Parsed &out) {
     Statements statements(limits);
     Buffer<char> text;
     std::size_t held = 0, looked_at = 0; // bytes in `text`; of them, known to hold no place to part
+    struct stat status = {};
+    const off_t place = ::lseek(descriptor, 0, SEEK_CUR);
+    if (place < 0 || ::fstat(descriptor, &status) != 0)
+        return false;
+    off_t left = status.st_size - place; // what grows while it is read would never end
     while (true) {
         if (held + block > text.size())
             text.resize(std::max(held + block, 2 * held) + slack);
@@ -46,6 +52,11 @@ bool parse_file(int descriptor, const Limits &limits, Parsed &out) {
         if (got < 0) {
             if (errno == EINTR)
                 continue;
+            return false;
+        }
+        left -= got;
+        if (left < 0 || (got == 0 && left != 0)) {
+            errno = ESTALE;
             return false;
         }
         held += static_cast<std::size_t>(got);

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from paradize.errors import SourceError
+from paradize.files import read_file
 from paradize.readers.pnm import header_numbers
 from paradize.readers.targa import check_targa
 from paradize.readers.tiff import first_directory
@@ -36,7 +37,7 @@ def _cut(path: Path, what: str) -> SourceError:
 
 def _check_jpeg(path: Path) -> None:
     """Every marker segment ends inside the file, a scan is there, and the picture ends with its marker."""
-    data = path.read_bytes()
+    data = read_file(path)
     at, scans, size = 2, 0, len(data)
     while True:
         at = data.find(b"\xff", at)
@@ -61,7 +62,7 @@ def _check_jpeg(path: Path) -> None:
 
 def _check_bmp(path: Path) -> None:
     """The rows of an uncompressed bitmap lie inside the file; palette codes are in their palette."""
-    data = path.read_bytes()
+    data = read_file(path)
     if len(data) < 26:
         raise _cut(path, f"{len(data)} bytes; a bitmap's header has 26 or more")
     start, header = struct.unpack_from("<II", data, 10)
@@ -87,7 +88,7 @@ def _check_bmp(path: Path) -> None:
 
 def _check_pnm(path: Path) -> None:
     """As many values as the header promises, none above its largest."""
-    data = path.read_bytes()
+    data = read_file(path)
     kind = data[1:2]
     if kind not in b"123456":
         return  # PAM and PFM: the decoder counts bytes itself
@@ -123,7 +124,7 @@ _OFFSETS, _COUNTS = (273, 324), (279, 325)  # of strips and of tiles
 
 def _check_tiff(path: Path) -> None:
     """Every strip or tile of the first picture lies inside the file."""
-    data = path.read_bytes()
+    data = read_file(path)
     try:
         found = first_directory(data, _OFFSETS + _COUNTS)
     except ValueError:

@@ -6,12 +6,12 @@ Sources: GDAL, "GTiff driver" (tags 42112, metadata as XML, and 42113, no data a
 
 from __future__ import annotations
 
-import mmap
 import re
 import struct
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from paradize.files import read_file
 from paradize.readers.tiff import first_directory
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ _NAMES = {
     **dict.fromkeys(("ft", "foot", "feet", "international foot"), _EPSG[9002]),
     **dict.fromkeys(("us-ft", "ftus", "sfoot", "us survey foot", "foot_us", "us_survey_foot"), _EPSG[9003]),
 }
-_ITEM = re.compile(r"<Item([^>]*)>([^<]*)</Item>")
+_ITEM = re.compile(r"<Item([^<>]*)>([^<>]*)</Item>")
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,7 @@ class Said:
 def said_of(path: Path) -> Said:
     """What the first directory of a TIFF says; nothing for any other file, and of tags that are damaged."""
     try:
-        with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-            found = first_directory(data, (_KEYS, _METADATA, _NODATA))
+        found = first_directory(read_file(path), (_KEYS, _METADATA, _NODATA))
     except (OSError, ValueError, struct.error):
         return Said()
     texts = {

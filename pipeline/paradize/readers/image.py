@@ -16,7 +16,6 @@ PARADIZE_MAX_MB (of a decoded picture). They refuse pictures and change none.
 from __future__ import annotations
 
 import os
-import stat
 import sys
 import threading
 from contextlib import contextmanager
@@ -27,6 +26,7 @@ import OpenImageIO as oiio
 
 from paradize.data import Image
 from paradize.errors import BakeError, SourceError
+from paradize.files import name_for_library, open_file
 from paradize.readers.damage import check_damage
 from paradize.readers.pnm import exact_shares
 from paradize.readers.srtm import read_srtm
@@ -99,32 +99,34 @@ def read_image(path: Path, *, color_space: str | None = None, finite: bool = Tru
     oiio.attribute("limits:channels", 64)
     hints = oiio.ImageSpec()
     hints.attribute("oiio:UnassociatedAlpha", 1)
-    with _silenced():
-        source = oiio.ImageInput.open(str(path), hints)
-    if source is None:
-        what = f"no picture that can be read: {_message(oiio) or 'no reason given'}"
-        raise SourceError(what, file=path, mend="save it as PNG, TIFF or OpenEXR")
     try:
-        return _read_open(source, path, color_space, finite)
+        with name_for_library(path) as name:
+            with _silenced():
+                source = oiio.ImageInput.open(name, hints)
+            if source is None:
+                what = f"no picture that can be read: {_message(oiio) or 'no reason given'}"
+                mend = "save it as PNG, TIFF or OpenEXR"
+                raise SourceError(what.replace(name, path.name), file=path, mend=mend)
+            try:
+                return _read_open(source, path, color_space, finite)
+            finally:
+                source.close()
+    except OSError as error:
+        raise SourceError(f"cannot be read: {error.strerror}", file=path) from error
     except MemoryError as error:
         raise SourceError("does not fit into memory", file=path, mend="make it smaller") from error
-    finally:
-        source.close()
 
 
 def _require_file(path: Path) -> None:
-    """Raises SourceError where there is no file with something in it under a name that OpenImageIO takes."""
+    """Raises SourceError where there is no file with something in it under a name that is text."""
     try:
-        status = path.stat()
-        if not stat.S_ISREG(status.st_mode):
-            raise SourceError("not a file", file=path)
-        with path.open("rb") as stream:
-            stream.read(1)
+        with open_file(path) as stream:
+            empty = not stream.read(1)
     except FileNotFoundError:
         raise SourceError("no such file", file=path) from None
     except OSError as error:
         raise SourceError(f"cannot be read: {error.strerror}", file=path) from error
-    if status.st_size == 0:
+    if empty:
         raise SourceError("the file is empty", file=path)
     try:
         str(path).encode()

@@ -14,6 +14,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 from paradize.errors import GroupedError, SourceError
+from paradize.files import read_file, resolved
 
 MAX_BYTES = 16 << 20
 # Arguments that each option of a map statement takes at most.
@@ -63,8 +64,8 @@ def inside(root: Path, folder: Path, name: str) -> Path | None:
     if PurePosixPath(name).is_absolute():
         return None
     try:
-        found = (folder / name).resolve()
-        return found if found.is_relative_to(root.resolve()) else None
+        found = resolved(folder / name)
+        return found if found.is_relative_to(resolved(root)) else None
     except (OSError, RuntimeError, ValueError):
         return None
 
@@ -84,9 +85,7 @@ def read_mtl(
     whole without its materials. absent: takes the map files that are named and not there. Raises SourceError
     for a bad number, GroupedError for several: each with its line."""
     try:
-        if path.stat().st_size > MAX_BYTES:
-            return {}, [f"{path}: larger than {MAX_BYTES >> 20} MiB, not read"]
-        raw = path.read_bytes()
+        raw = read_file(path, MAX_BYTES)
     except OSError as error:
         return {}, [f"{path}: {error.strerror or error}"]
     fields: dict[str, dict[str, Any]] = {}

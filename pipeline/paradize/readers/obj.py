@@ -7,6 +7,7 @@ text.
 
 from __future__ import annotations
 
+import errno
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,13 +17,13 @@ import numpy as np
 
 from paradize.data import Group, Mesh
 from paradize.errors import SourceError
+from paradize.files import open_file
 from paradize.kernels.obj import ParsedObj, parse_obj_file
 from paradize.readers.mtl import Material, inside, is_file, read_mtl
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-MAX_BYTES = 4 << 30
 MAX_LIBRARIES = 256  # mtllib statements that name something else than those before
 UNKNOWN_SMOOTHING = 0xFFFFFFFF
 DEFAULT_NAME = "default"
@@ -117,19 +118,14 @@ def read_obj(path: Path, root: Path | None = None) -> ObjResult:
 
 def _parse(path: Path) -> ParsedObj:
     try:
-        if path.exists() and not path.is_file():
-            raise SourceError("not a regular file", file=path)
-        with path.open("rb", buffering=0) as file:
-            size = os.fstat(file.fileno()).st_size
-            if size > MAX_BYTES:
-                raise SourceError(
-                    f"{size} bytes, limit {MAX_BYTES}", file=path, mend="split the model into several files"
-                )
+        with open_file(path) as file:
             if os.pread(file.fileno(), 2, 0) in (b"\xff\xfe", b"\xfe\xff"):
                 raise SourceError("the text is UTF-16", file=path, mend="save it as UTF-8")
             return parse_obj_file(file.fileno())
     except (OSError, ValueError) as error:
-        raise SourceError(getattr(error, "strerror", None) or str(error), file=path) from error
+        mend = "split the model into several files" if getattr(error, "errno", None) == errno.EFBIG else None
+        what = getattr(error, "strerror", None) or str(error)
+        raise SourceError(what, file=path, mend=mend) from error
 
 
 def _fault(path: Path, parsed: ParsedObj) -> SourceError:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from paradize.files import open_file
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -45,7 +47,7 @@ def exact_shares(path: Path, values: npt.NDArray[Any]) -> tuple[npt.NDArray[Any]
     """OpenImageIO's codes (h, w, c) of a netpbm file and their largest, as they are where the file's largest
     is that of 8 or 16 bits; else float32, each of the file's own codes over its largest, correctly
     rounded."""
-    with path.open("rb") as stream:
+    with open_file(path) as stream:
         data = stream.read(HEADER_BYTES)
     numbers, _ = header_numbers(data, 3)
     stretched = int(np.iinfo(values.dtype).max)

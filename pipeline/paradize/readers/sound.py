@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 import soundfile
 
 from paradize.errors import SourceError
+from paradize.files import read_file
 
 MAX_BYTES = 64 << 20
 MAX_SECONDS = 3600.0
@@ -33,15 +35,13 @@ def read_sound(path: Path) -> Sound:
     """
     mend = "save it as Ogg Vorbis, mono or stereo"
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise SourceError(f"is larger than {MAX_BYTES} bytes", file=path)
-        data = path.read_bytes()
+        data = read_file(path, MAX_BYTES)
     except OSError as error:
         raise SourceError(error.strerror or str(error), file=path) from None
     if data[:4] != b"OggS":
         raise SourceError("is no Ogg file", file=path, mend=mend)
     try:
-        with soundfile.SoundFile(path) as stream:
+        with soundfile.SoundFile(io.BytesIO(data)) as stream:
             if stream.format != "OGG" or stream.subtype != "VORBIS":
                 raise SourceError(f"is {stream.format} {stream.subtype}", file=path, mend=mend)
             if stream.channels not in (1, 2):

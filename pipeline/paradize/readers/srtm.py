@@ -12,6 +12,7 @@ import numpy as np
 
 from paradize.data import Image
 from paradize.errors import SourceError
+from paradize.files import read_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,17 +25,15 @@ def read_srtm(path: Path) -> Image:
     """The tile's metres (h, w, 1) float32, voids as they are. Raises SourceError for a file that is no square
     of 2 to MAX_SIDE pixels on a side, or that cannot be read."""
     try:
-        size = path.stat().st_size
-        side = math.isqrt(size // 2)
-        if size % 2 or side * side * 2 != size or not 2 <= side <= MAX_SIDE:
-            raise SourceError(
-                f"has {size} bytes; a .hgt file has 2 for each pixel of a square, 2 to {MAX_SIDE} on a side",
-                file=path,
-                mend="fetch it again: it may be cut",
-            )
-        raw = np.fromfile(path, dtype=">i2")
+        data = read_file(path)
     except OSError as error:
         raise SourceError(f"cannot be read: {error.strerror}", file=path) from error
-    if raw.size != side * side:
-        raise SourceError("changed while it was read", file=path)
+    side = math.isqrt(len(data) // 2)
+    if side * side * 2 != len(data) or not 2 <= side <= MAX_SIDE:
+        raise SourceError(
+            f"has {len(data)} bytes; a .hgt file has 2 for each pixel of a square, 2 to {MAX_SIDE} on a side",
+            file=path,
+            mend="fetch it again: it may be cut",
+        )
+    raw = np.frombuffer(data, ">i2")
     return Image(raw.reshape(side, side, 1).astype(np.float32), "data", 16)

@@ -9,6 +9,7 @@ import struct
 from typing import TYPE_CHECKING
 
 from paradize.errors import SourceError
+from paradize.files import read_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 def check_targa(path: Path) -> None:
     """Raises SourceError when the file ends before its last texel, or a run passes the end of the picture."""
-    data = path.read_bytes()
+    data = read_file(path)
     if len(data) < 18:
         raise SourceError(f"{len(data)} bytes are no Targa file; its header has 18", file=path)
     id_length, _, kind = data[0], data[1], data[2]

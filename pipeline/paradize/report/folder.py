@@ -13,6 +13,7 @@ from typing import Any
 from paradize.bake_record import BakeReport
 from paradize.engine.publish import write_whole
 from paradize.errors import ParadizeError
+from paradize.files import read_file
 from paradize.formats.ktx2 import decode_ktx2
 from paradize.report.levels import draw_object
 from paradize.report.pictures import Ground, SheetMap
@@ -42,11 +43,11 @@ def draw_folder(baked: Path, folder: Path, most: int = 50) -> Sheets:
     """
     done = Sheets()
     try:
-        scene = json.loads((baked / "scene.json").read_bytes())
+        scene = json.loads(read_file(baked / "scene.json"))
         known = _record(folder)
         record: dict[str, str] = {}
         materials = _materials(scene)
-        code = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+        code = b"".join(read_file(path) for path in sorted(Path(__file__).parent.glob("*.py")))
         for name, entries in materials.items():
             ground = _ground(scene, name)
             key = _key(code, scene["name"], entries, ground)
@@ -82,7 +83,7 @@ def draw_page(
     `copies`. explained: as scene_page takes it. A tradeoff.json in the folder is drawn too."""
     from paradize.report.scene_page import scene_page
 
-    scene = json.loads((baked / "scene.json").read_bytes())
+    scene = json.loads(read_file(baked / "scene.json"))
     sheets = [folder / f"{name}.png" for name in _materials(scene)]
     trade = folder / "tradeoff.json"
     page = scene_page(
@@ -92,7 +93,7 @@ def draw_page(
         [path for path in sheets if path.is_file()][:MOST_SHEETS],
         seconds=report.seconds,
         warnings=report.warnings,
-        trade=json.loads(trade.read_bytes()) if trade.is_file() else None,
+        trade=json.loads(read_file(trade)) if trade.is_file() else None,
     )
     for path in (folder / "index.html", *copies):
         write_whole(path, page.encode(), durable=False)
@@ -131,7 +132,7 @@ def _attempt(done: Sheets, name: str, draw: Callable[[], bytes], path: Path) -> 
 
 def _record(folder: Path) -> dict[str, str]:
     try:
-        known = json.loads((folder / RECORD).read_bytes())
+        known = json.loads(read_file(folder / RECORD))
     except (OSError, ValueError):
         return {}
     return known if isinstance(known, dict) else {}
@@ -187,7 +188,7 @@ def _draw(
         return draw_object(baked, scene, item)
     maps = {}
     for kind, entry in entries.items():
-        texture = decode_ktx2((baked / entry["file"]).read_bytes(), entry["file"])
+        texture = decode_ktx2(read_file(baked / entry["file"]), entry["file"])
         maps[kind] = SheetMap(
             texture, entry["bytes"], entry["tier"], entry["errors"], entry.get("levels") or []
         )

@@ -17,6 +17,7 @@ from PIL import Image
 
 from paradize.budget import METRICS, is_beyond
 from paradize.engine.publish import write_whole
+from paradize.files import open_file, read_file
 from paradize.report.tradeoff_plot import number_label, plot, seconds_label
 from paradize.report.tradeoff_style import STYLE
 
@@ -174,8 +175,8 @@ def _small(path: Path) -> bytes:
     """A PNG as a JPEG of at most _WIDE pixels across; kept beside it until it is drawn anew."""
     kept = path.with_suffix(".jpg")
     if kept.is_file() and kept.stat().st_mtime_ns >= path.stat().st_mtime_ns:
-        return kept.read_bytes()
-    with Image.open(path) as picture:
+        return read_file(kept)
+    with open_file(path) as stream, Image.open(stream) as picture:
         rgb = picture.convert("RGB")
     if rgb.width > _WIDE:
         rgb = rgb.resize((_WIDE, round(rgb.height * _WIDE / rgb.width)), Image.Resampling.LANCZOS)

@@ -1,0 +1,88 @@
+"""Files that are none: what a name may lead to instead, and a process that tries commands on them."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import shutil
+import signal
+import socket
+import stat
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import chdir, redirect_stderr, redirect_stdout
+from pathlib import Path
+
+PATIENCE_S = 60  # a command that takes longer hangs
+
+
+def pipe(path: Path) -> None:
+    """Keeps whoever opens it waiting."""
+    os.mkfifo(path)
+
+
+def endless(path: Path) -> None:
+    """A device that never ends; a link to it where this user may make none."""
+    try:
+        os.mknod(path, stat.S_IFCHR | 0o666, os.makedev(1, 5))
+    except PermissionError:
+        path.symlink_to("/dev/zero")
+
+
+def folder(path: Path) -> None:
+    path.mkdir()
+
+
+def circle(path: Path) -> None:
+    path.symlink_to(path.name)
+
+
+def listener(path: Path) -> None:
+    """A socket."""
+    with socket.socket(socket.AF_UNIX) as end, chdir(path.parent):
+        end.bind(path.name)
+
+
+def nowhere(path: Path) -> None:
+    path.symlink_to("gone")
+
+
+KINDS: dict[str, Callable[[Path], None]] = {
+    made.__name__: made for made in (pipe, endless, folder, circle, listener, nowhere)
+}
+
+
+def spoil(path: Path, kind: str) -> None:
+    """Puts something of this kind where a file is."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    path.unlink(missing_ok=True)
+    KINDS[kind](path)
+
+
+def cases(words: list[str], places: list[str], kinds: list[str], base: Path, work: Path) -> Iterator[str]:
+    """Runs `paradize WORDS` in a copy of `base`, each place (all that the pattern meets) spoilt in turn. A
+    line of JSON each: place, kind, exit code, what was said."""
+    from paradize.cli import main
+
+    for place in places:
+        for kind in kinds:
+            shutil.rmtree(work, ignore_errors=True)
+            shutil.copytree(base, work, symlinks=True)
+            found = sorted(work.glob(place))
+            assert found, place
+            for path in found:
+                spoil(path, kind)
+            said = io.StringIO()
+            os.environ["PARADIZE_STORE"] = str(work / "store")
+            signal.alarm(PATIENCE_S)
+            with chdir(work), redirect_stderr(said), redirect_stdout(said):
+                code = main(words)
+            signal.alarm(0)
+            yield json.dumps([place, kind, code, said.getvalue()])
+
+
+if __name__ == "__main__":
+    for line in cases(*json.loads(sys.argv[1]), Path(sys.argv[2]), Path(sys.argv[3])):
+        print(line, flush=True)

@@ -1,0 +1,110 @@
+"""No command waits, reads for ever or breaks where a pipe, a device or a folder stands in a file's place."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from paradize.bake import bake
+from paradize.bake_tasks import How
+from tests.pipeline.scenes import make_cove
+from tests.pipeline.strange_files import KINDS
+
+SOURCES = [
+    "cove.toml", "height.png", "sand.png", "wood.png", "waves.png", "px.exr", "post.obj", "sea.ogg",
+]  # fmt: skip
+MANIFEST, OBJECT, GROUND = "out/scene.json", "out/post_mesh-*.glb", "out/terrain_mesh-*.glb"
+ARTIFACTS = [MANIFEST, OBJECT, GROUND, "out/*_color-*.ktx2", "out/*.ogg"]
+ENTRIES = ["store/bakes/*", "store/locks/*"]
+SIZE = ["--size", "10", "10", "--height", "2"]
+# What is called, what is spoilt, and whether the command refuses (1), does without (0) or may do either.
+TRIED: dict[str, tuple[list[str], list[str], set[int]]] = {
+    "bake, a source": (["bake", "cove.toml", "-o", "out"], SOURCES, {1}),
+    "bake, an artifact": (["bake", "cove.toml", "-o", "out"], ARTIFACTS, {0, 1}),
+    "bake, the store": (["bake", "cove.toml", "-o", "out"], ENTRIES, {0, 1}),
+    "explain, a source": (["explain", "cove.toml", "-o", "out"], SOURCES, {1}),
+    "explain, an artifact": (["explain", "cove.toml", "-o", "out"], [*ARTIFACTS, "store/bakes/*"], {0}),
+    "export": (["export", "out", "-o", "x.glb"], [MANIFEST, OBJECT], {1}),
+    "check": (["check", "out"], ARTIFACTS, {1}),
+    "check of a file": (["check", "wood.png"], ["wood.png"], {1}),
+    "check --against": (["check", "out", "--against", "earlier"], ["earlier/scene.json"], {1}),
+    "mesh": (["mesh", "post.obj", "-o", "m.glb"], ["post.obj"], {1}),
+    "mesh, what it names": (["mesh", "post.obj", "-o", "m.glb"], ["post.mtl", "wood.png"], {0}),
+    "maps": (["maps", "wood.png", "-o", "m", "--uv", "post.obj"], ["wood.png", "post.obj"], {1}),
+    "terrain": (["terrain", "height.png", "-o", "t.glb", *SIZE], ["height.png"], {1}),
+    "terrain, raw": (["terrain", "raw.hgt", "-o", "t.glb", *SIZE], ["raw.hgt"], {1}),
+    "measure": (["measure", "wood.png", "-o", "m"], ["wood.png"], {1}),
+    "measure of a scene": (["measure", "cove.toml", "-o", "m"], ["cove.toml"], {1}),
+    "new": (["new", "n", "--from", "post.obj"], ["post.obj"], {1}),
+    "new, what it names": (["new", "n", "--from", "post.obj"], ["post.mtl", "wood.png"], {0}),
+    "clean": (["clean"], ["store/bakes/*", "store/products/*/*", "store/blobs/*/*"], {0}),
+}
+# Places where a command only looks whether a name is there, or that are written over, take fewer kinds.
+FEW = ["pipe", "endless"]
+
+
+@pytest.fixture(scope="module")
+def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The cove, baked with a store of its own."""
+    top = tmp_path_factory.mktemp("base")
+    scene = make_cove(top)
+    (top / "raw.hgt").write_bytes(b"\0\1" * 16)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PARADIZE_STORE", str(top / "store"))
+        for out in ("out", "earlier"):
+            assert not bake(scene, top / out, How(jobs=2)).errors
+    return top
+
+
+def tried(
+    words: list[str], places: list[str], kinds: list[str], base: Path, work: Path
+) -> list[tuple[str, str, int, str]]:
+    """What became of each case. A process that hangs is ended by its own alarm."""
+    call = [sys.executable, "-m", "tests.pipeline.strange_files", json.dumps([words, places, kinds])]
+    ran = subprocess.run([*call, str(base), str(work)], capture_output=True, text=True, timeout=600)
+    told = [json.loads(line) for line in ran.stdout.splitlines()]
+    assert ran.returncode == 0 and len(told) == len(places) * len(kinds), (told[-1:], ran.stderr)
+    return [(place, kind, code, said) for place, kind, code, said in told]
+
+
+@pytest.mark.parametrize("what", TRIED)
+def test_a_command_ends_whatever_stands_in_a_files_place(what: str, base: Path, tmp_path: Path) -> None:
+    words, places, codes = TRIED[what]
+    kinds = list(KINDS) if what in ("check", "mesh", "maps", "explain, an artifact") else FEW
+    for place, kind, code, said in tried(words, places, kinds, base, tmp_path / "work"):
+        assert code in codes, (place, kind, code, said)
+        assert "unforeseen" not in said and "Traceback" not in said, (place, kind, said)
+        if code == 1:
+            name = place.rpartition("/")[2].strip("*").partition("-")[0]
+            assert name in said, (place, kind, said)
+
+
+def test_check_tells_a_strange_artifact_beside_the_findings_of_others(base: Path, tmp_path: Path) -> None:
+    ((_, _, _, said),) = tried(["check", "out"], ["out/*_color-*.ktx2"], ["pipe"], base, tmp_path / "work")
+    assert said.count("PZ101") == len(list((base / "out").glob("*_color-*.ktx2")))
+
+
+def test_strange_entries_of_the_store_are_made_anew(base: Path, tmp_path: Path) -> None:
+    """Also of one that is shared: what is no file there counts as damaged, not as a store that is away."""
+    work, shared = tmp_path / "work", tmp_path / "shared"
+    for name in ("products", "blobs"):
+        entries = sorted(path for path in (base / "store" / name).glob("*/*"))[:3]
+        for entry in entries:
+            place = shared / entry.relative_to(base / "store")
+            place.parent.mkdir(parents=True, exist_ok=True)
+            os.mkfifo(place)
+    places = [
+        str(path.relative_to(base))
+        for name in ("products", "blobs")
+        for path in sorted((base / "store" / name).glob("*/*"))[:1]
+    ]
+    words = ["bake", "cove.toml", "-o", "new", "--store", str(shared)]
+    for place, kind, code, said in tried(words, places, FEW, base, work):
+        assert code == 0, (place, kind, said)
+        assert "cannot be used" not in said and "Traceback" not in said, said
+        assert (work / place).is_file()
