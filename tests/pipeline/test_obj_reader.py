@@ -287,7 +287,7 @@ def test_what_is_not_a_readable_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match="is a folder"):
         read_obj(tmp_path)
     os.mkfifo(tmp_path / "pipe.obj")
-    with pytest.raises(SourceError, match="is a folder"):
+    with pytest.raises(SourceError, match="is no regular file"):
         read_obj(tmp_path / "pipe.obj")
     with pytest.raises(SourceError, match="UTF-16"):
         read(tmp_path, TRIANGLE.encode("utf-16"))

@@ -66,8 +66,8 @@ struct Parsed {
 Parsed parse(std::string_view text, const Limits &limits);
 
 // Reads from the place of a file descriptor to its end, in blocks that stay in the processor's cache, so that
-// the text is never in memory as a whole. Returns false, with errno set, where reading fails; ESTALE: the file
-// changed its size meanwhile.
+// the text is never in memory as a whole. Returns false, with errno set, where reading fails; ESTALE: the
+// file changed its size meanwhile.
 bool parse_file(int descriptor, const Limits &limits, Parsed &out);
 
 } // namespace paradize::obj
