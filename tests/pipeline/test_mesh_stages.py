@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,10 @@ from paradize.kernels.mesh import UNKNOWN_SMOOTHING, corner_normals, number_rows
 from paradize.kernels.reference import one_sided_distance
 from paradize.metrics.surface import surface_distance
 from paradize.stages.normals import complete_normals
+from paradize.stages.split import split_by
+from paradize.stages.tangents import tangent_frames
 from paradize.stages.validate import messages, validate_mesh
+from paradize.stages.weld import weld
 from tests.pipeline.shapes import cube, grid, soup, sphere
 
 
@@ -58,6 +62,49 @@ def test_borders_non_manifold_edges_and_turned_windings_are_counted() -> None:
     _, report = validate_mesh(soup(points, [(0, 1, 2), (0, 1, 3)]))
     assert report.topology.turned.count == 1
     assert any("wound against" in text for text in messages(report))
+
+
+def test_a_surface_without_a_border_is_closed_where_all_faces_turn_alike() -> None:
+    box = cube()
+    assert validate_mesh(box)[1].closed
+    faces = box.triangles.copy()
+    faces[3] = faces[3, ::-1]
+    turned = validate_mesh(replace(box, triangles=faces))[1]
+    assert (turned.topology.border.count, turned.topology.turned.count, turned.closed) == (0, 3, False)
+
+
+def test_images_without_area_are_counted() -> None:
+    """On a line that leans; and a right angle that stands on its tip, which has area."""
+    points, faces = [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]
+    for uvs, count in (([(0, 0), (0.5, 0.25), (1, 0.5)], 1), ([(0, 0), (0.5, 0.5), (0.5, -0.5)], 0)):
+        mesh = replace(soup(points, faces), uvs=np.array(uvs, np.float32))
+        assert validate_mesh(mesh)[1].zero_area_uvs == count
+
+
+def everything(mesh: Mesh) -> Mesh:
+    """With a second layout and colours, different at every vertex."""
+    count = len(mesh.positions)
+    rng = np.random.default_rng(4)
+    return replace(mesh, uvs1=rng.random((count, 2), np.float32), colors=rng.random((count, 4), np.float32))
+
+
+@pytest.mark.parametrize(
+    "stage",
+    [
+        tangent_frames,
+        lambda mesh: weld(mesh, 0.2)[0],
+        lambda mesh: complete_normals(replace(mesh, normals=None))[0],
+        lambda mesh: split_by(mesh, uvs=mesh.uvs[mesh.triangles]),
+        lambda mesh: validate_mesh(mesh)[0],
+    ],
+)
+def test_what_a_corner_carries_stays_with_it(stage: Callable[[Mesh], Mesh]) -> None:
+    mesh = everything(sphere(8))
+    found = stage(mesh)
+    for name in ("uvs", "uvs1", "colors"):
+        kept = getattr(found, name)
+        assert kept is not None and len(kept) == len(found.positions), name
+        assert np.array_equal(kept[found.triangles], getattr(mesh, name)[mesh.triangles]), name
 
 
 def test_bow_ties_and_components_are_counted() -> None:

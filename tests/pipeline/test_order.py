@@ -48,7 +48,10 @@ def test_the_set_of_triangles_stays_exactly_the_same() -> None:
     mesh = sphere(12)
     half = len(mesh.triangles) // 3
     groups = (Group("a", "x", 0, half), Group("b", "y", half, len(mesh.triangles) - half))
-    mesh = replace(shuffled(mesh), groups=groups)
+    rng = np.random.default_rng(6)
+    more = {"uvs1": rng.random((len(mesh.positions), 2), np.float32)}
+    more["colors"] = rng.random((len(mesh.positions), 4), np.float32)
+    mesh = replace(shuffled(mesh), groups=groups, **more)
     done = draw_order(mesh)
     assert done.groups == groups
     for group in groups:

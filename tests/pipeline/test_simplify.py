@@ -71,6 +71,23 @@ def strip(twists: int, cells: int = 60) -> Mesh:
     return Mesh(points.reshape(-1, 3).astype(np.float32), faces.astype(np.uint32))
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_no_triangle_of_a_plane_turns_over(seed: int) -> None:
+    """Vertices of a ragged sheet, moved within it: nothing but the turn of a triangle says that it folds."""
+    rng = np.random.default_rng(seed)
+    sheet = grid(20)
+    points = sheet.positions.astype(np.float64)
+    within = (np.abs(points[:, [0, 2]] - 0.5) < 0.49).all(axis=1)
+    points[within] += rng.uniform(-0.012, 0.012, (int(within.sum()), 3)) * [1, 0, 1]
+    middles = points[sheet.triangles].mean(axis=1)
+    ragged = sheet.triangles[np.abs(middles[:, 0] - 0.5) > 0.2 * np.sin(9 * middles[:, 2]) ** 2]
+    for target in (len(ragged) // 3, len(ragged) // 8):
+        found = simplify(points, ragged, target=target, seams=np.arange(len(points)))
+        corners = found.positions[found.triangles]
+        up = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 1]
+        assert len(up) < len(ragged) // 2 and (up > 0).all()
+
+
 def test_a_flat_square_becomes_two_triangles_and_stays_where_it_was() -> None:
     found = made(grid(40), 2)
     assert len(found.triangles) == 2
