@@ -146,6 +146,24 @@ def test_auto_keeps_its_promise_over_sizes_slopes_and_seeds(size: int, rms_slope
                 assert found <= best * 1.15 + 0.002, (seed, shortest, bits, name)
 
 
+@pytest.mark.parametrize("name", ["central", "fourth", "eighth"])
+@pytest.mark.parametrize(("shortest", "longest"), [(32, 256), (8, 64), (4, 16)])
+def test_of_eight_bits_the_prediction_is_the_error(name: str, shortest: float, longest: float) -> None:
+    """Root mean square over both axes, against the true slopes: steps of a code, and what a filter damps."""
+    heights, *truth = sinusoids(512, shortest, longest, 3)
+    codes, span = rounded(heights, 8)
+    taps = FILTERS[name]
+    found = kernel.predict_errors(codes, [(taps.derivative, taps.smooth)], source_bits=8, wrap=BOTH).errors[0]
+    squares = 0.0
+    for axis, exact in ((1, truth[0]), (0, truth[1])):
+        wide = codes.astype(np.float64)
+        slope = sum(
+            w * (np.roll(wide, -k, axis) - np.roll(wide, k, axis)) for k, w in enumerate(taps.derivative, 1)
+        )
+        squares += ((slope - exact / span) ** 2).mean()
+    assert found == pytest.approx(np.sqrt(squares), rel=0.05)
+
+
 def test_eight_bit_data_in_a_file_of_sixteen_bits_or_floats_is_seen() -> None:
     field, dx, dy = sinusoids(512, 32, 256, 3)
     heights, span = rounded(field, 8)
