@@ -124,13 +124,17 @@ def test_a_coarse_level_is_not_seen_nearer_than_its_error_allows(scale: float, e
     its texels as much sparser, which cancels."""
     fine, sight = waves(6, 8.0, 0.3), sight_of(circle(60.0, 12.0))
     assert fine.uvs is not None
+    size = {"color": (128, 64)}
     sparse = (0.01 * fine.uvs).astype(np.float32)
     stand = asdict(Instance(position=(0.0, 0.0, 0.0), scale=scale))
     found, alone = (
-        asked(sight, things={"a": thing(fine, coarse, instances=[stand], errors_m=[0.0, error_m])})
+        asked(
+            sight,
+            things={"a": thing(fine, coarse, instances=[stand], errors_m=[0.0, error_m], textures=size)},
+        )
         for coarse in (replace(fine, uvs=sparse), fine)
     )
-    least = float(surface_of(fine, sparse, 1024, 512).density.min())
+    least = float(surface_of(fine, sparse, 128, 64).density.min())
     assert found["a_color"]["texels"] == pytest.approx(error_m * CORNER * least, rel=1e-3)
     assert found["a_color"]["texels"] < 0.5 * alone["a_color"]["texels"]
 

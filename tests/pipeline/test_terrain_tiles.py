@@ -15,7 +15,10 @@ import numpy as np
 import pytest
 
 from paradize.bake import bake
+from paradize.bake_demand import plan_demand
 from paradize.bake_tasks import How
+from paradize.bake_terrain_grow import Grower
+from paradize.bake_terrain_tiles import bake_tiles
 from paradize.check.paths import check_paths
 from paradize.data import Mesh
 from paradize.engine.store import key_of
@@ -27,9 +30,11 @@ from paradize.formats import glb_tiles
 from paradize.formats.glb_tiles import TILE_BYTES, TilePatch, decode_tile, encode_tiles
 from paradize.formats.scene_manifest import decode_scene, encode_scene
 from paradize.formats.terrain_tables import check_tree
+from paradize.readers.heightmap import read_heightmap
 from paradize.stages.quantise import quantise, terrain_lattice
 from tests.pipeline.glb_json import document
 from tests.pipeline.scenes import make_cove, write_image
+from tests.pipeline.test_terrain_demand import flight_settings, sight_of
 
 
 def make_coast(folder: Path, tile_mb: float = 0.05) -> Path:
@@ -149,6 +154,23 @@ def test_coarse_tiles_come_first_and_seconds_are_those_of_the_flight(coast: Any)
     order = [name for name in manifest["streaming"] if name in terrain["tiles"]]
     assert order == sorted(order, key=lambda name: artifacts[name]["first_needed_s"])
     assert order[0] == "terrain_mesh"
+
+
+def test_a_tile_is_needed_when_the_first_of_its_patches_is(tmp_path: Path) -> None:
+    path, sight = make_coast(tmp_path).parent / "height.png", sight_of(flight_settings(True))
+    settings: dict[str, Any] = {"size_x_m": 60.0, "size_z_m": 80.0, "height_m": 4.0}
+    made = bake_tiles(
+        path, tmp_path / "room", **settings, max_error_m=0.05, patch_px=16, tile_mb=0.05, sight=sight
+    )
+    ground, _ = read_heightmap(path, **settings)
+    demand = plan_demand(sight)
+    tree = Grower(ground, max_error_m=0.05, leaf_px=16, sand_repeat=1.0, demand=demand).grow()
+    spans = []
+    for tile in made.tiles:
+        first = [tree.patches[patch.index].first_s for patch in decode_tile(tile.file.read_bytes())]
+        assert tile.first_s == min(first)
+        spans.append(max(first) - min(first))
+    assert len(spans) > 2 and max(spans) > 0.0
 
 
 def test_only_tiles_with_patches_of_the_finest_level_claim_the_bound(coast: Any) -> None:
