@@ -58,6 +58,33 @@ def test_by_error_each_level_is_inside_its_bound_and_as_coarse_as_can_be(tier: s
         assert 0.4 * bound < step.errors["error_max"] <= bound
 
 
+def test_by_error_the_bisection_ends_at_the_coarsest_that_is_inside(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of meshes that are off by 10 / triangles: 200 triangles are just inside one twentieth."""
+    ball = sphere(20)
+
+    def made(judge: Judge, before: Mesh, target: int, *_: object) -> tuple[Step, str]:
+        mesh = replace(ball, triangles=ball.triangles[:target], groups=())
+        return Step(mesh, EXACT | {"error_max": 10 / target, "uv_shift_p99": 0.0, "uv_shift_max": 0.0}), ""
+
+    monkeypatch.setattr("paradize.bake_lods._made", made)
+    steps, _ = make_levels(ball, Plan(errors=(0.05,)), "balanced")
+    assert 200 <= len(steps[1].mesh.triangles) <= 210
+
+
+@pytest.mark.parametrize(("off", "slid"), [(0.01, 0.05), (0.05, 0.01)])
+def test_no_level_follows_one_that_is_off_or_slid_as_far_as_the_flight_sees(
+    monkeypatch: pytest.MonkeyPatch, off: float, slid: float
+) -> None:
+    def nearest(judge: Judge, before: Mesh, target: int, limit: float, tier: str) -> tuple[Step, str]:
+        errors = EXACT | {"error_max": off, "uv_shift_p99": slid, "uv_shift_max": slid}
+        return Step(simplify(before, target, "fast").mesh, errors), ""
+
+    monkeypatch.setattr("paradize.bake_lods._nearest", nearest)
+    steps, notes = make_levels(sphere(16), Plan(count=4, farthest=0.03), "balanced")
+    assert len(steps) == 2 and any("the flight never is farther away" in note for note in notes)
+    assert len(make_levels(sphere(16), Plan(count=4, farthest=0.06), "balanced")[0]) == 4
+
+
 def test_a_bound_that_gets_no_level_is_told() -> None:
     steps, notes = make_levels(sphere(12), Plan(count=2, errors=(0.01, 0.02, 0.05)), "balanced")
     assert len(steps) == 2 and any("2 of 3 bounds have no level" in note for note in notes)

@@ -156,21 +156,33 @@ def test_coarse_tiles_come_first_and_seconds_are_those_of_the_flight(coast: Any)
     assert order[0] == "terrain_mesh"
 
 
-def test_a_tile_is_needed_when_the_first_of_its_patches_is(tmp_path: Path) -> None:
-    path, sight = make_coast(tmp_path).parent / "height.png", sight_of(flight_settings(True))
+@pytest.mark.parametrize("seen", [True, False])
+def test_a_tile_is_needed_when_its_first_patch_is_and_errs_as_its_patches_do_by_area(
+    tmp_path: Path, seen: bool
+) -> None:
+    path = make_coast(tmp_path).parent / "height.png"
+    sight = sight_of(flight_settings(True)) if seen else None
     settings: dict[str, Any] = {"size_x_m": 60.0, "size_z_m": 80.0, "height_m": 4.0}
     made = bake_tiles(
         path, tmp_path / "room", **settings, max_error_m=0.05, patch_px=16, tile_mb=0.05, sight=sight
     )
     ground, _ = read_heightmap(path, **settings)
-    demand = plan_demand(sight)
-    tree = Grower(ground, max_error_m=0.05, leaf_px=16, sand_repeat=1.0, demand=demand).grow()
-    spans = []
+    demand = plan_demand(sight) if sight else None
+    grower = Grower(ground, max_error_m=0.05, leaf_px=16, sand_repeat=1.0, demand=demand)
+    tree = grower.grow()
+    spans, sizes = [], set()
     for tile in made.tiles:
-        first = [tree.patches[patch.index].first_s for patch in decode_tile(tile.file.read_bytes())]
+        held = [tree.patches[patch.index] for patch in decode_tile(tile.file.read_bytes())]
+        first = [patch.first_s for patch in held]
         assert tile.first_s == min(first)
         spans.append(max(first) - min(first))
-    assert len(spans) > 2 and max(spans) > 0.0
+        finest = [(patch.area_px, patch.error) for patch in held if patch.level == grower.shape.finest]
+        known = [(area, error.rms_m**2) for area, error in finest if error is not None]
+        if known:
+            mean = sum(area * square for area, square in known) / sum(area for area, _ in known)
+            assert tile.errors["terrain_rms_m"] == pytest.approx(mean**0.5, rel=1e-5)
+            sizes |= {area for area, _ in known}
+    assert len(spans) > 2 and (max(spans) > 0.0 if seen else len(sizes) > 1)
 
 
 def test_only_tiles_with_patches_of_the_finest_level_claim_the_bound(coast: Any) -> None:
