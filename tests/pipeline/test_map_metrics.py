@@ -153,22 +153,32 @@ def test_gloss_of_every_level_agrees_with_numpy(shape: tuple[int, int]) -> None:
     gloss = np.random.default_rng(3).random((*shape, 2), np.float32)
     field = ground(some_heights(*shape) * np.float32(0.1))
     texture = truth.random_texture("BC5_UNORM", *shape)
+    everywhere = [np.ones((h, w), np.bool_) for h, w in truth.sizes(*shape)]
+    near(levels.gloss_levels(texture, gloss, field), gloss_truth(texture, gloss, settled(field), everywhere))
+
+
+def gloss_truth(
+    texture: Texture, gloss: np.ndarray, vectors: np.ndarray, masks: list[np.ndarray]
+) -> list[dict[str, float]]:
+    """What gloss_levels tells of the texels that each level's mask holds."""
     wide = gloss.astype(np.float64)
-    joined = np.dstack([wide[:, :, 0], (1 - wide[:, :, 1]) ** 4, settled(field)])
+    joined = np.dstack([wide[:, :, 0], (1 - wide[:, :, 1]) ** 4, vectors])
     wanted = []
-    for k in range(len(texture.levels)):
-        found = truth.mean(joined, k)
-        r = np.sqrt((found[:, :, 2:] ** 2).sum(axis=2))
+    for k, mask in enumerate(masks):
+        found = truth.mean(joined, k)[mask]
+        r = np.sqrt((found[:, 2:] ** 2).sum(axis=1))
         lost = 2 * np.maximum(0, 1 - r * r) / (r * (3 - r * r)) if k else 0.0
-        smooth = 1 - np.minimum(1, found[:, :, 1] + lost) ** 0.25
-        shown = decode_texels(texture, k)
-        apart = np.abs(half_width(shown[:, :, 1].astype(np.float64)) - half_width(smooth))
-        widths = (apart.mean(), np.sort(apart.ravel())[-(-apart.size * 99 // 100) - 1], apart.max())
+        smooth = 1 - np.minimum(1, found[:, 1] + lost) ** 0.25
+        shown = decode_texels(texture, k)[mask]
+        apart = np.abs(half_width(shown[:, 1].astype(np.float64)) - half_width(smooth))
+        if not mask.any():
+            shown, found, smooth, apart = np.zeros((1, 2)), np.zeros((1, 2)), np.zeros(1), np.zeros(1)
+        widths = (apart.mean(), np.sort(apart)[-(-apart.size * 99 // 100) - 1], apart.max())
         wanted.append(
-            truth.differences(shown, np.dstack([found[:, :, 0], smooth]))
+            truth.differences(shown, np.stack([found[:, 0], smooth], axis=1))
             | dict(zip(("width_mean_deg", "width_p99_deg", "width_max_deg"), widths, strict=True))
         )
-    near(levels.gloss_levels(texture, gloss, field), wanted)
+    return wanted
 
 
 def half_width(smoothness: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -463,6 +473,9 @@ def test_texels_whose_taps_or_area_leave_their_island_are_not_measured(wrap: tup
     offsets = exact[:, :, :2] - exact[inside][:, :2].mean(axis=0)
     chain = [truth.rebuilt(truth.mean(offsets, k)) for k in range(count)]
     near(levels.dudv_levels(texture, field), truth.angles(texture, chain, masks))
+    gloss = np.random.default_rng(3).random((*shape, 2), np.float32)
+    baked = truth.random_texture("RG8_UNORM", *shape)
+    near(levels.gloss_levels(baked, gloss, field), gloss_truth(baked, gloss, exact, masks))
 
 
 def mirrored(size: int, reach: int) -> np.ndarray:
