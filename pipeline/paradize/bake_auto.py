@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.bake_choice import AUTO, GROWN, LABELS, ORDER, cheapest, inside, limited, misses
+from paradize.bake_dial import next_label
 from paradize.bake_tasks import How, Task, known, recall, run_tasks, task_of
 from paradize.engine.memory import FileMemory
 from paradize.engine.store import Stamp, Store
@@ -89,11 +90,13 @@ class _Choice:
         """The tier to try next; None where one is inside the budget, or none is left or would help."""
         if self.asked != AUTO and any(task.error for task in self.tasks.values()):
             return None
-        if any(inside(products, budget.aim) for products in self.measured.values()):
-            return None
+        tried = {
+            label: label in self.measured and inside(self.measured[label], budget.aim) for label in self.tasks
+        }
         grows = self.asked == AUTO and self.order.maker in FORMATTED
-        left = LABELS if grows else ORDER
-        return next((tier for tier in left if tier not in self.tasks), None)
+        turns = self.asked == AUTO and 0.0 not in budget.aim.values()
+        given = self.order.settings.get("max_error_m") if turns else None
+        return next_label(self.order.maker, LABELS if grows else ORDER, given, tried)
 
     def chosen(self, budget: Limits) -> Task:
         """The task to take; one with an error where no tier will do."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from paradize.bake_dial import by_cost
 from paradize.budget import METRICS, excesses, is_beyond
 from paradize.errors import BakeError
 from paradize.scene import TIERS
@@ -30,8 +31,8 @@ def cheapest(measured: Mapping[str, Products], budget: Limits) -> str | None:
     """The cheapest tier inside the soft limits, where they are given; else the cheapest inside the hard ones;
     None where no tier is. measured: by tier."""
     for limits in (budget.aim, budget.hard):
-        for tier in LABELS:
-            if tier in measured and inside(measured[tier], limits):
+        for tier in by_cost(measured):
+            if inside(measured[tier], limits):
                 return tier
     return None
 

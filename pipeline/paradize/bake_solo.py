@@ -32,9 +32,10 @@ def solo(kind: str, path: Path, *, tier: str, budget: dict[str, float], **settin
     a BakeError (several: GroupedError) that says by how much. A budget of what is not measured raises
     BakeError too, before anything is baked where that can be known."""
     from paradize.bake_choice import AUTO, GROWN, LABELS, ORDER, inside, limited, misses
+    from paradize.bake_dial import by_cost, next_label, setting_of
     from paradize.bake_measured import measured_by
     from paradize.budget import excesses
-    from paradize.errors import GroupedError
+    from paradize.errors import BakeError, GroupedError
     from paradize.schema import Limits
 
     makes = measured_by(kind, settings.get("only", ()), settings)
@@ -45,13 +46,28 @@ def solo(kind: str, path: Path, *, tier: str, budget: dict[str, float], **settin
     call = calls[kind]
     growing: dict[str, Any] = {"budget": budget} if kind == "maps" else {}
     labels = (tier,) if tier != AUTO else LABELS if growing else ORDER
-    measured = {}
-    for one in labels:
-        more = growing if tier != AUTO or one == GROWN else {}
-        made = call(path, tier=ORDER[0] if one == GROWN else one, **settings, **more)
-        measured[one] = limited(made.errors, limits)
-        if inside(measured[one], budget):
-            break
+    measured: dict[str, dict[str, dict[str, float]]] = {}
+    tried: dict[str, bool] = {}
+    asked: float | None = None  # the setting that may be turned, as it was asked for
+    label: str | None = labels[0]
+    while label is not None:
+        used, turned = setting_of(label)
+        more = growing if tier != AUTO or label == GROWN else {}
+        try:
+            product = call(path, tier=ORDER[0] if label == GROWN else used, **settings | turned, **more)
+        except BakeError:
+            if not turned:
+                raise
+            tried[label] = False  # a bound that positions cannot hold
+        else:
+            measured[label] = limited(product.errors, limits)
+            tried[label] = inside(measured[label], budget)
+            kept = [name for name in tried if tried[name]]
+            if not kept or by_cost(kept)[0] == label:
+                made, one = product, label
+        if tier == AUTO and not turned and 0.0 not in budget.values():
+            asked = product.told.get("bound_m")
+        label = next_label(kind, labels, asked, tried)
     over = [
         f"{name}: {excess}" for name, errors in made.errors.items() for excess in excesses(limits, errors)
     ]
@@ -147,6 +163,7 @@ def solo_terrain(
     told = {
         "triangles": made.triangles,
         "vertices": made.vertices,
+        "bound_m": made.bound_m,
         "max_error_m": made.max_error_m,
         "rms_error_m": made.rms_error_m,
         "tier": made.tier,

@@ -13,6 +13,7 @@ from typing import Any
 
 from paradize import bake_makers
 from paradize.bake_artifacts import keep_artifact
+from paradize.bake_dial import setting_of
 from paradize.bake_estimate import memory_of, seconds_of
 from paradize.bake_work import Watcher, read_by, run_work
 from paradize.engine.code import code_digest, code_of
@@ -129,11 +130,13 @@ def task_of(
     grow: bool = True,
     uncompressed: bool = False,
 ) -> Task:
-    """grow: textures take a more exact format where theirs exceeds the budget. uncompressed: as in How."""
+    """tier: a tier, with a setting of its own or not, as bake_dial names it. grow: textures take a more exact
+    format where theirs exceeds the budget. uncompressed: as in How."""
     module, maker = bake_makers.MAKERS[order.maker]
     sources = {role: memory.sha256(path) for role, path in order.sources.items()}
     code = code_digest(module, ASKED)
-    settings = settings_of(order, scene, grow)
+    tier, turned = setting_of(tier)
+    settings = settings_of(order, scene, grow) | turned
     if uncompressed and order.maker in ("color", "maps"):
         settings = settings | {"uncompressed": True}
     return Task(order, settings, tier, key_of(maker.__name__, code, sources, settings, tier))

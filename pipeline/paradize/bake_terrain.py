@@ -23,12 +23,14 @@ TRIES = 6
 
 @dataclass(frozen=True)
 class TerrainProduct:
-    """glb: one node at one level. max_error_m, rms_error_m: vertical metres, measured at every pixel, of the
-    codes where there are such. codes: what they cost by themselves, as metrics/quantised.py names it."""
+    """glb: one node at one level. bound_m: what was asked for, vertical metres. max_error_m, rms_error_m:
+    vertical metres, measured at every pixel, of the codes where there are such. codes: what they cost by
+    themselves, as metrics/quantised.py names it."""
 
     glb: bytes
     triangles: int
     vertices: int
+    bound_m: float
     max_error_m: float
     rms_error_m: float
     tier: str
@@ -112,6 +114,7 @@ def bake_terrain(
         glb=encode_glb([lod], "terrain"),
         triangles=len(mesh.triangles),
         vertices=len(mesh.positions),
+        bound_m=max_error_m,
         max_error_m=_six(error.max_m),
         rms_error_m=_six(error.rms_m),
         tier=used,

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from paradize.bake import derive
 from paradize.bake_cut import sha256_without
+from paradize.bake_dial import setting_of
 from paradize.bake_record import BakeReport
 from paradize.bake_tasks import How
 from paradize.engine.store import Store, hash_file, key_of
@@ -31,8 +32,9 @@ def verify(
     bytes are others. percent: above 0, up to 100."""
     files = {row["name"]: row["file"] for row in report.artifacts}
     chosen = sample(list(files), percent)
+    labels = {row["name"]: row["tried"]["taken"] for row in report.artifacts if row.get("tried")}
     taken = {
-        row["name"]: row["tried"]["taken"].partition(",")[0] for row in report.artifacts if row.get("tried")
+        name: label if setting_of(label)[1] else label.partition(",")[0] for name, label in labels.items()
     }
     how = replace(how, tiers=taken | dict(how.tiers))
     with tempfile.TemporaryDirectory(prefix="paradize-verify-") as folder:

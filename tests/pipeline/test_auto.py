@@ -14,6 +14,7 @@ import pytest
 from paradize import bake_auto
 from paradize.bake import bake
 from paradize.bake_choice import GROWN, ORDER, cheapest, misses
+from paradize.bake_dial import setting_of
 from paradize.bake_record import BakeReport
 from paradize.bake_solo import solo
 from paradize.bake_tasks import How, Task
@@ -325,7 +326,11 @@ def test_auto_is_brute_force_over_assets_and_three_budgets(
             inside = [name for name, value in every_value.items() if not is_beyond(metric, value, limit)]
             if inside:
                 made = solo(kind, path, tier="auto", budget={metric: limit}, **settings)
-                assert made.told["tried"]["taken"] == inside[0], (path, metric, limit, every_value)
+                taken = made.told["tried"]["taken"]
+                if kind == "terrain" and setting_of(taken)[1]:  # a bound between the tiers: test_dial.py
+                    assert inside[0] == "exact" and made.errors["terrain"][metric] <= limit
+                    continue
+                assert taken == inside[0], (path, metric, limit, every_value)
                 continue
             with pytest.raises(ParadizeError, match="no tier keeps the budget") as caught:
                 solo(kind, path, tier="auto", budget={metric: limit}, **settings)
