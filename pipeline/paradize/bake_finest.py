@@ -75,7 +75,7 @@ class Finest:
 def surface_of(mesh: Mesh, uvs: npt.NDArray[np.float32], width: int, height: int) -> Surface:
     """A mesh's triangles with a texture of width x height texels. Triangles without area are never drawn and
     left out. The least density is the smaller singular value of the map from metres to texels."""
-    corners = mesh.positions.astype(np.float64)[mesh.triangles]
+    corners = mesh.places[mesh.triangles]
     texels = uvs.astype(np.float64)[mesh.triangles] * [width, height]
     e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     p, q = texels[:, 1] - texels[:, 0], texels[:, 2] - texels[:, 0]

@@ -41,9 +41,11 @@ QUANTISED = (
     "quantise_tangent_max_deg", "quantise_tangent_p99_deg", "quantise_tangent_mean_deg",
     "quantise_uv_max", "quantise_color_max",
 )  # fmt: skip
+# What rounding the source's positions to float32 cost: the same at every level.
+LOADED = ("load_max", "load_max_m", "load_normal_p99_deg")
 # What scene.json tells of each level of a mesh, besides the GLB itself.
 LOD_FACTS = (
-    "triangles", "error_max", "error_rms", "error_p99",
+    "triangles", "error_max", "error_rms", "error_p99", *LOADED,
     "normal_mean_deg", "normal_p99_deg", "normal_max_deg", "uv_shift_p99", "uv_shift_max",
     *QUANTISED,
 )  # fmt: skip
@@ -61,7 +63,7 @@ def mesh_errors(levels: list[dict[str, Any]], frames: bool = True) -> dict[str, 
             ("lod_normal_mean_deg", "normal_mean_deg"),
             ("uv_shift_p99", "uv_shift_p99"),
             ("uv_shift_max", "uv_shift_max"),
-            *((key, key) for key in QUANTISED),
+            *((key, key) for key in (*LOADED, *QUANTISED)),
         )
         if all(key in level for level in levels)
     }

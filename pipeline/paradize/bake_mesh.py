@@ -13,11 +13,12 @@ import numpy as np
 from paradize.bake_atlas import with_atlas
 from paradize.bake_lods import DEFAULT_MAX_ERROR, Plan, make_levels
 from paradize.bake_quantise import quantised_levels
-from paradize.data import Group, Lod, Mesh
+from paradize.data import Group, Lod, Mesh, six_up
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
 from paradize.formats.glb import encode_glb, verify_glb
 from paradize.kernels.mesh import TANGENT_METHODS
 from paradize.metrics.draw import draw_costs
+from paradize.metrics.loading import Loaded, loaded, loading_messages
 from paradize.metrics.tangent import frame_errors, frame_faults, part_of, true_tangents
 from paradize.readers.mtl import base_colors_of
 from paradize.readers.obj import read_obj
@@ -132,7 +133,15 @@ def _bake(
     started: float,
 ) -> MeshProduct:
     read = read_obj(path, root)
+    loading = loaded(read.mesh, read.text)
+    if loading.coordinate_m > _LARGEST:
+        raise SourceError(
+            f"a coordinate of {loading.coordinate_m:g} metres, limit {_LARGEST:g}",
+            file=path,
+            mend="scale the model down",
+        )
     warnings, lines = list(read.warnings), read.lines
+    warnings += [f"{path}: {text}" for text in loading_messages(loading, lines)]
     joined, welding = weld(read.mesh, weld_m)
     try:
         mesh, found = validate_mesh(joined, path)
@@ -144,12 +153,6 @@ def _bake(
     found = replace(found, unused_vertices=found.unused_vertices + read.counts["positions_unused"])
     smoothing, materials = read.smoothing[found.kept], read.materials
     del read, joined  # a large mesh in memory three times over is three times too often
-    if float(np.abs(mesh.positions).max()) > _LARGEST:
-        raise SourceError(
-            f"a coordinate of {float(np.abs(mesh.positions).max()):g} metres, limit {_LARGEST:g}",
-            file=path,
-            mend="scale the model down",
-        )
     warnings += [f"{path}: {text}" for text in (*welded_messages(welding), *messages(found, lines))]
     if mesh.colors is not None and (mesh.colors.min() < 0 or mesh.colors.max() > 1):
         mesh = replace(mesh, colors=np.clip(mesh.colors, 0, 1))
@@ -194,10 +197,17 @@ def _bake(
         "tangent_tiers": tiers,
         "bytes": len(glb),
         "quantised": quantise_deg is not None,
+        "origin": list(framed[0][0].origin),
+        "loading": loading.errors | {"collapsed": loading.collapsed},
         "repairs": repairs(found, lines) | {"welded": welding.joined, "welded_most_m": welding.largest_m},
         "materials": [group.material for group in framed[0][0].groups],
         "lods": [
-            {"triangles": len(level.triangles), "vertices": len(level.positions), **errors, **_told(lod)}
+            {
+                "triangles": len(level.triangles),
+                "vertices": len(level.positions),
+                **errors,
+                **_told(lod, loading),
+            }
             | frame_faults(level)
             | frame_errors(level)
             | {"draw": draw_costs(level) | {"acmr_before": before["acmr"], "atvr_before": before["atvr"]}}
@@ -234,8 +244,11 @@ def _lod(level: Mesh, errors: Mapping[str, float]) -> Lod:
     return Lod(level, errors["error_max"], errors["error_rms"], more)
 
 
-def _told(lod: Lod) -> dict[str, float]:
-    return {"error_max": lod.error_max, "error_rms": lod.error_rms, **lod.errors}
+def _told(lod: Lod, loading: Loaded) -> dict[str, float]:
+    """A level's errors against the source's text: its distance from level 0, and what loading cost that."""
+    errors = {"error_max": lod.error_max, "error_rms": lod.error_rms}
+    whole = {key: six_up(value + loading.largest) for key, value in errors.items()}
+    return {**whole, **lod.errors, **loading.errors}
 
 
 def _colored(source: Mesh, level: Mesh) -> Mesh:

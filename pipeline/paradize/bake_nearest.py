@@ -24,7 +24,8 @@ from paradize.scene import Instance, Scene
 _PLACES = 2000
 _STEP_S = 0.25
 _GOLDEN = 2654435769  # of 2^32
-_INDICES = {5121: "B", 5123: "H", 5125: "I"}  # glTF's component types
+_TYPES = {5121: "B", 5123: "H", 5125: "I", 5126: "f"}  # glTF's component types
+_COUNTS = {"SCALAR": 1, "VEC3": 3}
 
 
 def places_of(glb: bytes, name: str) -> list[Vec]:
@@ -36,30 +37,37 @@ def places_of(glb: bytes, name: str) -> list[Vec]:
             raise ValueError("no JSON chunk")
         tree = json.loads(glb[20 : 20 + length])
         start = 28 + length
+        node = tree["nodes"][0]
+        step, origin = node.get("scale", (1.0, 1.0, 1.0)), node.get("translation", (0.0, 0.0, 0.0))
 
-        def at(accessor: int) -> tuple[int, int, int]:
-            """First byte, count and component type."""
+        def at(accessor: int) -> tuple[int, int, int, int]:
+            """First byte, bytes from one to the next, count and component type."""
             told = tree["accessors"][accessor]
             view = tree["bufferViews"][told["bufferView"]]
             offset = start + view.get("byteOffset", 0) + told.get("byteOffset", 0)
-            return offset, int(told["count"]), int(told["componentType"])
+            component = int(told["componentType"])
+            stride = view.get("byteStride", _COUNTS[told["type"]] * struct.calcsize(_TYPES[component]))
+            return offset, stride, int(told["count"]), component
+
+        def place(raw: Sequence[float]) -> Vec:
+            x, y, z = (a + b * c for a, b, c in zip(origin, step, raw, strict=True))
+            return x, y, z
 
         runs = [
-            (at(primitive["attributes"]["POSITION"])[0], *at(primitive["indices"]))
-            for primitive in tree["meshes"][tree["nodes"][0]["mesh"]]["primitives"]
+            (at(primitive["attributes"]["POSITION"]), at(primitive["indices"]))
+            for primitive in tree["meshes"][node["mesh"]]["primitives"]
         ]
-        total = sum(count // 3 for _, _, count, _ in runs)
+        total = sum(count // 3 for _, (_, _, count, _) in runs)
         parts = 1
         while total * (parts + 1) * (parts + 2) < _PLACES:
             parts += 1
         found: list[Vec] = []
-        for positions, indices, count, component in runs:
-            form = f"<3{_INDICES[component]}"
-            size = struct.calcsize(form)
+        for (positions, stride, _, coordinate), (indices, size, count, component) in runs:
+            form, row = f"<3{_TYPES[component]}", f"<3{_TYPES[coordinate]}"
             for triangle in _chosen(count // 3, total):
                 corners = [
-                    struct.unpack_from("<3f", glb, positions + 12 * index)
-                    for index in struct.unpack_from(form, glb, indices + triangle * size)
+                    place(struct.unpack_from(row, glb, positions + stride * index))
+                    for index in struct.unpack_from(form, glb, indices + 3 * triangle * size)
                 ]
                 found += _spread(corners, parts)
     except (KeyError, IndexError, TypeError, ValueError, struct.error) as error:

@@ -35,7 +35,7 @@ def sight_plan(seen: dict[str, Any], instances: list[dict[str, Any]]) -> Callabl
     pixel_per_m = 2.0 * (sine / cosine) / height  # metres that a pixel covers, per metre of distance
 
     def plan(mesh: Mesh, asked: Plan) -> Plan:
-        used = mesh.positions[np.unique(mesh.triangles)].astype(np.float64)
+        used = mesh.places[np.unique(mesh.triangles)]
         low, high = used.min(axis=0), used.max(axis=0)
         x, y, z = (float(value) for value in (low + high) / 2)
         size = diagonal(mesh)

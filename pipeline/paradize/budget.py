@@ -12,6 +12,9 @@ FAR = 1e6
 METRICS = {
     "surface_max": Limit("of the diagonal", True, 1.0, "largest two-sided surface distance of a LOD"),
     "surface_rms": Limit("of the diagonal", True, 1.0, "RMS of the two-sided surface distance of a LOD"),
+    "load_max": Limit("of the diagonal", True, 1.0, "how far float32 moved a vertex of the source, at most"),
+    "load_max_m": Limit("m", True, FAR, "the same in metres"),
+    "load_normal_p99_deg": Limit("degrees", True, 180.0, "99 % of the source's surface it turned by no more"),
     "tangent_max_deg": Limit("degrees", True, 180.0, "largest angle of a tangent from MikkTSpace's"),
     "tangent_p99_deg": Limit("degrees", True, 180.0, "99 of 100 tangents are this near to MikkTSpace's"),
     "tangent_mean_deg": Limit("degrees", True, 180.0, "mean angle of the tangents from MikkTSpace's"),

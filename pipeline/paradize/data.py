@@ -22,11 +22,22 @@ if TYPE_CHECKING:
     F32: TypeAlias = npt.NDArray[np.float32]
     I32: TypeAlias = npt.NDArray[np.int32]
     U32: TypeAlias = npt.NDArray[np.uint32]
+    F64: TypeAlias = npt.NDArray[np.float64]
+
+
+Vec3: TypeAlias = tuple[float, float, float]
+ORIGIN: Vec3 = (0.0, 0.0, 0.0)
 
 
 def six(value: float) -> float:
     """A measured value as it is told: six significant digits, the same wherever it was measured."""
     return float(f"{value:.6g}")
+
+
+def six_up(value: float) -> float:
+    """The same of a bound: not below it."""
+    found = six(value)
+    return found if found >= value else six(value * (1.0 + 1e-5))
 
 
 @dataclass(frozen=True)
@@ -43,10 +54,12 @@ class Group:
 class Mesh:
     """Indexed triangles; a vertex is unique in (position, normal, uv, uv1).
 
-    positions: (n, 3) float32, metres, Y up. triangles: (m, 3) uint32, counter-clockwise from outside.
+    positions: (n, 3) float32, metres, Y up, counted from origin. triangles: (m, 3) uint32, counter-clockwise
+    from outside.
     normals: (n, 3) float32, unit. tangents: (n, 4) float32, xyz unit, w = +-1, B = w * cross(N, T).
     uvs, uvs1: (n, 2) float32, top-left origin. colors: (n, 4) float32, linear, 0..1.
-    groups cover all triangles in order, without gap or overlap; one per run of a material.
+    groups cover all triangles in order, without gap or overlap; one per run of a material. origin: where the
+    mesh lies, x y z in metres as float64; other than 0 only far from it, where float32 loses small distances.
     """
 
     positions: F32
@@ -57,6 +70,23 @@ class Mesh:
     uvs1: F32 | None = None
     colors: F32 | None = None
     groups: tuple[Group, ...] = ()
+    origin: Vec3 = ORIGIN
+
+    @property
+    def places(self) -> F64:
+        """(n, 3) float64: the positions in the mesh's space, origin and all."""
+        return self.positions.astype(np.float64) + self.origin
+
+
+@dataclass(frozen=True)
+class SourcePlaces:
+    """Where a source file has a mesh's vertices. places: (n, 3) float64, as the file counts them; of several
+    that are one vertex, the farthest from it. merged: triangles with an area in the file of which two corners
+    became one vertex, and the first."""
+
+    places: F64
+    merged: int = 0
+    first_merged: int = 0
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from paradize.bake_record import SCENE_FILE
-from paradize.data import Mesh, Texture
+from paradize.data import ORIGIN, Mesh, Texture, Vec3
 from paradize.engine.publish import write_whole
 from paradize.errors import BakeError, SourceError
 from paradize.export_flight import flight_keys, quaternion
@@ -96,6 +96,7 @@ class _Export:
         path = folder if folder.name == SCENE_FILE else folder / SCENE_FILE
         self.folder = path.parent
         self.manifest = decode_scene(self._read(path), path)
+        self.keys = flight_keys(self.manifest["flight"])
         self.bundle = Bundle(self.manifest["name"])
         self.triangles = 0
         self.errors: dict[str, float] = {}
@@ -119,7 +120,7 @@ class _Export:
                 f"sky {name}", pbrMetallicRoughness=look, doubleSided=True, extensions={_UNLIT: {}}
             )
             mesh = quad(*(half * np.array(axis, np.float32) for axis in (ahead, right, down)))
-            self._place(f"sky {name}", mesh, {"": material})
+            self._place(f"sky {name}", mesh, {"": material}, self.keys.origin)
 
     def terrain(self) -> None:
         ground = self.manifest["terrain"]
@@ -201,7 +202,7 @@ class _Export:
             self.bundle.node(
                 name,
                 mesh=mesh,
-                translation=instance["position"],
+                translation=_standing(instance, lod.mesh.origin),
                 rotation=[0.0, math.sin(half), 0.0, math.cos(half)],
                 scale=[instance["scale"]] * 3,
             )
@@ -237,12 +238,14 @@ class _Export:
             near_m=path["near_m"],
             far_m=path["far_m"],
         )
-        keys = flight_keys(path)
+        keys = self.keys
         self.bundle.nodes[node] |= {
             "translation": [float(x) for x in keys.places[0]],
             "rotation": [float(x) for x in keys.turns[0]],
         }
         self.bundle.movement("flight", node, keys.times_s, keys.places, keys.turns)
+        if keys.origin != ORIGIN:  # keys are float32, a node's numbers are not
+            self.bundle.node("camera's place", translation=list(keys.origin), children=[node])
         self.errors |= keys.errors
 
     def _pictures(self, item: dict[str, Any]) -> dict[str, int]:
@@ -278,8 +281,9 @@ class _Export:
             parts |= {"alphaMode": "MASK", "alphaCutoff": told["alpha_cutoff"]}
         return self.bundle.material(f"{item['name']} {name}".strip(), **parts)
 
-    def _place(self, name: str, mesh: Mesh, materials: dict[str, int]) -> None:
-        self.bundle.node(name, mesh=self.bundle.mesh(name, mesh, materials))
+    def _place(self, name: str, mesh: Mesh, materials: dict[str, int], at: Vec3 = ORIGIN) -> None:
+        stand = {} if at == ORIGIN else {"translation": list(at)}
+        self.bundle.node(name, mesh=self.bundle.mesh(name, mesh, materials), **stand)
         self.triangles += len(mesh.triangles)
 
     def _note_errors(self, names: list[str]) -> None:
@@ -303,3 +307,11 @@ class _Export:
         except OSError as error:
             what = f"cannot be read: {error.strerror or error}"
             raise SourceError(what, file=path, mend="name a folder that paradize bake made") from None
+
+
+def _standing(instance: dict[str, Any], origin: Vec3) -> list[float]:
+    """Where an instance of a mesh that is counted from `origin` stands: turned, scaled, moved, in float64."""
+    (x, y, z), s = origin, instance["scale"]
+    sine, cosine = math.sin(instance["yaw_rad"]), math.cos(instance["yaw_rad"])
+    turned = (x * cosine + z * sine, y, z * cosine - x * sine)
+    return [float(p) + s * t for p, t in zip(instance["position"], turned, strict=True)]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from paradize.data import six
+from paradize.data import ORIGIN, Vec3, six
 from paradize.flight import Flight
 
 if TYPE_CHECKING:
@@ -16,18 +16,21 @@ if TYPE_CHECKING:
     F64 = npt.NDArray[np.float64]
 
 KEYS_PER_S = 30.0
+_NEAR_M = 4096.0  # float32 has steps of half a millimetre there
 _BETWEEN = 4  # moments between two keys at which the error is measured
 
 
 @dataclass(frozen=True)
 class Keys:
-    """times_s (n,) float32, places (n, 3) float32 metres, turns (n, 4) float32 unit quaternions x y z w that
-    take -Z to where the camera looks; errors: what a viewer that goes straight from key to key misses."""
+    """times_s (n,) float32, places (n, 3) float32 metres, counted from `origin`, turns (n, 4) float32 unit
+    quaternions x y z w that take -Z to where the camera looks; errors: what a viewer that goes straight from
+    key to key misses."""
 
     times_s: npt.NDArray[np.float32]
     places: npt.NDArray[np.float32]
     turns: npt.NDArray[np.float32]
     errors: dict[str, float]
+    origin: Vec3
 
 
 def flight_keys(tree: dict[str, Any]) -> Keys:
@@ -38,6 +41,9 @@ def flight_keys(tree: dict[str, Any]) -> Keys:
     times = flight.duration_s * np.arange(count + 1) / count
     times_s = times.astype(np.float32)
     places, turns = _poses(flight, times)
+    origin = _origin_of(places)
+    keys = (places - origin).astype(np.float32)
+    places = keys.astype(np.float64) + origin
     shares = (np.arange(_BETWEEN) + 1) / (_BETWEEN + 1)
     moments = (times[:-1, None] + shares * (times[1:] - times[:-1])[:, None]).ravel()
     true_places, true_turns = _poses(flight, moments)
@@ -52,7 +58,15 @@ def flight_keys(tree: dict[str, Any]) -> Keys:
     errors: dict[str, float] = {}
     for name, values in (("path_export_m", apart), ("path_export_deg", angles)):
         errors |= {f"{name}_max": six(values.max()), f"{name}_p99": six(np.percentile(values, 99))}
-    return Keys(times_s, places.astype(np.float32), turns.astype(np.float32), errors)
+    return Keys(times_s, keys, turns.astype(np.float32), errors, origin)
+
+
+def _origin_of(places: F64) -> Vec3:
+    """(0, 0, 0), or a place in the midst of a flight that lies so far away that float32 keys would jerk."""
+    if float(np.abs(places).max()) <= _NEAR_M:
+        return ORIGIN
+    x, y, z = (float(value) for value in np.round((places.min(axis=0) + places.max(axis=0)) / 2.0))
+    return x, y, z
 
 
 def _poses(flight: Flight, times: F64) -> tuple[F64, F64]:

@@ -10,7 +10,7 @@ import secrets
 import shutil
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from math import cos, pi, sin, sqrt
+from math import ceil, cos, log10, pi, sin, sqrt
 from pathlib import Path
 
 from paradize.data import Mesh
@@ -25,7 +25,8 @@ SUN_AZIMUTH_DEG, SUN_ELEVATION_DEG = 215.0, 38.0
 FOV_DEG = 40.0
 LEAST_M, MOST_M = 0.05, 500.0  # radii that are shown as they are; others are scaled towards one metre
 SCALES = (1e-6, 1e6)  # what an instance of a scene may have
-SMALLEST, LARGEST, FARTHEST = 1e-8, 1e9, 1e6  # radius of a model that can be shown; middle, in radii
+SMALLEST, LARGEST, FARTHEST = 1e-8, 1e9, 1e9  # radius of a model that can be shown; middle, in radii
+FARTHEST_M = 1e9  # of an instance's place in a scene (scene.py)
 WAYPOINTS = 8
 RESERVED = {"terrain", "sand", "effect", "water", "sky", "sound"}
 
@@ -113,7 +114,8 @@ def _bring(source: Path, aside: Path) -> _Model:
         if not (target.exists() and target.samefile(path)):
             with target.open("wb") as copy:
                 copy.writelines(read_parts(path))
-    low, high = read.mesh.positions.min(axis=0).tolist(), read.mesh.positions.max(axis=0).tolist()
+    places = read.mesh.places
+    low, high = places.min(axis=0).tolist(), places.max(axis=0).tolist()
     half = [0.5 * (b - a) for a, b in zip(low, high, strict=True)]
     found = _Model(
         center=(low[0] + half[0], low[1] + half[1], low[2] + half[2]),
@@ -124,9 +126,11 @@ def _bring(source: Path, aside: Path) -> _Model:
     if not SMALLEST <= found.radius <= LARGEST:
         what = f"its radius is {found.radius:g}; a scene can show {SMALLEST:g} to {LARGEST:g}"
         raise SourceError(what, file=source, mend="scale the model")
-    if max(abs(c) for c in found.center) > FARTHEST * found.radius:
-        what = f"it lies more than {FARTHEST:g} times its radius from the origin"
-        raise SourceError(what, file=source, mend="move the model to the origin")
+    away = max(abs(c) for c in found.center)
+    limit = min(FARTHEST * found.radius, FARTHEST_M / _scale(found.radius))
+    if away > limit:
+        what = f"it lies {away:g} from the origin, limit {limit:g} of a radius of {found.radius:g}"
+        raise SourceError(what, file=source, mend="move the model nearer to the origin")
     colors = list(dict.fromkeys(material.map_kd for material in read.materials.values()))
     painted = [color for color in colors if color]
     stem = _identifier(source.stem, "model")
@@ -191,9 +195,7 @@ def _keep_faces(source: Path, target: Path, materials: set[str]) -> None:
 
 def _toml(name: str, model: _Model) -> str:
     """The scene's text. Lengths follow the model: r is its radius as it is shown."""
-    scale = 1.0
-    if not LEAST_M <= model.radius <= MOST_M:
-        scale = min(max(1.0 / model.radius, SCALES[0]), SCALES[1])
+    scale = _scale(model.radius)
     r = scale * model.radius
     if scale != 1.0:
         model.notes.append(
@@ -240,7 +242,11 @@ def _toml(name: str, model: _Model) -> str:
         lines += ['wrap = "repeat"'] if part.repeat else []
         for material in part.cutouts:
             lines += ["", f"[object.material.{_string(material)}]", "alpha_cutoff = 0.5", "two_sided = true"]
-        lines += ["", "[[object.instance]]", f"position = [{', '.join(_text(x) for x in position)}]"]
+        lines += [
+            "",
+            "[[object.instance]]",
+            f"position = [{', '.join(_text(x, 1e-5 * r) for x in position)}]",
+        ]
         lines += [f"scale = {_text(scale)}"] if scale != 1.0 else []
     lines += [
         "",
@@ -262,14 +268,20 @@ def _toml(name: str, model: _Model) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _scale(radius: float) -> float:
+    """At which a model of this radius is shown."""
+    return 1.0 if LEAST_M <= radius <= MOST_M else min(max(1.0 / radius, SCALES[0]), SCALES[1])
+
+
 def _snapped(value: float, size: float) -> float:
     """The value, or 0 where it is nothing beside `size`."""
     return value if abs(value) > 1e-9 * size else 0.0
 
 
-def _text(value: float) -> str:
-    """A TOML float of five digits."""
-    text = f"{value + 0.0:.5g}"
+def _text(value: float, step: float | None = None) -> str:
+    """A TOML float of five digits; of more where they are needed to tell `step`."""
+    digits = 5 if not step else min(17, max(5, ceil(log10(max(abs(value) / step, 1.0)))))
+    text = f"{value + 0.0:.{digits}g}"
     return text if any(c in text for c in ".en") else f"{text}.0"
 
 

@@ -31,6 +31,7 @@ from paradize.schema import (
     number_or,
     numbers,
     one_of,
+    place,
     read_table,
     source,
     sources,
@@ -43,7 +44,8 @@ from paradize.schema import (
     words,
 )
 
-FAR = 1e6  # metres: no coordinate of a scene lies farther out
+FAR = 1e6  # metres: no length of a scene is larger
+Place = tuple[float, float, float]
 SCENE_LIMIT_BYTES = 4 << 20
 TIERS = ("fast", "balanced", "exact", "auto")  # the cheapest first; auto picks one of the others
 SEVERITIES = ("error", "warning", "off")  # of a rule of `paradize check`
@@ -112,7 +114,7 @@ class Sky:
 class Shadow:
     size: int = whole(2048, low=16, high=16384, unit="texels")
     extent_m: float = number(100.0, low=1e-3, high=FAR, unit="m")  # side of the square that the light sees
-    center: tuple[float, float, float] = vector((0.0, 0.0, 0.0), size=3, low=-FAR, high=FAR, unit="m")
+    center: Place = place((0.0, 0.0, 0.0))
     blur_distance_m: float = number(50.0, low=0.0, high=FAR, unit="m")
 
 
@@ -200,7 +202,7 @@ class ObjectMaterial:
 
 @dataclass(frozen=True, kw_only=True)
 class Instance:
-    position: tuple[float, float, float] = vector((0.0, 0.0, 0.0), size=3, low=-FAR, high=FAR, unit="m")
+    position: Place = place((0.0, 0.0, 0.0))
     yaw_deg: float = number(0.0, low=-3600.0, high=3600.0, unit="degrees")
     scale: float = number(1.0, low=1e-6, high=1e6)
 
@@ -239,7 +241,7 @@ class SceneObject:
 @dataclass(frozen=True, kw_only=True)
 class Particles:
     name: str = identifier()
-    center: tuple[float, float, float] = vector(size=3, low=-FAR, high=FAR, unit="m")
+    center: Place = place()
     radius_m: float = number(3.0, low=0.0, high=FAR, unit="m")
     count: int = whole(200, low=1, high=1_000_000)
     size_m: tuple[float, float] = vector((0.01, 0.03), size=2, low=1e-6, high=1e3, unit="m", rising=True)
@@ -256,14 +258,14 @@ class Sound:
 
 @dataclass(frozen=True, kw_only=True)
 class EyePoint:
-    position: tuple[float, float, float] = vector(size=3, low=-FAR, high=FAR, unit="m")
+    position: Place = place()
     speed: float = number(1.0, low=0.05, high=20.0, unit="of the mean speed")
     roll_deg: float = number(0.0, low=-180.0, high=180.0, unit="degrees")
 
 
 @dataclass(frozen=True, kw_only=True)
 class TargetPoint:
-    position: tuple[float, float, float] = vector(size=3, low=-FAR, high=FAR, unit="m")
+    position: Place = place()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -291,8 +293,8 @@ class Waiver:
 class FreeCamera:
     """Where a steered camera may be: a box of the world, and how near it comes to any surface there."""
 
-    low: tuple[float, float, float] = vector(size=3, low=-FAR, high=FAR, unit="m")
-    high: tuple[float, float, float] = vector(size=3, low=-FAR, high=FAR, unit="m")
+    low: Place = place()
+    high: Place = place()
     near_m: float = number(1.0, low=1e-4, high=FAR, unit="m")
 
 

@@ -21,6 +21,7 @@ from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
 
 T = TypeVar("T")
+FARTHEST = 1e9  # metres: no place of a scene lies farther out; float64 has steps of 1e-7 there
 
 
 class Faults:
@@ -178,6 +179,11 @@ def flag(default: Any = MISSING) -> Any:
         return value
 
     return _field(rule, default)
+
+
+def place(default: Any = MISSING) -> Any:
+    """x, y and z of a place in metres, at most FARTHEST from 0 along each axis."""
+    return vector(default, size=3, low=-FARTHEST, high=FARTHEST, unit="m")
 
 
 def choice(default: Any = MISSING, *, among: tuple[str, ...]) -> Any:

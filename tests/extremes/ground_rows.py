@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,14 +10,13 @@ import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
 from paradize.data import Heightfield, Mesh
-from paradize.errors import SourceError
 from paradize.flight import Flight, plan_flight
-from paradize.readers.obj import read_obj
 from paradize.scene import EyePoint, TargetPoint
 from paradize.scene import Flight as Settings
 from paradize.stages.terrain import terrain_mesh
 from paradize.stages.terrain_tree import Blocks, Shape
 from tests.extremes.planes import HEIGHTS
+from tests.extremes.shapes import read_text
 from tests.extremes.table import Row
 
 F32 = npt.NDArray[np.float32]
@@ -188,13 +185,7 @@ NUMBERS: dict[str, list[str]] = {
 
 
 def _numbers(values: list[str]) -> np.ndarray:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "a.obj"
-        path.write_text(_text(values))
-        try:
-            return read_obj(path).mesh.positions
-        except SourceError as error:  # the message without a folder that is another each time
-            raise SourceError(error.what, place=error.place, mend=error.mend) from None
+    return read_text(_text(values)).mesh.positions
 
 
 def _wrongly_rounded(values: list[str], made: np.ndarray) -> float:

@@ -2,21 +2,50 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
 from paradize.data import Group, Mesh
+from paradize.errors import SourceError
+from paradize.readers.obj import ObjResult, read_obj
 from tests.pipeline.shapes import grid, sphere
 
 Make = Callable[[], Mesh]
 
 
-def scaled(mesh: Mesh, factor: float) -> Mesh:
-    """Every length times the factor."""
-    return replace(mesh, positions=(mesh.positions.astype(np.float64) * factor).astype(np.float32))
+def text_of(mesh: Mesh, factor: float = 1.0, offset: tuple[float, float, float] = (0, 0, 0)) -> str:
+    """An OBJ of the mesh with every length times the factor, then moved: in float64, all digits written."""
+    lines = []
+    with np.errstate(invalid="ignore"):
+        places = mesh.positions.astype(np.float64) * factor + offset
+    for word, values in (("v", places), ("vt", mesh.uvs), ("vn", mesh.normals)):
+        assert values is not None
+        wide = values.astype(np.float64)
+        rows = np.stack([wide[:, 0], 1.0 - wide[:, 1]], axis=1) if word == "vt" else wide
+        lines += [f"{word} {' '.join(map(repr, row))}" for row in rows.tolist()]
+    lines += [f"f {' '.join(f'{k}/{k}/{k}' for k in face)}" for face in (mesh.triangles + 1).tolist()]
+    return "\n".join(lines)
+
+
+def read_text(text: str) -> ObjResult:
+    """As a bake reads it; messages name no folder, which is another each time."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "a.obj"
+        path.write_text(text)
+        try:
+            return read_obj(path)
+        except SourceError as error:
+            raise SourceError(error.what, place=error.place, mend=error.mend) from None
+
+
+def loaded(mesh: Mesh, factor: float = 1.0, offset: tuple[float, float, float] = (0, 0, 0)) -> Mesh:
+    """What a bake has of text_of."""
+    return read_text(text_of(mesh, factor, offset)).mesh
 
 
 def joined(*meshes: Mesh) -> Mesh:
@@ -105,10 +134,10 @@ MESHES: dict[str, Make] = {
     "one": _one,
     "many": lambda: ball(40),
     "constant": lambda: replace(ball(), positions=np.full_like(ball().positions, 2.5)),
-    "tiny": lambda: scaled(ball(), 1e-30),
-    "huge": lambda: scaled(ball(), 1e30),
-    "far": lambda: sphere(12, radius=100.0, offset=(1e6, -1e6, 1e6)),
-    "denormal": lambda: scaled(ball(), 1e-40),
+    "tiny": lambda: loaded(ball(), 1e-30),
+    "huge": lambda: loaded(ball(), 1e30),
+    "far": lambda: loaded(ball(), offset=(1e6, -1e6, 1e6)),
+    "denormal": lambda: loaded(ball(), 1e-40),
     "nan": lambda: with_value(ball(), float("nan")),
     "inf": lambda: with_value(ball(), float("inf")),
     "parallel": lambda: grid(8),

@@ -34,7 +34,15 @@ EXTREMES = {
     "largest": "57,000 triangles, a million texels",
 }
 DEEP = ("largest",)
-ROOMS = ("mesh_rows", "map_rows", "picture_rows", "ground_rows", "metric_rows", "map_metric_rows")
+ROOMS = (
+    "loading_rows",
+    "mesh_rows",
+    "map_rows",
+    "picture_rows",
+    "ground_rows",
+    "metric_rows",
+    "map_metric_rows",
+)
 
 
 @dataclass(frozen=True)

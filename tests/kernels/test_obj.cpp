@@ -20,10 +20,11 @@ Parsed read(const std::string &text) {
     return parse(text, Limits{});
 }
 
-float number(const std::string &text, NumberFault expected = NumberFault::none) {
+template <typename Real = float>
+Real number(const std::string &text, NumberFault expected = NumberFault::none) {
     const char *p = text.data();
-    float value = -1;
-    CHECK(read_float(p, text.data() + text.size(), value) == expected);
+    Real value = -1;
+    CHECK(read_number(p, text.data() + text.size(), value) == expected);
     CHECK(p == text.data() + (expected == NumberFault::none ? text.size() : 0));
     return value;
 }
@@ -40,6 +41,45 @@ TEST_CASE("numbersAreTheNearestFloat") {
     CHECK(number("1e-45") == 1.4e-45f);
     CHECK(number("3.4028235e38") == 3.4028235e38f);
     CHECK(std::signbit(number("-0")));
+}
+
+TEST_CASE("numbersAreTheNearestDoubleAndRoundToTheNearestFloat") {
+    CHECK(number<double>("0.1") == 0.1);
+    CHECK(number<double>("-5234567.123456789") == -5234567.123456789);
+    CHECK(number<double>("12345678901234567890e-12") == 12345678.90123456789);
+    CHECK(number<double>("16777217") == 16777217.0);
+    CHECK(number<double>("1e-46") == 1e-46);
+    CHECK(std::signbit(number<double>("-0")));
+    for (const char *text : {"16777217.000000001", "7.0000005960464477540", "1.00000005960464477539",
+                             "1.17549435e-38", "2.1019476964872256e-45", "3.4028235e38"})
+        CHECK(static_cast<float>(number<double>(text)) == number(text));
+    number<double>("3.5e38", NumberFault::too_large); // no float32 holds it
+}
+
+TEST_CASE("positionsFarAwayAreCountedFromAPlaceInTheirMidst") {
+    const Parsed far =
+        read("v 5000000.1 0.5 -1000000\nv 5000001.1 0.5 -1000000\nv 5000000.1 1.5 -1000000.3\nf 1 2 3\n");
+    CHECK(far.origin[0] == 5000000);
+    CHECK(far.origin[1] == 0);
+    CHECK(far.origin[2] == -1000000);
+    CHECK(far.positions[0] == static_cast<float>(5000000.1 - 5000000));
+    CHECK(far.texts[0] == 5000000.1);
+    const Parsed near = read("v 7.1 0.5 0\nv 8.1 0.5 0\nv 7.1 1.5 -0\nf 1 2 3\n");
+    CHECK(near.origin == std::array<double, 3>{});
+    CHECK(near.positions[0] == 7.1f);
+    // What no face names moves nothing.
+    CHECK(read("v 1e9 1e9 1e9\nv 7 0 0\nv 8 0 0\nv 7 1 0\nf 2 3 4\n").origin == std::array<double, 3>{});
+}
+
+TEST_CASE("partsThatLieFarFromTheMostOfAModelDoNotTakeItsDigits") {
+    std::string text;
+    for (int i = 0; i < 40; ++i)
+        text += "v " + std::to_string(1000000 + i % 7 * 0.125) + " 0 " + std::to_string(i / 7 * 0.125) + "\n";
+    text += "v 0 0 0\n";
+    for (int i = 1; i < 33; ++i)
+        text += "f " + std::to_string(i) + " " + std::to_string(i + 1) + " " + std::to_string(i + 8) + "\n";
+    CHECK(read(text + "f 1 2 41\n").origin[0] > 999999);
+    CHECK(read(text).origin[0] > 999999);
 }
 
 TEST_CASE("numbersThatAreNoneAreToldAndLeftInPlace") {

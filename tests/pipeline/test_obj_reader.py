@@ -314,10 +314,12 @@ def nearest_float32(text: str) -> np.float32:
 
 
 def positions_of(tmp_path: Path, numbers: list[str]) -> list[np.float32]:
-    rows = "".join(f"v {number} {i} 0\n" for i, number in enumerate(numbers))
-    faces = "".join(f"f 1 2 {i + 1}\n" for i in range(len(numbers)))
+    """Of vertices whose x is a number each, beside twice as many at 0: so the origin is 0."""
+    rows = "".join(f"v {number} {i} 0\nv 0 {i} 1\nv 0 {i} 2\n" for i, number in enumerate(numbers))
+    faces = "".join(f"f {i} {i + 1} {i + 2}\n" for i in range(1, 3 * len(numbers), 3))
     mesh = read(tmp_path, rows + faces).mesh
-    by_row = {int(y): x for x, y, _ in mesh.positions}
+    assert mesh.origin == (0, 0, 0)
+    by_row = {int(y): x for x, y, z in mesh.positions if z == 0}
     return [by_row[i] for i in range(len(numbers))]
 
 

@@ -97,7 +97,7 @@ def _nearest_object(manifest: dict[str, Any], folder: Path, eyes: F64, reach: fl
         mesh = decode_glb(read_file(folder / manifest["artifacts"][item["mesh"]]["file"]), item["mesh"])[
             0
         ].mesh
-        corners = mesh.positions.astype(np.float64)[mesh.triangles]
+        corners = mesh.places[mesh.triangles]
         low, high = corners.min(axis=1), corners.max(axis=1)
         for instance in item["instances"]:
             scale = instance["scale"]

@@ -46,11 +46,13 @@ class Primitive:
 
 @dataclass(frozen=True)
 class Level:
-    """One node with a mesh: its name, its extras and its primitives."""
+    """One node with a mesh: its name, its extras, its primitives, and where and how large they stand."""
 
     name: str
     extras: dict[str, Any]
     primitives: tuple[Primitive, ...]
+    translation: npt.NDArray[np.float64]
+    scale: npt.NDArray[np.float64]
 
 
 def read_levels(data: bytes, file: object) -> list[Level]:
@@ -98,11 +100,22 @@ def read_levels(data: bytes, file: object) -> list[Level]:
                         raise ValueError(f"{name} has {values.shape[1]} numbers, not {_WIDTHS[name]}")
                 slack = {name: arrays.slack(at) for name, at in primitive["attributes"].items()}
                 primitives.append(Primitive(place, indices, attributes, slack))
-            levels.append(Level(str(node.get("name", k)), dict(node.get("extras", {})), tuple(primitives)))
+            place = f"/nodes/{k}"
+            stand = (_three(node, "translation", 0.0), _three(node, "scale", 1.0))
+            levels.append(
+                Level(str(node.get("name", k)), dict(node.get("extras", {})), tuple(primitives), *stand)
+            )
     except _UNREADABLE as error:
         text = f"{error} is missing" if isinstance(error, KeyError) else str(error)
         raise FormatError(text, file=file, place=place) from None
     return levels
+
+
+def _three(node: dict[str, Any], key: str, otherwise: float) -> npt.NDArray[np.float64]:
+    values = np.array(node.get(key, [otherwise] * 3), np.float64)
+    if values.shape != (3,) or not np.isfinite(values).all():
+        raise ValueError(f"a {key} of {str(node[key])[:80]}")
+    return values
 
 
 class _Arrays:

@@ -155,10 +155,10 @@ def _order(levels: list[Level], file: str) -> Iterator[Finding]:
 
 
 def _distance(levels: list[Level], file: str) -> Iterator[Finding]:
-    """Levels whose surface, measured again, is farther from the finest one than they tell. Positions that
-    stand for others (a node's scale) count as they are: errors are shares of the diagonal."""
+    """Levels whose surface, measured again where their nodes stand, is farther from the finest one than they
+    tell."""
     told = [level for level in levels if isinstance(level.extras.get("error_max"), int | float)]
-    surfaces = [_surface(level) for level in told]
+    surfaces = [_surface(level, told[0]) for level in told]
     if len(told) < 2 or any(surface is None for surface in surfaces):
         return
     truth = surfaces[0]
@@ -176,8 +176,9 @@ def _distance(levels: list[Level], file: str) -> Iterator[Finding]:
             yield Finding("PZ209", file, what, level.name)
 
 
-def _surface(level: Level) -> Surface | None:
-    """The triangles of a level; None where it has none, or what other rules tell of."""
+def _surface(level: Level, finest: Level) -> Surface | None:
+    """The triangles of a level, in metres from where the finest one's node stands; None where it has none, or
+    what other rules tell of."""
     positions, triangles, count = [], [], 0
     seen: set[tuple[int, int]] = set()
     for primitive in level.primitives:
@@ -189,7 +190,11 @@ def _surface(level: Level) -> Surface | None:
         seen.add((id(places), id(indices)))
         if not np.isfinite(places).all() or int(indices.max()) >= len(places):
             return None
-        positions.append(places)
+        apart = level.translation - finest.translation
+        with np.errstate(over="ignore"):
+            positions.append((places.astype(np.float64) * level.scale + apart).astype(np.float32))
+        if not np.isfinite(positions[-1]).all():
+            return None
         triangles.append(indices.reshape(-1, 3).astype(np.uint32) + np.uint32(count))
         count += len(places)
     if not positions:

@@ -44,7 +44,7 @@ def encode_glb(
     Every level becomes node `lod<k>` with a mesh of one primitive per group; node extras hold error_max and
     error_rms (fractions of level 0's bounding-box diagonal), error_m (metres: the largest error_max or
     uv_shift_p99 of the level and of finer ones) and the level's other errors. All levels have codes, of one
-    lattice, or none has. `extras` land in the asset.
+    lattice, or none has, and one origin, which is the nodes' translation. `extras` land in the asset.
     base_colors: linear RGB by material name, clamped to 0..1; white where absent. Raises BakeError on arrays
     that do not fit each other, values that are not finite, or more than 4 GiB.
     """
@@ -53,6 +53,8 @@ def encode_glb(
     for at, lod in enumerate(lods):
         _require_sound(lod.mesh, f"{name}: lod{at}")
         _require_codes(lod, lods[0], f"{name}: lod{at}")
+        if lod.mesh.origin != lods[0].mesh.origin:
+            raise BakeError("levels have one origin", file=f"{name}: lod{at}")
     first = lods[0].mesh.positions
     size = [float(first[:, axis].max()) - float(first[:, axis].min()) for axis in range(3)]
     diagonal = float(np.sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2]))
@@ -71,7 +73,7 @@ def encode_glb(
         off = max(off, lod.error_max, lod.errors.get("uv_shift_p99", 0.0))
         errors = {"error_max": lod.error_max, "error_rms": lod.error_rms, "error_m": off * diagonal}
         told = {key: six(value) for key, value in (errors | dict(lod.errors)).items()}
-        place = {} if lod.codes is None else placement(lod.codes.lattice)
+        place = placement(lod.mesh.origin, lod.codes.lattice if lod.codes else None)
         nodes.append({"name": f"lod{at}", "mesh": at, **place, "extras": told})
     document: dict[str, Any] = {"asset": {"version": "2.0", "generator": "paradize"}}
     if extras:

@@ -99,11 +99,11 @@ class Bundle:
         self.animations.append({"name": name, "samplers": samplers, "channels": channels})
 
     def encoded(self, extras: dict[str, Any]) -> bytes:
-        """The file. Its scene holds all nodes; extras stand in `asset`."""
+        """The file. Its scene holds all nodes that are no children; extras stand in `asset`."""
         document: dict[str, Any] = {
             "asset": {"version": "2.0", "generator": "paradize", "extras": extras},
             "scene": 0,
-            "scenes": [{"name": self.name, "nodes": list(range(len(self.nodes)))}],
+            "scenes": [{"name": self.name, "nodes": self._roots()}],
         }
         if self.extensions:
             document["extensionsUsed"] = sorted(self.extensions)
@@ -121,6 +121,10 @@ class Bundle:
         document |= {"accessors": self.writer.accessors, "bufferViews": self.writer.views}
         document["buffers"] = [{"byteLength": len(binary)}]
         return joined(json.dumps(document, separators=(",", ":"), allow_nan=False).encode(), binary)
+
+    def _roots(self) -> list[int]:
+        inner = {child for node in self.nodes for child in node.get("children", [])}
+        return [at for at in range(len(self.nodes)) if at not in inner]
 
     def _raw(self, values: npt.NDArray[Any]) -> int:
         """A view of bytes that no vertex shader reads."""

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Codes, Mesh
+from paradize.data import ORIGIN, Codes, Lattice, Mesh, Vec3
+
+_NEAR = 8.0  # sides of a lattice: float32 moves what lies no farther away by less than a step's 30th
 
 
 def decoded(codes: Codes) -> dict[str, Any]:
@@ -31,7 +33,16 @@ def decoded(codes: Codes) -> dict[str, Any]:
 
 def decoded_mesh(mesh: Mesh, codes: Codes) -> Mesh:
     """The mesh as a reader of its codes sees it."""
-    return Mesh(**decoded(codes), triangles=mesh.triangles, groups=mesh.groups)
+    return Mesh(**decoded(codes), triangles=mesh.triangles, groups=mesh.groups, origin=mesh.origin)
+
+
+def apart(lattice: Lattice) -> tuple[Vec3, Lattice]:
+    """The origin of a mesh whose node states this lattice, and the lattice counted from there: (0, 0, 0) and
+    itself, unless it lies so far away that float32 would lose steps of it."""
+    reach = max(abs(value) for value in lattice.origin)
+    if reach <= _NEAR * 65535.0 * max(lattice.step):
+        return ORIGIN, lattice
+    return lattice.origin, Lattice(lattice.step, ORIGIN)
 
 
 def _real(values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:

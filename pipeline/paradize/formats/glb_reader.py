@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Codes, Group, Lattice, Lod, Mesh
+from paradize.data import ORIGIN, Codes, Group, Lattice, Lod, Mesh, Vec3
 from paradize.errors import FormatError
-from paradize.formats.glb_codes import decoded
+from paradize.formats.glb_codes import apart, decoded
 from paradize.formats.glb_layout import (
     ATTRIBUTES,
     BIN,
@@ -198,14 +198,15 @@ def _levels(reader: Reader) -> Iterator[Lod]:
         listed = reader.get(reader.document, "", key, list, [])
         if any(name not in names for name in listed):
             raise reader.fault(f"{str(listed)[:80]}, expected of {', '.join(names)}", f"/{key}")
-    lattices = set()
+    lattices, origins = set(), set()
     for at in range(len(nodes)):
         level = _read_level(reader, at)
         lattices.add(level.codes.lattice if level.codes else None)
+        origins.add(level.mesh.origin)
         yield level
         del level
-    if len(lattices) > 1:
-        raise reader.fault("levels of one mesh lie on one lattice", "/nodes")
+    if len(lattices) > 1 or len(origins) > 1:
+        raise reader.fault("levels of one mesh have one translation and one scale", "/nodes")
     if (QUANTIZATION in reader.document.get("extensionsRequired", [])) != (lattices != {None}):
         raise reader.fault(f"{QUANTIZATION} is required where there are codes", "/extensionsRequired")
 
@@ -213,20 +214,32 @@ def _levels(reader: Reader) -> Iterator[Lod]:
 def lattice_of(reader: Reader, node: dict[str, Any], where: str, coded: bool) -> Lattice | None:
     """The lattice that a node of codes states; a node of floats states none."""
     if not coded:
-        for key in ("translation", "scale", "rotation", "matrix"):
-            if key in node:
-                raise reader.fault("a node of floats stands where it is", f"{where}/{key}")
+        _refuse(reader, node, where, "translation", "scale", "rotation", "matrix")
         return None
-    found = []
-    for key, low in (("scale", 2.0**-126), ("translation", -1e39)):
-        values = reader.get(node, where, key, list)
-        if len(values) != 3 or not all(
-            isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= 1e39
-            for value in values
-        ):
-            raise reader.fault(f"{str(values)[:80]}, expected three numbers", f"{where}/{key}")
-        found.append((float(values[0]), float(values[1]), float(values[2])))
-    return Lattice(found[0], found[1])
+    scale = _numbers(reader, node, where, "scale", 2.0**-126)
+    return Lattice(scale, _numbers(reader, node, where, "translation", -1e39))
+
+
+def _origin_of(reader: Reader, node: dict[str, Any], where: str) -> Vec3:
+    """Where a node of floats stands."""
+    _refuse(reader, node, where, "scale", "rotation", "matrix")
+    return _numbers(reader, node, where, "translation", -1e39) if "translation" in node else ORIGIN
+
+
+def _refuse(reader: Reader, node: dict[str, Any], where: str, *keys: str) -> None:
+    for key in keys:
+        if key in node:
+            raise reader.fault("a node of floats has none", f"{where}/{key}")
+
+
+def _numbers(reader: Reader, node: dict[str, Any], where: str, key: str, low: float) -> Vec3:
+    values = reader.get(node, where, key, list)
+    if len(values) != 3 or not all(
+        isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= 1e39
+        for value in values
+    ):
+        raise reader.fault(f"{str(values)[:80]}, expected three numbers", f"{where}/{key}")
+    return float(values[0]), float(values[1]), float(values[2])
 
 
 def _read_level(reader: Reader, at: int) -> Lod:
@@ -300,15 +313,20 @@ def _read_level(reader: Reader, at: int) -> Lod:
         first += len(indices) // 3
         if first * 6 > len(reader.binary):  # else a small file could ask for endless triangles
             raise reader.fault(f"{first} triangles of {len(reader.binary)} bytes", place)
-    lattice = lattice_of(reader, node, where, arrays["positions"].dtype != np.float32)
-    codes = None if lattice is None else Codes(lattice, **arrays)
-    if codes is not None:
+    codes = None
+    if arrays["positions"].dtype == np.float32:
+        origin = _origin_of(reader, node, where)
+    else:
+        stated = lattice_of(reader, node, where, coded=True)
+        assert stated is not None
+        origin, lattice = apart(stated)
+        codes = Codes(lattice, **arrays)
         arrays = decoded(codes)
         if not np.isfinite(arrays["positions"]).all():
             raise reader.fault("places beyond the largest float", where)
-    elif any(values.dtype != np.float32 for values in arrays.values()):
+    if codes is None and any(values.dtype != np.float32 for values in arrays.values()):
         raise reader.fault("codes beside positions that are floats", here)
-    mesh = Mesh(**arrays, triangles=np.concatenate(parts), groups=tuple(groups))
+    mesh = Mesh(**arrays, triangles=np.concatenate(parts), groups=tuple(groups), origin=origin)
     return Lod(mesh, errors[0], errors[1], more, codes)
 
 

@@ -114,7 +114,7 @@ class _Tile:
         self.layouts.add(_layout(patch))
         if len(self.layouts) > 1:
             raise BakeError(_ALIKE, place=name)
-        place = {} if patch.codes is None else placement(patch.codes.lattice)
+        place = placement(patch.mesh.origin, patch.codes.lattice if patch.codes else None)
         extras = {"error_m": patch.error_m}
         self.nodes.append({"name": name, "mesh": len(self.meshes), **place, "extras": extras})
         primitive = {"attributes": attributes, "indices": corners, "material": 0}

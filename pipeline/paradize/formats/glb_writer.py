@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Codes, Lattice, Mesh
+from paradize.data import ORIGIN, Codes, Lattice, Mesh, Vec3
 from paradize.formats.glb_layout import (
     ATTRIBUTES,
     BIN,
@@ -83,9 +83,12 @@ class Writer:
         return self.view(values, ELEMENTS), component, values.itemsize
 
 
-def placement(lattice: Lattice) -> dict[str, list[float]]:
-    """What a node needs so that codes become metres."""
-    return {"translation": list(lattice.origin), "scale": list(lattice.step)}
+def placement(origin: Vec3, lattice: Lattice | None) -> dict[str, list[float]]:
+    """What a node needs so that a mesh's positions, or its codes, become places in metres."""
+    if lattice is None:
+        return {} if origin == ORIGIN else {"translation": list(origin)}
+    there = [a + b for a, b in zip(origin, lattice.origin, strict=True)]
+    return {"translation": there, "scale": list(lattice.step)}
 
 
 def joined(text: bytes, binary: bytearray) -> bytes:

@@ -40,9 +40,13 @@ nb::dict told(obj::Parsed &&parsed) {
     out["faces"] = parsed.faces;
     out["positions_in_file"] = parsed.positions_in_file;
     out["positions_unused"] = parsed.positions_unused;
+    out["collapsed"] = parsed.collapsed;
+    out["first_collapsed"] = parsed.first_collapsed;
     out["uvs_in_file"] = parsed.uvs_in_file;
     out["normals_in_file"] = parsed.normals_in_file;
+    out["origin"] = nb::make_tuple(parsed.origin[0], parsed.origin[1], parsed.origin[2]);
     out["positions"] = give(std::move(parsed.positions), 3);
+    out["texts"] = give(std::move(parsed.texts), 3);
     out["normals"] = give(std::move(parsed.normals), 3);
     out["uvs"] = give(std::move(parsed.uvs), 2);
     out["colors"] = give(std::move(parsed.colors), 4);

@@ -11,6 +11,7 @@
 #include "bind_reference_layout.hpp"
 #include "reference_distance.hpp"
 #include "reference_frames.hpp"
+#include "reference_loading.hpp"
 #include "reference_maps.hpp"
 #include "reference_places.hpp"
 #include "reference_terrain.hpp"
@@ -115,6 +116,19 @@ nb::tuple patch_error(Rows<float> positions, Rows<std::uint32_t> triangles, Rows
     const reference::GroundError &inside = found.inside;
     return nb::make_tuple(inside.max_m, inside.squares, inside.covered, inside.holes, inside.flipped,
                           inside.worst, found.strays);
+}
+
+nb::tuple loading(Rows<float> positions, Column<double> origin, Rows<double> texts,
+                  Rows<std::uint32_t> triangles) {
+    reference::Loading found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = reference::loading(flat(positions), flat(origin), flat(texts), flat(triangles));
+    }
+    const auto &[x, y, z] = found.low;
+    const auto &[u, v, w] = found.high;
+    return nb::make_tuple(found.max, nb::make_tuple(x, y, z), nb::make_tuple(u, v, w), found.collapsed,
+                          found.first, found.turned_p99_deg);
 }
 
 nb::object angles_deg(Rows<float> a, Rows<float> b) {
@@ -271,6 +285,7 @@ NB_MODULE(_reference, m) {
     m.def("uv_shift", &uv_shift);
     m.def("ground_error", &ground_error);
     m.def("patch_error", &patch_error);
+    m.def("loading", &loading);
     m.def("angles_deg", &angles_deg);
     m.def("corner_tangents", &corner_tangents);
     nb::class_<Texture>(m, "Texture")

@@ -36,11 +36,15 @@ class Run:
 
 @dataclass(frozen=True)
 class ParsedObj:
-    """positions (n, 3), normals (n, 3), uvs (n, 2, top-left origin), colors (n, 4): float32, empty where the
-    file has none (zeros in single rows that lack them); triangles (m, 3) uint32; triangle_lines (m,) uint32,
-    from 1. With faults, (message, line) each, everything else is empty."""
+    """positions (n, 3; counted from origin), normals (n, 3), uvs (n, 2, top-left origin), colors (n, 4):
+    float32, empty where the file has none (zeros in single rows that lack them); texts (n, 3) float64: the
+    positions in the file, of several that became one vertex the farthest from it; triangles (m, 3) uint32;
+    triangle_lines (m,) uint32, from 1. collapsed: triangles with an area in the file of which two corners
+    became one vertex, and the first. With faults, (message, line) each, everything else is empty."""
 
+    origin: tuple[float, float, float]
     positions: npt.NDArray[np.float32]
+    texts: npt.NDArray[np.float64]
     normals: npt.NDArray[np.float32]
     uvs: npt.NDArray[np.float32]
     colors: npt.NDArray[np.float32]
@@ -54,6 +58,8 @@ class ParsedObj:
     faces: int
     positions_in_file: int
     positions_unused: int
+    collapsed: int
+    first_collapsed: int
 
 
 def decode_name(raw: bytes) -> str:
@@ -95,7 +101,9 @@ def _parsed(raw: dict[str, Any]) -> ParsedObj:
         for first, obj, group, material, smoothing in raw["runs"]
     ]
     return ParsedObj(
+        origin=raw["origin"],
         positions=raw["positions"],
+        texts=raw["texts"],
         normals=raw["normals"],
         uvs=raw["uvs"],
         colors=raw["colors"],
@@ -109,4 +117,6 @@ def _parsed(raw: dict[str, Any]) -> ParsedObj:
         faces=raw["faces"],
         positions_in_file=raw["positions_in_file"],
         positions_unused=raw["positions_unused"],
+        collapsed=raw["collapsed"],
+        first_collapsed=raw["first_collapsed"],
     )

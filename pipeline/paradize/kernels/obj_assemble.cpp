@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 
+#include "obj_origin.hpp"
 #include "obj_share.hpp"
 #include "obj_triangulate.hpp"
 
@@ -14,7 +15,8 @@ class Assembler {
   public:
     Assembler(Elements &elements, const Limits &limits, Notes &notes, Parsed &out)
         : elements_(elements), notes_(notes), out_(out), work_(limits.ear_tests),
-          vertices_(elements.positions.size() / 3) {}
+          origin_(origin_of(elements.positions, elements.corners)), vertices_(elements.positions.size() / 3) {
+    }
 
     void run() {
         const std::size_t corners = elements_.corners.size(), faces = elements_.faces.size();
@@ -47,7 +49,8 @@ class Assembler {
         }
         out_.triangles.resize(triangles * 3);
         out_.triangle_lines.resize(triangles);
-        Rows rows{elements_.positions, {}, {}, elements_.colors};
+        out_.origin = origin_;
+        Rows rows{elements_.positions, {}, {}, elements_.colors, origin_};
         if (any_uv_)
             rows.uvs = elements_.uvs;
         if (any_normal_)
@@ -61,7 +64,8 @@ class Assembler {
         outline_.resize(face.count);
         for (std::size_t i = 0; i < face.count; ++i)
             for (std::size_t k = 0; k < 3; ++k)
-                outline_[i][k] = elements_.positions[corner[i].position * std::size_t{3} + k];
+                outline_[i][k] =
+                    local(elements_.positions[corner[i].position * std::size_t{3} + k], origin_[k]);
         cuts_.clear();
         const Cut result = triangulator_.cut(outline_, work_, cuts_);
         if (result == Cut::crossing)
@@ -96,6 +100,7 @@ class Assembler {
     Notes &notes_;
     Parsed &out_;
     std::uint64_t work_;
+    const Origin origin_;
     bool any_uv_ = false, any_normal_ = false;
     Vertices vertices_;
     Triangulator triangulator_;

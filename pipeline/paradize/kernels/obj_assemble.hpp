@@ -28,11 +28,11 @@ struct FaceRun {
 
 // A file's elements in the order of the text.
 struct Elements {
-    Buffer<float> positions; // 3 each
-    Buffer<float> colors;    // 4 a position, or none at all
-    Buffer<float> uvs;       // 2, as in the file
-    Buffer<float> normals;   // 3
-    Buffer<Corner> corners;  // indices from 0
+    Buffer<double> positions; // 3 each
+    Buffer<float> colors;     // 4 a position, or none at all
+    Buffer<float> uvs;        // 2, as in the file
+    Buffer<float> normals;    // 3
+    Buffer<Corner> corners;   // indices from 0
     Buffer<Face> faces;
     std::vector<FaceRun> runs;
     bool new_run = true; // the next face may have another state than the last run's

@@ -17,13 +17,15 @@ constexpr double tens[] = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8};
 
 // Any number that ends before `stop`, or at a blank; null where there is none. Apart, and by value, so that a
 // cursor can live in registers.
+template <typename Real>
 struct Read {
-    float value;
+    Real value;
     const char *stop;
 };
-[[gnu::noinline]] Read read_rarely(const char *p, const char *stop) {
-    float value = 0;
-    if (read_float(p, stop, value) != NumberFault::none || (p != stop && *p != ' '))
+template <typename Real>
+[[gnu::noinline]] Read<Real> read_rarely(const char *p, const char *stop) {
+    Real value = 0;
+    if (read_number(p, stop, value) != NumberFault::none || (p != stop && *p != ' '))
         return {0, nullptr};
     return {value, p};
 }
@@ -48,8 +50,9 @@ class Cursor {
 
     [[gnu::always_inline]] bool at_end() const { return base_ + at_ == stop_; }
 
-    // One decimal number; false where it is not plain and read_float does not take it either.
-    [[gnu::always_inline]] bool number(float &out) {
+    // One decimal number; false where it is not plain and read_number does not take it either.
+    template <typename Real>
+    [[gnu::always_inline]] bool number(Real &out) {
         go_on(most_of_number);
         const std::uint64_t minus = breaks_ >> at_ & 1;
         std::uint64_t left = breaks_ & (breaks_ - minus);
@@ -71,8 +74,8 @@ class Cursor {
         const double value = static_cast<double>(static_cast<std::int64_t>(mantissa)) / tens[fraction];
         if ((std::bit_cast<std::uint64_t>(value) & 0x1fffffffu) == 0x10000000u) [[unlikely]]
             return rare_number(out);
-        out = std::bit_cast<float>(std::bit_cast<std::uint32_t>(static_cast<float>(value)) |
-                                   static_cast<std::uint32_t>(minus) << 31);
+        out = static_cast<Real>(
+            std::bit_cast<double>(std::bit_cast<std::uint64_t>(value) | std::uint64_t{minus} << 63));
         at_ = stop;
         breaks_ = left;
         return true;
@@ -131,8 +134,9 @@ class Cursor {
         return value < have;
     }
 
-    [[gnu::always_inline]] bool rare_number(float &out) {
-        const Read read = read_rarely(base_ + at_, stop_);
+    template <typename Real>
+    [[gnu::always_inline]] bool rare_number(Real &out) {
+        const Read<Real> read = read_rarely<Real>(base_ + at_, stop_);
         if (!read.stop)
             return false;
         out = read.value;
@@ -162,8 +166,8 @@ class Cursor {
 }
 
 // Lines of one keyword with `count` numbers, one more where `spare`.
-template <int count, bool spare, char second>
-std::size_t read_numbers(Lines &from, std::size_t most, float *out) {
+template <typename Real, int count, bool spare, char second>
+std::size_t read_numbers(Lines &from, std::size_t most, Real *out) {
     constexpr std::size_t keyword = second == ' ' ? 1 : 2;
     Lines lines = from;
     std::size_t found = 0;
@@ -178,7 +182,7 @@ std::size_t read_numbers(Lines &from, std::size_t most, float *out) {
             plain = cursor.number(out[i]);
         }
         cursor.skip_spaces();
-        float unused = 0;
+        Real unused = 0;
         if (spare && plain && !cursor.at_end() && (plain = cursor.number(unused)))
             cursor.skip_spaces();
         if (!plain || !cursor.at_end())
@@ -221,7 +225,7 @@ std::size_t read_faces(Lines &from, std::size_t most, const std::uint32_t have[3
 
 } // namespace
 
-const LineReaders plain_readers{read_numbers<3, false, ' '>, read_numbers<2, true, 't'>,
-                                read_numbers<3, false, 'n'>, read_faces};
+const LineReaders plain_readers{read_numbers<double, 3, false, ' '>, read_numbers<float, 2, true, 't'>,
+                                read_numbers<float, 3, false, 'n'>, read_faces};
 
 } // namespace paradize::obj

@@ -22,20 +22,22 @@ struct Lines {
 };
 
 // Readers take consecutive lines of one kind as long as they are plain, write what these hold and return how
-// many they were; `lines` moves behind them. At most `most` lines are taken. Behind the values four bytes
-// more may be written.
-using NumberReader = std::size_t(Lines &lines, std::size_t most, float *out);
+// many they were; `lines` moves behind them. At most `most` lines are taken. Behind the values one more may
+// be written.
+template <typename Real>
+using NumberReader = std::size_t(Lines &lines, std::size_t most, Real *out);
 // Indices lie in 1 .. have[kind]; the first face has line number `line`; `corners` moves behind the last.
 using FaceReader = std::size_t(Lines &lines, std::size_t most, const std::uint32_t have[3],
                                std::uint64_t line, Corner *&corners, Face *faces);
 
 struct LineReaders {
-    NumberReader *positions, *uvs, *normals; // `v x y z`, `vt u v`, `vn x y z`
+    NumberReader<double> *positions;    // `v x y z`
+    NumberReader<float> *uvs, *normals; // `vt u v`, `vn x y z`
     FaceReader *faces;
 };
 
 // What is plain to all CPUs: at most 7 digits before and 8 behind the point, 8 of an index; other numbers go
-// through read_float. Little endian.
+// through read_number. Little endian.
 extern const LineReaders plain_readers;
 
 // The same values, sooner, of numbers with a point and of corners v/vt/vn; other lines are left. Null where

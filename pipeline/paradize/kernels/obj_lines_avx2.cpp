@@ -22,7 +22,7 @@ namespace {
 struct Places {
     alignas(16) std::uint8_t from[8][16];
     alignas(16) std::uint8_t kept[9][16];
-    alignas(16) float sign[8][4]; // bit k of the number: whether number k has a minus
+    alignas(32) double sign[8][4]; // bit k of the number: whether number k has a minus
 };
 constexpr Places places_of() {
     Places out{};
@@ -36,7 +36,7 @@ constexpr Places places_of() {
             out.kept[fraction][at] = at < 8 + fraction ? 0xff : 0;
     for (int signs = 0; signs < 8; ++signs)
         for (int k = 0; k < 3; ++k)
-            out.sign[signs][k] = (signs >> k & 1) != 0 ? -0.0f : 0.0f;
+            out.sign[signs][k] = (signs >> k & 1) != 0 ? -0.0 : 0.0;
     return out;
 }
 constexpr Places places = places_of();
@@ -98,8 +98,8 @@ constexpr Places places = places_of();
     return true;
 }
 
-template <int count, char second>
-std::size_t read_numbers(Lines &from, std::size_t most, float *out) {
+template <typename Real, int count, char second>
+std::size_t read_numbers(Lines &from, std::size_t most, Real *out) {
     constexpr int keyword = second == ' ' ? 1 : 2;
     Lines lines = from;
     std::size_t found = 0;
@@ -131,20 +131,21 @@ std::size_t read_numbers(Lines &from, std::size_t most, float *out) {
             behind = _mm_blend_epi32(behind, _mm_slli_si128(other, 4), 4);
         }
         // Exact as doubles, as is their sum of at most 15 digits: the quotient is the double nearest to the
-        // decimal. Where it lies halfway between two floats, read_float must decide.
+        // decimal. Where it lies halfway between two floats, read_number must decide.
         const __m256d sum = _mm256_add_pd(_mm256_mul_pd(_mm256_cvtepi32_pd(whole), _mm256_set1_pd(1e8)),
                                           _mm256_cvtepi32_pd(behind));
-        const __m256d value = _mm256_div_pd(sum, _mm256_set1_pd(1e8));
+        const __m256d sign = _mm256_load_pd(places.sign[signs[0] | signs[1] << 1 | signs[2] << 2]);
+        const __m256d value = _mm256_or_pd(_mm256_div_pd(sum, _mm256_set1_pd(1e8)), sign);
         const __m256i rest = _mm256_and_si256(_mm256_castpd_si256(value), _mm256_set1_epi64x(0x1fffffff));
         const __m256i halfway = _mm256_cmpeq_epi64(rest, _mm256_set1_epi64x(0x10000000));
         if (!_mm256_testz_si256(halfway, halfway))
             break;
-        const float *sign = places.sign[signs[0] | signs[1] << 1 | signs[2] << 2];
-        const __m128 floats = _mm_or_ps(_mm256_cvtpd_ps(value), _mm_load_ps(sign));
-        if constexpr (count == 3)
-            _mm_storeu_ps(out, floats);
+        if constexpr (sizeof(Real) == sizeof(double))
+            _mm256_storeu_pd(out, value);
+        else if constexpr (count == 3)
+            _mm_storeu_ps(out, _mm256_cvtpd_ps(value));
         else
-            _mm_storel_pi(reinterpret_cast<__m64 *>(out), floats);
+            _mm_storel_pi(reinterpret_cast<__m64 *>(out), _mm256_cvtpd_ps(value));
         out += count;
         lines.left = _blsr_u64(lines.left);
         lines.p = stop + 1;
@@ -218,7 +219,8 @@ std::size_t read_faces(Lines &from, std::size_t most, const std::uint32_t have[3
     return found;
 }
 
-constexpr LineReaders readers{read_numbers<3, ' '>, read_numbers<2, 't'>, read_numbers<3, 'n'>, read_faces};
+constexpr LineReaders readers{read_numbers<double, 3, ' '>, read_numbers<float, 2, 't'>,
+                              read_numbers<float, 3, 'n'>, read_faces};
 
 } // namespace
 } // namespace paradize::obj

@@ -17,6 +17,13 @@ bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
+constexpr double least_normal = 1e-37; // more than the least normal float32
+
+// Of a double that is a normal float32 or none: whether it lies halfway between two of those.
+bool is_halfway(double value) {
+    return (std::bit_cast<std::uint64_t>(value) & 0x1fffffffu) == 0x10000000u;
+}
+
 // The part of the value's text that decides whether an out-of-range number is too large or too small.
 bool is_tiny(const char *p, const char *end) {
     const char *exponent = p;
@@ -34,8 +41,9 @@ bool is_tiny(const char *p, const char *end) {
     return true;
 }
 
-NumberFault read_slowly(const char *&p, const char *end, bool negative, float &out) {
-    float value = 0;
+template <typename Real>
+NumberFault read_slowly(const char *&p, const char *end, bool negative, Real &out) {
+    Real value = 0;
     const auto [stop, error] = std::from_chars(p, end, value);
     if (error == std::errc::invalid_argument)
         return NumberFault::garbage;
@@ -43,18 +51,25 @@ NumberFault read_slowly(const char *&p, const char *end, bool negative, float &o
         if (!is_tiny(p, stop))
             return NumberFault::too_large;
         double wide = 0; // a denormal float may be reported as out of range too
-        value = std::from_chars(p, end, wide).ec == std::errc() ? static_cast<float>(wide) : 0.0f;
+        value = std::from_chars(p, end, wide).ec == std::errc() ? static_cast<Real>(wide) : 0;
     } else if (!std::isfinite(value)) {
         return NumberFault::not_finite;
+    } else if (!std::isfinite(static_cast<float>(value))) {
+        return NumberFault::too_large;
+    }
+    if constexpr (sizeof(Real) == sizeof(double)) {
+        float nearest = 0;
+        if ((is_halfway(value) || value < least_normal) &&
+            std::from_chars(p, end, nearest).ec == std::errc() && static_cast<float>(value) != nearest)
+            value = std::nextafter(value, static_cast<double>(nearest));
     }
     p = stop;
     out = negative ? -value : value;
     return NumberFault::none;
 }
 
-} // namespace
-
-NumberFault read_float(const char *&p, const char *end, float &out) {
+template <typename Real>
+NumberFault read(const char *&p, const char *end, Real &out) {
     const char *const start = p;
     const char *q = p;
     const bool negative = q != end && *q == '-';
@@ -95,11 +110,10 @@ NumberFault read_float(const char *&p, const char *end, float &out) {
         const double value = scale < 0 ? m / powers_of_ten[-scale] : m * powers_of_ten[scale];
         // Rounding twice (to double, then to float) is wrong only where the double lies halfway between
         // floats.
-        const bool halfway = (std::bit_cast<std::uint64_t>(value) & 0x1fffffffu) == 0x10000000u;
-        const bool normal = value == 0 || (value > 1e-37 && value < std::numeric_limits<float>::max());
-        if (normal && !halfway) {
+        const bool normal = value == 0 || (value > least_normal && value < std::numeric_limits<float>::max());
+        if (normal && !is_halfway(value)) {
             p = q;
-            out = static_cast<float>(negative ? -value : value);
+            out = static_cast<Real>(negative ? -value : value);
             return NumberFault::none;
         }
     }
@@ -108,6 +122,16 @@ NumberFault read_float(const char *&p, const char *end, float &out) {
     if (fault != NumberFault::none)
         p = start;
     return fault;
+}
+
+} // namespace
+
+NumberFault read_number(const char *&p, const char *end, float &out) {
+    return read(p, end, out);
+}
+
+NumberFault read_number(const char *&p, const char *end, double &out) {
+    return read(p, end, out);
 }
 
 } // namespace paradize::obj

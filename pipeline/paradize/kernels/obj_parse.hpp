@@ -2,6 +2,7 @@
 // Format: Wavefront, "Advanced Visualizer Manual, Appendix B1. Object Files (.obj)", 1992.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -41,13 +42,15 @@ struct Run {
 };
 
 struct Parsed {
-    // Unique vertices in the order of their first use. Positions in file units, uvs with the origin turned to
-    // the top-left (v' = 1 - v). Vectors are empty where no face refers to such data; a vertex without its
-    // own has zeros (a zero normal means "missing"), colours are then 1.
-    Buffer<float> positions; // 3 a vertex
-    Buffer<float> normals;   // 3
-    Buffer<float> uvs;       // 2
-    Buffer<float> colors;    // 4, RGBA
+    // Unique vertices in the order of their first use. Positions in file units, counted from `origin`, uvs
+    // with the origin turned to the top-left (v' = 1 - v). Vectors are empty where no face refers to such
+    // data; a vertex without its own has zeros (a zero normal means "missing"), colours are then 1.
+    std::array<double, 3> origin{}; // 0 where the positions lie near it (obj_origin.hpp)
+    Buffer<float> positions;        // 3 a vertex
+    Buffer<double> texts;           // 3: the position in the text; of several that became one, the farthest
+    Buffer<float> normals;          // 3
+    Buffer<float> uvs;              // 2
+    Buffer<float> colors;           // 4, RGBA
     Buffer<std::uint32_t> triangles;
     Buffer<std::uint32_t> triangle_lines; // line of each triangle's face
     std::vector<Run> runs;
@@ -59,6 +62,9 @@ struct Parsed {
     std::uint64_t faces = 0; // face statements with three corners or more
     std::uint64_t positions_in_file = 0, uvs_in_file = 0, normals_in_file = 0;
     std::uint64_t positions_unused = 0; // those that no face names
+    // Triangles with an area in the text of which two corners became one vertex, and the first of them.
+    std::uint64_t collapsed = 0;
+    std::uint32_t first_collapsed = 0;
 };
 
 // Reads a whole file's text. LF, CR and CRLF end lines, a backslash before the end of a line continues it, a

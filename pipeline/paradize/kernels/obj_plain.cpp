@@ -18,10 +18,10 @@ std::size_t take(Take &&some) {
     return found + some(plain_readers, wide ? 1 : ~std::size_t{0});
 }
 
-template <std::size_t width>
-std::size_t take_numbers(NumberReader *LineReaders::*kind, Lines &lines, Buffer<float> &into,
+template <std::size_t width, typename Real>
+std::size_t take_numbers(NumberReader<Real> *LineReaders::*kind, Lines &lines, Buffer<Real> &into,
                          std::size_t most) {
-    float *out = into.room(width * most + 1);
+    Real *out = into.room(width * most + 1);
     const std::size_t found = take([&](const LineReaders &readers, std::size_t lines_most) {
         const std::size_t here = (readers.*kind)(lines, lines_most, out);
         out += width * here;

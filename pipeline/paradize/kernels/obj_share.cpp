@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 
 #include "unify.hpp"
@@ -11,6 +12,10 @@ namespace {
 
 constexpr std::uint64_t upper_half = 0xffffffff00000000ull;
 
+const double *text_of(const Corner &c, const Rows &from) {
+    return &from.positions[c.position * std::size_t{3}];
+}
+
 // A vertex's numbers in one row: those of the attributes that there are, packed.
 template <bool has_uv, bool has_normal, bool has_color>
 struct Layout {
@@ -18,7 +23,9 @@ struct Layout {
                                  width = color + 4 * has_color;
 
     static void read(const Corner &c, const Rows &from, float *row) {
-        std::memcpy(row, &from.positions[c.position * std::size_t{3}], 12);
+        const double *text = text_of(c, from);
+        for (std::size_t k = 0; k < 3; ++k)
+            row[k] = local(text[k], from.origin[k]);
         if constexpr (has_uv) {
             row[uv] = c.uv == absent ? 0 : from.uvs[c.uv * std::size_t{2}];
             row[uv + 1] = c.uv == absent ? 0 : 1 - from.uvs[c.uv * std::size_t{2} + 1];
@@ -71,11 +78,40 @@ struct Layout {
     }
 };
 
+// How far, squared, a vertex lies from a position that became it.
+double apart(const float *vertex, const double *text, const Origin &origin) {
+    double sum = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double off = text[k] - origin[k] - static_cast<double>(vertex[k]);
+        sum += off * off;
+    }
+    return sum;
+}
+
+// Whether the positions of a triangle's vertices have an area that is more than float64 can make of none.
+bool has_area(const std::uint32_t *triangle, std::span<const Vertices::Vertex> vertices, const Rows &from) {
+    double a[3], b[3], size = 0, reach = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double p = text_of(vertices[triangle[0]].corner, from)[k];
+        a[k] = text_of(vertices[triangle[1]].corner, from)[k] - p;
+        b[k] = text_of(vertices[triangle[2]].corner, from)[k] - p;
+        size = std::max({size, std::fabs(a[k]), std::fabs(b[k])});
+        reach = std::max(reach, std::fabs(p));
+    }
+    double most = 0;
+    for (std::size_t k = 0; k < 3 && size > 0; ++k) {
+        const std::size_t u = (k + 1) % 3, v = (k + 2) % 3;
+        most = std::max(most, std::fabs(a[u] / size * (b[v] / size) - a[v] / size * (b[u] / size)));
+    }
+    return size > 0 && most > 0x1p-50 * (reach + size) / size;
+}
+
 template <typename Row>
 void share(std::span<const Vertices::Vertex> vertices, const Rows &from, Parsed &out) {
     constexpr std::size_t block = 32; // vertices whose places in the table are fetched together
     const std::size_t count = vertices.size();
     Row::resize(out, count);
+    out.texts.resize(count * 3);
     // Number + 1 of a vertex under the upper half of its hash; 0: empty.
     Buffer<std::uint64_t> table;
     table.assign(std::bit_ceil(std::max<std::size_t>(count, 8) * 2), 0);
@@ -99,17 +135,32 @@ void share(std::span<const Vertices::Vertex> vertices, const Rows &from, Parsed 
             while ((held = table[slot]) != 0 &&
                    !((held & upper_half) == tag && Row::equal(rows[i], out, (held & ~upper_half) - 1)))
                 slot = (slot + 1) & mask;
+            const double *text = text_of(vertices[first + i].corner, from);
             if (held == 0) {
+                std::memcpy(&out.texts[found * 3], text, 24);
                 Row::write(rows[i], out, found++);
                 held = table[slot] = tag | found;
             }
-            number[first + i] = static_cast<std::uint32_t>((held & ~upper_half) - 1);
+            const std::size_t at = (held & ~upper_half) - 1;
+            if (!std::equal(text, text + 3, &out.texts[at * 3]) &&
+                apart(rows[i], text, from.origin) > apart(rows[i], &out.texts[at * 3], from.origin))
+                std::memcpy(&out.texts[at * 3], text, 24);
+            number[first + i] = static_cast<std::uint32_t>(at);
         }
     }
     Row::resize(out, found);
-    if (found != count)
-        for (std::uint32_t &vertex : out.triangles)
-            vertex = number[vertex];
+    out.texts.resize(found * 3);
+    if (found == count)
+        return;
+    for (std::size_t i = 0; i + 2 < out.triangles.size(); i += 3) {
+        std::uint32_t *triangle = &out.triangles[i];
+        const std::uint32_t a = number[triangle[0]], b = number[triangle[1]], c = number[triangle[2]];
+        if ((a == b || b == c || c == a) && has_area(triangle, vertices, from) && out.collapsed++ == 0)
+            out.first_collapsed = static_cast<std::uint32_t>(i / 3);
+        triangle[0] = a;
+        triangle[1] = b;
+        triangle[2] = c;
+    }
 }
 
 std::uint64_t hash_of(const Corner &c) {

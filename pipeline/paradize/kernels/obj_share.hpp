@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "obj_assemble.hpp"
+#include "obj_origin.hpp"
 
 namespace paradize::obj {
 
@@ -56,8 +57,15 @@ class Vertices {
 
 // What vertices get their rows from; empty where they get none.
 struct Rows {
-    std::span<const float> positions, uvs, normals, colors; // 3, 2, 3, 4 a row
+    std::span<const double> positions;           // 3 a row
+    std::span<const float> uvs, normals, colors; // 2, 3, 4
+    Origin origin;                               // of the vertices' positions
 };
+
+// A coordinate as vertices have it.
+inline float local(double coordinate, double origin) {
+    return static_cast<float>(coordinate - origin);
+}
 
 // Fills in rows for all vertices, zeros where an index is absent, v turned to the top-left origin. Vertices
 // with equal rows (0 equals -0) become one, numbered in order of first use, and out.triangles follow.

@@ -115,9 +115,10 @@ void Statements::other(std::string_view word) {
     }
 }
 
-bool Statements::number(float &value, const char *keyword) {
+template <typename Real>
+bool Statements::number(Real &value, const char *keyword) {
     const char *const start = p_;
-    const NumberFault result = read_float(p_, end_, value);
+    const NumberFault result = read_number(p_, end_, value);
     if (result == NumberFault::none && (at_token_end() || *p_ == '#'))
         return true;
     p_ = start;
@@ -146,7 +147,7 @@ void Statements::numbers(Buffer<float> &into, int least, int most, int kept, con
 }
 
 void Statements::position() {
-    float values[8] = {};
+    double values[8] = {};
     int count = 0;
     bool sound = true;
     while (sound && count < 8 && more())
@@ -163,7 +164,9 @@ void Statements::position() {
     if (count == 6 || count == 7) {
         if (elements_.colors.empty())
             elements_.colors.assign((elements_.positions.size() / 3 - 1) * 4, 1.0f);
-        elements_.colors.append({values[3], values[4], values[5], count == 7 ? values[6] : 1.0f});
+        elements_.colors.append({static_cast<float>(values[3]), static_cast<float>(values[4]),
+                                 static_cast<float>(values[5]),
+                                 count == 7 ? static_cast<float>(values[6]) : 1.0f});
     } else if (!elements_.colors.empty()) {
         elements_.colors.append({1.0f, 1.0f, 1.0f, 1.0f});
     }

@@ -40,7 +40,8 @@ class Statements : Text {
     void other(std::string_view word);
     void position();
     void smoothing();
-    bool number(float &value, const char *keyword);
+    template <typename Real>
+    bool number(Real &value, const char *keyword);
     // Reads between `least` and `most` numbers and appends `kept` of them, zeros where fewer were given.
     void numbers(Buffer<float> &into, int least, int most, int kept, const char *keyword);
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
@@ -148,6 +150,37 @@ def one_sided_distance(
     """Surface.distance_to of two surfaces that are measured once."""
     there, back = Surface(from_positions, from_triangles), Surface(to_positions, to_triangles)
     return there.distance_to(back, samples=samples, threads=threads)
+
+
+@dataclass(frozen=True)
+class Loading:
+    """most: the farthest that a vertex lies from its text. low, high: box of the text's positions. collapsed:
+    triangles with an area in the text and none as loaded, and the first. turned_p99_deg: 99 % of the text's
+    area was turned by no more. Lengths in the positions' unit."""
+
+    most: float
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+    collapsed: int
+    first_collapsed: int
+    turned_p99_deg: float
+
+
+def loading(
+    positions: npt.NDArray[np.float32],
+    origin: tuple[float, float, float],
+    texts: npt.NDArray[np.float64],
+    triangles: npt.NDArray[np.uint32],
+) -> Loading:
+    """What positions (n, 3), counted from `origin`, lost of the text's (n, 3) that they stand for."""
+    rows = _rows(positions)
+    truth = np.ascontiguousarray(texts, np.float64)
+    if truth.shape != rows.shape or not np.isfinite(truth).all():
+        raise ValueError(f"{truth.shape} positions in the text, expected {rows.shape}, finite")
+    most, low, high, collapsed, first, turned = _reference.loading(
+        rows, np.array(origin, np.float64), truth, _triangles(triangles, len(rows))
+    )
+    return Loading(most, low, high, collapsed, first, turned)
 
 
 def angles_deg(a: npt.ArrayLike, b: npt.ArrayLike) -> npt.NDArray[np.float64]:

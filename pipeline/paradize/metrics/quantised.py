@@ -44,7 +44,7 @@ def quantised_errors(glb: bytes, sources: Sequence[Mesh]) -> list[dict[str, floa
         origin = np.array(node.get("translation", [0.0, 0.0, 0.0]))
         names = tree["meshes"][node["mesh"]]["primitives"][0]["attributes"]
         arrays = {name: _values(tree, binary, index) for name, index in names.items()}
-        moved = _moved(origin + arrays["POSITION"] * scale, source.positions)
+        moved = _moved(origin - source.origin + arrays["POSITION"] * scale, source.positions)
         errors = {
             "quantise_max": _share(moved.max(), across),
             "quantise_p99": _share(_p99(moved), across),

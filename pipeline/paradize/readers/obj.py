@@ -1,8 +1,9 @@
 """Wavefront OBJ -> Mesh, by our own native parser.
 
 Every face of the file is in the result or in the warnings. Polygons are cut in their own plane. Texture
-coordinates are turned once to the top-left origin (v' = 1 - v). Positions are the float32 nearest to the
-text.
+coordinates are turned once to the top-left origin (v' = 1 - v). Positions are read in
+float64; the mesh holds the float32 numbers nearest to their offsets from its origin, which is 0 unless the
+model lies far from it (`obj_origin.hpp`).
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from paradize.data import Group, Mesh
+from paradize.data import Group, Mesh, SourcePlaces
 from paradize.errors import SourceError
 from paradize.files import open_file
 from paradize.kernels.obj import ParsedObj, parse_obj_file
@@ -46,12 +47,14 @@ _NOTES = {
 
 @dataclass(frozen=True)
 class ObjResult:
-    """mesh: as in the file (normals may hold zero rows: missing). smoothing: (m,) uint32 group per triangle,
+    """mesh: as in the file (normals may hold zero rows: missing). text: where the file has its vertices.
+    smoothing: (m,) uint32 group per triangle,
     0 off, UNKNOWN_SMOOTHING where the file does not say. lines: (m,) uint32, the face's line in the file.
     libraries: the material files that were read. absent: material and map files that are named and not
     there."""
 
     mesh: Mesh
+    text: SourcePlaces
     materials: dict[str, Material]
     warnings: list[str]
     counts: dict[str, int]
@@ -104,6 +107,7 @@ def read_obj(path: Path, root: Path | None = None) -> ObjResult:
         uvs=parsed.uvs if len(parsed.uvs) else None,
         colors=parsed.colors if len(parsed.colors) else None,
         groups=groups,
+        origin=parsed.origin,
     )
     counts = {
         "faces": parsed.faces,
@@ -112,8 +116,12 @@ def read_obj(path: Path, root: Path | None = None) -> ObjResult:
         "positions_in_file": parsed.positions_in_file,
         "positions_unused": parsed.positions_unused,
     }
+    text = SourcePlaces(parsed.texts, parsed.collapsed, parsed.first_collapsed)
     counts |= {note.code: note.count for note in parsed.notes}
-    return ObjResult(mesh, materials, warnings, counts, smoothing, parsed.triangle_lines, libraries, absent)
+    return ObjResult(
+        *(mesh, text, materials, warnings, counts, smoothing, parsed.triangle_lines),
+        *(libraries, absent),
+    )
 
 
 def _parse(path: Path) -> ParsedObj:
