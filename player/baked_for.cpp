@@ -34,8 +34,7 @@ std::string BakedFor::steered(const glm::dvec3 &eye) {
     }
     const assets::FreeRegion &region = *file_.free_camera;
     for (int axis = 0; axis < 3; ++axis) {
-        if (eye[axis] < static_cast<double>(region.low[axis]) ||
-            eye[axis] > static_cast<double>(region.high[axis])) {
+        if (eye[axis] < region.low[axis] || eye[axis] > region.high[axis]) {
             return say(told_steered_,
                        "the camera has left the region that the scene was baked for: the finest there "
                        "is is shown; widen [free_camera] in the scene and bake it again");

@@ -40,6 +40,12 @@ Frame::Frame(const Scene &shown, std::span<const std::unique_ptr<Pass>> passes)
 
 Frame::~Frame() = default;
 
+float Frame::water_m() const {
+    const assets::SceneFile &file = scene.file();
+    const double level_m = file.water ? file.water->level_m : no_water;
+    return static_cast<float>(level_m - view(ViewKind::main).anchor.y);
+}
+
 void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only) {
     const assets::SceneFile &file = scene.file();
     gl::FrameUniforms block;
@@ -59,8 +65,8 @@ void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only) {
         glm::vec4(file.sun.color * file.sun.intensity, shared.shadow_map != nullptr ? 1.0F : 0.0F);
     block.ambient = glm::vec4(file.ambient.color * file.ambient.intensity, detail.footprint);
     block.fog = glm::vec4(file.fog.color, file.fog.density_per_m);
-    block.water = file.water ? glm::vec4(file.water->absorption_per_m, file.water->level_m)
-                             : glm::vec4(0.0F, 0.0F, 0.0F, no_water);
+    block.water = glm::vec4(file.water ? file.water->absorption_per_m : glm::vec3(0.0F), water_m());
+    block.anchor = glm::vec4(view.anchor, 0.0);
     block.clock = glm::vec4(static_cast<float>(clock.flight_s), static_cast<float>(clock.elapsed_s),
                             file.exposure, static_cast<float>(clock.frame % 4096));
 

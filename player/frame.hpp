@@ -56,6 +56,8 @@ class Frame {
 
     /// The views of this frame; copy one to change it (its size, its clip plane) before draw_view.
     const View &view(ViewKind kind) const { return views_[static_cast<std::size_t>(kind)]; }
+    /// Height of the water in the views' coordinates; far below where there is none.
+    float water_m() const;
     /// Visible instances, culled and with their level, in this view.
     std::span<const DrawItem> visible(ViewKind kind) const {
         return visible_[static_cast<std::size_t>(kind)];

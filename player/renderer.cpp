@@ -137,7 +137,7 @@ void Renderer::set_views(const Pose &pose, const Sample &sample) {
     const Detail &detail = frame_.detail;
     View main = main_view(pose, file.flight, width_px_, height_px_);
     move_in_pixel(main, sample.pixel);
-    const float level = file.water ? file.water->level_m : 0.0F;
+    const double level = file.water ? file.water->level_m : 0.0;
     place(main);
     place(mirror_view(main, level, detail.reflection_scale));
     place(refraction_view(main, level, detail.refraction_scale));
@@ -146,7 +146,7 @@ void Renderer::set_views(const Pose &pose, const Sample &sample) {
     frame_.to_sun = sample.sun == glm::vec2(0.0F)
                         ? file.sun.direction
                         : sun_direction(file.sun.direction, 0.5F * file.sun.angular_diameter_rad, sample.sun);
-    View light = light_view(shadow, frame_.to_sun);
+    View light = light_view(shadow, frame_.to_sun, main.anchor);
     move_in_pixel(light, sample.pixel);
     place(light);
     if (frame_.terrain_) {

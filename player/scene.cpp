@@ -69,12 +69,13 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
         }
         for (const assets::Placement &placement : entry.instances) {
             Instance &instance = object.instances.emplace_back();
-            instance.model = glm::translate(glm::mat4(1.0F), placement.position);
-            instance.model = glm::rotate(instance.model, placement.yaw_rad, glm::vec3(0.0F, 1.0F, 0.0F));
-            instance.model = glm::scale(instance.model, glm::vec3(placement.scale));
-            instance.center = glm::vec3(instance.model * glm::vec4(entry.center, 1.0F));
-            instance.radius_m = entry.radius_m * placement.scale;
-            instance.scale = placement.scale;
+            glm::dmat4 stand = glm::translate(glm::dmat4(1.0), placement.position);
+            stand = glm::rotate(stand, placement.yaw_rad, glm::dvec3(0.0, 1.0, 0.0));
+            stand = glm::scale(stand, glm::dvec3(placement.scale));
+            instance.model = stand * model_of(object.mesh->lattice());
+            instance.center = glm::dvec3(stand * glm::dvec4(entry.center, 1.0));
+            instance.scale = static_cast<float>(placement.scale);
+            instance.radius_m = entry.radius_m * instance.scale;
         }
         instance_count_ += object.instances.size();
     }
@@ -98,13 +99,14 @@ void Scene::collect(const View &view, const glm::vec3 &eye, float pixels_at_1m, 
         std::array<float, most_levels> errors{};
         const std::size_t levels = std::min(object.file->lods.size(), most_levels);
         for (const Instance &instance : object.instances) {
-            if (items.size() == items.capacity() || !view.sees(instance.center, instance.radius_m)) {
+            if (items.size() == items.capacity() ||
+                !view.sees(view.local(instance.center), instance.radius_m)) {
                 continue;
             }
             for (std::size_t i = 0; i < levels; ++i) {
                 errors[i] = object.file->lods[i].error_m * instance.scale;
             }
-            const float distance = glm::distance(eye, instance.center) - instance.radius_m;
+            const float distance = glm::distance(eye, view.local(instance.center)) - instance.radius_m;
             const int wanted = choose_lod({errors.data(), levels}, distance, pixels_at_1m, error_px);
             if (const int lod = object.mesh->best_level(wanted); lod >= 0) {
                 items.push_back({&object, &instance, lod});

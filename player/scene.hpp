@@ -17,8 +17,8 @@
 namespace paradize {
 
 struct Instance {
-    glm::mat4 model{1.0F};  // world from mesh
-    glm::vec3 center{0.0F}; // bounding sphere in the world
+    glm::dmat4 model{1.0};  // world from mesh
+    glm::dvec3 center{0.0}; // bounding sphere in the world
     float radius_m = 0.0F;
     float scale = 1.0F;
 };

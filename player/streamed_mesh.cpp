@@ -25,18 +25,17 @@ void attach_attribute(const assets::GlbLevel &level, std::uint32_t part, const g
     }
 }
 
-glm::mat4 model_of(const assets::GlbLattice &lattice) {
-    const glm::vec3 step(lattice.step[0], lattice.step[1], lattice.step[2]);
-    const glm::vec3 origin(lattice.origin[0], lattice.origin[1], lattice.origin[2]);
-    return glm::scale(glm::translate(glm::mat4(1.0F), origin), step);
+glm::dmat4 model_of(const assets::GlbLattice &lattice) {
+    const glm::dvec3 step(lattice.step[0], lattice.step[1], lattice.step[2]);
+    const glm::dvec3 origin(lattice.origin[0], lattice.origin[1], lattice.origin[2]);
+    return glm::scale(glm::translate(glm::dmat4(1.0), origin), step);
 }
 
 std::size_t attribute_end(std::size_t offset_bytes, std::size_t bytes) {
     return (offset_bytes + bytes + 15) & ~std::size_t{15};
 }
 
-StreamedMesh::StreamedMesh(const assets::Glb &glb)
-    : materials_(glb.materials), model_(model_of(glb.lattice)), step_m_(glb.lattice.step[0]) {
+StreamedMesh::StreamedMesh(const assets::Glb &glb) : materials_(glb.materials), lattice_(glb.lattice) {
     for (const assets::GlbLevel &level : glb.levels) {
         MeshLevel &made = levels_.emplace_back();
         std::vector<std::size_t> &offsets = offsets_.emplace_back();

@@ -38,9 +38,8 @@ class StreamedMesh {
 
     std::span<const MeshLevel> levels() const { return levels_; } // level 0, the finest, first
     std::span<const std::string> materials() const { return materials_; }
-    /// The object's space from the mesh's: its positions may be codes of a lattice.
-    const glm::mat4 &model() const { return model_; }
-    float step_m() const { return step_m_; } // of that lattice, the same along all axes
+    /// Where its positions stand in the object's space; the steps are the same along all axes.
+    const assets::GlbLattice &lattice() const { return lattice_; }
     /// The resident level nearest to `wanted`, coarser ones first; -1 when none is there.
     int best_level(int wanted) const;
     /// Draws all primitives of a material, or of all (-1). Leaves the vertex array bound.
@@ -52,13 +51,12 @@ class StreamedMesh {
   private:
     std::vector<MeshLevel> levels_;
     std::vector<std::string> materials_;
-    glm::mat4 model_{1.0F};
-    float step_m_ = 1.0F;
+    assets::GlbLattice lattice_;
     std::vector<std::vector<std::size_t>> offsets_; // per level and part, byte in its buffer
 };
 
 /// What makes metres of a lattice's codes.
-glm::mat4 model_of(const assets::GlbLattice &lattice);
+glm::dmat4 model_of(const assets::GlbLattice &lattice);
 /// Enables attribute `part` of the vertex array that is bound, unless the level has none such: read from
 /// `vertices` at `offset_bytes`.
 void attach_attribute(const assets::GlbLevel &level, std::uint32_t part, const gl::Buffer &vertices,

@@ -34,7 +34,7 @@ class StreamedTile {
     const PatchRange &range(std::uint32_t patch) const { return ranges_[patch]; }
     const gl::VertexArray &vertex_array() const { return vertex_array_; }
     unsigned index_type() const { return index_type_; }
-    const glm::mat4 &model() const { return model_; } // world from mesh, of all its patches
+    const glm::dmat4 &model() const { return model_; } // world from mesh, of all its patches
 
     /// Pieces come in the order of plan_patches().
     void upload(const assets::Glb &glb, const assets::StreamPiece &piece);
@@ -44,7 +44,7 @@ class StreamedTile {
     gl::Buffer vertices_, indices_;
     std::vector<PatchRange> ranges_;
     std::vector<std::size_t> attribute_offsets_; // where each attribute of all patches begins, bytes
-    glm::mat4 model_{1.0F};
+    glm::dmat4 model_{1.0};
     unsigned index_type_ = 0;
     std::uint32_t arrived_ = 0;
 };

@@ -38,13 +38,13 @@ void TerrainTiles::update(const View &main, float error_px) {
             cut_.arrived(first_patch_[tile] + taken_[tile]);
         }
     }
-    cut_.update({main.eye, main.pixels_at_1m, main.near_m, error_px});
+    cut_.update({glm::vec3(glm::dvec3(main.eye) + main.anchor), main.pixels_at_1m, main.near_m, error_px});
     main_patches_ = 0;
     main_triangles_ = 0;
 }
 
 bool TerrainTiles::sees(const View &view, const glm::vec4 &plane, std::uint32_t patch) const {
-    const glm::vec3 center = terrain_.patches.center[patch];
+    const glm::vec3 center = view.local(terrain_.patches.center[patch]);
     const float radius_m = terrain_.patches.radius_m[patch];
     if (above(plane, center) < -radius_m) {
         return false;
@@ -52,7 +52,7 @@ bool TerrainTiles::sees(const View &view, const glm::vec4 &plane, std::uint32_t 
     // What is below the water is lifted towards it: the sphere, swept upwards.
     glm::vec3 top = center;
     if (view.kind == ViewKind::refraction) {
-        top.y = std::max(top.y, water_m_);
+        top.y = std::max(top.y, static_cast<float>(water_m_ - view.anchor.y));
     }
     return std::ranges::all_of(view.planes, [&](const glm::vec4 &side) {
         return above(side, center) >= -radius_m || above(side, top) >= -radius_m;
@@ -83,8 +83,8 @@ void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainP
             continue;
         }
         drawn += static_cast<std::uint32_t>(count);
-        gl::Program::set(places.model, tile.model());
-        gl::Program::set(places.normals, glm::transpose(glm::inverse(glm::mat3(tile.model()))));
+        gl::Program::set(places.model, view.local(tile.model()));
+        gl::Program::set(places.normals, glm::mat3(glm::transpose(glm::inverse(glm::dmat3(tile.model())))));
         glBindVertexArray(tile.vertex_array().name());
         glMultiDrawElementsBaseVertex(GL_TRIANGLES, counts_.data(), tile.index_type(), offsets_.data(),
                                       static_cast<GLsizei>(count), base_vertices_.data());

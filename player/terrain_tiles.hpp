@@ -43,11 +43,11 @@ class TerrainTiles {
     /// it, so that shadows and reflections fit. Allocates nothing, nor do the others.
     void update(const View &main, float error_px);
     const TerrainCut &cut() const { return cut_; }
-    /// Is any of the patch in the view, and on the kept side of `plane` (world, inward)?
+    /// Is any of the patch in the view, and on the kept side of `plane` (in the view's coordinates, inward)?
     bool sees(const View &view, const glm::vec4 &plane, std::uint32_t patch) const;
     /// In the refraction's view, what lies below the water is drawn somewhere between its place and this
     /// height.
-    void set_water(float level_m) { water_m_ = level_m; }
+    void set_water(double level_m) { water_m_ = level_m; }
     /// Draws what sees() says with the program in use. Leaves a vertex array bound.
     void draw(const View &view, const glm::vec4 &plane, const TerrainPlaces &places);
     TerrainCounts counts() const;
@@ -56,7 +56,7 @@ class TerrainTiles {
     const assets::Terrain &terrain_;
     const Streamer &streamer_;
     TerrainCut cut_;
-    float water_m_ = -1e30F;
+    double water_m_ = -1e30;
     std::vector<std::uint32_t> first_patch_; // per tile, and one more
     std::vector<std::uint32_t> taken_;       // per tile: patches that the cut knows to have arrived
     // One draw call, as glMultiDrawElementsBaseVertex takes it.

@@ -122,7 +122,8 @@ void main() {
         relief = blend_normals(decode_normal(textureGrad(u_effect_normal, uv, ex, ey).rg, 1.0), relief);
     }
     // Broad, faint changes of tone that the repeating pattern cannot have.
-    float tone = value_noise(v_position.xz * 0.11) + 0.5 * value_noise(v_position.xz * 0.37 + 19.0);
+    vec2 world = v_position.xz + anchor.xz;
+    float tone = value_noise(world * 0.11) + 0.5 * value_noise(world * 0.37 + 19.0);
     albedo *= 0.93 + 0.09 * tone;
 
     // Where the sea reaches, sand is darker and glossier: J. Lekner, M. Dorf, "Why some things are darker

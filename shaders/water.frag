@@ -134,8 +134,9 @@ void main() {
     // where it is deep, the water is simply there.
     float opaque = 1.0;
     if (u_textures.y > 0.5 && depth_straight < 0.2) {
-        float ragged = value_noise(xz * 1.1 + 3.0 * fine) * 0.6 + value_noise(xz * 3.7 - 5.0 * fine) * 0.4;
-        float swash = 0.5 + 0.5 * sin(6.2831853 * (u_swash + value_noise(xz * 0.06)));
+        vec2 world = xz + anchor.xz;
+        float ragged = value_noise(world * 1.1 + 3.0 * fine) * 0.6 + value_noise(world * 3.7 - 5.0 * fine) * 0.4;
+        float swash = 0.5 + 0.5 * sin(6.2831853 * (u_swash + value_noise(world * 0.06)));
         // The water runs up and back by a hand's breadth of depth, unevenly, so that its edge follows no triangle.
         float lap = depth_straight - 0.012 - 0.02 * (1.0 - swash) - 0.022 * ragged;
         float reach = 0.015 + 0.03 * swash;

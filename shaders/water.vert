@@ -7,7 +7,7 @@ uniform float u_half_m; // the sea reaches from -half to half
 out vec3 v_position;
 
 void main() {
-    vec2 xz = clamp(position.xz + eye.xz, vec2(-u_half_m), vec2(u_half_m));
+    vec2 xz = clamp(position.xz + eye.xz, -u_half_m - anchor.xz, u_half_m - anchor.xz);
     v_position = vec3(xz.x, water.w, xz.y);
     gl_Position = view_projection * vec4(v_position, 1.0);
 }

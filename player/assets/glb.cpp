@@ -10,6 +10,7 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <type_traits>
 
 namespace paradize::assets {
 
@@ -27,7 +28,8 @@ constexpr long long ushort_type = 5123;
 constexpr long long float_type = 5126;
 constexpr long long uint_type = 5125;
 
-constexpr double far_m = 1e7;           // nothing lies farther from its object's origin, or from the world's
+constexpr double far_m = 1e7;           // no coordinate of a vertex is larger
+constexpr double farthest_m = 1e10;     // no place in an object's space, or in the world, lies farther out
 constexpr std::size_t most_sharing = 4; // all levels together are at most so many times as long as the buffer
 
 /// Bytes of a component; 0 of what glTF does not know.
@@ -167,15 +169,16 @@ class Reader {
             }
         }
         GlbLattice lattice;
-        const auto read = [&](const char *key, double low, std::array<float, 3> &out) {
+        const auto read = [&](const char *key, double low, auto &out) {
             if (node.has(key)) {
-                const std::vector<double> numbers = node.numbers(key, out.size(), low, far_m);
-                std::transform(numbers.begin(), numbers.end(), out.begin(),
-                               [](double number) { return static_cast<float>(number); });
+                const std::vector<double> numbers = node.numbers(key, out.size(), low, farthest_m);
+                std::transform(numbers.begin(), numbers.end(), out.begin(), [&](double number) {
+                    return static_cast<std::remove_reference_t<decltype(out[0])>>(number);
+                });
             }
         };
         read("scale", std::numeric_limits<float>::min(), lattice.step);
-        read("translation", -far_m, lattice.origin);
+        read("translation", -farthest_m, lattice.origin);
         if (!glb.levels.empty() && lattice != glb.lattice) {
             node.fail("scale", "and translation must be those of the other levels");
         }
@@ -189,12 +192,12 @@ class Reader {
     static void demand_near(const JsonObject &node, const GlbLattice &lattice, const GlbLevel &level) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
             for (const float bound : {level.low[axis], level.high[axis]}) {
-                const double place = static_cast<double>(lattice.origin[axis]) +
+                const double place = lattice.origin[axis] +
                                      static_cast<double>(lattice.step[axis]) * static_cast<double>(bound);
-                if (std::abs(place) > far_m) {
+                if (std::abs(place) > farthest_m) {
                     node.fail("scale", "and translation carry a bound of the positions, " + shortest(bound) +
                                            ", to " + shortest(place) + " m, must stay within " +
-                                           shortest(far_m) + " m of the origin");
+                                           shortest(farthest_m) + " m of the origin");
                 }
             }
         }

@@ -30,7 +30,7 @@ struct GlbFormat {
 /// (step 1, origin 0) or codes of a lattice.
 struct GlbLattice {
     std::array<float, 3> step{1.0F, 1.0F, 1.0F};
-    std::array<float, 3> origin{};
+    std::array<double, 3> origin{};
 
     bool operator==(const GlbLattice &) const = default;
 };

@@ -20,6 +20,11 @@ glm::vec3 triple(const JsonObject &from, std::string_view key, double low, doubl
     return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
 
+glm::dvec3 place(const JsonObject &from, std::string_view key) {
+    const std::vector<double> v = from.numbers(key, 3, -farthest_m, farthest_m);
+    return {v[0], v[1], v[2]};
+}
+
 std::string maybe_artifact(const SceneFile &scene, const JsonObject &from, std::string_view key,
                            ArtifactKind kind) {
     std::string name = from.text_or(key, "");

@@ -58,9 +58,8 @@ class SceneReader {
             out_.largest_height_px = static_cast<int>(size[1]);
         }
         if (const auto region = root_.object_or_none("free_camera")) {
-            out_.free_camera =
-                FreeRegion{triple(*region, "low", -far_m, far_m), triple(*region, "high", -far_m, far_m),
-                           real(*region, "near_m", 0.0, far_m)};
+            out_.free_camera = FreeRegion{place(*region, "low"), place(*region, "high"),
+                                          real(*region, "near_m", 0.0, far_m)};
             region->done();
         }
         out_.lod_error_px = real_or(root_, "lod_error_px", 0.01, 100.0, 1.0F);
@@ -153,7 +152,7 @@ class SceneReader {
             Shadow value;
             value.size_px = static_cast<int>(shadow->integer("size", 1, 16384));
             value.extent_m = real(*shadow, "extent_m", 1e-3, far_m);
-            value.center = triple(*shadow, "center", -far_m, far_m);
+            value.center = place(*shadow, "center");
             value.blur_distance_m = real_or(*shadow, "blur_distance_m", 0.0, far_m, 50.0F);
             shadow->done();
             out_.shadow = value;

@@ -32,8 +32,8 @@ struct Artifact {
 
 /// Where a steered camera may be: what is baked is as fine as it needs there.
 struct FreeRegion {
-    glm::vec3 low{0.0F}, high{0.0F}; // corners of a box
-    float near_m = 0.0F;             // how near it comes to a surface
+    glm::dvec3 low{0.0}, high{0.0}; // corners of a box
+    float near_m = 0.0F;            // how near it comes to a surface
 };
 
 struct Sun {
@@ -56,7 +56,7 @@ struct Fog {
 struct Shadow {
     int size_px = 2048;
     float extent_m = 100.0F; // edge of the square that the map covers
-    glm::vec3 center{0.0F};
+    glm::dvec3 center{0.0};
     float blur_distance_m = 50.0F; // beyond this from the eye the shadow's edge is not blurred
 };
 
@@ -135,14 +135,14 @@ struct ObjectLod {
 };
 
 struct Placement {
-    glm::vec3 position{0.0F};
-    float yaw_rad = 0.0F;
-    float scale = 1.0F;
+    glm::dvec3 position{0.0};
+    double yaw_rad = 0.0;
+    double scale = 1.0;
 };
 
 struct Object {
     std::string name, mesh, color, normal, height, gloss; // artifacts; empty: none
-    glm::vec3 center{0.0F};                               // bounding sphere in the mesh's space
+    glm::dvec3 center{0.0};                               // bounding sphere in the mesh's space
     float radius_m = 1.0F;
     bool camera = true, shadow = true, reflection = true, refraction = true; // the views that draw it
     bool repeat = true;          // its maps tile, else they end at their edges
@@ -153,7 +153,7 @@ struct Object {
 
 struct ParticleField {
     std::string name;
-    glm::vec3 center{0.0F};
+    glm::dvec3 center{0.0};
     float radius_m = 1.0F;
     int count = 0;
     glm::vec2 size_m{0.05F, 0.1F};    // smallest, largest

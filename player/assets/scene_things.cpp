@@ -57,7 +57,7 @@ void read_objects(const JsonObject &root, SceneFile &out) {
         value.height = maybe_artifact(out, from, "height", ArtifactKind::texture);
         value.gloss = maybe_artifact(out, from, "gloss", ArtifactKind::texture);
         value.repeat = from.boolean_or("repeat", value.repeat);
-        value.center = triple(from, "center", -far_m, far_m);
+        value.center = place(from, "center");
         value.radius_m = real(from, "radius_m", 0.0, far_m);
         for (const JsonObject &lod : from.objects("lods", 64)) {
             value.lods.push_back({lod.text("node"), real(lod, "error_m", 0.0, far_m)});
@@ -70,9 +70,9 @@ void read_objects(const JsonObject &root, SceneFile &out) {
         }
         for (const JsonObject &at : from.objects("instances", most_entries)) {
             Placement placement;
-            placement.position = triple(at, "position", -far_m, far_m);
-            placement.yaw_rad = real_or(at, "yaw_rad", -most_turn_rad, most_turn_rad, 0.0F);
-            placement.scale = real_or(at, "scale", 1e-6, 1e6, 1.0F);
+            placement.position = place(at, "position");
+            placement.yaw_rad = at.number_or("yaw_rad", -most_turn_rad, most_turn_rad, 0.0);
+            placement.scale = at.number_or("scale", 1e-6, 1e6, 1.0);
             at.done();
             value.instances.push_back(placement);
         }
@@ -87,7 +87,7 @@ void read_particles(const JsonObject &root, SceneFile &out) {
         for (const JsonObject &from : root.objects("particles", 1000)) {
             ParticleField value;
             value.name = from.text("name");
-            value.center = triple(from, "center", -far_m, far_m);
+            value.center = place(from, "center");
             value.radius_m = real(from, "radius_m", 0.0, far_m);
             value.count = static_cast<int>(from.integer("count", 1, most_particles));
             if ((left -= value.count) < 0) {
@@ -125,8 +125,8 @@ void read_flight(const JsonObject &root, SceneFile &out) {
     }
     for (const JsonObject &part : from.objects("segments", most_entries)) {
         FlightSegment segment;
-        const auto eye = part.rows("eye", 3, 4, -far_m, far_m);
-        const auto target = part.rows("target", 3, 4, -far_m, far_m);
+        const auto eye = part.rows("eye", 3, 4, -farthest_m, farthest_m);
+        const auto target = part.rows("target", 3, 4, -farthest_m, farthest_m);
         if (eye.size() != 3 || target.size() != 3) {
             part.fail("eye", "and target must have three rows: x, y, z");
         }

@@ -25,9 +25,10 @@ struct FrameUniforms {
     glm::vec4 water;   // rgb absorption, 1/m; w level, m (-1e9: no water)
     glm::vec4 clock;   // x second of the flight, y second since the start (float: not for scrolling),
                        // z exposure, w frame number modulo 4096
+    glm::vec4 anchor;  // xyz where the coordinates above, and all positions, are counted from in the world, m
 };
 
-static_assert(sizeof(FrameUniforms) == 416);
+static_assert(sizeof(FrameUniforms) == 432);
 static_assert(offsetof(FrameUniforms, view) == 64);
 static_assert(offsetof(FrameUniforms, inverse_view_projection) == 128);
 static_assert(offsetof(FrameUniforms, shadow_from_world) == 192);
@@ -41,5 +42,6 @@ static_assert(offsetof(FrameUniforms, ambient) == 352);
 static_assert(offsetof(FrameUniforms, fog) == 368);
 static_assert(offsetof(FrameUniforms, water) == 384);
 static_assert(offsetof(FrameUniforms, clock) == 400);
+static_assert(offsetof(FrameUniforms, anchor) == 416);
 
 } // namespace paradize::gl

@@ -66,7 +66,7 @@ struct Member {
     GLint offset;
 };
 
-constexpr std::array<Member, 14> members{{
+constexpr std::array<Member, 15> members{{
     {"view_projection", offsetof(FrameUniforms, view_projection)},
     {"view", offsetof(FrameUniforms, view)},
     {"inverse_view_projection", offsetof(FrameUniforms, inverse_view_projection)},
@@ -81,6 +81,7 @@ constexpr std::array<Member, 14> members{{
     {"fog", offsetof(FrameUniforms, fog)},
     {"water", offsetof(FrameUniforms, water)},
     {"clock", offsetof(FrameUniforms, clock)},
+    {"anchor", offsetof(FrameUniforms, anchor)},
 }};
 
 /// The shader's block must be the struct, member for member.

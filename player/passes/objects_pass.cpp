@@ -70,7 +70,7 @@ const ObjectsPass::MapSamplers &ObjectsPass::samplers_of(const Frame &frame, con
     return object_samplers_[static_cast<std::size_t>(&object - frame.scene.objects().data())];
 }
 
-void ObjectsPass::draw_depth(const Frame &frame) {
+void ObjectsPass::draw_depth(const Frame &frame, const View &light) {
     depth_.use();
     depth_bias(true);
     for (const DrawItem &item : frame.visible(ViewKind::light)) {
@@ -78,7 +78,7 @@ void ObjectsPass::draw_depth(const Frame &frame) {
         if (object.color != nullptr) {
             object.color->bind(unit_color, samplers_of(frame, object)[unit_color]);
         }
-        gl::Program::set(depth_model_at_, item.instance->model * object.mesh->model());
+        gl::Program::set(depth_model_at_, light.local(item.instance->model));
         for (std::size_t m = 0; m < object.materials.size(); ++m) {
             const assets::Material &material = object.materials[m];
             sides(material.two_sided);
@@ -92,7 +92,7 @@ void ObjectsPass::draw_depth(const Frame &frame) {
 
 void ObjectsPass::draw(const Frame &frame, const View &view) {
     if (view.kind == ViewKind::light) {
-        draw_depth(frame);
+        draw_depth(frame, view);
         return;
     }
     program_.use();
@@ -116,8 +116,8 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
         const float height = bind(object.height, unit_height);
         const float gloss = bind(object.gloss, unit_gloss);
         gl::Program::set(maps_at_, glm::vec4(color, normal, height, gloss));
-        gl::Program::set(model_at_, item.instance->model * object.mesh->model());
-        gl::Program::set(scale_at_, item.instance->scale * object.mesh->step_m());
+        gl::Program::set(model_at_, view.local(item.instance->model));
+        gl::Program::set(scale_at_, item.instance->scale * object.mesh->lattice().step[0]);
         for (std::size_t m = 0; m < object.materials.size(); ++m) {
             const assets::Material &material = object.materials[m];
             sides(material.two_sided);

@@ -20,7 +20,7 @@ class ObjectsPass : public Pass {
     void draw(const Frame &frame, const View &view) override;
 
   private:
-    void draw_depth(const Frame &frame);
+    void draw_depth(const Frame &frame, const View &light);
 
     gl::Program depth_;
     gl::Program program_;

@@ -46,7 +46,7 @@ void ParticleSwarm::birth(Particle &particle, float life) {
     do {
         p = {random_.between(-1.0F, 1.0F), random_.between(-1.0F, 1.0F), random_.between(-1.0F, 1.0F)};
     } while (p.x * p.x + p.y * p.y + p.z * p.z > 1.0F);
-    particle.position = field_.center + p * field_.radius_m;
+    particle.position = p * field_.radius_m;
     // Few are large.
     const float large = random_.between(0.0F, 1.0F);
     particle.size_m = field_.size_m.x + (field_.size_m.y - field_.size_m.x) * large * large * large;
@@ -103,11 +103,13 @@ bool ParticlesPass::go_on(std::span<const std::unique_ptr<Pass>> before) {
     return false;
 }
 
-void ParticlesPass::prepare(Frame & /*frame*/) {
+void ParticlesPass::prepare(Frame &frame) {
     std::size_t at = 0;
     for (const ParticleSwarm &swarm : swarms_) {
+        const glm::vec3 center = frame.view(ViewKind::main).local(swarm.center());
         for (const Particle &p : swarm.particles()) {
-            for (float value : {p.position.x, p.position.y, p.position.z, p.size_m, p.turn_rad, p.opacity}) {
+            const glm::vec3 place = center + p.position;
+            for (float value : {place.x, place.y, place.z, p.size_m, p.turn_rad, p.opacity}) {
                 data_[at++] = value;
             }
         }

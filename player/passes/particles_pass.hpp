@@ -34,7 +34,7 @@ class Pcg {
 };
 
 struct Particle {
-    glm::vec3 position{0.0F}; // metres, world
+    glm::vec3 position{0.0F}; // metres, from its field's center
     float size_m = 0.0F;
     float turn_rad = 0.0F;
     float life = 1.0F;          // 1 at birth
@@ -50,6 +50,7 @@ class ParticleSwarm {
     ParticleSwarm(const assets::ParticleField &field, std::uint64_t seed);
     void step(double seconds);
     const std::vector<Particle> &particles() const { return particles_; }
+    const glm::dvec3 &center() const { return field_.center; } // in the world
     /// Of the same field, begun with the same seed: after as many steps one is what the other is.
     bool same_as(const ParticleSwarm &other) const { return field_ == other.field_ && seed_ == other.seed_; }
 

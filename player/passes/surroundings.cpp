@@ -28,7 +28,7 @@ double wrapped(double value) {
 
 } // namespace
 
-Waves waves_at(const assets::Water &water, double elapsed_s) {
+Waves waves_at(const assets::Water &water, double elapsed_s, const glm::dvec3 &anchor) {
     Waves waves;
     for (std::size_t i = 0; i < layer_table.size(); ++i) {
         const Layer &layer = layer_table[i];
@@ -39,7 +39,9 @@ Waves waves_at(const assets::Water &water, double elapsed_s) {
         const double u = layer.scale * layer.speed * (c * water.scroll_per_s.x + s * water.scroll_per_s.y);
         const double v = layer.scale * layer.speed * (c * water.scroll_per_s.y - s * water.scroll_per_s.x);
         // Rounded to float a value just below 1 may become 1, which is 0 again.
-        waves.offsets[i] = glm::vec2(wrapped(u * elapsed_s), wrapped(v * elapsed_s));
+        const double there_u = tile * (c * anchor.x + s * anchor.z);
+        const double there_v = tile * (c * anchor.z - s * anchor.x);
+        waves.offsets[i] = glm::vec2(wrapped(u * elapsed_s + there_u), wrapped(v * elapsed_s + there_v));
         waves.lengths_m[static_cast<int>(i)] = static_cast<float>(1.0 / std::max(tile, 1e-6));
     }
     return waves;
@@ -135,7 +137,7 @@ void Surroundings::apply(const Frame &frame, const View &view) const {
         if (const StreamedTexture *map = frame.scene.texture(water.dudv)) {
             map->bind(unit_wave_dudv, waves_.name());
         }
-        const Waves waves = waves_at(water, frame.clock.elapsed_s);
+        const Waves waves = waves_at(water, frame.clock.elapsed_s, view.anchor);
         if (wave_rows_at_ >= 0) {
             glUniform4fv(wave_rows_at_, Waves::layers, glm::value_ptr(waves.rows[0]));
         }

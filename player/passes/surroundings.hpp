@@ -29,14 +29,14 @@ inline constexpr float water_refraction = 1.33F;
 /// The layers of waves at a moment (shaders/lib/waves.glsl).
 struct Waves {
     static constexpr int layers = 3;
-    std::array<glm::vec4, layers> rows{};    // world xz in metres to UV: two rows
+    std::array<glm::vec4, layers> rows{};    // xz in metres to UV: two rows
     std::array<glm::vec2, layers> offsets{}; // UV, in [0, 1)
     glm::vec3 lengths_m{1.0F};               // of one repeat of the map
 };
 
 /// Layers 0 and 1 run against each other, 2 is a slow swell. elapsed_s is reduced in double, so that the
-/// waves move as evenly after a week as at the start.
-Waves waves_at(const assets::Water &water, double elapsed_s);
+/// waves move as evenly after a week as at the start; so is `anchor`, where xz is counted from in the world.
+Waves waves_at(const assets::Water &water, double elapsed_s, const glm::dvec3 &anchor = glm::dvec3(0.0));
 
 /// Sets and binds the shared inputs of one program that includes lib/light.glsl.
 class Surroundings {

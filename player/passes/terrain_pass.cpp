@@ -67,16 +67,16 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
 
     // Under water the refraction's picture shows the floor: the main view need not draw it twice.
     const bool hidden = view.kind == ViewKind::main && frame.shared.refraction != nullptr && file.water &&
-                        view.eye.y > file.water->level_m;
+                        view.eye.y > frame.water_m();
     glm::vec4 plane = view.clipped ? view.clip_plane : no_plane;
     if (hidden) {
         glEnable(GL_CLIP_DISTANCE0);
-        plane = glm::vec4(0.0F, 1.0F, 0.0F, 0.3F - file.water->level_m);
+        plane = glm::vec4(0.0F, 1.0F, 0.0F, 0.3F - frame.water_m());
     }
     // The refraction's picture reaches a little up the beach: at the water's edge its coarser pixels must not
     // show a gap.
     if (view.kind == ViewKind::refraction && file.water) {
-        plane = glm::vec4(0.0F, -1.0F, 0.0F, file.water->level_m + 1.0F);
+        plane = glm::vec4(0.0F, -1.0F, 0.0F, frame.water_m() + 1.0F);
     }
     gl::Program::set(clip_at_, plane);
     frame.terrain()->draw(view, plane, {model_at_, normals_at_});

@@ -30,7 +30,7 @@ ReflectionPass::ReflectionPass(const PassSetup &setup)
 
 void ReflectionPass::prepare(Frame &frame) {
     const assets::SceneFile &file = frame.scene.file();
-    if (file.water && frame.view(ViewKind::main).eye.y <= file.water->level_m) {
+    if (file.water && frame.view(ViewKind::main).eye.y <= frame.water_m()) {
         return; // an eye under water sees no mirror from above
     }
     draw_into(frame);
@@ -42,7 +42,7 @@ RefractionPass::RefractionPass(const PassSetup &setup)
 
 void RefractionPass::prepare(Frame &frame) {
     const assets::SceneFile &file = frame.scene.file();
-    if (file.water && frame.view(ViewKind::main).eye.y <= file.water->level_m) {
+    if (file.water && frame.view(ViewKind::main).eye.y <= frame.water_m()) {
         return;
     }
     draw_into(frame);

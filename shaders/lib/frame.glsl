@@ -16,4 +16,5 @@ layout(std140) uniform FrameUniforms {
     vec4 fog;
     vec4 water;
     vec4 clock;
+    vec4 anchor;
 };

@@ -35,7 +35,7 @@ TEST_CASE("baked for: a picture above the largest is told once, whichever side i
 
 TEST_CASE("baked for: a camera that leaves its region is told once, and not before") {
     assets::SceneFile scene = scene_with(2);
-    scene.free_camera = assets::FreeRegion{{-1.0F, 0.0F, -2.0F}, {1.0F, 3.0F, 2.0F}, 0.5F};
+    scene.free_camera = assets::FreeRegion{{-1.0, 0.0, -2.0}, {1.0, 3.0, 2.0}, 0.5F};
     BakedFor baked(scene);
     CHECK(baked.steered({-1.0, 0.0, 2.0}).empty());
     CHECK(baked.steered({0.0, 3.1, 0.0}).find("has left the region") != std::string::npos);

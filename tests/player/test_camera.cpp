@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 
 using namespace paradize;
 
@@ -72,14 +73,39 @@ TEST_CASE("frustum: spheres inside and across are seen, outside not") {
 TEST_CASE("light: the square's middle is the map's middle, heights stay inside its depth") {
     assets::Shadow shadow;
     shadow.extent_m = 40.0F;
-    shadow.center = glm::vec3(5.0F, 0.0F, -3.0F);
+    shadow.center = glm::dvec3(5.0, 0.0, -3.0);
     const View view = light_view(shadow, glm::normalize(glm::vec3(0.4F, 0.3F, 0.2F)));
-    const glm::vec4 middle = texture_from_clip() * view.view_projection * glm::vec4(shadow.center, 1.0F);
+    const glm::vec3 center(shadow.center);
+    const glm::vec4 middle = texture_from_clip() * view.view_projection * glm::vec4(center, 1.0F);
     CHECK(middle.x == doctest::Approx(0.5));
     CHECK(middle.y == doctest::Approx(0.5));
     CHECK(middle.z == doctest::Approx(0.5));
-    const glm::vec3 high = project(view, shadow.center + glm::vec3(0.0F, 19.0F, 0.0F));
+    const glm::vec3 high = project(view, center + glm::vec3(0.0F, 19.0F, 0.0F));
     CHECK(std::abs(high.z) < 1.0F);
+}
+
+TEST_CASE("far away: what stands beside the eye is seen where it is seen beside an eye at the origin") {
+    assets::Shadow shadow;
+    shadow.center = glm::dvec3(5.0, 0.0, -3.0);
+    const glm::vec3 sun = glm::normalize(glm::vec3(0.4F, 0.3F, 0.2F));
+    const glm::dvec3 thing(1.0, 0.7, 3.0);
+    for (const glm::dvec3 away : {glm::dvec3(1e6, 0.0, -1e6), glm::dvec3(-5.2e6, 1e5, 5e5)}) {
+        const auto moved = [&](const glm::dvec3 &p) { return p + away; };
+        const View main = main_view(pose, lens(), 640, 360);
+        const View far = main_view({moved(pose.eye), moved(pose.target), pose.roll_rad}, lens(), 640, 360);
+        CHECK(far.anchor != glm::dvec3(0.0));
+        CHECK(main.anchor == glm::dvec3(0.0));
+        CHECK(glm::distance(project(far, far.local(moved(thing))), project(main, main.local(thing))) < 1e-4F);
+        assets::Shadow there = shadow;
+        there.center = moved(shadow.center);
+        for (const auto &[one, other] :
+             {std::pair(light_view(there, sun, far.anchor), light_view(shadow, sun)),
+              std::pair(mirror_view(far, away.y + 0.5, 1.0F), mirror_view(main, 0.5, 1.0F))}) {
+            CHECK(glm::distance(project(one, one.local(moved(thing))), project(other, other.local(thing))) <
+                  2e-4F);
+            CHECK(glm::distance(glm::dvec3(one.eye) + one.anchor - away, glm::dvec3(other.eye)) < 2e-4);
+        }
+    }
 }
 
 TEST_CASE("light: a sun straight above has a view") {

@@ -84,6 +84,22 @@ TEST_CASE("waves: after whole periods of a layer it is where it was") {
     }
 }
 
+TEST_CASE("waves: counted from another place of the world they lie where they lie") {
+    const assets::Water water = sea();
+    const glm::dvec3 anchor(5.2e6, 0.0, -1e6);
+    const Waves whole = waves_at(water, 3.0);
+    const Waves part = waves_at(water, 3.0, anchor);
+    for (std::size_t i = 0; i < Waves::layers; ++i) {
+        const glm::dvec4 rows(whole.rows[i]);
+        // The rows are float32: so far away they lose what the offsets do not.
+        const double u = rows.x * anchor.x + rows.y * anchor.z + static_cast<double>(whole.offsets[i].x);
+        const double v = rows.z * anchor.x + rows.w * anchor.z + static_cast<double>(whole.offsets[i].y);
+        const double slack = 2e-7 * (std::abs(anchor.x) + std::abs(anchor.z)) * std::abs(rows.x) + 1e-6;
+        CHECK(apart(static_cast<float>(u - std::floor(u)), part.offsets[i].x) < slack);
+        CHECK(apart(static_cast<float>(v - std::floor(v)), part.offsets[i].y) < slack);
+    }
+}
+
 TEST_CASE("waves: no scroll and no tile give finite numbers") {
     assets::Water water;
     water.tile = 0.0F;
@@ -119,7 +135,7 @@ TEST_CASE(
             CHECK(now.position != before[p].position);
             CHECK(now.size_m != before[p].size_m);
             CHECK(now.turn_rad != before[p].turn_rad);
-            const glm::vec3 away = now.position - field.center;
+            const glm::vec3 away = now.position;
             CHECK(away.x * away.x + away.y * away.y + away.z * away.z <=
                   1.01F * field.radius_m * field.radius_m);
             CHECK(now.size_m >= field.size_m.x);

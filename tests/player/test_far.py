@@ -1,0 +1,101 @@
+"""Far from the origin the player draws what it draws beside it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from math import cos, sin
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from paradize.bake_quantise import quantised_levels
+from paradize.data import Lod
+from paradize.formats.glb import encode_glb
+from tests.pictures import difference, load
+from tests.player import synthetic
+
+Vec = tuple[float, float, float]
+HOME: Vec = (0.0, 0.0, 0.0)
+PLACES = {
+    "metres 1e6": (1e6, 0.0, -1e6),
+    "a map's grid": (499_980.25, 431.5, 5_234_567.75),
+    "1e7": (-1e7, 0.0, 0.0),
+}
+YAW_RAD = 0.4  # of the synthetic scene's box
+
+
+def moved(scene: dict[str, Any], by: Vec) -> dict[str, Any]:
+    """Everything but the object, which the caller moves: the flight, the shadow's square, particles."""
+    for segment in scene["flight"]["segments"]:
+        for key in ("eye", "target"):
+            for row, shift in zip(segment[key], by, strict=True):
+                row[0] += shift
+    scene["shadow"]["center"] = [a + b for a, b in zip(scene["shadow"]["center"], by, strict=True)]
+    for field in scene["particles"]:
+        field["center"] = [a + b for a, b in zip(field["center"], by, strict=True)]
+    return scene
+
+
+def dry(folder: Path) -> dict[str, Any]:
+    """The synthetic scene without ground and sea, which stay at the origin."""
+    synthetic.write_scene(folder)
+    scene: dict[str, Any] = json.loads((folder / "scene.json").read_text())
+    assert scene["shadow"] and scene["particles"] and scene["sky"]
+    return scene | dict.fromkeys(("terrain", "water", "reflection", "refraction"))
+
+
+def picture(folder: Path, scene: dict[str, Any], player: Callable[..., Any]) -> Path:
+    used = {"box_mesh", "box_color", "sky"}
+    scene["artifacts"] = {name: entry for name, entry in scene["artifacts"].items() if name in used}
+    scene["streaming"] = sorted(used)
+    (folder / "scene.json").write_text(json.dumps(scene))
+    out = folder / "a.png"
+    result = player(
+        folder, "--time", 2.5, "--size", "192x108", "--screenshot", out, "--debug", "--check-finite"
+    )
+    assert result.returncode == 0, result.stderr
+    return out
+
+
+def assert_alike(home: Path, far: Path) -> None:
+    assert float(np.ptp(load(home))) > 0.3, "nothing is seen"
+    found = difference(home, far)
+    assert found["outliers"] <= 0.002 and found["flip"] < 0.002 and found["tile"] < 0.02, found
+
+
+@pytest.mark.parametrize("place", PLACES.values(), ids=PLACES)
+def test_a_scene_that_is_moved_is_drawn_as_it_was(
+    tmp_path: Path, player: Callable[..., Any], place: Vec
+) -> None:
+    home = picture(tmp_path / "home", dry(tmp_path / "home"), player)
+    scene = moved(dry(tmp_path / "far"), place)
+    for instance in scene["objects"][0]["instances"]:
+        instance["position"] = [a + b for a, b in zip(instance["position"], place, strict=True)]
+    assert_alike(home, picture(tmp_path / "far", scene, player))
+
+
+@pytest.mark.parametrize("quantise", [False, True], ids=["floats", "codes"])
+@pytest.mark.parametrize("place", PLACES.values(), ids=PLACES)
+def test_a_mesh_whose_own_places_are_far_away_is_drawn_as_near_by(
+    tmp_path: Path, player: Callable[..., Any], place: Vec, quantise: bool
+) -> None:
+    home = picture(tmp_path / "home", dry(tmp_path / "home"), player)
+    folder = tmp_path / "far"
+    x, y, z = place
+    turned = (x * cos(YAW_RAD) + z * sin(YAW_RAD), y, z * cos(YAW_RAD) - x * sin(YAW_RAD))
+    scene = moved(dry(folder), turned)
+    box = scene["objects"][0]
+    assert box["instances"] == [{"position": [0.0, 0.0, 0.0], "yaw_rad": YAW_RAD, "scale": 1.0}]
+    box["center"] = [a + b for a, b in zip(box["center"], place, strict=True)]
+    mesh = replace(synthetic.box(), origin=place)
+    lods: tuple[Lod, ...] = (Lod(mesh, 0.0, 0.0), Lod(mesh, 0.02, 0.01))
+    glb = encode_glb(quantised_levels(lods) if quantise else lods, "box")
+    (folder / "box_mesh.glb").write_bytes(glb)
+    entry = {"bytes": len(glb), "sha256": hashlib.sha256(glb).hexdigest()}
+    scene["artifacts"]["box_mesh"] |= entry
+    assert_alike(home, picture(folder, scene, player))
