@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from typing import Any, NoReturn
 
 WHAT = "interrupted; nothing half-written stays"
+AT_ONCE = "ended at once; files that were being written aside may stay"
 EXIT_CODE = 130  # as shells tell it: 128 + SIGINT
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _PATIENCE_S = 10  # so long the command may take to end in good order
@@ -26,10 +27,11 @@ _came = False
 
 
 def _leave(*_: object) -> NoReturn:
-    """Says so and ends the process: no `finally` runs any more."""
-    if "--json" in sys.argv:
+    """Says so and ends the process: no `finally` runs any more. While a command runs, it may leave files that
+    it was writing aside, and have begun its JSON object."""
+    if "--json" in sys.argv and not _came:
         _write(1, f'{{"error": ["{WHAT}"]}}\n')
-    _write(2, f"paradize: {WHAT}\n")
+    _write(2, f"paradize: {AT_ONCE if _came else WHAT}\n")
     os._exit(EXIT_CODE)
 
 

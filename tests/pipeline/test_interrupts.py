@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -34,6 +35,7 @@ sys.setprofile(profile)
 start()
 """
 LINE = "paradize: interrupted; nothing half-written stays"
+AT_ONCE = "paradize: ended at once; files that were being written aside may stay"
 STEPS = 12
 
 
@@ -65,12 +67,13 @@ def test_a_signal_at_any_call_ends_a_command_with_one_line(words: list[str], tmp
     ended = 0
     for step in range(STEPS):
         at = 2 + (count - 2) * step // STEPS
+        shutil.rmtree(tmp_path / "n", ignore_errors=True)  # `new` refuses a folder that it finished before
         ran = run(at, (signal.SIGTERM, signal.SIGINT)[step % 2], words, tmp_path)
-        if ran.returncode in (0, 1):  # waiting for workers takes fewer calls on a quiet machine
+        if ran.returncode == 0:  # waiting for workers takes fewer calls on a quiet machine
             continue
-        assert ran.returncode == 130 and ran.stderr.splitlines()[-1:] == [LINE], (at, ran.stderr)
+        assert ran.returncode == 130 and ran.stderr.splitlines()[-1] in (LINE, AT_ONCE), (at, ran)
         assert "Traceback" not in ran.stderr and "Exception" not in ran.stderr, (at, ran.stderr)
-        if "--json" in words:
+        if "--json" in words and LINE in ran.stderr:
             assert json.loads(ran.stdout) == {"error": [LINE.partition(": ")[2]]}
         ended += 1
     assert ended > STEPS // 3
@@ -117,7 +120,8 @@ def call():
 def test_an_interrupt_counts_where_python_or_a_library_drops_it(what: str) -> None:
     program = AFTERWARDS.format(meanwhile=MEANWHILE[what])
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
-    assert (ran.returncode, ran.stderr.splitlines()) == (130, [LINE])
+    line = LINE if what.startswith("an error") else AT_ONCE  # where no `finally` runs, files may stay
+    assert (ran.returncode, ran.stderr.splitlines()) == (130, [line])
 
 
 def test_a_process_started_to_ignore_interrupts_goes_on_ignoring_them(tmp_path: Path) -> None:

@@ -132,6 +132,22 @@ std::vector<double> *GroundRows::line(Window &window, std::ptrdiff_t y, bool &fr
     return &window.lines[slot];
 }
 
+// Fills what is beyond both ends of a line from its middle; of a reflection the mirrored part counts by
+// `sign`.
+void GroundRows::pad(std::vector<double> &line, double sign) const {
+    const std::size_t columns = ground_.size.columns;
+    double *middle = line.data() + reach_;
+    for (std::size_t k = 1; k <= reach_; ++k) {
+        const auto left = -static_cast<std::ptrdiff_t>(k);
+        const auto right = static_cast<std::ptrdiff_t>(columns + k - 1);
+        for (const std::ptrdiff_t x : {left, right}) {
+            const Place p = place(x, columns, ground_.wrap_x);
+            line[static_cast<std::size_t>(x + static_cast<std::ptrdiff_t>(reach_))] =
+                p.reflected ? 2.0 * middle[p.about] + sign * middle[p.at] : middle[p.at];
+        }
+    }
+}
+
 // Row y, possibly outside, in float64; index 0 is column -reach.
 const double *GroundRows::padded(std::ptrdiff_t y) {
     bool fresh = false;
@@ -149,15 +165,7 @@ const double *GroundRows::padded(std::ptrdiff_t y) {
             middle[x] = 2.0 * about[x] - middle[x];
         }
     }
-    for (std::size_t k = 1; k <= reach_; ++k) {
-        const auto left = -static_cast<std::ptrdiff_t>(k);
-        const auto right = static_cast<std::ptrdiff_t>(columns + k - 1);
-        for (const std::ptrdiff_t x : {left, right}) {
-            const Place p = place(x, columns, ground_.wrap_x);
-            line[static_cast<std::size_t>(x + static_cast<std::ptrdiff_t>(reach_))] =
-                p.reflected ? 2.0 * middle[p.about] - middle[p.at] : middle[p.at];
-        }
-    }
+    pad(line, -1.0);
     return line.data();
 }
 
@@ -178,15 +186,7 @@ const double *GroundRows::half_steps(std::ptrdiff_t y) {
             middle[x] += 2.0 * half_step(ground_.codes, ground_.heights[from.about * columns + x]);
         }
     }
-    for (std::size_t k = 1; k <= reach_; ++k) {
-        const auto left = -static_cast<std::ptrdiff_t>(k);
-        const auto right = static_cast<std::ptrdiff_t>(columns + k - 1);
-        for (const std::ptrdiff_t x : {left, right}) {
-            const Place p = place(x, columns, ground_.wrap_x);
-            line[static_cast<std::size_t>(x + static_cast<std::ptrdiff_t>(reach_))] =
-                p.reflected ? 2.0 * middle[p.about] + middle[p.at] : middle[p.at];
-        }
-    }
+    pad(line, 1.0);
     return line.data();
 }
 

@@ -64,6 +64,7 @@ class GroundRows final : public Rows {
         std::vector<double> y;
     };
     std::vector<double> *line(Window &window, std::ptrdiff_t y, bool &fresh) const;
+    void pad(std::vector<double> &line, double sign) const;
     const double *padded(std::ptrdiff_t y);
     const double *half_steps(std::ptrdiff_t y);
     void filtered(std::ptrdiff_t y, const Taps &taps, Steepness &out);
