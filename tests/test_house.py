@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "pipeline/paradize"
 
-GROUND = {"data", "errors", "files", "kernels"}
+GROUND = {"data", "errors", "files", "kernels", "kinds"}
 LAYERS = {
     "__main__": {"cli"},
     # room: what it may import (besides itself and the ground)
@@ -73,6 +73,7 @@ LAYERS = {
     "errors": set(),
     "files": set(),
     "kernels": set(),
+    "kinds": {"files"},
 }
 
 

@@ -23,6 +23,7 @@ from paradize.engine.store import Stamp, Store, default_root, key_of, stamp
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
 from paradize.flight import plan_flight
+from paradize.kinds import require_folder
 from paradize.require import Order, Want, require
 from paradize.scene import Scene, load_scene
 
@@ -43,6 +44,8 @@ def bake(scene_path: Path, out: Path | None = None, how: How | None = None) -> B
         store = _store(how)
         was = stamp(scene_path)
         scene = load_scene(scene_path)
+        if out is not None:
+            require_folder(out)
         folder = out or Path("build/assets") / scene.head.name
         lock = key_of(str(resolved(folder)))[:32]
         crew = how.crew or Crew()  # the same workers bake and measure

@@ -17,7 +17,7 @@ from importlib import import_module
 
 from paradize.cli_interrupt import EXIT_CODE, WHAT, interrupted, interruptible
 from paradize.cli_output import OutputLost, complain, say, show, show_json
-from paradize.errors import BakeError, GroupedError, ParadizeError, one_line
+from paradize.errors import BakeError, GroupedError, ParadizeError, bounded
 
 TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class _Parser(argparse.ArgumentParser):
         return super().format_help()
 
     def error(self, message: str) -> NoReturn:
-        raise _WrongUsage(f"{self.format_usage()}{self.prog}: error: {one_line(message)}")
+        raise _WrongUsage(f"{self.format_usage()}{self.prog}: error: {bounded(message)}")
 
 
 # Of each command: what runs it, what adds its options, its help. Only what a command needs is imported, and

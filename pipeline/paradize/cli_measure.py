@@ -79,8 +79,10 @@ class _Bar:
 def run_measure(arguments: argparse.Namespace) -> int:
     """The exit code."""
     from paradize.engine.publish import write_whole
+    from paradize.kinds import require_folder
     from paradize.report.tradeoff_page import tradeoff_page
 
+    require_folder(arguments.out)
     if arguments.out.exists() and not arguments.out.is_dir():  # before minutes are spent
         raise BakeError("is no folder", file=arguments.out, mend="name a folder with -o")
     bar = _Bar()

@@ -7,11 +7,13 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 
-from paradize.errors import ParadizeError, one_line
+from paradize.errors import ParadizeError, bounded
 
 TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
     from typing import Any
+
+MOST_LINE = 8000  # characters: a path of 4096 and every part of a message
 
 
 class OutputLost(Exception):  # noqa: N818 (never leaves the command line)
@@ -22,7 +24,7 @@ def say(*lines: str) -> None:
     """Lines for standard error; where nobody can read it, nothing is lost."""
     with suppress(OSError):
         for line in lines:
-            print(one_line(line), file=sys.stderr)
+            print(bounded(line, MOST_LINE), file=sys.stderr)
 
 
 def show(text: str, stream: Any = None) -> None:

@@ -15,13 +15,18 @@ from paradize.cli_output import say, show, show_json
 from paradize.engine.publish import write_whole
 from paradize.engine.workers import Job, run_jobs
 from paradize.errors import BakeError
+from paradize.kinds import require_folder, require_glb
 
 
 def _solo(arguments: argparse.Namespace, kind: str, settings: dict[str, Any], out: Path | None) -> int:
     """Runs one baker in a worker; writes its files (into `arguments.out`, or as `out`); prints the result."""
     start = time.monotonic()
-    if out is not None and _same(out, arguments.input):
+    if out is None:
+        require_folder(arguments.out)
+    elif _same(out, arguments.input):
         raise BakeError("is the input itself", file=out, mend="name another file with -o")
+    else:
+        require_glb(out)
     given = {"kind": kind, "path": arguments.input, "tier": arguments.tier, "budget": arguments.budget}
     job = Job(arguments.input.name, solo, given | settings, file=arguments.input)
     cores = os.cpu_count() or 1

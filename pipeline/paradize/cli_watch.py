@@ -31,6 +31,9 @@ def run_watch(arguments: argparse.Namespace) -> int:
     from paradize.watch import Watch
 
     told = _as_json if arguments.json else _as_text
+    from paradize.kinds import SCENE, require
+
+    require(SCENE, arguments.scene)
     watch = Watch(
         arguments.scene,
         arguments.out,

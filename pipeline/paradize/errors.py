@@ -11,9 +11,16 @@ ParadizeError
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+
+TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from typing import Any
 
 _CONTROL = r"[\x00-\x1f\x7f-\x9f\u2028\u2029]"
+
+
+MOST = 800  # characters of one part of a message
 
 
 def one_line(text: str) -> str:
@@ -23,19 +30,39 @@ def one_line(text: str) -> str:
     return re.sub(_CONTROL, lambda found: ascii(found.group())[1:-1], text)
 
 
+def bounded(text: str, most: int = MOST) -> str:
+    """The text on one line of at most so many characters: what is too long loses its middle. Every part of
+    every message goes through here, so that no broken file fills a screen."""
+    text = one_line(text)
+    if len(text) <= most:
+        return text
+    tail = most // 3
+    return f"{text[: most - tail - 5]} ... {text[-tail:]}"
+
+
 class ParadizeError(Exception):
     """One message for a person: `file: place: what is wrong (value, limit); mend`."""
 
     def __init__(
         self, what: str, *, file: object = None, place: str | None = None, mend: str | None = None
     ) -> None:
-        self.what = what
+        self.what = bounded(what)
         self.file = None if file is None else str(file)
-        self.place = place
-        self.mend = mend
-        head = ": ".join(part for part in (self.file, place) if part)
-        message = f"{head}: {what}" if head else what
-        super().__init__(f"{message}; {mend}" if mend else message)
+        self.place = place and bounded(place)
+        self.mend = mend and bounded(mend)
+        head = ": ".join(part for part in (self.file, self.place) if part)
+        message = f"{head}: {self.what}" if head else self.what
+        super().__init__(f"{message}; {self.mend}" if self.mend else message)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _remade, (type(self), self.what, self.file, self.place, self.mend)
+
+
+def _remade(
+    kind: type[ParadizeError], what: str, file: str | None, place: str | None, mend: str | None
+) -> ParadizeError:
+    """An error as another process raised it."""
+    return kind(what, file=file, place=place, mend=mend)
 
 
 class SourceError(ParadizeError):
@@ -63,7 +90,8 @@ class GroupedError(ParadizeError):
             for error in errors
             for part in (error.errors if isinstance(error, GroupedError) else (error,))
         )
-        super().__init__("\n".join(str(error) for error in self.errors))
+        super().__init__(f"{len(self.errors)} errors")
+        self.args = ("\n".join(str(error) for error in self.errors),)
 
-    def __reduce__(self) -> tuple[type[GroupedError], tuple[tuple[ParadizeError, ...]]]:
+    def __reduce__(self) -> tuple[Any, ...]:
         return GroupedError, (self.errors,)

@@ -35,6 +35,7 @@ from paradize.formats.glb_tiles import decode_tile
 from paradize.formats.ktx2 import decode_ktx2
 from paradize.formats.png import encode_png
 from paradize.formats.scene_manifest import decode_scene
+from paradize.kinds import BAKED, expecting, require_glb
 from paradize.metrics.texels import decode_texels
 from paradize.report.shade import to_codes
 
@@ -66,9 +67,9 @@ def export(folder: Path, out: Path) -> Exported:
     """Writes the scene baked in `folder` (or its scene.json) to the GLB `out`. Raises SourceError or
     FormatError where the folder holds no sound scene, BakeError where the file cannot be written, is the
     scene's own or no .glb by its name, or would be too large."""
-    if out.suffix.lower() != ".glb":
-        raise BakeError("a viewer knows a GLB by its name", file=out, mend="name a file that ends in .glb")
-    work = _Export(folder)
+    require_glb(out)
+    with expecting(BAKED, folder):
+        work = _Export(folder)
     if work.holds(out):
         raise BakeError("is a file of the baked scene itself", file=out, mend="name another file with -o")
     work.sky()
@@ -306,7 +307,7 @@ class _Export:
             return read_file(path)
         except OSError as error:
             what = f"cannot be read: {error.strerror or error}"
-            raise SourceError(what, file=path, mend="name a folder that paradize bake made") from None
+            raise SourceError(what, file=path, mend="bake the scene again") from None
 
 
 def _standing(instance: dict[str, Any], origin: Vec3) -> list[float]:

@@ -12,10 +12,12 @@ import tomllib
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
+from typing import Any
 
 from paradize.budget import METRICS
 from paradize.errors import SceneError
 from paradize.files import read_file
+from paradize.kinds import SCENE, expecting
 from paradize.schema import (
     Faults,
     Limits,
@@ -375,6 +377,18 @@ def load_scene(path: Path) -> Scene:
 
     Raises SceneError, or GroupedError when more than one thing is wrong: every fault is told.
     """
+    with expecting(SCENE, path):
+        tree = _read_toml(path)
+    faults = Faults(path)
+    scene = read_table(Scene, tree, "", faults)
+    if scene is not None:
+        _cross_checks(scene, faults)
+    faults.raise_if_any()
+    assert scene is not None
+    return scene
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
     try:
         text = read_file(path, SCENE_LIMIT_BYTES).decode("utf-8-sig")
     except FileNotFoundError:
@@ -386,13 +400,11 @@ def load_scene(path: Path) -> Scene:
     try:
         tree = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise SceneError(f"is not TOML: {error}", file=path) from None
+        mend = "mend that line; `paradize new DIR` makes a scene to start from"
+        raise SceneError(f"is not TOML: {error}", file=path, mend=mend) from None
     except RecursionError:
         raise SceneError("is nested too deeply", file=path) from None
-    faults = Faults(path)
-    scene = read_table(Scene, tree, "", faults)
-    if scene is not None:
-        _cross_checks(scene, faults)
-    faults.raise_if_any()
-    assert scene is not None
-    return scene
+    if not tree:
+        mend = "`paradize new DIR` makes a scene to start from"
+        raise SceneError("holds no settings", file=path, mend=mend)
+    return tree

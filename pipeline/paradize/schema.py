@@ -43,6 +43,11 @@ class Faults:
             raise GroupedError(self.errors)
 
 
+def header(place: str) -> str:
+    """A key path as headers of TOML write it: object[0].instance as object.instance, of the last object."""
+    return re.sub(r"\[\d+\]", "", place)
+
+
 Rule = Callable[[object, str, Faults], Any]  # value, key path, faults -> the checked value (None on a fault)
 
 
@@ -286,7 +291,8 @@ def words(among: tuple[str, ...]) -> Any:
 
     def rule(value: object, place: str, faults: Faults) -> dict[str, str]:
         if not isinstance(value, dict):
-            faults.add(place, f"is {_show(value)}, not a table of code = word")
+            mend = f'write [{header(place)}], and below it lines as PZ104 = "off"'
+            faults.add(place, f"is {_show(value)}, not a table of code = word", mend)
             return {}
         for key, item in value.items():
             if not _CODE.fullmatch(key):
@@ -303,7 +309,11 @@ def texts(default: Any = MISSING) -> Any:
 
     def rule(value: object, place: str, faults: Faults) -> tuple[str, ...] | None:
         if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
-            faults.add(place, f"is {_show(value)}, not a list of strings")
+            faults.add(
+                place,
+                f"is {_show(value)}, not a list of strings",
+                'write strings in brackets, as ["one", "two"]',
+            )
             return None
         return tuple(value)
 
@@ -360,7 +370,7 @@ def tables(of: type[T], *, least: int = 0, most: int = 10_000, key: str | None =
 
     def rule(value: object, place: str, faults: Faults) -> tuple[T, ...] | None:
         if not isinstance(value, list):
-            faults.add(place, f"is {_show(value)}, not an array of tables", f"write [[{place}]]")
+            faults.add(place, f"is {_show(value)}, not an array of tables", f"write [[{header(place)}]]")
             return None
         if not least <= len(value) <= most:
             faults.add(place, f"has {len(value)} entries", f"allowed: {least} to {most}")
@@ -375,7 +385,8 @@ def named_tables(of: type[T], *, key: str | None = None) -> Any:
 
     def rule(value: object, place: str, faults: Faults) -> dict[str, T]:
         if not isinstance(value, dict):
-            faults.add(place, f"is {_show(value)}, not a table of tables")
+            mend = f"write [{header(place)}.NAME] for each name"
+            faults.add(place, f"is {_show(value)}, not a table of tables", mend)
             return {}
         read = {name: read_table(of, item, f"{place}.{name}", faults) for name, item in value.items()}
         return {name: item for name, item in read.items() if item is not None}
@@ -411,7 +422,8 @@ def limits(known: dict[str, Limit]) -> Any:
 
     def rule(value: object, place: str, faults: Faults) -> Limits:
         if not isinstance(value, dict):
-            faults.add(place, f"is {_show(value)}, not a table of metric = limit")
+            mend = f"write [{header(place)}], and below it lines as {next(iter(known))} = 1.0"
+            faults.add(place, f"is {_show(value)}, not a table of metric = limit", mend)
             return Limits()
         read = Limits()
         for key, item in value.items():
@@ -448,7 +460,8 @@ def _nearest(key: str, known: Any) -> str:
 def read_table(of: type[T], value: object, place: str, faults: Faults) -> T | None:
     """Reads one table into the dataclass `of`; None where a fault was added."""
     if not isinstance(value, dict):
-        faults.add(place or "(top)", f"is {_show(value)}, not a table")
+        named = f"[[{header(place)}]]" if place.endswith("]") else f"[{header(place)}]"
+        faults.add(place, f"is {_show(value)}, not a table", f"write {named}, and its keys below")
         return None
     before = len(faults.errors)
     known = {item.metadata["key"] or item.name: item for item in dataclasses.fields(of)}  # type: ignore[arg-type]

@@ -22,8 +22,9 @@ from paradize.engine.crew import Answer, Job, Worker, start_worker
 from paradize.engine.libraries import library_versions
 from paradize.engine.limits import cores
 from paradize.engine.store import Stamp, stamp
-from paradize.errors import BakeError, SceneError
+from paradize.errors import BakeError
 from paradize.files import resolved
+from paradize.kinds import SCENE, require
 
 STEP_MS = 20  # a burst of events is over when so long none came
 BURST_MS = 200  # and is looked at when it goes on for so long
@@ -89,8 +90,7 @@ class Watch:
 
     def run(self) -> None:
         """Bakes, waits, bakes ... until it is interrupted. Raises SceneError where there is no scene."""
-        if not self.scene.is_file():
-            raise SceneError("there is no such file", file=self.scene)
+        require(SCENE, self.scene)
         self._look_at({self.scene.absolute(): stamp(self.scene)})
         while True:
             if self._due and not (self._worker and self._worker.job):

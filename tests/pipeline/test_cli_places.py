@@ -87,11 +87,11 @@ def test_pipes_and_devices_are_refused_not_waited_for(shell: Shell, words: str) 
 
 
 def test_a_device_or_a_pipe_is_never_replaced_by_a_baked_file(shell: Shell, tmp_path: Path) -> None:
-    shell("mkfifo pipe; ln -s pipe link")
-    for name in ("pipe", "link"):
+    shell("mkfifo pipe.glb; ln -s pipe.glb link.glb")
+    for name in ("pipe.glb", "link.glb"):
         told = shell(f"$P mesh post.obj -o {name}")
         assert told.returncode == 1 and f"{name}: is no regular file" in told.stderr
-    assert (tmp_path / "pipe").is_fifo() and (tmp_path / "link").is_symlink()
+    assert (tmp_path / "pipe.glb").is_fifo() and (tmp_path / "link.glb").is_symlink()
 
 
 @pytest.mark.parametrize(

@@ -274,7 +274,7 @@ def test_a_line_with_several_faults_is_named_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "\n\n", "v 0 0 0\n", TRIANGLE + "l 1 2\n", TRIANGLE + "f 1 2\n", "\0\0\0"]
+    "text", ["\n\n", "v 0 0 0\n", TRIANGLE + "l 1 2\n", TRIANGLE + "f 1 2\n", TRIANGLE + "\0\0\0"]
 )
 def test_a_file_without_faces_is_refused(tmp_path: Path, text: str) -> None:
     with pytest.raises(SourceError, match="no faces"):
@@ -284,8 +284,11 @@ def test_a_file_without_faces_is_refused(tmp_path: Path, text: str) -> None:
 def test_what_is_not_a_readable_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match=r"missing\.obj"):
         read_obj(tmp_path / "missing.obj")
-    with pytest.raises(SourceError, match="is a folder"):
+    with pytest.raises(SourceError, match="is a folder, not an OBJ model"):
         read_obj(tmp_path)
+    for data, kind in ((b"", "an empty file"), (b"\0\0\0", "a binary file"), (b"OggS\0", "an Ogg sound")):
+        with pytest.raises(SourceError, match=f"is {kind}.*, not an OBJ model"):
+            read(tmp_path, data)
     os.mkfifo(tmp_path / "pipe.obj")
     with pytest.raises(SourceError, match="is no regular file"):
         read_obj(tmp_path / "pipe.obj")

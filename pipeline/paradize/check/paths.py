@@ -16,6 +16,9 @@ from paradize.check.textures import check_texture
 from paradize.files import read_file
 from paradize.formats.glb_layout import MAGIC
 from paradize.formats.ktx2 import IDENTIFIER
+from paradize.kinds import BAKED, kind_of, mend_of, refusal
+
+_TAKES = "name what was baked: a scene's folder or its scene.json, a GLB, a KTX2 or a PNG"
 
 
 def check_paths(paths: Sequence[Path], look: Look | None = None) -> list[Finding]:
@@ -33,8 +36,12 @@ def _check(path: Path, look: Look) -> Iterator[Finding]:
     try:
         folder = stat.S_ISDIR(path.stat().st_mode)
         inside = sorted(path.iterdir()) if folder else []
+    except FileNotFoundError:
+        what, mend = refusal(BAKED, path) or ("", "")
+        yield Finding("PZ101", str(path), what, mend=mend)
+        return
     except OSError as error:
-        yield Finding("PZ101", str(path), error.strerror or str(error))
+        yield Finding("PZ101", str(path), error.strerror or str(error), mend=_TAKES)
         return
     if folder:
         if path / SCENE_FILE in inside:
@@ -42,7 +49,7 @@ def _check(path: Path, look: Look) -> Iterator[Finding]:
             return
         files = [file for file in inside if file.suffix in (".glb", ".ktx2", ".png")]
         if not files:
-            yield Finding("PZ101", str(path), f"holds no {SCENE_FILE}, GLB, KTX2 or PNG")
+            yield Finding("PZ101", str(path), f"holds no {SCENE_FILE}, GLB, KTX2 or PNG", mend=_TAKES)
         for file in files:
             yield from _check(file, look)
         yield from folder_maps(files)
@@ -53,7 +60,7 @@ def _check(path: Path, look: Look) -> Iterator[Finding]:
     try:
         data = read_file(path)
     except OSError as error:
-        yield Finding("PZ101", str(path), error.strerror or str(error))
+        yield Finding("PZ101", str(path), error.strerror or str(error), mend=_TAKES)
         return
     if path.suffix == ".glb" or data[:4] == MAGIC:
         yield from check_mesh(data, str(path))
@@ -62,4 +69,6 @@ def _check(path: Path, look: Look) -> Iterator[Finding]:
     elif path.suffix == ".png" or data[:8] == SIGNATURE:
         yield from check_picture(data, str(path))
     else:
-        yield Finding("PZ102", str(path), f"is neither {SCENE_FILE} nor GLB nor KTX2 nor PNG")
+        kind = kind_of(path)
+        what = f"is {kind.name}, no {SCENE_FILE}, GLB, KTX2 or PNG"
+        yield Finding("PZ102", str(path), what, mend=mend_of(kind, path) or _TAKES)

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
+from paradize.errors import bounded
+
 
 @dataclass(frozen=True)
 class Rule:
@@ -103,19 +105,19 @@ RULES: dict[str, Rule] = {
         "error",
         "texture coordinates out of range",
         "an object whose maps do not repeat has coordinates outside 0 to 1: a border texel would smear",
-        'move them inside, or write wrap = "repeat" of the object',
+        'move them inside, or write wrap = "repeat" under its [[object]]',
     ),
     "PZ232": Rule(
         "warning",
         "texture coordinates overlap",
         "two places of an object share texels: what is painted on one shows on the other",
-        "lay the islands apart, unless the object is meant so; paradize mesh --atlas makes a layout",
+        'lay the islands apart; if it is meant so, write PZ232 = "off" under [check]',
     ),
     "PZ233": Rule(
         "warning",
         "texel density uneven",
         "parts of an object have many times the texels of others for the same area",
-        "scale the islands; paradize mesh --atlas makes an even layout",
+        'scale the islands; if it is meant so, write PZ233 = "off" under [check]',
     ),
     "PZ301": Rule("error", "mip chain incomplete", "levels down to 1 x 1 are missing or short", "bake again"),
     "PZ302": Rule("error", "texel not a number", "NaN or infinity in a float texture", "mend the source"),
@@ -216,6 +218,10 @@ class Finding:
     metric: str = ""
     override: str = ""
     waived: str = ""
+
+    def __post_init__(self) -> None:
+        for name in ("what", "place", "mend"):
+            object.__setattr__(self, name, bounded(getattr(self, name)))
 
     @property
     def severity(self) -> str:

@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from paradize.data import Heightfield, Image
 from paradize.errors import SourceError
+from paradize.kinds import HEIGHTS, expecting
 from paradize.readers import srtm
 from paradize.readers.geotiff import Said, said_of
 from paradize.readers.image import read_image, require_finite
@@ -52,7 +53,8 @@ def read_heightmap(
     coloured, without any height, without height_m where it is needed, infinite or farther than HEIGHT_LIMIT_M
     from 0, with the pixel.
     """
-    image = read_image(path, color_space="data", finite=False)
+    with expecting(HEIGHTS, path):
+        image = read_image(path, color_space="data", finite=False)
     rows, columns, channels = image.values.shape
     if min(rows, columns) < 2 or max(rows, columns) > MAX_SIDE:
         raise SourceError(

@@ -27,6 +27,7 @@ import OpenImageIO as oiio
 from paradize.data import Image
 from paradize.errors import BakeError, SourceError
 from paradize.files import name_for_library, open_file
+from paradize.kinds import PICTURE, expecting
 from paradize.readers.damage import check_damage
 from paradize.readers.pnm import exact_shares
 from paradize.readers.srtm import read_srtm
@@ -92,6 +93,11 @@ def read_image(path: Path, *, color_space: str | None = None, finite: bool = Tru
     them looks for them. Raises SourceError for a file that is missing, empty, no
     picture, damaged, truncated, too large, of a shape that is no picture, or that holds NaN or infinity.
     """
+    with expecting(PICTURE, path):
+        return _read_image(path, color_space, finite)
+
+
+def _read_image(path: Path, color_space: str | None, finite: bool) -> Image:
     if path.suffix.lower() == ".hgt":
         return read_srtm(path)
     _require_file(path)
@@ -127,7 +133,7 @@ def _require_file(path: Path) -> None:
     except OSError as error:
         raise SourceError(f"cannot be read: {error.strerror}", file=path) from error
     if empty:
-        raise SourceError("the file is empty", file=path)
+        raise SourceError("the file is empty", file=path, mend="save or export it again")
     try:
         str(path).encode()
     except UnicodeEncodeError:

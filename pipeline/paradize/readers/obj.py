@@ -20,11 +20,13 @@ from paradize.data import Group, Mesh, SourcePlaces
 from paradize.errors import SourceError
 from paradize.files import open_file
 from paradize.kernels.obj import ParsedObj, parse_obj_file
+from paradize.kinds import MODEL, expecting
 from paradize.readers.mtl import Material, inside, is_file, read_mtl
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+SHOWN = 3  # remarks on a file without faces
 MAX_LIBRARIES = 256  # mtllib statements that name something else than those before
 UNKNOWN_SMOOTHING = 0xFFFFFFFF
 DEFAULT_NAME = "default"
@@ -70,15 +72,13 @@ def read_obj(path: Path, root: Path | None = None) -> ObjResult:
     Raises SourceError: missing or unreadable file, bad number, NaN, infinity, index out of range (with the
     line), no faces, more than MAX_BYTES.
     """
-    parsed = _parse(path)
-    if parsed.faults:
-        raise _fault(path, parsed)
-    warnings = _warnings(path, parsed)
-    if len(parsed.triangles) == 0:
-        seen = "; ".join(warning.partition(": ")[2] for warning in warnings)
-        raise SourceError(
-            "no faces" + (f" ({seen})" if seen else ""), file=path, mend="export the model with its faces"
-        )
+    with expecting(MODEL, path):
+        parsed = _parse(path)
+        if parsed.faults:
+            raise _fault(path, parsed)
+        warnings = _warnings(path, parsed)
+        if len(parsed.triangles) == 0:
+            raise _without_faces(path, warnings)
     root = path.parent if root is None else root
     materials: dict[str, Material] = {}
     libraries: list[Path] = []
@@ -134,6 +134,13 @@ def _parse(path: Path) -> ParsedObj:
         mend = "split the model into several files" if getattr(error, "errno", None) == errno.EFBIG else None
         what = getattr(error, "strerror", None) or str(error)
         raise SourceError(what, file=path, mend=mend) from error
+
+
+def _without_faces(path: Path, warnings: list[str]) -> SourceError:
+    seen = [warning.partition(": ")[2] for warning in warnings]
+    seen = [*seen[:SHOWN], *([f"{len(seen) - SHOWN} more kinds of statements"] if len(seen) > SHOWN else [])]
+    what = "no faces" + (f" ({'; '.join(seen)})" if seen else "")
+    return SourceError(what, file=path, mend="export the model with its faces")
 
 
 def _fault(path: Path, parsed: ParsedObj) -> SourceError:

@@ -11,6 +11,7 @@ import soundfile
 
 from paradize.errors import SourceError
 from paradize.files import read_file
+from paradize.kinds import SOUND, expecting
 
 MAX_BYTES = 64 << 20
 MAX_SECONDS = 3600.0
@@ -33,6 +34,11 @@ def read_sound(path: Path) -> Sound:
     Raises SourceError: missing, larger than MAX_BYTES, no Ogg Vorbis, more than two channels, longer than
     MAX_SECONDS, silent from end to end, cut short, or samples that are not finite.
     """
+    with expecting(SOUND, path):
+        return _read_sound(path)
+
+
+def _read_sound(path: Path) -> Sound:
     mend = "save it as Ogg Vorbis, mono or stereo"
     try:
         data = read_file(path, MAX_BYTES)

@@ -60,7 +60,7 @@ WORST = 2.5  # no sample is off by more than so many times the bound
 
 def _drawn(mesh: Mesh, ids: I32, height: int, width: int, file: object) -> I32:
     if mesh.uvs is None:
-        raise BakeError("the mesh has no UVs", file=file, mend="bake it with --atlas, or unwrap it")
+        raise BakeError("the mesh has no UVs", file=file, mend="leave out --uv, or unwrap the model")
     try:
         return maps.rasterise(mesh.uvs, mesh.triangles, ids, height=height, width=width)
     except ValueError as error:
@@ -71,7 +71,7 @@ def island_map(mesh: Mesh, *, height: int, width: int, file: object = None) -> I
     """(height, width) int32: the UV island at each texel, -1 outside. Raises BakeError for UVs that are no
     layout."""
     if mesh.uvs is None:
-        raise BakeError("the mesh has no UVs", file=file, mend="bake it with --atlas, or unwrap it")
+        raise BakeError("the mesh has no UVs", file=file, mend="leave out --uv, or unwrap the model")
     return _drawn(mesh, maps.uv_islands(mesh.uvs, mesh.triangles), height, width, file)
 
 
