@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <new>
 #include <span>
 
@@ -53,7 +52,7 @@ struct Reader {
     }
     static sf_count_t read(void *out, sf_count_t count, void *self) {
         const sf_count_t got = std::clamp<sf_count_t>(count, 0, size(self) - of(self).at);
-        std::memcpy(out, of(self).bytes.data() + of(self).at, static_cast<std::size_t>(got));
+        std::copy_n(of(self).bytes.data() + of(self).at, got, static_cast<std::byte *>(out));
         of(self).at += got;
         return got;
     }

@@ -114,7 +114,7 @@ struct Streamer::Impl {
 
     /// Is the next piece there? Throws Error when it never will be.
     bool next_ready(Unready unready) {
-        if (!pieces[next].inflated) {
+        if (!pieces[next].inflated && !pieces[next].absent) {
             return true; // in memory
         }
         if (!loader->ready(next)) {
@@ -125,8 +125,10 @@ struct Streamer::Impl {
             loader->wait(next);
         }
         if (const std::string &fault = loader->fault(next); !fault.empty()) {
-            throw Error(items[pieces[next].artifact]->opened.path + ": level " +
-                        std::to_string(pieces[next].level) + ": " + fault);
+            const std::string &path = items[pieces[next].artifact]->opened.path;
+            throw Error(fault.starts_with(path)
+                            ? fault // of the file as a whole
+                            : path + ": level " + std::to_string(pieces[next].level) + ": " + fault);
         }
         return true;
     }
@@ -148,7 +150,8 @@ struct Streamer::Impl {
     }
 };
 
-Opening::Opening(const assets::SceneFile &file, const std::filesystem::path &folder, const Streamer *before)
+Opening::Opening(const assets::SceneFile &file, const std::filesystem::path &folder, const Streamer *before,
+                 std::uint64_t most_held)
     : kept_(file.artifacts.size()) {
     std::vector<std::uint32_t> order = file.streaming; // and after it what it does not name
     for (std::uint32_t i = 0; i < file.artifacts.size(); ++i) {
@@ -168,7 +171,7 @@ Opening::Opening(const assets::SceneFile &file, const std::filesystem::path &fol
             wanted.push_back(index);
         }
     }
-    opener_ = std::make_unique<assets::Opener>(file, folder, std::move(wanted));
+    opener_ = std::make_unique<assets::Opener>(file, folder, std::move(wanted), most_held);
 }
 
 Opening::Opening(Opening &&) noexcept = default;
@@ -201,7 +204,10 @@ Streamer::Streamer(const assets::SceneFile &file, Opening opening) : impl_(std::
         impl_->total += item->bytes;
         impl_->terrain += item->opened.tile ? item->bytes : 0;
     }
-    impl_->loader = std::make_unique<assets::Loader>(impl_->pieces);
+    impl_->loader =
+        std::make_unique<assets::Loader>(impl_->pieces, [impl = impl_.get()](std::uint32_t artifact) {
+            return fetch_fine(impl->items[artifact]->opened);
+        });
 }
 
 Streamer::~Streamer() = default;

@@ -49,12 +49,16 @@ enum class Unready { wait, leave };
 class Streamer;
 struct StreamItem;
 
+/// How many bytes of files wait in memory for their upload, besides what is coarse and the file that is
+/// uploaded.
+inline constexpr std::uint64_t most_held_bytes = std::uint64_t{256} << 20U;
+
 /// A scene's files while threads read and check them. What `before` has whole (by its SHA-256) is kept.
 class Opening {
   public:
     /// `file` outlives this.
     Opening(const assets::SceneFile &file, const std::filesystem::path &folder,
-            const Streamer *before = nullptr);
+            const Streamer *before = nullptr, std::uint64_t most_held = most_held_bytes);
     Opening(Opening &&) noexcept;
     Opening &operator=(Opening &&) = delete;
     ~Opening();

@@ -9,6 +9,7 @@
 #include <string>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <vector>
 
 namespace paradize::assets {
 
@@ -16,8 +17,10 @@ namespace {
 
 constexpr std::size_t part_bytes = std::size_t{1} << 20U;
 
+} // namespace
+
 /// A file that is open for reading.
-class Descriptor {
+class FileBytes::Descriptor {
   public:
     explicit Descriptor(const std::filesystem::path &path)
         : number_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) { // a pipe is not waited for
@@ -34,10 +37,12 @@ class Descriptor {
     int number_;
 };
 
+namespace {
+
 /// Size of a regular file that may be read.
-std::uint64_t size_of(const Descriptor &file, const std::string &name, std::uint64_t expected) {
+std::uint64_t size_of(int file, const std::string &name, std::uint64_t expected) {
     struct stat status {};
-    if (::fstat(file.number(), &status) != 0) {
+    if (::fstat(file, &status) != 0) {
         throw Error(name + ": " + std::strerror(errno));
     }
     if (!S_ISREG(status.st_mode)) {
@@ -62,11 +67,22 @@ std::uint64_t size_of(const Descriptor &file, const std::string &name, std::uint
 
 FileBytes::FileBytes(const std::filesystem::path &path, std::uint64_t expected, const Each &each) {
     const Descriptor file(path);
-    const std::string name = path.string();
-    room_.emplace(static_cast<std::size_t>(size_of(file, name, expected)));
+    room_.emplace(static_cast<std::size_t>(size_of(file.number(), path.string(), expected)));
+    read(file, path.string(), each);
+}
+
+FileBytes::FileBytes() noexcept = default;
+FileBytes::FileBytes(FileBytes &&) noexcept = default;
+FileBytes &FileBytes::operator=(FileBytes &&) noexcept = default;
+FileBytes::~FileBytes() = default;
+
+void FileBytes::read(const Descriptor &file, const std::string &name, const Each &each) {
     const std::span<std::byte> all = room_->bytes();
+    std::vector<std::byte> unwritten(std::min(kept_, part_bytes));
     for (std::size_t at = 0; at < all.size();) {
-        const std::span<std::byte> part = all.subspan(at, std::min(part_bytes, all.size() - at));
+        const bool kept = at < kept_;
+        const std::size_t most = std::min(part_bytes, (kept ? kept_ : all.size()) - at);
+        const std::span<std::byte> part = kept ? std::span(unwritten).first(most) : all.subspan(at, most);
         const ssize_t got = ::pread(file.number(), part.data(), part.size(), static_cast<off_t>(at));
         if (got < 0 && errno == EINTR) {
             continue;
@@ -82,6 +98,30 @@ FileBytes::FileBytes(const std::filesystem::path &path, std::uint64_t expected, 
             each(part.first(static_cast<std::size_t>(got)));
         }
         at += static_cast<std::size_t>(got);
+    }
+}
+
+void FileBytes::release() {
+    room_.reset();
+    open_.reset();
+}
+
+bool FileBytes::release_after(const std::filesystem::path &path, std::size_t kept) {
+    const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+    kept = (kept + page - 1) / page * page;
+    if (kept >= room_->bytes().size()) {
+        return false;
+    }
+    open_ = std::make_unique<Descriptor>(path);
+    kept_ = kept;
+    room_->release_after(kept);
+    return true;
+}
+
+void FileBytes::fetch(const std::string &name, const Each &each) {
+    if (open_) {
+        read(*open_, name, each);
+        open_.reset();
     }
 }
 

@@ -8,8 +8,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
+#include <string>
 
 namespace paradize::assets {
 
@@ -17,18 +19,34 @@ class FileBytes {
   public:
     using Each = std::function<void(std::span<const std::byte>)>;
 
-    FileBytes() = default;
+    FileBytes() noexcept;
     /// `expected`: the size that it must have, 0: any up to most_file_bytes. `each` is called with one part
     /// after the other as it comes, and may throw. Throws Error when the file is missing, no regular file,
     /// empty, of another size, or becomes shorter meanwhile.
     explicit FileBytes(const std::filesystem::path &path, std::uint64_t expected = 0, const Each &each = {});
 
+    FileBytes(FileBytes &&) noexcept;
+    FileBytes &operator=(FileBytes &&) noexcept;
+    ~FileBytes();
+
     std::span<const std::byte> bytes() const;
     /// Gives the memory back; there are no bytes any more.
-    void release() { room_.reset(); }
+    void release();
+    /// Gives the memory back of what lies behind the first `kept` bytes, rounded up to whole pages, until
+    /// fetch(). The file stays open: it may be swept meanwhile. False: there is nothing behind them. Throws
+    /// Error when it cannot be opened.
+    bool release_after(const std::filesystem::path &path, std::size_t kept);
+    /// Reads the file again, for what was given back; the bytes that were kept are not written to. `each` is
+    /// called with all of it, part by part. Throws Error as the constructor does.
+    void fetch(const std::string &name, const Each &each);
 
   private:
+    class Descriptor;
+    void read(const Descriptor &file, const std::string &name, const Each &each);
+
     std::optional<Room> room_;
+    std::unique_ptr<Descriptor> open_; // while a part is given back
+    std::size_t kept_ = 0;             // bytes that read() leaves as they are
 };
 
 /// A GLB cannot be larger.

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 namespace paradize::assets {
 
@@ -14,8 +15,9 @@ constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
 
 } // namespace
 
-Loader::Loader(std::span<const StreamPiece> pieces)
-    : thread_([this, pieces](const std::stop_token &stop) { load(pieces, stop); }) {}
+Loader::Loader(std::span<const StreamPiece> pieces, Fetch fetch)
+    : fetch_(std::move(fetch)), thread_([this, pieces](const std::stop_token &stop) { load(pieces, stop); }) {
+}
 
 Loader::~Loader() {
     thread_.request_stop();
@@ -46,17 +48,20 @@ void Loader::load(std::span<const StreamPiece> pieces, const std::stop_token &st
             return;
         }
         const StreamPiece &piece = pieces[i];
-        if (piece.inflate != nullptr) {
+        if (piece.fetch) {
+            fault_ = fetch_(piece.artifact);
+        }
+        if (piece.inflate != nullptr && fault_.empty()) {
             fault_ = inflater_.inflate(piece.inflate->packed, piece.inflate->room);
             if (fault_.empty()) {
                 fault_ = texel_fault(*piece.inflate);
             }
-            if (!fault_.empty()) {
-                faulty_.store(i, std::memory_order_release);
-                ready_.store(all, std::memory_order_release);
-                ready_.notify_all();
-                return;
-            }
+        }
+        if (!fault_.empty()) {
+            faulty_.store(i, std::memory_order_release);
+            ready_.store(all, std::memory_order_release);
+            ready_.notify_all();
+            return;
         }
         ready_.store(i + 1, std::memory_order_release);
         ready_.notify_all();

@@ -1,12 +1,14 @@
 #pragma once
-// A thread that is ahead of the upload: it inflates supercompressed levels, so that the drawing thread does
-// not wait for Zstandard.
+// A thread that is ahead of the upload: it inflates supercompressed levels, and reads again what was given
+// back of a large scene, so that the drawing thread waits neither for Zstandard nor for the disk.
 
 #include "assets/inflate.hpp"
 #include "assets/stream_plan.hpp"
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <thread>
@@ -15,14 +17,17 @@ namespace paradize::assets {
 
 class Loader {
   public:
+    /// Brings the bytes of an artifact that are absent. What is wrong, in full; empty: nothing.
+    using Fetch = std::function<std::string(std::uint32_t artifact)>;
+
     /// `pieces`, their files and their rooms outlive this.
-    explicit Loader(std::span<const StreamPiece> pieces);
+    explicit Loader(std::span<const StreamPiece> pieces, Fetch fetch = {});
     ~Loader();
     Loader(const Loader &) = delete;
     Loader &operator=(const Loader &) = delete;
     /// The drawing thread has used that many pieces.
     void advance(std::size_t used);
-    /// Is piece `index` inflated? Only those of supercompressed levels need to be asked for.
+    /// Is piece `index` in memory, inflated? Only those that are absent or inflated need to be asked for.
     bool ready(std::size_t index) const { return ready_.load(std::memory_order_acquire) > index; }
     /// Returns when it is. All pieces before it have been told to advance().
     void wait(std::size_t index) const;
@@ -40,6 +45,7 @@ class Loader {
     std::atomic<std::size_t> faulty_{static_cast<std::size_t>(-1)}; // no piece
     std::string fault_;                                             // written before faulty_
     const std::string none_;
+    const Fetch fetch_;
     Inflater inflater_;
     std::jthread thread_;
 };

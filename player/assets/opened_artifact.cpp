@@ -48,6 +48,19 @@ void open_tile(const Terrain &terrain, std::uint32_t index, OpenedArtifact &out)
     plan_patches(out.glb, roots, index, out.pieces);
 }
 
+/// Throws Error when the hashes differ.
+void demand_hash(const std::string &found, const std::string &expected, const std::string &path) {
+    if (found != expected) {
+        constexpr std::size_t digits = 12; // enough to tell two files apart, unless someone made them alike
+        const bool alike = found.starts_with(expected.substr(0, digits));
+        const auto shown = [&](const std::string &hex) {
+            return alike ? hex : hex.substr(0, digits) + "...";
+        };
+        throw Error(path + ": was damaged or exchanged: its SHA-256 is " + shown(found) +
+                    ", scene.json says " + shown(expected) + bake_again);
+    }
+}
+
 } // namespace
 
 FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &folder,
@@ -60,16 +73,39 @@ FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &f
         }
         hash.add(part);
     });
-    if (const std::string found = hash.hex(); found != artifact.sha256) {
-        constexpr std::size_t digits = 12; // enough to tell two files apart, unless someone made them alike
-        const bool alike = found.starts_with(artifact.sha256.substr(0, digits));
-        const auto shown = [&](const std::string &hex) {
-            return alike ? hex : hex.substr(0, digits) + "...";
-        };
-        throw Error(path.string() + ": was damaged or exchanged: its SHA-256 is " + shown(found) +
-                    ", scene.json says " + shown(artifact.sha256) + bake_again);
-    }
+    demand_hash(hash.hex(), artifact.sha256, path.string());
     return out;
+}
+
+void release_fine(OpenedArtifact &opened) {
+    const std::byte *const start = opened.file.bytes().data();
+    std::size_t kept = 0;
+    for (const StreamPiece &piece : opened.pieces) {
+        if (piece.coarse && (!piece.inflated || piece.inflate != nullptr)) {
+            const std::span<const std::byte> bytes = piece.inflated ? piece.inflate->packed : piece.bytes;
+            kept = std::max(kept, static_cast<std::size_t>(bytes.data() + bytes.size() - start));
+        }
+    }
+    const auto first = std::ranges::find(opened.pieces, false, &StreamPiece::coarse);
+    // A sound, or a file that is coarse as a whole, has nothing that is fine.
+    if (first == opened.pieces.end() || !opened.file.release_after(opened.path, kept)) {
+        return;
+    }
+    first->fetch = true;
+    for (StreamPiece &piece : opened.pieces) {
+        piece.absent = !piece.coarse;
+    }
+}
+
+std::string fetch_fine(OpenedArtifact &opened) {
+    try {
+        Sha256 hash;
+        opened.file.fetch(opened.path, [&](std::span<const std::byte> part) { hash.add(part); });
+        demand_hash(hash.hex(), opened.sha256, opened.path);
+    } catch (const Error &error) {
+        return error.what();
+    }
+    return "";
 }
 
 bool fits_tile(const Glb &glb, const Terrain &terrain, std::uint32_t tile) {
@@ -92,6 +128,7 @@ OpenedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const 
     const Artifact &artifact = scene.artifacts[index];
     OpenedArtifact out;
     out.path = (folder / artifact.file).string();
+    out.sha256 = artifact.sha256;
     out.file = read_artifact(artifact, folder, stop);
     out.tile = tile_of(scene, artifact);
     if (out.tile) {

@@ -18,6 +18,7 @@ namespace paradize::assets {
 
 struct OpenedArtifact {
     std::string path;
+    std::string sha256;                // that scene.json states
     FileBytes file;                    // what the rest points into; of a sound released
     Ktx2 ktx;                          // of a texture or cube map
     Glb glb;                           // of a mesh or tile
@@ -33,6 +34,11 @@ FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &f
 /// The same, and reads and checks what it holds. Throws Error.
 OpenedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
                              const std::stop_token &stop = {});
+
+/// Gives back the memory of everything fine: its pieces are absent until fetch_fine().
+void release_fine(OpenedArtifact &opened);
+/// Reads that again, and compares the whole file with its SHA-256 once more. What is wrong; empty: nothing.
+std::string fetch_fine(OpenedArtifact &opened);
 
 /// Are the tile's levels the patches that scene.json has in this tile, in their order?
 bool fits_tile(const Glb &glb, const Terrain &terrain, std::uint32_t tile);

@@ -15,8 +15,10 @@ namespace paradize::assets {
 
 class Opener {
   public:
-    /// `wanted`: indices of artifacts, the first one first. `scene` outlives this.
-    Opener(const SceneFile &scene, std::filesystem::path folder, std::vector<std::uint32_t> wanted);
+    /// `wanted`: indices of artifacts, the first one first. `scene` outlives this. Of files that have more
+    /// than `most_held` bytes together some keep only what is coarse: see release_fine().
+    Opener(const SceneFile &scene, std::filesystem::path folder, std::vector<std::uint32_t> wanted,
+           std::uint64_t most_held);
     ~Opener();
     Opener(const Opener &) = delete;
     Opener &operator=(const Opener &) = delete;
@@ -35,6 +37,8 @@ class Opener {
     const std::vector<std::uint32_t> wanted_;
     std::vector<OpenedArtifact> opened_; // as wanted_; each is written by one thread
     std::vector<std::string> faults_;    // empty: none
+    const std::uint64_t most_held_;
+    std::atomic<std::uint64_t> held_{0};
     std::atomic<std::size_t> next_{0};
     std::atomic<std::size_t> first_fault_; // what comes after it is not opened
     std::atomic<std::size_t> left_;        // threads that are at work

@@ -34,9 +34,9 @@ Room::~Room() {
     }
 }
 
-void Room::release() const {
-    if (data_ != nullptr) {
-        ::madvise(data_, size_, MADV_DONTNEED);
+void Room::release_after(std::size_t kept) const {
+    if (kept < size_) {
+        ::madvise(data_ + kept, size_ - kept, MADV_DONTNEED);
     }
 }
 

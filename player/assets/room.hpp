@@ -15,7 +15,9 @@ class Room {
     Room &operator=(Room &&other) noexcept;
     std::span<std::byte> bytes() const { return {data_, size_}; }
     /// Gives the memory back; the space stays, and reads as zero.
-    void release() const;
+    void release() const { release_after(0); }
+    /// The same of what lies behind the first `kept` bytes, whole pages.
+    void release_after(std::size_t kept) const;
 
   private:
     std::byte *data_ = nullptr;

@@ -31,6 +31,8 @@ struct StreamPiece {
     std::span<const std::byte> bytes;
     const Ktx2Level *inflate = nullptr; // the supercompressed level that begins with this piece
     bool inflated = false;              // the piece is of a supercompressed level
+    bool absent = false;                // its bytes were given back, and are read again before it
+    bool fetch = false;                 // the first of its file that is absent
 };
 
 /// Append an artifact's pieces, coarsest level first; they point into the texture or mesh, which outlives

@@ -11,7 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from paradize.bake import bake
 from tests.conftest import ROOT
+from tests.pipeline.scenes import make_cove
 from tests.player.synthetic import checker, identity, texture, write_scene
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
@@ -181,3 +183,18 @@ def test_a_sky_with_a_texel_that_is_no_number_is_refused_with_its_texel(
     rewritten(scene, "sky", spoil)
     place = "sky.ktx2: level 0, face 5, texel (7, 7), channel 3: is nan, must be finite"
     refused(player(scene, "--size", "16x16"), place, "paradize bake")
+
+
+def test_to_bake_again_mends_a_damaged_file_as_the_message_says(
+    player: Player, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    scene, out = make_cove(tmp_path / "cove"), tmp_path / "out"
+    assert not bake(scene, out).errors
+    damaged = next(iter(sorted(out.glob("*.ktx2"))))
+    whole = damaged.read_bytes()
+    damaged.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
+    refused(player(out, "--size", "16x16"), damaged.name, "bake the scene again: paradize bake SCENE.toml")
+    assert not bake(scene, out).errors
+    assert damaged.read_bytes() == whole
+    assert player(out, "--size", "16x16").returncode == 0

@@ -13,7 +13,9 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 using namespace paradize;
@@ -134,6 +136,60 @@ TEST_CASE("streamer: files that shrink, grow or go while they stream in are show
         test::write_scene(scene.folder);
     }
     test::demand_clean();
+}
+
+TEST_CASE(
+    "streamer: a scene larger than what it may hold shows the same texels, though a bake sweeps its files") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    for (const bool packed : {false, true}) {
+        if (packed) {
+            scene.put("quad_color", test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
+        }
+        Streamer streamer(scene.file, Opening(scene.file, scene.folder.path(), nullptr, 0));
+        for (const assets::Artifact &artifact : scene.file.artifacts) {
+            std::filesystem::remove(scene.folder.path() / artifact.file);
+        }
+        while (!streamer.upload(30000)) {
+        }
+        CHECK(wrong_bytes(streamer) == 0);
+        CHECK(streamer.resident_bytes() == streamer.total_bytes());
+        test::write_scene(scene.folder);
+    }
+    test::demand_clean();
+}
+
+TEST_CASE("streamer: what is read a second time is compared a second time, and a file that shrank is told") {
+    if (!test::have_context()) {
+        return;
+    }
+    const SmallScene scene;
+    const std::filesystem::path color = scene.folder.path() / "quad_color.ktx2";
+    for (const std::string part : {"was damaged or exchanged: its SHA-256 is ", "ended at byte 100 of "}) {
+        Opening opening(scene.file, scene.folder.path(), nullptr, 0);
+        while (!opening.ready()) { // nothing is read again before there is a streamer
+            std::this_thread::yield();
+        }
+        if (part.starts_with("ended")) {
+            std::filesystem::resize_file(color, 100);
+        } else {
+            test::Bytes damaged = test::ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
+            damaged.back() ^= std::byte{1};
+            scene.folder.write("quad_color.ktx2", damaged);
+        }
+        std::string message;
+        try {
+            Streamer streamer(scene.file, std::move(opening));
+            while (!streamer.upload(30000)) {
+            }
+        } catch (const Error &error) {
+            message = error.what();
+        }
+        CHECK_MESSAGE(message.starts_with(color.string() + ": " + part), message);
+        test::write_scene(scene.folder);
+    }
 }
 
 TEST_CASE("streamer: a supercompressed texture arrives as the plain one does, and its room is given back") {
