@@ -159,7 +159,7 @@ def map_rows(
         image, warnings = with_heights(replace(image, color_space="data"), path, nodata)
         warnings = [*_warnings(path, image), *warnings]
     elif nodata not in ("auto", "none"):
-        mend = "say --from height, or leave it out"
+        mend = "leave --nodata out, or add --from height where a grey picture holds heights"
         raise BakeError("is taken for colour, which has no number for no height", file=path, mend=mend)
     else:
         require_finite(image.values, path)

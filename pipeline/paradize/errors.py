@@ -21,6 +21,7 @@ _CONTROL = r"[\x00-\x1f\x7f-\x9f\u2028\u2029]"
 
 
 MOST = 800  # characters of one part of a message
+MOST_ADVICE = 2000  # of a mend, which may list all that is known
 
 
 def one_line(text: str) -> str:
@@ -49,7 +50,7 @@ class ParadizeError(Exception):
         self.what = bounded(what)
         self.file = None if file is None else str(file)
         self.place = place and bounded(place)
-        self.mend = mend and bounded(mend)
+        self.mend = mend and bounded(mend, MOST_ADVICE)
         head = ": ".join(part for part in (self.file, self.place) if part)
         message = f"{head}: {self.what}" if head else self.what
         super().__init__(f"{message}; {self.mend}" if self.mend else message)

@@ -73,7 +73,9 @@ def _real(value: object) -> float | None:
 
 
 def _limits(low: float, high: float, unit: str) -> str:
-    return f"allowed: {low:g} to {high:g}{' ' + unit if unit else ''}"
+    """low, high: whole numbers are written as such, which a field of them takes."""
+    shown = [str(limit) if isinstance(limit, int) else f"{limit:g}" for limit in (low, high)]
+    return f"allowed: {shown[0]} to {shown[1]}{' ' + unit if unit else ''}"
 
 
 def number(default: Any = MISSING, *, low: float, high: float, unit: str = "") -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -42,6 +43,8 @@ def test_an_artifact_that_its_sources_do_not_give_is_told(
     assert cli.main([*words, "--verify", "100"]) == 1
     told = json.loads(capfd.readouterr().out)
     assert len(told["error"]) == 1 and "sky: is not what its sources give" in told["error"][0]
+    (advised,) = re.findall(r"; bake with (--force)$", told["error"][0])
+    assert cli.main([*words, advised]) == 0 and cli.main([*words, "--verify", "100"]) == 0
 
 
 @pytest.mark.parametrize("share", ["0", "101", "-1", "much"])

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from paradize.errors import bounded
+from paradize.errors import MOST, MOST_ADVICE, bounded
 
 
 @dataclass(frozen=True)
@@ -220,8 +220,8 @@ class Finding:
     waived: str = ""
 
     def __post_init__(self) -> None:
-        for name in ("what", "place", "mend"):
-            object.__setattr__(self, name, bounded(getattr(self, name)))
+        for name, most in (("what", MOST), ("place", MOST), ("mend", MOST_ADVICE)):
+            object.__setattr__(self, name, bounded(getattr(self, name), most))
 
     @property
     def severity(self) -> str:
