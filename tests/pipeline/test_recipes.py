@@ -120,12 +120,25 @@ def passes_as_a_scene(paradize: Run, model: Path, folder: Path) -> None:
     finds_no_fault(paradize, folder / "out")
 
 
-def test_a_new_scene_of_a_kit_passes(paradize: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("kind", ["palette", "painted"])
+def test_a_new_scene_of_a_kit_passes(
+    paradize: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    """Of a palette nothing is warned of either: that faces share its swatches harms nothing. What is painted
+    shows in several places."""
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-    model, texture = palette_kit(tmp_path, 1)
-    model.write_text("mtllib kit.mtl\n" + model.read_text())
-    (tmp_path / "kit.mtl").write_text(f"newmtl wood\nmap_Kd {texture.name}\n")
+    board = np.full((64, 64, 3), 90, np.uint8)
+    board[:, 32:] = (200, 40, 40)
+    if kind == "painted":
+        board[20:24, 8:24] = 255
+    shared = [rect(4, 4, 28, 60), rect(4, 4, 28, 60), rect(36, 4, 60, 60), rect(36, 4, 40, 8)]
+    model = tmp_path / "kit.obj"
+    model.write_text(cards(shared, 64).replace("post.mtl", "kit.mtl"))
+    (tmp_path / "kit.mtl").write_text("newmtl wood\nmap_Kd kit.png\n")
+    save(tmp_path / "kit.png", board)
     passes_as_a_scene(paradize, model, tmp_path)
+    told = paradize("check", tmp_path / "out").stdout
+    assert "PZ232" in told if kind == "painted" else told == "clean\n"
 
 
 @pytest.mark.deep

@@ -14,10 +14,15 @@ from paradize.data import Mesh
 from paradize.errors import ParadizeError
 from paradize.files import read_file
 from paradize.formats.glb import decode_glb
+from paradize.formats.ktx2 import decode_ktx2
 from paradize.kernels.reference_atlas import layout_raster
+from paradize.metrics.texels import decode_texels
 
 _BEYOND = 1e-4  # of the side: a coordinate that rounding moved out
 _SIDE = 512  # texels of the raster that overlap is looked for in
+_EDGE = 16.0 / 255.0  # between neighbouring texels: a gradient in blocks has less
+_PLAIN = 1e-4  # of the area: so little of a palette lies at an edge of its swatches
+_SAMPLES = np.array([[a, b, 10 - a - b] for a in range(11) for b in range(11 - a)], np.float64) / 10.0
 _OVERLAP = 0.05  # of the covered texels
 _UNEVEN = 8.0  # texels a metre: the densest twentieth of the area over the sparsest
 
@@ -34,10 +39,11 @@ def check_layouts(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
         except (OSError, ParadizeError):
             continue
         if mesh.uvs is not None:
-            yield from _layout(mesh, mesh.uvs, str(path))
+            picture = folder / manifest["artifacts"][item["color"]]["file"]
+            yield from _layout(mesh, mesh.uvs, str(path), picture)
 
 
-def _layout(mesh: Mesh, uvs: npt.NDArray[np.float32], file: str) -> Iterator[Finding]:
+def _layout(mesh: Mesh, uvs: npt.NDArray[np.float32], file: str, picture: Path) -> Iterator[Finding]:
     outside = np.abs(uvs - 0.5).max(axis=1) - 0.5
     bad = outside > _BEYOND
     if bad.any():
@@ -46,6 +52,8 @@ def _layout(mesh: Mesh, uvs: npt.NDArray[np.float32], file: str) -> Iterator[Fin
         yield Finding("PZ231", file, what, f"lod0 vertex {worst}", int(bad.sum()))
         return
     corners = np.clip(uvs[mesh.triangles].astype(np.float64), 0.0, 1.0)
+    if not _painted(mesh, corners, picture):
+        return
     points = mesh.positions.astype(np.float64)
     places = np.unique(mesh.positions, axis=0, return_inverse=True)[1].reshape(-1)
     spread = np.zeros((int(places.max()) + 1, 3))
@@ -59,6 +67,27 @@ def _layout(mesh: Mesh, uvs: npt.NDArray[np.float32], file: str) -> Iterator[Fin
         what = f"{100.0 * twice / covered:.0f} % of the covered texels belong to several places"
         yield Finding("PZ232", file, what, "lod0")
     yield from _density(spread, triangles, corners, file)
+
+
+def _painted(mesh: Mesh, corners: npt.NDArray[np.float64], picture: Path) -> bool:
+    """Whether the colour map shows more under the triangles than flat or smooth colours. Where it does not,
+    as with the swatches of a palette, places may share texels, and their density means nothing."""
+    try:
+        colors = decode_texels(decode_ktx2(read_file(picture)))[:, :, :3]
+    except (OSError, ParadizeError):  # told elsewhere
+        return True
+    edge = np.zeros(colors.shape[:2], np.bool_)
+    edge[:, :-1] = np.abs(np.diff(colors, axis=1)).max(axis=2) > _EDGE
+    edge[:-1] |= np.abs(np.diff(colors, axis=0)).max(axis=2) > _EDGE
+    a, b, c = (mesh.positions[mesh.triangles[:, k]].astype(np.float64) for k in range(3))
+    cross = np.cross(b - a, c - a)
+    area = np.sqrt((cross * cross).sum(axis=1))
+    seen = 0.0
+    for weights in _SAMPLES:
+        places = (corners * weights[None, :, None]).sum(axis=1) * np.array(edge.shape[::-1])
+        column, row = np.minimum(places.astype(np.int64), np.array(edge.shape[::-1]) - 1).T
+        seen += float(area[edge[row, column]].sum()) / len(_SAMPLES)
+    return seen > _PLAIN * float(area.sum())
 
 
 def _density(
