@@ -248,7 +248,7 @@ ROWS = [
         "numbers",
         0,
         part="numbers",
-        refused={"zero": "no faces", "nan": "line 1", "inf": "line 1"},
+        refused={"zero": "is an empty file", "nan": "line 1", "inf": "line 1"},
         absent=dict.fromkeys(
             ("parallel", "opposite", "degenerate", "mirrored"), "numbers are read one by one"
         ),

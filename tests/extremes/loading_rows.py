@@ -89,7 +89,7 @@ def _misjudged(text: str, made: tuple[ObjResult, dict[str, float]]) -> float:
     return max(below, -below - rounding, 0.0) / max(most, 1e-10 * diagonal) if diagonal else max(below, 0.0)
 
 
-_REFUSED = {"zero": "no faces", "nan": "is not a finite number", "inf": "is not a finite number"}
+_REFUSED = {"zero": "is an empty file", "nan": "is not a finite number", "inf": "is not a finite number"}
 _NO_DIGITS = dict.fromkeys(("tiny", "denormal", "constant"), "float64 has no digits for it there")
 _STEPS = {"denormal": "float32 has steps of 1e-45 there: metrics.loading tells what they cost"}
 ROWS = [
