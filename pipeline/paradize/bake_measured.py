@@ -9,7 +9,7 @@ from paradize.budget import METRICS
 
 # The first words of the metrics that the products of a maker have; maps have those of their own names.
 _OWNERS = {
-    "mesh": ("surface", "lod", "uv_shift", "tangent"),
+    "mesh": ("surface", "load", "lod", "uv_shift", "tangent"),
     "terrain": ("terrain",),
     "color": ("color", "alpha"),
     "cubemap": ("sky",),

@@ -141,7 +141,8 @@ def test_mesh_tells_its_levels(run: Run, cove: Path, tmp_path: Path) -> None:
     assert result.returncode == 0, result.stderr
     told = json.loads(result.stdout)
     assert {"triangles", "vertices", "lods", "seconds", "warnings"} <= told.keys()
-    assert told["lods"][0]["triangles"] == told["triangles"] and told["lods"][0]["error_max"] == 0.0
+    finest = told["lods"][0]  # off by what float32 cost alone
+    assert finest["triangles"] == told["triangles"] and finest["error_max"] == finest["load_max"] < 1e-6
     assert 1 <= len(told["lods"]) <= 3 and out.read_bytes()[:4] == b"glTF"
     assert run("check", out).returncode == 0
 
