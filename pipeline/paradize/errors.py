@@ -56,7 +56,7 @@ class ParadizeError(Exception):
         super().__init__(f"{message}; {self.mend}" if self.mend else message)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _remade, (type(self), self.what, self.file, self.place, self.mend)
+        return _remade, (type(self), self.what, self.file, self.place, self.mend), self.__dict__
 
 
 def _remade(
