@@ -52,7 +52,7 @@ check: setup-test ## lint, types, formatting, and the island's assets; changes n
 
 test: check ## every check and every test that fits in a quarter of an hour
 	$(call cpp_tests,test)
-	@$(alone) $(bin)/python -m pytest -m "not deep" --ctest build/ctest.log
+	@$(alone) $(bin)/python -m pytest -m "not deep" --ctest=build/ctest.log
 
 extremes: setup-test ## what every stage and metric does with zero, NaN, 1e30 ...: stage, extreme, error, verdict
 	@$(bin)/python -m tests.extremes
@@ -62,7 +62,7 @@ bench: setup-test $(stamps)/python-bench ## speed and error as ratios beside pee
 
 deep: check ## everything: sanitizers, whole flight, whole corpus; hours
 	$(call cpp_tests,sanitize)
-	@$(alone) $(bin)/python -m pytest --ctest build/ctest.log
+	@$(alone) $(bin)/python -m pytest --ctest=build/ctest.log
 
 fix: setup-test ## put formatting and simple lint right
 	@$(bin)/ruff check -q --fix pipeline raw_assets tests player

@@ -84,31 +84,34 @@ def test_no_cpp_test_found_is_a_failure(clone: Path, target: str) -> None:
                 assert told.returncode != 0 and "No tests were found" in told.stdout + told.stderr
 
 
-def closing_lines(folder: Path, log: Path) -> subprocess.CompletedProcess[str]:
-    """Runs three small tests, of which two are skipped, with what `make test` gives pytest."""
-    (folder / "test_three.py").write_text(
+def closing_lines(folder: Path, log: str) -> subprocess.CompletedProcess[str]:
+    """Runs three small tests, of which two are skipped, by the words of `make test`, after a given ctest."""
+    (folder / "pyproject.toml").symlink_to(ROOT / "pyproject.toml")
+    (folder / "tests").mkdir()
+    (folder / "tests/conftest.py").symlink_to(ROOT / "tests/conftest.py")
+    (folder / "tests/test_three.py").write_text(
         "import pytest\n"
         "def test_a(): pass\n"
         "def test_b(): pytest.skip('no moon')\n"
         "@pytest.mark.skipif(True, reason='no moon')\n"
         "def test_c(): pass\n"
     )
+    (folder / "build").mkdir()
+    (folder / "build/ctest.log").write_text(log)
     line = next(line for line in recipe("test") if "-m pytest" in line)
     options = shlex.split(line.split("-m pytest")[1])
-    options[options.index("--ctest") + 1] = str(log)
     return subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "tests.conftest", "--rootdir", folder, *options, folder],
-        cwd=ROOT, capture_output=True, text=True,
+        [sys.executable, "-m", "pytest", *options],
+        cwd=folder, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True,
     )  # fmt: skip
 
 
 def test_the_last_lines_count_cpp_cases_and_skips_by_reason(tmp_path: Path) -> None:
-    log = tmp_path / "ctest.log"
-    log.write_text(
+    told = closing_lines(
+        tmp_path,
         "1: [doctest] test cases:      80 |      78 passed | 1 failed | 1 skipped\n"
-        "2: [doctest] test cases:     120 |     120 passed | 0 failed | 0 skipped\n"
+        "2: [doctest] test cases:     120 |     120 passed | 0 failed | 0 skipped\n",
     )
-    told = closing_lines(tmp_path, log)
     assert told.returncode == 0, told.stdout + told.stderr
     cpp, skips, closing = told.stdout.splitlines()[-3:]
     assert cpp == "2 C++ suites, 200 cases: 198 passed, 1 failed, 1 skipped"
@@ -120,6 +123,5 @@ def test_the_last_lines_count_cpp_cases_and_skips_by_reason(tmp_path: Path) -> N
     "text", ["No tests were found!!!", "test cases: 0 | 0 passed | 0 failed | 0 skipped"]
 )
 def test_a_run_without_cpp_cases_is_a_failure(tmp_path: Path, text: str) -> None:
-    (tmp_path / "ctest.log").write_text(text)
-    told = closing_lines(tmp_path, tmp_path / "ctest.log")
+    told = closing_lines(tmp_path, text)
     assert told.returncode != 0 and "no C++ suite ran" in told.stdout + told.stderr
