@@ -14,7 +14,15 @@ from typing import Any
 import numpy as np
 
 from paradize.bake_artifacts import read_artifact
-from paradize.bake_finest import Finest, Place, Surface, finest, finest_lod, surface_of
+from paradize.bake_finest import (
+    Finest,
+    Place,
+    Surface,
+    finest,
+    finest_lod,
+    flat_triangles,
+    surface_of,
+)
 from paradize.bake_footprint import Views, views_of
 from paradize.data import Mesh
 from paradize.formats.glb import decode_glb
@@ -56,7 +64,8 @@ def measure_asked(
 ) -> dict[str, dict[str, Any]]:
     """By artifact {"level", "texels", "second_s", "view"}: the finest level that is ever asked for, the
     texels of level 0 that a pixel covers at least (of textures; None: it is never seen), when and by which
-    view.
+    view. Of a texture of which flat triangles (bake_finest.flat_triangles) ask for more than all others,
+    also {"others": the same without these}: what they show decides (bake_flat.settled).
 
     sight: see bake_footprint.views_of, and `light_m`. things: Thing's fields by the object's name. ground:
     `textures` (size by name), `tiles` (bytes or files), `repeat_m`. water: `textures`, `level_m`, `size_m`,
@@ -95,29 +104,42 @@ def _thing(
     level, second, view = finest_lod(views, thing.center, thing.radius_m, thing.errors_m, places)
     mesh: dict[str, Any] = {"level": level, "texels": None, "second_s": second, "view": view}
     found = {f"{name}_mesh": mesh}
-    known: dict[tuple[Size, bool], Finest] = {}
+    known: dict[tuple[Size, bool], dict[str, Any]] = {}
     for key, size in thing.textures.items():
         lit = key == "color" and thing.leaves
         if (size, lit) not in known:
             seen = views if lit else views_of(sight, thing.drawn, None)
-            worn = [
-                (surface, Place(at.position, at.yaw_deg, at.scale, _from_m(thing, k, at.scale, views)))
-                for k, mesh in enumerate(levels)
-                if (surface := _surface(mesh, size)) is not None
-                for at in places
-            ]
-            known[size, lit] = finest(seen, worn, thing.spread * max(size))
-        found[f"{name}_{key}"] = _told(known[size, lit])
+            known[size, lit] = _texture(thing, levels, places, seen, size)
+        found[f"{name}_{key}"] = known[size, lit]
     return found
+
+
+def _texture(
+    thing: Thing, levels: Sequence[Mesh], places: Sequence[Place], views: Views, size: Size
+) -> dict[str, Any]:
+    """What is asked of an object's texture of this size, as measure_asked tells it."""
+
+    def asked(*, flat: bool) -> Finest:
+        worn = [
+            (surface, Place(at.position, at.yaw_deg, at.scale, _from_m(thing, k, at.scale, views)))
+            for k, mesh in enumerate(levels)
+            if mesh.uvs is not None
+            for surface in [surface_of(mesh, mesh.uvs, *size, flat=flat)]
+            for at in places
+        ]
+        return finest(views, worn, thing.spread * max(size))
+
+    told = _told(asked(flat=True))
+    flat = (mesh.uvs is not None and flat_triangles(mesh, mesh.uvs, *size).any() for mesh in levels)
+    if thing.spread > 0.0 or not any(flat):  # parallax shows more than the line
+        return told
+    others = _told(asked(flat=False))
+    return told | {"others": others} if others["level"] > told["level"] else told
 
 
 def _from_m(thing: Thing, level: int, scale: float, views: Views) -> float:
     """Nearer than this a level of a mesh is not drawn."""
     return thing.errors_m[level] * scale * views.demand.pixels * (1.0 - 1e-5) if level else 0.0
-
-
-def _surface(mesh: Mesh, size: Size) -> Surface | None:
-    return None if mesh.uvs is None else surface_of(mesh, mesh.uvs, *size)
 
 
 def _ground(

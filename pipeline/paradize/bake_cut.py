@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from paradize.bake_manifest import MeshFacts
 
-_MODULE = "paradize.bake_asked"
+_MODULE, _FLAT = "paradize.bake_asked", "paradize.bake_flat"
 _MOST_TILES_BYTES = 64_000_000  # larger terrains keep their textures whole
 _MAPS = ("color", "normal", "height", "gloss")
 Asked = dict[str, dict[str, Any]]  # by artifact, as bake_asked.measure_asked returns it
@@ -41,6 +41,13 @@ def asked_of(**arguments: Any) -> Asked:
     return measure_asked(**arguments)
 
 
+def flat_of(**arguments: Any) -> dict[str, int]:
+    """In the worker: bake_flat.measure_flat."""
+    from paradize.bake_flat import measure_flat
+
+    return measure_flat(**arguments)
+
+
 def ask(
     store: Store,
     scene: Scene,
@@ -51,29 +58,61 @@ def ask(
 ) -> Asked:
     """What the views ask of each texture and mesh; every object's is found out alone, and kept like any
     product. data, sha256, facts: by artifact. Raises what a worker raised."""
-    found: Asked = {}
-    work: list[tuple[str, Job]] = []
-    parts = _parts(scene, data, facts)
-    keys = []
-    for _, meshes, decides in parts:
+    work = []
+    for arguments, meshes, decides in _parts(scene, data, facts):
         hashes = {name: sha256[name] for name in meshes}
-        keys.append(key_of("asked", code_digest(_MODULE), hashes, decides))
+        name = next(iter(arguments["things"]), "the scene")
+        job = Job(f"what the flight asks of {name}", asked_of, arguments, code=code_of(_MODULE))
+        work.append((key_of("asked", code_digest(_MODULE), hashes, decides), job))
+    found: Asked = {}
+    for told in _answers(store, work, how):
+        found |= told
+    objects, work = [], []
+    for item in scene.objects:
+        names = [f"{item.name}_{key}" for key in _MAPS]
+        names = [name for name in names if "others" in found.get(name, {})]
+        if names:
+            levels = {name.rpartition("_")[2]: found[name]["others"]["level"] for name in names}
+            settings = {"name": item.name, "levels": levels, "repeat": item.wrap == "repeat"}
+            mesh = f"{item.name}_mesh"
+            hashes = {name: sha256[name] for name in (mesh, *names)}
+            held = {name.rpartition("_")[2]: data[name] for name in names}
+            arguments = settings | {"glb": data[mesh], "textures": held}
+            job = Job(f"what swatches ask of {item.name}", flat_of, arguments, code=code_of(_FLAT))
+            work.append((key_of("flat", code_digest(_FLAT), hashes, settings), job))
+            objects.append(item.name)
+    for name, kept in zip(objects, _answers(store, work, how), strict=True):
+        for key, level in kept.items():
+            found[f"{name}_{key}"] = settled(found[f"{name}_{key}"], level)
+    return found
+
+
+def _answers(store: Store, work: Sequence[tuple[str, Job]], how: How) -> list[dict[str, Any]]:
+    """What the jobs find out, by the store's keys: known there, or asked and kept."""
     if not how.force:
-        store.expect(keys)
-    for (arguments, _, _), key in zip(parts, keys, strict=True):
+        store.expect([key for key, _ in work])
+    found = {}
+    for key, _ in work:
         kept = None if how.force else store.get_product(key)
         if isinstance(kept, dict):
-            found |= kept
-        else:
-            name = next(iter(arguments["things"]), "the scene")
-            job = Job(f"what the flight asks of {name}", asked_of, arguments, code=code_of(_MODULE))
-            work.append((key, job))
-    for (key, _), outcome in zip(work, run_work(how, [job for _, job in work]), strict=True):
+            found[key] = kept
+    left = [(key, job) for key, job in work if key not in found]
+    for (key, _), outcome in zip(left, run_work(how, [job for _, job in left]), strict=True):
         if outcome.error:
             raise outcome.error
         store.put_product(key, outcome.value)
-        found |= outcome.value
-    return found
+        found[key] = outcome.value
+    return [found[key] for key, _ in work]
+
+
+def settled(asked: Mapping[str, Any], kept: int) -> dict[str, Any]:
+    """What is asked of a texture, of what bake_asked told of it with and without its flat triangles. kept:
+    the level up to which these keep their colours (bake_flat)."""
+    others: dict[str, Any] = asked["others"]
+    if kept >= others["level"] and others["view"] is not None:
+        return others
+    told = {key: value for key, value in asked.items() if key != "others"}
+    return told | {"level": max(told["level"], min(kept, others["level"]))}
 
 
 Part = tuple[dict[str, Any], list[str], dict[str, Any]]

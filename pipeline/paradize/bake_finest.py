@@ -23,8 +23,11 @@ from paradize.data import Mesh
 from paradize.flight import sine_cosine
 
 F64 = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
 # Half a level: what OpenGL 3.3 (3.8.11) allows a device to be finer than the formula, sqrt(2).
 SLACK = 1.4142135623730951
+MOST_SAMPLES = 16.0  # of anisotropic filtering, along the longer axis, in the player's finest quality
+_RESOLVED = 1.0 / 256.0  # of a texel: what samplers tell apart
 _MOST = 6000  # boxes looked at; then the lowest bound stands
 
 
@@ -72,9 +75,23 @@ class Finest:
         return level
 
 
-def surface_of(mesh: Mesh, uvs: npt.NDArray[np.float32], width: int, height: int) -> Surface:
+def flat_triangles(mesh: Mesh, uvs: npt.NDArray[np.float32], width: int, height: int) -> Bools:
+    """(m,): whether the texture coordinates of a triangle lie on one line or in one point of a texture of
+    width x height texels, so that it shows no area of it."""
+    texels = uvs.astype(np.float64)[mesh.triangles] * [width, height]
+    p, q = texels[:, 1] - texels[:, 0], texels[:, 2] - texels[:, 0]
+    square = np.maximum.reduce([(edge * edge).sum(axis=1) for edge in (p, q, q - p)])
+    area = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+    return np.asarray(area <= _RESOLVED * np.sqrt(square), np.bool_)
+
+
+def surface_of(
+    mesh: Mesh, uvs: npt.NDArray[np.float32], width: int, height: int, *, flat: bool = True
+) -> Surface:
     """A mesh's triangles with a texture of width x height texels. Triangles without area are never drawn and
-    left out. The least density is the smaller singular value of the map from metres to texels."""
+    left out. The least density is the smaller singular value of the map from metres to texels; where that is
+    none, on `flat_triangles`, what MOST_SAMPLES leave of the larger one (which the formula of OpenGL takes
+    for less by SLACK at most). flat: False leaves these triangles out."""
     corners = mesh.places[mesh.triangles]
     texels = uvs.astype(np.float64)[mesh.triangles] * [width, height]
     e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -93,9 +110,11 @@ def surface_of(mesh: Mesh, uvs: npt.NDArray[np.float32], width: int, height: int
     c = v[:, 0] * v[:, 0] + v[:, 1] * v[:, 1]
     b = u[:, 0] * v[:, 0] + u[:, 1] * v[:, 1]
     half = 0.5 * (a - c)
-    largest = 0.5 * (a + c) + np.sqrt(half * half + b * b)
+    largest = np.sqrt(0.5 * (a + c) + np.sqrt(half * half + b * b))
     area = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
-    least = area / np.sqrt(np.where(largest > 0.0, largest, 1.0))
+    lines = flat_triangles(mesh, uvs, width, height)
+    least = np.where(lines, largest / (MOST_SAMPLES * SLACK), area / np.where(largest > 0.0, largest, 1.0))
+    real &= flat | ~lines
     return Surface(corners[real], least[real])
 
 

@@ -156,8 +156,29 @@ def known(store: Store, task: Task) -> dict[str, dict[str, Any]] | None:
     products = store.get_product(task.key)
     if not isinstance(products, dict) or {want.product for want in task.order.wants} - products.keys():
         return None
-    whole = all(isinstance(one, dict) and not _TOLD - one.keys() for one in products.values())
-    return products if whole else None
+    if not all(isinstance(one, dict) and not _TOLD - one.keys() for one in products.values()):
+        return None
+    return _worded(products, {mark: path for path, mark in _places(task.order)})
+
+
+def _places(order: Order) -> list[tuple[str, str]]:
+    """The paths that warnings of an order may name, the longest first, each with what the store holds
+    instead: another scene that finds the entry has them elsewhere."""
+    found = [(str(path), f"\0{role}\0") for role, path in order.sources.items()]
+    folders = [(role, path.parent) for role, path in order.sources.items() if path.parent.name]
+    found += [(f"{folder}{os.sep}", f"\0{role}/\0") for role, folder in folders]
+    return sorted(found, key=lambda row: -len(row[0]))
+
+
+def _worded(products: dict[str, Any], words: Mapping[str, str]) -> dict[str, dict[str, Any]]:
+    """The products, with words of their warnings replaced, one after the other."""
+    found = {}
+    for name, product in products.items():
+        texts = list(product["warnings"])
+        for old, new in words.items():
+            texts = [text.replace(old, new) for text in texts]
+        found[name] = product | {"warnings": texts}
+    return found
 
 
 def recall(store: Store, task: Task) -> bool:
@@ -211,7 +232,7 @@ def run_tasks(
                     "filter": product.filter,
                     "warnings": product.warnings,
                 }
-            store.put_product(task.key, task.products)
+            store.put_product(task.key, _worded(task.products, dict(_places(task.order))))
 
     work = [
         Job(

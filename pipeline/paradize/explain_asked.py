@@ -18,13 +18,15 @@ _TEXEL = {"dudv": 2}
 
 def economy(manifest: dict[str, Any], folder: Path, artifact: str) -> dict[str, Any] | None:
     """Of an artifact: `left_out` finer levels, `saved_bytes`; `texels` of its level 0 that a pixel covers at
-    least, the `second_s` and `view` of that; `maps`: bytes of those that its picture could give and no pass
-    reads, reckoned in their smallest format, told where the picture's first artifact is. None where nothing
-    is asked of it by distance."""
+    least, the `second_s` and `view` of that; `limit`: why they are none; `maps`: bytes of those that its
+    picture could give and no pass reads, reckoned in their smallest format, told where the picture's first
+    artifact is. None where nothing is asked of it by distance."""
     asked = manifest["artifacts"][artifact]["asked"]
     if asked is None:
         return None
-    told: dict[str, Any] = dict(asked) | {"maps": {}}
+    told: dict[str, Any] = dict(asked) | {"limit": None, "maps": {}}
+    if asked["texels"] == 0.0:
+        told["limit"] = _limit(manifest, artifact)
     owner, _, key = artifact.rpartition("_")
     others = [name for name in manifest["artifacts"] if name.rpartition("_")[0] == owner]
     maps = [name for name in others if manifest["artifacts"][name]["kind"] == "texture"]
@@ -35,6 +37,17 @@ def economy(manifest: dict[str, Any], folder: Path, artifact: str) -> dict[str, 
             absent = [name for name in (*_BLOCK, *_TEXEL) if f"{owner}_{name}" not in maps]
             told["maps"] = {name: chain_bytes(name, width, height) for name in absent}
     return told
+
+
+def _limit(manifest: dict[str, Any], artifact: str) -> str:
+    """Why a pixel may cover no texel of a texture, in words."""
+    owner = next((item for item in manifest["objects"] if artifact in item.values()), None)
+    if owner is None:
+        return "the eye may come as near as it likes"
+    materials = owner["materials"].values()
+    if owner["height"] is not None and any(material["parallax_scale"] > 0.0 for material in materials):
+        return "parallax may bring two pixels to one texel"
+    return "triangles that show a single point of it would change their colour in a coarser one"
 
 
 def saved_bytes(artifacts: Iterable[dict[str, Any]]) -> dict[str, int]:
@@ -97,7 +110,7 @@ def economy_words(told: dict[str, Any], kind: str) -> list[str]:
                 f": a pixel covers at least {told['texels']:.3g} texels of the finest that its source gives"
             )
         elif told["texels"] == 0.0:
-            line += ": parallax may bring two pixels to one texel"
+            line += f": {told['limit']}"
         words.append(line)
     if told["left_out"]:
         plural = "s are" if told["left_out"] > 1 else " is"

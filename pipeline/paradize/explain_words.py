@@ -50,9 +50,10 @@ def words_of(told: dict[str, Any], details: bool = False) -> list[str]:
         return lines
     width = gutter["width_texels"]
     has = "alone on the map" if width is None else f"{width:g} texels at the narrowest"
+    moved = any(parallax["reach"] > 0.0 for parallax in gutter["parallax"].values())
     lines.append(
         f"  gutter: {gutter['islands']} islands, {has}; {gutter['needed_texels']:g} needed for level "
-        f"{gutter['level_in_use']} and the steepest parallax"
+        f"{gutter['level_in_use']}{' and the steepest parallax' if moved else ''}"
     )
     lines += [f"  {words}" for words in told["decides"]]
     for name, parallax in gutter["parallax"].items():

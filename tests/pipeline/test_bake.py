@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from paradize.bake import bake
@@ -22,6 +23,17 @@ from paradize.errors import GroupedError
 from paradize.formats.scene_manifest import decode_scene
 from tests.pipeline.scenes import make_cove, write_image
 from tests.processes import started
+
+# A square whose second triangle is repeated, without texture coordinates: both are warned of.
+BENT = """usemtl wood
+v 0 0 0
+v 1 0 0
+v 1 1 0
+v 0 1 0
+f 1 2 3
+f 1 3 4
+f 1 3 4
+"""
 
 
 @pytest.fixture(autouse=True)
@@ -256,6 +268,26 @@ def test_a_budget_that_is_exceeded_is_told(copied: tuple[Path, Path]) -> None:
     assert "terrain_max_m" in rows["terrain_mesh"]["over"][0] and not rows["sand_color"]["over"]
     assert any("terrain_max_m" in warning for warning in report.warnings)
     assert manifest_of(out)["budget"]["hard"] == {"terrain_max_m": 0.0001, "color_psnr_db": 1.0}
+
+
+def test_what_another_scene_baked_warns_of_this_scenes_own_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    told = []
+    for name in ("first", "second"):
+        scene = make_cove(tmp_path / name)
+        for face in ("px", "nx", "py", "ny", "pz", "nz"):
+            write_image(scene.parent / f"{face}.png", np.full((8, 8, 3), 90, np.uint8))
+        (scene.parent / "post.obj").write_text("mtllib post.mtl\n" + BENT)
+        scene.write_text(scene.read_text().replace(".exr", ".png"))
+        report = bake(scene, tmp_path / f"{name}.out", How(jobs=1))
+        assert not report.errors
+        told.append(report.warnings)
+    again = [row["name"] for row in report.artifacts if row["status"] == "baked"]
+    assert again == ["sound"]  # each Ogg file has a random number of its own
+    assert any("px.png: 8 bits" in text for text in told[0]) and any("post.obj" in text for text in told[0])
+    assert told[1] == [text.replace(f"{tmp_path}/first/", f"{tmp_path}/second/") for text in told[0]]
 
 
 def test_a_folder_that_cannot_be_written_is_one_error(copied: tuple[Path, Path], tmp_path: Path) -> None:
