@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bake_map_rows import MapRows, normal_parts
+from paradize.bake_map_rows import MapRows, encoding_errors, filter_errors
 from paradize.bake_product import MapProduct, flat_errors
 from paradize.data import Texture
 from paradize.formats.png import encode_png
@@ -34,7 +34,7 @@ def png_maps(rows: MapRows, *, tier: str, warnings: Sequence[str], measure: bool
         level = None if shown is None else _measured(name, rows, shown)
         errors = {} if level is None else flat_errors(name, level)
         if shown is not None and name == "normal":
-            errors |= normal_parts(shown, rows.ground)
+            errors |= filter_errors(rows.ground) | encoding_errors(shown, rows.ground)
         del shown
         metric = next(iter(errors), None)
         made[name] = MapProduct(

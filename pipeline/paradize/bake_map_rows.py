@@ -45,9 +45,9 @@ def filter_errors(ground: Ground) -> dict[str, float]:
     return _parts("normal_filter", filter_error(ground))
 
 
-def normal_parts(shown: Texture | F32, ground: Ground) -> dict[str, float]:
-    """The two parts of a normal map's error at level 0: what its filter costs, and what storing costs."""
-    return filter_errors(ground) | _parts("normal_encoding", encoding_error(shown, ground))
+def encoding_errors(shown: Texture | F32, ground: Ground) -> dict[str, float]:
+    """What storing a normal map costs at level 0, a texture or decoded x and y (h, w, 2)."""
+    return _parts("normal_encoding", encoding_error(shown, ground))
 
 
 def _parts(name: str, found: dict[str, float]) -> dict[str, float]:

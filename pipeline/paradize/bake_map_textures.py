@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bake_map_rows import MapRows, normal_parts
+from paradize.bake_map_rows import MapRows, encoding_errors, filter_errors
 from paradize.bake_product import LevelErrors, MapProduct, beyond, flat_errors
 from paradize.data import Texture
 from paradize.formats.ktx2 import encode_ktx2
@@ -37,7 +37,8 @@ def ktx2_maps(
 ) -> dict[str, MapProduct]:
     """The maps that `rows` was made for. budget: where the errors of a map's format exceed it, the next of
     its formats (stages.compress.FORMATS) is taken. measure: False leaves out errors and budget. uncompressed:
-    only the most exact formats will do."""
+    only the most exact formats will do. No larger format is taken for what the slope filter alone has beyond
+    its limit."""
     height, width = rows.ground.heights.shape
     first = -1 if uncompressed else 0
     formats = {name: formats_of(name, height, width)[first:] for name in rows.names}
@@ -45,18 +46,20 @@ def ktx2_maps(
     done: dict[str, MapProduct] = {}
     for name in [*textures, *(["dudv"] if "dudv" in rows.names else [])]:
         texture = textures.pop(name) if name in textures else dudv_texture(rows, mean)
-        levels, reason = map_errors(name, rows, texture) if measure else [], None
-        errors = flat_errors(name, levels[0]) if measure else {}
-        for fmt in formats[name][1:]:
-            over = beyond(errors, budget)
-            if not over:
-                break
-            reason = f"{texture.format} exceeds the budget: {', '.join(over)}"
-            texture = map_textures(rows, {name: fmt}, tier)[0][name]
-            levels = map_errors(name, rows, texture)
-            errors = flat_errors(name, levels[0])
-        if name == "normal" and measure:
-            errors |= normal_parts(texture, rows.ground)
+        levels: LevelErrors = []
+        errors: dict[str, float] = {}
+        reason = None
+        if measure:
+            filtered = filter_errors(rows.ground) if name == "normal" else {}
+            limits = within_reach(budget, filtered)
+            levels, errors = _measured(name, rows, texture, filtered)
+            for fmt in formats[name][1:]:
+                over = beyond(errors, limits)
+                if not over:
+                    break
+                reason = f"{texture.format} exceeds the budget: {', '.join(over)}"
+                texture = map_textures(rows, {name: fmt}, tier)[0][name]
+                levels, errors = _measured(name, rows, texture, filtered)
         metric = next(iter(errors), None)
         done[name] = MapProduct(
             encode_ktx2(texture, zstd_level=zstd),
@@ -74,6 +77,27 @@ def ktx2_maps(
         )
         del texture
     return {name: done[name] for name in rows.names}
+
+
+def within_reach(budget: Mapping[str, float], filtered: Mapping[str, float]) -> dict[str, float]:
+    """The limits that a more exact format may keep: not those of the slope filter, nor those that its part of
+    the error (`filtered`, bake_map_rows.filter_errors) exceeds by itself."""
+    part = {"normal_mean_deg": "normal_filter_deg"}
+    part |= {f"normal_{name}_deg": f"normal_filter_{name}_deg" for name in ("p99", "max")}
+    return {
+        metric: limit
+        for metric, limit in budget.items()
+        if metric not in filtered and filtered.get(part.get(metric, ""), 0.0) <= limit
+    }
+
+
+def _measured(
+    name: str, rows: MapRows, texture: Texture, filtered: Mapping[str, float]
+) -> tuple[LevelErrors, dict[str, float]]:
+    """What was measured of every level, and of level 0 under the names of budgets."""
+    levels = map_errors(name, rows, texture)
+    more = {**filtered, **encoding_errors(texture, rows.ground)} if name == "normal" else {}
+    return levels, flat_errors(name, levels[0]) | more
 
 
 def map_textures(rows: MapRows, formats: dict[str, str], tier: str) -> tuple[dict[str, Texture], Mean]:

@@ -16,6 +16,7 @@ import pytest
 from paradize.bake import bake
 from paradize.bake_color import bake_color
 from paradize.bake_maps import bake_maps
+from paradize.bake_product import MapProduct
 from paradize.bake_tasks import How
 from paradize.data import Texture
 from paradize.errors import BakeError
@@ -165,6 +166,36 @@ def test_a_budget_that_blocks_exceed_takes_the_next_format_and_says_why(rough: P
         assert decode_ktx2(last.data).format == exact[name]
     # a budget that nothing meets ends at the most exact format
     assert bake_maps(rough, only=["height"], budget={"height_psnr_db": 999.0})["height"].format == "R16_UNORM"
+
+
+def test_no_larger_format_is_taken_for_what_the_slope_filter_costs(tmp_path: Path) -> None:
+    """Central differences of short waves: no format betters them, but what storing them costs it does."""
+    v, u = np.mgrid[0:64, 0:64]
+    heights = 0.5 + 0.2 * np.sin(2.0 * np.pi * (u + 0.3 * v) / 6.0) + 0.2 * np.cos(2.0 * np.pi * v / 5.0)
+    picture = save(tmp_path / "waves.exr", heights.astype(np.float32)[:, :, None])
+
+    def normal(**budget: float) -> MapProduct:
+        made = bake_maps(
+            picture, only=["normal"], source="height", strength=8.0, filter_name="central", budget=budget
+        )
+        return made["normal"]
+
+    plain = normal()
+    assert plain.format == "BC5_SNORM"
+    for filtered, whole in (("_filter_p99", "_p99"), ("_filter", "_mean"), ("_filter_max", "_max")):
+        part, error = plain.errors[f"normal{filtered}_deg"], plain.errors[f"normal{whole}_deg"]
+        assert part > 1.0
+        held = normal(**{f"normal{whole}_deg": 0.9 * part})
+        assert (held.format, held.reason) == ("BC5_SNORM", None)
+        if error > 1.001 * part:  # here a format can help
+            met = normal(**{f"normal{whole}_deg": 0.5 * (part + error)})
+            assert met.format != "BC5_SNORM" and met.errors[f"normal{whole}_deg"] < error
+        assert normal(**{f"normal{filtered}_deg": 0.9 * part}).data == plain.data
+    for part in ("", "_p99", "_max"):
+        limit = 0.5 * plain.errors[f"normal_encoding{part}_deg"]
+        stored = normal(**{f"normal_encoding{part}_deg": limit})
+        assert stored.format != "BC5_SNORM" and stored.errors[f"normal_encoding{part}_deg"] <= limit
+        assert f"normal_encoding{part}_deg" in str(stored.reason)
 
 
 def test_colour_goes_to_bc7_and_then_to_plain_texels(rough: Path) -> None:
