@@ -12,10 +12,12 @@ import numpy.typing as npt
 import pytest
 
 from paradize.check.flights import check_flight, distances, heights_at
-from paradize.data import Lod, Mesh
+from paradize.data import Heightfield, Lod, Mesh
 from paradize.flight import plan_flight
 from paradize.formats.glb import encode_glb
+from paradize.formats.glb_tiles import TilePatch, encode_tiles
 from paradize.scene import EyePoint, Flight, TargetPoint
+from paradize.stages.terrain import terrain_mesh
 from tests.pipeline.shapes import soup
 
 F64 = npt.NDArray[np.float64]
@@ -105,6 +107,30 @@ def test_an_object_comes_as_near_as_it_does_turned_scaled_and_moved(
     assert least == pytest.approx(apart.min(), rel=0.02)
     assert plane == pytest.approx(reach, rel=0.005)
     assert second == pytest.approx(12.0 * int(apart.argmin()) / MOMENTS, abs=0.051)
+
+
+def test_of_a_path_under_ground_the_deepest_place_is_named(tmp_path: Path) -> None:
+    """Ground that rises by 0.1 a metre along x: a plane, whose depth above the eye is known everywhere."""
+    x = np.linspace(-20.0, 20.0, 5)
+    field = Heightfield(np.tile(2.4 + 0.1 * x, (5, 1)).astype(np.float32), 40.0, 40.0)
+    mesh = terrain_mesh(field, tolerance_m=0.0, sand_repeat=1.0, tier="exact")
+    ((tile, _),) = encode_tiles([TilePatch(0, mesh, 0.0, finest=True)])
+    (tmp_path / "ground.glb").write_bytes(tile)
+    planned = plan_flight(flight_settings())
+    manifest = {
+        "flight": planned.as_json(),
+        "viewport": [WIDTH, HEIGHT],
+        "terrain": {"tiles": ["ground"]},
+        "objects": [],
+        "artifacts": {"ground": {"file": "ground.glb"}},
+    }
+    (found,) = (f for f in check_flight(manifest, tmp_path, "scene.json") if f.code == "PZ411")
+    eyes = np.array([planned.view(12.0 * k / MOMENTS)[0] for k in range(MOMENTS)])
+    depths = 2.4 + 0.1 * eyes[:, 0] - eyes[:, 1]
+    deepest = int(depths.argmax())
+    assert found.count == (depths > 0.0).sum() > 2
+    assert found.what == f"the eye is {depths[deepest]:.3g} m under ground"
+    assert found.place.startswith(f"flight at {12.0 * deepest / MOMENTS:.2f} s, ({eyes[deepest, 0]:.4g}, ")
 
 
 def test_what_stays_away_is_no_finding(tmp_path: Path) -> None:

@@ -339,6 +339,9 @@ def test_parallax_beyond_the_gutter_is_limited_to_what_is_safe(tmp_path: Path) -
     limits = {}
     for gap in (4, 16):
         scene = told(baked(tmp_path / str(gap), *two_tone(gap, RED, GREEN), parallax_scale=0.4))
+        facts = scene["artifacts"]["post_color"]["gutter"]
+        assert facts["bleed_p99"][0] <= facts["bound"]
+        assert facts["bleed_max"][0] <= gutter.WORST * facts["bound"]
         material = scene["objects"][0]["materials"]["wood"]
         limits[gap] = material["parallax_limit"]
         assert material["parallax_scale"] == 0.4

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,7 +14,7 @@ from paradize.errors import BakeError, SourceError
 from paradize.kernels import maps
 from paradize.stages import filters, gutter
 from paradize.stages.normal import prepare
-from tests.pipeline.heights import angles_between, normals, sinusoids, up, waves
+from tests.pipeline.heights import angles_between, normals, rounded, sinusoids, up, waves
 from tests.pipeline.map_truth import normals as true_normals
 
 FILTERS = ("central", "scharr", "fourth", "eighth", "smooth2", "quintic4", "septic7", "smooth16")
@@ -44,12 +46,14 @@ def test_a_ramp_has_one_normal_up_to_the_edges_and_green_points_up_the_image(nam
     assert np.abs(down - expected * [1, -1, 1]).max() < 1e-6
 
 
-@pytest.mark.parametrize("name", ["central", "spectral"])
-def test_green_down_turns_y_over_and_nothing_else(name: str) -> None:
-    found = [
-        prepare(Ground(waves(16, 24, 1, 6.0), (2.0, 3.0), (True, True), name, green_down=down)).rows(0, 16)
-        for down in (False, True)
-    ]
+@pytest.mark.parametrize(("name", "held"), [("central", False), ("spectral", False), ("smooth3", True)])
+def test_green_down_turns_y_over_and_nothing_else(name: str, held: bool) -> None:
+    heights, codes = waves(16, 24, 1, 6.0), None
+    if held:
+        heights, _ = rounded(heights, 8)
+        codes = np.arange(256, dtype=np.float32) / np.float32(255)
+    ground = Ground(heights, (2.0, 3.0), (True, True), name, codes=codes, held=held)
+    found = [prepare(replace(ground, green_down=down)).rows(0, 16) for down in (False, True)]
     assert np.abs(found[0][:, :, 1]).max() > 0.01
     assert np.abs(found[1] - found[0] * np.float32([1, -1, 1])).max() < 1e-7
 

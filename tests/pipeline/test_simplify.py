@@ -402,3 +402,30 @@ def test_misuse_is_refused() -> None:
         simplify(np.where(points > 0, np.inf, points), faces, target=4)
     with pytest.raises(ValueError, match="target"):
         simplify(points, faces, target=-1)
+
+
+@pytest.mark.parametrize("normals", [((1, 0, 0), (0, 0, 1)), ((0.6, 0.8, 0), (-0.6, 0.8, 0))])
+def test_a_line_where_only_normals_part_stays_though_nothing_weighs_them(
+    normals: tuple[tuple[float, float, float], ...],
+) -> None:
+    """A flat sheet of two halves: on the line between them each vertex stands twice."""
+    half = grid(12)
+    count = len(half.positions)
+    points = half.positions.astype(np.float64)
+    sheet = np.concatenate([points - [1, 0, 0], points])
+    places = np.arange(2 * count)
+    for k in np.flatnonzero(points[:, 0] == 0):
+        (left,) = np.flatnonzero((points[:, 0] == 1) & (points[:, 2] == points[k, 2]))
+        places[count + k] = left
+    faces = np.concatenate([half.triangles, half.triangles + np.uint32(count)])
+    found = simplify(
+        sheet,
+        faces,
+        target=40,
+        attributes=np.repeat(np.float32(normals), count, axis=0),
+        unit=0,
+        seams=places,
+    )
+    side = found.triangle >= len(half.triangles)
+    x = found.positions[found.triangles][..., 0]
+    assert len(found.triangles) <= 40 and x[~side].max() < 1e-6 and x[side].min() > -1e-6

@@ -144,6 +144,12 @@ def test_the_metric_measures_a_known_error() -> None:
     assert terrain_error(turned, field_of(heights)).flipped == 2
 
 
+@pytest.mark.parametrize("size_m", [0.7, 1.4, 2.8, 10.0])
+def test_a_ground_reaches_its_rim_though_float32_rounds_its_vertices_inwards(size_m: float) -> None:
+    flat = terrain_mesh(field_of(np.zeros((9, 17)), size_m, size_m), tolerance_m=1.0, tier="balanced")
+    assert terrain_error(flat, field_of(np.zeros((9, 17)), size_m, size_m)).holes == 0
+
+
 def test_pixels_are_vertices_and_row_0_lies_at_minus_z() -> None:
     heights = np.arange(12, dtype=np.float32).reshape(3, 4)
     mesh = terrain_mesh(field_of(heights, 6.0, 4.0), tolerance_m=0.0, sand_repeat=3.0, tier="exact")

@@ -67,11 +67,11 @@ def draw_order(mesh: Mesh) -> Mesh:
 
 
 def _centred(positions: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """Positions about the origin with sides of at most 2: their squares neither vanish nor overflow."""
+    """Positions about the origin with sides of at most 1: their squares neither vanish nor overflow."""
     wide = positions.astype(np.float64)
     low, high = wide.min(axis=0), wide.max(axis=0)
-    half = float((high - low).max()) / 2
-    return np.ascontiguousarray((wide - (low + high) / 2) / (half if half > 0 else 1.0), np.float32)
+    side = float((high - low).max())
+    return np.ascontiguousarray((wide - (low + high) / 2) / (side if side > 0 else 1.0), np.float32)
 
 
 def _ordered(triangles: npt.NDArray[np.uint32], points: npt.NDArray[np.float32]) -> npt.NDArray[np.uint32]:
