@@ -10,13 +10,17 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from math import isqrt
 
+from paradize.bake_refine import refine_level
 from paradize.data import Mesh
 from paradize.errors import SourceError
 from paradize.metrics.mapped_normal import normal_error, uv_shift
 from paradize.metrics.surface import Judge
-from paradize.stages.lod import LEAST_TRIANGLES, RATIO, VARIANTS, simplify
+from paradize.stages.lod import LEAST_TRIANGLES, RATIO, simplify
 from paradize.stages.validate import validate_mesh
 
+# By the tiers of a bake. Nineteen twentieths of a chain's time go into measuring it, so that no simplifier
+# makes it much quicker, and none that was tried is behind ours on nearly every model: `fast` is `balanced`.
+TIERS = {"fast": "balanced", "balanced": "balanced", "exact": "exact"}
 # Without an asked bound a level may be this far from the source, of the diagonal; worse ones are not worth
 # a draw.
 DEFAULT_MAX_ERROR = 0.1
@@ -27,7 +31,7 @@ _WORTH = 0.1
 _TURNED_DEG = 15.0
 # Errors nearer to each other than this share of the diagonal are one: positions are float32.
 _ROUNDING = 1e-7
-_BISECTIONS = {"fast": 4, "balanced": 4, "exact": 9}
+_BISECTIONS = 4
 _SAMPLES = 50_000
 # A texture of which more than a hundredth slid by more than this, of the diagonal, is held with so many times
 # the weight, which costs next to no shape. What still slid by more than the second is told. A slide of less
@@ -70,12 +74,51 @@ class Step:
 def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[Step], list[str]]:
     """Levels, the finest first, and notes: fewer than asked, with the reason, where no worthy one can be had.
 
-    mesh: validated, with normals. No level has more triangles or a smaller error than the one before.
+    mesh: validated, with normals. tier: one of TIERS. No level has more triangles or a smaller error than the
+    one before.
     """
     judge = Judge(mesh)
+    steps, notes = _chain(judge, plan)
+    if TIERS[tier] == "exact":
+        steps, left_out = _refined(judge, steps)
+        notes += left_out
+    return steps, list(dict.fromkeys(notes + _slides(steps)))
+
+
+def _refined(judge: Judge, steps: list[Step]) -> tuple[list[Step], list[str]]:
+    """The levels, each nearer to the source where that can be had; those that a coarser one then beats are
+    left out, with notes."""
+    found: list[Step] = []
+    notes: list[str] = []
+    before = judge.mesh
+    for step in steps:
+        if step.mesh is judge.mesh:
+            found.append(step)
+            continue
+        mesh, errors = refine_level(judge, before, step.mesh, step.errors, step.seams_kept, _SAMPLES)
+        before = step.mesh
+        notes += _append(found, Step(mesh, errors, step.seams_kept))
+    return found, notes
+
+
+def _append(steps: list[Step], found: Step) -> list[str]:
+    """Appends a level and takes those away that it beats with fewer triangles; notes."""
+    notes = []
+    while len(steps) > 1 and found.errors["error_max"] < steps[-1].errors["error_max"] - _ROUNDING:
+        worse = len(steps.pop().mesh.triangles)
+        notes.append(
+            f"a level of {worse} triangles left out: {len(found.mesh.triangles)} are nearer to the source"
+        )
+    steps.append(found)
+    return notes
+
+
+def _chain(judge: Judge, plan: Plan) -> tuple[list[Step], list[str]]:
+    """The levels of balanced, and notes."""
+    mesh = judge.mesh
     steps, notes = [_told(judge, Step(mesh, EXACT))], []
     if plan.finest > 0:
-        found, note = _coarsest(judge, mesh, plan.finest, tier)
+        found, note = _coarsest(judge, mesh, plan.finest)
         if found is None:
             notes.append(f"lod0 is the source: {note}")
         else:
@@ -98,13 +141,13 @@ def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[Step], list[str
             notes.append(f"no level after lod{len(steps) - 1}: the flight never is farther away")
             break
         if plan.errors:
-            found, note = _coarsest(judge, last.mesh, min(plan.errors[at - 1], plan.limit), tier)
+            found, note = _coarsest(judge, last.mesh, min(plan.errors[at - 1], plan.limit))
         else:
             target = max(LEAST_TRIANGLES, int(first * plan.ratio**at))
             if target >= before:
                 notes.append(f"no level after lod{len(steps) - 1}: {before} triangles are few enough")
                 break
-            found, note = _nearest(judge, last.mesh, target, plan.limit, tier)
+            found, note = _nearest(judge, last.mesh, target, plan.limit)
         if found is None:
             notes.append(f"no level after lod{len(steps) - 1}: {note}")
             if plan.errors:
@@ -116,13 +159,8 @@ def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[Step], list[str
             shape = f"{len(found.mesh.triangles)} triangles turn normals by {turned:.0f} degrees on the mean"
             notes.append(f"no level after lod{len(steps) - 1}: {shape}, limit {_TURNED_DEG:.0f}")
             break
-        while len(steps) > 1 and found.errors["error_max"] < steps[-1].errors["error_max"] - _ROUNDING:
-            worse = len(steps.pop().mesh.triangles)
-            notes.append(
-                f"a level of {worse} triangles left out: {len(found.mesh.triangles)} are nearer to the source"
-            )
-        steps.append(found)
-    return steps, list(dict.fromkeys(notes + _slides(steps)))
+        notes += _append(steps, found)
+    return steps, notes
 
 
 def _told(judge: Judge, step: Step) -> Step:
@@ -152,38 +190,19 @@ def _slides(steps: list[Step]) -> list[str]:
     return notes
 
 
-def _made(
-    judge: Judge, before: Mesh, target: int, limit: float, tier: str, aim: str
-) -> tuple[Step | None, str]:
-    """About `target` triangles, measured; None where nothing would be left; and why there are more.
-
-    The exact tier starts from the level before and from the source, weighs attributes in several ways, asks
-    the other simplifier too, and takes what has the least `aim` (a name in errors). Where its texture slid it
-    is made again with more weight on that, and the least slid one inside `limit` is taken.
-    """
-    best: Step | None = None
-    note = ""
-    ways = [(before, tier, VARIANTS[0])]
-    if tier == "exact":
-        ways += [(judge.mesh, tier, variant) for variant in VARIANTS[before is judge.mesh :]]
-        ways.append((before, "fast", VARIANTS[0]))
-    for start, by, variant in ways:
-        level = simplify(start, target, by, original=judge.mesh, variant=variant)
-        try:
-            mesh, _ = validate_mesh(level.mesh)
-        except SourceError:
-            note = note or "nothing would be left"
-            continue
-        note = note or level.note
-        if best is not None and len(mesh.triangles) > 1.02 * len(best.mesh.triangles):
-            continue
-        step = Step(mesh, judge.distance(mesh, _SAMPLES), level.seams_kept)
-        if best is None or (step.seams_kept, -step.errors[aim]) > (best.seams_kept, -best.errors[aim]):
-            best = step
-    return (best if best is None else _held(judge, best, before, target, limit, tier)), note
+def _made(judge: Judge, before: Mesh, target: int, limit: float) -> tuple[Step | None, str]:
+    """About `target` triangles, measured; None where nothing would be left; and why there are more. Where its
+    texture slid it is made again with more weight on that, and the least slid one inside `limit` is taken."""
+    level = simplify(before, target, original=judge.mesh)
+    try:
+        mesh, _ = validate_mesh(level.mesh)
+    except SourceError:
+        return None, "nothing would be left"
+    step = Step(mesh, judge.distance(mesh, _SAMPLES), level.seams_kept)
+    return _held(judge, step, before, target, limit), level.note
 
 
-def _held(judge: Judge, step: Step, before: Mesh, target: int, limit: float, tier: str) -> Step:
+def _held(judge: Judge, step: Step, before: Mesh, target: int, limit: float) -> Step:
     """The step; where its texture slid too far, one of as few triangles inside `limit` whose slid less."""
     if judge.mesh.uvs is None or step.errors["error_max"] > limit:
         return step
@@ -191,7 +210,7 @@ def _held(judge: Judge, step: Step, before: Mesh, target: int, limit: float, tie
     for weight in _HELD:
         if best.errors["uv_shift_p99"] <= max(_SLID, 2 * best.errors["error_max"]):
             break
-        level = simplify(before, target, tier, original=judge.mesh, hold=weight)
+        level = simplify(before, target, original=judge.mesh, hold=weight)
         try:
             mesh, _ = validate_mesh(level.mesh)
         except SourceError:
@@ -205,13 +224,13 @@ def _held(judge: Judge, step: Step, before: Mesh, target: int, limit: float, tie
     return best
 
 
-def _nearest(judge: Judge, before: Mesh, target: int, limit: float, tier: str) -> tuple[Step | None, str]:
+def _nearest(judge: Judge, before: Mesh, target: int, limit: float) -> tuple[Step | None, str]:
     """The level nearest to `target` triangles whose measured error stays inside `limit`, or None; and why
     not nearer."""
     most = int(len(before.triangles) * (1 - _WORTH))
     least, best, note = target, None, ""
-    for _ in range(_BISECTIONS[tier]):
-        step, told = _made(judge, before, target, limit, tier, "error_rms")
+    for _ in range(_BISECTIONS):
+        step, told = _made(judge, before, target, limit)
         if step is None:
             return best, note or told
         count = len(step.mesh.triangles)
@@ -233,18 +252,18 @@ def _nearest(judge: Judge, before: Mesh, target: int, limit: float, tier: str) -
     return best, note
 
 
-def _coarsest(judge: Judge, before: Mesh, bound: float, tier: str) -> tuple[Step | None, str]:
+def _coarsest(judge: Judge, before: Mesh, bound: float) -> tuple[Step | None, str]:
     """The mesh of the fewest triangles whose measured error stays inside `bound`, found by bisection of the
     count on a logarithmic scale; None where none saves a triangle worth saving."""
     whole = len(before.triangles)
     low, high = LEAST_TRIANGLES, int(whole * (1 - _WORTH))
     best: Step | None = None
     note = f"{whole} triangles are the least"
-    for _ in range(2 * _BISECTIONS[tier]):
+    for _ in range(2 * _BISECTIONS):
         if low > high:
             break
         target = max(low, min(high, isqrt(low * high)))
-        step, told = _made(judge, before, target, bound, tier, "error_max")
+        step, told = _made(judge, before, target, bound)
         if step is None or step.errors["error_max"] > bound:
             if step is not None:
                 off = step.errors["error_max"]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from paradize.bake_atlas import with_atlas
-from paradize.bake_lods import DEFAULT_MAX_ERROR, Plan, make_levels
+from paradize.bake_lods import DEFAULT_MAX_ERROR, TIERS, Plan, make_levels
 from paradize.bake_quantise import quantised_levels
 from paradize.data import Group, Lod, Mesh, six_up
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
@@ -22,7 +22,7 @@ from paradize.metrics.loading import Loaded, loaded, loading_messages
 from paradize.metrics.tangent import frame_errors, frame_faults, part_of, true_tangents
 from paradize.readers.mtl import base_colors_of
 from paradize.readers.obj import read_obj
-from paradize.stages.lod import RATIO, TIERS
+from paradize.stages.lod import RATIO
 from paradize.stages.normals import CREASE_DEG, complete_normals
 from paradize.stages.order import draw_order
 from paradize.stages.reproject import take_attributes
@@ -164,8 +164,8 @@ def _bake(
         warnings += notes
     if mesh.uvs is None:
         warnings.append(f"{path}: no texture coordinates, so no tangent frames; mesh --atlas makes some")
-    used = tier if tier in TIERS else "balanced"
-    if used != tier:
+    used = TIERS.get(tier, "balanced")
+    if tier not in TIERS:
         warnings.append(f"{path}: levels of detail have no tier {tier!r}; {used!r} used")
     steps, notes = make_levels(mesh, asked if plan is None else plan(mesh, asked), used)
     warnings += [f"{path}: {note}" for note in notes]

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from paradize.bake_lods import DEFAULT_MAX_ERROR, Plan, make_levels
+from paradize.bake_lods import DEFAULT_MAX_ERROR, TIERS, Plan, make_levels
 from paradize.bake_mesh import by_material
 from paradize.bake_quantise import direction_deg_of
 from paradize.bake_sight import sight_plan
@@ -19,7 +19,7 @@ from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.tangent import frame_errors
 from paradize.readers.obj import read_obj
 from paradize.require import Order
-from paradize.stages import atlas, lod
+from paradize.stages import atlas
 from paradize.stages.normals import complete_normals
 from paradize.stages.order import draw_order
 from paradize.stages.quantise import mesh_lattice, quantise_levels
@@ -45,7 +45,13 @@ def mesh_groups(order: Order) -> list[Asked]:
             _asked(name, "atlas", artifact, ("atlas_seam_length",), tuple(atlas.TIERS), given, atlas_tier)
         )
     levels = _asked(
-        name, "levels of detail", artifact, ("surface_rms", "surface_max"), lod.TIERS, given, lod_tier
+        name,
+        "levels of detail",
+        artifact,
+        ("surface_rms", "surface_max"),
+        tuple(dict.fromkeys(TIERS.values())),
+        given,
+        lod_tier,
     )
     found.append(replace(levels, note="The time holds the measuring that decides which level is kept."))
     if bare.uvs is not None or settings["atlas"]:

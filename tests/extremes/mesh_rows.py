@@ -178,10 +178,10 @@ def _own_attributes_lost(mesh: Mesh, made: Mesh) -> float:
     return worst
 
 
-def _halved(tier: str) -> Any:
+def _halved(method: str) -> Any:
     def run(mesh: Mesh) -> Mesh:
         clean = sound(mesh)
-        return simplify(clean, max(1, len(clean.triangles) // 2), tier).mesh
+        return simplify(clean, max(1, len(clean.triangles) // 2), method).mesh
 
     return run
 
@@ -261,8 +261,8 @@ ROWS = [
     ),
     _row("reproject", _taken, _own_attributes_lost, "of 1", 1e-5, refused=GUARDED),
     *[
-        _row("lod", _halved(tier), _level_error, "diagonals", limit, part=tier, refused=GUARDED)
-        for tier, limit in (("fast", 0.25), ("balanced", 0.02))
+        _row("lod", _halved(method), _level_error, "diagonals", limit, part=method, refused=GUARDED)
+        for method, limit in (("meshoptimizer", 0.25), ("own", 0.02))
     ],
     _row(
         "simplifiers",

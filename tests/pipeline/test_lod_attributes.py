@@ -15,15 +15,15 @@ from paradize.data import Group, Mesh
 from paradize.errors import BakeError
 from paradize.metrics.mapped_normal import normal_error
 from paradize.metrics.surface import Judge
-from paradize.stages.lod import TIERS, Level, simplify
+from paradize.stages.lod import METHODS, Level, simplify
 from paradize.stages.reproject import take_attributes
 from paradize.stages.split import split_by
 from tests.pipeline.shapes import cube, grid, sphere
 
 
-@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("share", [2, 8])
-def test_colours_follow_their_vertices_however_many_there_come_to_be(tier: str, share: int) -> None:
+def test_colours_follow_their_vertices_however_many_there_come_to_be(method: str, share: int) -> None:
     """Two balls that touch in a vertex, each face an edge of its own, so that normals are let go."""
     ball = sphere(12)
     places = np.concatenate([ball.positions, ball.positions + np.float32([0, 2, 0])])
@@ -39,7 +39,7 @@ def test_colours_follow_their_vertices_however_many_there_come_to_be(tier: str, 
         colors=np.concatenate([(positions + 1) / 4, np.ones((len(positions), 1))], axis=1).astype(np.float32),
         groups=(Group("balls", "paint", 0, len(triangles)),),
     )
-    level = simplify(mesh, len(triangles) // share, tier).mesh
+    level = simplify(mesh, len(triangles) // share, method).mesh
     assert len(level.triangles) < len(triangles)
     assert level.normals is not None and len(level.normals) == len(level.positions)
     assert level.colors is not None and len(level.colors) == len(level.positions)
@@ -130,13 +130,13 @@ def test_a_turned_mesh_is_off_by_half_a_turn_and_turned_planks_too() -> None:
         assert normal_error(mesh, replace(mesh, normals=-mesh.normals), 5000)["normal_mean_deg"] > 179
 
 
-@pytest.mark.parametrize("tier", ["fast", "balanced"])
-def test_how_large_an_image_is_drawn_does_not_matter(tier: str) -> None:
+@pytest.mark.parametrize("method", METHODS)
+def test_how_large_an_image_is_drawn_does_not_matter(method: str) -> None:
     """The same texture on a quarter of the sides holds the surface as much."""
     ball = sphere(24)
     assert ball.uvs is not None
     small = replace(ball, uvs=ball.uvs * np.float32(0.25))
-    found = [simplify(mesh, 300, tier).mesh for mesh in (ball, small)]
+    found = [simplify(mesh, 300, method).mesh for mesh in (ball, small)]
     assert np.array_equal(found[0].positions, found[1].positions)
     assert np.array_equal(found[0].triangles, found[1].triangles)
 
@@ -165,8 +165,8 @@ def test_what_is_held_with_more_weight_stays_inside_the_bound(monkeypatch: pytes
         far = float(level.positions.max()) > 1.5  # the one that was moved away: no slide at all
         return dict.fromkeys(("uv_shift_p99", "uv_shift_max"), 0.0 if far else 0.5)
 
-    def moved(mesh: Mesh, target: int, tier: str, *, hold: float = 1.0, **more: Any) -> Level:
-        level = simplify(mesh, target, tier, **more)
+    def moved(mesh: Mesh, target: int, *, hold: float = 1.0, **more: Any) -> Level:
+        level = simplify(mesh, target, **more)
         if hold == 1.0:
             return level
         tried.append(hold)

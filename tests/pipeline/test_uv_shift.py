@@ -9,7 +9,7 @@ import pytest
 
 from paradize.data import Mesh
 from paradize.metrics.mapped_normal import uv_shift
-from paradize.stages.lod import TIERS, simplify
+from paradize.stages.lod import METHODS, simplify
 from tests.pipeline.shapes import grid, sphere
 
 
@@ -50,11 +50,11 @@ def test_a_wrong_colour_of_a_palette_is_told() -> None:
     assert uv_shift(replace(ground, uvs=two), replace(ground, uvs=two))["uv_shift_max"] < 1e-6
 
 
-@pytest.mark.parametrize("tier", TIERS)
-def test_a_texture_that_is_held_slides_less_in_every_tier(tier: str) -> None:
+@pytest.mark.parametrize("method", METHODS)
+def test_a_texture_that_is_held_slides_less_by_every_method(method: str) -> None:
     ball = sphere(32)
     loose, held = (
-        uv_shift(ball, simplify(ball, len(ball.triangles) // 8, tier, hold=hold).mesh)["uv_shift_p99"]
+        uv_shift(ball, simplify(ball, len(ball.triangles) // 8, method, hold=hold).mesh)["uv_shift_p99"]
         for hold in (1.0, 16.0)
     )
     assert held < 0.8 * loose

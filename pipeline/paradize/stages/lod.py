@@ -1,9 +1,8 @@
-"""A mesh with fewer triangles: tiers `fast` (meshoptimizer, with attributes), `balanced` and `exact` (our own
-quadric edge collapse, `kernels/simplify_collapse.hpp`).
+"""A mesh with fewer triangles, by one of two methods: `own` (quadric edge collapse,
+`kernels/simplify_collapse.hpp`) and `meshoptimizer` (with attributes).
 
-Which tier takes which was measured: meshoptimizer is the quickest and mostly leaves the largest errors, ours
-is mostly nearer than it and than fast-simplification at equal triangles. `exact` is what `bake_lods.py` makes
-of several ways to weigh attributes: it measures them and keeps the nearest.
+Both take about as long. Ours is mostly nearer to the source at equal triangles, on low models with hard edges
+it may be either: `bake_lods.py` takes ours, and tier `exact` (`bake_refine.py`) measures the other too.
 
 The mesh is centred on the origin with a diagonal of 1. Surfaces stay closed at texture seams and borders
 between materials: vertices are joined only where position, texture coordinate and material agree, and what
@@ -34,7 +33,7 @@ from paradize.stages.split import ATTRIBUTES
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-TIERS = ("fast", "balanced", "exact")
+METHODS = ("own", "meshoptimizer")
 RATIO = 0.5  # triangles of a level, of those of the level before
 LEAST_TRIANGLES = 4
 # Weights of a changed unit normal and of a texture that slides by its own size on the surface, both of the
@@ -71,7 +70,7 @@ class Level:
 def simplify(
     mesh: Mesh,
     target: int,
-    tier: str = "balanced",
+    method: str = "own",
     *,
     original: Mesh | None = None,
     variant: float = 1.0,
@@ -79,20 +78,20 @@ def simplify(
 ) -> Level:
     """A mesh of about `target` triangles (1 or more), from a validated mesh with normals; `original` is the
     surface that attributes come from (default: the mesh itself). variant: what the weights of attributes
-    beside positions are multiplied with, more than 0; `fast` knows none. hold: the same for texture
+    beside positions are multiplied with, more than 0; meshoptimizer's are not. hold: the same for texture
     coordinates alone.
 
-    Tangents are left out: they are made anew for each level. Raises BakeError for an unknown tier or where
-    the library returns something that is not a mesh.
+    Tangents are left out: they are made anew for each level. Raises BakeError for an unknown method or
+    where the library returns something that is not a mesh.
     """
-    if tier not in TIERS:
-        raise BakeError(f"unknown tier {tier!r} for levels of detail", mend=f"use one of {', '.join(TIERS)}")
+    if method not in METHODS:
+        raise BakeError(f"no method {method!r} for levels of detail", mend=f"use one of {', '.join(METHODS)}")
     mesh = replace(mesh, tangents=None)
     original = mesh if original is None else replace(original, tangents=None)
 
     def attempt(released: tuple[str, ...]) -> Level:
-        if tier == "fast":
-            return _simplify_fast(mesh, target, original, released, hold)
+        if method == "meshoptimizer":
+            return _simplify_meshoptimizer(mesh, target, original, released, hold)
         return _simplify_own(mesh, target, original, released, variant, hold)
 
     best = attempt(())
@@ -160,10 +159,12 @@ def _joined(mesh: Mesh, released: tuple[str, ...]) -> tuple[Mesh, npt.NDArray[np
     return joined, np.repeat(triangle_groups(mesh), 3)[first]
 
 
-# --- fast ---
+# --- meshoptimizer ---
 
 
-def _simplify_fast(mesh: Mesh, target: int, original: Mesh, released: tuple[str, ...], hold: float) -> Level:
+def _simplify_meshoptimizer(
+    mesh: Mesh, target: int, original: Mesh, released: tuple[str, ...], hold: float
+) -> Level:
     joined, vertex_group = _joined(mesh, released)
     points, _ = _normalised(joined.positions, 1.0)
     attributes, weights = _attributes(joined, points, released, hold)
@@ -251,7 +252,7 @@ def _image_scale(mesh: Mesh, points: npt.NDArray[np.float64], uvs: npt.NDArray[n
     return min(scale, _LARGEST_IMAGE / extent) if extent > 0 else 0.0
 
 
-# --- balanced, exact ---
+# --- own ---
 
 
 def _simplify_own(

@@ -1,0 +1,122 @@
+"""Tier `exact` of levels of detail: each level of `balanced`, brought nearer to the source with no more
+triangles. What is tried is measured, and taken only where no error of the level becomes worse: so the tier is
+never behind `balanced`, by any metric that a budget may name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from paradize.data import Mesh
+from paradize.errors import SourceError
+from paradize.metrics.mapped_normal import normal_error, uv_shift
+from paradize.metrics.surface import Judge
+from paradize.stages.lod import VARIANTS, simplify
+from paradize.stages.refine import fit_normals, fit_positions
+from paradize.stages.validate import validate_mesh
+
+# By how much a candidate's error may be above balanced's, as a share: what samples of a surface leave open.
+_SLACK = {
+    "error_max": 0.0,
+    "error_rms": 0.0,
+    "uv_shift_p99": 0.01,
+    "uv_shift_max": 0.01,
+    "normal_p99_deg": 0.01,
+    "normal_mean_deg": 0.01,
+}
+_SHARES = (1.0, 0.5, 0.25)  # of the way to the fitted positions or normals
+
+
+@dataclass
+class Refined:
+    """A level as it becomes better. base: errors that it must not exceed, by the names of _SLACK."""
+
+    judge: Judge
+    base: Mapping[str, float]
+    mesh: Mesh
+    samples: int
+    errors: dict[str, float] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.errors = dict(self.base)
+
+    def take(self, mesh: Mesh, fitted: Callable[[], Iterator[Mesh]] | None = None) -> bool:
+        """Takes the mesh where it is better: no error beyond the base, and the errors' ratios to the base
+        lower on the mean. What is quick to measure is measured first. fitted: the same mesh with other
+        normals, which are tried first."""
+        judge, samples = self.judge, self.samples
+        found = judge.distance(mesh, samples)
+        if not self._inside(found):
+            return False
+        found |= uv_shift(judge, mesh, samples)
+        if not self._inside(found):
+            return False
+        for one in (*(fitted() if fitted else ()), mesh):
+            errors = found | normal_error(judge, one, samples, apart=found["error_max"])
+            if self._inside(errors) and self._score(errors) < self._score(self.errors):
+                self.mesh, self.errors = one, errors
+                return True
+        return False
+
+    def _inside(self, errors: Mapping[str, float]) -> bool:
+        return all(errors[key] <= (1.0 + _SLACK[key]) * self.base[key] for key in _SLACK if key in errors)
+
+    def _score(self, errors: Mapping[str, float]) -> float:
+        return sum(errors[key] / self.base[key] for key in _SLACK if self.base[key] > 0.0)
+
+
+def refine_level(
+    judge: Judge, before: Mesh, level: Mesh, errors: Mapping[str, float], seams_kept: bool, samples: int
+) -> tuple[Mesh, dict[str, float]]:
+    """A level of balanced and its errors -> one of as many triangles or fewer with errors that are no worse.
+    before: the level before it. seams_kept: whether its triangles end at texture seams."""
+    best = Refined(judge, errors, level, samples)
+    for start, method, variant in _ways(judge.mesh, before):
+        other = simplify(start, len(level.triangles), method, original=judge.mesh, variant=variant)
+        try:
+            mesh, _ = validate_mesh(other.mesh)
+        except SourceError:  # nothing would be left
+            continue
+        if len(mesh.triangles) <= len(level.triangles) and other.seams_kept >= seams_kept:
+            best.take(mesh)
+    _fit(best)
+    return best.mesh, best.errors
+
+
+def _ways(source: Mesh, before: Mesh) -> Iterator[tuple[Mesh, str, float]]:
+    """What else makes such a level: a start, a method and how attributes are weighed."""
+    yield before, "meshoptimizer", VARIANTS[0]
+    for variant in VARIANTS[before is source :]:
+        yield source, "own", variant
+
+
+def _fit(best: Refined) -> None:
+    """Moves the vertices towards the source as far as no error grows, and turns their normals."""
+    level, source = best.mesh, best.judge.mesh
+    reach_m = best.errors["error_max"] * best.judge.diagonal_m
+    points = level.positions.astype(np.float64)
+    way = fit_positions(source, level, reach_m) - points
+    for share in (*_SHARES, 0.0):
+        moved = replace(level, positions=(points + share * way).astype(np.float32)) if share else level
+        try:
+            mesh, _ = validate_mesh(moved)
+        except SourceError:  # triangles without area
+            continue
+        if len(mesh.triangles) == len(level.triangles) and best.take(mesh, partial(_turned, source, mesh)):
+            return
+
+
+def _turned(source: Mesh, level: Mesh) -> Iterator[Mesh]:
+    """The level with normals fitted to the source's, and partly so."""
+    if source.normals is None or level.normals is None:
+        return
+    way = fit_normals(source, level) - level.normals
+    for share in _SHARES:
+        mixed = level.normals + np.float32(share) * way
+        length = np.sqrt(mixed[:, 0] * mixed[:, 0] + mixed[:, 1] * mixed[:, 1] + mixed[:, 2] * mixed[:, 2])
+        normals = np.where((length > 0.1)[:, None], mixed / np.maximum(length, 0.1)[:, None], level.normals)
+        yield replace(level, normals=np.ascontiguousarray(normals, np.float32))

@@ -1,0 +1,190 @@
+"""A level of detail whose vertices, or normals, are fitted to the original surface; its triangles stay.
+
+Where samples of both surfaces should lie is what the nearest places say; the vertices take what is nearest to
+that in the sense of least squares over area. A simplifier places each vertex once, for the collapse in hand;
+here all of them move together.
+
+Source: H. Hoppe, T. DeRose, T. Duchamp, J. McDonald and W. Stuetzle, "Mesh optimization", 1993 (the fit for
+given triangles, sections 4.1 and 4.2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from paradize.data import Mesh
+from paradize.kernels.mesh import number_rows, project, topology
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    F64 = npt.NDArray[np.float64]
+    U32 = npt.NDArray[np.uint32]
+
+# Samples: a level's triangles are cut into so many each, up to this share of the samples' number.
+_SAMPLES = 20_000
+_FIT, _CHECK = 0.5, 0.02  # how far they are drawn inward: spread for a mean; near the corners for a maximum
+_MOST_CUTS = 8
+_SWEEPS = 12  # of damped Jacobi; a mass matrix of triangles needs few
+_DAMPING = 0.7
+# What a move is held back with, of a vertex's own weight: places that no sample sees stay.
+_HELD = 1e-3
+# Moves of less than this share of the diagonal are none: the vertex keeps its bits.
+_STILL = 1e-6
+_FARTHEST = 0.9  # of the reach
+_ROUNDS = 2
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """Places on a level: corners (n, 3) as vertices of it, weights (n, 3) barycentric, area (n,). original,
+    there: the place on the original, its corners' vertices (n, 3) and weights (n, 3)."""
+
+    corners: U32
+    weights: F64
+    area: F64
+    original: U32
+    there: F64
+
+
+def fit_positions(original: Mesh, level: Mesh, reach_m: float) -> F64:
+    """Where the level's vertices (n, 3) lie nearest to the original surface, float64, metres.
+
+    reach_m: the largest distance of the two surfaces. Samples farther apart met another part of the surface,
+    and pull at nothing; vertices whose moves would bring one nearly as far off stay where they are.
+    """
+    samples, off = _apart(original, level, _FIT)
+    points = level.positions.astype(np.float64)
+    met = _squares(off) <= reach_m * reach_m
+    place, first = number_rows(level.positions)  # vertices of one place stay together
+    pulling = replace(samples, corners=place[samples.corners], area=np.where(met, samples.area, 0.0))
+    moves = _least_squares(pulling, off, len(first))
+    size = points.max(axis=0) - points.min(axis=0)
+    moves[(np.abs(moves) < _STILL * float(size.max())).all(axis=1)] = 0.0
+    before = _squares(_apart(original, level, _CHECK)[1])
+    met = before <= reach_m * reach_m
+    limit = np.maximum(before, (_FARTHEST * reach_m) ** 2)
+    for _ in range(_ROUNDS):
+        trial = replace(level, positions=(points + moves[place]).astype(np.float32))
+        samples, off = _apart(original, trial, _CHECK)
+        worse = place[samples.corners[met & (_squares(off) > limit)]]
+        if not moves[worse].any():
+            break
+        moves[worse] = 0.0
+    return points + moves[place]
+
+
+def fit_normals(original: Mesh, level: Mesh) -> npt.NDArray[np.float32]:
+    """The level's normals (n, 3), unit, whose mixtures are nearest to the original's; both have normals."""
+    assert original.normals is not None and level.normals is not None
+    samples = _samples(original, level, _FIT)
+    wanted = _unit(_mixed(original.normals.astype(np.float64), samples.original, samples.there))
+    normals = level.normals.astype(np.float64)
+    apart = wanted - _mixed(normals, samples.corners, samples.weights)
+    return _unit(normals + _least_squares(samples, apart, len(normals))).astype(np.float32)
+
+
+def _apart(original: Mesh, level: Mesh, inward: float) -> tuple[_Samples, F64]:
+    """Samples, and the way (n, 3) from each on the level to its place on the original."""
+    samples = _samples(original, level, inward)
+    wanted = _mixed(original.positions.astype(np.float64), samples.original, samples.there)
+    return samples, wanted - _mixed(level.positions.astype(np.float64), samples.corners, samples.weights)
+
+
+def _samples(original: Mesh, level: Mesh, inward: float) -> _Samples:
+    """Samples of both surfaces, in proportion to area, each with its place on the other."""
+    centre = (original.positions.min(axis=0) + original.positions.max(axis=0)) / 2
+    meshes = [
+        replace(mesh, positions=(mesh.positions - centre).astype(np.float32)) for mesh in (level, original)
+    ]
+    there = _one_way(meshes[0], meshes[1], inward)
+    back = _one_way(meshes[1], meshes[0], inward)
+    return _Samples(
+        corners=np.concatenate([there[0], back[3]]),
+        weights=np.concatenate([there[1], back[4]]),
+        area=np.concatenate([there[2], back[2]]),
+        original=np.concatenate([there[3], back[0]]),
+        there=np.concatenate([there[4], back[1]]),
+    )
+
+
+def _one_way(level: Mesh, original: Mesh, inward: float) -> tuple[U32, F64, F64, U32, F64]:
+    """Samples of one surface (corners, weights, area) and their places on the other (corners, weights)."""
+    cuts = int(np.clip(np.sqrt(_SAMPLES / (3 * max(1, len(level.triangles)))), 1, _MOST_CUTS))
+    lattice = _lattice(cuts, inward)  # (k, 3 corners, 3 weights)
+    count = len(level.triangles)
+    weights = np.tile(lattice.reshape(-1, 3), (count, 1))
+    corners = np.repeat(level.triangles, 3 * len(lattice), axis=0)
+    points = level.positions.astype(np.float64)
+    at = _mixed(points, corners, weights)
+    charts = topology(original.triangles, len(original.positions)).component
+    small = np.arange(len(at), dtype=np.uint32).reshape(-1, 3)
+    place, there = project(original.positions, original.triangles, charts, at.astype(np.float32), small)
+    area = np.repeat(_areas(points, level.triangles), 3 * len(lattice)) / (3 * len(lattice))
+    return corners, weights, area, original.triangles[place], there
+
+
+def _lattice(cuts: int, inward: float) -> F64:
+    """A triangle cut into cuts^2 equal ones, (cuts^2, 3, 3): the weights of each one's corners, drawn
+    towards its middle by a share."""
+    found = []
+    for i in range(cuts):
+        for j in range(cuts - i):
+            found.append([(i, j), (i + 1, j), (i, j + 1)])
+            if i + j + 1 < cuts:
+                found.append([(i + 1, j + 1), (i, j + 1), (i + 1, j)])
+    steps = np.array(found, np.float64) / cuts
+    steps = (1 - inward) * steps + inward * steps.mean(axis=1, keepdims=True)
+    return np.stack([1 - steps[..., 0] - steps[..., 1], steps[..., 0], steps[..., 1]], axis=-1)
+
+
+def _mixed(values: F64, corners: U32, weights: F64) -> F64:
+    found: F64 = values[corners[:, 0]] * weights[:, :1]
+    found += values[corners[:, 1]] * weights[:, 1:2]
+    found += values[corners[:, 2]] * weights[:, 2:]
+    return found
+
+
+def _areas(points: F64, triangles: U32) -> F64:
+    a = points[triangles[:, 1]] - points[triangles[:, 0]]
+    b = points[triangles[:, 2]] - points[triangles[:, 0]]
+    n = np.stack([a[:, k - 2] * b[:, k - 1] - a[:, k - 1] * b[:, k - 2] for k in range(3)], axis=1)
+    return np.asarray(0.5 * np.sqrt(_squares(n)))
+
+
+def _least_squares(samples: _Samples, apart: F64, count: int) -> F64:
+    """The values (count, k) at vertices whose mixtures come nearest to `apart` (n, k), over area."""
+    pulls = samples.weights * samples.area[:, None]  # (n, 3)
+
+    def gather(values: F64) -> F64:
+        found = np.zeros((count, values.shape[1]))
+        for k in range(3):
+            for column in range(values.shape[1]):
+                found[:, column] += np.bincount(
+                    samples.corners[:, k], pulls[:, k] * values[:, column], minlength=count
+                )
+        return found
+
+    wanted = gather(apart)
+    own = np.zeros(count)
+    for k in range(3):
+        own += np.bincount(samples.corners[:, k], pulls[:, k] * samples.weights[:, k], minlength=count)
+    held = _HELD * own
+    scale = np.where(own > 0, _DAMPING / np.maximum(own + held, 1e-300), 0.0)[:, None]
+    found = np.zeros_like(wanted)
+    for _ in range(_SWEEPS):
+        rest = wanted - gather(_mixed(found, samples.corners, samples.weights)) - held[:, None] * found
+        found += scale * rest
+    return found
+
+
+def _squares(vectors: F64) -> F64:
+    x, y, z = vectors[:, 0], vectors[:, 1], vectors[:, 2]
+    return np.asarray(x * x + y * y + z * z)
+
+
+def _unit(vectors: F64) -> F64:
+    return np.asarray(vectors / np.maximum(np.sqrt(_squares(vectors)), 1e-30)[:, None])
