@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from paradize.bake_product import MapProduct
-from paradize.data import Texture, six
 from paradize.errors import SourceError
 from paradize.formats.ktx2 import encode_ktx2
 from paradize.kernels.maps import linear_light
-from paradize.metrics.texels import decode_texels
+from paradize.metrics.source import sky_error
 from paradize.readers.image import read_image
 from paradize.stages import cubemap
 
 F32 = npt.NDArray[np.float32]
+Values = npt.NDArray[Any]
 
 
 def bake_cubemap(paths: Sequence[Path], *, zstd: int | None = None) -> MapProduct:
@@ -27,9 +28,9 @@ def bake_cubemap(paths: Sequence[Path], *, zstd: int | None = None) -> MapProduc
     zstd: level of supercompression.
     Raises SourceError.
     """
-    stack, warnings = read_faces(paths)
+    stack, pictures, warnings = read_faces(paths)
     texture = cubemap.encode_cube(cubemap.cube_mips(stack))
-    error = sky_error(texture, stack)
+    error = sky_error(texture, pictures)
     size = stack.shape[1]
     data = encode_ktx2(texture, zstd_level=zstd)
     return MapProduct(
@@ -38,11 +39,13 @@ def bake_cubemap(paths: Sequence[Path], *, zstd: int | None = None) -> MapProduc
     )  # fmt: skip
 
 
-def read_faces(paths: Sequence[Path]) -> tuple[F32, list[str]]:
-    """Linear light (6, n, n, 3) of six pictures, and warnings. Raises as bake_cubemap."""
+def read_faces(paths: Sequence[Path]) -> tuple[F32, list[tuple[Values, bool]], list[str]]:
+    """Linear light (6, n, n, 3) of six pictures, what their files hold, with whether that is sRGB, and
+    warnings. Raises as bake_cubemap."""
     if len(paths) != 6:
         raise SourceError(f"a cube map has six faces, not {len(paths)}")
     faces: list[F32] = []
+    pictures: list[tuple[Values, bool]] = []
     warnings: list[str] = []
     for path in paths:
         image = read_image(path)
@@ -51,20 +54,11 @@ def read_faces(paths: Sequence[Path]) -> tuple[F32, list[str]]:
         if rows != columns or rows & (rows - 1) or rows != size:
             what = f"{columns} x {rows} texels; faces are square, powers of two, and of one size ({size})"
             raise SourceError(what, file=path)
-        pixels = linear_light(image.values, encoded=image.color_space == "srgb")
+        pictures.append((image.values, image.color_space == "srgb"))
+        pixels = linear_light(image.values, encoded=pictures[-1][1])
         if image.source_bits == 8:
             warnings.append(f"{path}: 8 bits per channel; a sky shows bands")
         if float(pixels.max()) > cubemap.HALF_MAX:
             warnings.append(f"{path}: brighter than {cubemap.HALF_MAX:g}, which half floats end at")
         faces.append(np.repeat(pixels[:, :, :1], 3, axis=2) if channels < 3 else pixels[:, :, :3])
-    return np.stack(faces), warnings
-
-
-def sky_error(texture: Texture, stack: F32) -> float:
-    """The largest error of any channel of level 0, relative to the texel's brightest."""
-    worst = 0.0
-    for face in range(6):
-        truth = stack[face].astype(np.float64)
-        gap = np.abs(decode_texels(texture, 0, face)[:, :, :3] - truth).max(axis=2)
-        worst = max(worst, float((gap / np.maximum(np.abs(truth).max(axis=2), 1e-4)).max()))
-    return six(worst)
+    return np.stack(faces), pictures, warnings

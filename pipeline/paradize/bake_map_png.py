@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bake_map_rows import MapRows, encoding_errors, filter_errors
+from paradize.bake_map_rows import MapRows, encoding_errors, filter_errors, open_angles
 from paradize.bake_product import MapProduct, flat_errors
 from paradize.data import Texture
 from paradize.formats.png import encode_png
@@ -34,7 +34,8 @@ def png_maps(rows: MapRows, *, tier: str, warnings: Sequence[str], measure: bool
         level = None if shown is None else _measured(name, rows, shown)
         errors = {} if level is None else flat_errors(name, level)
         if shown is not None and name == "normal":
-            errors |= filter_errors(rows.ground) | encoding_errors(shown, rows.ground)
+            errors |= filter_errors(rows.ground) | open_angles(rows.ground)
+            errors |= encoding_errors(shown, rows.ground)
         del shown
         metric = next(iter(errors), None)
         made[name] = MapProduct(
@@ -114,6 +115,6 @@ def _measured(name: str, rows: MapRows, shown: Texture | F32) -> dict[str, float
     """What was measured of the picture, under the names of a texture's level 0."""
     if isinstance(shown, Texture):
         if name == "gloss":
-            return gloss_levels(shown, rows.whole(name), rows.ground)[0]
-        return value_levels(shown, rows.whole(name))[0]
+            return gloss_levels(shown, rows.truth(name), rows.ground)[0]
+        return value_levels(shown, rows.truth(name))[0]
     return vector_error(shown, rows.ground, less_mean=name == "dudv")

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.metrics.levels import encoding_error, filter_error
+from paradize.metrics.levels import encoding_error, filter_error, open_error
+from paradize.metrics.source import true_gloss
 from paradize.stages import gutter
 from paradize.stages.gloss import GlossSettings, gloss_map
 from paradize.stages.height import luminance_plane
 from paradize.stages.mips import gloss_bundle
 from paradize.stages.normal import prepare
-from paradize.stages.sweep import bands_of, run
 
 if TYPE_CHECKING:
     from paradize.data import Ground, Image, Texture
@@ -45,6 +45,11 @@ def filter_errors(ground: Ground) -> dict[str, float]:
     return _parts("normal_filter", filter_error(ground))
 
 
+def open_angles(ground: Ground) -> dict[str, float]:
+    """Degrees that the half steps of the source leave open: no error is told within them."""
+    return _parts("normal_open", open_error(ground))
+
+
 def encoding_errors(shown: Texture | F32, ground: Ground) -> dict[str, float]:
     """What storing a normal map costs at level 0, a texture or decoded x and y (h, w, 2)."""
     return _parts("normal_encoding", encoding_error(shown, ground))
@@ -62,7 +67,8 @@ class MapRows:
     """Rows of every map of a picture, level 0.
 
     names: the maps that will be asked for. unit (low, span): a height map's zero and one among the heights.
-    picture: where brightness comes from; the heights where it is None. Where there is a UV layout, gutters
+    picture: where brightness comes from, and truth what metrics take for
+    it; the heights where it is None. Where there is a UV layout, gutters
     are filled: beside the heights the normals along the islands' borders are held, nothing else.
     """
 
@@ -74,9 +80,11 @@ class MapRows:
         picture: Image | None,
         gloss: GlossSettings,
         layout: Layout | None,
+        truth: F32 | None = None,
     ) -> None:
         self.ground, self.names = ground, names
         self._unit, self._picture, self._gloss, self._layout = unit, picture, gloss, layout
+        self._truth = truth
         self._normals = prepare(ground)
         self._border: gutter.Border | None = None
         if layout is not None and layout.filled and names != ("height",):
@@ -93,16 +101,23 @@ class MapRows:
             mask = self._part(self._layout.mask, first, last)
         return gloss_map(self._brightness(first, last), self._gloss, mask)
 
-    def whole(self, name: str) -> F32:
-        """All rows, made in bands: what lies in between stays small."""
-        height, width = self.ground.heights.shape
-        out = np.empty((height, width, {"normal": 3, "height": 1, "gloss": 2}[name]), np.float32)
-
-        def work(band: tuple[int, int]) -> None:
-            out[band[0] : band[1]] = self.rows(name, *band)
-
-        run(work, bands_of(height, width))
-        return out
+    def truth(self, name: str) -> F32:
+        """What all rows of "height" or "gloss" are held to, of the picture itself (metrics/source.py)."""
+        ground, (low, span) = self.ground, self._unit
+        heights = ground.heights if ground.truth is None else ground.truth
+        if (low, span) != (0.0, 1.0):
+            heights = ((heights.astype(np.float64) - low) / span).astype(np.float32)
+        rows = len(heights)
+        if name == "height":
+            return self._part(heights, 0, rows)[:, :, None]
+        shown: npt.NDArray[Any] = heights
+        if self._picture is not None and self._truth is not None:
+            shown = self._truth
+        look = self._gloss
+        gloss = true_gloss(self._part(shown, 0, rows), look.levels, look.specular, look.smoothness)
+        if self._layout is not None and self._layout.mask is not None:
+            gloss[:, :, 0] *= self._part(self._layout.mask, 0, rows)
+        return gloss
 
     def bundle(self, names: Collection[str], first: int, last: int) -> Bundle:
         """What belongs to the rows of some maps (see stages.sweep)."""

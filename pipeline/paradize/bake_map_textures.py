@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bake_map_rows import MapRows, encoding_errors, filter_errors
+from paradize.bake_map_rows import MapRows, encoding_errors, filter_errors, open_angles
 from paradize.bake_product import LevelErrors, MapProduct, beyond, flat_errors
 from paradize.data import Texture
 from paradize.formats.ktx2 import encode_ktx2
@@ -50,16 +50,16 @@ def ktx2_maps(
         errors: dict[str, float] = {}
         reason = None
         if measure:
-            filtered = filter_errors(rows.ground) if name == "normal" else {}
-            limits = within_reach(budget, filtered)
-            levels, errors = _measured(name, rows, texture, filtered)
+            fixed = filter_errors(rows.ground) | open_angles(rows.ground) if name == "normal" else {}
+            limits = within_reach(budget, fixed)
+            levels, errors = _measured(name, rows, texture, fixed)
             for fmt in formats[name][1:]:
                 over = beyond(errors, limits)
                 if not over:
                     break
                 reason = f"{texture.format} exceeds the budget: {', '.join(over)}"
                 texture = map_textures(rows, {name: fmt}, tier)[0][name]
-                levels, errors = _measured(name, rows, texture, filtered)
+                levels, errors = _measured(name, rows, texture, fixed)
         metric = next(iter(errors), None)
         done[name] = MapProduct(
             encode_ktx2(texture, zstd_level=zstd),
@@ -79,24 +79,24 @@ def ktx2_maps(
     return {name: done[name] for name in rows.names}
 
 
-def within_reach(budget: Mapping[str, float], filtered: Mapping[str, float]) -> dict[str, float]:
-    """The limits that a more exact format may keep: not those of the slope filter, nor those that its part of
-    the error (`filtered`, bake_map_rows.filter_errors) exceeds by itself."""
+def within_reach(budget: Mapping[str, float], fixed: Mapping[str, float]) -> dict[str, float]:
+    """The limits that a more exact format may keep: not those of what no format changes (`fixed`, by metric),
+    nor those that the slope filter's part of the error exceeds by itself."""
     part = {"normal_mean_deg": "normal_filter_deg"}
     part |= {f"normal_{name}_deg": f"normal_filter_{name}_deg" for name in ("p99", "max")}
     return {
         metric: limit
         for metric, limit in budget.items()
-        if metric not in filtered and filtered.get(part.get(metric, ""), 0.0) <= limit
+        if metric not in fixed and fixed.get(part.get(metric, ""), 0.0) <= limit
     }
 
 
 def _measured(
-    name: str, rows: MapRows, texture: Texture, filtered: Mapping[str, float]
+    name: str, rows: MapRows, texture: Texture, fixed: Mapping[str, float]
 ) -> tuple[LevelErrors, dict[str, float]]:
     """What was measured of every level, and of level 0 under the names of budgets."""
     levels = map_errors(name, rows, texture)
-    more = {**filtered, **encoding_errors(texture, rows.ground)} if name == "normal" else {}
+    more = {**fixed, **encoding_errors(texture, rows.ground)} if name == "normal" else {}
     return levels, flat_errors(name, levels[0]) | more
 
 
@@ -143,8 +143,8 @@ def dudv_texture(rows: MapRows, mean: Mean) -> Texture:
 def map_errors(name: str, rows: MapRows, texture: Texture) -> LevelErrors:
     """What was measured of every level."""
     if name == "height":
-        return value_levels(texture, rows.whole("height"))
+        return value_levels(texture, rows.truth("height"))
     if name == "gloss":
-        return gloss_levels(texture, rows.whole("gloss"), rows.ground)
+        return gloss_levels(texture, rows.truth("gloss"), rows.ground)
     measured = dudv_levels if name == "dudv" else normal_levels
     return measured(texture, rows.ground)

@@ -6,8 +6,9 @@ normals are green up, du/dv is signed and without mean, gloss holds specular int
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from paradize.bake_product import MapProduct, one_of, wraps_of
 from paradize.data import Ground, Image
 from paradize.errors import BakeError
 from paradize.kernels.maps import Levels
+from paradize.metrics.source import true_heights
 from paradize.readers.heightmap import Nodata, guessed_source, with_heights
 from paradize.readers.image import read_image, require_finite
 from paradize.readers.obj import read_obj
@@ -100,6 +102,7 @@ def bake_maps(
         size_m=size_m,
         levels=levels,
         gloss=gloss,
+        measure=measure,
     )
     if fmt == "png":
         maps = png_maps(made, tier=tier, warnings=picture.warnings, measure=measure)
@@ -143,6 +146,7 @@ def map_rows(
     size_m: Sequence[float] | None,
     levels: Levels | None,
     gloss: GlossSettings | None,
+    measure: bool,
 ) -> tuple[MapRows, Picture]:
     """The rows of every map, level 0, that bake_maps makes textures of; arguments as there."""
     wraps = wraps_of(wrap)
@@ -169,12 +173,17 @@ def map_rows(
         image = replace(image, values=spread(image.values, wraps))
     heights = _heights(image, source, levels)
     islands = None if layout is None else layout.islands
-    codes, as_they_were, held = _code_heights(image, source, levels), None, False
+    truth = true_heights(image, source, levels) if measure else None
+    codes, held = _code_heights(image, partial(_heights, source=source, levels=levels)), False
+    true_codes = (
+        _code_heights(image, partial(true_heights, source=source, levels=levels)) if measure else None
+    )
+    shaped = source == "color" and levels is not None
+    true_light = true_heights(image, source, Levels()) if measure and shaped else None
     if filter_name == "auto":  # by the steps as they were: what is left of them looks like waves
         held = tier == "exact" and codes is not None
         filter_name = choose_filter(heights, image.source_bits, wraps, tier, islands)
     if destep:
-        as_they_were = heights
         image, told = _without_steps(image, path, wraps)
         if source == "height":
             warnings = [text for text in warnings if text not in _warnings(path, image)]
@@ -190,10 +199,12 @@ def map_rows(
         slopes = (across, across if size_m is None else rise * rows * (size_m[0] / size_m[1]))
     else:
         slopes = slope_scale if isinstance(slope_scale, tuple) else (slope_scale, slope_scale)
-    ground = Ground(heights, slopes, wraps, filter_name, green == "down", islands, codes, held, as_they_were)
-    picture = image if source == "color" and levels is not None else None
+    ground = Ground(
+        heights, slopes, wraps, filter_name, green == "down", islands, codes, held, truth, true_codes
+    )
+    picture = image if shaped else None
     del image  # the codes of a height map are not needed any more
-    made = MapRows(ground, tuple(only), unit, picture, gloss or GlossSettings(), layout)
+    made = MapRows(ground, tuple(only), unit, picture, gloss or GlossSettings(), layout, true_light)
     return made, Picture(source, guess, warnings)
 
 
@@ -260,14 +271,14 @@ def _heights(image: Image, source: str, levels: Levels | None) -> F32:
     return heights
 
 
-def _code_heights(image: Image, source: str, levels: Levels | None) -> F32 | None:
-    """The heights that the picture's codes stand for, as greys, (n,) rising; None where it holds floats."""
+def _code_heights(image: Image, heights: Callable[[Image], F32]) -> F32 | None:
+    """What `heights` makes of all codes of the picture, as greys, (n,) rising; None where it holds floats."""
     if image.values.dtype == np.float32:
         return None
     kind = image.values.dtype
     codes = np.arange(256 if kind == np.uint8 else 65536).astype(kind)
     grey: Any = np.repeat(codes[None, :, None], image.values.shape[2], axis=2)
-    return np.unique(_heights(replace(image, values=grey), source, levels))
+    return np.unique(heights(replace(image, values=grey)))
 
 
 def _unit(heights: F32, path: Path) -> tuple[tuple[float, float], list[str]]:

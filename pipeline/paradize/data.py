@@ -137,8 +137,9 @@ class Ground:
     edge goes on as it came. filter_name: one of stages.filters.FILTER_NAMES. islands: (h, w) int32, an id per
     UV island and below zero outside; no slope crosses a border. codes: (n,) float32, rising: the heights that
     the codes of the source stand for, so that a height is known to half of the gap beside it; None where the
-    source holds floats. held: whether slopes are held to what those half steps allow. source: (h, w) float32,
-    the heights as the source has them where `heights` were smoothed.
+    source holds floats. held: whether slopes are held to what those half steps allow. truth: (h, w) float32,
+    the heights of the source that metrics hold the map to (metrics/source.py), and true_codes the same of its
+    codes; None: `heights` and `codes`.
     """
 
     heights: F32
@@ -149,7 +150,8 @@ class Ground:
     islands: I32 | None = None
     codes: F32 | None = None
     held: bool = False
-    source: F32 | None = None
+    truth: F32 | None = None
+    true_codes: F32 | None = None
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.bake_color import color_texture, color_values
-from paradize.bake_cubemap import read_faces, sky_error
+from paradize.bake_cubemap import read_faces
 from paradize.bake_makers import layout_of
 from paradize.bake_map_rows import MapRows, filter_errors
 from paradize.bake_map_textures import dudv_texture, map_errors, map_textures
@@ -17,6 +17,7 @@ from paradize.bake_product import flat_errors, wraps_of
 from paradize.data import Ground, Texture
 from paradize.formats.ktx2 import encode_ktx2
 from paradize.metrics.levels import color_levels
+from paradize.metrics.source import sky_error
 from paradize.readers.image import read_image
 from paradize.require import Order
 from paradize.stages import cubemap
@@ -135,6 +136,7 @@ def _rows(sources: dict[str, Path], settings: Settings, names: tuple[str, ...], 
         size_m=settings.get("size_m"),
         levels=relief_levels(relief),
         gloss=None,
+        measure=True,
     )
     return rows
 
@@ -195,6 +197,8 @@ def _drop(rows: object) -> None:
 
 def sky_tier(paths: list[Path], runs: int | None) -> Found:
     """The sky's mips and half floats; the largest error of level 0."""
-    stack, _ = read_faces(paths)
+    stack, pictures, _ = read_faces(paths)
     seconds, texture = timed(lambda: cubemap.encode_cube(cubemap.cube_mips(stack)), runs)
-    return Found(seconds, [{"sky_max_relative": sky_error(texture, stack)}], _size(texture), texture.format)
+    return Found(
+        seconds, [{"sky_max_relative": sky_error(texture, pictures)}], _size(texture), texture.format
+    )

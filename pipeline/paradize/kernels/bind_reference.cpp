@@ -9,6 +9,7 @@
 
 #include "bind.hpp"
 #include "bind_reference_layout.hpp"
+#include "mathx.hpp"
 #include "reference_distance.hpp"
 #include "reference_frames.hpp"
 #include "reference_loading.hpp"
@@ -141,6 +142,18 @@ nb::object angles_deg(Rows<float> a, Rows<float> b) {
     return nb::cast(nb::ndarray<nb::numpy, double>(out->data(), {out->size()}, owner));
 }
 
+nb::object powers(nb::ndarray<nb::numpy, const double, nb::ndim<1>, nb::c_contig> bases, double exponent) {
+    auto *out = new std::vector<double>(bases.size());
+    nb::capsule owner(out, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
+    {
+        nb::gil_scoped_release unlocked;
+        for (std::size_t i = 0; i < out->size(); ++i) {
+            (*out)[i] = mathx::pow(bases.data()[i], exponent);
+        }
+    }
+    return nb::cast(nb::ndarray<nb::numpy, double>(out->data(), {out->size()}, owner));
+}
+
 nb::object corner_tangents(Rows<float> positions, Rows<float> normals, Rows<float> uvs,
                            Rows<std::uint32_t> triangles) {
     auto *out = new std::vector<float>(triangles.size() * 4);
@@ -223,6 +236,15 @@ nb::list filter_angles(const reference::Ground &a, const reference::Ground &b, i
     return told(found);
 }
 
+nb::list open_angles(const reference::Ground &ground, int threads) {
+    Found found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = {reference::open_angles(ground, threads)};
+    }
+    return told(found);
+}
+
 nb::list value_levels(const Texture &texture, Values values, int threads) {
     Found found;
     {
@@ -287,6 +309,7 @@ NB_MODULE(_reference, m) {
     m.def("patch_error", &patch_error);
     m.def("loading", &loading);
     m.def("angles_deg", &angles_deg);
+    m.def("powers", &powers);
     m.def("corner_tangents", &corner_tangents);
     nb::class_<Texture>(m, "Texture")
         .def(nb::init<int, std::size_t, std::size_t, std::size_t, const std::vector<Bytes> &>(),
@@ -298,6 +321,7 @@ NB_MODULE(_reference, m) {
           nb::keep_alive<0, 8>());
     m.def("normal_levels", &normal_levels);
     m.def("filter_angles", &filter_angles);
+    m.def("open_angles", &open_angles);
     m.def("value_levels", &value_levels);
     m.def("gloss_levels", &gloss_levels);
     m.def("highlight_levels", &highlight_levels);

@@ -191,6 +191,12 @@ def angles_deg(a: npt.ArrayLike, b: npt.ArrayLike) -> npt.NDArray[np.float64]:
     return _reference.angles_deg(first, second)  # type: ignore[no-any-return]
 
 
+def powers(bases: npt.NDArray[np.float64], exponent: float) -> npt.NDArray[np.float64]:
+    """bases^exponent of bases of any shape, 0 or more, with the same bits on every machine."""
+    flat = np.ascontiguousarray(bases, np.float64).ravel()
+    return np.asarray(_reference.powers(flat, float(exponent)), np.float64).reshape(bases.shape)
+
+
 def mikktspace_tangents(
     positions: npt.ArrayLike, normals: npt.ArrayLike, uvs: npt.ArrayLike, triangles: npt.ArrayLike
 ) -> npt.NDArray[np.float32]:

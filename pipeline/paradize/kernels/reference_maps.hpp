@@ -34,6 +34,9 @@ std::vector<LevelError> offset_levels(const TextureView &texture, const Ground &
 // Angles between the normals of one ground by two filters, less the other's cones: of level 0 alone.
 LevelError filter_angles(const Ground &ground, const Ground &other, int threads);
 
+// The angles, degrees, that the half steps of a ground with cones leave open around its normals.
+LevelError open_angles(const Ground &ground, int threads);
+
 // Squared and absolute differences from values (rows, columns, channels).
 std::vector<LevelError> value_levels(const TextureView &texture, std::span<const float> values,
                                      std::size_t channels, int threads);

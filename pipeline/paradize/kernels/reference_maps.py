@@ -122,7 +122,7 @@ class Ground:
             raise ValueError("the heights of codes do not rise")
         if (held or (cones and steps is not None)) and not exact:
             raise ValueError("half steps lie around exact slopes, of which there are none")
-        self.shape = rows.shape
+        self.shape, self.cones = rows.shape, cones
         self.native = _reference.ground(
             rows,
             derivative,
@@ -166,6 +166,14 @@ def filter_angles(ground: Ground, other: Ground, *, threads: int | None = None) 
     if ground.shape != other.shape:
         raise ValueError(f"{ground.shape} and {other.shape} heights")
     return _errors(_reference.filter_angles(ground.native, other.native, _workers(threads)))[0]
+
+
+def open_angles(ground: Ground, *, threads: int | None = None) -> Error:
+    """Angles, degrees, that the half steps of a ground with cones leave open around its normals: between the
+    normal and the farthest that they allow."""
+    if not ground.cones:
+        raise ValueError("a ground without cones")
+    return _errors(_reference.open_angles(ground.native, _workers(threads)))[0]
 
 
 def value_levels(texture: Texture, values: npt.ArrayLike, *, threads: int | None = None) -> list[Error]:

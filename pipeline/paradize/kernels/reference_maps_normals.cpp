@@ -128,6 +128,39 @@ Mean mean_of(const GroundRows &ground, Size size, bool masked, int threads) {
     return {ordered_sum(sum_x) / count, ordered_sum(sum_y) / count};
 }
 
+// What the angles of all rows are together. make() gives a function of a row and room for its angles, which
+// returns how many there are; one for each part of the rows.
+template <typename Make>
+LevelError tallied(Size size, int threads, Make &&make) {
+    const std::size_t keep = above_p99(size.rows * size.columns);
+    std::vector<double> sums(size.rows);
+    std::vector<std::size_t> counts(size.rows);
+    std::vector<Largest> largest(static_cast<std::size_t>(std::max(1, threads)), Largest(keep));
+    for_rows(largest.size(), static_cast<int>(largest.size()), [&](std::size_t begin, std::size_t end) {
+        for (std::size_t part = begin; part < end; ++part) {
+            auto angles_of = make();
+            std::vector<double> angles(size.columns);
+            const std::size_t last = size.rows * (part + 1) / largest.size();
+            for (std::size_t y = size.rows * part / largest.size(); y < last; ++y) {
+                counts[y] = angles_of(y, angles.data());
+                sums[y] = ordered_sum({angles.data(), counts[y]});
+                largest[part].add({angles.data(), counts[y]});
+            }
+        }
+    });
+    for (std::size_t part = 1; part < largest.size(); ++part) {
+        largest[0].join(largest[part]);
+    }
+    LevelError out;
+    for (const std::size_t count : counts) {
+        out.count += count;
+    }
+    out.sum = ordered_sum(sums);
+    out.p99 = out.count == 0 ? 0.0 : largest[0].kth(above_p99(out.count));
+    out.max = out.count == 0 ? 0.0 : largest[0].kth(1);
+    return out;
+}
+
 } // namespace
 
 std::vector<LevelError> normal_levels(const TextureView &texture, const Ground &ground, int threads) {
@@ -152,53 +185,44 @@ LevelError filter_angles(const Ground &ground, const Ground &other, int threads)
     const GroundRows one(ground, threads);
     const GroundRows two(other, threads);
     const std::size_t columns = ground.size.columns;
-    const std::size_t keep = above_p99(ground.heights.size());
     const bool masked = !ground.islands.empty() && !other.islands.empty();
-    std::vector<double> sums(ground.size.rows);
-    std::vector<std::size_t> counts(ground.size.rows);
-    std::vector<Largest> largest(static_cast<std::size_t>(std::max(1, threads)), Largest(keep));
-    for_rows(largest.size(), static_cast<int>(largest.size()), [&](std::size_t begin, std::size_t end) {
-        for (std::size_t part = begin; part < end; ++part) {
-            const std::unique_ptr<Rows> a = one.fresh();
-            const std::unique_ptr<Rows> b = two.fresh();
-            std::vector<double> first(a->channels() * columns);
-            std::vector<double> second(b->channels() * columns);
-            std::vector<double> angles(columns);
-            const std::size_t last = ground.size.rows * (part + 1) / largest.size();
-            for (std::size_t y = ground.size.rows * part / largest.size(); y < last; ++y) {
+    return tallied(ground.size, threads, [&] {
+        return
+            [&, a = one.fresh(), b = two.fresh(), first = std::vector<double>(one.channels() * columns),
+             second = std::vector<double>(two.channels() * columns)](std::size_t y, double *angles) mutable {
                 a->row(y, first.data());
                 b->row(y, second.data());
                 angles_between({first.data(), first.data() + columns, first.data() + 2 * columns},
                                {second.data(), second.data() + columns, second.data() + 2 * columns}, columns,
-                               angles.data());
+                               angles);
                 if (other.cones) {
-                    beyond(second.data() + two.cone_plane() * columns, columns, angles.data());
+                    beyond(second.data() + two.cone_plane() * columns, columns, angles);
                 }
-                std::size_t kept = columns;
-                if (masked) {
-                    double *mask = first.data() + 3 * columns;
-                    for (std::size_t x = 0; x < columns; ++x) {
-                        mask[x] *= second[3 * columns + x];
-                    }
-                    kept = only_inside(angles.data(), mask, columns);
+                if (!masked) {
+                    return columns;
                 }
-                counts[y] = kept;
-                sums[y] = ordered_sum({angles.data(), kept});
-                largest[part].add({angles.data(), kept});
-            }
-        }
+                double *mask = first.data() + 3 * columns;
+                for (std::size_t x = 0; x < columns; ++x) {
+                    mask[x] *= second[3 * columns + x];
+                }
+                return only_inside(angles, mask, columns);
+            };
     });
-    for (std::size_t part = 1; part < largest.size(); ++part) {
-        largest[0].join(largest[part]);
-    }
-    LevelError out;
-    for (const std::size_t count : counts) {
-        out.count += count;
-    }
-    out.sum = ordered_sum(sums);
-    out.p99 = out.count == 0 ? 0.0 : largest[0].kth(above_p99(out.count));
-    out.max = out.count == 0 ? 0.0 : largest[0].kth(1);
-    return out;
+}
+
+LevelError open_angles(const Ground &ground, int threads) {
+    const GroundRows truth(ground, threads);
+    const std::size_t columns = ground.size.columns;
+    return tallied(ground.size, threads, [&] {
+        return [&, rows = truth.fresh(), planes = std::vector<double>(truth.channels() * columns)](
+                   std::size_t y, double *angles) mutable {
+            rows->row(y, planes.data());
+            const double *cones = planes.data() + truth.cone_plane() * columns;
+            std::copy(cones, cones + columns, angles);
+            return ground.islands.empty() ? columns
+                                          : only_inside(angles, planes.data() + 3 * columns, columns);
+        };
+    });
 }
 
 } // namespace paradize::reference

@@ -94,13 +94,13 @@ def _truth(ground: Ground) -> reference_maps.Ground:
     taps_of_truth = taps(EXACT)
     assert taps_of_truth is not None
     return reference_maps.Ground(
-        ground.heights if ground.source is None else ground.source,
+        ground.heights if ground.truth is None else ground.truth,
         taps=taps_of_truth,
         scale=ground.slope_scale,
         wrap=ground.wrap,
         green_down=ground.green_down,
         islands=ground.islands,
-        codes=ground.codes,
+        codes=ground.codes if ground.truth is None else ground.true_codes,
         exact=taps_of_truth[0],
         cones=ground.codes is not None,
     )
@@ -154,6 +154,15 @@ def filter_error(ground: Ground) -> dict[str, float]:
     """mean_deg, p99_deg and max_deg between the normals of the ground's filter, in float64, and the truth:
     what the filter costs. Islands as normal_levels."""
     return _angles(reference_maps.filter_angles(_filtered(ground), _truth(ground)))
+
+
+def open_error(ground: Ground) -> dict[str, float]:
+    """mean_deg, p99_deg and max_deg that the half steps of the source's codes leave open around the normals
+    of level 0: angles up to there are no error, so that where it is large, an error of 0 says little. 0 of
+    floats."""
+    if ground.codes is None:
+        return {"mean_deg": 0.0, "p99_deg": 0.0, "max_deg": 0.0}
+    return _angles(reference_maps.open_angles(_truth(ground)))
 
 
 def _plain(xy: F32) -> reference_maps.Texture:
