@@ -146,22 +146,65 @@ def test_auto_keeps_its_promise_over_sizes_slopes_and_seeds(size: int, rms_slope
                 assert found <= best * 1.15 + 0.002, (seed, shortest, bits, name)
 
 
+def predicted(heights: np.ndarray, name: str, bits: int, dx: np.ndarray, dy: np.ndarray) -> float:
+    """The error that is predicted for a filter on periodic heights, over the one that it makes: root mean
+    squares of both axes against the true slopes."""
+    taps = FILTERS[name]
+    found = kernel.predict_errors(heights, [(taps.derivative, taps.smooth)], source_bits=bits, wrap=BOTH)
+    wide = heights.astype(np.float64)
+    squares = 0.0
+    for axis, exact in ((1, dx), (0, dy)):
+        line = taps.smooth[0] * wide
+        for k, w in enumerate(taps.smooth[1:], 1):
+            line = line + w * (np.roll(wide, k, 1 - axis) + np.roll(wide, -k, 1 - axis))
+        slope = sum(
+            w * (np.roll(line, -k, axis) - np.roll(line, k, axis)) for k, w in enumerate(taps.derivative, 1)
+        )
+        squares += ((slope - exact) ** 2).mean()
+    return float(found.errors[0] / np.sqrt(squares))
+
+
 @pytest.mark.parametrize("name", ["central", "fourth", "eighth"])
 @pytest.mark.parametrize(("shortest", "longest"), [(32, 256), (8, 64), (4, 16)])
 def test_of_eight_bits_the_prediction_is_the_error(name: str, shortest: float, longest: float) -> None:
-    """Root mean square over both axes, against the true slopes: steps of a code, and what a filter damps."""
-    heights, *truth = sinusoids(512, shortest, longest, 3)
+    """Steps of a code, and what a filter damps."""
+    heights, dx, dy = sinusoids(512, shortest, longest, 3)
     codes, span = rounded(heights, 8)
-    taps = FILTERS[name]
-    found = kernel.predict_errors(codes, [(taps.derivative, taps.smooth)], source_bits=8, wrap=BOTH).errors[0]
-    squares = 0.0
-    for axis, exact in ((1, truth[0]), (0, truth[1])):
-        wide = codes.astype(np.float64)
-        slope = sum(
-            w * (np.roll(wide, -k, axis) - np.roll(wide, k, axis)) for k, w in enumerate(taps.derivative, 1)
-        )
-        squares += ((slope - exact / span) ** 2).mean()
-    assert found == pytest.approx(np.sqrt(squares), rel=0.05)
+    assert predicted(codes, name, 8, dx / span, dy / span) == pytest.approx(1.0, rel=0.05)
+
+
+@pytest.mark.parametrize("name", ["central", "scharr", "fourth", "eighth", "smooth2", "quintic4"])
+def test_under_a_texture_of_the_finest_texels_codes_of_16_bits_round_as_they_do(name: str) -> None:
+    """The texture is four times as strong as the rounding: where it stands, rounding never shows alone."""
+    rows, top = 256, 65535
+    k = 2.0 * np.pi * np.fft.fftfreq(rows)
+    fine = (np.abs(k[None]) > 2.26) & (np.abs(k[:, None]) > 2.26)
+    white = np.random.default_rng(1).normal(size=(rows, rows)) * np.sqrt(4 / 12)
+    base = sinusoids(rows, 32, 256, 3)[0]
+    spectrum = np.fft.fft2(500 + 3000 * (base - base.min()) / np.ptp(base)) + fine * np.fft.fft2(white)
+    k[rows // 2] = 0.0
+    heights, dx, dy = (
+        np.fft.ifft2(part).real for part in (spectrum, 1j * k[None] * spectrum, 1j * k[:, None] * spectrum)
+    )
+    codes = (np.rint(heights) / top).astype(np.float32)
+    assert predicted(codes, name, 16, dx / top, dy / top) == pytest.approx(1.0, rel=0.15)
+
+
+@pytest.mark.parametrize("name", ["central", "scharr", "fourth", "eighth", "smooth2", "quintic4"])
+def test_of_what_is_folded_back_at_the_finest_texels_as_much_as_there_is_is_expected(name: str) -> None:
+    """Heights that fall with the square of the frequency, sampled at every fourth place; the true slopes are
+    those of the frequencies that the samples can hold."""
+    fine, every = 1024, 4
+    share = np.fft.fftfreq(fine)
+    ideal = np.maximum(np.hypot(share[None], share[:, None]), 1 / fine) ** -2.0
+    spectrum = ideal * np.fft.fft2(np.random.default_rng(1).normal(size=(fine, fine)))
+    heights = np.fft.ifft2(spectrum).real[::every, ::every]
+    held = (np.abs(share[None]) < 0.5 / every) & (np.abs(share[:, None]) < 0.5 / every)
+    k = 2j * np.pi * every * share
+    dx, dy = (np.fft.ifft2(axis * held * spectrum).real[::every, ::every] for axis in (k[None], k[:, None]))
+    span = np.ptp(heights)
+    floats = ((heights - heights.min()) / span).astype(np.float32)
+    assert predicted(floats, name, 32, dx / span, dy / span) == pytest.approx(1.0, rel=0.1)
 
 
 def test_eight_bit_data_in_a_file_of_sixteen_bits_or_floats_is_seen() -> None:
