@@ -48,8 +48,8 @@ std::uint32_t code_point(std::string_view sequence) {
     return out;
 }
 
-/// Characters that a terminal obeys or that hide what stands beside them (Unicode's categories Cc, Cf, Zl,
-/// Zp).
+/// Control characters, line separators, marks of direction, and characters that show nothing. The pipeline's
+/// errors.py has the same list.
 bool unseen(std::uint32_t code) {
     struct Range {
         std::uint32_t first, last;

@@ -2,6 +2,7 @@
 
 #include "acts.hpp"
 #include "assets/file_bytes.hpp"
+#include "assets/json_reader.hpp"
 #include "assets/opened_artifact.hpp"
 #include "assets/rebaked.hpp"
 #include "assets/scene_file.hpp"
@@ -86,7 +87,7 @@ std::vector<assets::TradeError> load_trades(const std::filesystem::path &folder)
     if (!std::filesystem::exists(path, unknown)) {
         return {};
     }
-    const assets::FileBytes file(path);
+    const assets::FileBytes file(path, {.most = assets::most_json_bytes});
     const auto bytes = file.bytes();
     return assets::parse_trades({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, path);
 }

@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "pipeline/paradize"
 
-GROUND = {"data", "errors", "files", "kernels", "kinds"}
+GROUND = {"data", "documents", "errors", "files", "kernels", "kinds"}
 LAYERS = {
     "__main__": {"cli"},
     # room: what it may import (besides itself and the ground)
@@ -71,6 +71,7 @@ LAYERS = {
     "engine": set(),
     "data": set(),
     "errors": set(),
+    "documents": {"files"},
     "files": set(),
     "kernels": set(),
     "kinds": {"files"},
@@ -274,3 +275,21 @@ def test_files_are_opened_for_reading_in_one_place() -> None:
 def test_the_test_of_open_sees_each_way_to_read_a_file(text: str) -> None:
     call = ast.parse(text, mode="eval").body
     assert isinstance(call, ast.Call) and reads_a_file(call)
+
+
+ROUND_TRIPS = {"bake_inputs.py", "bake_footprint.py", "documents.py"}  # what the same process wrote as JSON
+
+
+def test_json_and_toml_of_others_are_parsed_in_one_place() -> None:
+    """Their bounds stand there: documents.py."""
+    wrong = []
+    for path in sorted(PACKAGE.rglob("*.py")):
+        name = str(path.relative_to(PACKAGE))
+        for node in ast.walk(ast.parse(path.read_text())):
+            called = ast.unparse(node.func) if isinstance(node, ast.Call) else ""
+            if (
+                called in ("json.loads", "json.load", "tomllib.loads", "tomllib.load")
+                and name not in ROUND_TRIPS
+            ):
+                wrong.append(f"{name}: {called}")
+    assert not wrong, "parse it with paradize.documents"

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import signal
 import sys
-import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from paradize.documents import TOML_BYTES, parse_toml
 from paradize.engine.store import Stamp, Store, default_root, stamp
 from paradize.engine.workers import Crew, Job, run_jobs
 from paradize.errors import GroupedError, ParadizeError
@@ -92,7 +92,9 @@ def _foreign() -> str | None:
 
 def _reads(record: Any, made: Baked) -> dict[Path, Stamp | None]:
     """What the record of a bake says that it read; nothing where the bake was not remembered."""
-    if made.errors or not isinstance(record, dict):
+    from paradize.bake_record import is_record
+
+    if made.errors or not is_record(record):
         return {}
     outputs = resolved(made.out) if made.out else None
     found: dict[Path, Stamp | None] = {Path(path): None for path in record["absent"]}
@@ -110,7 +112,7 @@ def _named(scene: Path, errors: list[ParadizeError]) -> dict[Path, Stamp | None]
 
     found = {scene, *(Path(error.file) for error in errors if error.file)}
     try:
-        tree = tomllib.loads(read_file(scene).decode("utf-8-sig"))
+        tree = parse_toml(read_file(scene, TOML_BYTES), scene)
         found |= {resolved(scene).parent / text for text in _texts(tree) if "\0" not in text}
         _, libraries, absent = looks_of(load_scene(scene), scene)
         found |= {*libraries, *absent}

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.bake_artifacts import read_artifact
+from paradize.bake_entries import BUMPS, GUTTERS, fits
 from paradize.bake_tasks import How
 from paradize.bake_work import run_work
 from paradize.engine.code import code_digest, code_of
@@ -22,7 +23,7 @@ from paradize.require import Met
 from paradize.scene import ObjectMaterial, Scene, SceneObject
 
 MAPS = ("color", "normal", "height", "gloss")
-_HOLDS = {"gutters": {"repeat", "limits", "maps"}, "bumps": {"levels"}}  # what an answer is known by
+_HOLDS = {"gutters": GUTTERS, "bumps": BUMPS}
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,7 @@ def measure_objects(
         store.expect(one.key for one in asked)
     for one in asked:
         kept = None if how.force else store.get_product(one.key)
-        if isinstance(kept, dict) and _HOLDS[one.what] <= kept.keys():
+        if fits(kept, _HOLDS[one.what]):
             found[one.what][one.item] = kept
         else:
             work.append(one)

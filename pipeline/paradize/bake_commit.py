@@ -6,7 +6,6 @@ stands; files that it no longer names are swept afterwards. If anything fails, t
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ from paradize.bake_nearest import known_pixels
 from paradize.bake_record import SCENE_FILE, BakeReport, strays
 from paradize.bake_tasks import MEASURED, How, Task
 from paradize.budget import excesses
+from paradize.documents import parse_json
 from paradize.engine.publish import flush_folder, write_whole
 from paradize.engine.store import Store, hash_file, stamp
 from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError
@@ -110,7 +110,7 @@ def commit(
                 if want.product == "flight":
                     flight_errors = product["errors"]
                 if want.product == "tree":
-                    ground = json.loads(read_artifact(data))
+                    ground = parse_json(read_artifact(data))
                 if not want.kind:
                     continue
                 row = rows[want.artifact]

@@ -13,6 +13,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from paradize.bake_artifacts import read_artifact
+from paradize.bake_entries import ASKED, FLAT, fits
 from paradize.bake_product import flat_errors
 from paradize.bake_tasks import ZSTD_LEVEL, How
 from paradize.bake_work import run_work
@@ -20,6 +21,7 @@ from paradize.engine.code import code_digest, code_of
 from paradize.engine.store import Store, key_of
 from paradize.engine.workers import Job
 from paradize.errors import FormatError
+from paradize.formats.scene_fields import Check
 from paradize.require import finest_scales, finest_shadow_texel_m, ground_sight
 from paradize.scene import Scene, SceneObject
 
@@ -65,7 +67,7 @@ def ask(
         job = Job(f"what the flight asks of {name}", asked_of, arguments, code=code_of(_MODULE))
         work.append((key_of("asked", code_digest(_MODULE), hashes, decides), job))
     found: Asked = {}
-    for told in _answers(store, work, how):
+    for told in _answers(store, work, ASKED, how):
         found |= told
     objects, work = [], []
     for item in scene.objects:
@@ -81,20 +83,20 @@ def ask(
             job = Job(f"what swatches ask of {item.name}", flat_of, arguments, code=code_of(_FLAT))
             work.append((key_of("flat", code_digest(_FLAT), hashes, settings), job))
             objects.append(item.name)
-    for name, kept in zip(objects, _answers(store, work, how), strict=True):
+    for name, kept in zip(objects, _answers(store, work, FLAT, how), strict=True):
         for key, level in kept.items():
             found[f"{name}_{key}"] = settled(found[f"{name}_{key}"], level)
     return found
 
 
-def _answers(store: Store, work: Sequence[tuple[str, Job]], how: How) -> list[dict[str, Any]]:
-    """What the jobs find out, by the store's keys: known there, or asked and kept."""
+def _answers(store: Store, work: Sequence[tuple[str, Job]], shape: Check, how: How) -> list[dict[str, Any]]:
+    """What the jobs find out, by the store's keys: known there in this shape, or asked and kept."""
     if not how.force:
         store.expect([key for key, _ in work])
     found = {}
     for key, _ in work:
         kept = None if how.force else store.get_product(key)
-        if isinstance(kept, dict):
+        if fits(kept, shape):
             found[key] = kept
     left = [(key, job) for key, job in work if key not in found]
     for (key, _), outcome in zip(left, run_work(how, [job for _, job in left]), strict=True):

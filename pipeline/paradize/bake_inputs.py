@@ -75,10 +75,14 @@ def keep_inputs(
     )
 
 
-def stale(out: Path, scene: Scene, order: Order) -> list[str] | None:
-    """What has changed since the last bake into this folder, in words; nothing: it is up to date. None where
-    nothing is known of that bake."""
-    record = Store(default_root()).get_bake(_name(out))
+def inputs_of(out: Path) -> Any | None:
+    """What `keep_inputs` kept of the last bake into this folder; None where nothing is known of it."""
+    return Store(default_root()).get_bake(_name(out))
+
+
+def stale(record: Any | None, scene: Scene, order: Order) -> list[str] | None:
+    """What has changed since a bake, in words; nothing: it is up to date. record: as inputs_of tells. None
+    where nothing is known of that bake."""
     if not isinstance(record, dict):
         return None
     try:
@@ -95,7 +99,7 @@ def stale(out: Path, scene: Scene, order: Order) -> list[str] | None:
             [f"code of {name} changed" for name in _differ(record["code"][order.maker], _code(order.maker))]
         )
         return found + list(_libraries(record["libraries"], library_versions()))
-    except (KeyError, TypeError, ValueError, AttributeError):
+    except (LookupError, TypeError, ValueError, AttributeError):
         return None  # kept by another Paradize
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import struct
 from dataclasses import asdict, dataclass
 from math import sqrt
 from typing import Any
 
+from paradize.documents import parse_json
 from paradize.errors import FormatError
 from paradize.flight import PI, Flight, Vec
 from paradize.formats.scene_manifest import FORMAT, VERSION
@@ -47,7 +47,7 @@ def mesh_facts(glb: bytes, name: str) -> MeshFacts:
         length, kind = struct.unpack_from("<I4s", glb, 12)
         if glb[:4] != b"glTF" or kind != b"JSON":
             raise ValueError("no JSON chunk")
-        tree = json.loads(glb[20 : 20 + length])
+        tree = parse_json(glb[20 : 20 + length], name)
         nodes = tree["nodes"]
         accessors = [
             tree["accessors"][primitive["attributes"]["POSITION"]]

@@ -7,7 +7,6 @@ bound. Knows no numpy.
 
 from __future__ import annotations
 
-import json
 import struct
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
@@ -15,6 +14,8 @@ from math import sqrt
 from pathlib import Path
 
 from paradize.bake_artifacts import read_artifact
+from paradize.bake_entries import PIXELS, fits
+from paradize.documents import parse_json
 from paradize.engine.code import code_digest
 from paradize.engine.store import Store, key_of
 from paradize.errors import FormatError
@@ -35,7 +36,7 @@ def places_of(glb: bytes, name: str) -> list[Vec]:
         length, kind = struct.unpack_from("<I4s", glb, 12)
         if glb[:4] != b"glTF" or kind != b"JSON":
             raise ValueError("no JSON chunk")
-        tree = json.loads(glb[20 : 20 + length])
+        tree = parse_json(glb[20 : 20 + length], name)
         start = 28 + length
         node = tree["nodes"][0]
         step, origin = node.get("scale", (1.0, 1.0, 1.0)), node.get("translation", (0.0, 0.0, 0.0))
@@ -132,7 +133,7 @@ def known_pixels(
         name = f"{item.name}_mesh"
         key = key_of(common, sha256[name], [asdict(instance) for instance in item.instances])
         known = None if force else store.get_product(key)
-        if not isinstance(known, dict) or "pixel_m" not in known:
+        if not fits(known, PIXELS):
             one = replace(scene, objects=(item,))
             pixels = least_pixels(one, flight, {item.name: places_of(read_artifact(meshes[name]), name)})
             known = {"pixel_m": pixels.get(item.name)}

@@ -23,6 +23,12 @@ if TYPE_CHECKING:
     from typing import Any
 
 SCENE_FILE = "scene.json"
+_NONE = type(None)
+_ROW: dict[str, tuple[type, ...]] = {  # of an artifact, as a record holds it
+    "name": (str,), "file": (str,), "sha256": (str,), "bytes": (int,), "seconds": (int, float),
+    "tier": (str, _NONE), "format": (str, _NONE), "reason": (str, _NONE), "filter": (str, _NONE),
+    "errors": (dict,), "levels": (list,), "over": (list,), "tried": (dict, _NONE),
+}  # fmt: skip
 OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only whole files that a sweep may remove
 
 
@@ -92,28 +98,59 @@ def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeRepor
     """The report of the bake on record, when every file that it read, ran or wrote is what it was, and all
     of it is in the shared store at the URL."""
     record: Any = store.get_bake(name)
-    try:
-        if record["libraries"] != list(library_versions()):
-            return None
-        if url is not None and record["shared"] != _shared_id(url):
-            return None
-        memory = FileMemory.from_json(record["memory"])
-        files = list(record["memory"]["files"])
-        if not files or not memory.unchanged(files):
-            return None
-        if any(stamp(Path(path)) for path in record["absent"]):
-            return None
-        rows = [row | {"status": "reused", "seconds": 0.0} for row in record["artifacts"]]
-        report = BakeReport(
-            Path(record["out"]), rows, list(record["warnings"]), budget=dict(record["budget"])
-        )
-    except (KeyError, TypeError):
+    if not is_record(record) or record["libraries"] != list(library_versions()):
         return None
-    if strays(report.out, {row["file"] for row in rows}):
-        return None  # the next commit sweeps them
+    if url is not None and record["shared"] != _shared_id(url):
+        return None
+    memory = FileMemory.from_json(record["memory"])
+    files = list(record["memory"]["files"])
+    if not files or not memory.unchanged(files):
+        return None
+    if any(stamp(Path(path)) for path in record["absent"]):
+        return None
+    rows = [row | {"status": "reused", "seconds": 0.0} for row in record["artifacts"]]
+    report = BakeReport(Path(record["out"]), rows, list(record["warnings"]), budget=dict(record["budget"]))
+    try:
+        if strays(report.out, {row["file"] for row in rows}):
+            return None  # the next commit sweeps them
+    except OSError:
+        return None
     if memory.hashed:
         store.put_bake(name, record | {"memory": memory.as_json([Path(path) for path in files])})
     return report
+
+
+def is_record(record: Any) -> bool:
+    """Whether this is what `remember` keeps. A seal that holds says nothing of the shape."""
+    try:
+        files = record["memory"]["files"]
+        texts = [record["out"], *record["libraries"], *record["absent"], *record["warnings"], *files]
+        stamps = [(*was, sha256) for was, sha256 in files.values()]
+        return (
+            all(type(text) is str and "\0" not in text for text in texts)
+            and all(tuple(map(type, known)) == (int, int, int, int, str) for known in stamps)
+            and type(record["memory"]["since_ns"]) is int
+            and type(record["shared"]) in (str, _NONE)
+            and _are_numbers(record["budget"])
+            and all(map(_is_row, record["artifacts"]))
+        )
+    except (LookupError, TypeError, ValueError, AttributeError):
+        return False
+
+
+def _is_row(row: Any) -> bool:
+    return (
+        all(type(row[key]) in kinds for key, kinds in _ROW.items())
+        and _are_numbers(row["errors"])
+        and all(map(_are_numbers, row["levels"]))
+        and all(type(text) is str for text in row["over"])
+        and type(row.get("left_out", 0)) is int
+        and OURS.fullmatch(row["file"]) is not None
+    )
+
+
+def _are_numbers(errors: Any) -> bool:
+    return all(type(value) in (int, float) for value in errors.values())
 
 
 def _shared_id(url: str) -> str:

@@ -14,6 +14,7 @@ from typing import Any
 from paradize import bake_makers
 from paradize.bake_artifacts import keep_artifact
 from paradize.bake_dial import setting_of
+from paradize.bake_entries import PRODUCTS, fits
 from paradize.bake_estimate import memory_of, seconds_of
 from paradize.bake_work import Watcher, read_by, run_work
 from paradize.engine.code import code_digest, code_of
@@ -31,7 +32,6 @@ MEASURED = ("tier", "errors", "levels", "format", "reason", "filter")  # what a 
 ZSTD_LEVEL = 10  # of supercompressed textures
 TEXTURES = ("color", "maps", "cubemap")  # the makers of textures
 ASKED = "paradize.bake_makers"  # what stands between a task and its baker, part of every key
-_TOLD = {"sha256", "suffix", "warnings", *MEASURED}
 
 
 @dataclass(frozen=True)
@@ -154,9 +154,7 @@ def known_tiers(how: How, orders: list[Order]) -> None:
 def known(store: Store, task: Task) -> dict[str, dict[str, Any]] | None:
     """What the store tells of a task's products, their bytes aside; None where it knows not all of them."""
     products = store.get_product(task.key)
-    if not isinstance(products, dict) or {want.product for want in task.order.wants} - products.keys():
-        return None
-    if not all(isinstance(one, dict) and not _TOLD - one.keys() for one in products.values()):
+    if not fits(products, PRODUCTS) or {want.product for want in task.order.wants} - products.keys():
         return None
     return _worded(products, {mark: path for path, mark in _places(task.order)})
 

@@ -64,9 +64,7 @@ def _dropped(unraisable: Any) -> None:
 
 def _handle(how: Callable[..., Any] | signal.Handlers) -> None:
     for number in _SIGNALS:
-        if (
-            signal.getsignal(number) is not signal.SIG_IGN
-        ):  # whoever started us wants none of it, as nohup does
+        if signal.getsignal(number) is not signal.SIG_IGN:  # the parent process ignores it, as nohup does
             signal.signal(number, how)
 
 

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
+from paradize.bake_entries import SECONDS, fits
 from paradize.bake_work import Watcher
 from paradize.cli_output import say
 from paradize.engine.store import Store, key_of
@@ -30,7 +31,7 @@ class Progress(Watcher):
     def __init__(self, store: Store, name: str) -> None:
         self.store, self.key = store, key_of("seconds", name)[:32]
         known = store.get_bake(self.key)
-        self.known: dict[str, float] = dict(known) if isinstance(known, dict) else {}
+        self.known: dict[str, float] = dict(known) if fits(known, SECONDS) else {}
         self.work = Work(self.known)
         self.shown = sys.stderr.isatty()
         self.bar: Any = None

@@ -17,18 +17,20 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from typing import Any
 
-_CONTROL = r"[\x00-\x1f\x7f-\x9f\u2028\u2029]"
-
+# Control characters, line separators, marks of direction, and characters that show nothing. The player's
+# messages.cpp has the same list.
+_UNSEEN = (
+    r"[\x00-\x1f\x7f-\x9f\xad\u061c\u180e\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufe00-\ufe0f\ufeff\ufff9-\ufffb"
+    r"\U0001d173-\U0001d17a\U000e0000-\U000e0fff]"
+)
 
 MOST = 800  # characters of one part of a message
 MOST_ADVICE = 2000  # of a mend, which may list all that is known
 
 
 def one_line(text: str) -> str:
-    """The text with control characters and line ends escaped: names of files may hold any."""
-    if text.isprintable():
-        return text
-    return re.sub(_CONTROL, lambda found: ascii(found.group())[1:-1], text)
+    """The text with line ends and what a terminal obeys or hides escaped: names of files may hold any."""
+    return re.sub(_UNSEEN, lambda found: ascii(found.group())[1:-1], text)
 
 
 def bounded(text: str, most: int = MOST) -> str:

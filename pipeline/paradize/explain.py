@@ -13,14 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from paradize.bake_inputs import stale
+from paradize.bake_inputs import inputs_of, stale
 from paradize.bake_looks import looks_of
 from paradize.bake_record import SCENE_FILE
 from paradize.errors import FormatError, SceneError
-from paradize.explain_asked import economy, saved_bytes
+from paradize.explain_asked import economy, saved_bytes, textures_by_owner
 from paradize.explain_words import decides
-from paradize.files import read_file
-from paradize.formats.scene_manifest import decode_scene
+from paradize.formats.scene_manifest import read_scene
 from paradize.require import Order, Want, require
 from paradize.scene import Scene, load_scene
 
@@ -74,7 +73,8 @@ def explain(scene_path: Path, artifact: str | None = None, out: Path | None = No
             f"asks for no artifact {artifact!r}", file=scene_path, mend=mend + ", ".join(sorted(wanted))
         )
     names = [artifact] if artifact is not None else list(wanted)
-    told = [_told(scene, *wanted[name], manifest, folder) for name in names]
+    known = _Known(manifest, inputs_of(folder)) if manifest else None
+    told = [_told(scene, *wanted[name], known, folder) for name in names]
     saved = saved_bytes(told) if manifest and artifact is None else None
     return Explanation(scene.head.name, folder, manifest is not None, why_not, told, saved)
 
@@ -83,7 +83,7 @@ def _last_bake(folder: Path) -> tuple[dict[str, Any] | None, str]:
     """The manifest of the last bake, or None and why."""
     path = folder / SCENE_FILE
     try:
-        return decode_scene(read_file(path), path), ""
+        return read_scene(path), ""
     except FileNotFoundError:
         return None, f"there is no bake in {folder}: seconds, errors and gutters are not known before"
     except OSError as error:
@@ -92,10 +92,18 @@ def _last_bake(folder: Path) -> tuple[dict[str, Any] | None, str]:
         return None, f"{error}; bake it again"
 
 
-def _told(
-    scene: Scene, order: Order, want: Want, manifest: dict[str, Any] | None, folder: Path
-) -> dict[str, Any]:
-    entry = manifest["artifacts"].get(want.artifact) if manifest else None
+class _Known:
+    """What the last bake tells, by artifact: looked through once, however many are explained."""
+
+    def __init__(self, manifest: dict[str, Any], inputs: Any) -> None:
+        self.manifest, self.inputs = manifest, inputs
+        self.textures = textures_by_owner(manifest)
+        names = ("mesh", "color", "normal", "height", "gloss")
+        self.owners = {item[name]: item for item in reversed(manifest["objects"]) for name in names}
+
+
+def _told(scene: Scene, order: Order, want: Want, known: _Known | None, folder: Path) -> dict[str, Any]:
+    entry = known.manifest["artifacts"].get(want.artifact) if known else None
     told: dict[str, Any] = {
         "name": want.artifact,
         "kind": want.kind,
@@ -110,16 +118,16 @@ def _told(
         "asked": None,
         "stale": None,
     }
-    if entry is None:
+    if known is None or entry is None:
         return told
     told |= {key: entry[key] for key in ("first_needed_s", "file", "bytes", "tier", "errors", "levels")}
-    told["tried"] = _tried(manifest or {}, want.artifact)
-    told["asked"] = economy(manifest or {}, folder, want.artifact)
-    told["stale"] = stale(folder, scene, order)
-    terrain = (manifest or {})["terrain"]
+    told["tried"] = _tried(known.manifest, want.artifact)
+    told["asked"] = economy(known.manifest, folder, want.artifact, known.textures)
+    told["stale"] = stale(known.inputs, scene, order)
+    terrain = known.manifest["terrain"]
     if terrain and want.artifact in terrain["tiles"]:
         told["demand"] = _demand(terrain, want.artifact)
-    owner = next((o for o in (manifest or {})["objects"] if want.artifact in o.values()), None)
+    owner = known.owners.get(want.artifact)
     if entry["gutter"] is not None and owner is not None:
         told["gutter"] = entry["gutter"] | {
             "max_level": entry["max_level"],

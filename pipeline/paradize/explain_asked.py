@@ -16,11 +16,22 @@ _BLOCK = {"normal": 16, "height": 8, "gloss": 16}
 _TEXEL = {"dudv": 2}
 
 
-def economy(manifest: dict[str, Any], folder: Path, artifact: str) -> dict[str, Any] | None:
+def textures_by_owner(manifest: dict[str, Any]) -> dict[str, list[str]]:
+    """The textures of each object and surface, in the manifest's order."""
+    found: dict[str, list[str]] = {}
+    for name, entry in manifest["artifacts"].items():
+        if entry["kind"] == "texture":
+            found.setdefault(name.rpartition("_")[0], []).append(name)
+    return found
+
+
+def economy(
+    manifest: dict[str, Any], folder: Path, artifact: str, textures: dict[str, list[str]]
+) -> dict[str, Any] | None:
     """Of an artifact: `left_out` finer levels, `saved_bytes`; `texels` of its level 0 that a pixel covers at
     least, the `second_s` and `view` of that; `limit`: why they are none; `maps`: bytes of those that its
     picture could give and no pass reads, reckoned in their smallest format, told where the picture's first
-    artifact is. None where nothing is asked of it by distance."""
+    artifact is. None where nothing is asked of it by distance. textures: as textures_by_owner tells."""
     asked = manifest["artifacts"][artifact]["asked"]
     if asked is None:
         return None
@@ -28,8 +39,7 @@ def economy(manifest: dict[str, Any], folder: Path, artifact: str) -> dict[str, 
     if asked["texels"] == 0.0:
         told["limit"] = _limit(manifest, artifact)
     owner, _, key = artifact.rpartition("_")
-    others = [name for name in manifest["artifacts"] if name.rpartition("_")[0] == owner]
-    maps = [name for name in others if manifest["artifacts"][name]["kind"] == "texture"]
+    maps = textures.get(owner, [])
     if key != "mesh" and owner and maps and artifact == maps[0]:
         side = _size(folder / manifest["artifacts"][artifact]["file"])
         if side is not None:

@@ -8,6 +8,8 @@ finest levels and patches that were baked; maps are PNG pictures; the flight is 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,13 +30,13 @@ from paradize.export_heights import (
 )
 from paradize.export_pictures import color_png, gloss_png, ground_light, normal_png, sky_pngs
 from paradize.export_shapes import SKY_FACES, joined, level_quad, quad
-from paradize.files import read_file, resolved
+from paradize.files import resolved
 from paradize.formats.glb import decode_glb
 from paradize.formats.glb_bundle import Bundle
 from paradize.formats.glb_tiles import decode_tile
 from paradize.formats.ktx2 import decode_ktx2
 from paradize.formats.png import encode_png
-from paradize.formats.scene_manifest import decode_scene
+from paradize.formats.scene_manifest import read_entry, read_scene
 from paradize.kinds import BAKED, expecting, require_glb
 from paradize.metrics.texels import decode_texels
 from paradize.report.shade import to_codes
@@ -96,7 +98,8 @@ class _Export:
     def __init__(self, folder: Path) -> None:
         path = folder if folder.name == SCENE_FILE else folder / SCENE_FILE
         self.folder = path.parent
-        self.manifest = decode_scene(self._read(path), path)
+        with _reading(path):
+            self.manifest = read_scene(path)
         self.keys = flight_keys(self.manifest["flight"])
         self.bundle = Bundle(self.manifest["name"])
         self.triangles = 0
@@ -129,7 +132,7 @@ class _Export:
             return
         meshes: dict[str, Mesh] = {}
         for name in ground["tiles"]:
-            tile = decode_tile(self._read(self._file(name)), name)
+            tile = decode_tile(self._read(name), name)
             if finest := [patch.mesh for patch in tile if patch.finest]:  # else finer ones replace all of it
                 meshes[name] = joined(finest)
         effect = decode_texels(self._texture(ground["effect_color"])) if ground["effect_color"] else None
@@ -193,7 +196,7 @@ class _Export:
     def objects(self, item: dict[str, Any]) -> None:
         pictures = self._pictures(item)
         materials = {name: self._material(item, name, pictures) for name in item["materials"]}
-        lod = decode_glb(self._read(self._file(item["mesh"])), item["mesh"])[0]
+        lod = decode_glb(self._read(item["mesh"]), item["mesh"])[0]
         names = {group.material for group in lod.mesh.groups}
         materials |= {name: self._material(item, name, pictures) for name in names - materials.keys()}
         mesh = self.bundle.mesh(item["name"], lod.mesh, materials)
@@ -296,18 +299,14 @@ class _Export:
                     self.errors[f"{name} {metric}"] = artifact["errors"][metric]
 
     def _texture(self, name: str) -> Texture:
-        return decode_ktx2(self._read(self._file(name)), name)
+        return decode_ktx2(self._read(name), name)
 
     def _file(self, name: str) -> Path:
         return self.folder / str(self.manifest["artifacts"][name]["file"])
 
-    @staticmethod
-    def _read(path: Path) -> bytes:
-        try:
-            return read_file(path)
-        except OSError as error:
-            what = f"cannot be read: {error.strerror or error}"
-            raise SourceError(what, file=path, mend="bake the scene again") from None
+    def _read(self, name: str) -> bytes:
+        with _reading(self._file(name)):
+            return read_entry(self.folder, self.manifest["artifacts"][name])
 
 
 def _standing(instance: dict[str, Any], origin: Vec3) -> list[float]:
@@ -316,3 +315,13 @@ def _standing(instance: dict[str, Any], origin: Vec3) -> list[float]:
     sine, cosine = math.sin(instance["yaw_rad"]), math.cos(instance["yaw_rad"])
     turned = (x * cosine + z * sine, y, z * cosine - x * sine)
     return [float(p) + s * t for p, t in zip(instance["position"], turned, strict=True)]
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    """Raises SourceError where a file of the scene cannot be read."""
+    try:
+        yield
+    except OSError as error:
+        what = f"cannot be read: {error.strerror or error}"
+        raise SourceError(what, file=path, mend="bake the scene again") from None

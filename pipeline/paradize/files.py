@@ -48,7 +48,7 @@ def _opened(path: Path | str, how: int, most: int) -> BinaryIO:
             _require(os.stat(path), most)  # noqa: PTH116 (opening a device may already do something)
         descriptor = os.open(path, how | _FLAGS, 0o666)
     except ValueError:
-        raise OSError(errno.EINVAL, "its name is none that a file can have") from None
+        raise OSError(errno.EINVAL, "no file can have this name") from None
     try:
         _require(os.fstat(descriptor), most)  # another may stand there by now
         return os.fdopen(descriptor, "r+b" if how & os.O_RDWR else "rb")

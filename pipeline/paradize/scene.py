@@ -4,17 +4,21 @@
 Axes: right-handed, Y up, metres. Angles are degrees in the file (`_deg`). Colours are linear RGB. Azimuth
 turns clockwise seen from above, from north (-Z, row 0 of the heightmap) to east (+X): 0 = -Z, 90 = +X. Its
 files lie beside the TOML or in folders below it. Knows no numpy: a bake with nothing to do stays fast.
+
+Limits of the file itself: 4 MiB (documents.TOML_BYTES), keys of 16 parts (a.b.c has three), 64 tables and
+lists inside one another, whole numbers of 64 bits, 10,000 tables in an array where nothing else is said;
+after 100 faults (schema.MOST_FAULTS) the rest is not looked at.
 """
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 from typing import Any
 
 from paradize.budget import METRICS
+from paradize.documents import TOML_BYTES, parse_toml
 from paradize.errors import SceneError
 from paradize.files import read_file
 from paradize.kinds import SCENE, expecting
@@ -48,7 +52,6 @@ from paradize.schema import (
 
 FAR = 1e6  # metres: no length of a scene is larger
 Place = tuple[float, float, float]
-SCENE_LIMIT_BYTES = 4 << 20
 TIERS = ("fast", "balanced", "exact", "auto")  # the cheapest first; auto picks one of the others
 SEVERITIES = ("error", "warning", "off")  # of a rule of `paradize check`
 
@@ -324,10 +327,11 @@ class Scene:
 
 def _cross_checks(scene: Scene, faults: Faults) -> None:
     """What no single field can see."""
-    names = [item.name for item in scene.objects]
-    for i, (name, item) in enumerate(zip(names, scene.objects, strict=True)):
-        if name in names[:i]:
-            faults.add(f"object[{i}].name", f"{name!r} is already object[{names.index(name)}]", "rename one")
+    first: dict[str, int] = {}
+    for i, item in enumerate(scene.objects):
+        name = item.name
+        if first.setdefault(name, i) != i:
+            faults.add(f"object[{i}].name", f"{name!r} is already object[{first[name]}]", "rename one")
         if name in {"terrain", "sand", "effect", "water", "sky", "sound"}:
             faults.add(f"object[{i}].name", f"{name!r} names the scene's own artifacts", "rename it")
         if (item.lods_by == "error") != bool(item.lod_errors):
@@ -345,11 +349,11 @@ def _cross_checks(scene: Scene, faults: Faults) -> None:
         if region and region.low[k] > region.high[k]:
             mend = f"must not be above free_camera.high[{k}] = {region.high[k]:g}"
             faults.add(f"free_camera.low[{k}]", f"is {region.low[k]:g}", mend)
-    sparkles = [item.name for item in scene.particles]
-    for i, name in enumerate(sparkles):
-        if name in sparkles[:i]:
-            first = sparkles.index(name)
-            faults.add(f"particles[{i}].name", f"{name!r} is already particles[{first}]", "rename one")
+    sparkles: dict[str, int] = {}
+    for i, cloud in enumerate(scene.particles):
+        if sparkles.setdefault(cloud.name, i) != i:
+            what = f"{cloud.name!r} is already particles[{sparkles[cloud.name]}]"
+            faults.add(f"particles[{i}].name", what, "rename one")
     flight = scene.flight
     if len(flight.eye) != len(flight.target):
         counts = f"{len(flight.target)} target waypoints for {len(flight.eye)} eye waypoints"
@@ -390,20 +394,13 @@ def load_scene(path: Path) -> Scene:
 
 def _read_toml(path: Path) -> dict[str, Any]:
     try:
-        text = read_file(path, SCENE_LIMIT_BYTES).decode("utf-8-sig")
+        data = read_file(path, TOML_BYTES)
     except FileNotFoundError:
         raise SceneError("there is no such file", file=path) from None
     except OSError as error:
         raise SceneError(error.strerror or str(error), file=path) from None
-    except UnicodeDecodeError as error:
-        raise SceneError(f"byte {error.start} is not UTF-8", file=path, mend="save it as UTF-8") from None
-    try:
-        tree = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        mend = "mend that line; `paradize new DIR` makes a scene to start from"
-        raise SceneError(f"is not TOML: {error}", file=path, mend=mend) from None
-    except RecursionError:
-        raise SceneError("is nested too deeply", file=path) from None
+    mend = "mend that line; `paradize new DIR` makes a scene to start from"
+    tree = parse_toml(data, path, SceneError, mend=mend)
     if not tree:
         mend = "`paradize new DIR` makes a scene to start from"
         raise SceneError("holds no settings", file=path, mend=mend)

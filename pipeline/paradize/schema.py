@@ -24,6 +24,9 @@ T = TypeVar("T")
 FARTHEST = 1e9  # metres: no place of a scene lies farther out; float64 has steps of 1e-7 there
 
 
+MOST_FAULTS = 100  # that are told of a file
+
+
 class Faults:
     """Collects the faults of one file; `file` is named in each, sources are looked for beside it."""
 
@@ -33,7 +36,11 @@ class Faults:
         self.errors: list[ParadizeError] = []
 
     def add(self, place: str, what: str, mend: str | None = None) -> None:
+        """Raises GroupedError where there are too many to be of use."""
         self.errors.append(SceneError(what, file=self.file, place=place, mend=mend))
+        if len(self.errors) == MOST_FAULTS:
+            more = SceneError(f"more than {MOST_FAULTS} faults: the rest is not looked at", file=self.file)
+            raise GroupedError([*self.errors, more])
 
     def raise_if_any(self) -> None:
         """Raises SceneError for one fault, GroupedError for more."""
@@ -376,6 +383,7 @@ def tables(of: type[T], *, least: int = 0, most: int = 10_000, key: str | None =
             return None
         if not least <= len(value) <= most:
             faults.add(place, f"has {len(value)} entries", f"allowed: {least} to {most}")
+            return None
         items = [read_table(of, item, f"{place}[{i}]", faults) for i, item in enumerate(value)]
         return tuple(item for item in items if item is not None)
 

@@ -8,7 +8,6 @@ bake's trade, but the player pays for it: other bakes of the scene are drawn as 
 
 from __future__ import annotations
 
-import json
 import subprocess
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -18,8 +17,11 @@ from typing import Any
 import numpy as np
 
 from paradize.data import six
+from paradize.documents import parse_json
 from paradize.errors import BakeError
-from paradize.files import open_file, read_file
+from paradize.files import open_file
+from paradize.formats.scene_manifest import read_scene
+from paradize.kinds import SCENE_FILE
 from paradize.metrics.picture import Picture, flip_errors
 from paradize.tradeoff_curve import Group, Point, spread
 
@@ -57,7 +59,7 @@ def player_groups(
     the picture, pixels. frames: timed at each second, each until the device has finished it. samples: frames
     that a reference averages. Groups are not judged yet. Raises BakeError where the player fails.
     """
-    scene = json.loads(read_file(folder / "scene.json"))
+    scene = read_scene(folder / SCENE_FILE)
     duration_s = float(scene["flight"]["duration_s"])
     moments = [duration_s * (i + 0.5) / MOMENTS for i in range(MOMENTS)] if seconds is None else list(seconds)
     with TemporaryDirectory(prefix="paradize-player-trade-") as name:
@@ -171,7 +173,7 @@ class _Player:
             raise BakeError(f"drew nothing: {words[-1] if words else failed}", file=self.program) from None
         except (OSError, subprocess.TimeoutExpired) as failed:
             raise BakeError(f"drew nothing: {failed}", file=self.program) from None
-        told: dict[str, Any] = json.loads(ran.stdout)
+        told: dict[str, Any] = parse_json(ran.stdout.encode(), self.program)
         return told
 
 

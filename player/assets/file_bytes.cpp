@@ -40,7 +40,7 @@ class FileBytes::Descriptor {
 namespace {
 
 /// Size of a regular file that may be read.
-std::uint64_t size_of(int file, const std::string &name, std::uint64_t expected) {
+std::uint64_t size_of(int file, const std::string &name, FileSize expected) {
     struct stat status {};
     if (::fstat(file, &status) != 0) {
         throw Error(name + ": " + std::strerror(errno));
@@ -49,25 +49,25 @@ std::uint64_t size_of(int file, const std::string &name, std::uint64_t expected)
         throw Error(name + ": is no regular file" + bake_again);
     }
     const auto size = static_cast<std::uint64_t>(status.st_size);
-    if (expected != 0 && size != expected) {
+    if (expected.exactly != 0 && size != expected.exactly) {
         throw Error(name + ": has " + std::to_string(size) + " bytes, scene.json says " +
-                    std::to_string(expected) + bake_again);
+                    std::to_string(expected.exactly) + bake_again);
     }
     if (size == 0) {
         throw Error(name + ": is empty" + bake_again);
     }
-    if (size > most_file_bytes) {
+    if (size > expected.most) {
         throw Error(name + ": has " + std::to_string(size) + " bytes, at most " +
-                    std::to_string(most_file_bytes) + " are taken");
+                    std::to_string(expected.most) + " are taken");
     }
     return size;
 }
 
 } // namespace
 
-FileBytes::FileBytes(const std::filesystem::path &path, std::uint64_t expected, const Each &each) {
+FileBytes::FileBytes(const std::filesystem::path &path, FileSize size, const Each &each) {
     const Descriptor file(path);
-    room_.emplace(static_cast<std::size_t>(size_of(file.number(), path.string(), expected)));
+    room_.emplace(static_cast<std::size_t>(size_of(file.number(), path.string(), size)));
     read(file, path.string(), each);
 }
 

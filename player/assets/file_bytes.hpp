@@ -15,15 +15,23 @@
 
 namespace paradize::assets {
 
+/// A GLB cannot be larger.
+inline constexpr std::uint64_t most_file_bytes = std::uint64_t{1} << 32U;
+
+/// The size that a file must have.
+struct FileSize {
+    std::uint64_t exactly = 0; // 0: any up to `most`
+    std::uint64_t most = most_file_bytes;
+};
+
 class FileBytes {
   public:
     using Each = std::function<void(std::span<const std::byte>)>;
 
     FileBytes() noexcept;
-    /// `expected`: the size that it must have, 0: any up to most_file_bytes. `each` is called with one part
-    /// after the other as it comes, and may throw. Throws Error when the file is missing, no regular file,
-    /// empty, of another size, or becomes shorter meanwhile.
-    explicit FileBytes(const std::filesystem::path &path, std::uint64_t expected = 0, const Each &each = {});
+    /// `each` is called with one part after the other as it comes, and may throw. Throws Error when the file
+    /// is missing, no regular file, empty, of another size, or becomes shorter meanwhile.
+    explicit FileBytes(const std::filesystem::path &path, FileSize size = {}, const Each &each = {});
 
     FileBytes(FileBytes &&) noexcept;
     FileBytes &operator=(FileBytes &&) noexcept;
@@ -48,8 +56,5 @@ class FileBytes {
     std::unique_ptr<Descriptor> open_; // while a part is given back
     std::size_t kept_ = 0;             // bytes that read() leaves as they are
 };
-
-/// A GLB cannot be larger.
-inline constexpr std::uint64_t most_file_bytes = std::uint64_t{1} << 32U;
 
 } // namespace paradize::assets

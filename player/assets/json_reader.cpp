@@ -16,8 +16,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t most_bytes = std::size_t{64} << 20U;
-
 const Json &json(const void *value) {
     return *static_cast<const Json *>(value);
 }
@@ -278,9 +276,9 @@ struct JsonDocument::Value {
 
 JsonDocument::JsonDocument(std::string_view text, const std::string &file)
     : value_(std::make_unique<Value>()), file_(file) {
-    if (text.size() > most_bytes) {
+    if (text.size() > most_json_bytes) {
         throw Error(file + ": " + std::to_string(text.size()) + " bytes of JSON, at most " +
-                    std::to_string(most_bytes) + " are taken");
+                    std::to_string(most_json_bytes) + " are taken");
     }
     UniqueTree tree(value_->json);
     if (!Json::sax_parse(text, &tree)) {

@@ -13,6 +13,9 @@
 
 namespace paradize::assets {
 
+/// Of a document; the pipeline writes none that is larger.
+inline constexpr std::size_t most_json_bytes = std::size_t{64} << 20U;
+
 class JsonObject;
 
 /// An array of objects, which are made when they are asked for.

@@ -67,7 +67,7 @@ FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &f
                         const std::stop_token &stop) {
     const std::filesystem::path path = folder / artifact.file;
     Sha256 hash;
-    FileBytes out(path, artifact.bytes, [&](std::span<const std::byte> part) {
+    FileBytes out(path, {.exactly = artifact.bytes}, [&](std::span<const std::byte> part) {
         if (stop.stop_requested()) {
             throw Error(path.string() + ": is not wanted any more");
         }

@@ -215,7 +215,7 @@ SceneFile parse_scene(std::string_view text, const std::filesystem::path &file) 
 }
 
 SceneFile read_scene(const std::filesystem::path &file) {
-    const FileBytes held(file);
+    const FileBytes held(file, {.most = most_json_bytes});
     const auto bytes = held.bytes();
     return parse_scene({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, file);
 }

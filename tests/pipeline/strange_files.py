@@ -13,7 +13,9 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
+from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
 
+VAST = 2 << 30
 PATIENCE_S = 60  # a command that takes longer hangs
 
 
@@ -48,9 +50,18 @@ def nowhere(path: Path) -> None:
     path.symlink_to("gone")
 
 
+def vast(path: Path) -> None:
+    """VAST bytes that no disk holds."""
+    with path.open("wb") as file:
+        file.truncate(VAST)
+
+
 KINDS: dict[str, Callable[[Path], None]] = {
-    made.__name__: made for made in (pipe, endless, folder, circle, listener, nowhere)
+    made.__name__: made for made in (pipe, endless, folder, circle, listener, nowhere, vast)
 }
+
+
+MANY = [kind for kind in KINDS if kind != "vast"]  # what is no file at all
 
 
 def spoil(path: Path, kind: str) -> None:
@@ -63,7 +74,8 @@ def spoil(path: Path, kind: str) -> None:
 
 def cases(words: list[str], places: list[str], kinds: list[str], base: Path, work: Path) -> Iterator[str]:
     """Runs `paradize WORDS` in a copy of `base`, each place (all that the pattern meets) spoilt in turn. A
-    line of JSON each: place, kind, exit code, what was said."""
+    line of JSON each: place, kind, exit code, what was said, the most bytes that this process or one of its
+    children has held so far."""
     from paradize.cli import main
 
     for place in places:
@@ -80,7 +92,8 @@ def cases(words: list[str], places: list[str], kinds: list[str], base: Path, wor
             with chdir(work), redirect_stderr(said), redirect_stdout(said):
                 code = main(words)
             signal.alarm(0)
-            yield json.dumps([place, kind, code, said.getvalue()])
+            held = max(getrusage(who).ru_maxrss for who in (RUSAGE_SELF, RUSAGE_CHILDREN)) * 1024
+            yield json.dumps([place, kind, code, said.getvalue(), held])
 
 
 if __name__ == "__main__":

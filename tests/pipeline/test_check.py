@@ -419,7 +419,8 @@ def test_every_rule_has_a_planted_fault() -> None:
     from tests.pipeline.test_gutters import GUTTER_FAULTS
     from tests.pipeline.test_terrain_tiles import TILE_FAULTS
 
-    assert {code for code, _, _ in (*PLANTED, *GUTTER_FAULTS, *MAP_FAULTS, *TILE_FAULTS)} == set(RULES)
+    planted = {code for code, _, _ in (*PLANTED, *GUTTER_FAULTS, *MAP_FAULTS, *TILE_FAULTS)}
+    assert planted == set(RULES) - {"PZ105"}  # a fault of the checker: tests/pipeline/test_check_hostile.py
 
 
 def test_a_thousand_equal_findings_are_one_line_with_a_count(scene: Path) -> None:

@@ -63,13 +63,14 @@ def flight_settings() -> Flight:
 
 
 def near_findings(folder: Path, mesh: Mesh, *stands: dict[str, Any]) -> list[str]:
-    (folder / "thing.glb").write_bytes(encode_glb((Lod(mesh, 0.0, 0.0),), "thing"))
+    glb = encode_glb((Lod(mesh, 0.0, 0.0),), "thing")
+    (folder / "thing.glb").write_bytes(glb)
     manifest = {
         "flight": plan_flight(flight_settings()).as_json(),
         "viewport": [WIDTH, HEIGHT],
         "terrain": None,
         "objects": [{"mesh": "thing_mesh", "instances": list(stands)}],
-        "artifacts": {"thing_mesh": {"file": "thing.glb"}},
+        "artifacts": {"thing_mesh": {"file": "thing.glb", "bytes": len(glb)}},
     }
     found = list(check_flight(manifest, folder, "scene.json"))
     assert {finding.code for finding in found} <= {"PZ412"}
@@ -122,7 +123,7 @@ def test_of_a_path_under_ground_the_deepest_place_is_named(tmp_path: Path) -> No
         "viewport": [WIDTH, HEIGHT],
         "terrain": {"tiles": ["ground"]},
         "objects": [],
-        "artifacts": {"ground": {"file": "ground.glb"}},
+        "artifacts": {"ground": {"file": "ground.glb", "bytes": len(tile)}},
     }
     (found,) = (f for f in check_flight(manifest, tmp_path, "scene.json") if f.code == "PZ411")
     eyes = np.array([planned.view(12.0 * k / MOMENTS)[0] for k in range(MOMENTS)])

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import random
+import shutil
 import struct
 import warnings
 from collections.abc import Iterator
@@ -14,14 +16,23 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import soundfile
 
+from paradize.bake import bake
 from paradize.bake_mesh import bake_mesh
-from paradize.check import check_paths, render
+from paradize.bake_tasks import How
+from paradize.check import Finding, check_paths, render
 from paradize.check.glb_arrays import read_levels
+from paradize.check.gutters import check_gutters
 from paradize.check.meshes import check_mesh
+from paradize.check.sounds import check_sound
+from paradize.data import Texture
 from paradize.errors import FormatError
 from paradize.formats.glb import decode_glb
-from tests.pipeline.scenes import ball
+from paradize.formats.ktx2 import decode_ktx2, encode_ktx2
+from paradize.formats.ktx2_reader import _read_key_values
+from paradize.formats.png import encode_png
+from tests.pipeline.scenes import ball, make_cove
 
 VALUES: list[Any] = [
     None, -1, 0, 2, 5, 5120, 5121, 5126, 1 << 40, 1 << 70, 1e300, float("inf"), float("nan"), True, "x",
@@ -196,3 +207,125 @@ def test_every_file_is_findings_or_none_in_every_form(sources: Path) -> None:
             findings = check_paths([path])
             for form in ("text", "json", "junit", "sarif"):
                 assert render(findings, form), path
+
+
+@pytest.fixture(scope="module")
+def cove(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    top = tmp_path_factory.mktemp("cove")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PARADIZE_STORE", str(top / "store"))
+        assert not bake(make_cove(top / "cove"), top / "out", How(jobs=2)).errors
+    return top / "out"
+
+
+def test_a_number_of_401_digits_hides_no_other_files_finding(glb: bytes, tmp_path: Path) -> None:
+    length = struct.unpack_from("<I", glb, 12)[0]
+    tree = json.loads(glb[20 : 20 + length])
+    tree["nodes"][1]["extras"]["error_max"] = 10**400
+    (tmp_path / "a.glb").write_bytes(packed(tree, glb[20 + length :]))
+    (tmp_path / "b.ktx2").write_bytes(b"no texture")
+    found = {Path(finding.file).name: finding for finding in check_paths([tmp_path])}
+    assert found["a.glb"].code == found["b.ktx2"].code == "PZ102"
+    assert "nodes[1].extras.error_max: a whole number of 1329 bits, limit 64" in found["a.glb"].what
+
+
+def test_what_breaks_the_check_of_one_file_is_a_finding_and_the_rest_is_checked(
+    glb: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(data: bytes, file: str) -> Iterator[Finding]:
+        if file.endswith("b.glb"):
+            yield Finding("PZ206", file, "found before it broke")
+            raise ZeroDivisionError("of some kind")
+        yield from check_mesh(data, file)
+
+    for name in ("a.glb", "b.glb", "c.glb"):
+        (tmp_path / name).write_bytes(glb if name != "c.glb" else glb[:-4])
+    monkeypatch.setattr("paradize.check.paths.check_mesh", broken)
+    for paths in ([tmp_path], sorted(tmp_path.iterdir())):
+        found = [(Path(finding.file).name, finding.code, finding.fails) for finding in check_paths(paths)]
+        assert found == [("b.glb", "PZ206", False), ("b.glb", "PZ105", True), ("c.glb", "PZ102", True)]
+
+
+@pytest.mark.parametrize(
+    "search",
+    [
+        "_artifact",
+        "check_budget",
+        "check_layouts",
+        "check_gutters",
+        "scene_maps",
+        "check_tiles",
+        "_unused",
+        "_path",
+        "check_flight",
+    ],
+)
+def test_a_search_that_breaks_in_a_scene_ends_no_other(
+    search: str, cove: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object, **__: object) -> Iterator[Finding]:
+        raise RecursionError("of some kind")
+        yield
+
+    ran = []
+    searches = ["check_layouts", "check_gutters", "scene_maps", "check_tiles", "check_flight"]
+    for name in searches:
+        monkeypatch.setattr(f"paradize.check.scenes.{name}", lambda *_, name=name: ran.append(name) or ())
+    monkeypatch.setattr(f"paradize.check.scenes.{search}", broken)
+    found = check_paths([cove])
+    assert {finding.code for finding in found} == {"PZ105"}
+    assert ran == [name for name in searches if name != search]
+
+
+def test_a_broken_map_leaves_the_gutters_of_the_others_checked(cove: Path, tmp_path: Path) -> None:
+    shutil.copytree(cove, tmp_path / "out")
+    manifest = json.loads((tmp_path / "out/scene.json").read_bytes())
+    for name in ("post_color", "post_normal"):
+        (tmp_path / "out" / manifest["artifacts"][name]["file"]).write_bytes(b"no texture")
+    asked = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("paradize.check.gutters._walk", lambda *given: asked.append(given[2]) or ())
+        list(check_gutters(manifest, tmp_path / "out"))
+    assert asked == ["height", "gloss"]
+
+
+def test_metadata_of_many_keys_is_refused_before_it_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """80,000 keys took two minutes."""
+    texture = Texture("R8_UNORM", 1, 1, (b"x",), 1)
+    data = bytearray(encode_ktx2(texture))
+    monkeypatch.setattr("paradize.formats.ktx2_reader._read_key_values", lambda *_: pytest.fail("was read"))
+    struct.pack_into("<I", data, 60, 1 << 20)
+    with pytest.raises(FormatError, match="1048576 bytes of metadata, limit 65536"):
+        decode_ktx2(bytes(data) + bytes(1 << 20))
+
+
+@pytest.mark.parametrize("keys", [100, 4000])
+def test_metadata_in_order_is_read_and_a_key_out_of_order_is_told(keys: int) -> None:
+    def entry(key: str) -> bytes:
+        text = key.encode() + b"\0v\0"
+        return struct.pack("<I", len(text)) + text + bytes(-len(text) % 4)
+
+    known = [f"{k:05}" for k in range(keys)]
+    data = b"".join(map(entry, known))
+    assert list(_read_key_values(data, 0, len(data), "f")) == known
+    data += entry(known[0])
+    with pytest.raises(FormatError, match="metadata key '00000' is out of order"):
+        _read_key_values(data, 0, len(data), "f")
+
+
+def test_a_sound_that_decodes_to_hours_is_refused_undecoded(monkeypatch: pytest.MonkeyPatch) -> None:
+    quiet = io.BytesIO()
+    soundfile.write(quiet, np.zeros(8000, np.float32), 8000, format="OGG", subtype="VORBIS")
+    monkeypatch.setattr("paradize.check.sounds._MAX_S", 0.5)
+    monkeypatch.setattr(soundfile.SoundFile, "read", lambda *_, **__: pytest.fail("was decoded"))
+    (found,) = check_sound(quiet.getvalue(), "a.ogg")
+    assert (found.code, found.what) == ("PZ102", "lasts 1 s, limit 0.5")
+
+
+def test_a_picture_of_too_many_texels_is_refused_undecoded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "a_normal.png").write_bytes(encode_png(np.zeros((4, 4, 3), np.uint8)))
+    monkeypatch.setattr("paradize.formats.png.MAX_CODES", 47)
+    (found,) = check_paths([tmp_path / "a_normal.png"])
+    assert (found.code, found.what) == ("PZ102", "4 x 4 texels of 3 channels, limit 47 codes")

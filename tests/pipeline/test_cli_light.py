@@ -24,7 +24,7 @@ LIGHT = {
     "paradize.cli_interrupt",
     "paradize.cli_options", "paradize.cli_output", "paradize.engine", "paradize.engine.libraries",
     "paradize.engine.memory", "paradize.engine.publish", "paradize.engine.store", "paradize.errors",
-    "paradize.files",
+    "paradize.documents", "paradize.files",
 }  # fmt: skip
 # Slow to load, or not for that; argparse, pathlib, json and hashlib make 90 with what they load themselves.
 HEAVY = {

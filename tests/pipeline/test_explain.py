@@ -15,7 +15,7 @@ import pytest
 from paradize.bake import bake
 from paradize.bake_tasks import How
 from paradize.explain import explain
-from paradize.explain_asked import economy
+from paradize.explain_asked import economy, textures_by_owner
 from paradize.explain_words import decides, render
 from tests.pipeline.layouts import make_atlas_scene, two_tone
 from tests.pipeline.scenes import make_cove
@@ -122,7 +122,8 @@ def test_maps_that_were_not_made_are_reckoned_in_the_size_that_the_picture_has(t
     (tmp_path / "post_color.ktx2").write_bytes(bytes(20) + struct.pack("<2I", 8, 4))
     asked = {"left_out": 2, "saved_bytes": 9, "texels": 4.0, "second_s": 0.0, "view": "camera"}
     entry = {"kind": "texture", "file": "post_color.ktx2", "asked": asked}
-    found = economy({"artifacts": {"post_color": entry}}, tmp_path, "post_color")
+    manifest = {"artifacts": {"post_color": entry}}
+    found = economy(manifest, tmp_path, "post_color", textures_by_owner(manifest))
     blocks = 8 * 4 + 4 * 2 + 2 * 1 + 1 + 1 + 1
     assert found is not None and found["maps"]["height"] == 8 * blocks
     assert found["maps"]["dudv"] == 2 * (32 * 16 + 16 * 8 + 8 * 4 + 4 * 2 + 2 * 1 + 1)

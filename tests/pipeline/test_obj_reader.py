@@ -13,6 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from paradize.errors import GroupedError, SourceError
+from paradize.readers import mtl
+from paradize.readers import obj as obj_module
+from paradize.readers.mtl import read_mtl
 from paradize.readers.obj import UNKNOWN_SMOOTHING, ObjResult, read_obj
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -471,3 +474,47 @@ def test_any_material_file_leaves_the_mesh_whole(
         assert len(read(folder, "mtllib a.mtl\n" + TRIANGLE + "f 1 2 3\n").mesh.triangles) == 1
     except (SourceError, GroupedError) as error:
         assert "a.mtl: line " in str(error)
+
+
+def test_a_material_file_of_any_length_is_followed_a_bounded_number_of_times(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Options of one map, map statements, warnings and errors: each has its limit."""
+    looked: list[Path] = []
+    monkeypatch.setattr(mtl, "is_file", lambda path: bool(looked.append(path)))
+    numbers: list[str] = []
+    real = mtl._floats
+    monkeypatch.setattr(mtl, "_floats", lambda text, count: numbers.append(text) or real(text, count))
+    path = tmp_path / "a.mtl"
+    path.write_text("newmtl a\nmap_Kd " + "-o 1 1 1 " * 100_000 + "a.png\n")
+    materials, _ = read_mtl(path, tmp_path)
+    assert materials["a"].map_kd is None and len(numbers) < 100
+    path.write_text("newmtl a\n" + "map_Kd gone.png\n" * 50_000)
+    looked.clear()
+    _, warnings = read_mtl(path, tmp_path)
+    assert len(looked) == mtl.MAX_MAPS and len(warnings) == mtl.MAX_TOLD + 2
+    assert "more than 10000 maps: this and all that follows is ignored" in warnings[-1]
+    path.write_text("newmtl a\n" + "Kd x\n" * 50_000)
+    with pytest.raises(GroupedError) as caught:
+        read_mtl(path, tmp_path)
+    assert len(caught.value.errors) == mtl.MAX_TOLD
+
+
+def test_options_before_a_maps_name_are_skipped_and_its_blanks_kept(tmp_path: Path) -> None:
+    path = tmp_path / "a.mtl"
+    for name in ("a.png", "a  b.png"):
+        (tmp_path / name).write_bytes(b"")
+    every = " ".join(f"{option} {'1 ' * most}" for option, most in mtl._OPTIONS.items())
+    for text, name in ((f"{every} a.png", "a.png"), ("a  b.png", "a  b.png"), ("-bm 1 a.png", "a.png")):
+        path.write_text(f"newmtl a\nmap_Kd {text}\n")
+        assert read_mtl(path, tmp_path)[0]["a"].map_kd == tmp_path / name, text
+
+
+def test_a_statement_of_many_material_files_looks_for_a_bounded_number(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looked: list[Path] = []
+    monkeypatch.setattr(obj_module, "is_file", lambda path: bool(looked.append(path)))
+    (tmp_path / "a.obj").write_text("mtllib " + "a.mtl " * 5000 + "\n" + TRIANGLE + "f 1 2 3\n")
+    read_obj(tmp_path / "a.obj")
+    assert len(looked) < 200

@@ -178,6 +178,23 @@ def test_a_flipped_bit_there_is_found_derived_again_and_mended(
         assert report.fetched == 14 and not told(report)
 
 
+@pytest.mark.parametrize("kind", ["folder", "asyncssh"])
+def test_a_pipe_there_is_damage_that_nobody_waits_for(
+    kind: str, baked: Path, home: Home, tmp_path: Path
+) -> None:
+    """Of a product and of a blob: both are made again and take its place."""
+    remote = tmp_path / "remote"
+    seed(baked, remote)
+    spoilt = [next((remote / name).glob("*/*")) for name in ("products", "blobs")]
+    for path in spoilt:
+        path.unlink()
+        os.mkfifo(path)
+    with remote_at(kind, home, remote) as url:
+        report = bake_shared(baked, url, tmp_path / "out")
+    assert report.count("baked") and report.fetched and "damaged file" in told(report)
+    assert all(path.is_file() for path in spoilt)
+
+
 def test_damaged_products_and_missing_blobs_there_are_mended(tmp_path: Path) -> None:
     remote, url = tmp_path / "remote", str(tmp_path / "remote")
     assert not push_all(tmp_path / "a", url)

@@ -14,12 +14,13 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 
+from paradize.bake_record import BakeReport
 from paradize.data import Group, Mesh, Texture
 from paradize.formats.ktx2 import encode_ktx2, full_level_count
 from paradize.report import lod_view
-from paradize.report.folder import draw_folder, draw_maps
+from paradize.report.folder import draw_folder, draw_maps, draw_page
 from paradize.report.pictures import Ground, SheetMap, lit_preview
-from paradize.report.scene_page import scene_page
+from paradize.report.scene_page import _curves, scene_page
 from paradize.report.shade import Material, flat_preview, sphere_preview, to_codes, to_light
 from paradize.report.sheet import draw_sheet, error_lines
 
@@ -308,3 +309,25 @@ def test_a_level_is_drawn_where_it_lies_and_holes_show_what_is_behind() -> None:
     assert blue[2] > 150 and blue[0] < 30
     assert paper.max() < 40
     assert drawn[middle, side // 16 + 4, 2] > 150  # the large square reaches almost to the edge
+
+
+@pytest.mark.parametrize(
+    "content", [b"{}", b"[]", b"[" * 100_000, b'{"groups": [1e400]}', b"\xff", b'{"groups": 7}']
+)
+def test_curves_that_are_none_are_a_warning_and_the_page_is_drawn(
+    content: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where a pipe stands in their place."""
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    monkeypatch.setattr("paradize.report.scene_page.scene_page", lambda *_, trade, **__: _curves(trade))
+    monkeypatch.setattr("paradize.report.folder.read_scene", lambda *_: {"artifacts": {}})
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/scene.json").write_text("{}")
+    for make in (lambda path: path.write_bytes(content), os.mkfifo):
+        path = tmp_path / "tradeoff.json"
+        path.unlink(missing_ok=True)
+        make(path)
+        report = BakeReport(tmp_path / "out")
+        draw_page(tmp_path / "out", tmp_path, report, {})
+        assert (tmp_path / "index.html").read_text() == _curves(None)
+        assert f"{path}: is not what paradize measure writes" in report.warnings[0]

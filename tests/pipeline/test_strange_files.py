@@ -13,36 +13,36 @@ import pytest
 from paradize.bake import bake
 from paradize.bake_tasks import How
 from tests.pipeline.scenes import make_cove
-from tests.pipeline.strange_files import KINDS
+from tests.pipeline.strange_files import MANY, VAST
 
 SOURCES = [
     "cove.toml", "height.png", "sand.png", "wood.png", "waves.png", "px.exr", "post.obj", "sea.ogg",
 ]  # fmt: skip
 MANIFEST, OBJECT, GROUND = "out/scene.json", "out/post_mesh-*.glb", "out/terrain_mesh-*.glb"
 ARTIFACTS = [MANIFEST, OBJECT, GROUND, "out/*_color-*.ktx2", "out/*.ogg"]
-ENTRIES = ["store/bakes/*", "store/locks/*"]
 SIZE = ["--size", "10", "10", "--height", "2"]
-# What is called, what is spoilt, and whether the command refuses (1), does without (0) or may do either.
-TRIED: dict[str, tuple[list[str], list[str], set[int]]] = {
-    "bake, a source": (["bake", "cove.toml", "-o", "out"], SOURCES, {1}),
-    "bake, an artifact": (["bake", "cove.toml", "-o", "out"], ARTIFACTS, {0, 1}),
-    "bake, the store": (["bake", "cove.toml", "-o", "out"], ENTRIES, {0, 1}),
-    "explain, a source": (["explain", "cove.toml", "-o", "out"], SOURCES, {1}),
-    "explain, an artifact": (["explain", "cove.toml", "-o", "out"], [*ARTIFACTS, "store/bakes/*"], {0}),
-    "export": (["export", "out", "-o", "x.glb"], [MANIFEST, OBJECT], {1}),
-    "check": (["check", "out"], ARTIFACTS, {1}),
-    "check of a file": (["check", "wood.png"], ["wood.png"], {1}),
-    "check --against": (["check", "out", "--against", "earlier"], ["earlier/scene.json"], {1}),
-    "mesh": (["mesh", "post.obj", "-o", "m.glb"], ["post.obj"], {1}),
-    "mesh, what it names": (["mesh", "post.obj", "-o", "m.glb"], ["post.mtl", "wood.png"], {0}),
-    "maps": (["maps", "wood.png", "-o", "m", "--uv", "post.obj"], ["wood.png", "post.obj"], {1}),
-    "terrain": (["terrain", "height.png", "-o", "t.glb", *SIZE], ["height.png"], {1}),
-    "terrain, raw": (["terrain", "raw.hgt", "-o", "t.glb", *SIZE], ["raw.hgt"], {1}),
-    "measure": (["measure", "wood.png", "-o", "m"], ["wood.png"], {1}),
-    "measure of a scene": (["measure", "cove.toml", "-o", "m"], ["cove.toml"], {1}),
-    "new": (["new", "n", "--from", "post.obj"], ["post.obj"], {1}),
-    "new, what it names": (["new", "n", "--from", "post.obj"], ["post.mtl", "wood.png"], {0}),
-    "clean": (["clean"], ["store/bakes/*", "store/products/*/*", "store/blobs/*/*"], {0}),
+# What is called, what is spoilt, and whether the command refuses (1) or does without (0).
+TRIED: dict[str, tuple[list[str], list[str], int]] = {
+    "bake, a source": (["bake", "cove.toml", "-o", "out"], SOURCES, 1),
+    "bake, an artifact": (["bake", "cove.toml", "-o", "out"], ARTIFACTS, 1),
+    "bake, an entry of the store": (["bake", "cove.toml", "-o", "out"], ["store/bakes/*"], 0),
+    "bake, the store's lock": (["bake", "cove.toml", "-o", "out"], ["store/locks/*"], 1),
+    "explain, a source": (["explain", "cove.toml", "-o", "out"], SOURCES, 1),
+    "explain, an artifact": (["explain", "cove.toml", "-o", "out"], [*ARTIFACTS, "store/bakes/*"], 0),
+    "export": (["export", "out", "-o", "x.glb"], [MANIFEST, OBJECT], 1),
+    "check": (["check", "out"], ARTIFACTS, 1),
+    "check of a file": (["check", "wood.png"], ["wood.png"], 1),
+    "check --against": (["check", "out", "--against", "earlier"], ["earlier/scene.json"], 1),
+    "mesh": (["mesh", "post.obj", "-o", "m.glb"], ["post.obj"], 1),
+    "mesh, what it names": (["mesh", "post.obj", "-o", "m.glb"], ["post.mtl", "wood.png"], 0),
+    "maps": (["maps", "wood.png", "-o", "m", "--uv", "post.obj"], ["wood.png", "post.obj"], 1),
+    "terrain": (["terrain", "height.png", "-o", "t.glb", *SIZE], ["height.png"], 1),
+    "terrain, raw": (["terrain", "raw.hgt", "-o", "t.glb", *SIZE], ["raw.hgt"], 1),
+    "measure": (["measure", "wood.png", "-o", "m"], ["wood.png"], 1),
+    "measure of a scene": (["measure", "cove.toml", "-o", "m"], ["cove.toml"], 1),
+    "new": (["new", "n", "--from", "post.obj"], ["post.obj"], 1),
+    "new, what it names": (["new", "n", "--from", "post.obj"], ["post.mtl", "wood.png"], 0),
+    "clean": (["clean"], ["store/bakes/*", "store/products/*/*", "store/blobs/*/*"], 0),
 }
 # Places where a command only looks whether a name is there, or that are written over, take fewer kinds.
 FEW = ["pipe", "endless"]
@@ -63,29 +63,42 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def tried(
     words: list[str], places: list[str], kinds: list[str], base: Path, work: Path
-) -> list[tuple[str, str, int, str]]:
+) -> list[tuple[str, str, int, str, int]]:
     """What became of each case. A process that hangs is ended by its own alarm."""
     call = [sys.executable, "-m", "tests.pipeline.strange_files", json.dumps([words, places, kinds])]
     ran = subprocess.run([*call, str(base), str(work)], capture_output=True, text=True, timeout=600)
     told = [json.loads(line) for line in ran.stdout.splitlines()]
     assert ran.returncode == 0 and len(told) == len(places) * len(kinds), (told[-1:], ran.stderr)
-    return [(place, kind, code, said) for place, kind, code, said in told]
+    return [tuple(line) for line in told]
 
 
 @pytest.mark.parametrize("what", TRIED)
 def test_a_command_ends_whatever_stands_in_a_files_place(what: str, base: Path, tmp_path: Path) -> None:
-    words, places, codes = TRIED[what]
-    kinds = list(KINDS) if what in ("check", "mesh", "maps", "explain, an artifact") else FEW
-    for place, kind, code, said in tried(words, places, kinds, base, tmp_path / "work"):
-        assert code in codes, (place, kind, code, said)
+    words, places, wanted = TRIED[what]
+    kinds = MANY if what in ("check", "mesh", "maps", "explain, an artifact") else FEW
+    for place, kind, code, said, _ in tried(words, places, kinds, base, tmp_path / "work"):
+        assert code == wanted, (place, kind, code, said)
         assert "unforeseen" not in said and "Traceback" not in said, (place, kind, said)
         if code == 1:
             name = place.rpartition("/")[2].strip("*").partition("-")[0]
             assert name in said, (place, kind, said)
 
 
+@pytest.mark.parametrize("what", [what for what, (_, places, _) in TRIED.items() if MANIFEST in places])
+def test_no_command_reads_a_baked_file_that_is_larger_than_it_may_be(
+    what: str, base: Path, tmp_path: Path
+) -> None:
+    words, places, wanted = TRIED[what]
+    wanted = 0 if words[0] == "bake" else wanted  # which makes it anew
+    places = [place for place in places if not place.startswith("store/")]
+    for place, _, code, said, held in tried(words, places, ["vast"], base, tmp_path / "work"):
+        assert code == wanted and held < VAST, (place, code, held, said)
+        if code == 1:
+            assert f"holds {VAST} bytes, limit " in said, (place, said)
+
+
 def test_check_tells_a_strange_artifact_beside_the_findings_of_others(base: Path, tmp_path: Path) -> None:
-    ((_, _, _, said),) = tried(["check", "out"], ["out/*_color-*.ktx2"], ["pipe"], base, tmp_path / "work")
+    ((_, _, _, said, _),) = tried(["check", "out"], ["out/*_color-*.ktx2"], ["pipe"], base, tmp_path / "work")
     assert said.count("PZ101") == len(list((base / "out").glob("*_color-*.ktx2")))
 
 
@@ -104,7 +117,7 @@ def test_strange_entries_of_the_store_are_made_anew(base: Path, tmp_path: Path) 
         for path in sorted((base / "store" / name).glob("*/*"))[:1]
     ]
     words = ["bake", "cove.toml", "-o", "new", "--store", str(shared)]
-    for place, kind, code, said in tried(words, places, FEW, base, work):
+    for place, kind, code, said, _ in tried(words, places, FEW, base, work):
         assert code == 0, (place, kind, said)
         assert "cannot be used" not in said and "Traceback" not in said, said
         assert (work / place).is_file()

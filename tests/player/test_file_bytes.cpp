@@ -1,4 +1,6 @@
 #include "assets/file_bytes.hpp"
+#include "assets/json_reader.hpp"
+#include "assets/scene_file.hpp"
 #include "assets/sha256.hpp"
 #include "error.hpp"
 #include "files.hpp"
@@ -11,9 +13,9 @@ using namespace paradize;
 
 namespace {
 
-std::string fault(const std::filesystem::path &path, std::uint64_t expected = 0) {
+std::string fault(const std::filesystem::path &path, assets::FileSize size = {}) {
     try {
-        const assets::FileBytes bytes(path, expected);
+        const assets::FileBytes bytes(path, size);
     } catch (const Error &error) {
         return error.what();
     }
@@ -49,7 +51,7 @@ TEST_CASE("files: the bytes are the file's, part by part, and stay when it chang
     }
     const std::filesystem::path path = folder.write("a", bytes);
     test::Bytes parts;
-    const assets::FileBytes file(path, bytes.size(), [&](std::span<const std::byte> part) {
+    const assets::FileBytes file(path, {.exactly = bytes.size()}, [&](std::span<const std::byte> part) {
         parts.insert(parts.end(), part.begin(), part.end());
     });
     CHECK(parts == bytes);
@@ -69,8 +71,16 @@ TEST_CASE(
     CHECK(tells(fault(pipe), "is no regular file"));
     CHECK(tells(fault(folder.write("empty", std::string())), "is empty"));
     const auto file = folder.write("file", std::string("1234"));
-    CHECK(tells(fault(file, 5), "has 4 bytes, scene.json says 5; bake the scene again"));
-    CHECK(fault(file, 4).empty());
+    CHECK(tells(fault(file, {.exactly = 5}), "has 4 bytes, scene.json says 5; bake the scene again"));
+    CHECK(fault(file, {.exactly = 4}).empty());
     std::filesystem::resize_file(file, (std::uint64_t{1} << 32U) + 1); // takes no room on the disk
     CHECK(tells(fault(file), "has 4294967297 bytes, at most 4294967296 are taken"));
+}
+
+TEST_CASE("A scene.json that is larger than any is refused before it is read") {
+    const test::Folder folder;
+    const auto file = folder.write("scene.json", std::string("{"));
+    std::filesystem::resize_file(file, assets::most_json_bytes + 1);
+    CHECK_THROWS_WITH_AS(assets::read_scene(file),
+                         doctest::Contains("has 67108865 bytes, at most 67108864 are taken"), Error);
 }

@@ -10,8 +10,8 @@ from paradize.bake_record import SCENE_FILE
 from paradize.budget import METRICS
 from paradize.check.rules import Finding
 from paradize.errors import FormatError
-from paradize.files import read_file, resolved
-from paradize.formats.scene_manifest import decode_scene
+from paradize.files import resolved
+from paradize.formats.scene_manifest import read_scene
 
 WORSE_BY = 0.05
 # Below this an error is rounding: neither worse nor better. By the end of the metric's name.
@@ -33,7 +33,7 @@ def check_against(manifest: dict[str, Any], path: Path, file: str, worse_by: flo
     """The findings of a manifest, whose own file is `file`, against the scene.json at `path`. worse_by: the
     share that an error may grow by, and a file."""
     try:
-        earlier = decode_scene(read_file(path), str(path))
+        earlier = read_scene(path)
     except OSError as error:
         what = f"there is no earlier bake: {error.strerror or error}"
         yield Finding("PZ101", str(path), what, mend=_MEND)

@@ -10,9 +10,9 @@ from typing import Any
 from paradize.bake_choice import LABELS
 from paradize.budget import METRICS, Excess, excesses, is_beyond
 from paradize.check.rules import Finding
-from paradize.files import read_file
 from paradize.formats.glb_layout import MAGIC
 from paradize.formats.ktx2 import IDENTIFIER
+from paradize.formats.scene_manifest import read_entry
 from paradize.schema import Limits
 
 # Under which name a level tells what a budget's metric is the largest of.
@@ -98,7 +98,7 @@ def _taken(manifest: dict[str, Any], folder: Path) -> Mapping[str, float]:
     held = 0
     for artifact in manifest["artifacts"].values():
         try:
-            held += device_bytes(read_file(folder / artifact["file"]))
+            held += device_bytes(read_entry(folder, artifact))
         except OSError:
             continue  # another rule's finding
     return {"folder_mb": total / 1e6, "gpu_mb": held / 1e6}

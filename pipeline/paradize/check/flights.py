@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 from paradize.check.rules import Finding
 from paradize.errors import ParadizeError
-from paradize.files import read_file
 from paradize.flight import Flight
 from paradize.formats.glb import decode_glb
 from paradize.formats.glb_tiles import decode_tile
+from paradize.formats.scene_manifest import read_entry
 
 F64 = npt.NDArray[np.float64]
 
@@ -33,11 +33,8 @@ def check_flight(manifest: dict[str, Any], folder: Path, file: str) -> Iterator[
     width, height = manifest["viewport"]
     slope = tan(0.5 * told["fov_rad"])
     near = told["near_m"] * sqrt(1.0 + slope * slope * (1.0 + (width / height) ** 2))
-    try:
-        above = _above_ground(manifest, folder, eyes)
-        apart = _nearest_object(manifest, folder, eyes, near)
-    except (OSError, ParadizeError):
-        return
+    above = _above_ground(manifest, folder, eyes)
+    apart = _nearest_object(manifest, folder, eyes, near)
     under = np.flatnonzero(above < 0.0)
     if len(under):
         worst = under[above[under].argmin()]
@@ -62,7 +59,11 @@ def _above_ground(manifest: dict[str, Any], folder: Path, eyes: F64) -> F64:
     if terrain is None:
         return above
     for name in terrain["tiles"]:
-        for patch in decode_tile(read_file(folder / manifest["artifacts"][name]["file"]), name):
+        try:
+            tile = decode_tile(read_entry(folder, manifest["artifacts"][name]), name)
+        except (OSError, ParadizeError):
+            continue
+        for patch in tile:
             if not patch.finest:
                 continue
             points = patch.mesh.positions.astype(np.float64)
@@ -94,9 +95,10 @@ def _nearest_object(manifest: dict[str, Any], folder: Path, eyes: F64, reach: fl
     infinite."""
     nearest = np.full(len(eyes), np.inf)
     for item in manifest["objects"]:
-        mesh = decode_glb(read_file(folder / manifest["artifacts"][item["mesh"]]["file"]), item["mesh"])[
-            0
-        ].mesh
+        try:
+            mesh = decode_glb(read_entry(folder, manifest["artifacts"][item["mesh"]]), item["mesh"])[0].mesh
+        except (OSError, ParadizeError):
+            continue
         corners = mesh.places[mesh.triangles]
         low, high = corners.min(axis=1), corners.max(axis=1)
         for instance in item["instances"]:

@@ -6,7 +6,6 @@ and leaves it to the rules to judge indices and numbers; only what cannot be rea
 
 from __future__ import annotations
 
-import json
 import struct
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from paradize.documents import parse_json
 from paradize.errors import FormatError
 
 _TYPES = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
@@ -22,6 +22,7 @@ _OVERLAP = 8
 _WIDTHS = {"POSITION": 3, "NORMAL": 3, "TANGENT": 4}
 # What a JSON chunk of any shape can make of the lookups below.
 _UNREADABLE = (
+    FormatError,
     struct.error,
     ValueError,
     LookupError,
@@ -70,7 +71,7 @@ def read_levels(data: bytes, file: object) -> list[Level]:
         if kind != b"JSON" or 20 + length > total:
             raise ValueError("no JSON chunk")
         place = "JSON chunk"
-        tree = json.loads(data[20 : 20 + length].decode("utf-8"))
+        tree = parse_json(data[20 : 20 + length])
         binary = b""
         if 20 + length < total:
             place = f"byte {20 + length}"

@@ -11,12 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.bake_gutter import KINDS, Borders, find_borders, is_safe, reach_of, sampled_levels, walk
-from paradize.check.rules import Finding
+from paradize.bake_record import SCENE_FILE
+from paradize.check.rules import Finding, isolated
 from paradize.data import Texture
 from paradize.errors import ParadizeError
-from paradize.files import read_file
 from paradize.formats.glb import decode_glb
 from paradize.formats.ktx2 import decode_ktx2
+from paradize.formats.ktx2_layout import MAX_SIZE
+from paradize.formats.scene_manifest import read_entry
 
 F32 = npt.NDArray[np.float32]
 _DIGITS = 1e-5  # scene.json holds six
@@ -26,37 +28,43 @@ def check_gutters(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
     """The findings in a manifest's objects, whose files lie in `folder`; what cannot be read is left to other
     rules."""
     for item in manifest["objects"]:
-        names = {key: item[key] for key in KINDS if item[key] is not None}
-        names = {key: name for key, name in names.items() if manifest["artifacts"][name]["gutter"]}
-        if not names:
-            continue
-        glb = _read(manifest, folder, item["mesh"])
+        yield from isolated(_object(manifest, folder, item), str(folder / SCENE_FILE))
+
+
+def _object(manifest: dict[str, Any], folder: Path, item: dict[str, Any]) -> Iterator[Finding]:
+    names = {key: item[key] for key in KINDS if item[key] is not None}
+    names = {key: name for key, name in names.items() if manifest["artifacts"][name]["gutter"]}
+    if not names:
+        return
+    try:
+        mesh = decode_glb(_read(manifest, folder, item["mesh"]))[0].mesh
+    except ParadizeError:
+        return
+    given = _given(item, item["height"] is not None)
+    borders: dict[tuple[int, int], Borders | None] = {}
+    for key, name in names.items():
+        artifact = manifest["artifacts"][name]
         try:
-            mesh = decode_glb(glb)[0].mesh
-            textures = {key: decode_ktx2(_read(manifest, folder, name)) for key, name in names.items()}
-            left = {key: _left_out(manifest["artifacts"][name]) for key, name in names.items()}
-            whole = {
-                key: (texture.width << left[key], texture.height << left[key])
-                for key, texture in textures.items()
-            }
-            sizes = set(whole.values()) if mesh.uvs is not None else set()
-            borders = {
-                (width, height): find_borders(mesh, width=width, height=height, repeat=item["repeat"])
-                for width, height in sizes
-            }
+            texture = decode_ktx2(_read(manifest, folder, name))
+            left = _left_out(artifact)
+            width, height = texture.width << left, texture.height << left
+            if max(width, height) > MAX_SIZE:
+                what = f"{left} finer levels than {texture.width} x {texture.height} texels are none"
+                place = f"artifacts.{name}.asked.left_out"
+                yield Finding("PZ102", str(folder / SCENE_FILE), what, place)
+                continue
+            if mesh.uvs is not None and (width, height) not in borders:
+                borders[width, height] = find_borders(mesh, width=width, height=height, repeat=item["repeat"])
         except ParadizeError:
             continue
-        given = _given(item, item["height"] is not None)
-        for key, texture in textures.items():
-            at = borders.get(whole[key])
-            if at is not None:
-                artifact = manifest["artifacts"][names[key]]
-                yield from _walk(at, texture, key, names[key], given, artifact, folder)
+        at = borders.get((width, height))
+        if at is not None:
+            yield from _walk(at, texture, key, name, given, artifact, folder)
 
 
 def _read(manifest: dict[str, Any], folder: Path, name: str) -> bytes:
     try:
-        return read_file(folder / manifest["artifacts"][name]["file"])
+        return read_entry(folder, manifest["artifacts"][name])
     except OSError:
         return b""
 

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from paradize.check.rules import Finding
+from paradize.check.rules import Finding, isolated
 from paradize.data import Mesh
 from paradize.errors import ParadizeError
-from paradize.files import read_file
 from paradize.formats.glb import decode_glb
 from paradize.formats.ktx2 import decode_ktx2
+from paradize.formats.scene_manifest import read_entry
 from paradize.kernels.reference_atlas import layout_raster
 from paradize.metrics.texels import decode_texels
 
@@ -33,17 +34,20 @@ def check_layouts(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
     for item in manifest["objects"]:
         if item["repeat"] or item["color"] is None:
             continue
-        path = folder / manifest["artifacts"][item["mesh"]]["file"]
+        entry = manifest["artifacts"][item["mesh"]]
+        file = str(folder / entry["file"])
         try:
-            mesh = decode_glb(read_file(path))[0].mesh
+            mesh = decode_glb(read_entry(folder, entry))[0].mesh
         except (OSError, ParadizeError):
             continue
         if mesh.uvs is not None:
-            picture = folder / manifest["artifacts"][item["color"]]["file"]
-            yield from _layout(mesh, mesh.uvs, str(path), picture)
+            picture = partial(read_entry, folder, manifest["artifacts"][item["color"]])
+            yield from isolated(_layout(mesh, mesh.uvs, file, picture), file)
 
 
-def _layout(mesh: Mesh, uvs: npt.NDArray[np.float32], file: str, picture: Path) -> Iterator[Finding]:
+def _layout(
+    mesh: Mesh, uvs: npt.NDArray[np.float32], file: str, picture: Callable[[], bytes]
+) -> Iterator[Finding]:
     outside = np.abs(uvs - 0.5).max(axis=1) - 0.5
     bad = outside > _BEYOND
     if bad.any():
@@ -69,11 +73,11 @@ def _layout(mesh: Mesh, uvs: npt.NDArray[np.float32], file: str, picture: Path) 
     yield from _density(spread, triangles, corners, file)
 
 
-def _painted(mesh: Mesh, corners: npt.NDArray[np.float64], picture: Path) -> bool:
+def _painted(mesh: Mesh, corners: npt.NDArray[np.float64], picture: Callable[[], bytes]) -> bool:
     """Whether the colour map shows more under the triangles than flat or smooth colours. Where it does not,
     as with the swatches of a palette, places may share texels, and their density means nothing."""
     try:
-        colors = decode_texels(decode_ktx2(read_file(picture)))[:, :, :3]
+        colors = decode_texels(decode_ktx2(picture()))[:, :, :3]
     except (OSError, ParadizeError):  # told elsewhere
         return True
     edge = np.zeros(colors.shape[:2], np.bool_)

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.check.rules import Finding
+from paradize.check.rules import Finding, isolated
 from paradize.check.slopes import TOGETHER, agreement
 from paradize.data import Texture
 from paradize.errors import FormatError
-from paradize.files import read_file
+from paradize.files import MAX_BYTES, read_file
 from paradize.formats.ktx2 import decode_ktx2
 from paradize.metrics.texels import decode_texels, rebuilt
 
@@ -69,26 +69,34 @@ def scene_maps(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
         surfaces.append({kind: water[kind] for kind in ("normal", "dudv")})
     surfaces += [{kind: item[kind] for kind in KINDS if kind in item} for item in manifest["objects"]]
     for surface in surfaces:
-        files = {kind: folder / manifest["artifacts"][name]["file"] for kind, name in surface.items() if name}
-        yield from check_maps(_read(files), green_up=True)
+        entries = {kind: manifest["artifacts"][name] for kind, name in surface.items() if name}
+        files = {kind: (folder / entry["file"], entry["bytes"]) for kind, entry in entries.items()}
+        yield from _isolated_maps(files, green_up=True)
 
 
 def folder_maps(files: Sequence[Path]) -> Iterator[Finding]:
     """The same of files named as `paradize maps` names them: <stem>_normal.ktx2 and so on."""
-    surfaces: dict[str, dict[str, Path]] = {}
+    surfaces: dict[str, dict[str, tuple[Path, int]]] = {}
     for file in files:
         if match := _NAMED.fullmatch(file.name):
-            surfaces.setdefault(match[1], {})[match[2]] = file
+            surfaces.setdefault(match[1], {})[match[2]] = (file, MAX_BYTES)
     for surface in surfaces.values():
-        yield from check_maps(_read(surface))
+        yield from _isolated_maps(surface)
 
 
-def _read(files: Mapping[str, Path]) -> dict[str, Map]:
-    """The textures of files that can be read; what is wrong with others is told by other rules."""
+def _isolated_maps(files: Mapping[str, tuple[Path, int]], *, green_up: bool = False) -> Iterator[Finding]:
+    if files:
+        first = str(next(iter(files.values()))[0])
+        yield from isolated(check_maps(_read(files), green_up=green_up), first)
+
+
+def _read(files: Mapping[str, tuple[Path, int]]) -> dict[str, Map]:
+    """The textures of files that can be read and have at most so many bytes; other rules tell what is wrong
+    with the others."""
     found = {}
-    for kind, file in files.items():
+    for kind, (file, most) in files.items():
         try:
-            found[kind] = Map(str(file), decode_ktx2(read_file(file)))
+            found[kind] = Map(str(file), decode_ktx2(read_file(file, most)))
         except (OSError, FormatError):
             continue
     return found

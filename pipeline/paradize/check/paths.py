@@ -10,7 +10,7 @@ from paradize.bake_record import SCENE_FILE
 from paradize.check.maps import folder_maps
 from paradize.check.meshes import check_mesh
 from paradize.check.pictures import SIGNATURE, check_picture
-from paradize.check.rules import Finding, gathered
+from paradize.check.rules import Finding, gathered, isolated
 from paradize.check.scenes import Look, check_scene
 from paradize.check.textures import check_texture
 from paradize.files import read_file
@@ -24,7 +24,7 @@ _TAKES = "name what was baked: a scene's folder or its scene.json, a GLB, a KTX2
 def check_paths(paths: Sequence[Path], look: Look | None = None) -> list[Finding]:
     """All findings of all paths, equal ones gathered."""
     how = look or Look()
-    found = [finding for path in paths for finding in _check(path, how)]
+    found = [finding for path in paths for finding in isolated(_check(path, how), str(path))]
     if how.against and not any(path.name == SCENE_FILE or (path / SCENE_FILE).is_file() for path in paths):
         what = f"nothing is compared with {how.against}: an artifact's errors stand in its {SCENE_FILE}"
         mend = "name the scene's folder, or leave --against out"
@@ -51,7 +51,7 @@ def _check(path: Path, look: Look) -> Iterator[Finding]:
         if not files:
             yield Finding("PZ101", str(path), f"holds no {SCENE_FILE}, GLB, KTX2 or PNG", mend=_TAKES)
         for file in files:
-            yield from _check(file, look)
+            yield from isolated(_check(file, look), str(file))
         yield from folder_maps(files)
         return
     if path.name == SCENE_FILE:

@@ -5,10 +5,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from paradize.errors import MOST, MOST_ADVICE, bounded
+from paradize.errors import MOST, MOST_ADVICE, ParadizeError, bounded
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,12 @@ RULES: dict[str, Rule] = {
         "error", "hash mismatch", "a file's bytes are not those that the manifest names", "bake again"
     ),
     "PZ104": Rule("warning", "unused file", "a baked file that the manifest does not name", "bake again"),
+    "PZ105": Rule(
+        "error",
+        "not checked",
+        "the check broke on a file, and whether it is sound is not known; all others were looked at",
+        "please report it, with the file",
+    ),
     "PZ201": Rule("error", "index out of range", "a triangle names a vertex that is not there", "bake again"),
     "PZ202": Rule("error", "not a number", "NaN or infinity among a mesh's numbers", "mend the source"),
     "PZ203": Rule("error", "normal not of unit length", "lighting would be too bright or dark", "bake again"),
@@ -243,6 +249,18 @@ class Finding:
         if self.waived:
             return f"{head}: waived {self.code}: {self.what}{times}; {self.waived}"
         return f"{head}: {self.severity} {self.code}: {self.what}{times}" + (f"; {mend}" if mend else "")
+
+
+def isolated(findings: Iterable[Finding], file: str) -> Iterator[Finding]:
+    """The findings, and what ended the search for them as one more: no file's fault hides another's."""
+    try:
+        yield from findings
+    except ParadizeError as error:
+        yield Finding("PZ102", error.file or file, error.what, error.place or "")
+    except OSError as error:
+        yield Finding("PZ101", file, f"cannot be read: {error.strerror or error}")
+    except Exception as error:
+        yield Finding("PZ105", file, f"unforeseen {type(error).__name__}: {error}")
 
 
 def gathered(findings: Iterable[Finding]) -> list[Finding]:

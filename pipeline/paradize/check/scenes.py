@@ -17,16 +17,15 @@ from paradize.check.gutters import check_gutters
 from paradize.check.layouts import check_layouts
 from paradize.check.maps import scene_maps
 from paradize.check.meshes import check_mesh
-from paradize.check.rules import Finding
+from paradize.check.rules import Finding, isolated
 from paradize.check.sounds import check_sound
 from paradize.check.terrain import check_tiles
 from paradize.check.textures import check_texture
 from paradize.check.verdicts import judged
 from paradize.errors import FormatError
-from paradize.files import read_file
 from paradize.formats.glb import decode_glb
 from paradize.formats.glb_tiles import decode_tile
-from paradize.formats.scene_manifest import decode_scene, references
+from paradize.formats.scene_manifest import read_entry, read_scene, references
 
 _JUMP = 1e-6  # of the segment's own size: how far apart two segments may meet
 
@@ -45,7 +44,7 @@ def check_scene(path: Path, look: Look) -> Iterator[Finding]:
     """The findings in a scene.json and everything that it names, as the scene itself wants them judged."""
     file = str(path)
     try:
-        manifest = decode_scene(read_file(path), file)
+        manifest = read_scene(path)
     except OSError as error:
         yield Finding("PZ101", file, error.strerror or str(error))
         return
@@ -66,17 +65,23 @@ def _findings(manifest: dict[str, Any], path: Path, look: Look) -> Iterator[Find
     tiles = manifest["terrain"]["tiles"] if manifest["terrain"] else []
     for name, artifact in manifest["artifacts"].items():
         decode = decode_tile if name in tiles else decode_glb
-        yield from _artifact(path.parent, name, artifact, colors.get(name), decode)
-    yield from check_budget(manifest, path.parent, file)
+        found = _artifact(path.parent, name, artifact, colors.get(name), decode)
+        yield from isolated(found, str(path.parent / artifact["file"]))
+    searches = [check_budget(manifest, path.parent, file)]
     if look.against:
-        yield from check_against(manifest, earlier_scene(look.against, path.parent), file, look.worse_by)
-    yield from check_layouts(manifest, path.parent)
-    yield from check_gutters(manifest, path.parent)
-    yield from scene_maps(manifest, path.parent)
-    yield from check_tiles(manifest, path.parent)
-    yield from _unused(path.parent, manifest, file)
-    yield from _path(manifest["flight"], file)
-    yield from check_flight(manifest, path.parent, file)
+        earlier = earlier_scene(look.against, path.parent)
+        searches.append(check_against(manifest, earlier, file, look.worse_by))
+    searches += [
+        check_layouts(manifest, path.parent),
+        check_gutters(manifest, path.parent),
+        scene_maps(manifest, path.parent),
+        check_tiles(manifest, path.parent),
+        _unused(path.parent, manifest, file),
+        _path(manifest["flight"], file),
+        check_flight(manifest, path.parent, file),
+    ]
+    for search in searches:
+        yield from isolated(search, file)
 
 
 def _colors(manifest: dict[str, Any]) -> dict[str, bool]:
@@ -96,7 +101,7 @@ def _artifact(
     path = folder / artifact["file"]
     file = str(path)
     try:
-        data = read_file(path)
+        data = read_entry(folder, artifact)
     except OSError as error:
         yield Finding("PZ101", file, f"the file of {name} cannot be read: {error.strerror or error}")
         return

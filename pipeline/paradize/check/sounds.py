@@ -13,6 +13,7 @@ from paradize.check.rules import Finding
 # below a share of full scale nothing is.
 _STEPS = 8.0
 _HEARD = 0.02
+_MAX_S = 3600  # what is decoded is many times the file
 
 
 def check_sound(data: bytes, file: str) -> Iterator[Finding]:
@@ -23,7 +24,13 @@ def check_sound(data: bytes, file: str) -> Iterator[Finding]:
     import soundfile  # here: only a scene with a sound needs it
 
     try:
-        samples, rate = soundfile.read(io.BytesIO(data), dtype="float32", always_2d=True)
+        with soundfile.SoundFile(io.BytesIO(data)) as stream:
+            if stream.frames > _MAX_S * stream.samplerate:
+                yield Finding(
+                    "PZ102", file, f"lasts {stream.frames / stream.samplerate:.0f} s, limit {_MAX_S}"
+                )
+                return
+            samples, rate = stream.read(dtype="float32", always_2d=True), stream.samplerate
     except (soundfile.SoundFileError, RuntimeError) as error:
         yield Finding("PZ102", file, f"does not decode: {error}")
         return

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,8 @@ import numpy.typing as npt
 
 from paradize.check.rules import Finding
 from paradize.errors import FormatError
-from paradize.files import read_file
 from paradize.formats.glb_tiles import decode_tile
+from paradize.formats.scene_manifest import read_entry
 from paradize.kernels.mesh import project
 
 _Ends = npt.NDArray[np.float32]
@@ -29,33 +30,39 @@ def check_tiles(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
         return
     rims: list[_Ends] = []
     patches: list[_Patch] = []
+    told = Counter(terrain["patches"]["tile"])  # patches of each tile, in the order of the tiles
+    first, whole = 0, True
     for number, name in enumerate(terrain["tiles"]):
-        file = folder / manifest["artifacts"][name]["file"]
+        entry = manifest["artifacts"][name]
+        file = folder / entry["file"]
+        row, first = first, first + told[number]
         try:
-            tile = decode_tile(read_file(file), str(file))
+            tile = decode_tile(read_entry(folder, entry), str(file))
         except (OSError, FormatError):
-            return
+            whole = False
+            continue
         for node, patch in enumerate(tile):
-            row = len(rims)
-            wanted = _row(terrain["patches"], row)
+            wanted = _row(terrain["patches"], row + node) if node < told[number] else None
             found = (number, node, patch.index, patch.error_m, patch.finest)
             if wanted != found:
                 what = f"(tile, node, patch, error, finest) is {found} where scene.json says {wanted}"
                 yield Finding("PZ404", str(file), what, f"node {node}")
-                return
+                whole = False
+                break
             rims.append(_rim(patch.mesh.positions, patch.mesh.triangles))
             patches.append((patch.mesh.positions, patch.mesh.triangles))
-    if len(rims) != len(terrain["patches"]["level"]):
-        what = f"the tiles hold {len(rims)} patches of {len(terrain['patches']['level'])}"
-        yield Finding("PZ404", str(folder), what, "terrain.patches")
+        else:
+            if len(tile) != told[number]:
+                what = f"it holds {len(tile)} patches of {told[number]}"
+                yield Finding("PZ404", str(file), what, "terrain.patches")
+                whole = False
+    if not whole:
         return
     yield from _cracks(terrain, rims, folder)
     yield from _bound(terrain, patches, folder)
 
 
-def _row(patches: dict[str, Any], row: int) -> tuple[int, int, int, float, bool] | None:
-    if row >= len(patches["level"]):
-        return None
+def _row(patches: dict[str, Any], row: int) -> tuple[int, int, int, float, bool]:
     numbers = (patches["tile"][row], patches["node"][row], row, patches["error_m"][row])
     return (*numbers, patches["diamond"][row] < 0)
 

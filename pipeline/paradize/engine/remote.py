@@ -40,7 +40,8 @@ class SharedStore(Store):
         self._place = Place(url)
         self._id = shared_id(url)
         known = self.read_entry(root / "remotes" / self._id)
-        self._known = set(known) if isinstance(known, list) else set()  # products that are there
+        keys = known if isinstance(known, list) else []
+        self._known = {key for key in keys if isinstance(key, str)}  # products that are there
         self._todo: queue.SimpleQueue[_Errand | None] = queue.SimpleQueue()
         self._hands: list[threading.Thread] = []
         self._coming: dict[str, Future[bool]] = {}  # products by key, blobs by SHA-256

@@ -21,8 +21,9 @@ from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 
+from paradize.documents import parse_json
 from paradize.engine.publish import write_whole
-from paradize.errors import BakeError
+from paradize.errors import BakeError, FormatError
 from paradize.files import open_lock, read_file, read_parts
 
 TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
@@ -32,11 +33,14 @@ if TYPE_CHECKING:
 Stamp = list[int]  # size, mtime_ns, ctime_ns, inode: a file whose stamp is the same is taken for unchanged
 
 
+ENTRY_BYTES = 64 << 20  # of a product's or a bake's JSON
+
+
 def stamp(path: Path | str) -> Stamp | None:
     """The stamp of a file, None where there is none."""
     try:
         status = os.stat(path)  # noqa: PTH116 (called for every file of a bake)
-    except OSError:
+    except (OSError, ValueError):  # a name that no file can have
         return None
     return [status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino]
 
@@ -76,8 +80,8 @@ def unseal(data: bytes) -> Any | None:
     if hashlib.sha256(text).hexdigest().encode() != digest:
         return None
     try:
-        return json.loads(text)
-    except ValueError:
+        return parse_json(text, most=ENTRY_BYTES)
+    except FormatError:
         return None
 
 
@@ -194,7 +198,7 @@ class Store:
     def read_entry(path: Path) -> Any | None:
         """The JSON in a sealed file; None where there is none, or a damaged one, or it cannot be read."""
         try:
-            return unseal(read_file(path))
+            return unseal(read_file(path, ENTRY_BYTES + 65))
         except OSError:
             return None
 

@@ -3,7 +3,6 @@ offset, length and count with the file before it uses them."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.data import ORIGIN, Codes, Group, Lattice, Lod, Mesh, Vec3
+from paradize.documents import parse_json
 from paradize.errors import FormatError
 from paradize.formats.glb_codes import apart, decoded
 from paradize.formats.glb_layout import (
@@ -66,11 +66,9 @@ class Reader:
         if at != len(data):
             raise self.fault(f"{len(data) - at} bytes after the last chunk", f"byte {at}")
         try:
-            document = json.loads(
-                bytes(chunks[0]), parse_constant=_refuse_constant, object_pairs_hook=_unique_keys
-            )
-        except (RecursionError, ValueError) as error:
-            raise self.fault(f"the JSON chunk cannot be read: {str(error)[:120]}", "byte 20") from error
+            document = parse_json(chunks[0])
+        except FormatError as error:
+            raise self.fault(f"the JSON chunk cannot be read: {error}", "byte 20") from None
         if not isinstance(document, dict):
             raise self.fault("the JSON chunk is not an object", "byte 20")
         return document, chunks[1]
@@ -134,17 +132,6 @@ class Reader:
         if width == 1:
             return np.frombuffer(raw, dtype)
         return np.ndarray((count, width), dtype, raw, 0, (stride, dtype.itemsize))
-
-
-def _refuse_constant(name: str) -> object:
-    raise ValueError(f"{name} is not JSON")
-
-
-def _unique_keys(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    found = dict(pairs)
-    if len(found) != len(pairs):
-        raise ValueError("an object holds a key twice")
-    return found
 
 
 def decode_glb(data: bytes, file: object = None) -> list[Lod]:

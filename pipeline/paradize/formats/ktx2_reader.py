@@ -27,12 +27,14 @@ from paradize.formats.ktx2_layout import (
 )
 
 MAX_INFLATED = 1 << 31  # bytes: 16384 x 16384 texels of RGBA8 with all mips fit
+MAX_METADATA = 1 << 16  # bytes: ours takes a hundred
 MAX_WINDOW = 1 << 27  # bytes of history that a Zstandard frame may ask for: what its level 22 does
 
 
 def _read_key_values(data: bytes, at: int, end: int, file: object) -> dict[str, str]:
     """The key/value pairs of data[at:end]. Raises FormatError where they differ from ours."""
     found: dict[str, str] = {}
+    last = b""
     while at < end:
         place = f"byte {at}"
         if end - at < 4:
@@ -49,9 +51,9 @@ def _read_key_values(data: bytes, at: int, end: int, file: object) -> dict[str, 
             name, text = key.decode(), value[:-1].decode()
         except UnicodeDecodeError as error:
             raise FormatError("metadata is not UTF-8", file=file, place=place) from error
-        if found and name.encode() <= list(found)[-1].encode():
-            raise FormatError(f"metadata key {name!r} is out of order", file=file, place=place)
-        found[name] = text
+        if key <= last:
+            raise FormatError(f"metadata key {name!r:.60} is out of order", file=file, place=place)
+        found[name], last = text, key
         padding = data[at + 4 + length : at + 4 + length + -length % 4]
         at += 4 + length + -length % 4
         if at > end or any(padding):
@@ -127,6 +129,9 @@ def decode_ktx2(data: bytes, file: object = None, *, most_bytes: int = MAX_INFLA
             f"the data format descriptor is not that of {name}", file=file, place=f"byte {descriptor_at}"
         )
     end = descriptor_at + descriptor_size
+    if key_values_size > MAX_METADATA:
+        what = f"{key_values_size} bytes of metadata, limit {MAX_METADATA}"
+        raise FormatError(what, file=file, place="byte 60")
     if key_values_at != end or key_values_size > len(data) - end:
         raise FormatError("the metadata is not where it belongs", file=file, place="byte 56")
     metadata = _read_key_values(data, end, end + key_values_size, file)

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     Codes = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 
 
+MAX_CODES = 1 << 30  # of a picture that is read: 16384 x 16384 texels of four channels
+
+
 def encode_png(codes: Codes) -> bytes:
     """A PNG of codes (h, w, 1, 3 or 4), 8 or 16 bits by their type; data, so no colour space is named."""
     height, width, channels = codes.shape
@@ -45,6 +48,9 @@ def decode_png(path: Path) -> Codes:
             if source is None:
                 raise FormatError(f"no PNG that can be read: {oiio.geterror().strip()}", file=path)
             spec = source.spec()
+            if spec.width * spec.height * spec.nchannels > MAX_CODES:
+                size = f"{spec.width} x {spec.height} texels of {spec.nchannels} channels"
+                raise FormatError(f"{size}, limit {MAX_CODES} codes", file=path)
             kind = oiio.UINT16 if spec.format == oiio.UINT16 else oiio.UINT8
             codes = source.read_image(0, 0, 0, spec.nchannels, kind)
             what = source.geterror().strip()

@@ -49,6 +49,12 @@ def file_name(value: Any, place: str) -> None:
         raise Wrong(place, f"is {value!r:.60}, not a file name in the manifest's own folder")
 
 
+def file_stem(value: Any, place: str) -> None:
+    """Letters and digits, or nothing: what becomes a part of a file's name."""
+    if not isinstance(value, str) or len(value) > 40 or not (value + "a").isalnum() or not value.isascii():
+        raise Wrong(place, f"is {value!r:.60}, not letters and digits")
+
+
 def sha256(value: Any, place: str) -> None:
     if not isinstance(value, str) or len(value) != 64 or set(value) - set("0123456789abcdef"):
         raise Wrong(place, f"is {value!r:.80}, not a SHA-256")

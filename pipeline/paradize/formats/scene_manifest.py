@@ -8,9 +8,12 @@ missing keys, wrong types, NaN, names of artifacts that the manifest does not ho
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
+from paradize.documents import JSON_BYTES, parse_json
 from paradize.errors import FormatError
+from paradize.files import read_file
 from paradize.formats.scene_fields import (
     Wrong,
     day,
@@ -193,7 +196,7 @@ _manifest = table(
             radius_m=_positive,
             lods=list_of(table(node=text, error_m=_positive), least=1),
             materials=map_of(_material),
-            instances=list_of(table(position=_vec3, yaw_rad=_real, scale=_positive), least=1),
+            instances=list_of(table(position=_vec3, yaw_rad=_real, scale=number(1e-9)), least=1),
         )
     ),
     particles=list_of(
@@ -210,7 +213,7 @@ _manifest = table(
     ),
     sound=or_null(table(artifact=text, volume=_share)),
     flight=table(
-        duration_s=number(1e-3),
+        duration_s=number(1e-3, 86_400.0),
         fov_rad=number(1e-3, 3.2),
         near_m=number(1e-9),
         far_m=number(1e-9),
@@ -258,31 +261,24 @@ def _time_table(manifest: dict[str, Any]) -> None:
 
 
 def encode_scene(manifest: dict[str, Any]) -> bytes:
-    """The bytes of scene.json. Raises FormatError where the manifest is not what version 3 says."""
+    """The bytes of scene.json. Raises FormatError where the manifest is not what version 3 says, or has
+    more than JSON_BYTES."""
     _validate(manifest, "scene.json")
     lines = [
         f"{json.dumps(key)}: {json.dumps(value, separators=(',', ':'), ensure_ascii=False, allow_nan=False)}"
         for key, value in manifest.items()
     ]
-    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+    data = ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+    if len(data) > JSON_BYTES:
+        what = f"{len(data)} bytes, limit {JSON_BYTES}"
+        raise FormatError(what, file="scene.json", mend="make several scenes of it")
+    return data
 
 
 def decode_scene(data: bytes, file: object = "scene.json") -> dict[str, Any]:
     """The manifest in the bytes of a scene.json, validated. Raises FormatError (file, key path, value)."""
 
-    def refuse(name: str) -> float:
-        raise ValueError(f"{name} is not a number")
-
-    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        result = dict(pairs)
-        if len(result) != len(pairs):
-            raise ValueError("an object holds a key twice")
-        return result
-
-    try:
-        manifest = json.loads(data.decode("utf-8"), parse_constant=refuse, object_pairs_hook=unique)
-    except (ValueError, RecursionError) as error:
-        raise FormatError(f"is not JSON: {error}", file=file) from None
+    manifest = parse_json(data, file)
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
         raise FormatError(f"is not a baked scene: its format is not {FORMAT!r}", file=file)
     if manifest.get("version") != VERSION:
@@ -292,6 +288,18 @@ def decode_scene(data: bytes, file: object = "scene.json") -> dict[str, Any]:
         )
     _validate(manifest, file)
     return manifest
+
+
+def read_scene(path: Path) -> dict[str, Any]:
+    """The manifest in a scene.json of at most JSON_BYTES. Raises OSError as `open_file` and FormatError as
+    `decode_scene`."""
+    return decode_scene(read_file(path, JSON_BYTES), path)
+
+
+def read_entry(folder: Path, entry: dict[str, Any]) -> bytes:
+    """The file of an entry of `artifacts`, which is in `folder`. Raises OSError as `open_file`, also where it
+    is larger than the entry says."""
+    return read_file(folder / entry["file"], entry["bytes"])
 
 
 def _validate(manifest: dict[str, Any], file: object) -> None:

@@ -7,7 +7,6 @@ positions by the node's translation and scale, tangents by its scale, normals by
 
 from __future__ import annotations
 
-import json
 import math
 import struct
 from collections.abc import Sequence
@@ -17,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.data import Mesh, six
+from paradize.documents import parse_json
 from paradize.kernels.reference import angles_deg
 from paradize.metrics.surface import diagonal
 
@@ -35,7 +35,7 @@ def quantised_errors(glb: bytes, sources: Sequence[Mesh]) -> list[dict[str, floa
     its sides, of that side; quantise_color_max: difference of linear values. 0 of what is not there.
     """
     (length,) = struct.unpack_from("<I", glb, 12)
-    tree = json.loads(glb[20 : 20 + length])
+    tree = parse_json(glb[20 : 20 + length])
     binary = memoryview(glb)[28 + length :]
     across = diagonal(sources[0])
     found = []

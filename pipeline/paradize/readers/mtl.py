@@ -17,6 +17,9 @@ from paradize.errors import GroupedError, SourceError
 from paradize.files import read_file, resolved
 
 MAX_BYTES = 16 << 20
+MAX_MAPS = 10_000  # map statements that are followed: each looks for a file
+MAX_TOLD = 100  # warnings, and errors
+_MAX_WORDS = 64  # before a map's name: each option once, and twice as many
 # Arguments that each option of a map statement takes at most.
 _OPTIONS = {
     "-blendu": 1,
@@ -92,6 +95,14 @@ def read_mtl(
     warnings: list[str] = []
     errors: list[SourceError] = []
     current: dict[str, Any] | None = None
+    maps = 0
+
+    def warn(text: str) -> None:
+        if len(warnings) < MAX_TOLD:
+            warnings.append(text)
+        elif len(warnings) == MAX_TOLD:
+            warnings.append(f"{path}: more than {MAX_TOLD} warnings: the rest is not told")
+
     try:
         text = raw.removeprefix(b"\xef\xbb\xbf").decode("utf-8")
     except UnicodeDecodeError:
@@ -103,14 +114,14 @@ def read_mtl(
         where = f"{path}: line {number}"
         if word == "newmtl":
             if rest in fields:
-                warnings.append(f"{where}: material {rest!r} is defined again; the last one counts")
+                warn(f"{where}: material {rest[:120]!r} is defined again; the last one counts")
             current = fields[rest] = {}
         elif current is None or not word or word.startswith("#"):
             continue
         elif word in ("kd", "ks"):
             color = _floats(rest, 3)
             if rest.split()[:1] in (["spectral"], ["xyz"]):
-                warnings.append(f"{where}: {word} as {rest.split()[0]} is not read; ignored")
+                warn(f"{where}: {word} as {rest.split()[0]} is not read; ignored")
             elif color is None:
                 errors.append(_bad(path, number, word, rest, "1 or 3 finite numbers"))
             else:
@@ -124,11 +135,17 @@ def read_mtl(
             else:
                 current["opacity"] = min(max(value[0] if word == "d" else 1.0 - value[0], 0.0), 1.0)
         elif word in _MAPS:
+            maps += 1
+            if maps > MAX_MAPS:
+                warnings.append(f"{where}: more than {MAX_MAPS} maps: this and all that follows is ignored")
+                break
             found = _map_path(rest, path.parent, root, absent)
             if isinstance(found, Path):
                 current[_MAPS[word]] = found
             else:
-                warnings.append(f"{where}: {word}: {found}")
+                warn(f"{where}: {word}: {found}")
+        if len(errors) == MAX_TOLD:
+            break
     if errors:
         raise errors[0] if len(errors) == 1 else GroupedError(errors)
     return {name: Material(name, **values) for name, values in fields.items()}, warnings
@@ -161,16 +178,17 @@ def _floats(text: str, count: int) -> tuple[float, ...] | None:
 
 def _map_path(text: str, folder: Path, root: Path, absent: list[Path] | None = None) -> Path | str:
     """The file of a map statement, options skipped; a string says why there is none."""
-    words = text.split()
-    while words and words[0].lower() in _OPTIONS:
-        most = _OPTIONS[words.pop(0).lower()]
-        numeric = most > 1
+    words = text.split(None, _MAX_WORDS)
+    at = 0
+    while at < len(words) and words[at].lower() in _OPTIONS:
+        most = _OPTIONS[words[at].lower()]
+        at += 1
         for taken in range(most):
-            if len(words) < 2 or (numeric and taken and _floats(words[0], 1) is None):
+            if len(words) - at < 2 or (most > 1 and taken and _floats(words[at], 1) is None):
                 break
-            words.pop(0)
+            at += 1
     # Names may hold runs of blanks: take the rest of the text as it stands where no option came first.
-    name = text.strip() if len(words) == len(text.split()) else " ".join(words)
+    name = " ".join(words[at:]) if at else text.strip()
     if not name:
         return "no file named"
     found = inside(root, folder, name)

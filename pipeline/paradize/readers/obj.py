@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 SHOWN = 3  # remarks on a file without faces
+MAX_WORDS = 16  # of a mtllib statement that names several files: each run of them is looked for
 MAX_LIBRARIES = 256  # mtllib statements that name something else than those before
 UNKNOWN_SMOOTHING = 0xFFFFFFFF
 DEFAULT_NAME = "default"
@@ -185,7 +186,7 @@ def _libraries(path: Path, root: Path, statement: str, warnings: list[str], abse
         whole = look(spelling)
         if whole is not None:
             return [whole]
-    words = statement.replace("\\ ", " ").split(" ")[:64]
+    words = statement.replace("\\ ", " ").split(" ")[:MAX_WORDS]
     found = []
     at = 0
     while at < len(words):

@@ -11,10 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from paradize.bake_record import BakeReport
+from paradize.documents import read_json
 from paradize.engine.publish import write_whole
-from paradize.errors import ParadizeError
+from paradize.errors import FormatError, ParadizeError
 from paradize.files import read_file
 from paradize.formats.ktx2 import decode_ktx2
+from paradize.formats.scene_manifest import read_entry, read_scene
+from paradize.kinds import SCENE_FILE
 from paradize.report.levels import draw_object
 from paradize.report.pictures import Ground, SheetMap
 from paradize.report.sheet import draw_sheet, draw_sky
@@ -43,7 +46,7 @@ def draw_folder(baked: Path, folder: Path, most: int = 50) -> Sheets:
     """
     done = Sheets()
     try:
-        scene = json.loads(read_file(baked / "scene.json"))
+        scene = read_json(baked / SCENE_FILE)
         known = _record(folder)
         record: dict[str, str] = {}
         materials = _materials(scene)
@@ -83,20 +86,28 @@ def draw_page(
     `copies`. explained: as scene_page takes it. A tradeoff.json in the folder is drawn too."""
     from paradize.report.scene_page import scene_page
 
-    scene = json.loads(read_file(baked / "scene.json"))
+    scene = read_scene(baked / SCENE_FILE)
     sheets = [folder / f"{name}.png" for name in _materials(scene)]
-    trade = folder / "tradeoff.json"
-    page = scene_page(
-        scene,
-        report.artifacts,
-        explained,
-        [path for path in sheets if path.is_file()][:MOST_SHEETS],
-        seconds=report.seconds,
-        warnings=report.warnings,
-        trade=json.loads(read_file(trade)) if trade.is_file() else None,
-    )
+
+    def page(trade: dict[str, Any] | None) -> str:
+        return scene_page(
+            scene,
+            report.artifacts,
+            explained,
+            [path for path in sheets if path.is_file()][:MOST_SHEETS],
+            seconds=report.seconds,
+            warnings=report.warnings,
+            trade=trade,
+        )
+
+    try:
+        text = page(_trade(folder / "tradeoff.json"))
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        what = f"is not what paradize measure writes ({type(error).__name__}: {error})"
+        report.warnings.append(f"{folder / 'tradeoff.json'}: {what}; measure again")
+        text = page(None)
     for path in (folder / "index.html", *copies):
-        write_whole(path, page.encode(), durable=False)
+        write_whole(path, text.encode(), durable=False)
     return folder / "index.html"
 
 
@@ -120,6 +131,17 @@ def draw_maps(files: dict[str, bytes], title: str, told: dict[str, Any], folder:
     return done
 
 
+def _trade(path: Path) -> dict[str, Any] | None:
+    """What `measure` wrote, where it did. Raises ValueError where that cannot be read."""
+    try:
+        told: dict[str, Any] = read_json(path)
+    except FileNotFoundError:
+        return None
+    except (OSError, FormatError) as error:
+        raise ValueError(getattr(error, "strerror", None) or str(error)) from None
+    return told
+
+
 def _attempt(done: Sheets, name: str, draw: Callable[[], bytes], path: Path) -> bool:
     try:
         write_whole(path, draw(), durable=False)
@@ -132,7 +154,7 @@ def _attempt(done: Sheets, name: str, draw: Callable[[], bytes], path: Path) -> 
 
 def _record(folder: Path) -> dict[str, str]:
     try:
-        known = json.loads(read_file(folder / RECORD))
+        known = read_json(folder / RECORD)
     except (OSError, ValueError):
         return {}
     return known if isinstance(known, dict) else {}
@@ -188,7 +210,7 @@ def _draw(
         return draw_object(baked, scene, item)
     maps = {}
     for kind, entry in entries.items():
-        texture = decode_ktx2(read_file(baked / entry["file"]), entry["file"])
+        texture = decode_ktx2(read_entry(baked, entry), entry["file"])
         maps[kind] = SheetMap(
             texture, entry["bytes"], entry["tier"], entry["errors"], entry.get("levels") or []
         )

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from paradize.files import read_file
 from paradize.formats.glb import decode_glb
 from paradize.formats.ktx2 import decode_ktx2
+from paradize.formats.scene_manifest import read_entry
 from paradize.metrics.texels import decode_texels
 from paradize.report.lod_view import Shown, Skin, draw_levels
 from paradize.report.pictures import shown_level
@@ -21,11 +21,11 @@ _TEXELS = 1024  # a side of the colour map as it is drawn
 def draw_object(baked: Path, scene: dict[str, Any], item: dict[str, Any]) -> bytes:
     """A PNG of all levels of an object of a scene.json, each with its triangles and errors."""
     entry = scene["artifacts"][item["mesh"]]
-    lods = decode_glb(read_file(baked / entry["file"]), entry["file"])
+    lods = decode_glb(read_entry(baked, entry), entry["file"])
     texels = None
     if item["color"]:
         color = scene["artifacts"][item["color"]]
-        texture = decode_ktx2(read_file(baked / color["file"]), color["file"])
+        texture = decode_ktx2(read_entry(baked, color), color["file"])
         texels = decode_texels(texture, shown_level(texture, _TEXELS))
         texels = np.concatenate([to_light(texels[:, :, :3]), texels[:, :, 3:]], axis=2)
     skins = {

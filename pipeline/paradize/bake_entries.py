@@ -1,0 +1,81 @@
+"""The shapes of what the store keeps of a bake.
+
+An entry whose seal holds may be of another shape all the same: made by hand, or by another Paradize. It then
+counts as not there, and is made anew.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeGuard
+
+from paradize.formats.scene_fields import (
+    Check,
+    Wrong,
+    file_stem,
+    flag,
+    list_of,
+    map_of,
+    number,
+    or_null,
+    sha256,
+    table,
+    text,
+    whole,
+)
+
+_real, _positive = number(), number(0.0)
+_level = whole(0, 31)
+
+PRODUCTS = map_of(
+    table(
+        sha256=sha256,
+        suffix=file_stem,
+        tier=text,
+        errors=map_of(_real),
+        levels=list_of(map_of(_real)),
+        format=or_null(text),
+        reason=or_null(text),
+        filter=or_null(text),
+        warnings=list_of(text),
+    )
+)
+_BORDERS = table(
+    islands=whole(1, 1 << 31),
+    needed_texels=_positive,
+    width_texels=or_null(_positive),
+    level_in_use=_level,
+    level_by_width=whole(-1, 31),
+    max_level=or_null(_level),
+    bound=_positive,
+    bleed_p99=list_of(_positive, least=1),
+    bleed_max=list_of(_positive, least=1),
+)
+GUTTERS = table(repeat=flag, limits=map_of(or_null(_positive)), maps=map_of(or_null(_BORDERS)))
+BUMPS = table(
+    levels=list_of(table(mapped_mean_deg=_positive, mapped_p99_deg=_positive, mapped_max_deg=_positive))
+)
+PIXELS = table(pixel_m=or_null(_positive))
+_asked = table(level=_level, texels=or_null(_positive), second_s=or_null(_positive), view=or_null(text))
+
+
+def _asked_twice(value: Any, place: str) -> None:
+    """As measure_asked returns it: also of a texture "others", the same without its flat triangles."""
+    rest = value
+    if isinstance(value, dict) and "others" in value:
+        rest = dict(value)
+        _asked(rest.pop("others"), f"{place}.others")
+    _asked(rest, place)
+
+
+ASKED = map_of(_asked_twice)
+FLAT = map_of(_level)
+SECONDS = map_of(_positive)
+
+
+def fits(entry: Any, shape: Check) -> TypeGuard[dict[str, Any]]:
+    """Whether an entry is there and has this shape."""
+    try:
+        shape(entry, "")
+    except Wrong:
+        return False
+    return True
