@@ -8,8 +8,8 @@ The normals of a ground have one truth for all tiers and filters: the eighth-ord
 heights, within a thousandth of a degree of smooth ground from a wavelength of 8 texels on. Heights that stand
 in codes are known to half a step only: around the truth lies the cone of all normals that the half steps
 allow (the largest angle to a normal whose slopes lie within their reach), and an angle counts as far as it
-exceeds the cone; at level k, the mean of the cones. Shared with the stages: the heights themselves
-(luminance and levels, float32), which tests hold to closed forms.
+exceeds the cone; at level k, the mean of the cones, which is generous: chance makes half steps cancel. The
+heights are the source's by its own formula (source.py), not what the stages made of it.
 Angles are degrees; PSNR is in dB of a peak of 1, at most LOSSLESS_DB; p99 is the smallest error that 99 of
 100 do not pass. All numbers have six significant digits.
 """
