@@ -85,7 +85,8 @@ def inside(value: float, budget: float, less_is_better: bool) -> bool:
 
 
 def series_of(point: Point) -> str:
-    return point.get("series", point["tier"])
+    """Points of one series may be compared: their bytes count as equal, or they write none."""
+    return point.get("series", point["tier"] if point["bytes"] else "")
 
 
 def dominates(a: Point, b: Point, less_is_better: bool) -> bool:

@@ -154,24 +154,24 @@ def test_a_budget_that_nothing_meets_is_an_error_that_says_by_how_much(
 def test_what_only_mesh_and_map_show_together_moves_the_choice_too(
     truth: Truth, scene: Path, tmp_path: Path
 ) -> None:
-    with_budget(scene, lod_mapped_p99_deg=1e-6)
+    with_budget(scene, lod_mapped_mean_deg=1e-6)
     report = bake(scene, tmp_path / "out", How(jobs=2, tier="auto"))
     (error,) = report.errors
-    assert "post_mesh" in str(error) and "no tier keeps the budget: lod_mapped_p99_deg is" in str(error)
+    assert "post_mesh" in str(error) and "no tier keeps the budget: lod_mapped_mean_deg is" in str(error)
     assert not (tmp_path / "out" / "scene.json").exists()
-    with_budget(scene, lod_mapped_p99_deg="{ soft = 1e-6 }")
+    with_budget(scene, lod_mapped_mean_deg="{ soft = 1e-6 }")
     report = bake(scene, tmp_path / "out", How(jobs=2, tier="auto"))
     tried = rows(report)["post_mesh"]["tried"]
-    values = {tier: tried["errors"][tier]["lod_mapped_p99_deg"] for tier in ORDER}
+    values = {tier: tried["errors"][tier]["lod_mapped_mean_deg"] for tier in ORDER}
     assert not report.errors and tried["taken"] == "fast", "a soft limit that no tier keeps changes nothing"
     best = min(values.values())
     assert values["fast"] > best
-    with_budget(scene, lod_mapped_p99_deg=best)
+    with_budget(scene, lod_mapped_mean_deg=best)
     for force in (False, True):
         report = bake(scene, tmp_path / "out", How(jobs=2, tier="auto", force=force))
         row = rows(report)["post_mesh"]
         assert not report.errors and row["tried"]["taken"] == next(t for t in ORDER if values[t] <= best)
-        assert row["errors"]["lod_mapped_p99_deg"] == best
+        assert row["errors"]["lod_mapped_mean_deg"] == best
     assert report.count("baked") == len(report.artifacts)
 
 

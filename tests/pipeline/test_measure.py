@@ -228,7 +228,7 @@ def test_times_within_each_others_spread_dominate_nothing() -> None:
 
 def test_without_a_budget_advice_is_the_knee_or_the_quickest_of_equals() -> None:
     bent = group([point("fast", 1.0, 1.0), point("balanced", 2.0, 0.1), point("exact", 9.0, 0.09)])
-    flat = group([point("fast", 1.0, 1.0), point("balanced", 2.0, 0.99), point("exact", 9.0, 0.98)])
+    flat = group([point("fast", 1.0, 1.0), point("balanced", 2.0, 0.99), point("exact", 9.0, 0.985)])
     for tiers in (bent, flat):
         judge(tiers)
     assert (bent["advice"] or {})["why"] == "knee"
@@ -301,7 +301,7 @@ def test_a_model_is_measured_in_every_tier_of_its_stages(tmp_path: Path) -> None
     assert codes["16 bit, directions 8"]["bytes"] < codes["16 bit"]["bytes"] < codes["float32"]["bytes"]
     assert codes["16 bit"]["error"]["value"] < codes["16 bit, directions 8"]["error"]["value"]
     levels = tiers(named(told, "post levels of detail"))
-    assert set(levels) == {"fast", "balanced", "exact"}
+    assert set(levels) == {"balanced", "exact"}, "fast is balanced there"
     assert [name for name, one in levels.items() if one["in_use"]] == ["balanced"]
     assert all(one["seconds"]["runs"] == 2 for one in levels.values())
 

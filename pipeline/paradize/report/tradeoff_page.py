@@ -87,7 +87,7 @@ def _verdict(group: Group) -> tuple[str, str]:
         return "hint", f"{advice['tier']} would do" if advice[
             "why"
         ] != "knee" else f"bends at {advice['tier']}"
-    if used["dominated"]:
+    if used["dominated"] and not advice:
         return "hint", "dominated"
     return "good", "as good as any" if budget is None else "inside budget"
 
