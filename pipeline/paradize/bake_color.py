@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy.typing as npt
 from paradize.bake_product import (
     LevelErrors,
     MapProduct,
+    beyond,
     flat_errors,
     one_of,
     within_budget,
@@ -47,7 +49,8 @@ def bake_color(
     """The picture at `path` as an sRGB texture with mips in linear light.
 
     alpha: another picture whose luminance (or alpha) replaces the alpha. wrap: "repeat" or "clamp", or one
-    for each of (x, y). tier: "exact" is BC7. alpha_cutoff, 0..1: each mip keeps the share of texels that pass
+    for each of (x, y). tier: "exact" is BC7; of a picture with alpha, BC3 where BC7 leaves more of
+    some error. alpha_cutoff, 0..1: each mip keeps the share of texels that pass
     it. uv: an OBJ whose UV layout the picture follows; its gutters are filled. Opaque pictures have no alpha
     in the texture. budget: metric -> worst value; where blocks exceed it, a more exact format is taken. zstd:
     level of supercompression. measure: False leaves out errors (and with them the budget). uncompressed: only
@@ -62,19 +65,28 @@ def bake_color(
     rows, columns = values.shape[:2]
     cutoff = alpha_cutoff if values.shape[2] == 4 else None
 
+    name = "color with alpha" if values.shape[2] == 4 else "color"
+    formats = formats_of(name, rows, columns, tier=tier)[-1 if uncompressed else 0 :]
+    both = ("BC7_SRGB", "BC3_SRGB") if name == "color with alpha" and formats[0] == "BC7_SRGB" else ()
+
+    @cache
     def make(fmt: str) -> tuple[Texture, LevelErrors]:
         texture = color_texture(values, fmt, encoded=encoded, alpha_cutoff=cutoff, tier=tier)
-        if not measure:
+        if not measure and not both:
             return texture, []
         return texture, color_levels(texture, values, encoded=encoded, alpha_cutoff=cutoff)
 
     def errors_of(made: tuple[Texture, LevelErrors]) -> dict[str, float]:
         return flat_errors("color", made[1][0]) if made[1] else {}
 
-    name = "color with alpha" if values.shape[2] == 4 else "color"
-    formats = formats_of(name, rows, columns, tier=tier)[-1 if uncompressed else 0 :]
+    worse = ""
+    if both:
+        wide, narrow = (errors_of(make(fmt)) for fmt in both)
+        worse = ", ".join(beyond(wide, narrow))
+        formats = formats_of(name, rows, columns) if worse else formats
     (texture, levels), reason = within_budget(formats, make, errors_of, budget or {})
-    errors = errors_of((texture, levels))
+    reason = reason or (f"BC7 exceeds what BC3 leaves: {worse}" if worse else None)
+    errors = errors_of((texture, levels)) if measure else {}
     return MapProduct(
         encode_ktx2(texture, zstd_level=zstd),
         columns,
@@ -85,7 +97,7 @@ def bake_color(
         tier,
         errors,
         warnings,
-        levels,
+        levels if measure else [],
         reason=reason,
     )
 

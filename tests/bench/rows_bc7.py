@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from time import thread_time
 
-import etcpak
 import numpy as np
 import OpenImageIO as oiio
 
 from paradize.data import Texture
 from paradize.kernels.bc7 import QUALITIES, encode_bc7
 from paradize.metrics.texels import decode_texels
+from peer_etcpak import ETCPAK, OURS, etcpak
 from row import Row, pair_ms
 from tests.pipeline.map_truth import differences
 from tests.places import CORPUS, ROOT
@@ -80,11 +81,12 @@ def bench(name: str, rgba: np.ndarray, runs: int) -> Iterator[Row]:
     for quality in QUALITIES:
         blocks = encode_bc7(rgba, quality=quality, threads=1)
         ours, theirs = pair_ms(
-            lambda q=quality: encode_bc7(rgba, quality=q, threads=1), peer, max(1, runs // 2)
+            lambda q=quality: encode_bc7(rgba, quality=q, threads=1), peer, max(1, runs // 2), thread_time
         )
         speed = height * width / ours * 1e-3
         yield Row(
-            f"BC7 {quality}, {name}, {width} x {height}, one thread", ours, "etcpak, linear weights", theirs,
+            f"BC7 {quality}, {name}, {width} x {height}, {OURS}", ours,
+            f"{ETCPAK}, linear weights", theirs,
             f"{decibels(blocks, rgba)}, {speed:.0f} MPix/s", peer_error, PROMISED[quality],
         )  # fmt: skip
 

@@ -2,6 +2,7 @@
 // blocks decode to what went in. The decoders here share nothing with the encoders.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -131,44 +132,54 @@ TEST_CASE("every instruction set gives the same blocks") {
 }
 #endif
 
-TEST_CASE("no block of values is worse at a higher tier") {
+TEST_CASE("no block of values is worse at a higher tier, in sum or at its worst texel") {
     const std::size_t size = 64;
     const auto floats = values(size * size);
     std::vector<double> last(size * size / 16, 1e30);
+    std::vector<double> last_worst(size * size / 16, 1e30);
     for (const Quality quality : qualities) {
         const auto out = encoded_values(of(floats, size, size, 1), true, quality);
         for (std::size_t block = 0; block < last.size(); ++block) {
             double error = 0.0;
+            double worst = 0.0;
             for (std::size_t i = 0; i < 16; ++i) {
                 const std::size_t y = block / (size / 4) * 4 + i / 4;
                 const std::size_t x = block % (size / 4) * 4 + i % 4;
                 const double gap =
                     decoded_value(&out[8 * block], i) - static_cast<double>(floats[y * size + x]) * 127.0;
                 error += gap * gap;
+                worst = std::max(worst, std::abs(gap));
             }
             CHECK(error <= last[block] + 0.05); // sums in single precision
             last[block] = error;
+            CHECK(worst <= last_worst[block] + 1e-3);
+            last_worst[block] = worst;
         }
     }
 }
 
-TEST_CASE("no block of colours is worse at a higher tier") {
+TEST_CASE("no block of colours is worse at a higher tier, in sum or at its worst texel") {
     const std::size_t size = 64;
     const auto rgba = pixels(size, size);
     std::vector<double> last(size * size / 16, 1e30);
+    std::vector<double> last_worst(size * size / 16, 1e30);
     for (const Quality quality : qualities) {
         const auto out = encoded(of(rgba, size, size), quality);
         for (std::size_t block = 0; block < last.size(); ++block) {
             double error = 0.0;
+            double worst = 0.0;
             for (std::size_t i = 0; i < 48; ++i) {
                 const std::size_t y = block / (size / 4) * 4 + i / 12;
                 const std::size_t x = block % (size / 4) * 4 + i / 3 % 4;
                 const double gap = decoded_color(&out[8 * block], i / 3, static_cast<int>(i % 3)) -
                                    rgba[4 * (y * size + x) + i % 3];
                 error += gap * gap;
+                worst = std::max(worst, std::abs(gap));
             }
             CHECK(error <= last[block] * 1.000001 + 0.5);
             last[block] = error;
+            CHECK(worst <= last_worst[block] + 1e-3);
+            last_worst[block] = worst;
         }
     }
 }

@@ -33,6 +33,26 @@ def test_an_opaque_alpha_channel_costs_nothing(tmp_path: Path) -> None:
     assert bake_color(save(tmp_path / "o.png", pixels)).format == "BC1_RGB_SRGB"
 
 
+@pytest.mark.parametrize("alpha", ["cut out", "apart from the colours"])
+def test_tier_exact_leaves_no_more_of_colour_or_of_alpha_than_the_tiers_below(
+    alpha: str, tmp_path: Path
+) -> None:
+    """BC7 where alpha is an edge; BC3, which has bytes for alpha alone, where it is noise of its own."""
+    rng = np.random.default_rng(2)
+    y, x = np.mgrid[:64, :64]
+    rgba = np.stack([x * 3, y * 3, x + y, np.where((x // 9 + y // 7) % 2, 255, 0)], axis=2).astype(np.float32)
+    rgba += rng.normal(0, 12, rgba.shape) * (1, 1, 1, 0)
+    if alpha != "cut out":
+        rgba[:, :, 3] = rng.integers(60, 200, (64, 64))
+    save(tmp_path / "a.png", rgba.clip(0, 255).astype(np.uint8))
+    made = {tier: bake_color(tmp_path / "a.png", tier=tier) for tier in ("balanced", "exact")}
+    assert made["exact"].format == ("BC7_SRGB" if alpha == "cut out" else "BC3_SRGB")
+    assert (made["exact"].reason is None) == (alpha == "cut out"), made["exact"].reason
+    for metric, value in made["exact"].errors.items():
+        before = made["balanced"].errors[metric]
+        assert value >= before if metric.endswith("_db") else value <= before, metric
+
+
 def test_a_linear_picture_is_measured_against_its_own_sRGB_encoding(tmp_path: Path) -> None:
     values = np.random.default_rng(3).random((6, 6, 3), np.float32)
     product = bake_color(save(tmp_path / "linear.exr", values, oiio.FLOAT))

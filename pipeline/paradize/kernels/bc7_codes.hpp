@@ -58,38 +58,41 @@ PARADIZE_INLINE Lanes code_of(const Lanes &value, int low) {
     return nearest(clamped((value * (top / 255.0F) - bit) * 0.5F, half_top)) * 2.0F + bit;
 }
 
-// Rounds one end, and then the other to what suits the first best; returns the cost.
+// Rounds one end, and then the other to what suits the first best; returns the cost. weight: of each channel,
+// or null where all are 1.
 template <int Channels, int Bits>
-PARADIZE_INLINE Lanes round_ends(const Ends<Channels> &wanted, const Cost &cost, const Lanes &lean, int low_a,
-                                 int low_b, Ends<Channels> &code) {
+PARADIZE_INLINE Lanes round_ends(const Ends<Channels> &wanted, const Lanes *weight, const Cost &cost,
+                                 const Lanes &lean, int low_a, int low_b, Ends<Channels> &code) {
     Lanes sum = Lanes{};
     for (int c = 0; c < Channels; ++c) {
         code.a[c] = code_of<Bits>(wanted.a[c], low_a);
         const Lanes x = value_of<Bits>(code.a[c]) - wanted.a[c];
         code.b[c] = code_of<Bits>(wanted.b[c] - lean * x, low_b);
         const Lanes y = value_of<Bits>(code.b[c]) - wanted.b[c];
-        sum += cost.aa * x * x + 2.0F * cost.ab * x * y + cost.bb * y * y;
+        const Lanes price = cost.aa * x * x + 2.0F * cost.ab * x * y + cost.bb * y * y;
+        sum += weight != nullptr ? price * weight[c] : price;
     }
     return sum;
 }
 
 template <typename S>
-PARADIZE_INLINE void round_to_codes(const Ends<S::Channels> &wanted, const Cost &cost,
+PARADIZE_INLINE void round_to_codes(const Ends<S::Channels> &wanted, const Lanes *weight, const Cost &cost,
                                     Ends<S::Channels> &code) {
     constexpr int C = S::Channels;
     const Lanes lean = cost.bb > 1e-3F ? cost.ab / cost.bb : Lanes{};
     if constexpr (S::low == Low::none) {
-        round_ends<C, S::Bits>(wanted, cost, lean, -1, -1, code);
+        round_ends<C, S::Bits>(wanted, weight, cost, lean, -1, -1, code);
     } else if constexpr (S::low == Low::ones) {
-        round_ends<C, S::Bits>(wanted, cost, lean, 1, 1, code);
+        round_ends<C, S::Bits>(wanted, weight, cost, lean, 1, 1, code);
     } else {
-        Lanes best = round_ends<C, S::Bits>(wanted, cost, lean, 0, 0, code);
+        Lanes best = round_ends<C, S::Bits>(wanted, weight, cost, lean, 0, 0, code);
         for (int choice = 1; choice < 4; ++choice) {
             if (S::low == Low::shared && choice != 3) {
                 continue;
             }
             Ends<C> other;
-            const Lanes price = round_ends<C, S::Bits>(wanted, cost, lean, choice & 1, choice >> 1, other);
+            const Lanes price =
+                round_ends<C, S::Bits>(wanted, weight, cost, lean, choice & 1, choice >> 1, other);
             const Whole better = price < best;
             best = better ? price : best;
             for (int c = 0; c < C; ++c) {

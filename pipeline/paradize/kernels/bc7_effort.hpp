@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "bc7_encode.hpp"
 #include "bc7_tables.hpp"
 
 namespace paradize::bc7 {
@@ -42,11 +43,27 @@ struct Ranked {
     std::uint8_t number[most_kept];
 };
 
-// A block while it is searched: which one of its row, what squared error its bytes now have, what is to be
-// tried. Families: partitions of two subsets for 8 and for 4 places, of three for 8 and for 4, rotations.
+// How much more an error of alpha counts than one of a colour's channel, in a block that is not opaque. A
+// picture's alpha is held to that of BC3, which gives it eight bytes of its own; and where alpha has an edge,
+// all three channels of what is seen follow it.
+constexpr float alpha_weight = 16.0F;
+
+// What a block's bytes leave, or may leave at most: squared errors of colour and of alpha, summed, and the
+// square of the largest difference of a colour's channel.
+struct Errors {
+    float color;
+    float alpha;
+    float worst;
+};
+
+// A block while it is searched: which one of its row, what its bytes now leave (error: weighted), what the
+// tier below left, and what is to be tried. Families: partitions of two subsets for 8 and for 4 places, of
+// three for 8 and for 4, rotations.
 struct Task {
     std::uint32_t column;
     float error;
+    Errors left;
+    Errors limit;
     Ranked ranked[5];
 };
 

@@ -29,11 +29,10 @@ void encode(std::span<const std::uint8_t> rgba, std::size_t rows, std::size_t co
     const auto run = widest();
     const Picture picture{rgba.data(), rows, columns};
     const std::size_t across = picture.across();
-    const Effort &effort = efforts[static_cast<std::size_t>(quality)];
     for_rows(picture.down(), threads, [&](std::size_t first, std::size_t last) {
         const auto scratch = std::make_unique<Scratch>();
         for (std::size_t row = first; row < last; ++row) {
-            run(picture, row, effort, *scratch, &out[row * across * 16]);
+            run(picture, row, quality, *scratch, &out[row * across * 16]);
         }
     });
 }

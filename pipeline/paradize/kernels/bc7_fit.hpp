@@ -14,10 +14,18 @@ struct Members {
     Whole of[Subsets > 1 ? Subsets - 1 : 1][texels];
 };
 
+// What is left of each channel: squared errors, summed, and the largest difference of a texel.
+template <int Channels>
+struct Left {
+    Lanes square[Channels];
+    Lanes worst[Channels];
+};
+
 // What was found for a block: codes of the ends, with their low bits, and every texel's index.
 template <int Channels, int Subsets>
 struct Found {
-    Lanes error;
+    Lanes error; // weighted
+    Left<Channels> left;
     Ends<Channels> code[Subsets];
     Lanes index[texels];
 };
@@ -40,13 +48,14 @@ struct Ramp {
 };
 
 template <typename S>
-PARADIZE_INLINE void make_ramp(const Ends<S::Channels> &code, Ramp<S::Channels> &ramp) {
+PARADIZE_INLINE void make_ramp(const Ends<S::Channels> &code, const Lanes *weight, Ramp<S::Channels> &ramp) {
     Lanes length = Lanes{};
     Lanes a[S::Channels];
     for (int c = 0; c < S::Channels; ++c) {
         a[c] = value_of<S::Bits>(code.a[c]);
         ramp.slope[c] = value_of<S::Bits>(code.b[c]) - a[c];
-        length += ramp.slope[c] * ramp.slope[c];
+        const Lanes square = ramp.slope[c] * ramp.slope[c];
+        length += weight != nullptr ? square * weight[c] : square;
     }
     const Lanes scale = length > 0.5F ? static_cast<float>(S::Steps) / length : Lanes{};
     ramp.shift = Lanes{};
@@ -54,26 +63,28 @@ PARADIZE_INLINE void make_ramp(const Ends<S::Channels> &code, Ramp<S::Channels> 
         // The hardware's (64 a + w (b - a) + 32) >> 6: all sixty-fourths, and the 1/128 makes ties go up.
         ramp.base[c] = a[c] + 1.0F / 128.0F;
         ramp.step[c] = ramp.slope[c] * (1.0F / 64.0F);
-        ramp.slope[c] *= scale;
+        ramp.slope[c] *= weight != nullptr ? scale * weight[c] : scale;
         ramp.shift -= a[c] * ramp.slope[c];
     }
 }
 
-// The index of every texel and the exact squared error that the hardware's picture then has.
+// The index of every texel and exactly what is left in the hardware's picture.
 template <typename S>
-PARADIZE_INLINE void place(const Lanes (*const *values)[texels], const Members<S::Subsets> &members,
-                           const Ends<S::Channels> *code, Lanes *index, Lanes &error,
-                           Weighed<S::Channels> *weighed) {
+PARADIZE_INLINE void place(const Lanes (*const *values)[texels], const Lanes *weight,
+                           const Members<S::Subsets> &members, const Ends<S::Channels> *code, Lanes *index,
+                           Left<S::Channels> &left, Weighed<S::Channels> *weighed) {
     constexpr int C = S::Channels;
     Ramp<C> ramps[S::Subsets];
     for (int s = 0; s < S::Subsets; ++s) {
-        make_ramp<S>(code[s], ramps[s]);
+        make_ramp<S>(code[s], weight, ramps[s]);
         weighed[s].weight = weighed[s].square = Lanes{};
         for (int c = 0; c < C; ++c) {
             weighed[s].value[c] = Lanes{};
         }
     }
-    error = Lanes{};
+    for (int c = 0; c < C; ++c) {
+        left.square[c] = left.worst[c] = Lanes{};
+    }
     for (int t = 0; t < texels; ++t) {
         Ramp<C> ramp = ramps[0];
         for (int s = 1; s < S::Subsets; ++s) {
@@ -90,14 +101,16 @@ PARADIZE_INLINE void place(const Lanes (*const *values)[texels], const Members<S
             along += (*values[c])[t] * ramp.slope[c];
         }
         index[t] = nearest(clamped(along, static_cast<float>(S::Steps)));
-        const Lanes weight = nearest(index[t] * (64.0F / static_cast<float>(S::Steps)));
+        const Lanes part = nearest(index[t] * (64.0F / static_cast<float>(S::Steps)));
         for (int c = 0; c < C; ++c) {
-            const Lanes off = (*values[c])[t] - nearest(ramp.base[c] + ramp.step[c] * weight);
-            error += off * off;
+            const Lanes off = (*values[c])[t] - nearest(ramp.base[c] + ramp.step[c] * part);
+            const Lanes square = off * off;
+            left.square[c] += square;
+            left.worst[c] = larger(left.worst[c], square);
         }
-        Lanes others = weight;
+        Lanes others = part;
         for (int s = 1; s < S::Subsets; ++s) {
-            const Lanes mine = members.of[s - 1][t] ? weight : Lanes{};
+            const Lanes mine = members.of[s - 1][t] ? part : Lanes{};
             others -= mine;
             weighed[s].weight += mine;
             weighed[s].square += mine * mine;
@@ -171,10 +184,11 @@ PARADIZE_INLINE void first_ends(const Lanes (*const *values)[texels], const Whol
     }
 }
 
-// Refines the ends `passes` times and keeps the best that was seen.
-template <typename S>
-PARADIZE_INLINE void fit(const Lanes (*const *values)[texels], const Members<S::Subsets> &members,
-                         const Sums<S::Channels> *sums, Ends<S::Channels> *wanted, int passes,
+// Refines the ends `passes` times and keeps the best that was seen and that `allowed(left)` lets pass.
+template <typename S, typename Allowed>
+PARADIZE_INLINE void fit(const Lanes (*const *values)[texels], const Lanes *weight,
+                         const Members<S::Subsets> &members, const Sums<S::Channels> *sums,
+                         Ends<S::Channels> *wanted, int passes, Allowed &&allowed,
                          Found<S::Channels, S::Subsets> &best) {
     constexpr int C = S::Channels;
     Ends<C> code[S::Subsets];
@@ -183,6 +197,9 @@ PARADIZE_INLINE void fit(const Lanes (*const *values)[texels], const Members<S::
         cost[s] = {all(1.0F), Lanes{}, all(1.0F)};
     }
     best.error = all(1e30F);
+    for (int c = 0; c < C; ++c) {
+        best.left.square[c] = best.left.worst[c] = Lanes{};
+    }
     for (int s = 0; s < S::Subsets; ++s) {
         for (int c = 0; c < C; ++c) {
             best.code[s].a[c] = best.code[s].b[c] = Lanes{};
@@ -193,14 +210,22 @@ PARADIZE_INLINE void fit(const Lanes (*const *values)[texels], const Members<S::
     }
     for (int pass = 0;; ++pass) {
         for (int s = 0; s < S::Subsets; ++s) {
-            round_to_codes<S>(wanted[s], cost[s], code[s]);
+            round_to_codes<S>(wanted[s], weight, cost[s], code[s]);
         }
         Lanes index[texels];
-        Lanes error;
+        Left<C> left;
         Weighed<C> weighed[S::Subsets];
-        place<S>(values, members, code, index, error, weighed);
-        const Whole better = error < best.error;
+        place<S>(values, weight, members, code, index, left, weighed);
+        Lanes error = Lanes{};
+        for (int c = 0; c < C; ++c) {
+            error += weight != nullptr ? left.square[c] * weight[c] : left.square[c];
+        }
+        const Whole better = (error < best.error) & allowed(left);
         best.error = better ? error : best.error;
+        for (int c = 0; c < C; ++c) {
+            best.left.square[c] = better ? left.square[c] : best.left.square[c];
+            best.left.worst[c] = better ? left.worst[c] : best.left.worst[c];
+        }
         for (int s = 0; s < S::Subsets; ++s) {
             for (int c = 0; c < C; ++c) {
                 best.code[s].a[c] = better ? code[s].a[c] : best.code[s].a[c];

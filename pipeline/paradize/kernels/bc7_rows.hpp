@@ -29,7 +29,7 @@ PARADIZE_INLINE Kind kind_of(const Picture &picture, std::size_t row, std::size_
 }
 
 // One row of blocks; out: 16 bytes for each.
-void encode_row(const Picture &picture, std::size_t row, const Effort &effort, Scratch &scratch,
+void encode_row(const Picture &picture, std::size_t row, Quality quality, Scratch &scratch,
                 std::uint8_t *out) {
     for (std::size_t first = 0; first < picture.across(); first += most_tasks) {
         const std::size_t left = picture.across() - first;
@@ -43,11 +43,16 @@ void encode_row(const Picture &picture, std::size_t row, const Effort &effort, S
                 if (scratch.kinds[i] == static_cast<std::uint8_t>(kind)) {
                     scratch.tasks[count].column = static_cast<std::uint32_t>(first + i);
                     scratch.tasks[count].error = 1e29F;
+                    scratch.tasks[count].left = {1e29F, 1e29F, 1e29F};
                     ++count;
                 }
             }
-            if (count > 0) {
-                const Search search{picture, row, effort, scratch, count, out};
+            // Each tier begins with the result of the one below, and takes nothing that leaves more.
+            for (std::size_t tier = 0; count > 0 && tier <= static_cast<std::size_t>(quality); ++tier) {
+                for (std::size_t i = 0; i < count; ++i) {
+                    scratch.tasks[i].limit = scratch.tasks[i].left;
+                }
+                const Search search{picture, row, efforts[tier], scratch, count, out};
                 kind == Kind::opaque ? search_opaque(search) : search_alpha(search);
             }
         }

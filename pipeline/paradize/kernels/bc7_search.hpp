@@ -38,6 +38,17 @@ PARADIZE_INLINE void load(const Search &search, const std::uint16_t *jobs, std::
     }
 }
 
+// What the tier below left of up to `lanes` tasks.
+PARADIZE_INLINE void load_limits(const Search &search, const std::uint16_t *jobs, std::size_t count,
+                                 Parts &limit) {
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+        const Errors &errors = search.scratch.tasks[jobs[lane < count ? lane : count - 1]].limit;
+        limit.color[lane] = errors.color;
+        limit.alpha[lane] = errors.alpha;
+        limit.worst[lane] = errors.worst;
+    }
+}
+
 // Sixteen indices as four bits each: of the first eight texels and of the others.
 PARADIZE_INLINE void join(const Lanes *index, Whole &low, Whole &high) {
     low = high = Whole{};
@@ -67,6 +78,7 @@ PARADIZE_INLINE void settle(const Search &search, const std::uint16_t *jobs, std
             continue;
         }
         task.error = best.error[lane];
+        task.left = {best.left.color[lane], best.left.alpha[lane], best.left.worst[lane]};
         Choice choice;
         choice.mode = best.mode[lane];
         choice.partition = best.partition[lane];
@@ -132,6 +144,7 @@ PARADIZE_INLINE void try_family(const Search &search, int family, int count, flo
                 }
                 Best best;
                 clear(best);
+                load_limits(search, jobs, some, best.limit);
                 attempt(block, number, best);
                 settle(search, jobs, some, best);
             });
@@ -156,6 +169,7 @@ static void start(const Search &search) {
             make_products(block, products);
             Best best;
             clear(best);
+            load_limits(search, jobs, some, best.limit);
             try_mode6(block, products, search.effort.passes6, best);
             settle(search, jobs, some, best);
         });

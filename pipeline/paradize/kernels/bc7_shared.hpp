@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <initializer_list>
 
+#include "bc7_encode.hpp"
 #include "bc7_pack.hpp"
 #include "bc7_picture.hpp"
 #include "cpu.hpp"

@@ -12,7 +12,7 @@ namespace paradize::bc7 {
 
 #define PARADIZE_ROWS(width)                                                                                 \
     namespace width {                                                                                        \
-    void encode_row(const Picture &picture, std::size_t row, const Effort &effort, Scratch &scratch,         \
+    void encode_row(const Picture &picture, std::size_t row, Quality quality, Scratch &scratch,              \
                     std::uint8_t *out);                                                                      \
     }
 PARADIZE_EACH_WIDTH(PARADIZE_ROWS)

@@ -28,11 +28,15 @@ struct Places {
     Lanes qq;
     Lanes qv[3];
     Lanes error; // squared, of the ends that the places were chosen for
+    Lanes worst; // the largest difference of a channel of a texel
 };
 
+// limit: the worst that a fit to come may leave.
 struct ColorFit {
     Ends codes;
     Lanes error;
+    Lanes worst;
+    Lanes limit;
 };
 
 PARADIZE_INLINE void centred(const ColorBlocks &blocks, const Ends &codes, Ends &out) {
@@ -66,11 +70,17 @@ PARADIZE_INLINE Lanes along(const ColorBlocks &blocks, const Ruler &ruler, std::
                    3.0F);
 }
 
-// The nearest place of every texel between two ends, and the squared error that is left.
+// The nearest place of every texel between two ends, and what is left. Bounded: whether the worst is asked
+// for; else it is 0.
+template <bool Bounded>
 PARADIZE_STEP void place(const ColorBlocks &blocks, const Ends &ends, Places &places) {
     Ruler ruler;
     make_ruler(ends, ruler);
-    Lanes q_sum = {}, qq = {}, qr = {}, qg = {}, qb = {};
+    Lanes step[3];
+    for (int k = 0; k < 3; ++k) {
+        step[k] = (ends.a[k] - ends.b[k]) * (1.0F / 3.0F);
+    }
+    Lanes q_sum = {}, qq = {}, qr = {}, qg = {}, qb = {}, worst = {};
     for (std::size_t i = 0; i < texels; ++i) {
         const Lanes q = nearest(along(blocks, ruler, i));
         q_sum += q;
@@ -78,6 +88,11 @@ PARADIZE_STEP void place(const ColorBlocks &blocks, const Ends &ends, Places &pl
         qr += q * blocks.v[0][i];
         qg += q * blocks.v[1][i];
         qb += q * blocks.v[2][i];
+        if constexpr (Bounded) {
+            for (int k = 0; k < 3; ++k) {
+                worst = most(worst, absolute(blocks.v[k][i] - (ends.b[k] + q * step[k])));
+            }
+        }
     }
     places.q = q_sum;
     places.qq = qq;
@@ -87,11 +102,11 @@ PARADIZE_STEP void place(const ColorBlocks &blocks, const Ends &ends, Places &pl
     // The texels' own sum is zero, which leaves the squares and what the places meet.
     Lanes error = blocks.square;
     for (int k = 0; k < 3; ++k) {
-        const Lanes step = (ends.a[k] - ends.b[k]) * (1.0F / 3.0F);
-        error +=
-            step * (step * qq - 2.0F * places.qv[k]) + ends.b[k] * (2.0F * step * q_sum + 16.0F * ends.b[k]);
+        error += step[k] * (step[k] * qq - 2.0F * places.qv[k]) +
+                 ends.b[k] * (2.0F * step[k] * q_sum + 16.0F * ends.b[k]);
     }
     places.error = error;
+    places.worst = worst;
 }
 
 // Codes whose point two thirds from b to a is nearest to one value: a third of a code apart, ends adjacent.
@@ -149,13 +164,15 @@ PARADIZE_STEP void refit(const ColorBlocks &blocks, const Places &places, Ends &
     }
 }
 
-PARADIZE_INLINE void keep(const Ends &codes, const Lanes &error, ColorFit &best) {
-    const auto better = error < best.error;
+// Takes ends that leave less, where no texel is farther off than `limit` allows.
+PARADIZE_INLINE void keep(const Ends &codes, const Places &places, const Whole &asked, ColorFit &best) {
+    const auto better = (places.error < best.error) & (places.worst <= best.limit) & asked;
     for (int k = 0; k < 3; ++k) {
         best.codes.a[k] = better ? codes.a[k] : best.codes.a[k];
         best.codes.b[k] = better ? codes.b[k] : best.codes.b[k];
     }
-    best.error = better ? error : best.error;
+    best.error = better ? places.error : best.error;
+    best.worst = better ? places.worst : best.worst;
 }
 
 // The direction of the largest variance: the covariance to its eighth power, whose columns all point there.

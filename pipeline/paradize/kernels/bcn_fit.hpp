@@ -6,15 +6,16 @@
 namespace paradize::bcn::PARADIZE_WIDTH {
 
 // Ends by least squares for `places`, then the places for those ends, `turns` times; the best are kept.
-template <int Options>
-PARADIZE_STEP void settle(const ColorBlocks &blocks, Places &places, int turns, ColorFit &best) {
+template <int Options, bool Bounded>
+PARADIZE_STEP void settle(const ColorBlocks &blocks, Places &places, int turns, const Whole &asked,
+                          ColorFit &best) {
     for (int turn = 0; turn < turns; ++turn) {
         Ends codes;
         Ends ends;
         refit<Options>(blocks, places, codes);
         centred(blocks, codes, ends);
-        place(blocks, ends, places);
-        keep(codes, places.error, best);
+        place<Bounded>(blocks, ends, places);
+        keep(codes, places, asked, best);
     }
 }
 
@@ -34,11 +35,13 @@ PARADIZE_STEP void box_codes(const ColorBlocks &blocks, const Lanes (&axis)[3], 
     }
 }
 
-PARADIZE_STEP void try_codes(const ColorBlocks &blocks, const Ends &codes, Places &places, ColorFit &best) {
+template <bool Bounded>
+PARADIZE_STEP void try_codes(const ColorBlocks &blocks, const Ends &codes, Places &places, const Whole &asked,
+                             ColorFit &best) {
     Ends ends;
     centred(blocks, codes, ends);
-    place(blocks, ends, places);
-    keep(codes, places.error, best);
+    place<Bounded>(blocks, ends, places);
+    keep(codes, places, asked, best);
 }
 
 // Every channel of each end one code up and down, `passes` times.
@@ -51,7 +54,7 @@ PARADIZE_STEP void descend(const ColorBlocks &blocks, int passes, ColorFit &best
             Lanes &code = move & 2 ? codes.b[k] : codes.a[k];
             code = clamped(code + (move & 1 ? 1.0F : -1.0F), code_top[k]);
             Places places;
-            try_codes(blocks, codes, places, best);
+            try_codes<true>(blocks, codes, places, Whole{} == 0, best);
         }
         if (!any(best.error < before)) {
             return;
@@ -60,6 +63,7 @@ PARADIZE_STEP void descend(const ColorBlocks &blocks, int passes, ColorFit &best
 }
 
 // Least squares from the outermost texels along an axis, each end drawn towards the mean by a factor.
+template <bool Bounded>
 PARADIZE_INLINE void start_from(const ColorBlocks &blocks, const Ends &outer, float draw_a, float draw_b,
                                 ColorFit &best) {
     Ends ends;
@@ -68,8 +72,8 @@ PARADIZE_INLINE void start_from(const ColorBlocks &blocks, const Ends &outer, fl
         ends.b[k] = outer.b[k] * draw_b;
     }
     Places places;
-    place(blocks, ends, places);
-    settle<2>(blocks, places, 2, best);
+    place<false>(blocks, ends, places);
+    settle<2, Bounded>(blocks, places, 2, Whole{} == 0, best);
 }
 
 // Blocks whose colours stand nearer to each other than codes do: ends a code apart on either side serve them
@@ -77,23 +81,25 @@ PARADIZE_INLINE void start_from(const ColorBlocks &blocks, const Ends &outer, fl
 constexpr float narrow_square = 16 * 9.0F; // three 8-bit codes from the mean
 
 // Least squares from the nearest ends of one colour, the mean; for the lanes that are asked for.
+template <bool Bounded>
 PARADIZE_STEP void start_solid(const ColorBlocks &blocks, const Whole &asked, ColorFit &best) {
     Ends codes;
     for (int k = 0; k < 3; ++k) {
         solid_codes(blocks.mean[k], k, codes.a[k], codes.b[k]);
     }
-    ColorFit fit{codes, splat(1e30F)};
     Places places;
-    try_codes(blocks, codes, places, fit);
-    settle<2>(blocks, places, 1, fit);
-    keep(fit.codes, asked ? fit.error : splat(1e30F), best);
+    try_codes<Bounded>(blocks, codes, places, asked, best);
+    settle<2, Bounded>(blocks, places, 1, asked, best);
 }
 
 // Least squares ends where it began: what is gained comes from the number of starts. One near the ends of the
 // cloud is fast; starts that leave one end's outliers to themselves are balanced; the exact tier adds further
-// ones, every partition, and a search of each channel.
+// ones, every partition, and a search of each channel. Each tier begins with the result of the one below and
+// takes nothing that leaves more, be it in the sum of squares or at the worst texel.
+template <bool Bounded>
 PARADIZE_STEP void fit_color(const ColorBlocks &blocks, Quality quality, ColorFit &best) {
-    best.error = splat(1e30F);
+    const Whole all = Whole{} == 0;
+    best.error = best.worst = best.limit = splat(1e30F);
     for (int k = 0; k < 3; ++k) {
         best.codes.a[k] = best.codes.b[k] = Lanes{};
     }
@@ -101,33 +107,35 @@ PARADIZE_STEP void fit_color(const ColorBlocks &blocks, Quality quality, ColorFi
     Ends outer;
     principal_axis(blocks, axis);
     axis_ends(blocks, axis, outer);
-    start_from(blocks, outer, 0.875F, 0.875F, best);
-    if (quality == Quality::fast) {
-        const Whole narrow = blocks.square < narrow_square;
-        if (any(narrow)) {
-            start_solid(blocks, narrow, best);
-        }
+    start_from<Bounded>(blocks, outer, 0.875F, 0.875F, best);
+    const Whole narrow = blocks.square < narrow_square;
+    if (any(narrow)) {
+        start_solid<Bounded>(blocks, narrow, best);
+    }
+    if constexpr (!Bounded) {
         return;
     }
-    start_from(blocks, outer, 1.0F, 0.67F, best);
-    start_from(blocks, outer, 0.67F, 1.0F, best);
+    best.limit = best.worst;
+    start_from<true>(blocks, outer, 1.0F, 0.67F, best);
+    start_from<true>(blocks, outer, 0.67F, 1.0F, best);
     Ends codes;
     Places places;
     box_codes(blocks, axis, codes);
-    try_codes(blocks, codes, places, best);
+    try_codes<true>(blocks, codes, places, all, best);
     for (int k = 0; k < 3; ++k) { // the box's grey diagonal, so that the simplest encoder is never better
         const auto falls = axis[k] < Lanes{};
         const Lanes a = codes.a[k];
         codes.a[k] = falls ? codes.b[k] : a;
         codes.b[k] = falls ? a : codes.b[k];
     }
-    try_codes(blocks, codes, places, best);
-    start_solid(blocks, Whole{} == 0, best);
+    try_codes<true>(blocks, codes, places, all, best);
+    start_solid<true>(blocks, ~narrow, best);
     if (quality == Quality::exact) {
-        start_from(blocks, outer, 1.0F, 0.4F, best);
-        start_from(blocks, outer, 0.4F, 1.0F, best);
+        best.limit = best.worst;
+        start_from<true>(blocks, outer, 1.0F, 0.4F, best);
+        start_from<true>(blocks, outer, 0.4F, 1.0F, best);
         best_partition(blocks, axis, places);
-        settle<4>(blocks, places, 3, best);
+        settle<4, true>(blocks, places, 3, all, best);
         descend(blocks, 2, best);
     }
 }
@@ -174,7 +182,7 @@ PARADIZE_STEP void encode_color(ColorBlocks &blocks, Quality quality, Whole &fir
         }
     }
     ColorFit fit;
-    fit_color(blocks, quality, fit);
+    (quality == Quality::fast ? fit_color<false> : fit_color<true>)(blocks, quality, fit);
     pack_color(blocks, fit, first, second);
 }
 

@@ -63,6 +63,27 @@ PARADIZE_INLINE Lanes most(const Lanes &a, const Lanes &b) {
 }
 #endif
 
+PARADIZE_INLINE Lanes absolute(const Lanes &v) {
+    return most(v, -v);
+}
+
+// The square root of each, correctly rounded.
+PARADIZE_INLINE Lanes root(const Lanes &v) {
+#if PARADIZE_LANES == 16
+    return (Lanes)_mm512_maskz_sqrt_ps(0xFFFF, (__m512)v);
+#elif PARADIZE_LANES == 8
+    return (Lanes)_mm256_sqrt_ps((__m256)v);
+#elif defined(__SSE2__)
+    return (Lanes)_mm_sqrt_ps((__m128)v);
+#else
+    Lanes out;
+    for (std::size_t i = 0; i < lanes; ++i) {
+        out[i] = __builtin_sqrtf(v[i]);
+    }
+    return out;
+#endif
+}
+
 // Within [0, top]; what is not a number becomes 0.
 PARADIZE_INLINE Lanes clamped(const Lanes &v, float top) {
     return least(most(v, Lanes{}), splat(top));

@@ -4,7 +4,7 @@
 
 #include "bcn_fit.hpp"
 #include "bcn_load.hpp"
-#include "bcn_single_fit.hpp"
+#include "bcn_vectors.hpp"
 
 namespace paradize::bcn::PARADIZE_WIDTH {
 
@@ -59,6 +59,13 @@ static void value_row_of(const Texels &from, std::size_t row, bool is_signed, Qu
         ValueBlocks blocks[Channels];
         load_values(from, 4 * row, column, range.bottom, range.top, blocks);
         Whole stored[4];
+        if constexpr (Channels == 2) {
+            if (is_signed && quality != Quality::fast) {
+                encode_vectors(blocks, range, quality, stored);
+                store_blocks(stored, to);
+                return;
+            }
+        }
         for (std::size_t c = 0; c < Channels; ++c) {
             encode_single(blocks[c], range, quality, stored[2 * c], stored[2 * c + 1]);
         }

@@ -29,13 +29,18 @@ struct ValuePlaces {
     Lanes sum;    // of their v
     Lanes square; // of their v
     Lanes error;  // squared, of all
+    Lanes worst;  // the largest difference of a texel
 };
 
-// Ends in codes, low < high (or equal, where six values do), and the squared error that they leave.
+// Ends in codes, low < high (or equal, where six values do), and what they leave: the squared error and the
+// largest difference of a texel. limit: the worst that a fit to come may leave.
 struct ValueFit {
     Lanes low;
     Lanes high;
     Lanes error;
+    Lanes worst;
+    Lanes limit;
+    Whole six; // whether six values lie between the ends, or eight
 };
 
 PARADIZE_INLINE Lanes within(const Lanes &v, const Lanes &bottom, const Lanes &top) {
@@ -43,8 +48,8 @@ PARADIZE_INLINE Lanes within(const Lanes &v, const Lanes &bottom, const Lanes &t
 }
 
 // Places of every texel on `Steps` + 1 even values from low to high. Five steps leave room for the range's
-// own ends, which a texel takes where they are nearer.
-template <int Steps>
+// own ends, which a texel takes where they are nearer. Bounded: whether the worst is asked for; else it is 0.
+template <int Steps, bool Bounded>
 PARADIZE_STEP void place(const ValueBlocks &blocks, const Lanes &low_code, const Lanes &high_code,
                          CodeRange range, ValuePlaces &places) {
     constexpr float steps = Steps;
@@ -54,13 +59,16 @@ PARADIZE_STEP void place(const ValueBlocks &blocks, const Lanes &low_code, const
     const Lanes scale = wide ? steps / (wide ? width : splat(1.0F)) : Lanes{};
     const Lanes step = width * (1.0F / steps);
     const Lanes offset = low * scale;
-    places.q = places.qq = places.qv = places.count = places.sum = places.square = Lanes{};
+    places.q = places.qq = places.qv = places.count = places.sum = places.square = places.worst = Lanes{};
     if constexpr (Steps == 7) {
         for (std::size_t i = 0; i < texels; ++i) {
             const Lanes q = nearest(clamped(blocks.v[i] * scale - offset, steps));
             places.q += q;
             places.qq += q * q;
             places.qv += q * blocks.v[i];
+            if constexpr (Bounded) {
+                places.worst = most(places.worst, absolute(blocks.v[i] - (low + q * step)));
+            }
         }
         places.count = splat(16.0F);
         places.square = blocks.square;
@@ -80,7 +88,11 @@ PARADIZE_STEP void place(const ValueBlocks &blocks, const Lanes &low_code, const
             const Lanes here = between ? splat(1.0F) : Lanes{};
             const Lanes q_here = q * here;
             const Lanes v_here = v * here;
-            places.error += between ? own : from_end;
+            const Lanes left = between ? own : from_end;
+            places.error += left;
+            if constexpr (Bounded) {
+                places.worst = most(places.worst, left);
+            }
             places.count += here;
             places.sum += v_here;
             places.square += v_here * v_here;
@@ -88,6 +100,7 @@ PARADIZE_STEP void place(const ValueBlocks &blocks, const Lanes &low_code, const
             places.qq += q_here * q_here;
             places.qv += q_here * v_here;
         }
+        places.worst = root(places.worst);
     }
 }
 
@@ -129,30 +142,36 @@ PARADIZE_STEP void refit(const ValueBlocks &blocks, const ValuePlaces &places, C
     high = found_high;
 }
 
-PARADIZE_INLINE void keep(const Lanes &low, const Lanes &high, const Lanes &error, ValueFit &best) {
-    const auto better = error < best.error;
+// Takes ends that leave less, where no texel is farther off than `limit` allows.
+template <int Steps>
+PARADIZE_INLINE void keep(const Lanes &low, const Lanes &high, const ValuePlaces &places,
+                          const Whole &allowed, ValueFit &best) {
+    const auto better = (places.error < best.error) & (places.worst <= best.limit) & allowed;
     best.low = better ? low : best.low;
     best.high = better ? high : best.high;
-    best.error = better ? error : best.error;
+    best.error = better ? places.error : best.error;
+    best.worst = better ? places.worst : best.worst;
+    best.six = better ? Whole{} - (Steps == 5) : best.six;
 }
 
-// Least squares and places in turns from the ends given; the best are kept.
-template <int Steps, int Options>
+// Least squares and places in turns from the ends given; the best of the lanes that are asked for are kept.
+template <int Steps, bool Bounded>
 PARADIZE_STEP void settle(const ValueBlocks &blocks, CodeRange range, int turns, Lanes low, Lanes high,
-                          ValueFit &best) {
+                          const Whole &asked, ValueFit &best) {
     ValuePlaces places;
-    place<Steps>(blocks, low, high, range, places);
-    keep(low, high, places.error, best);
+    place<Steps, Bounded>(blocks, low, high, range, places);
+    keep<Steps>(low, high, places, asked, best);
     for (int turn = 0; turn < turns; ++turn) {
-        refit<Steps, Options>(blocks, places, range, low, high);
-        place<Steps>(blocks, low, high, range, places);
-        keep(low, high, places.error, best);
+        refit<Steps, 2>(blocks, places, range, low, high);
+        place<Steps, Bounded>(blocks, low, high, range, places);
+        keep<Steps>(low, high, places, asked, best);
     }
 }
 
 // All ends within `reach` codes of the best ones.
 template <int Steps>
-PARADIZE_STEP void search(const ValueBlocks &blocks, CodeRange range, int reach, ValueFit &best) {
+PARADIZE_STEP void search(const ValueBlocks &blocks, CodeRange range, int reach, const Whole &asked,
+                          ValueFit &best) {
     const Lanes low = best.low, high = best.high;
     for (int down = -reach; down <= reach; ++down) {
         for (int up = -reach; up <= reach; ++up) {
@@ -160,8 +179,8 @@ PARADIZE_STEP void search(const ValueBlocks &blocks, CodeRange range, int reach,
             const Lanes try_high = high + static_cast<float>(up);
             const auto allowed = (try_low >= range.bottom) & (try_high <= range.top) & (try_low < try_high);
             ValuePlaces places;
-            place<Steps>(blocks, try_low, try_high, range, places);
-            keep(try_low, try_high, allowed ? places.error : splat(1e30F), best);
+            place<Steps, true>(blocks, try_low, try_high, range, places);
+            keep<Steps>(try_low, try_high, places, allowed & asked, best);
         }
     }
 }

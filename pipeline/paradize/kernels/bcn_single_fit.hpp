@@ -26,41 +26,28 @@ PARADIZE_INLINE void start_elsewhere(const ValueBlocks &blocks, CodeRange range,
         const Lanes low = nearest(within(blocks.low + inset.low * step, bottom, top));
         const Lanes high = nearest(within(blocks.high - inset.high * step, bottom, top));
         const auto wide = low < high;
-        settle<Steps, 2>(blocks, range, turns, wide ? low : best.low, wide ? high : best.high, best);
+        settle<Steps, true>(blocks, range, turns, low, high, wide, best);
     }
 }
 
-constexpr int turns_of(Quality quality) {
-    return quality == Quality::fast ? 1 : 2;
-}
-
-// Eight values from low to high.
-PARADIZE_STEP void fit_eight(const ValueBlocks &blocks, CodeRange range, Quality quality, ValueFit &best) {
-    Lanes low = nearest(blocks.low);
-    Lanes high = nearest(blocks.high);
+// The outermost ends of eight values.
+PARADIZE_INLINE void outer_eight(const ValueBlocks &blocks, CodeRange range, Lanes &low, Lanes &high) {
+    low = nearest(blocks.low);
+    high = nearest(blocks.high);
     // A block within one code still has room on that side of it where its mean lies.
     const auto flat = low == high;
     const auto below = ((blocks.mean < low) & (low > range.bottom)) | (high >= range.top);
     low = flat & below ? low - 1.0F : low;
     high = flat & ~below ? high + 1.0F : high;
-    best = {low, high, splat(1e30F)};
-    settle<7, 2>(blocks, range, turns_of(quality), low, high, best);
-    if (quality != Quality::fast) {
-        start_elsewhere<7>(blocks, range, some_insets, 1, best);
-    }
-    if (quality == Quality::exact) {
-        start_elsewhere<7>(blocks, range, all_insets, 2, best);
-        search<7>(blocks, range, 2, best);
-    }
 }
 
-// Six values and the range's own ends, for blocks that touch those; the error of other lanes is never less.
-PARADIZE_STEP void fit_six(const ValueBlocks &blocks, CodeRange range, Quality quality, const Whole &touches,
-                           ValueFit &best) {
+// The outermost ends of six values: of what lies between the range's own.
+PARADIZE_INLINE void outer_six(const ValueBlocks &blocks, CodeRange range, Lanes &low, Lanes &high) {
     const Lanes bottom = range.bottom + 0.5F - blocks.mean;
     const Lanes top = range.top - 0.5F - blocks.mean;
-    Lanes low = splat(1e30F), high = splat(-1e30F);
-    for (std::size_t i = 0; i < texels; ++i) { // the ends of what lies between the range's own
+    low = splat(1e30F);
+    high = splat(-1e30F);
+    for (std::size_t i = 0; i < texels; ++i) {
         const auto inside = (blocks.v[i] >= bottom) & (blocks.v[i] <= top);
         low = least(low, inside ? blocks.v[i] : splat(1e30F));
         high = most(high, inside ? blocks.v[i] : splat(-1e30F));
@@ -68,12 +55,48 @@ PARADIZE_STEP void fit_six(const ValueBlocks &blocks, CodeRange range, Quality q
     const auto some = low <= high;
     low = nearest(some ? low + blocks.mean : splat(range.bottom));
     high = nearest(some ? high + blocks.mean : splat(range.bottom));
-    best = {low, high, splat(1e30F)};
-    settle<5, 2>(blocks, range, turns_of(quality), low, high, best);
-    if (quality == Quality::exact) {
-        search<5>(blocks, range, 2, best);
+}
+
+// The results of the tiers, from the first to the one that is asked for. Each begins with that of the tier
+// below and takes nothing that leaves more, be it in the sum of squares or at the worst texel. Six values and
+// the range's own ends are for blocks that touch those.
+template <bool Bounded>
+PARADIZE_STEP void fit_single(const ValueBlocks &blocks, CodeRange range, Quality quality,
+                              ValueFit (&tiers)[3]) {
+    ValueFit best;
+    const Whole all = Whole{} == 0;
+    Lanes low, high, low_six, high_six;
+    outer_eight(blocks, range, low, high);
+    best = {low, high, splat(1e30F), splat(1e30F), splat(1e30F), Whole{}};
+    settle<7, Bounded>(blocks, range, 1, low, high, all, best);
+    const Whole touches =
+        ((blocks.low < range.bottom + 0.5F) | (blocks.high > range.top - 0.5F)) & (best.error > 1e-3F);
+    const bool some = any(touches);
+    if (some) {
+        outer_six(blocks, range, low_six, high_six);
+        settle<5, Bounded>(blocks, range, 1, low_six, high_six, touches, best);
     }
-    best.error = touches ? best.error : splat(1e30F);
+    tiers[0] = best;
+    if constexpr (!Bounded) {
+        return;
+    }
+    best.limit = best.worst;
+    settle<7, true>(blocks, range, 2, low, high, all, best);
+    start_elsewhere<7>(blocks, range, some_insets, 1, best);
+    if (some) {
+        settle<5, true>(blocks, range, 2, low_six, high_six, touches, best);
+    }
+    tiers[1] = best;
+    if (quality == Quality::balanced) {
+        return;
+    }
+    best.limit = best.worst;
+    start_elsewhere<7>(blocks, range, all_insets, 2, best);
+    search<7>(blocks, range, 2, ~best.six, best);
+    if (some) {
+        search<5>(blocks, range, 2, best.six, best);
+    }
+    tiers[2] = best;
 }
 
 // Place of a texel -> the index that is stored: 0 and 1 are the ends, then from the first to the second.
@@ -100,8 +123,7 @@ PARADIZE_INLINE void add_index(const Whole &index, int i, ValueWords &words) {
 }
 
 // blocks.v: codes within the range. Makes them relative to their mean.
-PARADIZE_STEP void encode_single(ValueBlocks &blocks, CodeRange range, Quality quality, Whole &first,
-                                 Whole &second) {
+PARADIZE_STEP void centre(ValueBlocks &blocks) {
     Lanes sum = blocks.v[0], low = blocks.v[0], high = blocks.v[0];
     for (std::size_t i = 1; i < texels; ++i) {
         sum += blocks.v[i];
@@ -116,28 +138,28 @@ PARADIZE_STEP void encode_single(ValueBlocks &blocks, CodeRange range, Quality q
         blocks.v[i] -= blocks.mean;
         blocks.square += blocks.v[i] * blocks.v[i];
     }
-    ValueFit eight;
-    fit_eight(blocks, range, quality, eight);
+}
 
+// The two words of every block.
+PARADIZE_STEP void pack_single(const ValueBlocks &blocks, CodeRange range, const ValueFit &fit, Whole &first,
+                               Whole &second) {
     ValueWords words = {};
     {
-        const Lanes scale = 7.0F / (eight.high - eight.low);
-        const Lanes offset = (eight.high - blocks.mean) * scale;
+        const Lanes width = fit.high - fit.low;
+        const Lanes scale = 7.0F / (fit.six ? splat(1.0F) : width);
+        const Lanes offset = (fit.high - blocks.mean) * scale;
         for (std::size_t i = 0; i < texels; ++i) { // places from the high end, which is stored first
             const Lanes q = clamped(offset - blocks.v[i] * scale, 7.0F);
             add_index(stored<7>(nearest_bits(q, 3)), static_cast<int>(i), words);
         }
-        words.first |= (to_int(eight.high) & 255) | (to_int(eight.low) & 255) << 8;
+        words.first |= (to_int(fit.high) & 255) | (to_int(fit.low) & 255) << 8;
     }
-    const Whole touches = ((low < range.bottom + 0.5F) | (high > range.top - 0.5F)) & (eight.error > 1e-3F);
-    if (any(touches)) {
-        ValueFit six;
-        fit_six(blocks, range, quality, touches, six);
+    if (any(fit.six)) {
         ValueWords other = {};
-        const Lanes width = six.high - six.low;
+        const Lanes width = fit.high - fit.low;
         const auto wide = width > Lanes{};
         const Lanes scale = wide ? 5.0F / (wide ? width : splat(1.0F)) : Lanes{};
-        const Lanes start = six.low - blocks.mean;
+        const Lanes start = fit.low - blocks.mean;
         const Lanes bottom = range.bottom - blocks.mean;
         const Lanes top = range.top - blocks.mean;
         for (std::size_t i = 0; i < texels; ++i) { // places from the low end, which is stored first
@@ -151,13 +173,21 @@ PARADIZE_STEP void encode_single(ValueBlocks &blocks, CodeRange range, Quality q
                 end ? (to_bottom <= to_top ? Whole{} + 6 : Whole{} + 7) : stored<5>(nearest_bits(q, 3));
             add_index(index, static_cast<int>(i), other);
         }
-        other.first |= (to_int(six.low) & 255) | (to_int(six.high) & 255) << 8;
-        const auto better = six.error < eight.error;
-        words.first = better ? other.first : words.first;
-        words.second = better ? other.second : words.second;
+        other.first |= (to_int(fit.low) & 255) | (to_int(fit.high) & 255) << 8;
+        words.first = fit.six ? other.first : words.first;
+        words.second = fit.six ? other.second : words.second;
     }
     first = words.first;
     second = words.second;
+}
+
+// blocks.v: codes within the range.
+PARADIZE_STEP void encode_single(ValueBlocks &blocks, CodeRange range, Quality quality, Whole &first,
+                                 Whole &second) {
+    ValueFit tiers[3];
+    centre(blocks);
+    (quality == Quality::fast ? fit_single<false> : fit_single<true>)(blocks, range, quality, tiers);
+    pack_single(blocks, range, tiers[static_cast<int>(quality)], first, second);
 }
 
 } // namespace paradize::bcn::PARADIZE_WIDTH
