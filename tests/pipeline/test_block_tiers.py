@@ -1,7 +1,7 @@
 """Whether the tiers of block compression stand in the order that they are declared in: each metric that a
 budget may name, and maxima, picture by picture.
 
-python -m tests.pipeline.test_block_tiers [FOLDER] prints the share of a folder's pictures in order.
+python -m tests.pipeline.test_block_tiers FOLDER prints the share of a folder's pictures in order.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from paradize.data import Texture
 from paradize.metrics.texels import decode_texels
 from paradize.stages.compress import TIERS, encode_rows, formats_of
 from tests.pipeline.heights import save
-from tests.places import CORPUS
 
 F64 = npt.NDArray[np.float64]
 Pixels = npt.NDArray[np.uint8]
@@ -154,8 +153,9 @@ def test_tiers_are_in_order_on_nineteen_of_twenty_pictures(sources: Path) -> Non
 
 
 def main() -> None:
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else CORPUS
-    for (kind, metric), orders in shares(folder, lambda line: print(line, file=sys.stderr)).items():
+    for (kind, metric), orders in shares(
+        Path(sys.argv[1]), lambda line: print(line, file=sys.stderr)
+    ).items():
         print(f"{sum(orders) / len(orders):6.1%} of {len(orders):3d}  {kind}, {metric}")
 
 
