@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,8 @@ import OpenImageIO as oiio
 import pytest
 
 from paradize.errors import SourceError
+from paradize.readers.damage import check_damage
+from paradize.readers.geotiff import said_of
 from paradize.readers.heightmap import read_heightmap
 from paradize.readers.nodata import fill_nodata
 from tests.pipeline.raw_files import exr, tiff
@@ -78,6 +82,19 @@ def test_a_geotiff_is_metres_with_its_declared_nodata_filled(tmp_path: Path) -> 
     assert field.heights_m[4, 9] == pytest.approx(30.0, abs=1.0)
     assert np.array_equal(field.heights_m[:4], heights[:4])
     assert len(warnings) == 1 and "2 pixels" in warnings[0] and "(9, 4)" in warnings[0]
+
+
+@pytest.mark.parametrize("big", [False, True])
+def test_of_a_large_geotiff_its_tags_alone_are_read(tmp_path: Path, big: bool) -> None:
+    path = tiff(tmp_path / "h.tif", slope(20).astype(np.float32), "-9999", big=big, keys=[1, 1, 0, 0])
+    os.truncate(path, 1 << 28)
+    tracemalloc.start()
+    try:
+        assert said_of(path).nodata == -9999.0
+        check_damage(path, "tiff")
+        assert tracemalloc.get_traced_memory()[1] < 1 << 20
+    finally:
+        tracemalloc.stop()
 
 
 def test_nodata_of_a_16_bit_tiff_is_a_code(tmp_path: Path) -> None:

@@ -7,13 +7,14 @@ storage"; J. Poskanzer, the manual pages of netpbm (pbm, pgm, ppm, pam, pfm).
 
 from __future__ import annotations
 
+import os
 import struct
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from paradize.errors import SourceError
-from paradize.files import read_file
+from paradize.files import open_file, read_file
 from paradize.readers.pnm import header_numbers
 from paradize.readers.targa import check_targa
 from paradize.readers.tiff import first_directory
@@ -124,17 +125,18 @@ _OFFSETS, _COUNTS = (273, 324), (279, 325)  # of strips and of tiles
 
 def _check_tiff(path: Path) -> None:
     """Every strip or tile of the first picture lies inside the file."""
-    data = read_file(path)
     try:
-        found = first_directory(data, _OFFSETS + _COUNTS)
+        with open_file(path) as file:
+            size = os.fstat(file.fileno()).st_size
+            found = first_directory(file, _OFFSETS + _COUNTS)
     except ValueError:
         raise _cut(path, "its header is cut") from None
     except struct.error:
         raise _cut(path, "its directory passes the end of the file") from None
     for offsets, counts in zip(_OFFSETS, _COUNTS, strict=True):
         for offset, count in zip(found.get(offsets, ()), found.get(counts, ()), strict=False):
-            if offset + count > len(data):
-                raise _cut(path, f"texels end at byte {offset + count} of {len(data)}")
+            if offset + count > size:
+                raise _cut(path, f"texels end at byte {offset + count} of {size}")
 
 
 _CHECKS: dict[str, Callable[[Path], None]] = {

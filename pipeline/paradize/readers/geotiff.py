@@ -11,7 +11,7 @@ import struct
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from paradize.files import read_file
+from paradize.files import open_file
 from paradize.readers.tiff import first_directory
 
 if TYPE_CHECKING:
@@ -45,7 +45,8 @@ class Said:
 def said_of(path: Path) -> Said:
     """What the first directory of a TIFF says; nothing for any other file, and of tags that are damaged."""
     try:
-        found = first_directory(read_file(path), (_KEYS, _METADATA, _NODATA))
+        with open_file(path) as file:
+            found = first_directory(file, (_KEYS, _METADATA, _NODATA))
     except (OSError, ValueError, struct.error):
         return Said()
     texts = {

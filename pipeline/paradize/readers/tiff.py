@@ -5,53 +5,55 @@ Source: Adobe, "TIFF 6.0", 1992, section 2; BigTIFF as libtiff 4 writes it (offs
 
 from __future__ import annotations
 
+import os
 import struct
 from collections.abc import Collection, Mapping
-from typing import TypeAlias
+from typing import Any, BinaryIO, TypeAlias
 
 Values: TypeAlias = "tuple[float, ...] | bytes"
 
 MOST_ENTRIES = 4096
 _TEXT = 2
+_LEAST = 16  # bytes of a header
+_ORDERS = {b"II": "<", b"MM": ">"}
+# Of TIFF and BigTIFF: codes of a place and of the number of entries, bytes of an entry and of a value in it,
+# where the place of the first directory stands.
+_VERSIONS = {42: ("I", "H", 12, 4, 4), 43: ("Q", "Q", 20, 8, 8)}
 _CODES = {1: "B", 3: "H", 4: "I", 6: "b", 8: "h", 9: "i", 11: "f", 12: "d", 16: "Q", 17: "q", 18: "Q"}
 
 
-def byte_order(data: bytes) -> str | None:
-    """ "<" or ">" as struct has it; None for what is no TIFF."""
-    order = {b"II": "<", b"MM": ">"}.get(data[:2])
-    if order is None or len(data) < 16 or struct.unpack_from(f"{order}H", data, 2)[0] not in (42, 43):
-        return None
-    return order
+def first_directory(file: BinaryIO, wanted: Collection[int]) -> Mapping[int, Values]:
+    """The wanted tags that are there: numbers, or the bytes of a text. Reads these alone. Raises struct.error
+    where the file ends before they do, ValueError for what is no TIFF."""
+    whole = file.seek(0, os.SEEK_END)
 
+    def read(code: str, at: int) -> tuple[Any, ...]:
+        size = struct.calcsize(code)
+        if at + size > whole:
+            raise struct.error
+        file.seek(at)
+        return struct.unpack(code, file.read(size))
 
-def first_directory(data: bytes, wanted: Collection[int]) -> Mapping[int, Values]:
-    """The wanted tags that are there: numbers, or the bytes of a text. Raises struct.error where the file
-    ends before they do, ValueError for what is no TIFF."""
-    order = byte_order(data)
-    if order is None:
+    if whole < _LEAST or (order := _ORDERS.get(read("2s", 0)[0])) is None:
         raise ValueError("no TIFF")
-    big = struct.unpack_from(f"{order}H", data, 2)[0] == 43
-    place, count_code, entry_size, room = ("Q", "Q", 20, 8) if big else ("I", "H", 12, 4)
-    (at,) = struct.unpack_from(order + place, data, 8 if big else 4)
-    (count,) = struct.unpack_from(order + count_code, data, at)
+    (version,) = read(f"{order}H", 2)
+    if version not in _VERSIONS:
+        raise ValueError("no TIFF")
+    place, count_code, entry_size, room, head = _VERSIONS[version]
+    (at,) = read(order + place, head)
+    (count,) = read(order + count_code, at)
     at += struct.calcsize("=" + count_code)
     found: dict[int, Values] = {}
     for k in range(min(count, MOST_ENTRIES)):
         entry = at + k * entry_size
-        tag, kind = struct.unpack_from(order + "HH", data, entry)
-        (length,) = struct.unpack_from(order + place, data, entry + 4)
+        tag, kind = read(order + "HH", entry)
+        (length,) = read(order + place, entry + 4)
         if tag not in wanted or tag in found or (kind not in _CODES and kind != _TEXT):
             continue
         start = entry + entry_size - room
-        size = length * struct.calcsize("=" + _CODES.get(kind, "c"))
-        if size > room:
-            (start,) = struct.unpack_from(order + place, data, start)
-        if start + size > len(data):
-            raise struct.error
-        text = kind == _TEXT
-        found[tag] = (
-            bytes(data[start : start + size])
-            if text
-            else struct.unpack_from(f"{order}{length}{_CODES[kind]}", data, start)
-        )
+        code = f"{order}{length}{_CODES.get(kind, 's')}"
+        if length * struct.calcsize("=" + _CODES.get(kind, "c")) > room:
+            (start,) = read(order + place, start)
+        values = read(code, start)
+        found[tag] = values[0] if kind == _TEXT else values
     return found
