@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import resource
 import signal
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -136,6 +137,20 @@ def test_a_crash_is_tried_once_more(tmp_path: Path, workers: int) -> None:
     assert (once.value, once.error, once.tries) == ("survived", None, 2)
     assert str(always.error).startswith("palm.obj: crash 9 could not be baked: its process crashed (SIGSEGV)")
     assert "twice" in str(always.error) and (tmp_path / "9").read_text() == "xx"
+
+
+def leave_files(tally: Path) -> None:
+    """Dies while it has temporary files."""
+    folder = Path(tempfile.mkdtemp())
+    (folder / "file").write_text("here")
+    tally.write_text(str(folder))
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_worker_that_is_killed_leaves_no_temporary_files(tmp_path: Path) -> None:
+    (found,) = run_beside(Job("leaves", leave_files, {"tally": tmp_path / "tally"}))
+    assert found.error is not None
+    assert not Path((tmp_path / "tally").read_text()).exists()
 
 
 def test_a_hang_is_killed_and_tried_once_more(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from paradize.engine.limits import held_bytes, time_limit
@@ -68,10 +69,12 @@ class Answer:
 @dataclass(eq=False)
 class Worker:
     """A worker process and what it is at. threads: as it was started with. tries: how often its job was given
-    to any worker, this one included."""
+    to any worker, this one included. scratch: its own folder for temporary files, gone with it however it
+    ends."""
 
     process: subprocess.Popen[bytes]
     link: Connection
+    scratch: TemporaryDirectory[str]
     threads: int | None = None
     job: Job | None = None
     tries: int = 0
@@ -91,6 +94,7 @@ class Worker:
         """Kills the process, whatever it is at."""
         self.process.kill()
         self.process.wait()
+        self.scratch.cleanup()
         self.work.put(None)
 
     def death(self) -> str:
@@ -127,6 +131,8 @@ def start_worker(answers: queue.SimpleQueue[Answer], threads: int | None, memory
     """A fresh interpreter that serves jobs, each of which ends in one answer. threads: what native kernels
     use there (None: as this process). memory_bytes: what it may allocate (Linux)."""
     ours, theirs = socket.socketpair()
+    scratch = TemporaryDirectory(prefix="paradize-", ignore_cleanup_errors=True)
+    environment = {**os.environ, "TMPDIR": scratch.name}
     # An interrupt is our business: Ctrl-C reaches the whole group, and a starting interpreter would print it.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -134,13 +140,13 @@ def start_worker(answers: queue.SimpleQueue[Answer], threads: int | None, memory
             [sys.executable, "-c", _BOOT, str(theirs.fileno()), str(os.getpid()), str(memory_bytes or 0)],
             pass_fds=[theirs.fileno()],
             stdin=subprocess.DEVNULL,
-            env=None if threads is None else {**os.environ, VARIABLE: str(threads)},
+            env=environment if threads is None else {**environment, VARIABLE: str(threads)},
             stdout=2,  # what libraries print goes to standard error: standard output is the caller's
         )
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         theirs.close()
-    worker = Worker(process, Connection(ours.detach()), threads)
+    worker = Worker(process, Connection(ours.detach()), scratch, threads)
     threading.Thread(target=_talk, args=(worker, answers), daemon=True).start()
     return worker
 
