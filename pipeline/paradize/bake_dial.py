@@ -1,7 +1,7 @@
 """Settings between the tiers: where a tier does not keep a budget, `auto` turns one setting of it before it
 takes the next, which would cost every player more.
 
-The terrain's bound: tier `exact` makes every pixel a vertex, and `balanced` under a tighter bound mostly
+The terrain's bound: tier `exact` passes through every pixel, where `balanced` under a tighter bound mostly
 does. Bisection on the bound's logarithm; what is tried depends on what was measured alone, so it is the same
 anywhere.
 """

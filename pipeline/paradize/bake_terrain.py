@@ -82,15 +82,20 @@ def bake_terrain(
         tolerance = max(0.0, tolerance - 0.5 * lattice.step[1])
     if tolerance == 0.0:
         used = "exact"
-    for _ in range(TRIES):
-        source = mesh = terrain_mesh(ground, tolerance_m=tolerance, sand_repeat=sand_repeat, tier=used)
+    gridded = False
+    for _ in range(TRIES + 1):
+        way = "grid" if gridded else used
+        source = mesh = terrain_mesh(ground, tolerance_m=tolerance, sand_repeat=sand_repeat, tier=way)
         codes = None
         if lattice is not None:
             mesh, codes = quantised_terrain(source, lattice)
         error = terrain_error(mesh, ground)
         _require_whole(error, path)
-        if error.max_m <= max_error_m or used == "exact":
+        if error.max_m <= max_error_m or gridded or (used == "exact" and max_error_m == 0.0):
             break
+        if used == "exact":
+            gridded = True  # where positions are rounded, more of them may be nearer
+            continue
         # Positions are float32: on a steep slope their rounding can cost a little of the bound.
         tolerance -= 4.0 * (error.max_m - max_error_m)
         if tolerance <= 0.0:

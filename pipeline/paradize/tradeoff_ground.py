@@ -65,7 +65,7 @@ def field_groups(
     tries = tuple(Try(t, field_tier, given | {"tier": t}, t, {"tier": t}) for t in tiers)
     note = (
         f"{size_m[0]:g} x {size_m[1]:g} m, {high_m:g} m high; fast and balanced keep a bound of "
-        f"{max_error_m:g} m with as few triangles as they find."
+        f"{max_error_m:g} m, fast with more triangles; exact passes through every pixel."
     )
     return [Asked(f"{path.stem} terrain", "terrain", path.stem, _METRICS, tries, tiers, note)]
 

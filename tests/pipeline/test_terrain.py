@@ -331,3 +331,23 @@ def test_the_result_is_json_for_the_command_line(tmp_path: Path, paradize) -> No
     told = json.loads(result.stdout)
     assert told["max_error_m"] <= 0.1 and told["triangles"] >= 2 and told["warnings"] == []
     assert {"rms_error_m", "seconds"} <= told.keys() and out.is_file()
+
+
+@pytest.mark.parametrize("size_m", [(40.0, 24.0), (1000.0, 777.0)])
+def test_exact_is_nearest_of_all_tiers_and_spends_no_triangles_on_flat_ground(
+    size_m: tuple[float, float],
+) -> None:
+    heights = np.maximum(hills(41, 25), 0.0).astype(np.float32)
+    heights[:, :12] = 0.0  # the sea
+    field = field_of(heights, *size_m)
+    made = {
+        tier: terrain_mesh(field, tolerance_m=0.3, tier=tier)
+        for tier in ("fast", "balanced", "exact", "grid")
+    }
+    errors = {tier: terrain_error(mesh, field) for tier, mesh in made.items()}
+    for tier in ("fast", "balanced"):
+        assert errors["exact"].max_m <= errors[tier].max_m <= 0.3 + 1e-5
+        assert errors["exact"].rms_m <= errors[tier].rms_m
+    assert errors["exact"].max_m < 1e-4  # float32 alone
+    count = {tier: len(mesh.triangles) for tier, mesh in made.items()}
+    assert count["balanced"] < count["exact"] < 0.9 * count["grid"]

@@ -2,7 +2,8 @@
 
 Vertices are pixels: x = -size_x / 2 + column * size_x / (columns - 1), z likewise from the row, y = height.
 Tiers: `fast` a hierarchy of right triangles, every one measured at every pixel; `balanced` greedy Delaunay
-insertion (Garland and Heckbert, 1995); `exact` every pixel is a vertex.
+insertion (Garland and Heckbert, 1995), slower and of fewer triangles; `exact` the same until it meets
+every pixel. `grid` makes every pixel a vertex: no tier, but what holds where float32 positions round.
 """
 
 from __future__ import annotations
@@ -22,21 +23,24 @@ def terrain_mesh(field: Heightfield, *, tolerance_m: float, sand_repeat: float =
 
     normals, tangents: from the height field; T points along +X, B along -Z, w = +1. uvs: the sand pattern,
     sand_repeat times along X and as often along Z as keeps its tiles square. uvs1: the effect map, once: the
-    first and last column at 0 and 1. tier: "fast", "balanced" or "exact"; a tolerance of 0 is "exact".
-    Raises BakeError for a height that is not finite, and when every pixel as a vertex would make more than
-    MAX_GRID_TRIANGLES triangles.
+    first and last column at 0 and 1. tier: "fast", "balanced", "exact" or "grid"; a tolerance of 0 is
+    "exact". Raises BakeError for a height that is not finite, and when every pixel as a vertex would make
+    more than MAX_GRID_TRIANGLES triangles.
     """
     rows, columns = field.heights_m.shape
     if not np.isfinite(field.heights_m).all():
         row, column = (int(k) for k in np.argwhere(~np.isfinite(field.heights_m))[0])
         raise BakeError("a height is not a finite number", place=f"row {row}, column {column}")
-    if tier == "exact" or tolerance_m == 0.0:
+    if tier == "exact" or (tolerance_m == 0.0 and tier != "grid"):
+        tier, tolerance_m = "exact", 0.0
+    if tier in ("exact", "grid"):
         count = 2 * (rows - 1) * (columns - 1)
         if count > MAX_GRID_TRIANGLES:
             raise BakeError(
                 f"every pixel as a vertex makes {count} triangles; limit {MAX_GRID_TRIANGLES}",
                 mend="allow an error (max_error_m) above 0",
             )
+    if tier == "grid":
         size_m = field.size_x_m, field.size_z_m
         return _mesh(vertices(field.heights_m, size_m, sand_repeat=sand_repeat))
     make = bisect if tier == "fast" else refine
