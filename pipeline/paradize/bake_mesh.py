@@ -16,7 +16,6 @@ from paradize.bake_quantise import quantised_levels
 from paradize.data import Group, Lod, Mesh, six_up
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
 from paradize.formats.glb import encode_glb, verify_glb
-from paradize.kernels.mesh import TANGENT_METHODS
 from paradize.metrics.draw import draw_costs
 from paradize.metrics.loading import Loaded, loaded, loading_messages
 from paradize.metrics.tangent import frame_errors, frame_faults, part_of, true_tangents
@@ -26,7 +25,8 @@ from paradize.stages.lod import RATIO
 from paradize.stages.normals import CREASE_DEG, complete_normals
 from paradize.stages.order import draw_order
 from paradize.stages.reproject import take_attributes
-from paradize.stages.tangents import tangent_frames
+from paradize.stages.tangents import METHODS, tangent_frames
+from paradize.stages.tangents import TIERS as FRAMES
 from paradize.stages.validate import messages, repairs, validate_mesh
 from paradize.stages.weld import weld, welded_messages
 
@@ -167,13 +167,16 @@ def _bake(
     used = TIERS.get(tier, "balanced")
     if tier not in TIERS:
         warnings.append(f"{path}: levels of detail have no tier {tier!r}; {used!r} used")
+    frames = FRAMES.get(tangents, tangents)
+    if tangents == "face" and mesh.uvs is not None:
+        warnings.append(f"{path}: tangents 'face' are slower and err more than 'vertex', which is used")
     steps, notes = make_levels(mesh, asked if plan is None else plan(mesh, asked), used)
     warnings += [f"{path}: {note}" for note in notes]
     tiers = _tangent_tiers(steps[0].mesh) if tangent_tiers else {}
     framed = []
     while steps:  # what is done with is let go: a level is about as large as its part of the file
         step = steps.pop(0)
-        framed.append((_framed(mesh, step.mesh, tangents), step.errors))
+        framed.append((_framed(mesh, step.mesh, frames), step.errors))
     del step, mesh
     unordered = [draw_costs(level) for level, _ in framed]
     for at, (level, errors) in enumerate(framed):
@@ -194,6 +197,7 @@ def _bake(
         "layout": layout,
         "closed": found.closed,
         "components": found.topology.components,
+        "tangents": frames if framed[0][0].tangents is not None else None,
         "tangent_tiers": tiers,
         "bytes": len(glb),
         "quantised": quantise_deg is not None,
@@ -225,10 +229,7 @@ def _tangent_tiers(mesh: Mesh) -> dict[str, dict[str, float]]:
         return {}
     part, counted = part_of(mesh)
     truth = true_tangents(part)
-    return {
-        tier: frame_errors(tangent_frames(part, tier), counted=counted, truth=truth)
-        for tier in TANGENT_METHODS
-    }
+    return {tier: frame_errors(tangent_frames(part, tier), counted=counted, truth=truth) for tier in METHODS}
 
 
 def _framed(source: Mesh, level: Mesh, tangents: str) -> Mesh:

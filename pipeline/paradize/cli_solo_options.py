@@ -166,7 +166,7 @@ def add_mesh(sub: argparse.ArgumentParser) -> None:
         "--tangents",
         choices=("face", "vertex", "mikktspace"),
         default="mikktspace",
-        help="tangent frames: each face's own, the mean at each vertex, or those of MikkTSpace (mikktspace)",
+        help="tangent frames: the mean at each vertex, or those of MikkTSpace (mikktspace); face is vertex",
     )
     sub.add_argument("--atlas", action="store_true", help="make a UV layout")
     sub.add_argument(

@@ -229,7 +229,7 @@ class SceneObject:
     lod_errors: tuple[float, ...] = numbers((), low=0.0, high=1.0, unit="of the diagonal")  # by error; rising
     weld_m: float = number(0.0, low=0.0, high=FAR, unit="m")  # places this near are joined; 0: none
     crease_deg: float = number(45.0, low=0.0, high=180.0, unit="degrees")  # where normals are missing
-    tangents: str = choice("mikktspace", among=("face", "vertex", "mikktspace"))
+    tangents: str = choice("mikktspace", among=("face", "vertex", "mikktspace"))  # face is vertex
     quantise: bool = flag(False)  # vertices as 16-bit codes; the budget says how far they may turn normals
     views: tuple[str, ...] = choices(VIEWS, among=VIEWS)  # those that draw it, of those that the scene has
     wrap: str = choice("clamp", among=("clamp", "repeat"))

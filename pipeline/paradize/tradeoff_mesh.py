@@ -12,7 +12,6 @@ from paradize.bake_quantise import direction_deg_of
 from paradize.bake_sight import sight_plan
 from paradize.data import Lod, Mesh
 from paradize.formats.glb import encode_glb
-from paradize.kernels.mesh import TANGENT_METHODS
 from paradize.metrics.atlas import atlas_quality
 from paradize.metrics.draw import draw_costs
 from paradize.metrics.quantised import quantised_errors
@@ -23,7 +22,8 @@ from paradize.stages import atlas
 from paradize.stages.normals import complete_normals
 from paradize.stages.order import draw_order
 from paradize.stages.quantise import mesh_lattice, quantise_levels
-from paradize.stages.tangents import tangent_frames
+from paradize.stages.tangents import METHODS, tangent_frames
+from paradize.stages.tangents import TIERS as FRAMES
 from paradize.stages.validate import validate_mesh
 from paradize.stages.weld import weld
 from paradize.tradeoff_time import Asked, Found, Try, timed
@@ -61,14 +61,12 @@ def mesh_groups(order: Order) -> list[Asked]:
                 tangent_tier,
                 given | {"tier": tier},
                 "one",
-                {} if tier == settings["tangents"] else None,
+                {} if tier == FRAMES.get(settings["tangents"], settings["tangents"]) else None,
             )
-            for tier in TANGENT_METHODS
+            for tier in METHODS
         )
         metrics = ("tangent_p99_deg", "tangent_mean_deg", "tangent_max_deg")
-        found.append(
-            Asked(f"{name} tangent frames", "tangent frames", artifact, metrics, tries, TANGENT_METHODS)
-        )
+        found.append(Asked(f"{name} tangent frames", "tangent frames", artifact, metrics, tries, METHODS))
     used = "float32"
     if "quantise" in settings:
         used = "16 bit" if direction_deg_of(settings["quantise"]) < 0.5 else "16 bit, directions 8"

@@ -248,7 +248,7 @@ ROWS = [
             part=tier,
             refused=GUARDED,
         )
-        for tier in ("mikktspace", "vertex", "face")
+        for tier in ("mikktspace", "vertex")
     ],
     _row("order", lambda mesh: draw_order(sound(mesh)), _other_triangles, "triangles", 0, refused=GUARDED),
     _row(

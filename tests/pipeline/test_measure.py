@@ -295,7 +295,7 @@ def test_a_model_is_measured_in_every_tier_of_its_stages(tmp_path: Path) -> None
         "levels of detail", "tangent frames", "quantisation", "draw order",
     ]  # fmt: skip
     frames = tiers(named(told, "post tangent frames"))
-    assert frames["mikktspace"]["error"]["max"] < 0.01 < frames["face"]["error"]["max"]
+    assert frames["mikktspace"]["error"]["max"] < 0.01 < frames["vertex"]["error"]["max"]
     assert frames["mikktspace"]["in_use"]
     codes = tiers(named(told, "post vertices"))
     assert codes["16 bit, directions 8"]["bytes"] < codes["16 bit"]["bytes"] < codes["float32"]["bytes"]

@@ -23,7 +23,7 @@ from paradize.metrics.tangent import frame_errors, frame_faults, part_of
 from paradize.readers.obj import read_obj
 from paradize.stages.normals import complete_normals
 from paradize.stages.split import split_by
-from paradize.stages.tangents import TIERS, tangent_frames
+from paradize.stages.tangents import METHODS, TIERS, tangent_frames
 from paradize.stages.validate import validate_mesh
 from tests.bench import meshes
 from tests.pipeline.shapes import grid, sphere
@@ -91,7 +91,7 @@ def test_the_number_of_threads_changes_no_byte(mesh: Mesh, method: str) -> None:
         assert [a.tobytes() for a in again] == [a.tobytes() for a in once]
 
 
-@pytest.mark.parametrize("method", TANGENT_METHODS)
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("mesh", [DENSE, noise(DENSE, 6), soup_of(100, 7), sphere(6)])
 def test_the_split_mesh_has_the_corners_frames(mesh: Mesh, method: str) -> None:
     found = corners(mesh, method)
@@ -197,9 +197,9 @@ def test_a_face_tier_has_each_faces_own_direction() -> None:
 
 def test_errors_grow_from_tier_to_tier_and_are_told() -> None:
     mesh = meshes.sphere(20_000)
-    errors = {method: frame_errors(tangent_frames(mesh, method)) for method in TANGENT_METHODS}
+    errors = {method: frame_errors(tangent_frames(mesh, method)) for method in METHODS}
     for name in ("tangent_max_deg", "tangent_p99_deg", "tangent_mean_deg"):
-        assert errors["face"][name] > 2 * errors["vertex"][name] > 1000 * errors["mikktspace"][name], name
+        assert errors["vertex"][name] > 1000 * errors["mikktspace"][name], name
     assert errors["mikktspace"]["tangent_max_deg"] < 1e-4
     assert {tier: frame_errors(tangent_frames(mesh, tier)) for tier in TIERS} == {
         tier: errors[method] for tier, method in TIERS.items()
@@ -240,15 +240,20 @@ def test_frames_made_of_a_part_have_the_errors_of_the_whole(method: str) -> None
 def test_a_report_states_the_error_of_every_tier(tmp_path: Path) -> None:
     path, told = tmp_path / "a.obj", {}
     meshes.write_obj(sphere(24), path)
-    for method in TANGENT_METHODS:
+    for method in METHODS:
         report = bake_mesh(path, lods=1, tangents=method).report
+        assert report["tangents"] == method
         told[method] = report["lods"][0]["tangent_mean_deg"]
     tiers = report["tangent_tiers"]
-    assert list(tiers) == list(TANGENT_METHODS)
+    assert list(tiers) == list(METHODS)
     assert {tier: tiers[tier]["tangent_mean_deg"] for tier in tiers} == pytest.approx(
         told, rel=1e-3, abs=1e-6
     )
-    assert tiers["face"]["tangent_p99_deg"] > tiers["vertex"]["tangent_p99_deg"] > 0
+    assert tiers["vertex"]["tangent_p99_deg"] > 0
+    report = bake_mesh(path, lods=1, tangents="face").report
+    assert report["tangents"] == "vertex" and any(
+        "'vertex', which is used" in text for text in report["warnings"]
+    )
 
 
 def test_meshes_without_tangents_have_no_errors() -> None:
@@ -272,7 +277,7 @@ def test_a_mesh_is_baked_with_the_frames_asked_for(
         found[method] = [level["tangent_p99_deg"] for level in json.loads(made.stdout)["lods"]]
         assert len(found[method]) == 2
     for face, vertex, exact in zip(found["face"], found["vertex"], found["mikktspace"], strict=True):
-        assert face > 2 * vertex > 0 and exact < 1e-4
+        assert face == vertex > 0 and exact < 1e-4
 
 
 @pytest.mark.parametrize(
