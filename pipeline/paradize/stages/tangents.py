@@ -17,10 +17,10 @@ from paradize.kernels.mesh import split_tangents
 from paradize.stages.split import ATTRIBUTES
 
 METHODS = ("vertex", "mikktspace")  # the quicker first
-# What other names stand for. Normal maps are painted for MikkTSpace's frames, which take a tenth of a second
-# for a million triangles: no tier of a bake gains by less. One frame a face splits nearly every vertex: on the
-# models that were measured it took longer than `vertex`, erred four times as much on the mean and wrote 1.5 to
-# 5 times the bytes.
+# What other names stand for. Normal maps are painted for MikkTSpace's frames, which take a tenth of a
+# second for a million triangles: no tier of a bake gains by less. One frame a face splits nearly every
+# vertex: on the models that were measured it took longer than `vertex`, erred four times as much on the
+# mean and wrote 1.5 to 5 times the bytes.
 TIERS = {"fast": "mikktspace", "balanced": "mikktspace", "exact": "mikktspace", "face": "vertex"}
 
 
