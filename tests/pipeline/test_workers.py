@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import resource
 import signal
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -19,10 +21,12 @@ from paradize.bake import bake
 from paradize.bake_estimate import memory_of
 from paradize.bake_tasks import How
 from paradize.engine.limits import available, cores, held_bytes, memory_limit, time_limit
+from paradize.engine.scratch import Scratch
 from paradize.engine.workers import Crew, Job, Outcome, run_jobs
 from paradize.errors import BakeError, SourceError
 from paradize.kernels.threads import VARIABLE as THREADS
 from tests.pipeline.scenes import make_cove, write_image
+from tests.processes import started
 
 MB = 1_000_000
 
@@ -151,6 +155,28 @@ def test_a_worker_that_is_killed_leaves_no_temporary_files(tmp_path: Path) -> No
     (found,) = run_beside(Job("leaves", leave_files, {"tally": tmp_path / "tally"}))
     assert found.error is not None
     assert not Path((tmp_path / "tally").read_text()).exists()
+
+
+def test_what_a_killed_parent_leaves_is_swept_by_the_next_and_what_is_at_work_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    make = "from paradize.engine.scratch import Scratch; s = Scratch(); print(s.path, flush=True); "
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    command = [sys.executable, "-c", make + "import signal; signal.pause()"]
+    with started(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        left = Path(process.stdout.readline().strip())
+        beside = Scratch()
+        assert left.is_dir()
+        process.kill()
+        process.wait()
+        assert left.is_dir()
+        again = Scratch()
+        assert not left.exists() and beside.path.is_dir() and again.path.is_dir()
+    beside.remove()
+    again.remove()
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_hang_is_killed_and_tried_once_more(tmp_path: Path) -> None:

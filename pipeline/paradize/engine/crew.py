@@ -18,10 +18,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from paradize.engine.limits import held_bytes, time_limit
+from paradize.engine.scratch import Scratch
 from paradize.errors import ParadizeError
 from paradize.kernels.threads import VARIABLE
 
@@ -74,7 +74,7 @@ class Worker:
 
     process: subprocess.Popen[bytes]
     link: Connection
-    scratch: TemporaryDirectory[str]
+    scratch: Scratch
     threads: int | None = None
     job: Job | None = None
     tries: int = 0
@@ -94,7 +94,7 @@ class Worker:
         """Kills the process, whatever it is at."""
         self.process.kill()
         self.process.wait()
-        self.scratch.cleanup()
+        self.scratch.remove()
         self.work.put(None)
 
     def death(self) -> str:
@@ -131,8 +131,8 @@ def start_worker(answers: queue.SimpleQueue[Answer], threads: int | None, memory
     """A fresh interpreter that serves jobs, each of which ends in one answer. threads: what native kernels
     use there (None: as this process). memory_bytes: what it may allocate (Linux)."""
     ours, theirs = socket.socketpair()
-    scratch = TemporaryDirectory(prefix="paradize-", ignore_cleanup_errors=True)
-    environment = {**os.environ, "TMPDIR": scratch.name}
+    scratch = Scratch()
+    environment = {**os.environ, "TMPDIR": str(scratch.path)}
     # An interrupt is our business: Ctrl-C reaches the whole group, and a starting interpreter would print it.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
