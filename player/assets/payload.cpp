@@ -141,14 +141,10 @@ void check_level(const GlbLevel &level, const std::string &place) {
     }
 }
 
-/// Value of a half float (IEEE 754 binary16).
-float half(std::uint16_t code) {
-    const auto exponent = static_cast<int>(code >> 10U & 31U);
-    const auto fraction = static_cast<float>(code & 1023U);
-    const float size = exponent == 31  ? (fraction == 0.0F ? std::numeric_limits<float>::infinity()
-                                                           : std::numeric_limits<float>::quiet_NaN())
-                       : exponent == 0 ? std::ldexp(fraction, -24)
-                                       : std::ldexp(1024.0F + fraction, exponent - 25);
+/// Value of a half float (IEEE 754 binary16) whose exponent says that it is no finite number.
+float not_finite(std::uint16_t code) {
+    const float size = (code & 0x3FFU) == 0 ? std::numeric_limits<float>::infinity()
+                                            : std::numeric_limits<float>::quiet_NaN();
     return (code & 0x8000U) != 0 ? -size : size;
 }
 
@@ -199,7 +195,7 @@ std::string texel_fault(const Ktx2Level &level) {
         if (const std::size_t at = first_bad<std::uint16_t>(level.bytes, bad); at < level.bytes.size() / 2) {
             std::uint16_t code = 0;
             std::memcpy(&code, level.bytes.data() + at * 2, sizeof code);
-            return told(level, at, 4, half(code));
+            return told(level, at, 4, not_finite(code));
         }
     } else if (level.format == PixelFormat::r32_float) {
         const auto bad = [](float value) { return !(std::abs(value) <= largest_texel); };

@@ -88,7 +88,8 @@ def test_a_file_that_grows_or_shrinks_while_it_is_read_is_no_endless_work(
     read: Callable[[Path], bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, real = tmp_path / "a", os.fstat
-    for before, now in ((b"short", b"longer by far"), (b"longer by far", b"short")):
+    part = bytes(1 << 20)  # as much as is read at once
+    for before, now in ((b"short", b"longer by far"), (b"longer by far", b"short"), (part, part + b"x")):
         path.write_bytes(before)
         asked: list[int] = []
 
@@ -126,6 +127,25 @@ def test_size_is_bounded_before_a_byte_is_read(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="holds 5368709120 bytes, limit 7"):
         parts_of = read_parts(tmp_path / "a", 7)
         next(parts_of)
+    (tmp_path / "b").write_bytes(b"1234567")
+    assert read_file(tmp_path / "b", 7) == b"1234567"
+
+
+def test_a_larger_file_that_takes_a_files_place_after_a_look_is_not_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, real = tmp_path / "a", os.open
+    path.write_bytes(b"1234567")
+
+    def replaced(name: Any, *how: Any) -> int:
+        if name == path:
+            (tmp_path / "b").write_bytes(b"12345678")
+            (tmp_path / "b").rename(path)
+        return real(name, *how)
+
+    monkeypatch.setattr(os, "open", replaced)
+    with pytest.raises(OSError, match="holds 8 bytes, limit 7"):
+        read_file(path, 7)
 
 
 def test_names_that_no_file_can_have_are_errors_of_the_file() -> None:

@@ -15,6 +15,7 @@ import pytest
 
 from paradize.bake import bake
 from paradize.bake_color import bake_color
+from paradize.bake_map_textures import within_reach
 from paradize.bake_maps import bake_maps
 from paradize.bake_product import MapProduct
 from paradize.bake_tasks import How
@@ -196,6 +197,12 @@ def test_no_larger_format_is_taken_for_what_the_slope_filter_costs(tmp_path: Pat
         stored = normal(**{f"normal_encoding{part}_deg": limit})
         assert stored.format != "BC5_SNORM" and stored.errors[f"normal_encoding{part}_deg"] <= limit
         assert f"normal_encoding{part}_deg" in str(stored.reason)
+
+
+def test_a_limit_that_the_filter_just_keeps_is_within_reach_and_none_of_the_filters_own() -> None:
+    filtered = {"normal_filter_deg": 3.0, "normal_filter_p99_deg": 2.0, "normal_filter_max_deg": 9.0}
+    budget = {"normal_mean_deg": 2.9, "normal_p99_deg": 2.0, "normal_max_deg": 9.5, "normal_filter_deg": 5.0}
+    assert within_reach(budget, filtered) == {"normal_p99_deg": 2.0, "normal_max_deg": 9.5}
 
 
 def test_colour_goes_to_bc7_and_then_to_plain_texels(rough: Path) -> None:

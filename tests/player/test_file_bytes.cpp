@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <doctest/doctest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 using namespace paradize;
 
@@ -60,6 +61,27 @@ TEST_CASE("files: the bytes are the file's, part by part, and stay when it chang
     CHECK(std::ranges::equal(file.bytes(), bytes));
 }
 
+TEST_CASE("files: what is given back is read again part by part, and what is kept stays as it is") {
+    const test::Folder folder;
+    const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+    test::Bytes bytes((std::size_t{2} << 20U) + 3 * page);
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+        bytes[i] = static_cast<std::byte>(i * 31 >> 3U);
+    }
+    const std::filesystem::path path = folder.write("a", bytes);
+    assets::FileBytes file(path);
+    CHECK_FALSE(file.release_after(path, bytes.size() - page + 1)); // kept in whole pages: all of it
+    CHECK(file.release_after(path, (std::size_t{1} << 20U) + 1));
+    const std::size_t kept = (std::size_t{1} << 20U) + page;
+    CHECK(std::ranges::equal(file.bytes().first(kept), std::span(bytes).first(kept)));
+    std::filesystem::remove(path); // it stays open
+    test::Bytes parts;
+    file.fetch("a",
+               [&](std::span<const std::byte> part) { parts.insert(parts.end(), part.begin(), part.end()); });
+    CHECK(parts == bytes);
+    CHECK(std::ranges::equal(file.bytes(), bytes));
+}
+
 TEST_CASE(
     "files: what is no regular file, empty, or of another size is refused, and a pipe is not waited for") {
     const test::Folder folder;
@@ -72,6 +94,7 @@ TEST_CASE(
     CHECK(tells(fault(folder.write("empty", std::string())), "is empty"));
     const auto file = folder.write("file", std::string("1234"));
     CHECK(tells(fault(file, {.exactly = 5}), "has 4 bytes, scene.json says 5; bake the scene again"));
+    CHECK(tells(fault(file, {.exactly = 3}), "has 4 bytes, scene.json says 3; bake the scene again"));
     CHECK(fault(file, {.exactly = 4}).empty());
     std::filesystem::resize_file(file, (std::uint64_t{1} << 32U) + 1); // takes no room on the disk
     CHECK(tells(fault(file), "has 4294967297 bytes, at most 4294967296 are taken"));

@@ -164,14 +164,19 @@ TEST_CASE("payload: positions hold to their accessor's bounds, normals and tange
     CHECK(refuses(1, 1, 0.0F));
     CHECK(refuses(1, 1, 0.5F));
     CHECK(refuses(1, 1, 2.0F));
+    CHECK(refuses(1, 1, 0.89F));
+    CHECK(refuses(1, 1, 1.11F));
     CHECK_FALSE(refuses(1, 1, -1.0F));
     CHECK_FALSE(refuses(1, 1, 0.995F));
     CHECK(refuses(2, 0, 0.0F));
     CHECK(refuses(2, 3, 0.0F));
+    CHECK(refuses(2, 3, -0.89F));
     CHECK_FALSE(refuses(2, 3, -1.0F));
     CHECK(refuses(5, 3, -0.001F));
     CHECK(refuses(5, 0, 1.001F));
     CHECK_FALSE(refuses(3, 0, -4000.0F));
+    CHECK_FALSE(refuses(4, 1, 1e7F));
+    CHECK(refuses(4, 1, std::nextafter(1e7F, infinity)));
 }
 
 TEST_CASE("payload: codes are held to the same rules as floats") {
@@ -185,6 +190,14 @@ TEST_CASE("payload: codes are held to the same rules as floats") {
     shorts.at(2, 2, 3) = 0;
     CHECK(fault(shorts.glb()).find("TANGENT, vertex 2: is (1, 0, 0, 0), must have length 1 and w 1 or -1") !=
           std::string::npos);
+    Triangle<std::uint8_t> colors(5121);
+    colors.at(5, 2, 3) = 255;
+    CHECK(fault(colors.glb()).empty());
+    bytes.at(1, 1, 1) = 127;
+    bytes.at(0, 2, 0) = -128; // stands for -1, as -127 does
+    assets::Glb lowest = bytes.glb();
+    lowest.levels[0].formats[0].normalized = true;
+    CHECK(fault(lowest).empty());
     Triangle<std::uint16_t> places(5123);
     places.at(0, 1, 2) = 1;
     CHECK(fault(places.glb()).empty());
@@ -200,6 +213,15 @@ TEST_CASE("payload: an index beyond the vertices is told with its place and valu
           "scene again: paradize bake SCENE.toml");
 }
 
+TEST_CASE("payload: of an index of four bytes all four count, and its place is told in indices") {
+    Triangle<float> triangle(5126);
+    const std::array<std::uint32_t, 3> indices{0, 65537, 2};
+    assets::Glb glb = triangle.glb();
+    glb.levels[0].index_bytes = 4;
+    glb.levels[0].primitives[0].indices = std::as_bytes(std::span(indices));
+    CHECK(fault(glb).starts_with("a.glb: node lod0, primitive 0, index 1: is 65537, must be below the 3 "));
+}
+
 TEST_CASE("payload: half floats that are NaN or infinite are found in every texel, face and channel") {
     const test::Bytes file = zeros(PixelFormat::rgba16_float, 4, 4, 6);
     constexpr std::size_t codes = 4 * 4 * 6 * 4;
@@ -213,7 +235,10 @@ TEST_CASE("payload: half floats that are NaN or infinite are found in every texe
             const std::size_t texel = at / 4;
             const std::string place = "a.ktx2: level 0, face " + std::to_string(texel / 16) + ", texel (" +
                                       std::to_string(texel % 4) + ", " + std::to_string(texel % 16 / 4) +
-                                      "), channel " + std::to_string(at % 4) + ": is ";
+                                      "), channel " + std::to_string(at % 4) + ": is " +
+                                      (code == 0x7C00   ? "inf,"
+                                       : code == 0xFC00 ? "-inf,"
+                                                        : "");
             CHECK_MESSAGE(message.starts_with(place), message);
         }
     }
@@ -222,7 +247,7 @@ TEST_CASE("payload: half floats that are NaN or infinite are found in every texe
 TEST_CASE("payload: float texels are finite and near, in levels that are inflated too") {
     const test::Bytes file = zeros(PixelFormat::r32_float, 8, 4, 1);
     CHECK(texel_message(with_code(file, 32, 13, 1e7F)).empty());
-    for (const float value : {not_a_number, infinity, -infinity, 1e30F, -1.1e7F}) {
+    for (const float value : {not_a_number, infinity, 1e30F, -std::nextafter(1e7F, infinity)}) {
         const test::Bytes wrong = with_code(file, 32, 13, value);
         const std::string message = texel_message(wrong);
         CHECK_MESSAGE(message.starts_with("a.ktx2: level 0, texel (5, 1), channel 0: is "), message);

@@ -1,0 +1,99 @@
+"""What a file is, by its first bytes and its name; advice that a shell and a scene take as it stands."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from paradize.errors import MOST, MOST_ADVICE, BakeError, bounded
+from paradize.kinds import (
+    BAKED,
+    GLTF,
+    HEIGHTS,
+    MATERIALS,
+    MODEL,
+    PICTURE,
+    SCENE,
+    SOUND,
+    TEXT,
+    UNKNOWN,
+    Kind,
+    kind_of,
+    mend_of,
+    refusal,
+    require_folder,
+    require_glb,
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "kind"),
+    [
+        ("long-head.obj", b"# made by hand\n" * 2000 + b"v 1 2 3\n", MODEL),
+        ("A.TGA", b"\0\0\2", PICTURE),
+        ("N00E000.HGT", b"\0\1", HEIGHTS),
+        ("a.json", b'  {"format": "paradize-scene", "asset": 1}', BAKED),
+        ("a.gltf", b'{"asset": {}}', GLTF),
+        ("a.json", b'{"other": 1}', TEXT),
+        ("a.mtl", b"  newmtl wood\r\n", MATERIALS),
+        ("a.toml", b"# a scene\r\n[[object.instance]] # one\r\n", SCENE),
+        ("a.bin", b"newmtl wood\0\1", UNKNOWN),
+        ("a.txt", b"a table of [wood] and more", TEXT),
+    ],
+)
+def test_a_file_is_what_its_first_bytes_say(name: str, data: bytes, kind: Kind, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(data)
+    assert kind_of(tmp_path / name) is kind
+
+
+def test_text_is_left_to_the_readers_of_text_and_what_is_unknown_to_those_of_pictures(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("anything")
+    assert refusal(MODEL, tmp_path / "a.txt") is None
+    assert refusal(SCENE, tmp_path / "a.txt") is None
+    assert refusal(PICTURE, tmp_path / "a.txt") is not None
+    (tmp_path / "a.bin").write_bytes(bytes(range(256)))
+    assert refusal(PICTURE, tmp_path / "a.bin") is None and refusal(HEIGHTS, tmp_path / "a.bin") is None
+    assert refusal(MODEL, tmp_path / "a.bin") is not None
+
+
+def test_a_folder_is_no_file_and_one_without_its_scene_no_bake(tmp_path: Path) -> None:
+    for wanted, words in ((MODEL, "is a folder, not an OBJ model"), (BAKED, "holds no scene.json")):
+        found = refusal(wanted, tmp_path)
+        assert found is not None and found[0] == words
+
+
+@pytest.mark.parametrize("name", ["post.obj", "-post.obj", "two words.obj", "o'clock $HOME.obj"])
+def test_a_shell_takes_the_advised_command_whatever_the_files_name(name: str) -> None:
+    advised = re.findall(r"`(paradize [^`]*)`", mend_of(MODEL, Path(name)))
+    assert len(advised) == 2
+    file, stem = (f"./{name}", f"./{name[:-4]}") if name.startswith("-") else (name, name[:-4])
+    assert shlex.split(advised[0]) == ["paradize", "mesh", file, "-o", f"{stem}.glb"]
+    assert shlex.split(advised[1]) == ["paradize", "new", f"{stem}-scene", "--from", file]
+
+
+@pytest.mark.parametrize("name", ["sea.ogg", 'a "quoted" sea.ogg', "back\\slash.ogg"])
+def test_a_scene_takes_the_advised_line_whatever_the_files_name(name: str) -> None:
+    line = re.search(r"`(file = .*)` under", mend_of(SOUND, Path(name)))
+    assert line is not None and tomllib.loads(line[1]) == {"file": name}
+
+
+def test_an_outputs_name_counts_whatever_its_case_and_folders_that_stand_may_have_any(tmp_path: Path) -> None:
+    require_glb(Path("A.GLB"))
+    with pytest.raises(BakeError, match=r"\.gltf"):
+        require_glb(Path("a.gltf"))
+    with pytest.raises(BakeError, match="name of a file"):
+        require_folder(tmp_path / "A.GLB")
+    (tmp_path / "A.GLB").mkdir()
+    require_folder(tmp_path / "A.GLB")
+
+
+def test_a_message_loses_its_middle_alone_and_no_more_than_it_must() -> None:
+    assert bounded("x" * MOST) == "x" * MOST
+    for most in (MOST, MOST_ADVICE):
+        cut = bounded("first" + "x" * 9000 + "last", most)
+        assert len(cut) == most and cut.startswith("first") and cut.endswith("last")
+    assert str(BakeError("is wrong", mend="y" * MOST_ADVICE)).endswith("y" * MOST_ADVICE)
