@@ -48,7 +48,7 @@ class Normals:
         (n, w, 2) int8; see kernels.normals. Flat ground gives exactly (0, 0, 1). One thread by itself: bands
         of rows run side by side. Raises SourceError for a height that is not finite."""
         ground = self.ground
-        if ground.held:
+        if ground.held and ground.filter_name != EXACT:  # whose slopes are in the middle of what is open
             dx, dy = _held_slopes(ground, first, last)
             return normals.normals_from_slopes(
                 dx,

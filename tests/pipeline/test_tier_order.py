@@ -1,0 +1,140 @@
+"""Tiers are in order: from `fast` to `exact` errors fall by every metric that a budget may name, and no tier
+takes longer than another that errs no more. `python -m tests.pipeline.test_tier_order FILE|FOLDER ...` tells.
+
+Block compression has tests of its own (test_bcn_quality.py, test_bc7.py).
+"""
+
+from __future__ import annotations
+
+import itertools
+import statistics
+import sys
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from paradize.budget import METRICS
+from paradize.data import Ground
+from paradize.errors import ParadizeError
+from paradize.kernels.threads import VARIABLE as THREADS
+from paradize.stages import normal
+from paradize.tradeoff import _worst
+from paradize.tradeoff_plan import FileOptions, file_groups
+from paradize.tradeoff_time import Asked
+
+STAGES = ("levels of detail", "tangent frames", "terrain", "slope filter")
+ALIKE = 0.02  # errors nearer to each other than this share are one, as `paradize measure` has it
+QUICKER = 0.9  # of a time: less than that is no chance
+IN_ORDER, DOMINATED = 0.95, 0.5
+# Under one bound a terrain of fewer triangles is a little farther off on the mean: README, "Tiers".
+TRIANGLES_FOR_TIME = ("terrain", "fast", "balanced", "terrain_rms_m")
+
+
+@dataclass
+class Tally:
+    """Files counted. order: (stage, tier, next tier, metric) -> whether each file errs no more in the next.
+    dominated: (stage, tier) -> whether another tier is better on each file. seconds: of each tier."""
+
+    order: dict[tuple[str, str, str, str], list[bool]] = field(default_factory=lambda: defaultdict(list))
+    dominated: dict[tuple[str, str], list[bool]] = field(default_factory=lambda: defaultdict(list))
+    seconds: dict[tuple[str, str], list[float]] = field(default_factory=lambda: defaultdict(list))
+
+    def add(self, group: Asked) -> None:
+        found = {one.tier: one.call(**one.arguments, runs=3) for one in group.tries}
+        common = min(len(made.levels) for made in found.values())
+        errors = {tier: _worst(made.levels[:common]) for tier, made in found.items()}
+        known = [name for name in errors[group.tries[0].tier] if METRICS.get(name, None)]
+        assert known and all(METRICS[name].less_is_better for name in known)
+        took = {tier: statistics.median(made.seconds) for tier, made in found.items()}
+        for one, after in itertools.pairwise(found):
+            for name in known:
+                bound = group.tries[0].arguments.get("max_error_m", 0.0)  # far below it all is rounding
+                slack = ALIKE * max(errors[one][name], bound) + 1e-7
+                worse = errors[after][name] > errors[one][name] + slack
+                self.order[group.stage, one, after, name].append(not worse)
+        for tier in found:
+            sizes = {name: found[name].bytes or 0 for name in found}
+            self.seconds[group.stage, tier].append(took[tier])
+            self.dominated[group.stage, tier].append(
+                any(
+                    took[other] < QUICKER * took[tier]
+                    and all(errors[other][name] <= errors[tier][name] for name in known)
+                    and (group.stage != "terrain" or sizes[other] <= sizes[tier])
+                    for other in found
+                    if other != tier
+                )
+            )
+
+
+def measured(files: Sequence[Path]) -> Tally:
+    """All files that can be read, on one core."""
+    tally = Tally()
+    for path in files:
+        try:
+            groups = file_groups(
+                path, FileOptions() if path.suffix == ".obj" else FileOptions(source="height")
+            )
+        except ParadizeError as refused:
+            print(f"{path}: {refused}", file=sys.stderr)
+            continue
+        for group in groups:
+            if group.stage in STAGES and len(group.tries) > 1:
+                tally.add(group)
+    return tally
+
+
+def lines(tally: Tally) -> Iterator[str]:
+    for (stage, one, after, name), kept in tally.order.items():
+        yield f"{stage}: {one} -> {after}: {name} falls on {sum(kept)} of {len(kept)} files"
+    for (stage, tier), bad in tally.dominated.items():
+        took = statistics.median(tally.seconds[stage, tier])
+        yield f"{stage}: {tier}: median {1e3 * took:.3g} ms, dominated on {sum(bad)} of {len(bad)} files"
+
+
+def sample(folder: Path, models: int, heights: int) -> list[Path]:
+    """Models and heightmaps of every size, every so many-th."""
+    found = []
+    for pattern, least, count in (("*.obj", 10_000, models), ("height/*.png", 600, heights)):
+        some = [path for path in sorted(folder.rglob(pattern)) if least < path.stat().st_size < 400_000]
+        some = [path for path in some if "rgb" not in path.name and "nasty" not in str(path)]
+        found += some[:: max(1, len(some) // count)][:count]
+    return found
+
+
+def test_slopes_of_eighth_order_are_not_held_to_themselves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where balanced takes them exact makes the same normals, in the same time."""
+    codes = np.linspace(0, 1, 17, dtype=np.float32)
+    heights = codes[np.random.default_rng(5).integers(0, 17, (12, 20))]
+    grounds = [
+        Ground(heights, (4.0, 4.0), (True, True), "eighth", codes=codes, held=held) for held in (False, True)
+    ]
+    monkeypatch.setattr(normal, "_held_slopes", lambda *_: pytest.fail("held"))
+    free, held = (normal.prepare(ground).rows(0, 12) for ground in grounds)
+    assert (free == held).all()
+
+
+@pytest.mark.deep
+def test_errors_fall_from_tier_to_tier_and_no_tier_is_dominated(
+    corpus: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(THREADS, "1")
+    tally = measured(sample(corpus, 40, 12))
+    assert {key[0] for key in tally.order} == set(STAGES)
+    for key, kept in tally.order.items():
+        if key != TRIANGLES_FOR_TIME:
+            assert sum(kept) >= IN_ORDER * len(kept), "\n".join(lines(tally))
+    for key, bad in tally.dominated.items():
+        assert sum(bad) <= DOMINATED * len(bad), (key, "\n".join(lines(tally)))
+
+
+if __name__ == "__main__":
+    import os
+
+    os.environ[THREADS] = "1"
+    places = [Path(name) for name in sys.argv[1:]]
+    files = [file for place in places for file in (sample(place, 40, 12) if place.is_dir() else [place])]
+    print(*lines(measured(files)), sep="\n")
