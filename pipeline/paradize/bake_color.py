@@ -50,7 +50,7 @@ def bake_color(
 
     alpha: another picture whose luminance (or alpha) replaces the alpha. wrap: "repeat" or "clamp", or one
     for each of (x, y). tier: "exact" is BC7; of a picture with alpha, BC3 where BC7 leaves more of
-    some error. alpha_cutoff, 0..1: each mip keeps the share of texels that pass
+    some error than BC3 of tier "balanced". alpha_cutoff, 0..1: each mip keeps the share of texels that pass
     it. uv: an OBJ whose UV layout the picture follows; its gutters are filled. Opaque pictures have no alpha
     in the texture. budget: metric -> worst value; where blocks exceed it, a more exact format is taken. zstd:
     level of supercompression. measure: False leaves out errors (and with them the budget). uncompressed: only
@@ -67,12 +67,12 @@ def bake_color(
 
     name = "color with alpha" if values.shape[2] == 4 else "color"
     formats = formats_of(name, rows, columns, tier=tier)[-1 if uncompressed else 0 :]
-    both = ("BC7_SRGB", "BC3_SRGB") if name == "color with alpha" and formats[0] == "BC7_SRGB" else ()
+    has_below = name == "color with alpha" and formats[0] == "BC7_SRGB"
 
     @cache
-    def make(fmt: str) -> tuple[Texture, LevelErrors]:
-        texture = color_texture(values, fmt, encoded=encoded, alpha_cutoff=cutoff, tier=tier)
-        if not measure and not both:
+    def make(fmt: str, of_tier: str = tier) -> tuple[Texture, LevelErrors]:
+        texture = color_texture(values, fmt, encoded=encoded, alpha_cutoff=cutoff, tier=of_tier)
+        if not measure and not has_below:
             return texture, []
         return texture, color_levels(texture, values, encoded=encoded, alpha_cutoff=cutoff)
 
@@ -80,12 +80,14 @@ def bake_color(
         return flat_errors("color", made[1][0]) if made[1] else {}
 
     worse = ""
-    if both:
-        wide, narrow = (errors_of(make(fmt)) for fmt in both)
-        worse = ", ".join(beyond(wide, narrow))
+    if has_below:  # BC7 has one line for colour and alpha, or less room for alpha than BC3
+        found, below = errors_of(make("BC7_SRGB")), errors_of(make("BC3_SRGB", "balanced"))
+        worse = ", ".join(
+            f"{key} {found[key]:g} for {below[key]:g}" for key in below if beyond(found, {key: below[key]})
+        )
         formats = formats_of(name, rows, columns) if worse else formats
     (texture, levels), reason = within_budget(formats, make, errors_of, budget or {})
-    reason = reason or (f"BC7 exceeds what BC3 leaves: {worse}" if worse else None)
+    reason = reason or (f"BC7 leaves more than BC3 of tier balanced: {worse}" if worse else None)
     errors = errors_of((texture, levels)) if measure else {}
     return MapProduct(
         encode_ktx2(texture, zstd_level=zstd),
