@@ -14,7 +14,7 @@ from paradize.bake_refine import refine_level
 from paradize.data import Mesh
 from paradize.errors import SourceError
 from paradize.metrics.mapped_normal import normal_error, uv_shift
-from paradize.metrics.surface import Judge
+from paradize.metrics.surface import Judge, is_loose
 from paradize.stages.lod import LEAST_TRIANGLES, RATIO, simplify
 from paradize.stages.validate import validate_mesh
 
@@ -38,8 +38,8 @@ _SAMPLES = 50_000
 # than twice what the surface itself is off is left alone.
 _SLID, _SEEN = 0.01, 0.02
 _HELD = (4.0, 16.0)
-# Words to a level's shares: the largest distance, its RMS and 99th percentile, of the diagonal.
-EXACT = {"error_max": 0.0, "error_rms": 0.0, "error_p99": 0.0}
+# Words to a level's shares: bounds of the largest distance, its RMS and 99th percentile, of the diagonal.
+EXACT = {"error_max": 0.0, "error_max_lower": 0.0, "error_rms": 0.0, "error_p99": 0.0}
 _SAME = {"normal_mean_deg": 0.0, "normal_p99_deg": 0.0, "normal_max_deg": 0.0}
 _STILL = {"uv_shift_p99": 0.0, "uv_shift_max": 0.0}
 
@@ -82,7 +82,7 @@ def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[Step], list[str
     if TIERS[tier] == "exact":
         steps, left_out = _refined(judge, steps)
         notes += left_out
-    return steps, list(dict.fromkeys(notes + _slides(steps)))
+    return steps, list(dict.fromkeys(notes + _loose(steps) + _slides(steps)))
 
 
 def _refined(judge: Judge, steps: list[Step]) -> tuple[list[Step], list[str]]:
@@ -171,6 +171,16 @@ def _told(judge: Judge, step: Step) -> Step:
     slid = {key: step.errors[key] for key in _STILL if key in step.errors}
     slid = slid or uv_shift(judge, step.mesh, _SAMPLES)
     return replace(step, errors=step.errors | normals | slid)
+
+
+def _loose(steps: list[Step]) -> list[str]:
+    return [
+        f"lod{at}: the largest distance to the source lies between {step.errors['error_max_lower']:.3g} and "
+        f"{step.errors['error_max']:.3g} of the diagonal, and the second is told: a closer search would take "
+        "too long, mostly because of long thin triangles"
+        for at, step in enumerate(steps)
+        if is_loose(step.errors)
+    ]
 
 
 def _slides(steps: list[Step]) -> list[str]:

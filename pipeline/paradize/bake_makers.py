@@ -45,7 +45,7 @@ QUANTISED = (
 LOADED = ("load_max", "load_max_m", "load_normal_p99_deg")
 # What scene.json tells of each level of a mesh, besides the GLB itself.
 LOD_FACTS = (
-    "triangles", "error_max", "error_rms", "error_p99", *LOADED,
+    "triangles", "error_max", "error_max_lower", "error_rms", "error_p99", *LOADED,
     "normal_mean_deg", "normal_p99_deg", "normal_max_deg", "uv_shift_p99", "uv_shift_max",
     *QUANTISED,
 )  # fmt: skip

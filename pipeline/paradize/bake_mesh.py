@@ -13,7 +13,7 @@ import numpy as np
 from paradize.bake_atlas import with_atlas
 from paradize.bake_lods import DEFAULT_MAX_ERROR, TIERS, Plan, make_levels
 from paradize.bake_quantise import quantised_levels
-from paradize.data import Group, Lod, Mesh, six_up
+from paradize.data import Group, Lod, Mesh, six_down, six_up
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
 from paradize.formats.glb import encode_glb, verify_glb
 from paradize.metrics.draw import draw_costs
@@ -249,7 +249,8 @@ def _told(lod: Lod, loading: Loaded) -> dict[str, float]:
     """A level's errors against the source's text: its distance from level 0, and what loading cost that."""
     errors = {"error_max": lod.error_max, "error_rms": lod.error_rms}
     whole = {key: six_up(value + loading.largest) for key, value in errors.items()}
-    return {**whole, **lod.errors, **loading.errors}
+    lower = max(0.0, lod.errors["error_max_lower"] - loading.largest)
+    return {**whole, **lod.errors, "error_max_lower": six_down(lower), **loading.errors}
 
 
 def _colored(source: Mesh, level: Mesh) -> Mesh:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from paradize.data import Codes, Lattice, Lod, Mesh, six
+from paradize.data import Codes, Lattice, Lod, Mesh, six_down, six_up
 from paradize.formats.glb import encode_glb
 from paradize.formats.glb_codes import decoded_mesh
 from paradize.metrics.quantised import quantised_errors
@@ -39,12 +39,18 @@ def quantised_levels(lods: Sequence[Lod], *, direction_deg: float = DIRECTION_DE
     return tuple(
         replace(
             lod,
-            error_max=six(lod.error_max + most),
-            error_rms=six(lod.error_rms + most),
-            errors=dict(lod.errors) | errors,
+            error_max=six_up(lod.error_max + most),
+            error_rms=six_up(lod.error_rms + most),
+            errors={**lod.errors, **_lower(lod, most), **errors},
         )
         for lod, errors in zip(coded, found, strict=True)
     )
+
+
+def _lower(lod: Lod, most: float) -> dict[str, float]:
+    """What is left of the distance's lower bound where the surface moved by `most`."""
+    lower = lod.errors.get("error_max_lower")
+    return {} if lower is None else {"error_max_lower": six_down(max(0.0, lower - most))}
 
 
 def quantised_terrain(mesh: Mesh, lattice: Lattice) -> tuple[Mesh, Codes]:

@@ -10,7 +10,7 @@ from paradize.schema import Limit, Limits
 FAR = 1e6
 
 METRICS = {
-    "surface_max": Limit("of the diagonal", True, 1.0, "largest two-sided surface distance of a LOD"),
+    "surface_max": Limit("of the diagonal", True, 1.0, "bound of the two-sided surface distance of a LOD"),
     "surface_rms": Limit("of the diagonal", True, 1.0, "RMS of the two-sided surface distance of a LOD"),
     "load_max": Limit("of the diagonal", True, 1.0, "how far float32 moved a vertex of the source, at most"),
     "load_max_m": Limit("m", True, FAR, "the same in metres"),

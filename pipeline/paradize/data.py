@@ -40,6 +40,12 @@ def six_up(value: float) -> float:
     return found if found >= value else six(value * (1.0 + 1e-5))
 
 
+def six_down(value: float) -> float:
+    """The same of a lower bound, 0 or more: not above it."""
+    found = six(value)
+    return found if found <= value else six(value * (1.0 - 1e-5))
+
+
 @dataclass(frozen=True)
 class Group:
     """A run of triangles that share a name and a material: triangles [first, first + count)."""

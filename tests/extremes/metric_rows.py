@@ -44,14 +44,15 @@ def _distance(mesh: Mesh) -> dict[str, float]:
 
 
 def _distance_error(mesh: Mesh, made: dict[str, float]) -> float:
-    """A convex body that is moved: no point is farther than the move, and its foremost vertex is as far. A
-    flat one moves within its plane: only its border tells."""
+    """How far the truth lies outside the bounds. A convex body that is moved: no point is farther than the
+    move, and its foremost vertex is as far. A flat one moves within its plane: only its border tells."""
     across = diagonal(mesh)
     if across == 0:
         return max(made.values())
     rounded = np.abs(_shifted(mesh).positions.astype(np.float64) - mesh.positions)[:, 0]
     wanted = float(rounded.max()) / across
-    return abs(made["error_max"] - wanted) if _moves_whole(mesh) else max(0.0, made["error_max"] - wanted)
+    above = max(0.0, made["error_max_lower"] - wanted)
+    return max(above, wanted - made["error_max"]) if _moves_whole(mesh) else above
 
 
 def _moves_whole(mesh: Mesh) -> bool:

@@ -11,6 +11,7 @@
 #include "mesh_tangents.hpp"
 #include "mesh_topology.hpp"
 #include "mesh_weld.hpp"
+#include "reference_bound.hpp"
 #include "reference_distance.hpp"
 #include "reference_frames.hpp"
 #include "triangle_tree.hpp"
@@ -186,6 +187,30 @@ TEST_CASE("distanceOfParallelSquaresIsTheirGap") {
     CHECK(found.max == doctest::Approx(0.25));
     CHECK(found.rms == doctest::Approx(0.25));
     CHECK(found.p99 == doctest::Approx(0.25));
+}
+
+TEST_CASE("aSearchThatIsCutShortStillBoundsTheDistance") {
+    // One triangle under a hill of many; no sample is looked at.
+    Soup hill = ground(12);
+    for (std::size_t i = 0; i < hill.positions.size(); i += 3) {
+        const float x = hill.positions[i], z = hill.positions[i + 2];
+        hill.positions[i + 1] = x * (1 - x) * z * (1 - z);
+    }
+    const std::vector<float> corners = {0, 0, 0, 0, 0, 1, 1, 0, 0};
+    const std::vector<std::uint32_t> one = {0, 1, 2};
+    const reference::Tree from({corners, one}), to({hill.positions, hill.triangles});
+    const std::vector<std::uint32_t> near = {0};
+    const auto close = reference::farthest(from, to, near, 0, {1e-3, 0, 50'000'000}, 2);
+    CHECK(close.most <= 1.001 * close.least);
+    reference::Bounds last{0, 1e30};
+    for (const std::uint64_t tests : {0, 300, 3'000, 30'000}) {
+        const auto found = reference::farthest(from, to, near, 0, {1e-3, 0, tests}, 2);
+        CHECK(found.least <= close.most);
+        CHECK(found.most >= close.least);
+        CHECK(found.most <= last.most);
+        CHECK(found.least >= last.least);
+        last = found;
+    }
 }
 
 TEST_CASE("anglesAreRightAtBothEnds") {

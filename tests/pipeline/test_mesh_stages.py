@@ -237,7 +237,7 @@ def test_distance_of_parallel_squares_is_their_gap() -> None:
     a = grid(4)
     b = replace(a, positions=a.positions + np.array([0, 0.25, 0], np.float32))
     found = surface_distance(a, b, 1000)
-    assert found == {key: pytest.approx(0.25 / np.sqrt(2), rel=1e-5) for key in found}
+    assert found == {key: pytest.approx(0.25 / np.sqrt(2), rel=1.01e-3) for key in found}
 
 
 def test_a_spike_between_vertices_of_the_other_surface_is_found_from_both_sides() -> None:
@@ -246,8 +246,10 @@ def test_a_spike_between_vertices_of_the_other_surface_is_found_from_both_sides(
     spiked = Mesh(
         np.concatenate([a.positions, tip]), np.concatenate([a.triangles, [[0, 1, 4]]]).astype(np.uint32)
     )
-    assert surface_distance(a, spiked, 1000)["error_max"] == pytest.approx(0.5 / np.sqrt(2), rel=1e-5)
-    assert surface_distance(spiked, a, 1000)["error_max"] == pytest.approx(0.5 / np.sqrt(2.25), rel=1e-5)
+    for first, second, diagonal in ((a, spiked, 2**0.5), (spiked, a, 1.5)):
+        found = surface_distance(first, second, 1000)
+        assert found["error_max_lower"] == pytest.approx(0.5 / diagonal, rel=1e-5)
+        assert 0.5 / diagonal <= found["error_max"] <= 1.00101 * 0.5 / diagonal
 
 
 @pytest.mark.parametrize("corner", range(3))
@@ -293,7 +295,7 @@ def test_the_measured_fraction_does_not_depend_on_size(scale: float) -> None:
     a, b = sphere(8, radius=scale), sphere(5, radius=scale)
     found = surface_distance(a, b, 2000)
     known = surface_distance(sphere(8), sphere(5), 2000)
-    assert found["error_max"] == pytest.approx(known["error_max"], rel=1e-3)
+    assert found["error_max"] == pytest.approx(known["error_max"], rel=2e-3)
     assert found["error_rms"] == pytest.approx(known["error_rms"], rel=1e-3)
 
 

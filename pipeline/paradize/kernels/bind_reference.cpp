@@ -10,6 +10,7 @@
 #include "bind.hpp"
 #include "bind_reference_layout.hpp"
 #include "mathx.hpp"
+#include "reference_bound.hpp"
 #include "reference_distance.hpp"
 #include "reference_frames.hpp"
 #include "reference_loading.hpp"
@@ -44,6 +45,16 @@ nb::tuple surface_distance(const Measured &from, const Measured &to, std::uint64
         found = reference::one_sided(from.tree, to.tree, samples, threads);
     }
     return nb::make_tuple(found.max, found.rms, found.p99);
+}
+
+nb::tuple two_sided(const Measured &a, const Measured &b, std::uint64_t samples, double gap,
+                    double resolution, unsigned threads) {
+    reference::TwoSided found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = reference::two_sided(a.tree, b.tree, samples, gap, resolution, threads);
+    }
+    return nb::make_tuple(found.max.least, found.max.most, found.rms, found.p99);
 }
 
 std::span<const float> rows_or_none(const nb::object &rows) {
@@ -299,6 +310,7 @@ NB_MODULE(_reference, m) {
         .def(nb::init<Rows<float>, Rows<std::uint32_t>>(), nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
              nb::call_guard<nb::gil_scoped_release>());
     m.def("surface_distance", &surface_distance);
+    m.def("two_sided", &two_sided);
     nb::class_<reference::Shading>(m, "Shading");
     m.def("shading", &shading, nb::arg("triangles"), nb::arg("normals"), nb::arg("tangents").none(),
           nb::arg("uvs").none());

@@ -10,6 +10,9 @@ import numpy.typing as npt
 import paradize.kernels._reference as _reference
 from paradize.kernels.threads import default_threads
 
+# How far apart the two bounds of a largest distance shall be: of it, or of the first surface's diagonal.
+GAP, RESOLUTION = 0.001, 1e-7
+
 
 def _rows(values: npt.ArrayLike, width: int = 3) -> npt.NDArray[np.float32]:
     rows = np.ascontiguousarray(values, np.float32)
@@ -48,7 +51,8 @@ class Surface:
     def distance_to(
         self, other: Surface, *, samples: int, threads: int | None = None
     ) -> tuple[float, float, float]:
-        """(max, rms, p99) distance from this surface's samples to the other surface, in the positions' unit.
+        """(max, rms, p99) distance from this surface's samples to the other surface, in the positions' unit:
+        a point between samples may lie farther than `max` (see between).
 
         samples: about how many in all, besides ten or more in every triangle, 0 to 10^8.
         """
@@ -57,6 +61,23 @@ class Surface:
         workers = default_threads(8) if threads is None else max(1, threads)
         found = _reference.surface_distance(self.tree, other.tree, samples, workers)
         return float(found[0]), float(found[1]), float(found[2])
+
+    def between(
+        self, other: Surface, *, samples: int, gap: float = GAP, threads: int | None = None
+    ) -> tuple[float, float, float, float]:
+        """(least, most, rms, p99) distance of the two surfaces, each the larger of both directions, in the
+        positions' unit: the largest lies between `least` and `most` (but for the rounding of float64), which
+        are `gap` of it or RESOLUTION of this surface's diagonal apart, or more where 20 million tests of a
+        place against a triangle and 200 for each one of both did not do. rms, p99: of samples, as of
+        distance_to.
+
+        gap: 1e-6 to 1.
+        """
+        if not 0 <= samples <= 10**8 or not 1e-6 <= gap <= 1:
+            raise ValueError(f"{samples} samples, expected 0 to 10^8; gap {gap}, expected 1e-6 to 1")
+        workers = default_threads(8) if threads is None else max(1, threads)
+        least, most, rms, p99 = _reference.two_sided(self.tree, other.tree, samples, gap, RESOLUTION, workers)
+        return float(least), float(most), float(rms), float(p99)
 
 
 class Shading:

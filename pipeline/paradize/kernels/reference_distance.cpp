@@ -17,14 +17,16 @@ constexpr std::size_t chunk_size = 256;
 // Points gathered until a packet is full, then measured.
 class Row {
   public:
-    Row(const Tree &to, double *out) : to_(to), out_(out) {}
+    Row(const Tree &to, double *out, std::uint32_t *near) : to_(to), out_(out), near_(near) {}
 
-    // The squared distance of p goes to out[place], or into `largest` alone where `place` is `unplaced`.
-    void add(const Point &p, std::size_t place) {
+    // The squared distance of p goes to out[place], or into `largest` alone where `place` is `unplaced`; the
+    // triangle nearest to it to near[owner], where it has one.
+    void add(const Point &p, std::size_t place, std::size_t owner = unplaced) {
         packet_.x[count_] = p[0];
         packet_.y[count_] = p[1];
         packet_.z[count_] = p[2];
         places_[count_] = place;
+        owners_[count_] = owner;
         if (++count_ == Packet::size)
             flush();
     }
@@ -44,6 +46,8 @@ class Row {
             largest = std::max(largest, packet_.best[i]);
             if (places_[i] != unplaced)
                 out_[places_[i]] = packet_.best[i];
+            if (owners_[i] != unplaced)
+                near_[owners_[i]] = static_cast<std::uint32_t>(packet_.slot[i]);
         }
         count_ = 0;
     }
@@ -54,8 +58,9 @@ class Row {
   private:
     const Tree &to_;
     double *out_;
+    std::uint32_t *near_;
     Packet packet_;
-    std::array<std::size_t, Packet::size> places_;
+    std::array<std::size_t, Packet::size> places_, owners_;
     std::size_t count_ = 0;
     double hint_ = -1;
 };
@@ -73,8 +78,10 @@ Distance one_sided(const Tree &from, const Tree &to, std::uint64_t samples, unsi
     std::vector<double> squares(shares.first.back());
     const std::size_t chunks = (count + chunk_size - 1) / chunk_size;
     std::vector<double> largest(chunks, 0);
+    Distance out;
+    out.near.resize(count);
     for_chunks(chunks, threads, [&](std::size_t chunk) {
-        Row row(to, squares.data());
+        Row row(to, squares.data(), out.near.data());
         std::vector<std::pair<double, double>> uvs;
         for (std::size_t at_slot = chunk * chunk_size; at_slot < std::min(count, (chunk + 1) * chunk_size);
              ++at_slot) {
@@ -82,7 +89,7 @@ Distance one_sided(const Tree &from, const Tree &to, std::uint64_t samples, unsi
             const Corners c = corners_of(surface, i);
             spots(shares.count(i), uvs);
             for (std::size_t k = 0; k < uvs.size(); ++k)
-                row.add(at(c, uvs[k]), shares.first[i] + k);
+                row.add(at(c, uvs[k]), shares.first[i] + k, k == 0 ? i : Row::unplaced);
             if (uvs.size() > Packet::size)
                 row.flush();
             for (std::size_t k = 0; k < 3; ++k) {
@@ -95,7 +102,6 @@ Distance one_sided(const Tree &from, const Tree &to, std::uint64_t samples, unsi
         largest[chunk] = row.largest;
     });
 
-    Distance out;
     for (const double d : largest)
         out.max = std::max(out.max, d);
     out.max = std::sqrt(out.max);

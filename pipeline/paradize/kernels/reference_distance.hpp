@@ -4,15 +4,18 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "reference_tree.hpp"
 
 namespace paradize::reference {
 
 struct Distance {
-    double max = 0; // largest distance found; vertices and edge midpoints are looked at besides the samples
-    double rms = 0; // over area
-    double p99 = 0; // the distance that 99 % of the area does not exceed
+    double max =
+        0; // largest of the samples, the vertices and the edge midpoints; reference_bound.hpp bounds it
+    double rms = 0;                  // over area
+    double p99 = 0;                  // the distance that 99 % of the area does not exceed
+    std::vector<std::uint32_t> near; // by triangle of `from`: the slot of one of `to` near it
 };
 
 // From every sample of `from` to the nearest point of `to`, in float64. Samples: at least ten in every

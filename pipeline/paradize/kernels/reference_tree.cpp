@@ -106,7 +106,7 @@ PARADIZE_CLONES void look(const Tree::Node *nodes, const std::array<float, 9> *c
     if (facing == nullptr || faces(first, *facing))
         measure(first, hint, p);
     double most = farthest(p);
-    std::array<Tree::Entry, 256> open;
+    std::array<Tree::Entry, Tree::most_open> open;
     std::size_t depth = 1;
     open[0] = {0, 0};
     while (depth > 0) {

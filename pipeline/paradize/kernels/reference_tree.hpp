@@ -66,20 +66,32 @@ class Tree {
     // it count.
     void nearest(Packet &packet, double hint, const Point *facing) const;
 
+    // The corners of the triangle in a slot: of neighbours they lie side by side.
+    Corners corners(std::size_t slot) const {
+        const std::array<float, 9> &c = corners_[slot];
+        return {Point{c[0], c[1], c[2]}, Point{c[3], c[4], c[5]}, Point{c[6], c[7], c[8]}};
+    }
+
     // Calls test(triangle) for every triangle whose box is nearer to p than `best` (squared), the nearest
     // boxes first; `test` lowers `best`.
     template <typename Test>
     void search(const Point &p, double &best, Test test) const {
-        std::vector<Entry> open{{0, 0}};
-        while (!open.empty()) {
-            const Entry at = open.back();
-            open.pop_back();
+        search_slots(p, best, [&](std::size_t slot) { test(order_[slot]); });
+    }
+    // The same by slots.
+    template <typename Test>
+    void search_slots(const Point &p, double &best, Test test) const {
+        std::array<Entry, most_open> open;
+        std::size_t depth = 1;
+        open[0] = {0, 0};
+        while (depth > 0) {
+            const Entry at = open[--depth];
             if (at.distance > best)
                 continue;
             if (at.child & leaf_bit) {
                 const std::size_t first = (at.child & ~leaf_bit) >> 3, count = at.child & 7;
                 for (std::size_t i = first; i < first + count; ++i)
-                    test(order_[i]);
+                    test(i);
                 continue;
             }
             const Node &node = nodes_[at.child];
@@ -99,7 +111,8 @@ class Tree {
                     found[to] = found[to - 1];
                 found[to] = {sum, node.child[k]};
             }
-            open.insert(open.end(), found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count));
+            for (std::size_t k = 0; k < count; ++k)
+                open[depth++] = found[k];
         }
     }
 
@@ -110,6 +123,7 @@ class Tree {
     // A child is a node's number, or with leaf_bit eight times its first slot plus how many it holds.
     static constexpr std::uint64_t leaf_bit = std::uint64_t{1} << 63, empty = ~std::uint64_t{0};
     static constexpr std::size_t leaf_size = 4;
+    static constexpr std::size_t most_open = 256; // three for each level but the last, of at most 40 and 32
     struct Node {
         double low[3][4], high[3][4];
         std::uint64_t child[4];

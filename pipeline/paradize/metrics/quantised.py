@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Mesh, six
+from paradize.data import Mesh, six, six_up
 from paradize.documents import parse_json
 from paradize.kernels.reference import angles_deg
 from paradize.metrics.surface import diagonal
@@ -27,6 +27,10 @@ _WIDTHS = {"VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 def quantised_errors(glb: bytes, sources: Sequence[Mesh]) -> list[dict[str, float]]:
     """The errors of each node's vertices, in the order of the nodes.
+
+    Every vertex is looked at, none is sampled; between the vertices of a triangle positions, texture
+    coordinates and colours are linear, so that no point of it moved farther than quantise_max,
+    quantise_uv_max and quantise_color_max say. Those are rounded upwards.
 
     sources: the meshes that were quantised, their vertices in the file's order; the diagonal is the first
     one's. Keys: quantise_max, quantise_p99, quantise_rms: how far vertices moved, of the diagonal;
@@ -58,7 +62,7 @@ def quantised_errors(glb: bytes, sources: Sequence[Mesh]) -> list[dict[str, floa
             _most(arrays.get("TEXCOORD_0"), source.uvs), _most(arrays.get("TEXCOORD_1"), source.uvs1)
         )
         errors["quantise_color_max"] = _most(arrays.get("COLOR_0"), source.colors)
-        found.append({key: six(value) for key, value in errors.items()})
+        found.append({key: (six_up if "_max" in key else six)(value) for key, value in errors.items()})
     return found
 
 

@@ -1,18 +1,22 @@
 """Two-sided distance between surfaces, as a fraction of the first one's bounding-box diagonal.
 
-Measured by its own kernel (`reference_distance.hpp`), which no stage imports: dense samples in proportion
-to area, ten or more in every triangle, with all vertices and edge midpoints besides, against every point of
-the other surface.
+Measured by kernels of its own, which no stage imports. The largest distance is bounded from below and from
+above, over every point of both surfaces (`reference_bound.hpp`); RMS and 99th percentile are of dense samples
+in proportion to area, ten or more in every triangle, against every point of the other surface
+(`reference_distance.hpp`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from paradize.data import Mesh
-from paradize.kernels.reference import Surface
+from paradize.data import Mesh, six, six_down, six_up
+from paradize.kernels.reference import RESOLUTION, Surface
 
 SAMPLES = 100_000
+LOOSE = 0.02
 
 
 def diagonal(mesh: Mesh) -> float:
@@ -45,20 +49,30 @@ class Judge:
     def distance(self, level: Mesh, samples: int = SAMPLES) -> dict[str, float]:
         """As surface_distance."""
         other = self.surface_of(level)
-        there = self.surface.distance_to(other, samples=samples)
-        back = other.distance_to(self.surface, samples=samples)
+        found = self.surface.between(other, samples=samples)
         scale = 1.0 / self.diagonal_m if self.diagonal_m > 0 else 0.0
-        worst = [max(pair) * scale for pair in zip(there, back, strict=True)]
+        least, most, rms, p99 = (value * scale for value in found)
         return {
-            key: float(f"{value:.6g}")
-            for key, value in zip(("error_max", "error_rms", "error_p99"), worst, strict=True)
+            "error_max": six_up(most),
+            "error_max_lower": six_down(least),
+            "error_rms": six(rms),
+            "error_p99": six(p99),
         }
 
 
 def surface_distance(a: Mesh, b: Mesh, samples: int = SAMPLES) -> dict[str, float]:
-    """error_max, error_p99 and error_rms, each the larger of both directions, as fractions of a's diagonal.
+    """error_max, error_max_lower, error_p99 and error_rms, each the larger of both directions, as fractions
+    of a's diagonal.
 
-    samples: about how many each way (0 to 10^8). Rounded to six digits, so that a value is the same wherever
-    it is printed.
+    No point of either surface lies farther from the other than error_max, and one lies as far as
+    error_max_lower: they are 0.1 % of it or 1e-7 apart, unless the kernel's limit of work ended the search
+    before (is_loose: more than 2 %). samples: about how many each way for the other two (0 to 10^8). Rounded
+    to six digits, bounds outwards, so that a value is the same wherever it is printed.
     """
     return Judge(a).distance(b, samples)
+
+
+def is_loose(errors: Mapping[str, float]) -> bool:
+    """Whether error_max and error_max_lower are so far apart that it must be told."""
+    low, high = errors["error_max_lower"], errors["error_max"]
+    return high > low * (1.0 + LOOSE) + 1.01 * RESOLUTION
