@@ -82,21 +82,99 @@ PARADIZE_CLONES void unit(const double *__restrict dx, const double *__restrict 
     }
 }
 
-// Half of the widest gap between rising codes beside a height: before and after its code, or, of a height
-// between two codes, between them and after them (a colour's steps are at most those of a grey as bright, and
-// steps grow with brightness).
-double half_step(std::span<const float> codes, float height) {
-    auto at = static_cast<std::size_t>(std::lower_bound(codes.begin(), codes.end(), height) - codes.begin());
-    double widest = 0.0;
-    for (std::size_t end = at + 2; at < end; ++at) {
-        if (at > 0 && at < codes.size()) {
-            widest = std::max(widest, static_cast<double>(codes[at]) - codes[at - 1]);
+// Slopes and how far they may be off, along one axis; and what turns them into metres per metre.
+struct Axis {
+    const double *slope;
+    const double *open;
+    double scale;
+};
+
+// Of the four slopes that lie farthest along both axes, those whose normal is farthest from unit normals.
+PARADIZE_CLONES void farthest(const Axis &along, const Axis &down, const double *__restrict nx,
+                              const double *__restrict ny, const double *__restrict nz, std::size_t count,
+                              double *__restrict best_u, double *__restrict best_v) {
+    const double *__restrict slope_u = along.slope;
+    const double *__restrict slope_v = down.slope;
+    const double *__restrict open_u = along.open;
+    const double *__restrict open_v = down.open;
+    const double scale_u = along.scale;
+    const double scale_v = down.scale;
+    for (std::size_t i = 0; i < count; ++i) {
+        double least = 2.0;
+        double found_u = 0.0;
+        double found_v = 0.0;
+        for (int corner = 0; corner < 4; ++corner) {
+            const double steep_u = corner < 2 ? slope_u[i] - open_u[i] : slope_u[i] + open_u[i];
+            const double steep_v = corner % 2 == 0 ? slope_v[i] - open_v[i] : slope_v[i] + open_v[i];
+            const double u = steep_u * scale_u;
+            const double v = steep_v * scale_v;
+            const double au = std::abs(u);
+            const double av = std::abs(v);
+            const double steeper = au > av ? au : av;
+            const double largest = steeper > 1.0 ? steeper : 1.0;
+            const double a = 0.0 - u / largest;
+            const double b = v / largest;
+            const double c = 1.0 / largest;
+            const double cosine = (a * nx[i] + b * ny[i] + c * nz[i]) / std::sqrt(a * a + b * b + c * c);
+            const bool less = cosine < least;
+            least = less ? cosine : least;
+            found_u = less ? steep_u : found_u;
+            found_v = less ? steep_v : found_v;
         }
+        best_u[i] = found_u;
+        best_v[i] = found_v;
     }
-    return 0.5 * widest;
 }
 
 } // namespace
+
+// Half of the widest gap between rising codes beside a height: before and after its code, or, of a height
+// between two codes, between them and after them (a colour's steps are at most those of a grey as bright, and
+// steps grow with brightness). The range is cut into even bins, each of which knows its first code: a search
+// looks at few.
+class HalfSteps {
+  public:
+    explicit HalfSteps(std::span<const float> codes)
+        : codes_(codes), halves_(codes.size() + 1),
+          first_(std::min(16 * codes.size(), std::max(codes.size(), most_bins)) + 1) {
+        const auto gap = [&](std::size_t k) {
+            return k > 0 && k < codes.size() ? static_cast<double>(codes[k]) - codes[k - 1] : 0.0;
+        };
+        for (std::size_t k = 0; k <= codes.size(); ++k) {
+            halves_[k] = 0.5 * std::max({0.0, gap(k), gap(k + 1)});
+        }
+        for (std::size_t k = codes.size(); k-- > 0;) {
+            first_[bin(codes[k])] = static_cast<std::uint32_t>(k);
+        }
+        for (std::size_t b = 1; b < first_.size(); ++b) {
+            first_[b] = std::max(first_[b - 1], first_[b]);
+        }
+    }
+    double of(float height) const {
+        std::size_t at = first_[bin(height)];
+        while (at > 0 && codes_[at - 1] >= height) {
+            --at;
+        }
+        while (at < codes_.size() && codes_[at] < height) {
+            ++at;
+        }
+        return halves_[at];
+    }
+
+  private:
+    static constexpr std::size_t most_bins = std::size_t{1} << 16U;
+
+    std::size_t bin(float height) const {
+        const double low = codes_.front();
+        const double span = codes_.back() - low;
+        const double share = span > 0.0 ? std::clamp((height - low) / span, 0.0, 1.0) : 0.0;
+        return static_cast<std::size_t>(share * static_cast<double>(first_.size() - 1));
+    }
+
+    std::span<const float> codes_;
+    std::vector<double> halves_; // by the first code that is not below the height
+    std::vector<std::uint32_t> first_;
+};
 
 GroundRows::GroundRows(const Ground &ground, int threads)
     : ground_(ground),
@@ -113,6 +191,9 @@ GroundRows::GroundRows(const Ground &ground, int threads)
         steepness->y.resize(columns);
     }
     corner_z_.resize(columns);
+    if (!ground.codes.empty()) {
+        half_steps_ = std::make_shared<const HalfSteps>(ground.codes);
+    }
     if (ground.spectral) {
         slopes_ = std::make_shared<const Slopes>(
             spectral_slopes(ground.heights, ground.size.rows, columns, threads));
@@ -181,9 +262,9 @@ const double *GroundRows::half_steps(std::ptrdiff_t y) {
     double *middle = line.data() + reach_;
     const Place from = place(y, ground_.size.rows, ground_.wrap_y);
     for (std::size_t x = 0; x < columns; ++x) {
-        middle[x] = half_step(ground_.codes, ground_.heights[from.at * columns + x]);
+        middle[x] = half_steps_->of(ground_.heights[from.at * columns + x]);
         if (from.reflected) {
-            middle[x] += 2.0 * half_step(ground_.codes, ground_.heights[from.about * columns + x]);
+            middle[x] += 2.0 * half_steps_->of(ground_.heights[from.about * columns + x]);
         }
     }
     pad(line, 1.0);
@@ -243,31 +324,9 @@ void GroundRows::hold() {
 // Of the four normals whose slopes lie farthest along both axes, the angle to the farthest.
 void GroundRows::cone(double *normals, double *degrees) {
     const std::size_t columns = ground_.size.columns;
-    for (std::size_t x = 0; x < columns; ++x) {
-        double least = 2.0;
-        double best_u = 0.0;
-        double best_v = 0.0;
-        for (const double along : {-1.0, 1.0}) {
-            for (const double down : {-1.0, 1.0}) {
-                const double u = (slope_.x[x] + along * open_.x[x]) * ground_.scale_x;
-                const double v = (slope_.y[x] + down * open_.y[x]) * signed_scale_y();
-                const double largest = std::max({1.0, std::abs(u), std::abs(v)});
-                const double a = 0.0 - u / largest;
-                const double b = v / largest;
-                const double c = 1.0 / largest;
-                const double cosine =
-                    (a * normals[x] + b * normals[columns + x] + c * normals[2 * columns + x]) /
-                    std::sqrt(a * a + b * b + c * c);
-                if (cosine < least) {
-                    least = cosine;
-                    best_u = slope_.x[x] + along * open_.x[x];
-                    best_v = slope_.y[x] + down * open_.y[x];
-                }
-            }
-        }
-        corner_.x[x] = best_u;
-        corner_.y[x] = best_v;
-    }
+    farthest({slope_.x.data(), open_.x.data(), ground_.scale_x},
+             {slope_.y.data(), open_.y.data(), signed_scale_y()}, normals, normals + columns,
+             normals + 2 * columns, columns, corner_.x.data(), corner_.y.data());
     unit(corner_.x.data(), corner_.y.data(), columns, ground_.scale_x, signed_scale_y(), exact_.x.data(),
          exact_.y.data(), corner_z_.data());
     angles_between({normals, normals + columns, normals + 2 * columns},

@@ -41,6 +41,8 @@ struct Ground {
     bool cones = false; // a plane of the angle that they leave open
 };
 
+class HalfSteps;
+
 // Planes x, y and z of unit normals. Then, where there are islands, one that is 1 where the texel is on an
 // island together with all that its taps touch, else 0. Then, with cones, one of degrees: between the normal
 // and the farthest whose slopes along x and y lie within the reach of the half steps (0 without codes).
@@ -84,7 +86,8 @@ class GroundRows final : public Rows {
     Steepness open_; // how far the half steps let a slope be off
     Steepness corner_;
     std::vector<double> corner_z_;
-    std::shared_ptr<const Slopes> slopes_; // where the filter is the spectral one
+    std::shared_ptr<const HalfSteps> half_steps_; // where there are codes
+    std::shared_ptr<const Slopes> slopes_;        // where the filter is the spectral one
 };
 
 } // namespace paradize::reference
