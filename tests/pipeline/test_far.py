@@ -21,6 +21,7 @@ from paradize.check.meshes import check_mesh
 from paradize.data import Lod
 from paradize.errors import FormatError, SourceError
 from paradize.formats.glb import decode_glb, encode_glb
+from paradize.kernels.reference import loading
 from paradize.readers.obj import read_obj
 from tests.pipeline.glb_json import document, with_document
 from tests.pipeline.shapes import sphere
@@ -247,3 +248,9 @@ def test_the_nearest_places_of_a_mesh_are_where_its_node_puts_them() -> None:
             places = np.array(places_of(encode_glb(lods, "ball"), "ball")) - origin
             assert np.abs(places).max() == pytest.approx(1.0, abs=1e-4)
             assert np.linalg.norm(places, axis=1).min() > 0.9
+
+
+def test_a_triangle_that_loses_its_area_counts_as_turned_by_a_right_angle() -> None:
+    text = np.array([[1, 0, 0], [1 + 1e-9, 0, 0], [1, 1e-9, 0]])
+    found = loading(np.float32(text * [1, 0, 1]), (0.0, 0.0, 0.0), text, np.array([[0, 1, 2]], np.uint32))
+    assert (found.collapsed, found.first_collapsed, found.turned_p99_deg) == (1, 0, 90.0)

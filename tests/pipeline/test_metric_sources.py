@@ -11,9 +11,9 @@ import pytest
 
 from paradize import bake_cubemap, bake_map_rows, bake_maps
 from paradize.bake_product import MapProduct
-from paradize.data import Image
+from paradize.data import Image, Texture
 from paradize.kernels.maps import Levels
-from paradize.metrics.source import light, shaped, true_gloss, true_heights
+from paradize.metrics.source import light, shaped, sky_error, true_gloss, true_heights
 from paradize.stages.gloss import GlossSettings
 from tests.pipeline.scenes import write_image
 
@@ -134,3 +134,12 @@ def test_what_the_codes_of_heights_leave_open_is_told_beside_an_error_of_none(tm
     level, steep = np.array([-slope, 0.0, 1.0]), np.array([-slope + weights, weights, 1.0])
     cosine = level @ steep / np.linalg.norm(level) / np.linalg.norm(steep)
     assert errors["coarse.png"]["normal_open_deg"] == pytest.approx(np.degrees(np.arccos(cosine)), rel=0.1)
+
+
+def test_dark_texels_of_a_sky_count_by_their_own_light() -> None:
+    shown = np.zeros((6, 1, 1, 4), np.float16)
+    shown[2, 0, 0, 1] = 0.0015
+    texture = Texture("RGBA16F", 1, 1, (shown.tobytes(),), faces=6)
+    faces: list[tuple[Any, bool]] = [(np.zeros((1, 1, 3), np.float32), False) for _ in range(6)]
+    faces[2] = (np.array([[[0.0, 0.001, 0.0]]], np.float32), False)
+    assert sky_error(texture, faces) == pytest.approx(0.5, rel=0.01)
