@@ -187,15 +187,16 @@ def _slides(steps: list[Step]) -> list[str]:
     notes = []
     for at, step in enumerate(steps):
         p99, most = step.errors["uv_shift_p99"], step.errors["uv_shift_max"]
+        slid = f"by {most:.2g} of the diagonal at the sample that slid most (99 % by no more than {p99:.2g})"
         if not step.seams_kept:
             notes.append(
-                f"lod{at}: the texture is stretched beside seams, which had to be let go; it slid by up to "
-                f"{most:.2g} of the diagonal (99 % by {p99:.2g}); ask for fewer levels to keep them"
+                f"lod{at}: the texture is stretched beside seams, which had to be let go; it slid {slid}; "
+                "ask for fewer levels to keep them"
             )
         elif p99 > max(_SEEN, 2 * step.errors["error_max"]):
             notes.append(
-                f"lod{at}: the texture slid by up to {most:.2g} of the diagonal (99 % by {p99:.2g}); ask for "
-                "fewer levels or a larger ratio to keep it in place"
+                f"lod{at}: the texture slid {slid}; ask for fewer levels or a larger ratio to keep it in "
+                "place"
             )
     return notes
 

@@ -35,7 +35,7 @@ class Keys:
 
 def flight_keys(tree: dict[str, Any]) -> Keys:
     """Keys of the `flight` of a scene.json, its first and last alike. errors: path_export_m and
-    path_export_deg, each _max and _p99."""
+    path_export_deg, each _max and _p99, of four moments between any two keys."""
     flight = Flight.from_json(tree)
     count = int(np.ceil(flight.duration_s * KEYS_PER_S))
     times = flight.duration_s * np.arange(count + 1) / count

@@ -165,7 +165,7 @@ def no_mesh(scene: Path) -> None:
 def modest(scene: Path) -> None:
     def edit(tree: dict[str, Any]) -> None:
         for node in tree["nodes"]:
-            node["extras"]["error_max"] *= 0.7
+            node["extras"]["error_max"] *= 0.97
 
     replace(scene, "post_mesh", with_json(file_of(scene, "post_mesh").read_bytes(), edit))
 

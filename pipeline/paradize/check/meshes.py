@@ -13,7 +13,7 @@ from paradize.errors import FormatError
 from paradize.kernels.reference import Surface
 
 _ROUNDING = 1e-7  # of the diagonal: errors nearer than this are one, for positions are float32
-_APART = 0.1  # by which share a distance measured again, at other places, may be above the one told
+_APART = 1e-4  # by which share a sample's distance may be above the bound told: rounding alone
 _SAMPLES = 2_000  # besides ten in every triangle
 _UNIT = 2e-3  # how far a length may be from 1, and a dot product from 0, besides what codes round
 

@@ -69,9 +69,9 @@ def flight_error(
 
     eye, target: (n, 3) waypoints, metres. speed: (n,) asked factors. Returns path_miss_m, the farthest that
     eye or target passes from a waypoint; path_ripple_max and path_ripple_p99, relative deviation from the
-    asked speed; path_jump_m, path_jump_m_per_u and path_jump_m_per_u2, the largest jumps in position, first
-    and second derivative between segments, around the loop too; path_time_s, the deviation from duration_s
-    of the time that the asked speeds would take.
+    asked speed, at MOMENTS moments; path_jump_m, path_jump_m_per_u and path_jump_m_per_u2, the largest jumps
+    in position, first and second derivative between segments, around the loop too; path_time_s, the deviation
+    from duration_s of the time that the asked speeds would take.
     """
     segments = flight["segments"]
     knots = np.array([*flight["waypoint_u"], len(segments)], np.float64)

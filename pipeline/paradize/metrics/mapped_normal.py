@@ -46,7 +46,7 @@ def normal_error(
     Meshes with normals; map: (h, w, 3) unit vectors of tangent space, green up; where a mesh lacks tangents
     or texture coordinates it turns nothing. samples: about how many each way, besides four or more in every
     triangle. apart: the level's error_max, where it is known (default: measured). All zero where a mesh has
-    no normals. Rounded to six digits.
+    no normals. The largest is of samples, no bound. Rounded to six digits.
     """
     judge = original if isinstance(original, Judge) else Judge(original)
     names = ("normal",) if normal_map is None else ("normal", "mapped")
@@ -71,7 +71,7 @@ def normal_error(
 def uv_shift(original: Mesh | Judge, level: Mesh, samples: int = SAMPLES) -> dict[str, float]:
     """uv_shift_p99 and uv_shift_max: the distance on the surface, as a fraction of the diagonal, between
     where the level shows a point of the texture and where the original shows it. Zero without texture
-    coordinates. Rounded to six digits."""
+    coordinates. The largest is of samples, no bound. Rounded to six digits."""
     judge = original if isinstance(original, Judge) else Judge(original)
     if judge.mesh.uvs is None or level.uvs is None or not judge.diagonal_m > 0:
         return {"uv_shift_p99": 0.0, "uv_shift_max": 0.0}

@@ -43,9 +43,9 @@ def frame_errors(
     without tangents.
 
     Corners of triangles without area in the image have no defined frame and are not counted. Of meshes with
-    more than `most` triangles the corners of about most / 4 vertices, evenly spread, are. counted: (3 m,) the
-    corners that count, of a mesh that is such a part itself (part_of); truth: (3 m, 4) its true_tangents,
-    where they are known.
+    more than `most` triangles the corners of about most / 4 vertices, evenly spread, are: there the largest
+    is of a sample, else of all corners. counted: (3 m,) the corners that count, of a mesh that is such a part
+    itself (part_of); truth: (3 m, 4) its true_tangents, where they are known.
     """
     if mesh.tangents is None or mesh.normals is None or mesh.uvs is None:
         return _told(np.zeros(0), 0)
