@@ -13,13 +13,14 @@ from scipy.spatial import cKDTree
 
 from paradize.data import Codes, Mesh
 from paradize.metrics.atlas import atlas_quality
-from paradize.metrics.surface import surface_distance
+from paradize.metrics.surface import Judge, surface_distance
 from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.stages.atlas import make_atlas
 from paradize.stages.lod import simplify
 from paradize.stages.normals import complete_normals
 from paradize.stages.order import draw_order
 from paradize.stages.quantise import mesh_lattice, quantise
+from paradize.stages.refine import fit_normals, fit_positions
 from paradize.stages.reproject import take_attributes
 from paradize.stages.simplifiers import meshopt_simplify
 from paradize.stages.split import split_by
@@ -186,6 +187,15 @@ def _halved(method: str) -> Any:
     return run
 
 
+def _fitted(mesh: Mesh) -> Mesh:
+    clean = sound(mesh)
+    level = simplify(clean, max(1, len(clean.triangles) // 2)).mesh
+    judge = Judge(clean)
+    reach_m = judge.distance(level, 20_000)["error_max"] * judge.diagonal_m
+    moved = replace(level, positions=fit_positions(clean, level, reach_m).astype(np.float32))
+    return replace(moved, normals=fit_normals(clean, moved))
+
+
 def _level_error(mesh: Mesh, made: Mesh) -> float:
     """The largest distance between the level and the surface, of the diagonal."""
     return surface_distance(sound(mesh), made, samples=20_000)["error_max"]
@@ -264,6 +274,7 @@ ROWS = [
         _row("lod", _halved(method), _level_error, "diagonals", limit, part=method, refused=GUARDED)
         for method, limit in (("meshoptimizer", 0.25), ("own", 0.02))
     ],
+    _row("refine", _fitted, _level_error, "diagonals", 0.02, refused=GUARDED),
     _row(
         "simplifiers",
         _meshopt,
