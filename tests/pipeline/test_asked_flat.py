@@ -12,6 +12,7 @@ import pytest
 
 from paradize import bake_finest
 from paradize.bake import bake
+from paradize.bake_color import color_values
 from paradize.bake_finest import surface_of
 from paradize.bake_flat import OFF
 from paradize.bake_tasks import How
@@ -128,6 +129,38 @@ def test_a_palette_of_points_begins_where_its_colours_are_still_themselves(tmp_p
         shown = begins[int((1.0 - v) * side), int(u * side)]
         meant = palette()[int((1.0 - v) * SIDE), int(u * SIDE)] / 255.0
         assert np.abs(shown - meant).max() <= OFF + 4.0 / 255.0, k  # and what BC1 costs
+
+
+@pytest.mark.parametrize("end", [(0.0, 0.0), (0.05, 0.0), (0.0, 0.06), (0.04, 0.05)])
+def test_gutters_leave_the_texels_that_a_point_or_a_line_shows(
+    tmp_path: Path, end: tuple[float, float]
+) -> None:
+    """Beside islands with area, which gutters are filled from."""
+    rng = np.random.default_rng(3)
+    write_image(tmp_path / "post.png", noise())
+    text, first, places = "", 1, []
+    for k in range(12):
+        u, v = 0.5 + 0.4 * rng.uniform(), 0.9 * rng.uniform()
+        near, far = (u, v), (u + end[0], v + end[1])
+        uvs = [(0.0, 0.0), (0.4, 0.0), (0.4, 1.0), (0.0, 1.0)] if k == 0 else [near, far, far, near]
+        text += quad((0.1 * k, 0.0, 0.0), 0.1, uvs, first)
+        first += 4
+        places += [(u + t * end[0], v + t * end[1]) for t in np.linspace(0.0, 1.0, 60)] if k else []
+    places += [(0.0, 0.0), (1.0, 1.0), (1.0, 0.0)]
+    for k, (u, v) in enumerate(places[-3:]):  # corners of the picture
+        text += quad((0.1 * k, 1.0, 0.0), 0.1, [(u, v)] * 4, first)
+        first += 4
+    (tmp_path / "post.obj").write_text(text)
+    source = noise()
+    filled, _, _ = color_values(tmp_path / "post.png", None, (False, False), tmp_path / "post.obj")
+    assert (filled != source).any()
+    for u, v in places:
+        x, y = u * SIDE - 0.5, (1.0 - v) * SIDE - 0.5
+        for j in {int(np.floor(y)), int(np.ceil(y))}:
+            for i in {int(np.floor(x)), int(np.ceil(x))}:
+                at = min(max(j, 0), SIDE - 1), min(max(i, 0), SIDE - 1)
+                weight = (1.0 - abs(x - i)) * (1.0 - abs(y - j))
+                assert weight < 0.02 or (filled[at] == source[at]).all(), (u, v, at)
 
 
 def test_points_of_a_picture_that_cover_much_keep_it_as_it_is_and_explain_says_why(tmp_path: Path) -> None:

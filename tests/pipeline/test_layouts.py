@@ -40,12 +40,21 @@ LAYOUTS: dict[str, list[Corners]] = {
 
 def covered(corners: Corners) -> np.ndarray:
     """(64, 64) bool: texels whose square a convex island's inside meets, wrapped: no edge of a triangle has
-    the whole square on its outer side."""
+    the whole square on its outer side. An island may be a line or a point."""
     points = np.array(corners)
     mask = np.zeros((SIZE, SIZE), np.bool_)
     square = np.array([(0, 0), (1, 0), (0, 1), (1, 1)])
     for i in range(2, len(points)):
         triangle = points[[0, i - 1, i]]
+        (ax, ay), (bx, by) = triangle[1] - triangle[0], triangle[2] - triangle[0]
+        if ax * by == ay * bx:  # a line or a point shows the texels that bilinear samples read there
+            for share in np.linspace(0.0, 1.0, 500):
+                for a, b in ((0, 1), (1, 2), (2, 0)):
+                    x, y = triangle[a] * (1.0 - share) + triangle[b] * share - 0.5
+                    mask[np.ix_([int(y) % SIZE, int(y + 1) % SIZE], [int(x) % SIZE, int(x + 1) % SIZE])] = (
+                        True
+                    )
+            continue
         low, high = np.floor(triangle.min(axis=0)).astype(int), np.ceil(triangle.max(axis=0)).astype(int)
         for y in range(low[1], high[1]):
             for x in range(low[0], high[0]):

@@ -201,7 +201,8 @@ def rasterise(
 ) -> I32:
     """ids (m,) of triangles (m, 3) drawn by their top-left UVs (n, 2) into (height, width) int32; -1: none.
 
-    Conservative: every texel that a triangle touches has an id. Raises ValueError when the UVs tile so often
+    Conservative: every texel that a triangle touches has an id, also of a line or a point. Raises ValueError
+    when the UVs tile so often
     that more than work_limit texels would be visited.
     """
     uvs = _f32(uvs, shape=(None, 2), name="uvs")

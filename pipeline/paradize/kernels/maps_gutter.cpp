@@ -29,6 +29,12 @@ struct Triangle {
 
     double area() const { return (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]); }
 
+    // The longer extent of the side that begins at corner a.
+    double side(std::size_t a) const {
+        const std::size_t b = (a + 1) % 3;
+        return std::max(std::abs(x[b] - x[a]), std::abs(y[b] - y[a]));
+    }
+
     // The columns from `left` to `right` in row j where a texel's square may have a part inside; `slack` 0.5:
     // the square, 0: its centre. A texel too many at either end, so that rounding leaves none out.
     std::pair<double, double> span(double j, double left, double right, double slack) const {
@@ -73,6 +79,44 @@ std::size_t wrapped(double i, std::size_t size) {
     const auto n = static_cast<double>(size);
     const double m = i - n * std::floor(i / n);
     return std::min(static_cast<std::size_t>(m), size - 1);
+}
+
+// The tiles, in texels, that a coordinate's range lies in: an end that falls on a border is inside.
+std::pair<double, double> tiles_of(std::pair<double, double> range, std::size_t size) {
+    const auto n = static_cast<double>(size);
+    const double end = std::ceil(range.second / n);
+    const double last = range.first >= 0.0 ? std::max(1.0, end) : end;
+    const double first = std::min(std::floor(range.first / n), last - 1.0);
+    return {first * n, last * n - 1.0};
+}
+
+// Calls with(column, row) for the texels that bilinear samples read on a triangle without area: along its
+// longest side, or at its point.
+template <typename With>
+void along(const Triangle &triangle, std::size_t rows, std::size_t columns, With &&with) {
+    std::size_t from = 0;
+    double longest = -1.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double length = triangle.side(k);
+        if (length > longest) {
+            longest = length;
+            from = k;
+        }
+    }
+    const std::size_t to = (from + 1) % 3;
+    const auto [left, right] = tiles_of(std::minmax({triangle.x[0], triangle.x[1], triangle.x[2]}), columns);
+    const auto [top, bottom] = tiles_of(std::minmax({triangle.y[0], triangle.y[1], triangle.y[2]}), rows);
+    const double steps = std::ceil(4.0 * longest);
+    for (double step = 0.0; step <= steps; step += 1.0) {
+        const double share = steps > 0.0 ? step / steps : 0.0;
+        const double x = triangle.x[from] + (triangle.x[to] - triangle.x[from]) * share - 0.5;
+        const double y = triangle.y[from] + (triangle.y[to] - triangle.y[from]) * share - 0.5;
+        for (double j = std::floor(y); j <= std::ceil(y); j += 1.0) {
+            for (double i = std::floor(x); i <= std::ceil(x); i += 1.0) {
+                with(std::clamp(i, left, right), std::clamp(j, top, bottom));
+            }
+        }
+    }
 }
 
 // Along one line: the lower envelope of the parabolas g(k)^2 + (i - k)^2.
@@ -183,6 +227,11 @@ void rasterise(std::span<const float> uvs, std::span<const std::uint32_t> triang
                std::span<std::int32_t> out) {
     std::fill(out.begin(), out.end(), -1);
     double work = 0.0;
+    const auto require = [](bool enough) {
+        if (!enough) {
+            throw std::length_error("the UVs tile too often to be drawn into a map");
+        }
+    };
     for (const double slack : {0.0, 0.5}) {
         for (std::size_t t = 0; t < ids.size(); ++t) {
             Triangle triangle{};
@@ -193,6 +242,14 @@ void rasterise(std::span<const float> uvs, std::span<const std::uint32_t> triang
             }
             const double area = triangle.area();
             if (!(area != 0.0)) {
+                if (slack > 0.0) {
+                    work += 16.0 * std::max({triangle.side(0), triangle.side(1), triangle.side(2)}) + 4.0;
+                    require(work <= work_limit);
+                    along(triangle, rows, columns, [&](double i, double j) {
+                        std::int32_t &texel = out[wrapped(j, rows) * columns + wrapped(i, columns)];
+                        texel = texel < 0 ? ids[t] : texel;
+                    });
+                }
                 continue;
             }
             if (area < 0.0) {
@@ -206,9 +263,7 @@ void rasterise(std::span<const float> uvs, std::span<const std::uint32_t> triang
             const double top = std::floor(y_low);
             const double bottom = std::ceil(y_high);
             work += (right - left) * (bottom - top);
-            if (!(work <= work_limit)) {
-                throw std::length_error("the UVs tile too often to be drawn into a map");
-            }
+            require(work <= work_limit);
             for (double j = top; j < bottom; j += 1.0) {
                 const std::size_t row = wrapped(j, rows);
                 const auto [first, last] = triangle.span(j, left, right, slack);
