@@ -202,8 +202,7 @@ def rasterise(
     """ids (m,) of triangles (m, 3) drawn by their top-left UVs (n, 2) into (height, width) int32; -1: none.
 
     Conservative: every texel that a triangle touches has an id, also of a line or a point. Raises ValueError
-    when the UVs tile so often
-    that more than work_limit texels would be visited.
+    when the UVs tile so often that more than work_limit texels would be visited.
     """
     uvs = _f32(uvs, shape=(None, 2), name="uvs")
     out = np.empty((height, width), np.int32)
