@@ -188,3 +188,15 @@ def test_a_level_whose_bounds_lie_apart_is_told(monkeypatch: pytest.MonkeyPatch)
     steps, notes = make_levels(sphere(12), Plan(count=2), "balanced")
     assert steps[1].errors["error_max"] == 0.02
     assert any("lies between 0.015 and 0.02 of the diagonal" in note for note in notes)
+
+
+def test_what_is_farthest_from_three_points_is_the_middle_of_their_circle() -> None:
+    """Inside a slim triangle, at neither its middle nor a side's."""
+    base, height = 0.3472963553, 0.984807753  # two sides of 1, angles of 80, 80 and 20 degrees
+    corners = [(0.0, 0.0, 0.0), (base, 0.0, 0.0), (base / 2, 0.0, height)]
+    slim = soup(corners, [(0, 1, 2)])
+    points = soup([c for c in corners for _ in range(3)], [(0, 1, 2), (3, 4, 5), (6, 7, 8)])
+    radius = 0.5 / height
+    least, most = bounds(slim, points)
+    assert 0.999 * radius <= least <= radius * (1 + 1e-6)
+    assert radius * (1 - 1e-6) <= most <= 1.001 * radius
