@@ -4,7 +4,8 @@ usage: bench.py [--runs N] [TOPIC ...]
 
 A topic is a file rows_TOPIC.py beside this one. A row: the work, our median time, the peer and its median
 time, the ratio (above 1: we are faster) beside the one promised and whether it was kept, our error and the
-peer's against an analytic or float64 reference. Errors are not inside the times.
+peer's against an analytic or float64 reference, what both times hold, and the threads and instruction sets of
+each side. Errors are not inside the times.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ import importlib
 import sys
 import tempfile
 from pathlib import Path
+
+from row import machine
 
 sys.path.append(str(Path(__file__).parents[2]))  # rows share tests.places and tests.pipeline's truths
 
@@ -28,6 +31,7 @@ def main() -> None:
     unknown = sorted(set(asked.topics) - set(TOPICS))
     if unknown:
         parser.error(f"no topic {', '.join(unknown)}; there are {', '.join(TOPICS)}")
+    print(f"{machine()}\n")
     with tempfile.TemporaryDirectory() as name:
         for topic in asked.topics or TOPICS:
             for row in importlib.import_module(f"rows_{topic}").rows(asked.runs, Path(name)):
@@ -38,8 +42,12 @@ def main() -> None:
                     if row.limit is None
                     else f"   (promised: {row.limit:g} x{'' if kept else ', NOT KEPT'})"
                 )
-                print(f"{row.work}\n    ours  {row.ours_ms:9.1f} {row.unit}   {row.ours_error}")
-                print(f"    peer  {row.peer_ms:9.1f} {row.unit}   {row.peer_error}   ({row.peer})")
+                print(f"{row.work}\n    inside: {row.inside}")
+                for side, ms, error, by in (
+                    ("ours", row.ours_ms, row.ours_error, row.ours_on),
+                    ("peer", row.peer_ms, row.peer_error, f"{row.peer}; {row.peer_on}"),
+                ):
+                    print(f"    {side}  {ms:9.1f} {row.unit}   {error}   ({by})")
                 print(f"    ratio {ratio:9.2f} x{promise}\n", flush=True)
 
 

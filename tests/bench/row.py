@@ -1,18 +1,22 @@
-"""A row of the bench table, and how its times are taken."""
+"""A row of the bench table, how its times are taken, and on what."""
 
 from __future__ import annotations
 
+import os
+import platform
 import statistics
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
+from pathlib import Path
 from typing import Any
 
 
 @dataclass(frozen=True)
 class Row:
     """ours_ms, peer_ms: medians of one run, or amounts of `unit`. limit: the smallest ratio peer / ours that
-    we promise, where we promise one. The errors are texts; measuring them is never inside the times."""
+    we promise, where we promise one. The errors are texts; measuring them is never inside the times. inside:
+    what both times hold. ours_on, peer_on: threads and instruction sets, as `on` says them."""
 
     work: str
     ours_ms: float
@@ -22,6 +26,47 @@ class Row:
     peer_error: str
     limit: float | None = None
     unit: str = "ms"
+    _: KW_ONLY
+    inside: str
+    ours_on: str
+    peer_on: str
+
+
+def cpu_flags() -> set[str]:
+    """The CPU's features as Linux names them; none elsewhere."""
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    except OSError:
+        return set()
+    return set(next((line for line in text.splitlines() if line.startswith("flags")), "").split())
+
+
+def _widest() -> str:
+    """The instruction set that our kernels choose at run time (kernels/cpu.hpp)."""
+    flags = cpu_flags()
+    if {"avx512f", "avx512vl", "avx512dq", "avx512bw"} <= flags:
+        return "AVX-512"
+    return "AVX2" if "avx2" in flags else BASELINE
+
+
+BASELINE = "SSE2" if platform.machine() == "x86_64" else platform.machine()
+WIDEST = _widest()
+CORES = os.cpu_count() or 1
+
+
+def on(threads: int, instructions: str = WIDEST) -> str:
+    return f"{threads} thread{'s' if threads > 1 else ''}, {instructions}"
+
+
+def machine() -> str:
+    """The machine in a line: CPU, cores, system."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    name = next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "CPU")
+    system = f"{platform.platform()}, Python {platform.python_version()}"
+    return f"{name}, {CORES} cores, our kernels run {WIDEST}; {system}"
 
 
 def median_ms(work: Callable[[], Any], runs: int) -> float:

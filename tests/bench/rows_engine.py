@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from paradize.engine.workers import Job, run_jobs
-from row import Row, pair_ms
+from row import CORES, Row, on, pair_ms
 from tests.places import ROOT
 
-STAGES, STAGE_MS = 200, 5.0
+STAGES = 200
 # The tasks of an object's maps and what is measured of them, alone: no scene published, no record kept,
 # nothing else looked at. The mesh is the one that was published.
 ALONE = """
@@ -75,7 +75,18 @@ def bench_no_op(runs: int, folder: Path) -> Row:
         lambda: told(command, folder / "store"), lambda: subprocess.run(python, check=True), 3 * runs
     )
     kept = f"{len(first['artifacts'])} artifacts kept"
-    return Row("island, nothing changed", times[0], "python -c pass", times[1], kept, "-", 1 / 5)
+    return Row(
+        "island, nothing changed",
+        times[0],
+        "python -c pass",
+        times[1],
+        kept,
+        "-",
+        1 / 5,
+        inside="a process from its start to its end",
+        ours_on=on(1),
+        peer_on=on(1),
+    )
 
 
 def inverted(picture: Path, run: int) -> None:
@@ -111,20 +122,37 @@ def bench_one_map(runs: int, folder: Path) -> Row:
         times[1].append((time.perf_counter() - start) * 1e3)
     ours, peer = map(statistics.median, times)
     what = f"baked and measured: {', '.join(maps)}"
-    return Row("island, one colour map changed", ours, "those maps alone", peer, what, "-", 1 / 1.2)
+    return Row(
+        "island, one colour map changed",
+        ours,
+        "those maps alone",
+        peer,
+        what,
+        "-",
+        1 / 1.2,
+        inside="a process from its start to its end, two workers",
+        ours_on=on(CORES),
+        peer_on=on(CORES),
+    )
 
 
 def bench_overhead(runs: int) -> Row:
-    """Jobs that do nothing, in one worker, its start included: milliseconds a job."""
+    """Jobs that do nothing, in one worker, its start included, beside processes that do nothing."""
     jobs = [Job(f"nothing {i}", os.getpid, {}) for i in range(STAGES)]
-    times = []
-    for _ in range(runs):
-        start = time.perf_counter()
+
+    def ours() -> None:
         assert not [outcome.error for outcome in run_jobs(jobs, 1) if outcome.error]
-        times.append((time.perf_counter() - start) * 1e3 / STAGES)
+
+    def peer() -> None:
+        for _ in range(STAGES):
+            subprocess.run([sys.executable, "-c", "pass"], check=True)
+
+    times = pair_ms(ours, peer, max(1, runs // 3))
     return Row(
-        f"a stage that does nothing (of {STAGES})", statistics.median(times), "bar", STAGE_MS, "-", "-", 1
-    )
+        f"{STAGES} stages that do nothing", times[0], f"python -c pass, {STAGES} times", times[1], "-", "-",
+        2,
+        inside="processes from their start to their end", ours_on=on(1), peer_on=on(1),
+    )  # fmt: skip
 
 
 def rows(runs: int, folder: Path) -> Iterator[Row]:

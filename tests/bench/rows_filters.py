@@ -12,10 +12,11 @@ from paradize.kernels.filter import spectral_slopes
 from paradize.kernels.normals import normals_from_heights
 from paradize.stages.destep import destep
 from paradize.stages.filters import FILTERS, choose_filter
-from row import Row, pair_ms
+from row import CORES, Row, on, pair_ms
 from tests.pipeline.heights import angles_between, normals, rounded, sinusoids, up
 
 SIZE = 1024
+OPENCV = f"{cv2.getNumThreads()} threads, OpenCV's own choice"
 BOTH = (True, True)
 
 
@@ -57,6 +58,7 @@ def bench_auto(runs: int) -> Iterator[Row]:
             f"normals by auto, {SIZE}^2 heights of {low} to {high} texels, {bits} bits", times[0],
             "OpenCV, Sobel 5 x 5, and numpy", times[1],
             f"{name}, mean {means[0]:.4f} deg before storage (promised: {bar})", f"mean {means[1]:.4f} deg",
+            inside="heights in memory to normals in float32", ours_on=on(CORES), peer_on=OPENCV,
         )  # fmt: skip
 
 
@@ -72,7 +74,17 @@ def bench_look(runs: int) -> Row:
         )
 
     times = pair_ms(lambda: choose_filter(heights, 8, BOTH), normals, runs)
-    return Row(f"auto's look at {size}^2 heights", times[0], "the normals themselves, RGB8", times[1], "", "")
+    return Row(
+        f"auto's look at {size}^2 heights",
+        times[0],
+        "the normals themselves, RGB8",
+        times[1],
+        "",
+        "",
+        inside="ours: which filter to take; the peer's: normals by one",
+        ours_on=on(CORES),
+        peer_on=on(CORES),
+    )
 
 
 def bench_spectral(runs: int) -> Row:
@@ -91,6 +103,7 @@ def bench_spectral(runs: int) -> Row:
     return Row(
         f"spectral slopes of {SIZE}^2 heights of 4 to 16 texels", times[0], "numpy, Fourier transform",
         times[1], error(spectral_slopes(heights)), error(peer()),
+        inside="heights in memory to two slopes", ours_on=on(CORES), peer_on=on(1),
     )  # fmt: skip
 
 
@@ -109,6 +122,7 @@ def bench_destep(runs: int) -> Row:
     return Row(
         f"de-stepping {SIZE}^2 heights of 8 bits", times[0], "OpenCV, bilateral filter of 9 texels", times[1],
         f"{error(destep(steps, wrap=BOTH))}, at most {most:.3f} steps off", error(peer()),
+        inside="heights in memory to heights in memory", ours_on=on(CORES), peer_on=OPENCV,
     )  # fmt: skip
 
 

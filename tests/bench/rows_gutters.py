@@ -13,7 +13,7 @@ from paradize.formats.ktx2 import decode_ktx2
 from paradize.kernels.gutter import walk
 from paradize.readers.obj import read_obj
 from paradize.stages.gutter import find_islands
-from row import Row, pair_ms
+from row import CORES, Row, on, pair_ms
 from tests.places import ROOT
 
 JETTY = ROOT / "raw_assets/jetty"
@@ -34,11 +34,16 @@ def rows(runs: int, folder: Path) -> Iterator[Row]:
     def bake() -> object:
         return bake_color(picture, measure=False)
 
+    sides = {
+        "inside": "ours: that alone; the peer's: the bake, decoding included",
+        "ours_on": on(CORES),
+        "peer_on": on(CORES),
+    }
     name = "baking the colour map, PNG to BC1 KTX2"
     ours, peer = pair_ms(lambda: find_islands(mesh, repeat=False, **shape), bake, runs)
-    yield Row(f"finding {of} texels", ours, name, peer, "", "")
+    yield Row(f"finding {of} texels", ours, name, peer, "", "", **sides)
     ours, peer = pair_ms(lambda: walk(chain, "color", islands.layout, reach), bake, runs)
     yield Row(
         f"walking their borders at all {len(chain)} levels", ours, name, peer,
-        f"{sum(level.samples for level in found)} samples", "",
+        f"{sum(level.samples for level in found)} samples", "", **sides,
     )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,9 +13,11 @@ from paradize.bake_color import bake_color, color_texture
 from paradize.bake_maps import bake_maps
 from paradize.metrics.levels import color_levels
 from paradize.stages.mips import color_rows
-from row import Row, pair_ms
+from row import CORES, Row, on, pair_ms
 
 SIZE = 4096
+SETS = oiio.get_string_attribute("oiio:simd").rpartition(",")[2]
+DECODING = {"peer": "OpenImageIO decodes it alone", "peer_on": on(1, SETS)}
 
 
 def picture(size: int) -> np.ndarray:
@@ -69,7 +72,8 @@ def chain_errors(codes: np.ndarray, levels: list[np.ndarray]) -> str:
 
 
 def bench_mips(runs: int, codes: np.ndarray) -> Row:
-    image = oiio.ImageBuf(codes)
+    image = oiio.ImageBuf(codes).copy(oiio.FLOAT)
+    oiio.attribute("threads", CORES)
 
     def ours() -> list[np.ndarray]:
         levels = [np.empty((SIZE >> k, SIZE >> k, 4), np.uint8) for k in range(1, SIZE.bit_length())]
@@ -80,37 +84,41 @@ def bench_mips(runs: int, codes: np.ndarray) -> Row:
         color_rows(codes, told, encoded=True, with_first=False)
         return levels
 
-    def peer() -> list[oiio.ImageBuf]:
-        levels, side = [image], SIZE
+    def peer() -> list[np.ndarray]:
+        """Codes to linear light, halved, and back to codes."""
+        light, levels, side = oiio.ImageBufAlgo.colorconvert(image, "sRGB", "linear"), [], SIZE
         while side > 1:
             side //= 2
-            roi = oiio.ROI(0, side, 0, side)
-            levels.append(oiio.ImageBufAlgo.resize(levels[-1], filtername="box", roi=roi))
-        return levels[1:]
+            light = oiio.ImageBufAlgo.resize(light, filtername="box", roi=oiio.ROI(0, side, 0, side))
+            levels.append(oiio.ImageBufAlgo.colorconvert(light, "linear", "sRGB").get_pixels(oiio.UINT8))
+        return levels
 
-    theirs = [level.get_pixels(oiio.UINT8) for level in peer()]
     ours_ms, peer_ms = pair_ms(ours, peer, runs)
     return Row(
         f"sRGB codes -> mip chain in linear light, {SIZE}^2", ours_ms,
-        "OpenImageIO resize, box, of the codes", peer_ms,
-        chain_errors(codes, ours()), chain_errors(codes, theirs), 10.0,
+        "OpenImageIO: colorconvert, resize by box, colorconvert", peer_ms,
+        chain_errors(codes, ours()), chain_errors(codes, peer()), 10.0,
+        inside="codes in memory to the codes of every level", ours_on=on(CORES), peer_on=on(CORES, SETS),
     )  # fmt: skip
 
 
 def bench_png(runs: int, path: Path, codes: np.ndarray) -> Iterator[Row]:
-    ours, peer = pair_ms(lambda: bake_color(path, measure=False), lambda: decoded(path), runs)
-    level0 = bake_color(path).levels[0]
-    yield Row(
-        f"PNG of {SIZE}^2 on disk -> BC1 KTX2 with all mips", ours, "OpenImageIO decodes it alone", peer,
-        f"{level0['psnr_db']:.2f} dB", "", 0.5,
-    )  # fmt: skip
+    error = f"{bake_color(path).levels[0]['psnr_db']:.2f} dB"
+    for clock, limit, more in ((time.perf_counter, 0.5, ""), (time.process_time, None, ", processor time")):
+        ours, peer = pair_ms(lambda: bake_color(path, measure=False), lambda: decoded(path), runs, clock)
+        yield Row(
+            f"PNG of {SIZE}^2 on disk -> BC1 KTX2 with all mips{more}", ours,
+            peer_ms=peer, ours_error=error, peer_error="", limit=limit,
+            inside="decoding; for us mips and blocks too", ours_on=on(CORES), **DECODING,
+        )  # fmt: skip
     texture = color_texture(codes, "BC1_RGB_SRGB", encoded=True, alpha_cutoff=None, tier="balanced")
     ours, peer = pair_ms(
         lambda: color_levels(texture, codes, encoded=True, alpha_cutoff=None), lambda: decoded(path), runs
     )
     yield Row(
-        "  the errors of all its levels, beside that", ours, "OpenImageIO decodes it alone", peer, "", ""
-    )
+        "  the errors of all its levels, beside that", ours, peer_ms=peer, ours_error="", peer_error="",
+        inside="ours: measuring alone; the peer's: decoding alone", ours_on=on(CORES), **DECODING,
+    )  # fmt: skip
 
 
 def bench_maps(runs: int, path: Path) -> Iterator[Row]:
@@ -122,7 +130,10 @@ def bench_maps(runs: int, path: Path) -> Iterator[Row]:
             lambda: decoded(path),
             runs,
         )
-        yield Row(work + more, ours, "OpenImageIO decodes it alone", peer, "", "")
+        yield Row(
+            work + more, ours, peer_ms=peer, ours_error="", peer_error="",
+            inside="decoding; for us the maps, their mips and blocks too", ours_on=on(CORES), **DECODING,
+        )  # fmt: skip
 
 
 def rows(runs: int, folder: Path) -> Iterator[Row]:

@@ -14,7 +14,7 @@ from paradize.formats.ktx2 import decode_ktx2
 from paradize.formats.png import encode_png
 from paradize.kernels import bcn
 from paradize.metrics.levels import color_levels, normal_levels
-from row import Row, pair_ms
+from row import CORES, Row, on, pair_ms
 from tests.pipeline import map_truth
 
 SIZE = 2048
@@ -78,9 +78,31 @@ def bench_normals(runs: int, folder: Path) -> Iterator[Row]:
 
     work = f"measuring every level of {SIZE}^2 normals"
     ours, theirs = pair_ms(measure, bake, runs)
-    yield Row(work, ours, "baking them, PNG to KTX2", theirs, told(measure()), "", limit=1.0)
+    yield Row(
+        work,
+        ours,
+        "baking them, PNG to KTX2",
+        theirs,
+        told(measure()),
+        "",
+        limit=1.0,
+        inside="ours: measuring; the peer's: decoding and baking, both all levels",
+        ours_on=on(CORES),
+        peer_on=on(CORES),
+    )
     ours, theirs = pair_ms(measure, peer, max(1, runs // 3))
-    yield Row(work, ours, "numpy, float64", theirs, told(measure()), told(peer()), limit=8.0)
+    yield Row(
+        work,
+        ours,
+        "numpy, float64",
+        theirs,
+        told(measure()),
+        told(peer()),
+        limit=8.0,
+        inside="a texture and heights in memory to the errors of every level",
+        ours_on=on(CORES),
+        peer_on=on(1),
+    )
 
 
 def bench_colors(runs: int) -> Iterator[Row]:
@@ -96,6 +118,7 @@ def bench_colors(runs: int) -> Iterator[Row]:
     yield Row(
         f"measuring {SIZE}^2 colours of one level", ours, "encoding them as BC1", theirs,
         f"{measure()['psnr_db']:.2f} dB of noise", "",
+        inside="texels and blocks in memory", ours_on=on(CORES), peer_on=on(CORES),
     )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from paradize.kernels.normals import empty_maps, material_maps, normals_from_heights
-from row import Row, pair_ms
+from row import CORES, Row, on, pair_ms
 
 SIZE = 4096
 CENTRAL, FOURTH = [1 / 2], [2 / 3, -1 / 12]
@@ -49,20 +49,32 @@ def degrees(normals: np.ndarray, exact: np.ndarray) -> str:
     return f"mean {angle.mean():.3f}, p99 {np.percentile(angle, 99):.3f} deg"
 
 
+def slopes(heights: np.ndarray, taps: list[float], out: tuple[np.ndarray, np.ndarray]) -> None:
+    """Differences along x and down y by OpenCV: of one pair of taps as its Sobel filter, which smooths across
+    them, of two pairs as a row and a column of taps."""
+    edge = cv2.BORDER_REFLECT_101
+    for axis, (into, sign) in enumerate(zip(out, (-1, 1), strict=True)):
+        if taps == CENTRAL:
+            cv2.Sobel(heights, cv2.CV_32F, 1 - axis, axis, dst=into, ksize=3, scale=sign / 8, borderType=edge)
+        else:
+            row = np.array([*(-tap for tap in reversed(taps)), 0, *taps], np.float32) * sign
+            one = np.ones(1, np.float32)
+            pair = (one, row) if axis else (row, one)
+            cv2.sepFilter2D(heights, cv2.CV_32F, *pair, dst=into, borderType=edge)
+
+
 class OpenCv:
     """Height -> RGB8 with OpenCV's own operations alone, every array made beforehand."""
 
-    def __init__(self, heights: np.ndarray) -> None:
-        self.heights = heights
+    def __init__(self, heights: np.ndarray, taps: list[float]) -> None:
+        self.heights, self.taps = heights, taps
         shape = heights.shape
         self.x, self.y, self.z = (np.empty(shape, np.float32) for _ in range(3))
         self.codes = [np.empty(shape, np.uint8) for _ in range(3)]
         self.out = np.empty((*shape, 3), np.uint8)
 
     def __call__(self) -> np.ndarray:
-        edge = cv2.BORDER_REFLECT_101
-        cv2.Sobel(self.heights, cv2.CV_32F, 1, 0, dst=self.x, ksize=3, scale=-1 / 8, borderType=edge)
-        cv2.Sobel(self.heights, cv2.CV_32F, 0, 1, dst=self.y, ksize=3, scale=1 / 8, borderType=edge)
+        slopes(self.heights, self.taps, (self.x, self.y))
         cv2.magnitude(self.x, self.y, magnitude=self.z)  # then 1 / sqrt(magnitude^2 + 1)
         cv2.multiply(self.z, self.z, dst=self.z)
         cv2.add(self.z, 1.0, dst=self.z)
@@ -77,8 +89,8 @@ class OpenCv:
 class OpenCvPacked:
     """The same by fewer, wider operations: merged floats, one conversion for all."""
 
-    def __init__(self, heights: np.ndarray) -> None:
-        self.heights = heights
+    def __init__(self, heights: np.ndarray, taps: list[float]) -> None:
+        self.heights, self.taps = heights, taps
         shape = heights.shape
         self.x, self.y, self.z, self.one = (np.empty(shape, np.float32) for _ in range(4))
         self.one[:] = 1
@@ -86,9 +98,7 @@ class OpenCvPacked:
         self.out = np.empty((*shape, 3), np.uint8)
 
     def __call__(self) -> np.ndarray:
-        edge = cv2.BORDER_REFLECT_101
-        cv2.Sobel(self.heights, cv2.CV_32F, 1, 0, dst=self.x, ksize=3, scale=-1 / 8, borderType=edge)
-        cv2.Sobel(self.heights, cv2.CV_32F, 0, 1, dst=self.y, ksize=3, scale=1 / 8, borderType=edge)
+        slopes(self.heights, self.taps, (self.x, self.y))
         cv2.multiply(self.x, self.x, dst=self.z)
         cv2.accumulateSquare(self.y, self.z)
         cv2.add(self.z, 1.0, dst=self.z)
@@ -115,18 +125,23 @@ def bench_heights(runs: int, heights: np.ndarray, exact: np.ndarray) -> Iterator
 
     error = degrees(ours(), exact)
     work = f"normals, {SIZE}^2 float -> RGB8, arrays reused, 2 threads"
-    for peer, name in ((OpenCv(heights), "planes"), (OpenCvPacked(heights), "merged floats")):
-        times = pair_ms(ours, peer, runs)
-        yield Row(
-            work, times[0], f"OpenCV, Sobel and its own operations on {name}", times[1],
-            f"fourth order, {error}", degrees(peer(), exact), limit=8.0,
-        )  # fmt: skip
+    features = cv2.getCPUFeaturesLine().split()[-1].strip("*?")
+    for taps, name, limit in ((FOURTH, "fourth-order taps", 8.0), (CENTRAL, "Sobel, less exact", None)):
+        for peer, of in ((OpenCv(heights, taps), "planes"), (OpenCvPacked(heights, taps), "merged floats")):
+            times = pair_ms(ours, peer, runs)
+            yield Row(
+                work, times[0], f"OpenCV's own operations on {of}, {name}", times[1],
+                f"fourth order, {error}", degrees(peer(), exact), limit=limit,
+                inside="heights in memory to codes in memory, no allocation", ours_on=on(2),
+                peer_on=on(2, f"OpenCV's choice up to {features}"),
+            )  # fmt: skip
 
     there = np.empty(heights.nbytes + out.nbytes, np.uint8)  # as many bytes read and written in all
     here = np.full(there.size // 2, 7, np.uint8)
     times = pair_ms(ours, lambda: np.copyto(there[: here.size], here), runs)
     yield Row(
         work, times[0], "numpy copy of as many bytes, in and out", times[1], error, "-", limit=1 / 5,
+        inside="as many bytes read and written", ours_on=on(2), peer_on=on(1),
     )  # fmt: skip
 
 
@@ -147,6 +162,7 @@ def bench_numpy(runs: int) -> Row:
     return Row(
         f"normals, {size}^2 float -> float, fresh arrays", times[0], "numpy, central differences", times[1],
         f"central, {degrees(ours(), exact)}", degrees(numpy_central(), exact),
+        inside="heights in memory to fresh arrays of float32", ours_on=on(CORES), peer_on=on(1),
     )  # fmt: skip
 
 
@@ -169,7 +185,7 @@ def bench_maps(runs: int, heights: np.ndarray) -> Row:
     return Row(
         f"height, normal, gloss, du/dv of {SIZE}^2 RGB8, arrays reused, 2 threads", times[0],
         "our normals alone", times[1], f"as the stages make them; du/dv sums to {sums[0]}, {sums[1]}", "-",
-        limit=1 / 3,
+        limit=1 / 3, inside="arrays in memory to arrays in memory", ours_on=on(2), peer_on=on(2),
     )  # fmt: skip
 
 

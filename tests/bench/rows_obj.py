@@ -12,7 +12,7 @@ from pathlib import Path
 
 from meshes import write_torus
 from paradize.kernels.obj import parse_obj, parse_obj_file
-from row import Row, pair_ms
+from row import BASELINE, Row, on, pair_ms
 
 COLUMNS, ROWS = 934, 467
 
@@ -47,15 +47,23 @@ def rows(runs: int, folder: Path) -> Iterator[Row]:
             "exact",
             said,
             limit=5,
+            inside="reading the file; the thread's own time, kernel included",
+            ours_on=on(1),
+            peer_on=on(1, BASELINE),
         )
     text = file.read_bytes()
     ours_ms, peer_ms = pair_ms(lambda: parse_obj(text), lambda: text.count(b"\n"), runs, time.thread_time)
     name = "newlines of the same bytes counted (bytes.count, memchr)"
     yield Row(
-        f"OBJ text in memory to arrays, {size}, 1 thread", ours_ms, name, peer_ms, "exact", "-", limit=0.5
-    )
+        f"OBJ text in memory to arrays, {size}, 1 thread", ours_ms, name, peer_ms, "exact", "-", limit=0.5,
+        inside="text in memory; the thread's own time", ours_on=on(1), peer_on=on(1, "libc's memchr"),
+    )  # fmt: skip
     ours_ms, peer_ms = pair_ms(
         lambda: read_file(file), lambda: file.read_bytes().count(b"\n"), runs, time.thread_time
     )
     name = "file read and newlines counted"
-    yield Row(f"OBJ file to arrays, {size}, 1 thread", ours_ms, name, peer_ms, "exact", "-", limit=0.5)
+    yield Row(
+        f"OBJ file to arrays, {size}, 1 thread", ours_ms, name, peer_ms, "exact", "-", limit=0.5,
+        inside="reading the file; the thread's own time, kernel included", ours_on=on(1),
+        peer_on=on(1, "libc's memchr"),
+    )  # fmt: skip

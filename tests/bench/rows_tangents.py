@@ -17,7 +17,7 @@ import meshes
 from paradize.data import Mesh
 from paradize.kernels.mesh import corner_tangents, split_tangents
 from paradize.kernels.reference import angles_deg, mikktspace_tangents
-from row import Row, median_ms
+from row import Row, median_ms, on
 from tests.places import ROOT
 
 PROMISE = 25.0
@@ -56,14 +56,17 @@ def bench(name: str, mesh: Mesh, runs: int, folder: Path) -> Iterator[Row]:
     size, shares = against(ours, theirs)
     told = f"{shares}, {size} from npm's; {against(ours, truth)[0]} from float64"
     peer_told = f"{against(theirs, truth)[0]} from float64"
-    peer = "npm mikktspace, time inside node"
+    peer = "npm mikktspace (WASM), time inside node"
     for work, function in (
         ("tangents of corners", corner_tangents),
         ("tangents of vertices, split where they differ", split_tangents),
     ):
         ours_ms = median_ms(partial(function, *surface, threads=1), runs)
         title = f"{work}, {name}, {len(mesh.triangles)} triangles, one thread"
-        yield Row(title, ours_ms, peer, theirs_ms, told, peer_told, PROMISE)
+        yield Row(
+            title, ours_ms, peer, theirs_ms, told, peer_told, PROMISE,
+            inside="arrays in memory to the frame of every corner", ours_on=on(1), peer_on=on(1, "WASM"),
+        )  # fmt: skip
 
 
 def rows(runs: int, folder: Path) -> Iterator[Row]:
