@@ -7,6 +7,7 @@ Unicode, and little is nested: so that nothing overflows that is computed from t
 
 from __future__ import annotations
 
+import gc
 import json
 import math
 import re
@@ -16,6 +17,7 @@ from paradize.files import read_file
 
 TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
     from typing import Any, NoReturn
 
@@ -43,9 +45,10 @@ def parse_json(data: bytes | memoryview, file: object = None, *, most: int = JSO
     if len(data) > most:
         raise FormatError(f"{len(data)} bytes of JSON, limit {most}", file=file)
     try:
-        tree = json.loads(
-            bytes(data).decode(), parse_constant=_refuse_constant, object_pairs_hook=_unique_keys
-        )
+        with _AtOnce():
+            tree = json.loads(
+                bytes(data).decode(), parse_constant=_refuse_constant, object_pairs_hook=_unique_keys
+            )
     except UnicodeDecodeError as error:
         raise FormatError("is not UTF-8", file=file, place=f"byte {error.start}") from None
     except json.JSONDecodeError as error:
@@ -84,7 +87,8 @@ def parse_toml(
         place = f"line {bare.count(chr(10), 0, found.start()) + 1}"
         raise error(f"a key has more than {KEY_PARTS} parts", file=file, place=place)
     try:
-        tree = tomllib.loads(text)
+        with _AtOnce():
+            tree = tomllib.loads(text)
     except tomllib.TOMLDecodeError as wrong:
         raise error(f"is not TOML: {wrong}", file=file, mend=mend) from None
     except ValueError as wrong:
@@ -166,13 +170,37 @@ def _is_unicode(text: str) -> bool:
 
 def _path(tree: Any, sought: object) -> str | None:
     """The key path of a part of a tree; None where it is the whole. No deeper than DEPTH."""
-    todo: list[tuple[Any, str]] = [(tree, "")]
-    while todo:
-        part, place = todo.pop()
-        if part is sought:
-            return ascii(place)[1:-1] or None
-        if type(part) is dict:
-            todo += [(value, f"{place}.{key}" if place else key) for key, value in part.items()]
-        elif type(part) is list:
-            todo += [(value, f"{place}[{k}]") for k, value in enumerate(part)]
+    if tree is sought:
+        return None
+    trail: list[Any] = []
+    levels = [_members(tree)]
+    while levels:
+        for key, value in levels[-1]:
+            if value is sought:
+                names = [f"[{name}]" if type(name) is int else f".{name}" for name in (*trail, key)]
+                return ascii("".join(names).removeprefix("."))[1:-1]
+            if type(value) is dict or type(value) is list:
+                trail.append(key)
+                levels.append(_members(value))
+                break
+        else:
+            levels.pop()
+            del trail[-1:]
     return None
+
+
+def _members(part: Any) -> Iterator[tuple[Any, Any]]:
+    return iter(part.items()) if type(part) is dict else enumerate(part)
+
+
+class _AtOnce:
+    """While a tree is made, the garbage collector would look at all of it again and again: nothing of it is
+    garbage."""
+
+    def __enter__(self) -> None:
+        self.enabled = gc.isenabled()
+        gc.disable()
+
+    def __exit__(self, *_: object) -> None:
+        if self.enabled:
+            gc.enable()

@@ -290,6 +290,10 @@ def worse(errors: dict[str, float]) -> None:
             errors[metric] *= 2.0
 
 
+def lengthened(file: Path) -> None:
+    file.write_bytes(file.read_bytes() + b"x")
+
+
 def since(edit: Callable[[dict[str, Any]], Any], *, before: bool = False) -> Callable[[Path], None]:
     """An earlier bake beside the scene; one of the two is changed."""
 
@@ -319,6 +323,8 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
         "a sound that is cut short",
         lambda s: replace(s, "sound", file_of(s, "sound").read_bytes()[:900]),
     ),
+    ("PZ103", "a file that is longer", lambda s: lengthened(file_of(s, "sky"))),
+    ("PZ102", "a severity that is none", manifest(lambda m: m["check"]["severity"].update(PZ103="foo"))),
     ("PZ104", "a file of an older bake", lambda s: (s / "sky-00000000.ktx2").write_bytes(b"x")),
     ("PZ201", "index out of range", edit_mesh("indices", put(4, 0, 60000))),
     ("PZ202", "a vertex of NaN", edit_mesh("POSITION", put(3, 1, float("nan")))),
@@ -406,6 +412,17 @@ def test_the_rule_fires_and_no_other_error_does(
     findings = check_paths([scene], Look(against=before if before.exists() else None))
     assert code in {finding.code for finding in findings}, findings
     assert {finding.code for finding in findings if finding.severity == "error"} <= {code}, findings
+
+
+def test_an_error_beyond_reckoning_hides_no_other(scene: Path) -> None:
+    def edit(manifest: dict[str, Any]) -> None:
+        manifest["artifacts"]["sand_color"]["errors"]["color_psnr_db"] = -1e30
+        worse(manifest["artifacts"]["post_normal"]["errors"])
+
+    since(edit)(scene)
+    found = check_paths([scene], Look(against=scene.parent / "before"))
+    assert {"sand_color", "post_normal"} <= {one.artifact for one in found if one.code == "PZ421"}
+    assert "PZ105" not in {one.code for one in found}
 
 
 def test_a_loud_high_tone_that_loops_is_clean() -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import gc
 import json
 import sys
 import tomllib
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -208,3 +211,27 @@ def test_after_a_hundred_faults_the_rest_is_not_looked_at(
         load_scene(path)
     assert len(caught.value.errors) == schema.MOST_FAULTS + 1 == len(guessed) + 1
     assert "more than 100 faults: the rest is not looked at" in str(caught.value)
+
+
+def test_the_place_of_a_fault_costs_no_more_than_the_document() -> None:
+    """A key of a million letters above many numbers, the last of which is too large."""
+    text = '{"' + "k" * 1_000_000 + '": [' + "1," * 20_000 + "9223372036854775808]}"
+    tracemalloc.start()
+    try:
+        with pytest.raises(FormatError, match="64 bits"):
+            parse_json(text.encode())
+        assert tracemalloc.get_traced_memory()[1] < 64 << 20
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("text", ["[1, 2]", '{"a": [{"b": 1e999}]}', "a = 9223372036854775808"])
+def test_the_garbage_collector_is_as_before(text: str) -> None:
+    for before in (True, False):
+        (gc.enable if before else gc.disable)()
+        try:
+            with contextlib.suppress(FormatError):
+                (parse_toml(text.encode(), "a.toml") if "=" in text else parse_json(text.encode()))
+            assert gc.isenabled() is before
+        finally:
+            gc.enable()

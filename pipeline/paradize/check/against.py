@@ -8,7 +8,7 @@ from typing import Any
 
 from paradize.bake_record import SCENE_FILE
 from paradize.budget import METRICS
-from paradize.check.rules import Finding
+from paradize.check.rules import Finding, isolated
 from paradize.errors import FormatError
 from paradize.files import resolved
 from paradize.formats.scene_manifest import read_scene
@@ -46,16 +46,22 @@ def check_against(manifest: dict[str, Any], path: Path, file: str, worse_by: flo
         if name not in was:
             yield Finding("PZ422", file, f"{name} is new", f"artifacts.{name}", artifact=name)
             continue
-        yield from _worse(was[name]["errors"], artifact["errors"], file, name, worse_by)
-        yield from _levels(was[name]["levels"], artifact["levels"], file, name, worse_by)
-        before, after = was[name]["bytes"], artifact["bytes"]
-        if after > before * (1.0 + worse_by):
-            what = f"{name}: {after} bytes, {100.0 * (after / before - 1.0):.1f} % more than {before}"
-            yield Finding("PZ423", file, what, f"artifacts.{name}", artifact=name)
+        yield from isolated(_grown(was[name], artifact, file, name, worse_by), file)
     for name in was:
         if name not in now:
             yield Finding("PZ422", file, f"{name} is gone", f"artifacts.{name}", artifact=name)
     yield from _worse(earlier["flight"]["errors"], manifest["flight"]["errors"], file, "flight", worse_by)
+
+
+def _grown(
+    was: Mapping[str, Any], now: Mapping[str, Any], file: str, name: str, by: float
+) -> Iterator[Finding]:
+    yield from _worse(was["errors"], now["errors"], file, name, by)
+    yield from _levels(was["levels"], now["levels"], file, name, by)
+    before, after = was["bytes"], now["bytes"]
+    if after > before * (1.0 + by):
+        what = f"{name}: {after} bytes, {100.0 * (after / before - 1.0):.1f} % more than {before}"
+        yield Finding("PZ423", file, what, f"artifacts.{name}", artifact=name)
 
 
 def _worse(
@@ -106,7 +112,7 @@ def growth(metric: str, was: float, now: float) -> float:
     """By which share an error grew; of dB the error behind them (20 dB are ten times as much). 0 where it did
     not, where both are rounding, and for what is no error."""
     if "_db" in metric:
-        return float(10.0 ** ((was - now) / 20.0) - 1.0) if now < was else 0.0
+        return float(10.0 ** min((was - now) / 20.0, 300.0) - 1.0) if now < was else 0.0
     if metric in ("triangles", "vertices"):
         return 0.0
     least = next((value for end, value in _ROUNDING.items() if metric.endswith(end)), _LEAST)

@@ -94,19 +94,27 @@ def _nearest_object(manifest: dict[str, Any], folder: Path, eyes: F64, reach: fl
     """(n,) metres from each eye to the nearest object's finest level, where that is less than `reach`; else
     infinite."""
     nearest = np.full(len(eyes), np.inf)
-    for item in manifest["objects"]:
-        try:
-            mesh = decode_glb(read_entry(folder, manifest["artifacts"][item["mesh"]]), item["mesh"])[0].mesh
-        except (OSError, ParadizeError):
+    corners, last = np.zeros((0, 3, 3)), ""
+    for item in sorted(manifest["objects"], key=lambda item: str(item["mesh"])):
+        if item["mesh"] != last:
+            last = item["mesh"]
+            try:
+                mesh = decode_glb(read_entry(folder, manifest["artifacts"][last]), last)[0].mesh
+                corners = mesh.places[mesh.triangles]
+            except (OSError, ParadizeError):
+                corners = np.zeros((0, 3, 3))
+        if not len(corners):
             continue
-        corners = mesh.places[mesh.triangles]
         low, high = corners.min(axis=1), corners.max(axis=1)
+        least, most = low.min(axis=0), high.max(axis=0)
         for instance in item["instances"]:
             scale = instance["scale"]
             sine, cosine = sin(instance["yaw_rad"]), cos(instance["yaw_rad"])
             x, y, z = ((eyes - np.array(instance["position"])) / scale).T
             own = np.stack([x * cosine - z * sine, y, x * sine + z * cosine], axis=1)
             far = reach / scale
+            if ((own < least - far) | (own > most + far)).any(axis=1).all():
+                continue
             for first in range(0, len(own), _RUN):
                 run = own[first : first + _RUN]
                 near = ((low <= run.max(axis=0) + far) & (high >= run.min(axis=0) - far)).all(axis=1)

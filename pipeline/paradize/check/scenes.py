@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -103,10 +104,17 @@ def _artifact(
     try:
         data = read_entry(folder, artifact)
     except OSError as error:
-        yield Finding("PZ101", file, f"the file of {name} cannot be read: {error.strerror or error}")
+        if error.errno == errno.EFBIG:
+            what = f"{error.strerror}: those that scene.json names"
+            yield Finding("PZ103", file, what, name, artifact=name)
+        else:
+            yield Finding("PZ101", file, f"the file of {name} cannot be read: {error.strerror or error}")
         return
     sha256 = hashlib.sha256(data).hexdigest()
-    if sha256 != artifact["sha256"] or len(data) != artifact["bytes"]:
+    if len(data) != artifact["bytes"]:
+        what = f"{len(data)} bytes where scene.json names {artifact['bytes']}"
+        yield Finding("PZ103", file, what, name, artifact=name)
+    elif sha256 != artifact["sha256"]:
         what = f"SHA-256 {sha256[:12]}... where scene.json names {artifact['sha256'][:12]}..."
         yield Finding("PZ103", file, what, name, artifact=name)
     if artifact["kind"] == "mesh":

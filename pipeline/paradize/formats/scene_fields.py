@@ -65,11 +65,21 @@ def flag(value: Any, place: str) -> None:
         raise Wrong(place, f"is {value!r:.60}, not true or false")
 
 
-def list_of(item: Check, *, size: int | None = None, least: int = 0) -> Check:
+def one_of(*known: str) -> Check:
+    def check(value: Any, place: str) -> None:
+        if value not in known:
+            raise Wrong(place, f"is {value!r:.60}, not one of {', '.join(known)}")
+
+    return check
+
+
+def list_of(item: Check, *, size: int | None = None, least: int = 0, most: int | None = None) -> Check:
     def check(value: Any, place: str) -> None:
         if not isinstance(value, list) or len(value) < least or (size is not None and len(value) != size):
             wanted = f"{size}" if size is not None else f"at least {least}"
             raise Wrong(place, f"is not a list of {wanted}")
+        if most is not None and len(value) > most:
+            raise Wrong(place, f"has {len(value)} entries, limit {most}")
         for i, part in enumerate(value):
             item(part, f"{place}[{i}]")
 

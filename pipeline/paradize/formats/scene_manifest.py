@@ -22,6 +22,7 @@ from paradize.formats.scene_fields import (
     list_of,
     map_of,
     number,
+    one_of,
     or_null,
     sha256,
     table,
@@ -109,7 +110,7 @@ _manifest = table(
     streaming=list_of(text),
     budget=table(hard=map_of(_positive), soft=map_of(_positive)),
     check=table(
-        severity=map_of(text),
+        severity=map_of(one_of("error", "warning", "off")),
         waivers=list_of(
             table(rule=text, artifact=or_null(text), metric=or_null(text), reason=text, until=day)
         ),
@@ -196,7 +197,7 @@ _manifest = table(
             radius_m=_positive,
             lods=list_of(table(node=text, error_m=_positive), least=1),
             materials=map_of(_material),
-            instances=list_of(table(position=_vec3, yaw_rad=_real, scale=number(1e-9)), least=1),
+            instances=list_of(table(position=_vec3, yaw_rad=_real, scale=number(1e-9)), least=1, most=10_000),
         )
     ),
     particles=list_of(
@@ -214,7 +215,7 @@ _manifest = table(
     sound=or_null(table(artifact=text, volume=_share)),
     flight=table(
         duration_s=number(1e-3, 86_400.0),
-        fov_rad=number(1e-3, 3.2),
+        fov_rad=number(1e-3, 3.1415),
         near_m=number(1e-9),
         far_m=number(1e-9),
         segments=list_of(
