@@ -7,14 +7,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Ground, Texture
+from paradize.data import Ground, Image, Texture
 from paradize.metrics.filters import taps
 from paradize.metrics.levels import color_levels, value_levels, vector_error
 from paradize.metrics.picture import flip_errors
+from paradize.metrics.source import true_heights
 from paradize.metrics.texels import decode_texels
 from paradize.metrics.texels_bc7 import decode_bc7
 from tests.extremes.map_rows import ground_of
-from tests.extremes.planes import HEIGHTS, pictures
+from tests.extremes.planes import HEIGHTS, pictures, read_picture
 from tests.extremes.table import Row
 from tests.pipeline import map_truth as truth
 
@@ -170,6 +171,23 @@ def _mode_six(count: int, seed: int, ends: tuple[int, int] | None = None) -> tup
     return blocks, texels
 
 
+def _lit(picture: F32) -> F32:
+    """Heights of a picture in sRGB, as metrics/source.py has them."""
+    read_picture(picture)
+    return true_heights(Image(picture, "srgb", 32), "color", None)
+
+
+def _lit_error(picture: F32, made: F32) -> float:
+    """Beside IEC 61966-2-1 and BT.709 in numbers of 64 bits or more."""
+    wide = picture.astype(np.longdouble)
+    bent = ((np.maximum(wide, 0.04045) + np.longdouble("0.055")) / np.longdouble("1.055")) ** np.longdouble(
+        "2.4"
+    )
+    shown = np.where(wide > 0.04045, bent, wide / np.longdouble("12.92"))
+    bright = (shown * [0.2126, 0.7152, 0.0722]).sum(axis=2)
+    return float(np.abs(np.clip(bright, 0.0, 1.0) - made).max(initial=0.0))
+
+
 _WHOLE = dict.fromkeys(
     ("far", "denormal", "nan", "inf"), "codes are whole numbers: there is no such one among them"
 )
@@ -204,6 +222,15 @@ ROWS = [
         1e-5,
         part="colours",
         refused={"zero": "texels", "nan": "pixels are not finite", "inf": "pixels are not finite"},
+    ),
+    Row(
+        "metrics.source",
+        pictures(3),
+        _lit,
+        _lit_error,
+        "of 1",
+        1e-7,
+        refused={"nan": "need finite numbers", "inf": "need finite numbers"},
     ),
     Row(
         "metrics.picture",
