@@ -111,13 +111,14 @@ def _named(scene: Path, errors: list[ParadizeError]) -> dict[Path, Stamp | None]
     from paradize.scene import load_scene
 
     found = {scene, *(Path(error.file) for error in errors if error.file)}
+    begun: list[Path] = []
     try:
         tree = parse_toml(read_file(scene, TOML_BYTES), scene)
         found |= {resolved(scene).parent / text for text in _texts(tree) if "\0" not in text}
-        _, libraries, absent = looks_of(load_scene(scene), scene)
+        _, libraries, absent = looks_of(load_scene(scene), scene, begun)
         found |= {*libraries, *absent}
     except (OSError, ValueError, ParadizeError):  # told already, as what failed
-        pass
+        found |= {*begun}
     return {path.absolute(): stamp(path) for path in found}
 
 

@@ -10,10 +10,13 @@ from paradize.require import Look
 from paradize.scene import Scene
 
 
-def looks_of(scene: Scene, scene_path: Path) -> tuple[dict[str, Look], list[Path], list[Path]]:
+def looks_of(
+    scene: Scene, scene_path: Path, begun: list[Path] | None = None
+) -> tuple[dict[str, Look], list[Path], list[Path]]:
     """The look of each object by name: the colour map that the scene or the OBJ's materials name, else their
-    own colours; the files that were read for it, and those that were looked for in vain. Raises SceneError,
-    or GroupedError, for objects whose materials name several colour maps."""
+    own colours; the files that were read for it, and those that were looked for in vain. begun: takes the
+    MTL files, also of those that fail. Raises SceneError, or GroupedError, for objects whose materials name
+    several colour maps."""
     looks: dict[str, Look] = {}
     libraries: list[Path] = []
     absent: list[Path] = []
@@ -26,7 +29,7 @@ def looks_of(scene: Scene, scene_path: Path) -> tuple[dict[str, Look], list[Path
         from paradize.readers.obj import read_obj
 
         try:
-            read = read_obj(item.mesh, resolved(scene_path).parent)
+            read = read_obj(item.mesh, resolved(scene_path).parent, begun)
         except ParadizeError as error:
             errors.append(error)
             continue

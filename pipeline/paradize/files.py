@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 MAX_BYTES = 4 << 30  # a GLB cannot be larger, and no texture that we write is
 _CHUNK = 1 << 20
 _FLAGS = os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY
+_NOTHING = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG, errno.EINVAL)  # has such a name
 _DESCRIPTORS = "/proc/self/fd"  # Linux: each leads to the file itself, whatever its name leads to now
 
 
@@ -35,6 +36,25 @@ def open_file(path: Path | str, most: int = MAX_BYTES) -> BinaryIO:
     than `most` bytes.
     """
     return _opened(path, os.O_RDONLY, most)
+
+
+def is_there(path: Path) -> bool:
+    """Whether `open_file` opens what has this name; False only where nothing has it, or no file can. Raises
+    OSError as `open_file` for what is there and cannot be opened."""
+    try:
+        open_file(path).close()
+    except NotAFileError:
+        raise
+    except OSError as error:
+        if error.errno in _NOTHING:
+            return False
+        raise
+    return True
+
+
+def absence(path: Path) -> str | None:
+    """What stands where a file was looked for in vain, if anything does."""
+    return "is a link that leads to nothing" if os.path.islink(path) else None  # noqa: PTH114
 
 
 def open_lock(path: Path) -> BinaryIO:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from paradize.errors import BakeError, ParadizeError, SceneError, SourceError
-from paradize.files import open_file
+from paradize.files import absence, open_file
 
 TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ _CONTROLS = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
 def kind_of(path: Path) -> Kind:
     """Raises OSError for what is missing, cannot be opened, or is a pipe or a device."""
     if path.is_dir():
-        return BAKED if (path / SCENE_FILE).is_file() else FOLDER
+        return BAKED if os.path.lexists(path / SCENE_FILE) else FOLDER
     with open_file(path) as stream:
         head = stream.read(HEAD_BYTES)
     if not head:
@@ -126,7 +126,8 @@ def refusal(wanted: Kind, path: Path) -> tuple[str, str] | None:
     try:
         found = kind_of(path)
     except FileNotFoundError:
-        return "there is no such file", _near(path)
+        link = absence(path)
+        return (link, "mend it, or name another file") if link else ("there is no such file", _near(path))
     except OSError:
         return None
     if _is(found, wanted):
@@ -159,7 +160,7 @@ def _near(path: Path) -> str:
 
     folder = path.parent
     try:
-        names = sorted(os.listdir(folder))  # noqa: PTH208 (names, no paths)
+        names = sorted({*os.listdir(folder)} - {path.name})  # noqa: PTH208 (names, no paths)
     except OSError:
         return f"there is no folder {folder}"
     near = difflib.get_close_matches(path.name, names[:10_000], n=1)

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from paradize.errors import GroupedError, ParadizeError, SceneError
-from paradize.files import resolved
+from paradize.files import absence, is_there, resolved
 
 T = TypeVar("T")
 FARTHEST = 1e9  # metres: no place of a scene lies farther out; float64 has steps of 1e-7 there
@@ -337,15 +337,17 @@ def _source(value: object, place: str, faults: Faults) -> Path | None:
         named = faults.folder / value
         path = resolved(named)
         inside = path.is_relative_to(faults.folder)
-        there = inside and path.is_file()
-    except (OSError, RuntimeError) as error:
-        faults.add(place, f"{_show(value)}: {error}")
+        there = inside and is_there(path)
+    except OSError as error:
+        faults.add(place, f"{_show(value)} cannot be read: {error.strerror or error}")
         return None
     if not inside:
         faults.add(place, f"{_show(value)} lies outside the scene's folder", f"move it into {faults.folder}")
         return None
     if not there:
-        faults.add(place, f"there is no file {_show(value)}", f"looked for in {faults.folder}")
+        link = absence(named)
+        what = f"{_show(value)} {link}" if link else f"there is no file {_show(value)}"
+        faults.add(place, what, f"looked for in {faults.folder}")
         return None
     # A link keeps its own name, so that a bake notices when it leads elsewhere.
     return path if os.path.normpath(named) == str(path) else named

@@ -30,6 +30,7 @@ STEP_MS = 20  # a burst of events is over when so long none came
 BURST_MS = 200  # and is looked at when it goes on for so long
 CALM_S = 0.2  # an error counts when nothing is saved so long after it: a file may have been half written
 _LEAVE_S = 5.0  # how long a bake may take to end in good order
+Late = tuple[Stamp | None, Stamp | None]  # of a file: the stamp that a bake knows, and the one that it has
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,7 @@ class Watch:
     _events: _Events | None = None
     _folders: frozenset[Path] = frozenset()
     _reads: frozenset[Path] = frozenset()  # what the scene is made of, and what leads there
+    _late: dict[Path, Late] = field(default_factory=dict)  # what the last bake had begun too early for
     _code: frozenset[Path] = frozenset()
     _libraries: tuple[str, ...] = ()
     _worker: Worker | None = None
@@ -197,10 +199,12 @@ class Watch:
             self._folders = folders
             if old:
                 old.stop()
-        late = {path for path, was in reads.items() if stamp(path) != was}
-        if late:
-            self._changed |= late
+        late = {path: (was, now) for path, was in reads.items() if (now := stamp(path)) != was}
+        # What a bake for it left as it was has not changed again.
+        if new := {path for path in late if late[path] != self._late.get(path)}:
+            self._changed |= new
             self._due = True
+        self._late = late
 
 
 def _places(path: Path) -> list[Path]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import os
@@ -61,6 +62,10 @@ KINDS: dict[str, Callable[[Path], None]] = {
 }
 
 
+SAID = {  # of each kind, by what opens files
+    "pipe": "is no regular file", "endless": "is no regular file", "listener": "is no regular file",
+    "folder": "is a folder", "circle": os.strerror(errno.ELOOP), "nowhere": os.strerror(errno.ENOENT),
+}  # fmt: skip
 MANY = [kind for kind in KINDS if kind != "vast"]  # what is no file at all
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import subprocess
 import sys
@@ -20,12 +19,7 @@ from paradize.formats.png import decode_png, encode_png
 from paradize.readers.image import read_image
 from paradize.readers.obj import read_obj
 from tests.pipeline.scenes import ball
-from tests.pipeline.strange_files import KINDS, MANY, pipe, spoil
-
-SAID = {
-    "pipe": "is no regular file", "endless": "is no regular file", "listener": "is no regular file",
-    "folder": "is a folder", "circle": os.strerror(errno.ELOOP), "nowhere": os.strerror(errno.ENOENT),
-}  # fmt: skip
+from tests.pipeline.strange_files import KINDS, MANY, SAID, pipe, spoil
 
 
 def parts(path: Path) -> bytes:

@@ -481,7 +481,7 @@ def test_a_material_file_of_any_length_is_followed_a_bounded_number_of_times(
 ) -> None:
     """Options of one map, map statements, warnings and errors: each has its limit."""
     looked: list[Path] = []
-    monkeypatch.setattr(mtl, "is_file", lambda path: bool(looked.append(path)))
+    monkeypatch.setattr(mtl, "named_file", lambda path, named_by: bool(looked.append(path)))
     numbers: list[str] = []
     real = mtl._floats
     monkeypatch.setattr(mtl, "_floats", lambda text, count: numbers.append(text) or real(text, count))
@@ -514,7 +514,7 @@ def test_a_statement_of_many_material_files_looks_for_a_bounded_number(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     looked: list[Path] = []
-    monkeypatch.setattr(obj_module, "is_file", lambda path: bool(looked.append(path)))
+    monkeypatch.setattr(obj_module, "named_file", lambda path, named_by: bool(looked.append(path)))
     (tmp_path / "a.obj").write_text("mtllib " + "a.mtl " * 5000 + "\n" + TRIANGLE + "f 1 2 3\n")
     read_obj(tmp_path / "a.obj")
     assert len(looked) < 200

@@ -96,7 +96,7 @@ def test_a_place_that_cannot_be_written_is_one_error_and_leaves_nothing(tmp_path
     with pytest.raises(BakeError, match="cannot be written"):
         write_whole(tmp_path / "file" / "x", b"x")
     (tmp_path / "folder").mkdir()
-    with pytest.raises(BakeError, match="cannot be written"):
+    with pytest.raises(BakeError, match="is a folder; move it away"):
         write_whole(tmp_path / "folder", b"x")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder"]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,7 +14,7 @@ import pytest
 from paradize.bake import bake
 from paradize.bake_tasks import How
 from tests.pipeline.scenes import make_cove
-from tests.pipeline.strange_files import MANY, VAST
+from tests.pipeline.strange_files import MANY, SAID, VAST
 
 SOURCES = [
     "cove.toml", "height.png", "sand.png", "wood.png", "waves.png", "px.exr", "post.obj", "sea.ogg",
@@ -24,7 +25,8 @@ SIZE = ["--size", "10", "10", "--height", "2"]
 # What is called, what is spoilt, and whether the command refuses (1) or does without (0).
 TRIED: dict[str, tuple[list[str], list[str], int]] = {
     "bake, a source": (["bake", "cove.toml", "-o", "out"], SOURCES, 1),
-    "bake, an artifact": (["bake", "cove.toml", "-o", "out"], ARTIFACTS, 1),
+    "bake, what it names": (["bake", "own.toml", "-o", "new"], ["post.mtl", "wood.png"], 1),
+    "bake, an artifact": (["bake", "cove.toml", "-o", "out"], ARTIFACTS, 0),
     "bake, an entry of the store": (["bake", "cove.toml", "-o", "out"], ["store/bakes/*"], 0),
     "bake, the store's lock": (["bake", "cove.toml", "-o", "out"], ["store/locks/*"], 1),
     "explain, a source": (["explain", "cove.toml", "-o", "out"], SOURCES, 1),
@@ -33,15 +35,16 @@ TRIED: dict[str, tuple[list[str], list[str], int]] = {
     "check": (["check", "out"], ARTIFACTS, 1),
     "check of a file": (["check", "wood.png"], ["wood.png"], 1),
     "check --against": (["check", "out", "--against", "earlier"], ["earlier/scene.json"], 1),
+    "check of several": (["check", "several"], ["several/a.glb", "several/b.png"], 1),
     "mesh": (["mesh", "post.obj", "-o", "m.glb"], ["post.obj"], 1),
-    "mesh, what it names": (["mesh", "post.obj", "-o", "m.glb"], ["post.mtl", "wood.png"], 0),
+    "mesh, what it names": (["mesh", "post.obj", "-o", "m.glb"], ["post.mtl", "wood.png"], 1),
     "maps": (["maps", "wood.png", "-o", "m", "--uv", "post.obj"], ["wood.png", "post.obj"], 1),
     "terrain": (["terrain", "height.png", "-o", "t.glb", *SIZE], ["height.png"], 1),
     "terrain, raw": (["terrain", "raw.hgt", "-o", "t.glb", *SIZE], ["raw.hgt"], 1),
     "measure": (["measure", "wood.png", "-o", "m"], ["wood.png"], 1),
     "measure of a scene": (["measure", "cove.toml", "-o", "m"], ["cove.toml"], 1),
     "new": (["new", "n", "--from", "post.obj"], ["post.obj"], 1),
-    "new, what it names": (["new", "n", "--from", "post.obj"], ["post.mtl", "wood.png"], 0),
+    "new, what it names": (["new", "n", "--from", "post.obj"], ["post.mtl", "wood.png"], 1),
     "clean": (["clean"], ["store/bakes/*", "store/products/*/*", "store/blobs/*/*"], 0),
 }
 # Places where a command only looks whether a name is there, or that are written over, take fewer kinds.
@@ -54,10 +57,16 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
     top = tmp_path_factory.mktemp("base")
     scene = make_cove(top)
     (top / "raw.hgt").write_bytes(b"\0\1" * 16)
+    (top / "own.toml").write_text(
+        scene.read_text().replace('color = "wood.png"\n', "")
+    )  # which post.mtl names
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
         for out in ("out", "earlier"):
             assert not bake(scene, top / out, How(jobs=2)).errors
+    (top / "several").mkdir()
+    shutil.copy(next(top.glob(OBJECT)), top / "several/a.glb")
+    shutil.copy(top / "wood.png", top / "several/b.png")
     return top
 
 
@@ -75,13 +84,33 @@ def tried(
 @pytest.mark.parametrize("what", TRIED)
 def test_a_command_ends_whatever_stands_in_a_files_place(what: str, base: Path, tmp_path: Path) -> None:
     words, places, wanted = TRIED[what]
-    kinds = MANY if what in ("check", "mesh", "maps", "explain, an artifact") else FEW
-    for place, kind, code, said, _ in tried(words, places, kinds, base, tmp_path / "work"):
-        assert code == wanted, (place, kind, code, said)
+    for place, kind, code, said, _ in tried(words, places, _kinds(what), base, tmp_path / "work"):
+        missing = kind == "nowhere"
+        due = 0 if missing and what.endswith("what it names") else wanted
+        assert code == due, (place, kind, code, said)
         assert "unforeseen" not in said and "Traceback" not in said, (place, kind, said)
         if code == 1:
             name = place.rpartition("/")[2].strip("*").partition("-")[0]
             assert name in said, (place, kind, said)
+            told = SAID[kind] in said or (missing and "is a link that leads to nothing" in said)
+            assert told, (place, kind, said)
+            assert "did you mean" not in said and "there is no file" not in said, (place, kind, said)
+
+
+def _kinds(what: str) -> list[str]:
+    every = ("check", "check of several", "mesh", "maps", "explain, a source", "explain, an artifact")
+    return MANY if what in every or what.endswith("what it names") else FEW
+
+
+def test_a_bake_takes_the_place_of_a_pipe_of_its_name_and_leaves_a_folder(base: Path, tmp_path: Path) -> None:
+    words, work = ["bake", "cove.toml", "-o", "out"], tmp_path / "work"
+    for place in (MANIFEST, GROUND):
+        ((_, _, code, said, _),) = tried(words, [place], ["listener"], base, work)
+        assert code == 0, said
+        for good in base.glob(place):
+            assert (work / "out" / good.name).read_bytes() == good.read_bytes()
+        ((_, _, code, said, _),) = tried(words, [place], ["folder"], base, work)
+        assert code == 1 and "is a folder; move it away" in said, said
 
 
 @pytest.mark.parametrize("what", [what for what, (_, places, _) in TRIED.items() if MANIFEST in places])
@@ -89,7 +118,6 @@ def test_no_command_reads_a_baked_file_that_is_larger_than_it_may_be(
     what: str, base: Path, tmp_path: Path
 ) -> None:
     words, places, wanted = TRIED[what]
-    wanted = 0 if words[0] == "bake" else wanted  # which makes it anew
     places = [place for place in places if not place.startswith("store/")]
     for place, _, code, said, held in tried(words, places, ["vast"], base, tmp_path / "work"):
         assert code == wanted and held < VAST, (place, code, held, said)

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 from paradize import cli
+from paradize import watch as watch_module
 from paradize.bake import bake
 from tests.pipeline.own_package import copy_package
 from tests.pipeline.scenes import make_cove, write_image
@@ -199,6 +200,48 @@ def test_a_pipe_in_a_files_place_is_told_and_the_watch_goes_on(watched: Watched,
     (watched.folder / "good").write_bytes(good)
     (watched.folder / "good").replace(path)
     assert watched.baked(name) == set()
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, os.mkdir])
+def test_what_a_material_names_and_is_no_file_is_told_once(
+    tmp_path: Path, watch: Watch, make: Callable[[Path], None]
+) -> None:
+    scene = make_cove(tmp_path / "cove")
+    scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
+    watched = watch()
+    assert watched.next()["failed"] == 0
+    was = (watched.out / "scene.json").read_bytes()
+    wood = watched.folder / "wood.png"
+    wood.unlink()
+    make(wood)
+    told = watched.next()
+    if "error" not in told:  # it was missing for a moment
+        was = (watched.out / "scene.json").read_bytes()
+        told = watched.next()
+    assert "wood.png: cannot be read: is " in told.get("error", [""])[0]
+    picture(watched.folder / "sand.png", 3)  # the same error, which is not told again
+    (watched.folder / "post.mtl").write_text("newmtl wood\nmap_Kd sand.png\n")
+    assert (watched.out / "scene.json").read_bytes() == was
+    told = watched.next()
+    assert "error" not in told and str(watched.folder / "post.mtl") in told["changed"]
+    assert watched.end() == 0 and watched.lines.empty()
+
+
+def test_nothing_is_baked_again_for_a_stamp_that_a_bake_left_as_it_was(tmp_path: Path) -> None:
+    """A bake whose record never agrees with a file, whatever the reason, ends after one more."""
+    odd = tmp_path / "odd"
+    odd.mkdir()
+    watched = watch_module.Watch(tmp_path / "a.toml", None, 1, None, lambda told: None)
+    try:
+        for due in (True, False, False):
+            watched._due = False
+            watched._look_at({odd: None})
+            assert watched._due is due
+        (odd / "entry").touch()
+        watched._look_at({odd: None})
+        assert watched._due
+    finally:
+        watched.stop()
 
 
 def test_a_file_that_was_looked_for_in_vain_is_waited_for(tmp_path: Path, watch: Watch) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,7 @@ def earlier_scene(against: Path, folder: Path) -> Path:
     if against.name == SCENE_FILE:
         return against
     own = against / SCENE_FILE
-    return own if own.is_file() else against / resolved(folder).name / SCENE_FILE
+    return own if os.path.lexists(own) else against / resolved(folder).name / SCENE_FILE
 
 
 def check_against(manifest: dict[str, Any], path: Path, file: str, worse_by: float) -> Iterator[Finding]:
@@ -35,7 +36,8 @@ def check_against(manifest: dict[str, Any], path: Path, file: str, worse_by: flo
     try:
         earlier = read_scene(path)
     except OSError as error:
-        what = f"there is no earlier bake: {error.strerror or error}"
+        lead = "there is no earlier bake" if isinstance(error, FileNotFoundError) else "cannot be read"
+        what = f"{lead}: {error.strerror or error}"
         yield Finding("PZ101", str(path), what, mend=_MEND)
         return
     except FormatError as error:

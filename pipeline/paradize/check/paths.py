@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import stat
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -25,7 +26,9 @@ def check_paths(paths: Sequence[Path], look: Look | None = None) -> list[Finding
     """All findings of all paths, equal ones gathered."""
     how = look or Look()
     found = [finding for path in paths for finding in isolated(_check(path, how), str(path))]
-    if how.against and not any(path.name == SCENE_FILE or (path / SCENE_FILE).is_file() for path in paths):
+    if how.against and not any(
+        path.name == SCENE_FILE or os.path.lexists(path / SCENE_FILE) for path in paths
+    ):
         what = f"nothing is compared with {how.against}: an artifact's errors stand in its {SCENE_FILE}"
         mend = "name the scene's folder, or leave --against out"
         found.append(Finding("PZ101", str(paths[0]), what, mend=mend))
@@ -49,7 +52,9 @@ def _check(path: Path, look: Look) -> Iterator[Finding]:
             return
         files = [file for file in inside if file.suffix in (".glb", ".ktx2", ".png")]
         if not files:
-            yield Finding("PZ101", str(path), f"holds no {SCENE_FILE}, GLB, KTX2 or PNG", mend=_TAKES)
+            yield Finding(
+                "PZ101", str(path), f"is a folder that holds no {SCENE_FILE}, GLB, KTX2 or PNG", mend=_TAKES
+            )
         for file in files:
             yield from isolated(_check(file, look), str(file))
         yield from folder_maps(files)

@@ -17,25 +17,32 @@ ASIDE = ".part-"  # marks a file that is being written; a sweep may remove what 
 
 
 def write_whole(
-    path: Path, data: bytes | Path, *, durable: bool = True, flush: bool = True, sha256: str | None = None
+    path: Path,
+    data: bytes | Path,
+    *,
+    durable: bool = True,
+    flush: bool = True,
+    sha256: str | None = None,
+    ours: bool = False,
 ) -> None:
     """Writes `data`, or what the file at `data` holds, to `path` so that a reader, also after a kill or a
     power cut, finds the old file or the new one. Makes missing folders. `durable=False` leaves out the flush,
     for what can be derived again; `flush=False` that of the folder alone, for who writes many and then calls
-    flush_folder once. sha256: what the bytes of a file that is copied must be.
+    flush_folder once. sha256: what the bytes of a file that is copied must be. ours: only Paradize gives
+    such a name, so that a device, a pipe or a socket there goes.
 
-    Raises BakeError (file, reason) when the file system refuses, where a device, a pipe or a socket is, or
-    where the bytes are others; nothing half-written stays.
+    Raises BakeError (file, reason) when the file system refuses, where a folder is, or a device, a pipe or a
+    socket that is not ours, or where the bytes are others; nothing half-written stays.
     """
     if path.name in ("", ".."):
         raise BakeError("names a folder, not a file", file=path, mend="name a file with -o")
     aside = path.with_name(f".{path.name[:40]}{ASIDE}{os.urandom(4).hex()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        if path.exists() and not (path.is_file() or path.is_dir()):  # a rename would take a device's place
-            raise BakeError(
-                "is no regular file", file=path, mend="move it away, or name another place with -o"
-            )
+        folder = path.is_dir() and not path.is_symlink()
+        if folder or (not ours and path.exists() and not (path.is_file() or path.is_dir())):
+            what = "is a folder" if folder else "is no regular file"  # whose place a rename would take
+            raise BakeError(what, file=path, mend="move it away, or name another place with -o")
         try:
             with aside.open("xb") as stream:
                 if isinstance(data, Path):

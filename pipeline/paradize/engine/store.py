@@ -182,9 +182,7 @@ class Store:
     @staticmethod
     def _write(path: Path, data: bytes) -> None:
         """Writes an entry. A pipe or the like in its place goes: the store's folder is the store's alone."""
-        if path.exists() and not (path.is_file() or path.is_dir()):
-            path.unlink(missing_ok=True)
-        write_whole(path, data, durable=False)
+        write_whole(path, data, durable=False, ours=True)
 
     @classmethod
     def _read_used(cls, path: Path) -> Any | None:

@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 from paradize.errors import GroupedError, SourceError
-from paradize.files import read_file, resolved
+from paradize.files import is_there, read_file, resolved
 
 MAX_BYTES = 16 << 20
 MAX_MAPS = 10_000  # map statements that are followed: each looks for a file
@@ -73,24 +73,26 @@ def inside(root: Path, folder: Path, name: str) -> Path | None:
         return None
 
 
-def is_file(path: Path) -> bool:
-    """Whether a regular file is there; no error for a name that no file can have."""
+def named_file(path: Path, named_by: str) -> bool:
+    """Whether a file is there that another names; False where nothing is. Raises SourceError for what is
+    there and cannot be read. named_by: where it is named, for a person."""
     try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
+        return is_there(path)
+    except OSError as error:
+        what = f"cannot be read: {error.strerror or error}"
+        raise SourceError(what, file=path, mend=f"mend it, or take it out of {named_by}") from None
 
 
 def read_mtl(
     path: Path, root: Path, absent: list[Path] | None = None
 ) -> tuple[dict[str, Material], list[str]]:
-    """Materials by name in the file's order, and warnings. Files that cannot be read are warnings: a mesh is
-    whole without its materials. absent: takes the map files that are named and not there. Raises SourceError
-    for a bad number, GroupedError for several: each with its line."""
+    """Materials by name in the file's order, and warnings. Maps that are not there are warnings: a mesh is
+    whole without them; absent: takes them. Raises SourceError for a file that cannot be read, and for a bad
+    number, GroupedError for several: each with its line."""
     try:
         raw = read_file(path, MAX_BYTES)
     except OSError as error:
-        return {}, [f"{path}: {error.strerror or error}"]
+        raise SourceError(f"cannot be read: {error.strerror or error}", file=path) from None
     fields: dict[str, dict[str, Any]] = {}
     warnings: list[str] = []
     errors: list[SourceError] = []
@@ -139,7 +141,7 @@ def read_mtl(
             if maps > MAX_MAPS:
                 warnings.append(f"{where}: more than {MAX_MAPS} maps: this and all that follows is ignored")
                 break
-            found = _map_path(rest, path.parent, root, absent)
+            found = _map_path(rest, path, number, root, absent)
             if isinstance(found, Path):
                 current[_MAPS[word]] = found
             else:
@@ -176,8 +178,9 @@ def _floats(text: str, count: int) -> tuple[float, ...] | None:
     return tuple(values)
 
 
-def _map_path(text: str, folder: Path, root: Path, absent: list[Path] | None = None) -> Path | str:
-    """The file of a map statement, options skipped; a string says why there is none."""
+def _map_path(text: str, file: Path, line: int, root: Path, absent: list[Path] | None = None) -> Path | str:
+    """The file of a map statement in a line of an MTL file, options skipped; a string says why there is none.
+    Raises SourceError as `named_file`."""
     words = text.split(None, _MAX_WORDS)
     at = 0
     while at < len(words) and words[at].lower() in _OPTIONS:
@@ -191,10 +194,10 @@ def _map_path(text: str, folder: Path, root: Path, absent: list[Path] | None = N
     name = " ".join(words[at:]) if at else text.strip()
     if not name:
         return "no file named"
-    found = inside(root, folder, name)
+    found = inside(root, file.parent, name)
     if found is None:
         return f"{name[:120]!r} lies outside {root}; ignored"
-    if not is_file(found):
+    if not named_file(found, f"line {line} of {file}"):
         if absent is not None:
             absent.append(found)
         return f"{name[:120]!r} does not exist; ignored"

@@ -21,7 +21,7 @@ from paradize.errors import SourceError
 from paradize.files import open_file
 from paradize.kernels.obj import ParsedObj, parse_obj_file
 from paradize.kinds import MODEL, expecting
-from paradize.readers.mtl import Material, inside, is_file, read_mtl
+from paradize.readers.mtl import Material, inside, named_file, read_mtl
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -67,11 +67,13 @@ class ObjResult:
     absent: list[Path] = field(default_factory=list)
 
 
-def read_obj(path: Path, root: Path | None = None) -> ObjResult:
+def read_obj(path: Path, root: Path | None = None, begun: list[Path] | None = None) -> ObjResult:
     """Reads an OBJ file and the MTL files that it names, which must lie inside `root` (default: its folder).
+    begun: takes each MTL file before it is read.
 
     Raises SourceError: missing or unreadable file, bad number, NaN, infinity, index out of range (with the
-    line), no faces, more than MAX_BYTES.
+    line), no faces, more than MAX_BYTES; also for what the OBJ and MTL files name and cannot be read. What
+    they name and is not there is a warning.
     """
     with expecting(MODEL, path):
         parsed = _parse(path)
@@ -91,6 +93,8 @@ def read_obj(path: Path, root: Path | None = None) -> ObjResult:
         for found in _libraries(path, root, library, warnings, absent):
             if found not in libraries:
                 libraries.append(found)
+                if begun is not None:
+                    begun.append(found)
                 more, said = read_mtl(found, root, absent)
                 materials |= more
                 warnings += said
@@ -176,11 +180,11 @@ def _warnings(path: Path, parsed: ParsedObj) -> list[str]:
 
 def _libraries(path: Path, root: Path, statement: str, warnings: list[str], absent: list[Path]) -> list[Path]:
     """The files of one mtllib statement: the whole line as one name, or several names that may hold
-    blanks."""
+    blanks. Raises SourceError as `named_file`."""
 
     def look(name: str) -> Path | None:
         found = inside(root, path.parent, name)
-        return found if found is not None and is_file(found) else None
+        return found if found is not None and named_file(found, f"{path} (mtllib)") else None
 
     for spelling in (statement, statement.replace("\\ ", " ")):
         whole = look(spelling)
