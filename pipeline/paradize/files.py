@@ -38,11 +38,11 @@ def open_file(path: Path | str, most: int = MAX_BYTES) -> BinaryIO:
     return _opened(path, os.O_RDONLY, most)
 
 
-def is_there(path: Path) -> bool:
+def is_there(path: Path, most: int = MAX_BYTES) -> bool:
     """Whether `open_file` opens what has this name; False only where nothing has it, or no file can. Raises
     OSError as `open_file` for what is there and cannot be opened."""
     try:
-        open_file(path).close()
+        open_file(path, most).close()
     except NotAFileError:
         raise
     except OSError as error:

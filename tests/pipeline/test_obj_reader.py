@@ -481,7 +481,7 @@ def test_a_material_file_of_any_length_is_followed_a_bounded_number_of_times(
 ) -> None:
     """Options of one map, map statements, warnings and errors: each has its limit."""
     looked: list[Path] = []
-    monkeypatch.setattr(mtl, "named_file", lambda path, named_by: bool(looked.append(path)))
+    monkeypatch.setattr(mtl, "named_file", lambda path, *_: bool(looked.append(path)))
     numbers: list[str] = []
     real = mtl._floats
     monkeypatch.setattr(mtl, "_floats", lambda text, count: numbers.append(text) or real(text, count))
@@ -510,11 +510,19 @@ def test_options_before_a_maps_name_are_skipped_and_its_blanks_kept(tmp_path: Pa
         assert read_mtl(path, tmp_path)[0]["a"].map_kd == tmp_path / name, text
 
 
+def test_a_material_file_that_is_too_large_is_refused_with_its_own_limit(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    with (tmp_path / "a.mtl").open("wb") as file:
+        file.truncate(8 << 30)
+    with pytest.raises(SourceError, match=f"a.mtl: .*holds {8 << 30} bytes, limit {mtl.MAX_BYTES};"):
+        read_obj(tmp_path / "a.obj")
+
+
 def test_a_statement_of_many_material_files_looks_for_a_bounded_number(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     looked: list[Path] = []
-    monkeypatch.setattr(obj_module, "named_file", lambda path, named_by: bool(looked.append(path)))
+    monkeypatch.setattr(obj_module, "named_file", lambda path, *_: bool(looked.append(path)))
     (tmp_path / "a.obj").write_text("mtllib " + "a.mtl " * 5000 + "\n" + TRIANGLE + "f 1 2 3\n")
     read_obj(tmp_path / "a.obj")
     assert len(looked) < 200

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
+from paradize import files
 from paradize.errors import GroupedError, SourceError
 from paradize.files import is_there, read_file, resolved
 
@@ -73,11 +74,11 @@ def inside(root: Path, folder: Path, name: str) -> Path | None:
         return None
 
 
-def named_file(path: Path, named_by: str) -> bool:
+def named_file(path: Path, named_by: str, most: int = files.MAX_BYTES) -> bool:
     """Whether a file is there that another names; False where nothing is. Raises SourceError for what is
-    there and cannot be read. named_by: where it is named, for a person."""
+    there and cannot be read, or is larger than `most` bytes. named_by: where it is named, for a person."""
     try:
-        return is_there(path)
+        return is_there(path, most)
     except OSError as error:
         what = f"cannot be read: {error.strerror or error}"
         raise SourceError(what, file=path, mend=f"mend it, or take it out of {named_by}") from None

@@ -21,6 +21,7 @@ from paradize.errors import SourceError
 from paradize.files import open_file
 from paradize.kernels.obj import ParsedObj, parse_obj_file
 from paradize.kinds import MODEL, expecting
+from paradize.readers.mtl import MAX_BYTES as MTL_BYTES
 from paradize.readers.mtl import Material, inside, named_file, read_mtl
 
 if TYPE_CHECKING:
@@ -182,9 +183,11 @@ def _libraries(path: Path, root: Path, statement: str, warnings: list[str], abse
     """The files of one mtllib statement: the whole line as one name, or several names that may hold
     blanks. Raises SourceError as `named_file`."""
 
+    by = f"{path} (mtllib)"
+
     def look(name: str) -> Path | None:
         found = inside(root, path.parent, name)
-        return found if found is not None and named_file(found, f"{path} (mtllib)") else None
+        return found if found is not None and named_file(found, by, MTL_BYTES) else None
 
     for spelling in (statement, statement.replace("\\ ", " ")):
         whole = look(spelling)
