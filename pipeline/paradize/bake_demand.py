@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.flight import Cubic, Flight, Vec, plan_flight, sine_cosine
+from paradize.flight import PI, Cubic, Flight, Vec, plan_flight, sine_cosine
 from paradize.scene import EyePoint, TargetPoint
 from paradize.scene import Flight as FlightSettings
 
@@ -163,9 +163,21 @@ def plan_demand(sight: dict[str, Any]) -> Demand:
     told["eye"] = tuple(EyePoint(**point) for point in told["eye"])
     told["target"] = tuple(TargetPoint(**point) for point in told["target"])
     settings = FlightSettings(**told)
-    flight = plan_flight(settings)
+    return _demand(plan_flight(settings), settings.fov_deg, sight)
+
+
+def camera_demand(manifest: dict[str, Any]) -> Demand:
+    """What the camera's view alone asks in the flight and the free camera's box that scene.json holds; errors
+    are accepted up to one pixel of the largest picture."""
+    flight = Flight.from_json(manifest["flight"])
+    sight = {"viewport": manifest["largest_viewport"], "error_px": 1.0}
+    sight |= {"mirror_m": None, "water_m": None, "shadow": None, "region": manifest["free_camera"]}
+    return _demand(flight, flight.fov_rad * (180.0 / PI), sight)
+
+
+def _demand(flight: Flight, fov_deg: float, sight: dict[str, Any]) -> Demand:
     width, height = sight["viewport"]
-    sine, cosine = sine_cosine(0.5 * settings.fov_deg)
+    sine, cosine = sine_cosine(0.5 * fov_deg)
     tangent = sine / cosine
     across = tangent * tangent * (1.0 + (width / height) * (width / height))  # to the picture's corner
     start_s, eye, eye_slack, target, target_slack = _runs(flight)
@@ -178,7 +190,7 @@ def plan_demand(sight: dict[str, Any]) -> Demand:
     wide_cos = np.where(turn < 1.0, half_cos * straight - half_sin * turn, -1.0)
     safe = np.maximum(length, 1e-12)
     ahead = (fx / safe, fy / safe, fz / safe)
-    near_m = np.full(len(start_s), settings.near_m)
+    near_m = np.full(len(start_s), flight.near_m)
     reach = (np.zeros(len(start_s)), np.zeros(len(start_s)), np.zeros(len(start_s)))
     if region := sight.get("region"):
         low, high = region["low"], region["high"]
@@ -186,7 +198,7 @@ def plan_demand(sight: dict[str, Any]) -> Demand:
         reach = _with(reach, [0.5 * (b - a) for a, b in zip(low, high, strict=True)])
         ahead = _with(ahead, [0.0, 0.0, -1.0])
         start_s, eye_slack = np.append(start_s, flight.duration_s), np.append(eye_slack, 0.0)
-        near_m = np.append(near_m, max(settings.near_m, region["near_m"]))
+        near_m = np.append(near_m, max(flight.near_m, region["near_m"]))
         wide_cos, turn = np.append(wide_cos, -1.0), np.append(turn, 1.0)  # it may look anywhere
     shadow = sight["shadow"]
     return Demand(
@@ -202,7 +214,7 @@ def plan_demand(sight: dict[str, Any]) -> Demand:
         pixels=height / (2.0 * tangent) / sight["error_px"],
         near_m=near_m,
         reach=reach,
-        far_m=settings.far_m,
+        far_m=flight.far_m,
         mirror_m=sight["mirror_m"],
         water_m=sight["water_m"],
         light=_light(shadow["extent_m"], shadow["center"], sight["sun"]) if shadow else None,

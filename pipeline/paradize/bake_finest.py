@@ -118,6 +118,29 @@ def surface_of(
     return Surface(corners[real], least[real])
 
 
+def halves(corners: F64) -> list[tuple[F64, Runs]]:
+    """Triangles (n, 3, 3) in two halves that lie apart, a single one in four; with each part the rows that
+    its triangles come from."""
+    if len(corners) == 1:  # four triangles between the middles of the sides
+        a, b, c = corners[0]
+        ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
+        parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
+        return [(np.array([part]), np.zeros(1, np.intp)) for part in parts]
+    middles = corners.sum(axis=1)
+    axis = int(np.argmax(middles.max(axis=0) - middles.min(axis=0)))
+    order = np.argsort(middles[:, axis], kind="stable")
+    split = len(order) // 2
+    return [(corners[part], part) for part in (order[:split], order[split:])]
+
+
+def sphere_around(corners: F64) -> tuple[F64, float]:
+    """Middle and radius of a sphere that holds triangles (n, 3, 3), a little larger for rounding."""
+    middle = 0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1)))
+    gap = corners - middle
+    square = gap[..., 0] * gap[..., 0] + gap[..., 1] * gap[..., 1] + gap[..., 2] * gap[..., 2]
+    return middle, float(np.sqrt(square.max())) * (1.0 + 1e-6)
+
+
 @dataclass(frozen=True)
 class _Box:
     corners: F64
@@ -126,24 +149,11 @@ class _Box:
     runs: Runs
 
     def sphere(self) -> Sphere:
-        low, high = self.corners.min(axis=(0, 1)), self.corners.max(axis=(0, 1))
-        middle = 0.5 * (low + high)
-        gap = self.corners - middle
-        square = gap[..., 0] * gap[..., 0] + gap[..., 1] * gap[..., 1] + gap[..., 2] * gap[..., 2]
-        radius = float(np.sqrt(square.max())) * (1.0 + 1e-6) * self.place.scale
-        return Sphere(self.place.at([float(value) for value in middle]), radius)
+        middle, radius = sphere_around(self.corners)
+        return Sphere(self.place.at([float(value) for value in middle]), radius * self.place.scale)
 
     def halves(self) -> list[tuple[F64, F64]]:
-        if len(self.corners) == 1:  # four triangles between the middles of the sides
-            a, b, c = self.corners[0]
-            ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
-            parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
-            return [(np.array([part]), self.density) for part in parts]
-        middles = self.corners.sum(axis=1)
-        axis = int(np.argmax(middles.max(axis=0) - middles.min(axis=0)))
-        order = np.argsort(middles[:, axis], kind="stable")
-        split = len(order) // 2
-        return [(self.corners[part], self.density[part]) for part in (order[:split], order[split:])]
+        return [(corners, self.density[rows]) for corners, rows in halves(self.corners)]
 
 
 class _Search:

@@ -1,5 +1,6 @@
 """`paradize explain`: of each artifact, which pass of the scene asked for it and why, when the flight first
-needs it, who asked for its finest level and what was saved by not baking more, which input has changed since,
+needs it, who asked for its finest level and what was saved by not baking more, what it does to a picture at
+most, which input has changed since,
 and for an object's maps how wide their gutters are, how wide they should be, and which number decides.
 
 Reads the scene, and scene.json of the last bake where there is one.
@@ -18,6 +19,7 @@ from paradize.bake_looks import looks_of
 from paradize.bake_record import SCENE_FILE
 from paradize.errors import FormatError, SceneError
 from paradize.explain_asked import economy, saved_bytes, textures_by_owner
+from paradize.explain_bounds import bounds_of
 from paradize.explain_words import decides
 from paradize.formats.scene_manifest import read_scene
 from paradize.require import Order, Want, require
@@ -73,7 +75,7 @@ def explain(scene_path: Path, artifact: str | None = None, out: Path | None = No
             f"asks for no artifact {artifact!r}", file=scene_path, mend=mend + ", ".join(sorted(wanted))
         )
     names = [artifact] if artifact is not None else list(wanted)
-    known = _Known(manifest, inputs_of(folder)) if manifest else None
+    known = _Known(manifest, folder, inputs_of(folder)) if manifest else None
     told = [_told(scene, *wanted[name], known, folder) for name in names]
     saved = saved_bytes(told) if manifest and artifact is None else None
     return Explanation(scene.head.name, folder, manifest is not None, why_not, told, saved)
@@ -95,9 +97,10 @@ def _last_bake(folder: Path) -> tuple[dict[str, Any] | None, str]:
 class _Known:
     """What the last bake tells, by artifact: looked through once, however many are explained."""
 
-    def __init__(self, manifest: dict[str, Any], inputs: Any) -> None:
+    def __init__(self, manifest: dict[str, Any], folder: Path, inputs: Any) -> None:
         self.manifest, self.inputs = manifest, inputs
         self.textures = textures_by_owner(manifest)
+        self.bounds = bounds_of(manifest, folder)
         names = ("mesh", "color", "normal", "height", "gloss")
         self.owners = {item[name]: item for item in reversed(manifest["objects"]) for name in names}
 
@@ -117,6 +120,7 @@ def _told(scene: Scene, order: Order, want: Want, known: _Known | None, folder: 
         "tried": None,
         "asked": None,
         "stale": None,
+        "bound": None,
     }
     if known is None or entry is None:
         return told
@@ -124,6 +128,9 @@ def _told(scene: Scene, order: Order, want: Want, known: _Known | None, folder: 
     told["tried"] = _tried(known.manifest, want.artifact)
     told["asked"] = economy(known.manifest, folder, want.artifact, known.textures)
     told["stale"] = stale(known.inputs, scene, order)
+    told["bound"] = known.bounds.get(want.artifact)
+    if told["bound"] and order.settings.get("weld_m"):
+        told["bound"]["open"].insert(0, "how far welding moved its source")
     terrain = known.manifest["terrain"]
     if terrain and want.artifact in terrain["tiles"]:
         told["demand"] = _demand(terrain, want.artifact)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from paradize.bake_choice import AUTO
 from paradize.budget import excesses
 from paradize.explain_asked import economy_words, saved_words, short
+from paradize.explain_bounds import bound_words
 from paradize.schema import Limits
 
 if TYPE_CHECKING:
@@ -43,6 +44,8 @@ def words_of(told: dict[str, Any], details: bool = False) -> list[str]:
         lines += [f"  {words}" for words in _asked(told["demand"])]
     if told["asked"] is not None:
         lines += [f"  {words}" for words in economy_words(told["asked"], told["kind"])]
+    if told["bound"] is not None:
+        lines.append(f"  {bound_words(told['bound'])}")
     if told["stale"] is not None:
         lines += [f"  stale: {words}" for words in told["stale"]] or ["  up to date"]
     gutter = told["gutter"]

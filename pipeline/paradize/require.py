@@ -18,6 +18,7 @@ from paradize.scene import VIEWS, Scene, SceneObject, Terrain, Water
 # share of lod_error_px, water's pictures at least this large beside the camera's, a shadow map so many times
 # as wide.
 FINEST_LOD, FINEST_SCALE, FINEST_SHADOW = 0.25, 1.0, 2
+COARSEST_LOD = 3.0  # and its coarsest quality: so many times lod_error_px
 
 
 @dataclass(frozen=True)

@@ -257,7 +257,8 @@ def test_the_shaders_have_the_numbers_that_are_reckoned_with() -> None:
 
 def test_the_finest_quality_of_the_player_is_the_one_that_is_asked_for() -> None:
     quality = (ROOT / "player/quality.cpp").read_text()
-    assert f"file.lod_error_px, {require.FINEST_LOD}F * file.lod_error_px)" in quality
+    lods = f"{require.COARSEST_LOD}F * file.lod_error_px, file.lod_error_px, {require.FINEST_LOD}F"
+    assert f"{lods} * file.lod_error_px)" in quality
     assert f"0.5F * balanced, balanced, std::max(balanced, {require.FINEST_SCALE}F))" in quality
     assert f"std::min({require.FINEST_SHADOW} * size, device.most_texture_px)" in quality
 
