@@ -251,8 +251,8 @@ def _runs(
     rows: list[tuple[float, float, float]] = []  # second, U at the start, U at the end
     for i in range(count):
         start, end = (flight.duration_s * k / count for k in (i, i + 1))
-        u = flight.parameter(start)
-        last = flight.parameter(end) if i + 1 < count else float(len(flight.eye))
+        u = _held(flight.parameter(start), len(flight.eye))
+        last = _held(flight.parameter(end), len(flight.eye)) if i + 1 < count else float(len(flight.eye))
         while u < last:
             stop = min(last, float(int(u) + 1))
             rows.append((start, u, stop))
@@ -263,6 +263,11 @@ def _runs(
     eye, eye_slack = _balls(flight.eye, segment, u0, u1)
     target, target_slack = _balls(flight.target, segment, u0, u1)
     return np.ascontiguousarray(table[:, 0]), eye, eye_slack, target, target_slack
+
+
+def _held(u: float, most: int) -> float:
+    """A parameter inside the path; of a table that a file made up, too, where it may be anything."""
+    return max(0.0, min(u, float(most)))
 
 
 def _balls(

@@ -24,6 +24,7 @@ F64 = npt.NDArray[np.float64]
 _BLOCK = 32  # runs that are looked at together first
 _ROWS = 4096  # spheres that are looked at together
 _ENOUGH, _SMALL, _MOST = 0.05, 0.2, 8000  # pixels; radius over distance; parts that are halved
+_FAR_M = 1e100  # squares of what is nearer are numbers
 _FLOAT = 1e-4  # what the player's float32 distances may be off by, of themselves
 
 
@@ -68,12 +69,15 @@ def _shapeless(_: int) -> F64 | None:
 
 
 class Camera:
-    """The camera's view of a baked scene."""
+    """The camera's view of a baked scene. usable: whether its path is one."""
 
     def __init__(self, manifest: dict[str, Any]) -> None:
-        demand = camera_demand(manifest)
+        with np.errstate(over="ignore", invalid="ignore"):  # of a damaged path: then it is not usable
+            demand = camera_demand(manifest)
         self.demand: Demand = demand
         self.pixels = demand.pixels  # that one metre covers at one metre
+        columns = (*demand.eye, *demand.ahead, *demand.reach, demand.slack_m)
+        self.usable = all(bool((np.abs(column) < _FAR_M).all()) for column in columns)
         self.near_m = float(demand.near_m.min())
         firsts = np.arange(0, len(demand.start_s), _BLOCK)
         rows = list(zip(demand.eye, demand.reach, strict=True))

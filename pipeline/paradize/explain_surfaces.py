@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bake_artifacts import read_artifact
 from paradize.errors import FormatError
 from paradize.explain_bounds import SIX, bound
 from paradize.explain_pixels import Camera, Moved, Surfaces
+from paradize.files import read_file
 from paradize.require import COARSEST_LOD
 
 F64 = npt.NDArray[np.float64]
@@ -51,7 +51,7 @@ def mesh_bound(
     # The source's box, of whose diagonal errors are shares, reaches beyond the baked one by no more than the
     # error on each side.
     wider = 1.0 - 2.0 * sqrt(3.0) * errors[0] if errors else -inf
-    if len(errors) != len(item["lods"]) or not wider > 0.0:
+    if len(errors) != len(item["lods"]) or not wider > 0.0 or not camera.usable:
         return bound(None, "px", "a pixel", [], ["its surface", *unbounded])
     diagonal = 2.0 * item["radius_m"] * SIX / wider
     errors_m = [error * diagonal for error in errors]
@@ -85,7 +85,7 @@ def _largest(terms: Sequence[dict[str, Any]]) -> float:
 
 def _term(name: str, moved: Moved) -> dict[str, Any]:
     told = moved.px if isfinite(moved.px) else None
-    where = {"away_m": moved.away_m, "second_s": moved.second_s}
+    where = {"away_m": moved.away_m if isfinite(moved.away_m) else 0.0, "second_s": moved.second_s}
     return {"name": name, "value": told, "unit": "px"} | where
 
 
@@ -135,8 +135,7 @@ class _Triangles:
         """Corners (m, 3, 3) of a part, metres, where the instance stands."""
         if self.parts is None:
             try:
-                small = self.path.stat().st_size <= _MOST_BYTES
-                self.parts = self.decode(read_artifact(self.path)) if small else []
+                self.parts = self.decode(read_file(self.path, _MOST_BYTES))
             except (OSError, FormatError):
                 self.parts = []
         if part >= len(self.parts):
@@ -164,6 +163,9 @@ def _patch(triangles: _Triangles, nodes: npt.NDArray[np.intp], row: int) -> F64 
 def terrain_bounds(manifest: dict[str, Any], folder: Path, camera: Camera) -> dict[str, dict[str, Any]]:
     """Of each tile of the terrain, by artifact."""
     terrain = manifest["terrain"]
+    if not camera.usable:
+        told = bound(None, "px", "a pixel", [], ["its surface", *_GROUND])
+        return dict.fromkeys(terrain["tiles"], told)
     patches, diamonds = terrain["patches"], terrain["diamonds"]
     tile, diamond = (np.array(patches[key], np.int64) for key in ("tile", "diamond"))
     error_m = np.array(patches["error_m"], np.float64) * SIX

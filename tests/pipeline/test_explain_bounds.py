@@ -318,3 +318,18 @@ def test_triangles_that_cannot_be_read_only_make_the_bound_wider(baked: Any, tmp
     found = bounds_of(manifest, tmp_path)
     for name in ("post_mesh", "terrain_mesh"):
         assert found[name]["value"] >= bounds[name]["value"]
+
+
+@pytest.mark.parametrize("value", [1e300, -1e300, 1e12])
+def test_a_path_that_is_no_path_ends_without_a_bound_that_is_no_number(baked: Any, value: float) -> None:
+    _, out, (manifest, _) = baked
+    for key in ("table", "segment"):
+        changed = json.loads(json.dumps(manifest))
+        if key == "table":
+            changed["flight"]["time_table"][1][2] = value
+        else:
+            changed["flight"]["segments"][0]["eye"][0] = [value, -value, value, value]
+        found = bounds_of(changed, out)
+        json.dumps(found, allow_nan=False)
+        if key == "segment" and abs(value) > 1e100:
+            assert found["post_mesh"]["value"] is found["terrain_mesh"]["value"] is None
