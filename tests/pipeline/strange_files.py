@@ -11,6 +11,7 @@ import signal
 import socket
 import stat
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
@@ -26,11 +27,18 @@ def pipe(path: Path) -> None:
 
 
 def endless(path: Path) -> None:
-    """A device that never ends; a link to it where this user may make none."""
+    """A device that never ends; a link to it where this user may make none (see makes_devices)."""
     try:
         os.mknod(path, stat.S_IFCHR | 0o666, os.makedev(1, 5))
     except PermissionError:
         path.symlink_to("/dev/zero")
+
+
+def makes_devices() -> bool:
+    """Whether this user may: a link leads out of the folder, where a scene may name nothing."""
+    with tempfile.TemporaryDirectory() as folder:
+        endless(Path(folder) / "device")
+        return not (Path(folder) / "device").is_symlink()
 
 
 def folder(path: Path) -> None:

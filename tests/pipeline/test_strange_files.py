@@ -14,7 +14,7 @@ import pytest
 from paradize.bake import bake
 from paradize.bake_tasks import How
 from tests.pipeline.scenes import make_cove
-from tests.pipeline.strange_files import MANY, SAID, VAST
+from tests.pipeline.strange_files import MANY, SAID, VAST, makes_devices
 
 SOURCES = [
     "cove.toml", "height.png", "sand.png", "wood.png", "waves.png", "px.exr", "post.obj", "sea.ogg",
@@ -99,7 +99,8 @@ def test_a_command_ends_whatever_stands_in_a_files_place(what: str, base: Path, 
 
 def _kinds(what: str) -> list[str]:
     every = ("check", "check of several", "mesh", "maps", "explain, a source", "explain, an artifact")
-    return MANY if what in every or what.endswith("what it names") else FEW
+    kinds = MANY if what in every or what.endswith("what it names") else FEW
+    return kinds if makes_devices() else [kind for kind in kinds if kind != "endless"]
 
 
 def test_a_bake_takes_the_place_of_a_pipe_of_its_name_and_leaves_a_folder(base: Path, tmp_path: Path) -> None:
