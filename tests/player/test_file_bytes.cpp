@@ -96,6 +96,8 @@ TEST_CASE(
     CHECK(tells(fault(file, {.exactly = 5}), "has 4 bytes, scene.json says 5; bake the scene again"));
     CHECK(tells(fault(file, {.exactly = 3}), "has 4 bytes, scene.json says 3; bake the scene again"));
     CHECK(fault(file, {.exactly = 4}).empty());
+    CHECK(fault(file, {.most = 4}).empty());
+    CHECK(tells(fault(file, {.most = 3}), "has 4 bytes, at most 3 are taken"));
     std::filesystem::resize_file(file, (std::uint64_t{1} << 32U) + 1); // takes no room on the disk
     CHECK(tells(fault(file), "has 4294967297 bytes, at most 4294967296 are taken"));
 }
