@@ -9,11 +9,8 @@
 #include <cstring>
 #include <utility>
 
-#if defined(__SSE2__)
-#include <immintrin.h>
-#endif
+#include "lanes.hpp"
 
-#define PARADIZE_INLINE static inline __attribute__((always_inline))
 // Long steps that many callers share: one copy of each, so that they compile quickly and stay in the cache.
 #define PARADIZE_STEP static __attribute__((noinline))
 
@@ -21,7 +18,8 @@ namespace paradize::bcn::PARADIZE_WIDTH {
 
 constexpr std::size_t lanes = PARADIZE_LANES; // blocks at once
 constexpr std::size_t texels = 16;            // of a block
-typedef float Lanes __attribute__((vector_size(4 * PARADIZE_LANES)));
+using side_by_side::PARADIZE_WIDTH::Lanes;
+using side_by_side::PARADIZE_WIDTH::root;
 typedef std::int32_t Whole __attribute__((vector_size(4 * PARADIZE_LANES)));
 
 PARADIZE_INLINE Lanes splat(float v) {
@@ -65,23 +63,6 @@ PARADIZE_INLINE Lanes most(const Lanes &a, const Lanes &b) {
 
 PARADIZE_INLINE Lanes absolute(const Lanes &v) {
     return most(v, -v);
-}
-
-// The square root of each, correctly rounded.
-PARADIZE_INLINE Lanes root(const Lanes &v) {
-#if PARADIZE_LANES == 16
-    return (Lanes)_mm512_maskz_sqrt_ps(0xFFFF, (__m512)v);
-#elif PARADIZE_LANES == 8
-    return (Lanes)_mm256_sqrt_ps((__m256)v);
-#elif defined(__SSE2__)
-    return (Lanes)_mm_sqrt_ps((__m128)v);
-#else
-    Lanes out;
-    for (std::size_t i = 0; i < lanes; ++i) {
-        out[i] = __builtin_sqrtf(v[i]);
-    }
-    return out;
-#endif
 }
 
 // Within [0, top]; what is not a number becomes 0.

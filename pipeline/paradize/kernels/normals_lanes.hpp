@@ -10,18 +10,13 @@
 #include <cstring>
 #include <utility>
 
-#if PARADIZE_LANES > 4
-#include <immintrin.h>
-#elif defined(__SSE2__)
-#include <emmintrin.h>
-#endif
-
-#define PARADIZE_INLINE static inline __attribute__((always_inline))
+#include "lanes.hpp"
 
 namespace paradize::normals::PARADIZE_WIDTH {
 
 constexpr std::size_t lanes = PARADIZE_LANES;
-typedef float Lanes __attribute__((vector_size(4 * PARADIZE_LANES)));
+using side_by_side::PARADIZE_WIDTH::Lanes;
+using side_by_side::PARADIZE_WIDTH::root;
 typedef float LanesAnywhere __attribute__((vector_size(4 * PARADIZE_LANES), aligned(4), may_alias));
 typedef std::int32_t Whole __attribute__((vector_size(4 * PARADIZE_LANES)));
 typedef std::uint32_t Bits __attribute__((vector_size(4 * PARADIZE_LANES)));
@@ -32,22 +27,6 @@ PARADIZE_INLINE Lanes load(const float *from) {
 
 PARADIZE_INLINE void store(float *to, const Lanes &v) {
     *reinterpret_cast<LanesAnywhere *>(to) = v;
-}
-
-PARADIZE_INLINE Lanes root(const Lanes &v) {
-#if PARADIZE_LANES == 16
-    return (Lanes)_mm512_maskz_sqrt_ps(static_cast<__mmask16>(-1), (__m512)v);
-#elif PARADIZE_LANES == 8
-    return (Lanes)_mm256_sqrt_ps((__m256)v);
-#elif defined(__SSE2__)
-    return (Lanes)_mm_sqrt_ps((__m128)v);
-#else
-    Lanes out;
-    for (std::size_t i = 0; i < lanes; ++i) {
-        out[i] = std::sqrt(v[i]);
-    }
-    return out;
-#endif
 }
 
 // -1 in the first n lanes.
