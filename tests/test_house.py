@@ -74,7 +74,7 @@ LAYERS = {
     "documents": {"files"},
     "files": set(),
     "kernels": set(),
-    "kinds": {"files"},
+    "kinds": {"documents", "files"},
 }
 
 

@@ -17,10 +17,10 @@ from paradize.bake_choice import AUTO
 from paradize.bake_cut import Asked, ask, cut, cut_gutter, cut_row
 from paradize.bake_manifest import MeshFacts, build_manifest, mesh_facts
 from paradize.bake_nearest import known_pixels
-from paradize.bake_record import SCENE_FILE, BakeReport, strays
+from paradize.bake_record import BakeReport, strays
 from paradize.bake_tasks import MEASURED, How, Task
 from paradize.budget import excesses
-from paradize.documents import parse_json
+from paradize.documents import SCENE_FILE, parse_json
 from paradize.engine.publish import flush_folder, write_whole
 from paradize.engine.store import Store, hash_file, stamp
 from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError

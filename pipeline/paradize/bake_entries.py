@@ -22,6 +22,7 @@ from paradize.formats.scene_fields import (
     text,
     whole,
 )
+from paradize.formats.scene_manifest import GUTTER
 
 _real, _positive = number(), number(0.0)
 _level = whole(0, 31)
@@ -39,17 +40,7 @@ PRODUCTS = map_of(
         warnings=list_of(text),
     )
 )
-_BORDERS = table(
-    islands=whole(1, 1 << 31),
-    needed_texels=_positive,
-    width_texels=or_null(_positive),
-    level_in_use=_level,
-    level_by_width=whole(-1, 31),
-    max_level=or_null(_level),
-    bound=_positive,
-    bleed_p99=list_of(_positive, least=1),
-    bleed_max=list_of(_positive, least=1),
-)
+_BORDERS = table(**GUTTER, max_level=or_null(_level))
 GUTTERS = table(repeat=flag, limits=map_of(or_null(_positive)), maps=map_of(or_null(_BORDERS)))
 BUMPS = table(
     levels=list_of(table(mapped_mean_deg=_positive, mapped_p99_deg=_positive, mapped_max_deg=_positive))

@@ -11,6 +11,7 @@ import re
 from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
 
+from paradize.documents import SCENE_FILE
 from paradize.engine.libraries import library_versions
 from paradize.engine.memory import FileMemory
 from paradize.engine.publish import is_aside
@@ -22,7 +23,6 @@ TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
     from typing import Any
 
-SCENE_FILE = "scene.json"
 _NONE = type(None)
 _ROW: dict[str, tuple[type, ...]] = {  # of an artifact, as a record holds it
     "name": (str,), "file": (str,), "sha256": (str,), "bytes": (int,), "seconds": (int, float),

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import Any, NoReturn
 
+SCENE_FILE = "scene.json"  # the document of a baked folder
 JSON_BYTES = 64 << 20  # the player's limit as well
 TOML_BYTES = 4 << 20
 DEPTH = 64  # tables and lists inside one another

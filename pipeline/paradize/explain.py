@@ -16,7 +16,7 @@ from typing import Any
 
 from paradize.bake_inputs import inputs_of, stale
 from paradize.bake_looks import looks_of
-from paradize.bake_record import SCENE_FILE
+from paradize.documents import SCENE_FILE
 from paradize.errors import FormatError, SceneError
 from paradize.explain_asked import economy, saved_bytes, textures_by_owner
 from paradize.explain_bounds import bounds_of

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from paradize.bake_record import SCENE_FILE
 from paradize.data import ORIGIN, Mesh, Texture, Vec3
+from paradize.documents import SCENE_FILE
 from paradize.engine.publish import write_whole
 from paradize.errors import BakeError, SourceError
 from paradize.export_flight import flight_keys, quaternion

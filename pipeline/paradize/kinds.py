@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from paradize.documents import SCENE_FILE
 from paradize.errors import BakeError, ParadizeError, SceneError, SourceError
 from paradize.files import absence, open_file
 
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 HEAD_BYTES = 1 << 16
-SCENE_FILE = "scene.json"
 _CHECK = "`paradize check {file}` takes it"
 _MAPS = "`paradize maps {file} -o {stem}-maps` takes it"
 _TERRAIN = "`paradize terrain {file} -o {stem}.glb --size 111000 111000 --height 1` takes it"

@@ -17,11 +17,10 @@ from typing import Any
 import numpy as np
 
 from paradize.data import six
-from paradize.documents import parse_json
+from paradize.documents import SCENE_FILE, parse_json
 from paradize.errors import BakeError
 from paradize.files import open_file
 from paradize.formats.scene_manifest import read_scene
-from paradize.kinds import SCENE_FILE
 from paradize.metrics.picture import Picture, flip_errors
 from paradize.tradeoff_curve import Group, Point, spread
 

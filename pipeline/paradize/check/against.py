@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from paradize.bake_record import SCENE_FILE
 from paradize.budget import METRICS
 from paradize.check.rules import Finding, isolated
+from paradize.documents import SCENE_FILE
 from paradize.errors import FormatError
 from paradize.files import resolved
 from paradize.formats.scene_manifest import read_scene

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.bake_gutter import KINDS, Borders, find_borders, is_safe, reach_of, sampled_levels, walk
-from paradize.bake_record import SCENE_FILE
 from paradize.check.rules import Finding, isolated
 from paradize.data import Texture
+from paradize.documents import SCENE_FILE
 from paradize.errors import ParadizeError
 from paradize.formats.glb import decode_glb
 from paradize.formats.ktx2 import decode_ktx2

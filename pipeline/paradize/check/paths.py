@@ -7,13 +7,13 @@ import stat
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from paradize.bake_record import SCENE_FILE
 from paradize.check.maps import folder_maps
 from paradize.check.meshes import check_mesh
 from paradize.check.pictures import SIGNATURE, check_picture
 from paradize.check.rules import Finding, gathered, isolated
 from paradize.check.scenes import Look, check_scene
 from paradize.check.textures import check_texture
+from paradize.documents import SCENE_FILE
 from paradize.files import read_file
 from paradize.formats.glb_layout import MAGIC
 from paradize.formats.ktx2 import IDENTIFIER

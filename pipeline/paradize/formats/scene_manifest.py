@@ -15,6 +15,7 @@ from paradize.documents import JSON_BYTES, parse_json
 from paradize.errors import FormatError
 from paradize.files import read_file
 from paradize.formats.scene_fields import (
+    Check,
     Wrong,
     day,
     file_name,
@@ -63,16 +64,17 @@ _material = table(
     two_sided=flag,
     alpha_cutoff=_share,
 )
-_gutter = table(
-    islands=whole(1, 1 << 31),
-    needed_texels=_positive,
-    width_texels=or_null(_positive),
-    level_in_use=_level,
-    level_by_width=whole(-1, 31),
-    bound=_share,
-    bleed_p99=list_of(_positive, least=1),
-    bleed_max=list_of(_positive, least=1),
-)
+GUTTER: dict[str, Check] = {
+    "islands": whole(1, 1 << 31),
+    "needed_texels": _positive,
+    "width_texels": or_null(_positive),
+    "level_in_use": _level,
+    "level_by_width": whole(-1, 31),
+    "bound": _share,
+    "bleed_p99": list_of(_positive, least=1),
+    "bleed_max": list_of(_positive, least=1),
+}
+_gutter = table(**GUTTER)
 
 _asked = table(
     left_out=_level,

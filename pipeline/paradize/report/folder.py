@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from paradize.bake_record import BakeReport
-from paradize.documents import read_json
+from paradize.documents import SCENE_FILE, read_json
 from paradize.engine.publish import write_whole
 from paradize.errors import FormatError, ParadizeError
 from paradize.files import read_file
 from paradize.formats.ktx2 import decode_ktx2
 from paradize.formats.scene_manifest import read_entry, read_scene
-from paradize.kinds import SCENE_FILE
 from paradize.report.levels import draw_object
 from paradize.report.pictures import Ground, SheetMap
 from paradize.report.sheet import draw_sheet, draw_sky
