@@ -45,6 +45,9 @@ std::uint64_t size_of(int file, const std::string &name, FileSize expected) {
     if (::fstat(file, &status) != 0) {
         throw Error(name + ": " + std::strerror(errno));
     }
+    if (S_ISDIR(status.st_mode)) {
+        throw Error(name + ": is a folder; move it away" + bake_again);
+    }
     if (!S_ISREG(status.st_mode)) {
         throw Error(name + ": is no regular file" + bake_again);
     }

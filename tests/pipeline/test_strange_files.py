@@ -112,6 +112,8 @@ def test_a_bake_takes_the_place_of_a_pipe_of_its_name_and_leaves_a_folder(base: 
             assert (work / "out" / good.name).read_bytes() == good.read_bytes()
         ((_, _, code, said, _),) = tried(words, [place], ["folder"], base, work)
         assert code == 1 and "is a folder; move it away" in said, said
+        ((_, _, code, said, _),) = tried(["check", "out"], [place], ["folder"], base, work)
+        assert code == 1 and "move it away, then bake again" in said, said
 
 
 @pytest.mark.parametrize("what", [what for what, (_, places, _) in TRIED.items() if MANIFEST in places])

@@ -86,7 +86,7 @@ TEST_CASE(
     "files: what is no regular file, empty, or of another size is refused, and a pipe is not waited for") {
     const test::Folder folder;
     CHECK(tells(fault(folder.path() / "none"), "none: No such file"));
-    CHECK(tells(fault(folder.path()), "is no regular file"));
+    CHECK(tells(fault(folder.path()), "is a folder; move it away; bake the scene again"));
     CHECK(tells(fault("/dev/zero"), "is no regular file"));
     const auto pipe = folder.path() / "pipe";
     REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);

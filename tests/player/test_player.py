@@ -176,7 +176,7 @@ def test_names_too_long_and_scenes_that_are_no_files_are_told_in_one_s_own_words
 ) -> None:
     refused(player("a" * 5000), 1, "scene.json: File name too long")
     (tmp_path / "scene.json").mkdir()
-    refused(player(tmp_path), 1, "scene.json: is no regular file")
+    refused(player(tmp_path), 1, "scene.json: is a folder; move it away")
     (tmp_path / "scene.json").rmdir()
     (tmp_path / "scene.json").write_text('{"format" 1}')
     result = player(tmp_path)

@@ -47,7 +47,7 @@ def check_scene(path: Path, look: Look) -> Iterator[Finding]:
     try:
         manifest = read_scene(path)
     except OSError as error:
-        yield Finding("PZ101", file, error.strerror or str(error))
+        yield Finding("PZ101", file, error.strerror or str(error), mend=_mend(error))
         return
     except FormatError as error:
         yield Finding("PZ102", file, error.what, error.place or "")
@@ -85,6 +85,11 @@ def _findings(manifest: dict[str, Any], path: Path, look: Look) -> Iterator[Find
         yield from isolated(search, file)
 
 
+def _mend(error: OSError) -> str:
+    """What to do about a file that cannot be read, where that is more than its rule says."""
+    return "move it away, then bake again" if error.errno == errno.EISDIR else ""
+
+
 def _colors(manifest: dict[str, Any]) -> dict[str, bool]:
     """Which textures are colour, by what reads them."""
     return {
@@ -108,7 +113,8 @@ def _artifact(
             what = f"{error.strerror}: those that scene.json names"
             yield Finding("PZ103", file, what, name, artifact=name)
         else:
-            yield Finding("PZ101", file, f"the file of {name} cannot be read: {error.strerror or error}")
+            what = f"the file of {name} cannot be read: {error.strerror or error}"
+            yield Finding("PZ101", file, what, mend=_mend(error))
         return
     sha256 = hashlib.sha256(data).hexdigest()
     if len(data) != artifact["bytes"]:

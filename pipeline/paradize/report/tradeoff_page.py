@@ -61,8 +61,8 @@ def _intro(told: Mapping[str, Any]) -> str:
     return (
         f'<p class="lead">{_count(len(groups), "trade")} of <code>{escape(told["source"])}</code>: '
         f"{_count(tiers, 'tier')} measured in {_count(runs, 'run')} on {_count(told['threads'], 'core')}, "
-        f"{told['seconds']:g} s in all. Every error comes from a reference that shares no code with the "
-        f"stage that it judges.{frames}</p>"
+        f"{told['seconds']:g} s in all. Every error is held to one reference, the same for all tiers."
+        f"{frames}</p>"
     )
 
 
