@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
@@ -13,15 +14,16 @@ import numpy.typing as npt
 from paradize.bake_product import (
     LevelErrors,
     MapProduct,
-    beyond,
     flat_errors,
     one_of,
     within_budget,
     wraps_of,
 )
+from paradize.budget import METRICS
 from paradize.data import Image, Texture
 from paradize.errors import BakeError, SourceError
 from paradize.formats.ktx2 import encode_ktx2
+from paradize.kernels.bc7 import THREADS
 from paradize.metrics.levels import color_levels
 from paradize.readers.image import read_image
 from paradize.readers.obj import read_obj
@@ -31,6 +33,8 @@ from paradize.stages.mips import color_rows
 from paradize.stages.sweep import level_count
 
 Values = npt.NDArray[Any]
+# How much an error of alpha may count beside one of a colour's channel in BC7.
+ALPHA_WEIGHTS = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 24.0, 32.0)
 
 
 def bake_color(
@@ -49,12 +53,12 @@ def bake_color(
     """The picture at `path` as an sRGB texture with mips in linear light.
 
     alpha: another picture whose luminance (or alpha) replaces the alpha. wrap: "repeat" or "clamp", or one
-    for each of (x, y). tier: "exact" is BC7; of a picture with alpha, BC3 where BC7 leaves more of
-    some error than BC3 of tier "balanced". alpha_cutoff, 0..1: each mip keeps the share of texels that pass
-    it. uv: an OBJ whose UV layout the picture follows; its gutters are filled. Opaque pictures have no alpha
-    in the texture. budget: metric -> worst value; where blocks exceed it, a more exact format is taken. zstd:
-    level of supercompression. measure: False leaves out errors (and with them the budget). uncompressed: only
-    the most exact format will do.
+    for each of (x, y). tier: "exact" is BC7; of a picture with alpha, BC3 where BC7 has a lower PSNR of
+    colour or of alpha than BC3 of tier "balanced". alpha_cutoff, 0..1: each mip keeps the share of texels
+    that pass it. uv: an OBJ whose UV layout the picture follows; its gutters are filled. Opaque pictures
+    have no alpha in the texture. budget: metric -> worst value; where blocks exceed it, a more exact format
+    is taken. zstd: level of supercompression. measure: False leaves out errors (and with them the budget).
+    uncompressed: only the most exact format will do.
     Raises SourceError and BakeError.
     """
     one_of("tier", [] if tier in TIERS else [tier], TIERS)
@@ -65,29 +69,25 @@ def bake_color(
     rows, columns = values.shape[:2]
     cutoff = alpha_cutoff if values.shape[2] == 4 else None
 
-    name = "color with alpha" if values.shape[2] == 4 else "color"
-    formats = formats_of(name, rows, columns, tier=tier)[-1 if uncompressed else 0 :]
-    has_below = name == "color with alpha" and formats[0] == "BC7_SRGB"
+    formats, other, alpha_weight = color_formats(
+        values, encoded=encoded, tier=TIERS[0] if uncompressed else tier
+    )
 
     @cache
-    def make(fmt: str, of_tier: str = tier) -> tuple[Texture, LevelErrors]:
-        texture = color_texture(values, fmt, encoded=encoded, alpha_cutoff=cutoff, tier=of_tier)
-        if not measure and not has_below:
+    def make(fmt: str) -> tuple[Texture, LevelErrors]:
+        texture = color_texture(
+            values, fmt, encoded=encoded, alpha_cutoff=cutoff, tier=tier, alpha_weight=alpha_weight
+        )
+        if not measure:
             return texture, []
         return texture, color_levels(texture, values, encoded=encoded, alpha_cutoff=cutoff)
 
     def errors_of(made: tuple[Texture, LevelErrors]) -> dict[str, float]:
         return flat_errors("color", made[1][0]) if made[1] else {}
 
-    worse = ""
-    if has_below:  # BC7 has one line for colour and alpha, or less room for alpha than BC3
-        found, below = errors_of(make("BC7_SRGB")), errors_of(make("BC3_SRGB", "balanced"))
-        worse = ", ".join(
-            f"{key} {found[key]:g} for {below[key]:g}" for key in below if beyond(found, {key: below[key]})
-        )
-        formats = formats_of(name, rows, columns) if worse else formats
-    (texture, levels), reason = within_budget(formats, make, errors_of, budget or {})
-    reason = reason or (f"BC7 leaves more than BC3 of tier balanced: {worse}" if worse else None)
+    kept = formats[-1 if uncompressed else 0 :]
+    (texture, levels), reason = within_budget(kept, make, errors_of, budget or {})
+    reason = reason or other
     errors = errors_of((texture, levels)) if measure else {}
     return MapProduct(
         encode_ktx2(texture, zstd_level=zstd),
@@ -119,15 +119,72 @@ def color_values(
     return values, image.color_space == "srgb", warnings
 
 
+def color_formats(
+    values: Values, *, encoded: bool, tier: str
+) -> tuple[tuple[str, ...], str | None, float | None]:
+    """The formats that a colour picture (h, w, 3 or 4) may take, the tier's own first, as the bake takes and
+    `measure` shows them; why that is not the one that the tier declares; and the weight of alpha in BC7 where
+    it was looked for."""
+    rows, columns, channels = values.shape
+    name = "color with alpha" if channels == 4 else "color"
+    formats = formats_of(name, rows, columns, tier=tier)
+    if channels != 4 or formats[0] != "BC7_SRGB":
+        return formats, None, None
+    finest = _Finest(values, encoded)
+    weight = finest.alpha_weight(tier)
+    below, found = finest.errors("BC3_SRGB", "balanced"), finest.errors("BC7_SRGB", tier, weight)
+    worse = [f"{key} {found[key]:g} for {below[key]:g}" for key in below if found[key] < below[key]]
+    reason = f"BC7 leaves more than BC3 of tier balanced: {', '.join(worse)}" if worse else None
+    return formats_of(name, rows, columns) if worse else formats, reason, weight
+
+
+class _Finest:
+    """Level 0 of a picture with alpha, its sides divisible by four, to be encoded in one way and another."""
+
+    def __init__(self, values: Values, encoded: bool) -> None:
+        self.values, self.encoded = values, encoded
+        plain = color_texture(values, "RGBA8_SRGB", encoded=encoded, alpha_cutoff=None, tier=TIERS[0])
+        self.codes = np.frombuffer(plain.levels[0], np.uint8).reshape(*values.shape[:2], 4)
+
+    def errors(self, fmt: str, tier: str, alpha_weight: float = 1.0) -> dict[str, float]:
+        """PSNR of colour and of alpha, which budgets name."""
+        data = encode_rows(self.codes, fmt, tier=tier, threads=THREADS, alpha_weight=alpha_weight)
+        texture = Texture(fmt, self.values.shape[1], self.values.shape[0], (data,))
+        level = color_levels(texture, self.values, encoded=self.encoded, alpha_cutoff=None)[0]
+        return {key: value for key, value in flat_errors("color", level).items() if key in METRICS}
+
+    def alpha_weight(self, tier: str) -> float:
+        """The least weight of alpha with which BC7 leaves no more of alpha than BC3 of tier "balanced"; the
+        largest where none does. BC3 has eight bytes for alpha, BC7 one line for colour and alpha, or less
+        room for alpha: the more alpha weighs, the more of colour is left."""
+        least = self.errors("BC3_SRGB", "balanced")["alpha_psnr_db"]
+
+        def keeps(weight: float) -> bool:
+            return self.errors("BC7_SRGB", tier, weight)["alpha_psnr_db"] >= least
+
+        return ALPHA_WEIGHTS[min(bisect_left(ALPHA_WEIGHTS, True, key=keeps), len(ALPHA_WEIGHTS) - 1)]
+
+
 def color_texture(
-    values: Values, fmt: str, *, encoded: bool, alpha_cutoff: float | None, tier: str
+    values: Values,
+    fmt: str,
+    *,
+    encoded: bool,
+    alpha_cutoff: float | None,
+    tier: str,
+    alpha_weight: float | None = None,
 ) -> Texture:
-    """Every level of a colour picture (h, w, 1..4), codes or floats, in a colour format."""
+    """Every level of a colour picture (h, w, 1..4), codes or floats, in a colour format. alpha_weight: of BC7
+    with alpha, None: that which suits the picture."""
     height, width = values.shape[:2]
     writer = LevelWriter(fmt, height, width, level_count(height, width))
+    if alpha_weight is None:
+        has_alpha = fmt == "BC7_SRGB" and values.shape[2] == 4
+        alpha_weight = _Finest(values, encoded).alpha_weight(tier) if has_alpha else 1.0
+    weight = alpha_weight
 
     def told(level: int, first: int, codes: npt.NDArray[np.uint8]) -> None:
-        writer.put(level, first, encode_rows(codes, fmt, tier=tier))
+        writer.put(level, first, encode_rows(codes, fmt, tier=tier, alpha_weight=weight))
 
     color_rows(values, told, encoded=encoded, alpha_cutoff=alpha_cutoff)
     return writer.texture()

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from paradize.bake_color import color_texture, color_values
+from paradize.bake_color import color_formats, color_texture, color_values
 from paradize.bake_cubemap import read_faces
 from paradize.bake_makers import layout_of
 from paradize.bake_map_rows import MapRows, filter_errors
@@ -39,10 +39,10 @@ _METRICS = {
 
 def color_groups(order: Order) -> list[Asked]:
     """What there is to be measured of an order of the maker "color". Reads the sources."""
-    values, _, _ = _picture(order.sources, order.settings)
-    name = "color with alpha" if values.shape[2] == 4 else "color"
+    values, encoded, _ = _picture(order.sources, order.settings)
+    own = {tier: color_formats(values, encoded=encoded, tier=tier)[0] for tier in TIERS}
     given = {"sources": order.sources, "settings": order.settings}
-    tries = _format_tries(name, values.shape[0], values.shape[1], color_tier, given)
+    tries = _format_tries(own, color_tier, given)
     note = "The time holds the mips, in linear light."
     artifact = order.wants[0].artifact
     return [Asked(order.name, "block compression", artifact, _METRICS["color"], tries, TIERS, note)]
@@ -58,7 +58,8 @@ def map_groups(order: Order) -> list[Asked]:
         title = f"{base} {want.product}"
         if want.product == "normal":
             found.append(_filter_group(order, base, want.artifact))
-        tries = _format_tries(want.product, height, width, map_tier, given)
+        own = {tier: formats_of(want.product, height, width, tier=tier) for tier in TIERS}
+        tries = _format_tries(own, map_tier, given)
         if len(FORMATS[want.product]) == 1:
             tries = (
                 Try(tries[0].tier, map_tier, given | {"fmt": tries[0].series, "tier": "balanced"}, None, {}),
@@ -77,19 +78,17 @@ def sky_groups(order: Order) -> list[Asked]:
     return [Asked("sky", "cube map", artifact, ("sky_max_relative",), tries)]
 
 
-def _format_tries(name: str, height: int, width: int, call: Any, given: dict[str, Any]) -> tuple[Try, ...]:
+def _format_tries(own: dict[str, tuple[str, ...]], call: Any, given: dict[str, Any]) -> tuple[Try, ...]:
     """Every format with every tier of its encoder, the smallest first; the tier's own format bears its name
-    alone."""
-    own = {tier: formats_of(name, height, width, tier=tier)[0] for tier in TIERS}
-    formats = formats_of(name, height, width)
+    alone. own: the formats of each tier, its own first."""
     tries = []
-    for fmt in formats:
+    for fmt in own[TIERS[0]]:
         short = fmt.partition("_")[0]
         if not fmt.startswith("BC"):
             tries.append(Try(short, call, given | {"fmt": fmt, "tier": "balanced"}, fmt, {"format": fmt}))
             continue
         for tier in TIERS:
-            label = tier if own[tier] == fmt else f"{tier} {short}"
+            label = tier if own[tier][0] == fmt else f"{tier} {short}"
             row = {"format": fmt, "tier": tier}
             tries.append(Try(label, call, given | {"fmt": fmt, "tier": tier}, fmt, row))
     return tuple(tries)

@@ -50,7 +50,7 @@ TEST_CASE("every instruction set gives the same BC7 blocks") {
         const auto run = [&](auto encode_row) {
             std::vector<std::uint8_t> out(bc7::blocks(rows, columns) * 16);
             for (std::size_t row = 0; row < picture.down(); ++row) {
-                encode_row(picture, row, quality, *scratch, out.data() + row * picture.across() * 16);
+                encode_row(picture, row, quality, 4.0F, *scratch, out.data() + row * picture.across() * 16);
             }
             return out;
         };
@@ -70,7 +70,7 @@ TEST_CASE("a BC7 block does not depend on its neighbours") {
     const std::size_t columns = 128;
     const auto rgba = pixels(rows, columns);
     std::vector<std::uint8_t> whole(columns / 4 * 16);
-    bc7::encode(rgba, rows, columns, bc7::Quality::exact, whole, 1);
+    bc7::encode(rgba, rows, columns, bc7::Quality::exact, 4.0F, whole, 1);
     for (std::size_t column = 0; column < columns / 4; ++column) {
         std::vector<std::uint8_t> one;
         for (std::size_t y = 0; y < 4; ++y) {
@@ -78,7 +78,7 @@ TEST_CASE("a BC7 block does not depend on its neighbours") {
             one.insert(one.end(), from, from + 16);
         }
         std::vector<std::uint8_t> alone(16);
-        bc7::encode(one, 4, 4, bc7::Quality::exact, alone, 1);
+        bc7::encode(one, 4, 4, bc7::Quality::exact, 4.0F, alone, 1);
         CHECK(std::vector<std::uint8_t>(whole.begin() + static_cast<std::ptrdiff_t>(16 * column),
                                         whole.begin() + static_cast<std::ptrdiff_t>(16 * column + 16)) ==
               alone);
@@ -144,8 +144,8 @@ TEST_CASE("threads and odd sizes touch nothing beyond the picture") {
             const auto rgba = pixels(rows, columns);
             std::vector<std::uint8_t> one(bc7::blocks(rows, columns) * 16);
             std::vector<std::uint8_t> two(one.size());
-            bc7::encode(rgba, rows, columns, bc7::Quality::balanced, one, 1);
-            bc7::encode(rgba, rows, columns, bc7::Quality::balanced, two, 3);
+            bc7::encode(rgba, rows, columns, bc7::Quality::balanced, 4.0F, one, 1);
+            bc7::encode(rgba, rows, columns, bc7::Quality::balanced, 4.0F, two, 3);
             CHECK(one == two);
         }
     }

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 from paradize import bake_cut
 from paradize.bake import bake
+from paradize.bake_color import bake_color
 from paradize.bake_tasks import How
 from paradize.budget import METRICS
 from paradize.errors import BakeError, SourceError
@@ -334,6 +335,25 @@ def test_a_colour_map_is_measured_in_every_format_and_tier(tmp_path: Path) -> No
     assert {"rock slopes", "rock normal", "rock height", "rock gloss", "rock dudv"} < {
         one["name"] for one in told["groups"]
     }
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_measure_shows_of_a_picture_with_alpha_the_formats_that_the_bake_takes(
+    apart: bool, tmp_path: Path
+) -> None:
+    """BC7 in tier exact where alpha is an edge, BC3 where it is faint noise of its own."""
+    rng = np.random.default_rng(2)
+    y, x = np.mgrid[:64, :64]
+    alpha = rng.integers(100, 108, (64, 64)) if apart else np.where((x // 9 + y // 7) % 2, 255, 0)
+    color = np.stack([x * 3, y * 3, x + y], axis=2) + rng.normal(0, 12, (64, 64, 3))
+    write_image(tmp_path / "leaf.png", np.dstack([color, alpha]).clip(0, 255).astype(np.uint8))
+    told = measure_file(tmp_path / "leaf.png", FileOptions(), runs=1, tier="exact")
+    found = tiers(named(told, "leaf colour"))
+    baked = bake_color(tmp_path / "leaf.png", tier="exact")
+    assert baked.format == ("BC3_SRGB" if apart else "BC7_SRGB")
+    assert ("exact BC7" in found, "exact BC3" in found) == (apart, not apart)
+    assert found["exact"]["in_use"]
+    assert found["exact"]["error"]["value"] == baked.errors["color_psnr_db"]
 
 
 def test_a_heightmap_is_measured_as_terrain_under_the_bound(tmp_path: Path) -> None:

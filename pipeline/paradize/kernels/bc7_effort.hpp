@@ -43,11 +43,6 @@ struct Ranked {
     std::uint8_t number[most_kept];
 };
 
-// How much more an error of alpha counts than one of a colour's channel, in a block that is not opaque. A
-// picture's alpha is held to that of BC3, which gives it eight bytes of its own; and where alpha has an edge,
-// all three channels of what is seen follow it.
-constexpr float alpha_weight = 16.0F;
-
 // What a block's bytes leave, or may leave at most: squared errors of colour and of alpha, summed, and the
 // square of the largest difference of a colour's channel.
 struct Errors {

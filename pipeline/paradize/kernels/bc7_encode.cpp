@@ -25,14 +25,14 @@ decltype(&baseline::encode_row) widest() {
 } // namespace
 
 void encode(std::span<const std::uint8_t> rgba, std::size_t rows, std::size_t columns, Quality quality,
-            std::span<std::uint8_t> out, int threads) {
+            float alpha_weight, std::span<std::uint8_t> out, int threads) {
     const auto run = widest();
     const Picture picture{rgba.data(), rows, columns};
     const std::size_t across = picture.across();
     for_rows(picture.down(), threads, [&](std::size_t first, std::size_t last) {
         const auto scratch = std::make_unique<Scratch>();
         for (std::size_t row = first; row < last; ++row) {
-            run(picture, row, quality, *scratch, &out[row * across * 16]);
+            run(picture, row, quality, alpha_weight, *scratch, &out[row * across * 16]);
         }
     });
 }

@@ -15,10 +15,11 @@ constexpr std::size_t blocks(std::size_t rows, std::size_t columns) {
     return ((rows + 3) / 4) * ((columns + 3) / 4);
 }
 
-// rgba: rows * columns * 4 bytes, straight alpha. out: 16 bytes per block, row by row. The squared error over
-// all four channels is what is made small; opaque blocks stay opaque and blocks of one colour are exact.
+// rgba: rows * columns * 4 bytes, straight alpha. out: 16 bytes per block, row by row. What is made
+// small is the squared error over all four channels, where that of alpha counts alpha_weight (1 to 64) times;
+// opaque blocks stay opaque and blocks of one colour are exact.
 // Blocks at the right and lower edge repeat the last texel.
 void encode(std::span<const std::uint8_t> rgba, std::size_t rows, std::size_t columns, Quality quality,
-            std::span<std::uint8_t> out, int threads);
+            float alpha_weight, std::span<std::uint8_t> out, int threads);
 
 } // namespace paradize::bc7

@@ -31,6 +31,7 @@ PARADIZE_INLINE Whole inside(const Parts &parts, const Parts &limit) {
 }
 
 struct Best {
+    float alpha_weight; // how much an error of alpha counts beside one of a colour's channel
     Lanes error;
     Parts left;
     Parts limit;
@@ -43,7 +44,8 @@ struct Best {
     Lanes second[texels];
 };
 
-PARADIZE_INLINE void clear(Best &best) {
+PARADIZE_INLINE void clear(Best &best, float alpha_weight) {
+    best.alpha_weight = alpha_weight;
     best.error = all(1e30F);
     best.left.color = best.left.alpha = best.left.worst = Lanes{};
     best.mode = best.partition = best.rotation = best.selector = Whole{};
@@ -93,7 +95,7 @@ template <typename S>
 PARADIZE_INLINE void try_joint(const Lanes (*const *values)[texels], const Members<S::Subsets> &members,
                                const Sums<S::Channels> *sums, Ends<S::Channels> *ends, int mode,
                                const Whole &partition, int passes, Best &best) {
-    Lanes weights[4] = {all(1.0F), all(1.0F), all(1.0F), all(alpha_weight)};
+    Lanes weights[4] = {all(1.0F), all(1.0F), all(1.0F), all(best.alpha_weight)};
     Found<S::Channels, S::Subsets> found;
     const auto allowed = [&](const Left<S::Channels> &left) {
         Parts parts;
@@ -218,7 +220,7 @@ PARADIZE_INLINE void offer_apart(const Found<3, 1> &colors, const Found<1, 1> &a
         parts.alpha += moved ? colors.left.square[c] : Lanes{};
         parts.worst = larger(parts.worst, moved ? Lanes{} : colors.left.worst[c]);
     }
-    const Lanes error = parts.color + parts.alpha * alpha_weight;
+    const Lanes error = parts.color + parts.alpha * best.alpha_weight;
     const Whole better = offer(colors, error, parts, mode, Whole{}, rotation, selector, best);
     best.code[0][0][3] = better ? alone.code[0].a[0] : best.code[0][0][3];
     best.code[0][1][3] = better ? alone.code[0].b[0] : best.code[0][1][3];
@@ -251,7 +253,7 @@ static void try_apart(const Block &plain, const Whole &rotation, int passes, Bes
     first_ends<3>(values, nullptr, sums, ends);
     Lanes weight[3]; // alpha stands where the channel stood that it changed places with
     for (int c = 0; c < 3; ++c) {
-        weight[c] = rotation == c + 1 ? all(alpha_weight) : all(1.0F);
+        weight[c] = rotation == c + 1 ? all(best.alpha_weight) : all(1.0F);
     }
     Found<3, 1> colors;
     Found<1, 1> single;

@@ -29,8 +29,8 @@ PARADIZE_INLINE Kind kind_of(const Picture &picture, std::size_t row, std::size_
 }
 
 // One row of blocks; out: 16 bytes for each.
-void encode_row(const Picture &picture, std::size_t row, Quality quality, Scratch &scratch,
-                std::uint8_t *out) {
+void encode_row(const Picture &picture, std::size_t row, Quality quality, float alpha_weight,
+                Scratch &scratch, std::uint8_t *out) {
     for (std::size_t first = 0; first < picture.across(); first += most_tasks) {
         const std::size_t left = picture.across() - first;
         const std::size_t blocks = left < most_tasks ? left : most_tasks;
@@ -47,12 +47,14 @@ void encode_row(const Picture &picture, std::size_t row, Quality quality, Scratc
                     ++count;
                 }
             }
-            // Each tier begins with the result of the one below, and takes nothing that leaves more.
+            // Each tier begins with the result of the one below, and takes nothing that leaves more; with
+            // alpha the weighted sum alone counts, or what the quickest leaves of alpha would bind colour.
             for (std::size_t tier = 0; count > 0 && tier <= static_cast<std::size_t>(quality); ++tier) {
                 for (std::size_t i = 0; i < count; ++i) {
-                    scratch.tasks[i].limit = scratch.tasks[i].left;
+                    Task &task = scratch.tasks[i];
+                    task.limit = kind == Kind::opaque ? task.left : Errors{1e29F, 1e29F, 1e29F};
                 }
-                const Search search{picture, row, efforts[tier], scratch, count, out};
+                const Search search{picture, row, efforts[tier], alpha_weight, scratch, count, out};
                 kind == Kind::opaque ? search_opaque(search) : search_alpha(search);
             }
         }

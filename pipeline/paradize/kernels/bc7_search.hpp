@@ -13,6 +13,7 @@ struct Search {
     const Picture &picture;
     std::size_t row;
     const Effort &effort;
+    float alpha_weight;
     Scratch &scratch;
     std::size_t count;
     std::uint8_t *out; // of the row
@@ -143,7 +144,7 @@ PARADIZE_INLINE void try_family(const Search &search, int family, int count, flo
                     number[lane] = task.ranked[family].number[i];
                 }
                 Best best;
-                clear(best);
+                clear(best, search.alpha_weight);
                 load_limits(search, jobs, some, best.limit);
                 attempt(block, number, best);
                 settle(search, jobs, some, best);
@@ -168,7 +169,7 @@ static void start(const Search &search) {
             Products<Channels> products;
             make_products(block, products);
             Best best;
-            clear(best);
+            clear(best, search.alpha_weight);
             load_limits(search, jobs, some, best.limit);
             try_mode6(block, products, search.effort.passes6, best);
             settle(search, jobs, some, best);

@@ -12,8 +12,8 @@ namespace paradize::bc7 {
 
 #define PARADIZE_ROWS(width)                                                                                 \
     namespace width {                                                                                        \
-    void encode_row(const Picture &picture, std::size_t row, Quality quality, Scratch &scratch,              \
-                    std::uint8_t *out);                                                                      \
+    void encode_row(const Picture &picture, std::size_t row, Quality quality, float alpha_weight,            \
+                    Scratch &scratch, std::uint8_t *out);                                                    \
     }
 PARADIZE_EACH_WIDTH(PARADIZE_ROWS)
 #undef PARADIZE_ROWS

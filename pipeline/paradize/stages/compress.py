@@ -61,10 +61,12 @@ def unorm(values: F32, top: int) -> npt.NDArray[Any]:
     return (inside.astype(np.float64) * top + 0.5).astype(np.uint16)
 
 
-def encode_rows(values: npt.NDArray[Any], fmt: str, *, tier: str = "balanced", threads: int = 1) -> bytes:
+def encode_rows(
+    values: npt.NDArray[Any], fmt: str, *, tier: str = "balanced", threads: int = 1, alpha_weight: float = 1.0
+) -> bytes:
     """The bytes of rows (n, w, c): of colour formats RGBA codes (n, w, 4) uint8; of signed ones x and y,
     -1..1, and what follows them is ignored; of others values 0..1. A block format's rows start at a multiple
-    of four, and end at one or at the end of the level."""
+    of four, and end at one or at the end of the level. alpha_weight: of BC7, see kernels/bc7.py."""
     if fmt == "RGBA8_SRGB":
         return values.tobytes()
     if fmt == "BC1_RGB_SRGB":
@@ -72,7 +74,8 @@ def encode_rows(values: npt.NDArray[Any], fmt: str, *, tier: str = "balanced", t
     if fmt == "BC3_SRGB":
         return bcn.encode_bc3(values, quality=cast("_Quality", tier), threads=threads)
     if fmt == "BC7_SRGB":
-        return encode_bc7(values, quality=cast("_Quality", tier), threads=threads)
+        quality = cast("_Quality", tier)
+        return encode_bc7(values, quality=quality, alpha_weight=alpha_weight, threads=threads)
     signed = fmt.endswith("SNORM")
     if signed:
         values = values[:, :, :2]
