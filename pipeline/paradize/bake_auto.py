@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.bake_choice import AUTO, GROWN, LABELS, ORDER, cheapest, inside, limited, misses
-from paradize.bake_dial import next_label
+from paradize.bake_dial import next_label, setting_of
 from paradize.bake_tasks import How, Task, known, recall, run_tasks, task_of
 from paradize.engine.memory import FileMemory
 from paradize.engine.store import Stamp, Store
@@ -46,8 +46,8 @@ class Bench:
     made: dict[str, float] = field(default_factory=dict)
 
     def task(self, choice: _Choice, label: str) -> Task:
-        tier = ORDER[0] if label == GROWN else label
-        grow = choice.asked != AUTO or label == GROWN
+        tier = setting_of(label)[0] if label in GROWN else label
+        grow = choice.asked != AUTO or label in GROWN
         raw = self.how.uncompressed
         return task_of(choice.order, self.memory, tier, self.scene, grow=grow, uncompressed=raw)
 
@@ -78,7 +78,7 @@ class Bench:
 
 @dataclass
 class _Choice:
-    """An order, the tier that is asked of it, and its tasks so far by tier (or GROWN), in the order they were
+    """An order, the tier that is asked of it, and its tasks so far by tier (or one of GROWN), in the order they were
     tried. measured: by tier, of each of its products by name, the errors that the budget limits."""
 
     order: Order

@@ -16,8 +16,9 @@ from paradize.schema import Limits
 
 AUTO = TIERS[-1]
 ORDER = TIERS[:-1]  # the cheapest first
-GROWN = f"{ORDER[0]}, finer format"  # the cheapest tier in the first texture format that keeps the budget
-LABELS = (*ORDER, GROWN)
+_FINER = ", finer format"  # a tier in its first texture format that keeps the budget
+GROWN = tuple(f"{tier}{_FINER}" for tier in ORDER)
+LABELS = (*ORDER, *GROWN)
 
 Products = Mapping[str, Mapping[str, float]]  # of each product by name its errors: metric -> value
 

@@ -80,6 +80,7 @@ def by_cost(labels: Iterable[str]) -> list[str]:
         tier, turned = setting_of(label)
         plain = label == tier
         loose = -next(iter(turned.values()), 0.0)
-        return TIERS.index(tier) if plain or turned else len(TIERS), int(not plain), loose
+        larger = 0 if plain or turned else len(TIERS)
+        return larger + TIERS.index(tier), int(not plain), loose
 
     return sorted(labels, key=cost)

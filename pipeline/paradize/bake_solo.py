@@ -52,9 +52,9 @@ def solo(kind: str, path: Path, *, tier: str, budget: dict[str, float], **settin
     label: str | None = labels[0]
     while label is not None:
         used, turned = setting_of(label)
-        more = growing if tier != AUTO or label == GROWN else {}
+        more = growing if tier != AUTO or label in GROWN else {}
         try:
-            product = call(path, tier=ORDER[0] if label == GROWN else used, **settings | turned, **more)
+            product = call(path, tier=used, **settings | turned, **more)
         except BakeError:
             if not turned:
                 raise

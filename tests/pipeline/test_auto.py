@@ -291,10 +291,28 @@ def assets(where: str, files: Path, folder: Path) -> Iterator[tuple[str, Path, d
         yield "mesh", path, MESH, "surface_rms"
 
 
-def grown(path: Path, settings: dict[str, Any], metric: str, limit: float) -> float:
-    """What the cheapest tier measures in the first format that keeps a limit, else in the finest."""
-    made = solo("maps", path, tier=ORDER[0], budget={metric: limit}, **settings)
-    return next(one[metric] for one in made.errors.values() if metric in one)
+def grown(path: Path, settings: dict[str, Any], metric: str, limit: float) -> dict[str, float]:
+    """What each tier measures in the first format that keeps a limit, else in the finest."""
+    found = {}
+    for tier, label in zip(ORDER, GROWN, strict=True):
+        errors = solo("maps", path, tier=tier, budget={metric: limit}, **settings).errors
+        found[label] = next(one[metric] for one in errors.values() if metric in one)
+    return found
+
+
+def test_auto_takes_a_finer_format_in_the_tier_that_keeps_the_budget_in_it(tmp_path: Path) -> None:
+    """Where neither a tier's own format nor a finer one of the cheapest tier's filter is near enough."""
+    path = tmp_path / "waves.png"
+    y, x = np.mgrid[0:64, 0:64] * (2 * np.pi / 7.5)
+    noise = np.random.default_rng(4).random((64, 64))
+    write_image(path, (20000 * (2 + np.sin(x) * np.cos(y) + 0.2 * noise)).astype(np.uint16)[:, :, None])
+    settings, budget = MAPS | {"source": "height", "only": ["normal"]}, {"normal_p99_deg": 0.5}
+    alone = {tier: solo("maps", path, tier=tier, budget={}, **settings).errors["normal"] for tier in ORDER}
+    assert all(errors["normal_p99_deg"] > 0.5 for errors in alone.values())
+    assert alone["fast"]["normal_filter_p99_deg"] > 0.5
+    made = solo("maps", path, tier="auto", budget=budget, **settings)
+    assert made.told["tried"]["taken"] == GROWN[1]
+    assert made.errors["normal"]["normal_p99_deg"] <= 0.5
 
 
 def brute(kind: str, path: Path, settings: dict[str, Any], metric: str) -> dict[str, float]:
@@ -322,7 +340,7 @@ def test_auto_is_brute_force_over_assets_and_three_budgets(
         impossible = 0.5 * best(values.values()) if less else 1000.0
         differing += len(set(values.values())) > 1
         for limit in (middle, best(values.values()), impossible):
-            every_value = values | ({GROWN: grown(path, settings, metric, limit)} if kind == "maps" else {})
+            every_value = values | (grown(path, settings, metric, limit) if kind == "maps" else {})
             inside = [name for name, value in every_value.items() if not is_beyond(metric, value, limit)]
             if inside:
                 made = solo(kind, path, tier="auto", budget={metric: limit}, **settings)

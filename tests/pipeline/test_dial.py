@@ -11,6 +11,7 @@ import OpenImageIO as oiio
 import pytest
 
 from paradize.bake import bake
+from paradize.bake_choice import GROWN
 from paradize.bake_dial import STEPS, by_cost, label_of, next_label, next_value, setting_of
 from paradize.bake_solo import solo
 from paradize.bake_tasks import How
@@ -78,7 +79,7 @@ def test_labels_hold_their_setting_exactly_and_stand_in_order_of_cost() -> None:
 
     turned = [label_of(DIALS["terrain"], value) for value in (0.125, 3.39, 1e-07)]
     assert [setting_of(label)[1]["max_error_m"] for label in turned] == [0.125, 3.39, 1e-07]
-    order = ["fast", "balanced", turned[1], turned[0], turned[2], "exact", "fast, finer format"]
+    order = ["fast", "balanced", turned[1], turned[0], turned[2], "exact", *GROWN]
     assert by_cost(reversed(order)) == order
     assert next_label("mesh", ("fast", "balanced"), 1.0, {"fast": False, "balanced": False}) is None
 
