@@ -78,7 +78,7 @@ class Bench:
 
 @dataclass
 class _Choice:
-    """An order, the tier that is asked of it, and its tasks so far by tier (or one of GROWN), in the order they were
+    """An order, the tier that is asked of it, and its tasks so far by label, in the order they were
     tried. measured: by tier, of each of its products by name, the errors that the budget limits."""
 
     order: Order

@@ -1,7 +1,8 @@
 """The finest mip of a texture, and the finest level of a mesh, that a flight ever asks for.
 
-A texture: the fewest texels of its level 0 that one pixel covers along the shorter axis, anywhere on the
-surface that wears it, in any view, at any moment. Found by branch and bound (A. Land, A. Doig, "An Automatic
+A texture: the fewest texels of its level 0 that one pixel covers along the shorter axis (or a sixteenth of
+the longer one, where that is more: no filter takes more samples), anywhere on the surface that wears it, in
+any view, at any moment. Found by branch and bound (A. Land, A. Doig, "An Automatic
 Method of Solving Discrete Programming Problems", 1960): boxes of triangles, halved where their bound is
 lowest, each only with the runs of the flight that could still lower what is known to be seen. Every bound is
 from below, so that no pixel ever asks for a mip that is not there. A mesh: the player's own rule, at the
@@ -89,9 +90,9 @@ def surface_of(
     mesh: Mesh, uvs: npt.NDArray[np.float32], width: int, height: int, *, flat: bool = True
 ) -> Surface:
     """A mesh's triangles with a texture of width x height texels. Triangles without area are never drawn and
-    left out. The least density is the smaller singular value of the map from metres to texels; where that is
-    none, on `flat_triangles`, what MOST_SAMPLES leave of the larger one (which the formula of OpenGL takes
-    for less by SLACK at most). flat: False leaves these triangles out."""
+    left out. The least density is the smaller singular value of the map from metres to texels (none on
+    `flat_triangles`), but at least what MOST_SAMPLES leave of the larger one (which the formula of OpenGL
+    takes for less by SLACK at most). flat: False leaves `flat_triangles` out."""
     corners = mesh.places[mesh.triangles]
     texels = uvs.astype(np.float64)[mesh.triangles] * [width, height]
     e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -113,7 +114,8 @@ def surface_of(
     largest = np.sqrt(0.5 * (a + c) + np.sqrt(half * half + b * b))
     area = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
     lines = flat_triangles(mesh, uvs, width, height)
-    least = np.where(lines, largest / (MOST_SAMPLES * SLACK), area / np.where(largest > 0.0, largest, 1.0))
+    smaller = np.where(lines, 0.0, area / np.where(largest > 0.0, largest, 1.0))
+    least = np.maximum(smaller, largest / (MOST_SAMPLES * SLACK))
     real &= flat | ~lines
     return Surface(corners[real], least[real])
 
