@@ -259,6 +259,16 @@ def color_as_normal(scene: Path) -> None:
     replace(scene, "sand_normal", file_of(scene, "sand_color").read_bytes())
 
 
+def last_level(name: str, beyond: int) -> Callable[[Path], None]:
+    """The scene lets the player read so many levels more than there are."""
+
+    def fault(scene: Path) -> None:
+        last = len(decode_ktx2(file_of(scene, name).read_bytes()).levels) - 1
+        change(scene, lambda tree: tree["artifacts"][name].update(max_level=last + beyond))
+
+    return fault
+
+
 def jump(tree: dict[str, Any], key: str, metres: float, speed: float) -> None:
     """A segment that begins elsewhere, or goes another way to where the next one begins."""
     cubic = tree["flight"]["segments"][2][key][1]
@@ -359,6 +369,9 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ302", "a texel of NaN", nan_sky),
     ("PZ212", "du/dv turned about", turned_dudv),
     ("PZ303", "a normal map in sRGB", color_as_normal),
+    ("PZ304", "one level more than a colour has", last_level("post_color", 1)),
+    ("PZ304", "many levels more than a repeated map has", last_level("sand_normal", 20)),
+    ("PZ304", "one level more than the sky has", last_level("sky", 1)),
     (
         "PZ401",
         "a terrain worse than its budget",
@@ -412,6 +425,11 @@ def test_the_rule_fires_and_no_other_error_does(
     findings = check_paths([scene], Look(against=before if before.exists() else None))
     assert code in {finding.code for finding in findings}, findings
     assert {finding.code for finding in findings if finding.severity == "error"} <= {code}, findings
+
+
+def test_the_last_level_that_there_is_may_be_read(scene: Path) -> None:
+    last_level("post_color", 0)(scene)
+    assert check_paths([scene]) == []
 
 
 def test_an_error_beyond_reckoning_hides_no_other(scene: Path) -> None:

@@ -130,6 +130,12 @@ RULES: dict[str, Rule] = {
     "PZ303": Rule(
         "error", "wrong colour space", "colour must be sRGB and every other map linear", "bake again"
     ),
+    "PZ304": Rule(
+        "error",
+        "last level is not there",
+        "a scene lets the player read a coarser level than its texture has: gutters would bleed from afar",
+        "bake again",
+    ),
     "PZ401": Rule(
         "error",
         "budget exceeded",

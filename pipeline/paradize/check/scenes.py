@@ -132,7 +132,7 @@ def _artifact(
             except FormatError as error:
                 yield Finding("PZ102", file, error.what, error.place or "")
     elif artifact["kind"] in ("texture", "cubemap"):
-        yield from check_texture(data, file, color=color)
+        yield from check_texture(data, file, color=color, last=artifact["max_level"])
     else:
         yield from check_sound(data, file)
 

@@ -17,8 +17,11 @@ _BY_NUMBER = {entry.vk: name for name, entry in FORMATS.items()}
 _LEVEL_INDEX = 80  # bytes before it
 
 
-def check_texture(data: bytes, file: str, *, color: bool | None = None) -> Iterator[Finding]:
-    """The findings in a KTX2's bytes. color: whether a scene reads it as colour; None where none says."""
+def check_texture(
+    data: bytes, file: str, *, color: bool | None = None, last: int | None = None
+) -> Iterator[Finding]:
+    """The findings in a KTX2's bytes. color: whether a scene reads it as colour; last: the coarsest level
+    that a scene lets the player read; None where none says."""
     yet = list(_chain(data, file))
     yield from yet
     if yet:
@@ -32,6 +35,9 @@ def check_texture(data: bytes, file: str, *, color: bool | None = None) -> Itera
     if color is not None and color != texture.format.endswith("_SRGB"):
         what = f"a {'colour map' if color else 'data map'} in {texture.format}"
         yield Finding("PZ303", file, what)
+    if last is not None and last >= len(texture.levels):
+        what = f"scene.json's max_level is {last}; the texture's levels are 0 to {len(texture.levels) - 1}"
+        yield Finding("PZ304", file, what, f"level {last}")
 
 
 def _chain(data: bytes, file: str) -> Iterator[Finding]:
