@@ -182,7 +182,7 @@ def map_rows(
     true_light = true_heights(image, source, Levels()) if measure and shaped else None
     if filter_name == "auto":  # by the steps as they were: what is left of them looks like waves
         held = tier == "exact" and codes is not None
-        filter_name = choose_filter(heights, image.source_bits, wraps, tier, islands)
+        filter_name = choose_filter(heights, image.source_bits, wraps, tier, islands, codes)
     if destep:
         image, told = _without_steps(image, path, wraps)
         if source == "height":

@@ -180,7 +180,7 @@ def filter_tier(sources: dict[str, Path], settings: Settings, tier: str, runs: i
     def make() -> Ground:
         name = named
         if named == "auto":
-            name = choose_filter(first.heights, bits, first.wrap, tier, first.islands)
+            name = choose_filter(first.heights, bits, first.wrap, tier, first.islands, first.codes)
         ground = replace(first, filter_name=name)
         normals = prepare(ground)
         run(lambda band: _drop(normals.rows(*band)), bands_of(height, width))

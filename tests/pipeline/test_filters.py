@@ -225,6 +225,37 @@ def test_gentle_terraces_are_smoothed_and_floats_are_not() -> None:
     assert choose_filter(field.astype(np.float32), 32, (False, False)) == "eighth"
 
 
+def luminance(rgb: np.ndarray) -> np.ndarray:
+    """Of 8-bit sRGB codes (h, w, 3), 0..1: IEC 61966-2-1 and BT.709."""
+    share = rgb / 255.0
+    light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    return (light @ (0.2126, 0.7152, 0.0722)).astype(np.float32)
+
+
+@pytest.mark.parametrize("tint", [(1.0, 0.95, 0.85), (1.0, 0.8, 0.6), (0.8, 0.9, 1.0)])
+def test_steps_of_a_tinted_grey_are_those_of_its_channels(tint: tuple[float, float, float]) -> None:
+    """Each channel is rounded by itself, so that luminances lie closer than codes do."""
+    field, _, _ = sinusoids(512, 32, 256, 3)
+    grey = 40 + 180 * (field - field.min()) / np.ptp(field)
+    codes = luminance(np.repeat(np.arange(256)[:, None, None], 3, axis=2))[:, 0]
+    heights = luminance(np.rint(grey[:, :, None] * tint))
+    smooth = luminance(grey[:, :, None] * tint).astype(np.float64)
+    truth = up(*(np.gradient(smooth, axis=axis) * 60 for axis in (1, 0)))
+
+    def angle(name: str) -> float:
+        found = normals(heights, scale=(60, 60), wrap=BOTH, filter_name=name)
+        return float(angles_between(found, truth)[16:-16, 16:-16].mean())
+
+    name = choose_filter(heights, 8, BOTH, codes=codes)
+    assert angle(name) <= 1.5 * min(map(angle, FILTERS)), name
+
+
+def test_codes_of_a_wrong_shape_or_type_are_refused() -> None:
+    for codes in (np.zeros((2, 2), np.float32), np.zeros(4)):
+        with pytest.raises(ValueError, match="codes are"):
+            kernel.predict_errors(np.zeros((4, 4), np.float32), [], source_bits=8, wrap=BOTH, codes=codes)
+
+
 def test_a_mask_of_two_values_is_not_taken_for_noise() -> None:
     rng = np.random.default_rng(0)
     mask = np.kron(rng.integers(0, 2, (32, 32)), np.ones((8, 8))).astype(np.float32)

@@ -74,6 +74,18 @@ def test_four_maps_need_at_most_six_times_their_heights_in_memory(tmp_path: Path
     assert peak_bytes(height_map(tmp_path / "h.png", size)) <= 6 * 4 * size * size
 
 
+def test_normals_of_a_tinted_grey_are_as_smooth_as_those_of_the_grey(tmp_path: Path) -> None:
+    field = sinusoids(256, 32, 128, 4)[0]
+    grey = 40 + 180 * (field - field.min()) / np.ptp(field)
+    rough = {}
+    for name, tint in (("grey", (1.0, 1.0, 1.0)), ("warm", (1.0, 0.95, 0.85))):
+        path = save(tmp_path / f"{name}.png", np.rint(grey[:, :, None] * tint).astype(np.uint8))
+        made = bake_maps(path, only=("normal",), source="color", wrap="repeat", strength=30.0)
+        shown = rebuilt(decode_texels(decode_ktx2(made["normal"].data)))
+        rough[name] = float(angles_between(shown[1:], shown[:-1]).mean())
+    assert rough["warm"] < 1.2 * rough["grey"]
+
+
 def tiles(path: Path, count: int) -> Path:
     """An OBJ whose UV islands are count x count squares with gaps between them."""
     lines, size = [], 0.7 / count

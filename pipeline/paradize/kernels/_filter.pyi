@@ -15,5 +15,6 @@ def predict_errors(
     wrap_y: bool,
     derivative: Array,
     smooth: Array,
+    codes: Array,
 ) -> tuple[list[float], float, float, bool]: ...
 def destep(heights: Array, step: float, wrap_x: bool, wrap_y: bool, out: Array, threads: int) -> None: ...

@@ -25,14 +25,14 @@ void spectral_slopes(const In<float> &heights, const Out<float> &dx, const Out<f
 
 std::tuple<std::vector<double>, double, double, bool>
 predict_errors(const In<float> &heights, const In<std::int32_t> &islands, int source_bits, bool wrap_x,
-               bool wrap_y, const In<double> &derivative, const In<double> &smooth) {
+               bool wrap_y, const In<double> &derivative, const In<double> &smooth, const In<float> &codes) {
     need(heights.ndim() == 2, "heights are not two-dimensional");
     need(islands.size() == 0 || islands.size() == heights.size(), "islands and heights differ in size");
     need(derivative.size() % filter::reach == 0 &&
              smooth.size() == derivative.size() / filter::reach * (filter::reach + 1),
          "the filters' weights have the wrong sizes");
-    const filter::Map map{
-        flat(heights), heights.shape(0), heights.shape(1), flat(islands), source_bits, wrap_x, wrap_y};
+    const filter::Map map{flat(heights), heights.shape(0), heights.shape(1), flat(islands),
+                          source_bits,   wrap_x,           wrap_y,           flat(codes)};
     filter::Prediction found;
     {
         nb::gil_scoped_release unlocked;

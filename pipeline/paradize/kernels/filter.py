@@ -65,23 +65,28 @@ def predict_errors(
     source_bits: int,
     wrap: tuple[bool, bool],
     islands: I32 | None = None,
+    codes: F32 | None = None,
 ) -> Prediction:
     """The errors of filters (derivative (r,), smooth (s + 1,)), r and s up to REACH, on the heights.
 
     source_bits: 8, 16 or 32, of the file. islands: (h, w) int32: no patch that is looked at lies on two.
+    codes: (n,) float32, rising: the heights that the source's codes stand for, as greys; None: not known.
     """
     heights = _plane(heights)
     if islands is None:
         islands = np.empty((0,), np.int32)
     elif islands.shape != heights.shape or islands.dtype != np.int32:
         raise ValueError(f"islands have shape {islands.shape} of {islands.dtype}; heights {heights.shape}")
+    codes = np.empty(0, np.float32) if codes is None else codes
+    if codes.dtype != np.float32 or codes.ndim != 1:
+        raise ValueError(f"codes are {codes.dtype} of shape {codes.shape}, not (n,) float32")
     derivatives = np.zeros((len(filters), REACH))
     smooths = np.zeros((len(filters), REACH + 1))
     for row, (derivative, smooth) in enumerate(filters):
         derivatives[row, : len(derivative)] = derivative
         smooths[row, : len(smooth)] = smooth
     errors, spectral, step, repeats = _filter.predict_errors(
-        heights, np.ascontiguousarray(islands), source_bits, wrap[0], wrap[1], derivatives, smooths
+        heights, np.ascontiguousarray(islands), source_bits, wrap[0], wrap[1], derivatives, smooths, codes
     )
     roots = tuple(float(root) for root in np.sqrt(np.maximum(np.array(errors), 0.0)))
     return Prediction(roots, float(np.sqrt(spectral)), float(step), bool(repeats))

@@ -26,6 +26,7 @@ struct Map {
     int source_bits; // 8 and 16: an integer over 255 or 65535 at the finest; 32: a float
     bool wrap_x;
     bool wrap_y;
+    std::span<const float> codes = {}; // rising: the heights of the source's codes as greys; empty: not known
 };
 
 struct Prediction {

@@ -97,6 +97,25 @@ std::vector<double> windowed(const std::vector<double> &from, std::size_t rows, 
     return both;
 }
 
+// Of three channels, weighted as luminance is, the steps partly cancel.
+constexpr double three_channels = 0.2126 * 0.2126 + 0.7152 * 0.7152 + 0.0722 * 0.0722;
+
+// The mean of the squared distances between neighbouring codes about each of the values, which rise.
+double square_between_codes(const std::vector<float> &values, std::span<const float> codes) {
+    double squares = 0.0;
+    std::size_t at = 0;
+    for (const float value : values) {
+        while (at + 1 < codes.size() && codes[at] < value) {
+            ++at;
+        }
+        const double above = codes[std::min(at + 1, codes.size() - 1)];
+        const double below = codes[at > 0 ? at - 1 : 0];
+        const double gaps = at > 0 && at + 1 < codes.size() ? 2.0 : 1.0;
+        squares += (above - below) * (above - below) / (gaps * gaps);
+    }
+    return squares / static_cast<double>(values.size());
+}
+
 } // namespace
 
 Steps steps_of(const Map &map, const Patches &patches) {
@@ -127,6 +146,14 @@ Steps steps_of(const Map &map, const Patches &patches) {
         if (distinct < 16) { // a mask or a staircase: its few values are no measure of its steps
             step = std::min(step, map.source_bits <= 16 ? 1.0 / 255.0 : 0.0);
         }
+        if (map.codes.size() >= 2) {
+            // Values of a tinted grey are nearer to each other than codes are: neighbours differ by the step
+            // of one channel or another, each of which is rounded by itself.
+            const double variance = square_between_codes(values, map.codes) * three_channels / 12.0;
+            if (step * step / 12.0 < 0.5 * variance) {
+                return {std::sqrt(12.0 * variance), variance, false};
+            }
+        }
         return {step, step * step / 12.0, step > 0.0};
     }
     if (map.source_bits > 16) { // float32 itself rounds to 24 bits
@@ -136,9 +163,7 @@ Steps steps_of(const Map &map, const Patches &patches) {
         const double step = largest * 0x1p-24;
         return {0.0, step * step / 12.0, false};
     }
-    // Of three channels, weighted as luminance is, the steps partly cancel.
-    constexpr double weights = 0.2126 * 0.2126 + 0.7152 * 0.7152 + 0.0722 * 0.0722;
-    return {nominal, nominal * nominal / 12.0 * (map.source_bits <= 8 ? weights : 1.0), false};
+    return {nominal, nominal * nominal / 12.0 * (map.source_bits <= 8 ? three_channels : 1.0), false};
 }
 
 std::vector<double> noise_spectrum(const Map &map, const Patches &patches, const Steps &steps) {

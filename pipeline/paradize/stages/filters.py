@@ -120,13 +120,14 @@ def choose_filter(
     wrap: tuple[bool, bool],
     tier: str = "balanced",
     islands: I32 | None = None,
+    codes: F32 | None = None,
 ) -> str:
     """The name of the filter that errs least on the heights (h, w), by its own prediction.
 
     source_bits: 8, 16 or 32, of the file that the heights came from. tier: "fast" is "central" without a
     look; "balanced" the best taps; "exact" of floats "eighth", of codes as "balanced" (whose slopes it then
-    holds to what the codes allow, see stages/normal.py). islands: (h, w) int32 as of data.Ground. Raises
-    BakeError for a tier that is none.
+    holds to what the codes allow, see stages/normal.py). islands: (h, w) int32, and codes: (n,) float32, as
+    of data.Ground. Raises BakeError for a tier that is none.
     """
     if tier not in TIERS:
         raise BakeError(f"no tier {tier!r}", mend=f"one of {', '.join(TIERS)}")
@@ -138,7 +139,9 @@ def choose_filter(
     longest = min((size - 1 for size in heights.shape if size > 1), default=1)
     names = [name for name in _BY_REACH if len(FILTERS[name].derivative) <= longest]
     taps = [(FILTERS[name].derivative, FILTERS[name].smooth) for name in names]
-    found = kernel.predict_errors(heights, taps, source_bits=source_bits, wrap=wrap, islands=islands)
+    found = kernel.predict_errors(
+        heights, taps, source_bits=source_bits, wrap=wrap, islands=islands, codes=codes
+    )
     best, error = names[0], found.errors[0]
     for name, candidate in zip(names[1:], found.errors[1:], strict=True):
         if candidate < error * _WORTH:
