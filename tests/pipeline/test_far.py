@@ -194,6 +194,27 @@ def test_small_things_far_from_a_model_at_the_origin_are_told_where_they_collaps
     assert f"1 triangles lose their area by it (first: line {line})" in " ".join(report["warnings"])
 
 
+@pytest.mark.parametrize(("many", "away"), [(True, 3e4), (False, 1e4)])
+def test_a_part_that_rounding_moves_by_much_of_its_size_is_told(
+    tmp_path: Path, many: bool, away: float
+) -> None:
+    """Of the whole it is next to nothing, and the rest of the model is all or nearly all of its surface."""
+    truth = hills()
+    last = len(truth)
+    far = hills((away, 0.0, 0.0)) if many else hills((away, 0.0, 0.0), 0.01)[:3]
+    lines = "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in far.tolist())
+    faces = "".join(f"f {last + k} {last + k + 1} {last + k + 2}\n" for k in range(1, len(far) - 1))
+    plain = write(tmp_path / "a.obj", truth)
+    line = len(plain.read_text().splitlines()) + len(far) + 1
+    assert not bake_mesh(plain, lods=1).report["warnings"]
+    report = bake_mesh(write(tmp_path / "a.obj", truth, lines + faces), lods=1).report
+    assert report["loading"]["load_max"] < 1e-6 and not report["loading"]["collapsed"]
+    told = " ".join(report["warnings"])
+    most = report["loading"]["load_max_m"]
+    assert f"rounding moves vertices of the part at line {line} by up to {most:.3g} m" in told
+    assert "of its own diagonal); move parts that lie far apart into files of their own" in told
+
+
 def test_signs_of_zero_denormals_and_the_largest_coordinates(tmp_path: Path) -> None:
     path = tmp_path / "a.obj"
     path.write_text("v -0 0 -0.0\nv 1e-42 0 0\nv 0 1e-42 1e-320\nf 1 2 3\n")
