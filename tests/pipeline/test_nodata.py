@@ -97,6 +97,29 @@ def test_a_plain_under_a_plateau_is_told_and_kept(tmp_path: Path) -> None:
     assert read(tiff(tmp_path / "sea.tif", calm))[1] == []
 
 
+@pytest.mark.parametrize(
+    ("value", "where"), [(0.0, "together"), (0.0, "apart"), (0.0, "one"), (9999.0, "one")]
+)
+def test_a_number_apart_from_all_heights_is_told_however_few_pixels_hold_it(
+    tmp_path: Path, value: float, where: str
+) -> None:
+    heights = hills(400, 900).astype(np.float32)
+    at = {"together": np.arange(200, 220), "apart": np.arange(5, 2000, 211), "one": np.array([777])}[where]
+    heights.flat[at] = value
+    field, (told,) = read(tiff(tmp_path / "h.tif", heights))
+    assert np.array_equal(field.heights_m, heights)
+    assert f"{value:g} stands apart" in told and f"--nodata {value:g}" in told
+
+
+def test_terraces_and_a_summit_stand_apart_from_nothing(tmp_path: Path) -> None:
+    for steps in (3, 4, 5, 9):
+        terraces = np.rint(hills(0, steps - 1)) * (1000.0 / (steps - 1))
+        assert read(tiff(tmp_path / "h.tif", terraces.astype(np.float32)))[1] == []
+    y, x = np.mgrid[-24:24, -24:24]
+    cone = 900.0 - 20.0 * np.hypot(x, y)
+    assert read(tiff(tmp_path / "c.tif", cone.astype(np.float32)))[1] == []
+
+
 def test_nodata_by_name_is_what_is_filled_and_none_fills_nothing(tmp_path: Path) -> None:
     heights = holed(hills(500, 900), 0.0)
     path = tiff(tmp_path / "h.tif", heights)

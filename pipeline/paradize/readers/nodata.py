@@ -17,6 +17,9 @@ _MARKERS = (-999.0, -9999.0, -99999.0, -999999.0, -32767.0, -32768.0, 1e20, -1e2
 _NEAR_LARGEST = 3.4e38
 _APART = 0.1  # how far a marker lies outside the heights, of their span
 _FAR_APART = 10.0  # the same of a number that is no marker
+_ALONE = 0.5  # how far a pixel that may be none lies from all others, of their span, where it is the only one
+_TOGETHER = 0.25  # the same where two pixels or more hold the number
+_STEPS = 4.0  # and of the widest gap between others, so that the lowest of some terraces is none of them
 _HIGHEST_M = 9000.0  # nothing on Earth's land is farther from 0
 _BAND = 256
 _ROUNDS = 24
@@ -37,8 +40,9 @@ def suspects(
     - held by two pixels or more, beyond 9,000 m, and ten times the span of all others away from them.
     So a real height is taken for a hole only where it equals a marker exactly with nothing near it (the one
     deepest pixel of a chart at -9999.0), and a marker stays where depths around it are real. One that may be
-    none, to be told and not filled, is an end that two pixels or more hold and that is farther from all
-    others than these from each other: 0 where all else is 500 to 900, but also a real plain under a plateau.
+    none, to be told and not filled, is an end that is farther from all others than half of their span (a
+    quarter, where two pixels or more hold it) and than four times the widest gap between them: 0 where all
+    else is 400 to 800, but also a real plain under a plateau.
     """
     ends = _ends(values, known)
     marks: list[float] = []
@@ -52,17 +56,22 @@ def suspects(
     without = [*known, *marks]
     rows = values[:: max(1, len(values) // 64)]
     some = _ends(rows, [*without, low, high])
-    if some is None or max(some[0] - low, high - some[1]) <= some[1] - some[0]:
+    if some is None or max(some[0] - low, high - some[1]) <= _TOGETHER * (some[1] - some[0]):
         return sure, None  # the whole's ends are no farther from all others, and these no closer together
     inner = _ends(values, [*without, low, high])
     if inner is None or inner[0] == inner[1]:
         return sure, None
     span = inner[1] - inner[0]
+    gaps = [
+        (end, gap) for end, gap in ((low, inner[0] - low), (high, high - inner[1])) if gap > _TOGETHER * span
+    ]
+    step = _widest(rows, [*without, low, high]) if gaps else 0.0
     maybe = None
-    for end, gap in ((low, inner[0] - low), (high, high - inner[1])):
-        if gap <= span or _count(values, end) < 2:
+    for end, gap in gaps:
+        alone = _count(values, end) < 2
+        if gap <= max(_STEPS * step, _ALONE * span if alone else 0.0):
             continue
-        if metres and gap > _FAR_APART * span and abs(end) > _HIGHEST_M:
+        if metres and not alone and gap > _FAR_APART * span and abs(end) > _HIGHEST_M:
             sure.append(end)
         else:
             maybe = end
@@ -90,6 +99,12 @@ def _ends(values: npt.NDArray[Any], without: Sequence[Any]) -> tuple[float, floa
         if part.size:
             ends += [float(part.min()), float(part.max())]
     return (min(ends), max(ends)) if ends else None
+
+
+def _widest(values: npt.NDArray[Any], without: Sequence[Any]) -> float:
+    """The widest gap between neighbours among the numbers of some rows, some left out."""
+    known = np.unique(values[np.isfinite(values)]).astype(np.float64)
+    return float(np.diff(known[~np.isin(known, np.asarray(without, np.float64))]).max(initial=0.0))
 
 
 def _count(values: npt.NDArray[Any], number: float) -> int:
