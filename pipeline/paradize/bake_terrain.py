@@ -55,10 +55,11 @@ def bake_terrain(
     """Bakes the heightmap at `path`; no pixel is farther than max_error_m (metres, >= 0) from the mesh.
 
     height_m, base_m, height_scale, nodata: as read_heightmap takes them. max_error_m: None is a thousandth of
-    height_m, or of what the heights span where that is None. tier: "fast", "balanced" or "exact"; the product
-    says which was used. quantise: vertices as 16-bit codes, along x and z those of the pixels; the bound
-    holds for them. Raises SourceError for a picture that is no heightmap, BakeError when the bound cannot be
-    held (finer than float32 positions at that slope, or than 16-bit heights).
+    height_m, or of what the heights span where that is None or the file holds metres. tier: "fast",
+    "balanced" or "exact"; the product says which was used. quantise: vertices as 16-bit codes, along x and z
+    those of the pixels; the bound holds for them. Raises SourceError for a picture that is no heightmap,
+    BakeError when the bound cannot be held (finer than float32 positions at that slope, or than 16-bit
+    heights).
     """
     ground, warnings = read_heightmap(
         path,
@@ -70,8 +71,10 @@ def bake_terrain(
         nodata=nodata,
     )
     if max_error_m is None:
-        span_m = float(np.ptp(ground.heights_m)) if height_m is None else abs(height_m * height_scale)
-        max_error_m = span_m / 1000.0 or (0.001 if height_m is None else 0.0)
+        codes_m = None if height_m is None or ground.metres else abs(height_m * height_scale)
+        max_error_m = (
+            float(np.ptp(ground.heights_m)) / 1000.0 or 0.001 if codes_m is None else codes_m / 1000.0
+        )
     if tier not in TIERS:
         raise ValueError(f"no tier {tier!r}")
     used = tier

@@ -126,12 +126,14 @@ class Image:
 class Heightfield:
     """Heights on a regular grid whose pixels are vertices; pixel (0, 0) is the corner at -X, -Z.
 
-    heights_m: (h, w) float32, metres, row 0 at -Z. size_x_m and size_z_m span first to last pixel.
+    heights_m: (h, w) float32, metres, row 0 at -Z. size_x_m and size_z_m span first to last pixel. metres:
+    whether the source holds metres, so that a height given for white says nothing of it.
     """
 
     heights_m: F32
     size_x_m: float
     size_z_m: float
+    metres: bool = False
 
 
 @dataclass(frozen=True)

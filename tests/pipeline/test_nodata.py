@@ -231,6 +231,10 @@ def test_codes_need_a_height_and_say_where_they_use_little_of_it(tmp_path: Path)
     field, (told,) = read(path, height_m=1000.0)
     assert field.heights_m.max() == pytest.approx(1000 * 2475 / 65535, abs=0.02)
     assert "2475 of 65535" in told and "65535 m" in told
+    wide = tiff(tmp_path / "w.tif", (1000 * np.rint(hills(396, 813))).astype(np.uint32))
+    _, (told,) = read(wide, height_m=1000.0)
+    assert "the largest code is 813000 of 4294967295" in told
+    assert told.endswith("if codes are metres, save them as floats")  # --height takes 1e6 at most
 
 
 def test_the_command_takes_metres_without_a_height(tmp_path: Path, paradize: Callable[..., Any]) -> None:
@@ -240,6 +244,9 @@ def test_the_command_takes_metres_without_a_height(tmp_path: Path, paradize: Cal
     told = json.loads(done.stdout)
     assert done.returncode == 0 and 0.0 < told["max_error_m"] <= 0.8 and told["triangles"] < 4418
     assert "15 pixels" in told["warnings"][0] and len(told["warnings"]) == 1
+    other = paradize("terrain", path, "-o", out, "--size", 100, 100, "--nodata", 0, "--height", 3, "--json")
+    assert "stretches nothing" in other.stderr  # nor does it say how near the mesh must be
+    assert json.loads(other.stdout)["bound_m"] == pytest.approx(0.5 * told["bound_m"], rel=1e-6)
     codes = tiff(tmp_path / "c.tif", hills(0, 65535).astype(np.uint16))
     done = paradize("terrain", codes, "-o", out, "--size", 100, 100)
     assert done.returncode == 1 and "--height H" in done.stderr

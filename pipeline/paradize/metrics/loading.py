@@ -20,7 +20,7 @@ from paradize.kernels.reference import loading
 _TEXT_ROUNDING = 1e-10
 # DESIGN's promise: more than this share of the diagonal is told.
 KEPT = 1e-6
-# The same of a connected part and its own diagonal; parts of models near the origin lose a third of it at most.
+# The same of a connected part and its diagonal; parts of models near the origin lose a third of it at most.
 PART_KEPT = 1e-4
 
 

@@ -31,6 +31,7 @@ Nodata: TypeAlias = "float | Literal['auto', 'none']"
 
 MAX_SIDE = srtm.MAX_SIDE
 HEIGHT_LIMIT_M = 1e7
+MOST_GIVEN_M = 1e6  # what commands and scenes take for the height of white
 BAND = 256  # rows
 _FEW = 16  # codes that use less than this part of their range are told
 
@@ -94,7 +95,7 @@ def read_heightmap(
             file=path,
             place=f"pixel ({column}, {row})",
         )
-    return Heightfield(heights, size_x_m, size_z_m), warnings
+    return Heightfield(heights, size_x_m, size_z_m, metres=image.top is None), warnings
 
 
 def guessed_source(image: Image) -> tuple[str, str]:
@@ -244,10 +245,11 @@ def _coarse(image: Image, path: Path, height_m: float) -> list[str]:
     if image.source_bits == 8:
         step = abs(height_m) / image.top
         return [f"{path}: has 8 bits a pixel: heights are steps of {step:.3g} m; save it with 16 bits"]
-    most = float(image.values[:, :, 0].max()) * (image.top if image.values.dtype == np.float32 else 1)
+    most = round(float(image.values[:, :, 0].max()) * (image.top if image.values.dtype == np.float32 else 1))
     if not 0 < most * _FEW < image.top:
         return []
+    metres = f"give {image.top} m" if image.top <= MOST_GIVEN_M else "save them as floats"
     return [
-        f"{path}: the largest code is {most:.10g} of {image.top}, so that heights end at "
-        f"{height_m * most / image.top:.3g} of {height_m:g} m; if codes are metres, give {image.top} m"
+        f"{path}: the largest code is {most} of {image.top}, so that heights end at "
+        f"{height_m * most / image.top:.3g} of {height_m:g} m; if codes are metres, {metres}"
     ]
