@@ -26,6 +26,7 @@ from paradize.engine.store import Store, hash_file, stamp
 from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError
 from paradize.files import read_file
 from paradize.flight import Flight
+from paradize.formats.device import device_bytes
 from paradize.formats.scene_manifest import encode_scene
 from paradize.require import meet
 from paradize.scene import Scene
@@ -154,6 +155,16 @@ def commit(
         pixels = known_pixels(store, scene, flight, held, hashes, force=how.force)
         asked = {} if how.whole else ask(store, scene, texels, hashes, facts, how)
         told = _cut(store, asked, scene, rows, entries, files, facts, gutters)
+        over = excesses(scene.budget, _sums(scene, [data for data, _ in files.values()]))
+        if (how.tier or scene.head.tier) == AUTO:
+            mend = "take something out, or allow more"
+            for one in over:
+                if one.hard:
+                    error = SceneError(str(one), file=scene_path, place=f"budget.{one.metric}", mend=mend)
+                    report.errors.append(error)
+            if report.errors:
+                return True
+        report.warnings += [f"scene: {one}" for one in over]
         manifest = encode_scene(
             build_manifest(
                 scene, flight, flight_errors, entries, facts, met, gutters, pixels, ground, tried, told
@@ -163,6 +174,16 @@ def commit(
     except ParadizeError as error:
         report.errors.append(error)
     return True
+
+
+def _sums(scene: Scene, files: list[Path]) -> dict[str, float]:
+    """What the budget limits of all artifacts together, in MB."""
+    found = {}
+    if "folder_mb" in scene.budget.aim:
+        found["folder_mb"] = sum(data.stat().st_size for data in files) / 1e6
+    if "gpu_mb" in scene.budget.aim:
+        found["gpu_mb"] = sum(device_bytes(read_artifact(data)) for data in files) / 1e6
+    return found
 
 
 def _cut(

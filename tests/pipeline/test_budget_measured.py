@@ -13,6 +13,7 @@ from paradize.bake import bake
 from paradize.bake_solo import solo
 from paradize.bake_tasks import How
 from paradize.budget import METRICS
+from paradize.check import check_paths
 from paradize.errors import ParadizeError
 from paradize.scene import Relief
 from tests.pipeline.scenes import make_cove
@@ -77,3 +78,22 @@ def test_a_scene_refuses_a_budget_of_what_it_does_not_hold(
     with pytest.raises(ParadizeError, match=r"budget\.quantise_max: nothing in this scene measures it"):
         bake(scene, tmp_path / "out", How(jobs=2))
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("metric", ["folder_mb", "gpu_mb"])
+def test_a_scene_of_more_bytes_than_its_budget_is_told_and_auto_bakes_none(
+    tmp_path: Path, metric: str
+) -> None:
+    scene = make_cove(tmp_path / "scene")
+    text = scene.read_text()
+    scene.write_text(f"{text}[budget]\n{metric} = 0.01\n")
+    made = bake(scene, tmp_path / "out", How(tier="fast"))
+    assert not made.errors and any(text.startswith(f"scene: {metric} is") for text in made.warnings)
+    (finding,) = [one for one in check_paths([tmp_path / "out"]) if one.metric == metric]
+    assert any(finding.what == text for text in made.warnings), "check finds the same"
+    auto = bake(scene, tmp_path / "auto", How(tier="auto"))
+    assert [f"budget.{metric}: {metric} is" in str(error) for error in auto.errors] == [True]
+    assert not (tmp_path / "auto" / "scene.json").exists()
+    scene.write_text(f"{text}[budget]\n{metric} = {{ soft = 0.01 }}\n")
+    soft = bake(scene, tmp_path / "auto", How(tier="auto"))
+    assert not soft.errors and any("soft budget 0.01" in text for text in soft.warnings)

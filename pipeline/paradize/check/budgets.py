@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,8 +9,7 @@ from typing import Any
 from paradize.bake_choice import LABELS
 from paradize.budget import METRICS, Excess, excesses, is_beyond
 from paradize.check.rules import Finding
-from paradize.formats.glb_layout import MAGIC
-from paradize.formats.ktx2 import IDENTIFIER
+from paradize.formats.device import device_bytes
 from paradize.formats.scene_manifest import read_entry
 from paradize.schema import Limits
 
@@ -102,18 +100,3 @@ def _taken(manifest: dict[str, Any], folder: Path) -> Mapping[str, float]:
         except OSError:
             continue  # another rule's finding
     return {"folder_mb": total / 1e6, "gpu_mb": held / 1e6}
-
-
-def device_bytes(data: bytes) -> int:
-    """What a KTX2 or a GLB holds for the device; 0 of anything else, and of what cannot be read."""
-    try:
-        if data[:12] == IDENTIFIER:
-            count = struct.unpack_from("<I", data, 40)[0]
-            index = struct.unpack_from(f"<{3 * min(count, 32)}Q", data, 80)
-            return sum(length or stored for stored, length in zip(index[1::3], index[2::3], strict=True))
-        if data[:4] == MAGIC:
-            length = struct.unpack_from("<I", data, 12)[0]
-            return int(struct.unpack_from("<I", data, 20 + length)[0])
-    except struct.error:
-        return 0
-    return 0
