@@ -167,6 +167,7 @@ def map_rows(
         raise BakeError("is taken for colour, which has no number for no height", file=path, mend=mend)
     else:
         require_finite(image.values, path)
+        warnings += _beyond(path, image)
     rows, columns = image.values.shape[:2]
     layout = None if uv is None else _layout(uv, rows, columns, wraps, gloss_groups)
     if source == "color":
@@ -233,6 +234,17 @@ def _warnings(path: Path, image: Image) -> list[str]:
     if image.source_bits == 8:
         return [f"{path}: heights of 8 bits stand in 255 steps; save it with 16 bits or as float"]
     return []
+
+
+def _beyond(path: Path, image: Image) -> list[str]:
+    """What colour does not keep of numbers that are no codes."""
+    if image.top is not None:
+        return []
+    least, most = float(image.values.min()), float(image.values.max())
+    if least >= 0.0 and most <= 1.0:
+        return []
+    what = f"runs from {least:g} to {most:g}; as colour, what is below 0 counts as 0, and above 1 as 1"
+    return [f"{path}: {what}; heights keep it all (`paradize maps --from height`)"]
 
 
 def _without_steps(image: Image, path: Path, wraps: tuple[bool, bool]) -> tuple[Image, list[str]]:

@@ -87,6 +87,19 @@ def test_what_is_said_is_no_guess(tmp_path: Path, maps: Maps) -> None:
         assert told["from"] == kind and told["guess"] is None and "taken for" not in told["stderr"]
 
 
+def test_what_colour_cuts_off_floats_is_told(tmp_path: Path, maps: Maps) -> None:
+    metres = (grey() * 417 + 396).astype(np.float32)
+    path = exr(tmp_path / "c.exr", dict.fromkeys("RGB", metres))
+    (told,) = maps(path, "--only", "height")["warnings"]
+    assert f"runs from {metres.min():g} to {metres.max():g}" in told and "--from height" in told
+    kept = maps(path, "--only", "height", "--from", "height")
+    assert kept["from"] == "height" and not any("counts as" in text for text in kept["warnings"])
+    shares = exr(tmp_path / "s.exr", dict.fromkeys("RGB", grey().astype(np.float32)))
+    assert maps(shares, "--only", "height")["warnings"] == []
+    below = exr(tmp_path / "b.exr", dict.fromkeys("RGB", (grey() - 0.5).astype(np.float32)))
+    assert "below 0 counts as 0" in maps(below, "--only", "height")["warnings"][0]
+
+
 def height_map(path: Path) -> npt.NDArray[np.float64]:
     return np.asarray(Image.open(path), np.float64) / 65535.0
 
