@@ -140,6 +140,37 @@ def test_a_spike_as_thin_as_a_needle_is_as_far_as_its_tip(length: float) -> None
     assert least <= length * (1 + 1e-6) and length * (1 - 1e-6) <= most <= length * (1 + GAP)
 
 
+def fan(count: int) -> Mesh:
+    """A square in needles that meet in one corner, and one triangle without an area."""
+    side = np.linspace(0, 1, count + 1)
+    rim = np.concatenate([np.stack([0 * side + 1, side], 1), np.stack([1 - side, 0 * side + 1], 1)])
+    points = np.zeros((len(rim) + 1, 3), np.float32)
+    points[1:, ::2] = rim
+    k = np.arange(1, len(rim))
+    return Mesh(points, np.stack([0 * k, k, k + 1], 1).astype(np.uint32))
+
+
+def hilly(size: int) -> Mesh:
+    """A square with hills of equal height all over."""
+    flat = grid(size)
+    points = flat.positions.copy()
+    points[:, 1] = 0.002 * np.sin(40 * points[:, 0]) * np.sin(31 * points[:, 2])
+    return Mesh(points, flat.triangles)
+
+
+def test_bounds_of_long_needles_over_many_triangles_lie_together() -> None:
+    """Each needle crosses a hundred triangles, and hundreds of places are nearly as far as the farthest."""
+    least, most = bounds(hilly(40), fan(100))
+    assert 0.0019 <= least <= most <= (1 + GAP) * least <= 0.0021
+
+
+def test_triangles_that_lie_twice_change_no_bound_by_more_than_the_gap() -> None:
+    once, other = sphere(8), sphere(6)
+    twice = Mesh(once.positions, np.concatenate([once.triangles, once.triangles[::-1, ::-1]]))
+    (least, most), (again, again_most) = bounds(once, other), bounds(twice, other)
+    assert again <= most and least <= again_most <= (1 + GAP) * again
+
+
 TRIANGLE = soup([(0, 0, 0), (1, 0, 0), (0, 0, 1)], [(0, 1, 2)])
 
 

@@ -67,8 +67,8 @@ class Surface:
     ) -> tuple[float, float, float, float]:
         """(least, most, rms, p99) distance of the two surfaces, each the larger of both directions, in the
         positions' unit: the largest lies between `least` and `most` (but for the rounding of float64), which
-        are `gap` of it or RESOLUTION of this surface's diagonal apart, or more where 20 million tests of a
-        place against a triangle and 200 for each one of both did not do. rms, p99: of samples, as of
+        are `gap` of it or RESOLUTION of this surface's diagonal apart, or more where 60 million tests of a
+        place against a triangle and 600 for each one of both did not do. rms, p99: of samples, as of
         distance_to.
 
         gap: 1e-6 to 1.
