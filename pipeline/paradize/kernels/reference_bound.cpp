@@ -17,6 +17,7 @@ namespace {
 constexpr std::size_t chunk_size = 256, few = 16;
 constexpr std::size_t patience = 32;  // pieces of each triangle or piece that a chunk looks at in one round
 constexpr std::uint64_t look_up = 16; // tests that a look-up in the tree counts for
+constexpr double rounding = 1e-14;    // of distances, as a share of them: smaller differences are none
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 // A part of a triangle of `from`.
@@ -55,6 +56,8 @@ class Work {
 
   private:
     double enough() const { return least_ + std::max(closeness_.gap * least_, closeness_.resolution); }
+    // Up to where parts are cut away: no farther than must be, so that the bound is tight where it can be.
+    double near() const { return std::max(least_ * (1 + rounding), closeness_.resolution); }
     void look_up_all(std::span<Piece> pieces);
     void look(const Piece &piece);
 
@@ -101,7 +104,7 @@ void Work::look_up_all(std::span<Piece> pieces) {
 }
 
 void Work::look(const Piece &piece) {
-    const Rest rest = beyond(piece.at, Target(to_.corners(piece.slot)), enough());
+    const Rest rest = beyond(piece.at, Target(to_.corners(piece.slot)), near());
     tests_ += piece.at.count;
     const double most = std::min(piece.most, rest.farthest);
     if (most <= enough()) {
@@ -169,7 +172,7 @@ Bounds farthest(const Tree &from, const Tree &to, std::span<const std::uint32_t>
     }
     for (const Piece &piece : open)
         settled = std::max(settled, piece.most);
-    return {least, std::max(least, settled)};
+    return {least, settled > least * (1 + rounding) ? settled : least};
 }
 
 TwoSided two_sided(const Tree &a, const Tree &b, std::uint64_t samples, double gap, double resolution,
