@@ -105,7 +105,8 @@ def test_sizes_that_blocks_do_not_divide_repeat_the_edge(height: int, width: int
     rng = np.random.default_rng(height * 10 + width)
     rgba = rng.integers(0, 256, (height, width, 4), dtype=np.uint8)
     padded = np.pad(rgba, ((0, -height % 4), (0, -width % 4), (0, 0)), mode="edge")
-    assert bcn.encode_bc3(rgba) == bcn.encode_bc3(padded)
+    for quality in ("fast", "balanced"):
+        assert bcn.encode_bc3(rgba, quality=quality) == bcn.encode_bc3(padded, quality=quality)
     values = rng.random((height, width, 2), np.float32)
     wide = np.pad(values, ((0, -height % 4), (0, -width % 4), (0, 0)), mode="edge")
     assert bcn.encode_values(values, signed=False) == bcn.encode_values(wide, signed=False)
@@ -140,8 +141,10 @@ def test_a_photograph_keeps_its_quality(
 
 def test_bands_of_block_rows_are_the_image() -> None:
     rng = np.random.default_rng(10)
-    rgba = rng.integers(0, 256, (22, 30, 4), dtype=np.uint8)
-    assert bcn.encode_bc3(rgba[:12]) + bcn.encode_bc3(rgba[12:]) == bcn.encode_bc3(rgba)
+    rgba = rng.integers(0, 256, (22, 300, 4), dtype=np.uint8)
+    for quality in ("fast", "balanced"):
+        upper, lower = (bcn.encode_bc3(part, quality=quality) for part in (rgba[:12], rgba[12:]))
+        assert upper + lower == bcn.encode_bc3(rgba, quality=quality)
     normals = rng.random((22, 30, 3), np.float32)
     bands = [bcn.encode_values(normals[at : at + 8, :, :2], signed=True) for at in (0, 8, 16)]
     assert b"".join(bands) == bcn.encode_values(normals[:, :, :2].copy(), signed=True)
@@ -156,10 +159,28 @@ def test_strides_between_texels_and_rows_are_free(kind: type, channels: int) -> 
         for width in (3, 70):
             whole = (rng.random((9, width + 2, texel)) * 200 - (100 if signed else 0)).astype(kind)
             some = whole[::2, 1:-1, :channels]
-            packed = bcn.encode_values(some.copy(), signed=signed)
-            assert bcn.encode_values(some, signed=signed) == packed
+            for quality in ("fast", "balanced"):
+                packed = bcn.encode_values(some.copy(), signed=signed, quality=quality)
+                assert bcn.encode_values(some, signed=signed, quality=quality) == packed
     flipped = whole[::-1, ::-1, :channels]
     assert bcn.encode_values(flipped, signed=signed) == bcn.encode_values(flipped.copy(), signed=signed)
+
+
+def test_blocks_of_fast_do_not_know_where_in_a_row_they_stand() -> None:
+    """However many are encoded side by side."""
+    rng = np.random.default_rng(13)
+    rgba = rng.integers(0, 256, (4, 4 * 71, 4), dtype=np.uint8)
+    values = rng.random((4, 4 * 71, 2), np.float32)
+    encoders = (
+        lambda at: bcn.encode_bc1(rgba[:, at], quality="fast"),
+        lambda at: bcn.encode_bc3(rgba[:, at], quality="fast"),
+        lambda at: bcn.encode_values(rgba[:, at, :1].copy(), signed=False, quality="fast"),
+        lambda at: bcn.encode_values(rgba[:, at, :2], signed=False, quality="fast"),
+        lambda at: bcn.encode_values(values[:, at], signed=True, quality="fast"),
+    )
+    for encode in encoders:
+        alone = [encode(slice(4 * k, 4 * k + 4)) for k in range(71)]
+        assert b"".join(alone) == encode(slice(None))
 
 
 def test_codes_of_integers_are_the_floats_of_the_same_value() -> None:

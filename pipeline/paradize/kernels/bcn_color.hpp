@@ -112,10 +112,8 @@ PARADIZE_STEP void place(const ColorBlocks &blocks, const Ends &ends, Places &pl
 // Codes whose point two thirds from b to a is nearest to one value: a third of a code apart, ends adjacent.
 PARADIZE_INLINE void solid_codes(const Lanes &value, int k, Lanes &a, Lanes &b) {
     const Lanes thirds = nearest(clamped(value * (3.0F / code_unit[k]), 3.0F * code_top[k]));
-    const Lanes whole = floored((thirds + 0.5F) * (1.0F / 3.0F));
-    const Lanes rest = thirds - 3.0F * whole;
-    a = rest > 1.5F ? whole + 1.0F : whole;
-    b = rest == 1.0F ? whole + 1.0F : whole;
+    a = nearest(thirds * (1.0F / 3.0F));
+    b = thirds - 2.0F * a;
 }
 
 // Ends by least squares for the places that the texels have, both rounded to codes together: for each of the

@@ -1,4 +1,4 @@
-// The tiers of a block's colour: which ends are tried, and how the best become bytes.
+// The slower tiers of a block's colour: which ends are tried, and how the best become bytes.
 #pragma once
 
 #include "bcn_partition.hpp"
@@ -6,7 +6,7 @@
 namespace paradize::bcn::PARADIZE_WIDTH {
 
 // Ends by least squares for `places`, then the places for those ends, `turns` times; the best are kept.
-template <int Options, bool Bounded>
+template <int Options>
 PARADIZE_STEP void settle(const ColorBlocks &blocks, Places &places, int turns, const Whole &asked,
                           ColorFit &best) {
     for (int turn = 0; turn < turns; ++turn) {
@@ -14,7 +14,7 @@ PARADIZE_STEP void settle(const ColorBlocks &blocks, Places &places, int turns, 
         Ends ends;
         refit<Options>(blocks, places, codes);
         centred(blocks, codes, ends);
-        place<Bounded>(blocks, ends, places);
+        place<true>(blocks, ends, places);
         keep(codes, places, asked, best);
     }
 }
@@ -35,12 +35,11 @@ PARADIZE_STEP void box_codes(const ColorBlocks &blocks, const Lanes (&axis)[3], 
     }
 }
 
-template <bool Bounded>
 PARADIZE_STEP void try_codes(const ColorBlocks &blocks, const Ends &codes, Places &places, const Whole &asked,
                              ColorFit &best) {
     Ends ends;
     centred(blocks, codes, ends);
-    place<Bounded>(blocks, ends, places);
+    place<true>(blocks, ends, places);
     keep(codes, places, asked, best);
 }
 
@@ -54,7 +53,7 @@ PARADIZE_STEP void descend(const ColorBlocks &blocks, int passes, ColorFit &best
             Lanes &code = move & 2 ? codes.b[k] : codes.a[k];
             code = clamped(code + (move & 1 ? 1.0F : -1.0F), code_top[k]);
             Places places;
-            try_codes<true>(blocks, codes, places, Whole{} == 0, best);
+            try_codes(blocks, codes, places, Whole{} == 0, best);
         }
         if (!any(best.error < before)) {
             return;
@@ -63,7 +62,6 @@ PARADIZE_STEP void descend(const ColorBlocks &blocks, int passes, ColorFit &best
 }
 
 // Least squares from the outermost texels along an axis, each end drawn towards the mean by a factor.
-template <bool Bounded>
 PARADIZE_INLINE void start_from(const ColorBlocks &blocks, const Ends &outer, float draw_a, float draw_b,
                                 ColorFit &best) {
     Ends ends;
@@ -73,7 +71,7 @@ PARADIZE_INLINE void start_from(const ColorBlocks &blocks, const Ends &outer, fl
     }
     Places places;
     place<false>(blocks, ends, places);
-    settle<2, Bounded>(blocks, places, 2, Whole{} == 0, best);
+    settle<2>(blocks, places, 2, Whole{} == 0, best);
 }
 
 // Blocks whose colours stand nearer to each other than codes do: ends a code apart on either side serve them
@@ -81,22 +79,21 @@ PARADIZE_INLINE void start_from(const ColorBlocks &blocks, const Ends &outer, fl
 constexpr float narrow_square = 16 * 9.0F; // three 8-bit codes from the mean
 
 // Least squares from the nearest ends of one colour, the mean; for the lanes that are asked for.
-template <bool Bounded>
 PARADIZE_STEP void start_solid(const ColorBlocks &blocks, const Whole &asked, ColorFit &best) {
     Ends codes;
     for (int k = 0; k < 3; ++k) {
         solid_codes(blocks.mean[k], k, codes.a[k], codes.b[k]);
     }
     Places places;
-    try_codes<Bounded>(blocks, codes, places, asked, best);
-    settle<2, Bounded>(blocks, places, 1, asked, best);
+    try_codes(blocks, codes, places, asked, best);
+    settle<2>(blocks, places, 1, asked, best);
 }
 
-// Least squares ends where it began: what is gained comes from the number of starts. One near the ends of the
-// cloud is fast; starts that leave one end's outliers to themselves are balanced; the exact tier adds further
-// ones, every partition, and a search of each channel. Each tier begins with the result of the one below and
-// takes nothing that leaves more, be it in the sum of squares or at the worst texel.
-template <bool Bounded>
+// Least squares ends where it began: what is gained comes from the number of starts. The balanced tier has
+// one near the ends of the cloud, and some that leave one end's outliers to themselves; the exact tier adds
+// further ones, every partition, and a search of each channel. Once the first start is made nothing is taken
+// that leaves more, be it in the sum of squares or at the worst texel, and the exact tier begins with the
+// balanced one's result.
 PARADIZE_STEP void fit_color(const ColorBlocks &blocks, Quality quality, ColorFit &best) {
     const Whole all = Whole{} == 0;
     best.error = best.worst = best.limit = splat(1e30F);
@@ -107,35 +104,32 @@ PARADIZE_STEP void fit_color(const ColorBlocks &blocks, Quality quality, ColorFi
     Ends outer;
     principal_axis(blocks, axis);
     axis_ends(blocks, axis, outer);
-    start_from<Bounded>(blocks, outer, 0.875F, 0.875F, best);
+    start_from(blocks, outer, 0.875F, 0.875F, best);
     const Whole narrow = blocks.square < narrow_square;
     if (any(narrow)) {
-        start_solid<Bounded>(blocks, narrow, best);
-    }
-    if constexpr (!Bounded) {
-        return;
+        start_solid(blocks, narrow, best);
     }
     best.limit = best.worst;
-    start_from<true>(blocks, outer, 1.0F, 0.67F, best);
-    start_from<true>(blocks, outer, 0.67F, 1.0F, best);
+    start_from(blocks, outer, 1.0F, 0.67F, best);
+    start_from(blocks, outer, 0.67F, 1.0F, best);
     Ends codes;
     Places places;
     box_codes(blocks, axis, codes);
-    try_codes<true>(blocks, codes, places, all, best);
+    try_codes(blocks, codes, places, all, best);
     for (int k = 0; k < 3; ++k) { // the box's grey diagonal, so that the simplest encoder is never better
         const auto falls = axis[k] < Lanes{};
         const Lanes a = codes.a[k];
         codes.a[k] = falls ? codes.b[k] : a;
         codes.b[k] = falls ? a : codes.b[k];
     }
-    try_codes<true>(blocks, codes, places, all, best);
-    start_solid<true>(blocks, ~narrow, best);
+    try_codes(blocks, codes, places, all, best);
+    start_solid(blocks, ~narrow, best);
     if (quality == Quality::exact) {
         best.limit = best.worst;
-        start_from<true>(blocks, outer, 1.0F, 0.4F, best);
-        start_from<true>(blocks, outer, 0.4F, 1.0F, best);
+        start_from(blocks, outer, 1.0F, 0.4F, best);
+        start_from(blocks, outer, 0.4F, 1.0F, best);
         best_partition(blocks, axis, places);
-        settle<4, true>(blocks, places, 3, all, best);
+        settle<4>(blocks, places, 3, all, best);
         descend(blocks, 2, best);
     }
 }
@@ -182,7 +176,7 @@ PARADIZE_STEP void encode_color(ColorBlocks &blocks, Quality quality, Whole &fir
         }
     }
     ColorFit fit;
-    (quality == Quality::fast ? fit_color<false> : fit_color<true>)(blocks, quality, fit);
+    fit_color(blocks, quality, fit);
     pack_color(blocks, fit, first, second);
 }
 

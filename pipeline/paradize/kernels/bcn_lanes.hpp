@@ -139,6 +139,32 @@ PARADIZE_INLINE void every_fourth(const Vector (&in)[4], Vector (&out)[4]) {
     out[3] = odds(o0, o1, Each{});
 }
 
+// Element From + I / 2 of each group of four, of a and b in turns, or pairs of elements in turns.
+template <std::size_t From, std::size_t Size, typename Vector, std::size_t... I>
+PARADIZE_INLINE Vector merged(const Vector &a, const Vector &b, std::index_sequence<I...>) {
+    return __builtin_shufflevector(
+        a, b, (I / 4 * 4 + From + (I % 4) / (2 * Size) * Size + I % Size + I / Size % 2 * lanes)...);
+}
+
+// in: 4 * lanes values in a row; out[x]: every fourth from the x-th, in the order of `in_order`'s argument,
+// which takes half the time.
+template <typename Vector>
+PARADIZE_INLINE void every_fourth_grouped(const Vector (&in)[4], Vector (&out)[4]) {
+    const Vector a = merged<0, 1>(in[0], in[1], Each{});
+    const Vector b = merged<0, 1>(in[2], in[3], Each{});
+    const Vector c = merged<2, 1>(in[0], in[1], Each{});
+    const Vector d = merged<2, 1>(in[2], in[3], Each{});
+    out[0] = merged<0, 2>(a, b, Each{});
+    out[1] = merged<2, 2>(a, b, Each{});
+    out[2] = merged<0, 2>(c, d, Each{});
+    out[3] = merged<2, 2>(c, d, Each{});
+}
+
+template <typename Vector, std::size_t... I>
+PARADIZE_INLINE Vector in_order(const Vector &v, std::index_sequence<I...>) {
+    return __builtin_shufflevector(v, v, (I % (lanes / 4) * 4 + I / (lanes / 4))...);
+}
+
 // Stores for every block its words one after another.
 PARADIZE_INLINE void store_blocks(const Whole &first, const Whole &second, std::uint8_t *out) {
     const Whole low = zipped<0>(first, second, Each{});

@@ -6,7 +6,8 @@
 
 namespace paradize::bcn::PARADIZE_WIDTH {
 
-constexpr std::size_t span = 4 * lanes; // texels of a row that are taken at once
+constexpr std::size_t span = 4 * lanes;  // texels of a row that are taken at once
+constexpr std::size_t prefetched = 2048; // bytes ahead
 
 // The first of `span` texels of one row of the image; rows beyond the last repeat it.
 PARADIZE_INLINE const std::uint8_t *texel_at(const Texels &from, std::size_t row, std::size_t column) {
@@ -15,10 +16,24 @@ PARADIZE_INLINE const std::uint8_t *texel_at(const Texels &from, std::size_t row
            static_cast<std::ptrdiff_t>(column) * from.texel_stride;
 }
 
+// Asks for what comes after these bytes of a row, which the CPU does not see coming: memory's pages end, and
+// four rows are read in turns.
+PARADIZE_INLINE void fetch_ahead(const std::uint8_t *at, std::size_t bytes) {
+    const auto next = reinterpret_cast<std::uintptr_t>(at) + prefetched;
+    for (std::size_t i = 0; i < bytes; i += 64) {
+        __builtin_prefetch(reinterpret_cast<const void *>(next + i));
+    }
+}
+
 // Red in the lowest byte of a word.
 PARADIZE_STEP void read_colors(const Texels &from, std::size_t row, std::size_t column, std::int32_t *out) {
     const std::uint8_t *at = texel_at(from, row, column);
     const std::size_t here = from.columns - column < span ? from.columns - column : span;
+    if (from.texel_stride == 4 && from.channels == 4) {
+        std::memcpy(out, at, 4 * here);
+        std::fill(out + here, out + span, out[here - 1]);
+        return;
+    }
     for (std::size_t i = 0; i < span; ++i) {
         const std::uint8_t *texel =
             at + static_cast<std::ptrdiff_t>(i < here ? i : here - 1) * from.texel_stride;
@@ -28,25 +43,43 @@ PARADIZE_STEP void read_colors(const Texels &from, std::size_t row, std::size_t 
     }
 }
 
-// Words of the texels of `lanes` blocks from block column `column` / 4 of block row `row` / 4.
-PARADIZE_STEP void load_colors(const Texels &from, std::size_t row, std::size_t column,
-                               Whole (&words)[texels]) {
+template <bool Grouped, typename Vector>
+PARADIZE_INLINE void every_fourth_of(const Vector (&in)[4], Vector (&out)[4]) {
+    if constexpr (Grouped) {
+        every_fourth_grouped(in, out);
+    } else {
+        every_fourth(in, out);
+    }
+}
+
+// Words of the texels of `lanes` blocks from block column `column` / 4 of block row `row` / 4. Grouped: in
+// the order that `in_order` mends.
+template <bool Grouped>
+PARADIZE_INLINE void load_words(const Texels &from, std::size_t row, std::size_t column,
+                                Whole (&words)[texels]) {
     const bool straight = from.texel_stride == 4 && from.channels == 4 && from.columns - column >= span;
     for (std::size_t y = 0; y < 4; ++y) {
         Whole line[4];
         if (straight) {
-            std::memcpy(line, texel_at(from, row + y, column), sizeof(line));
+            const std::uint8_t *at = texel_at(from, row + y, column);
+            fetch_ahead(at, sizeof(line));
+            std::memcpy(line, at, sizeof(line));
         } else {
             std::int32_t some[span];
             read_colors(from, row + y, column, some);
             std::memcpy(line, some, sizeof(line));
         }
         Whole four[4];
-        every_fourth(line, four);
+        every_fourth_of<Grouped>(line, four);
         for (std::size_t x = 0; x < 4; ++x) {
             words[4 * y + x] = four[x];
         }
     }
+}
+
+PARADIZE_STEP void load_colors(const Texels &from, std::size_t row, std::size_t column,
+                               Whole (&words)[texels]) {
+    load_words<false>(from, row, column, words);
 }
 
 template <typename T, std::ptrdiff_t Stride, std::size_t Channels>
@@ -72,6 +105,9 @@ PARADIZE_STEP void read_values(const Texels &from, std::size_t row, std::size_t 
     const std::uint8_t *at = texel_at(from, row, column);
     constexpr auto size = static_cast<std::ptrdiff_t>(sizeof(T));
     if (from.columns - column >= span) {
+        if (from.texel_stride >= size && from.texel_stride <= 4 * size) {
+            fetch_ahead(at, span * static_cast<std::size_t>(from.texel_stride));
+        }
         switch (from.texel_stride) {
         case size:
             if constexpr (Channels == 1) {
@@ -98,10 +134,46 @@ PARADIZE_STEP void read_values(const Texels &from, std::size_t row, std::size_t 
     convert<T, Channels, Channels>(reinterpret_cast<const std::uint8_t *>(some), scale, bottom, top, out);
 }
 
-// Codes of the texels of `lanes` blocks; top: 255, or 127 for SNORM.
+// Whether the texels lie as `load_bytes` takes them.
 template <std::size_t Channels>
+PARADIZE_INLINE bool straight_bytes(const Texels &from, std::size_t column) {
+    return from.kind == Texels::Kind::unorm8 && from.columns - column >= span &&
+           (from.texel_stride == 4 || (from.texel_stride == 1 && Channels == 1));
+}
+
+// Codes of bytes that lie four to a texel, or one.
+template <std::size_t Channels, bool Grouped>
+PARADIZE_STEP void load_bytes(const Texels &from, std::size_t row, std::size_t column, ValueBlocks *blocks) {
+    for (std::size_t y = 0; y < 4; ++y) {
+        const std::uint8_t *at = texel_at(from, row + y, column);
+        fetch_ahead(at + 4 * from.row_stride - prefetched, 1);
+        if (from.texel_stride == 1) { // a block's four are a word
+            Whole word;
+            std::memcpy(&word, at, sizeof(word));
+            for (std::size_t x = 0; x < 4; ++x) {
+                blocks[0].v[4 * y + x] = to_float(word >> (8 * static_cast<int>(x)) & 255);
+            }
+            continue;
+        }
+        Whole line[4], four[4];
+        std::memcpy(line, at, sizeof(line));
+        every_fourth_of<Grouped>(line, four);
+        for (std::size_t x = 0; x < 4; ++x) {
+            for (std::size_t c = 0; c < Channels; ++c) {
+                blocks[c].v[4 * y + x] = to_float(four[x] >> (8 * static_cast<int>(c)) & 255);
+            }
+        }
+    }
+}
+
+// Codes of the texels of `lanes` blocks; top: 255, or 127 for SNORM. Grouped: in the order that `in_order`
+// mends, which is for two channels.
+template <std::size_t Channels, bool Grouped = false>
 PARADIZE_STEP void load_values(const Texels &from, std::size_t row, std::size_t column, float bottom,
-                               float top, ValueBlocks (&blocks)[Channels]) {
+                               float top, ValueBlocks *blocks) {
+    if (straight_bytes<Channels>(from, column)) {
+        return load_bytes<Channels, Grouped>(from, row, column, blocks);
+    }
     for (std::size_t y = 0; y < 4; ++y) {
         float planes[Channels][span];
         switch (from.kind) {
@@ -123,7 +195,7 @@ PARADIZE_STEP void load_values(const Texels &from, std::size_t row, std::size_t 
             Lanes line[4];
             std::memcpy(line, planes[c], sizeof(line));
             Lanes four[4];
-            every_fourth(line, four);
+            every_fourth_of<Grouped>(line, four);
             for (std::size_t x = 0; x < 4; ++x) {
                 blocks[c].v[4 * y + x] = four[x];
             }

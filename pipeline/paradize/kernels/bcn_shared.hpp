@@ -1,6 +1,7 @@
 // What rows of blocks need, not compiled for any wider instruction set.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>

@@ -48,8 +48,8 @@ PARADIZE_INLINE Lanes within(const Lanes &v, const Lanes &bottom, const Lanes &t
 }
 
 // Places of every texel on `Steps` + 1 even values from low to high. Five steps leave room for the range's
-// own ends, which a texel takes where they are nearer. Bounded: whether the worst is asked for; else it is 0.
-template <int Steps, bool Bounded>
+// own ends, which a texel takes where they are nearer.
+template <int Steps>
 PARADIZE_STEP void place(const ValueBlocks &blocks, const Lanes &low_code, const Lanes &high_code,
                          CodeRange range, ValuePlaces &places) {
     constexpr float steps = Steps;
@@ -66,9 +66,7 @@ PARADIZE_STEP void place(const ValueBlocks &blocks, const Lanes &low_code, const
             places.q += q;
             places.qq += q * q;
             places.qv += q * blocks.v[i];
-            if constexpr (Bounded) {
-                places.worst = most(places.worst, absolute(blocks.v[i] - (low + q * step)));
-            }
+            places.worst = most(places.worst, absolute(blocks.v[i] - (low + q * step)));
         }
         places.count = splat(16.0F);
         places.square = blocks.square;
@@ -90,9 +88,7 @@ PARADIZE_STEP void place(const ValueBlocks &blocks, const Lanes &low_code, const
             const Lanes v_here = v * here;
             const Lanes left = between ? own : from_end;
             places.error += left;
-            if constexpr (Bounded) {
-                places.worst = most(places.worst, left);
-            }
+            places.worst = most(places.worst, left);
             places.count += here;
             places.sum += v_here;
             places.square += v_here * v_here;
@@ -107,8 +103,8 @@ PARADIZE_STEP void place(const ValueBlocks &blocks, const Lanes &low_code, const
 // Ends by least squares for the places that the texels have, rounded to codes together: for each of the codes
 // about the best low end, the high end that then is best. Where the places do not tell, low and high stay.
 template <int Steps, int Options>
-PARADIZE_STEP void refit(const ValueBlocks &blocks, const ValuePlaces &places, CodeRange range, Lanes &low,
-                         Lanes &high) {
+PARADIZE_INLINE void refit(const ValueBlocks &blocks, const ValuePlaces &places, CodeRange range, Lanes &low,
+                           Lanes &high) {
     constexpr float steps = Steps;
     const Lanes determinant = places.qq * places.count - places.q * places.q;
     const auto spread = determinant > 0.5F;
@@ -155,15 +151,15 @@ PARADIZE_INLINE void keep(const Lanes &low, const Lanes &high, const ValuePlaces
 }
 
 // Least squares and places in turns from the ends given; the best of the lanes that are asked for are kept.
-template <int Steps, bool Bounded>
+template <int Steps>
 PARADIZE_STEP void settle(const ValueBlocks &blocks, CodeRange range, int turns, Lanes low, Lanes high,
                           const Whole &asked, ValueFit &best) {
     ValuePlaces places;
-    place<Steps, Bounded>(blocks, low, high, range, places);
+    place<Steps>(blocks, low, high, range, places);
     keep<Steps>(low, high, places, asked, best);
     for (int turn = 0; turn < turns; ++turn) {
         refit<Steps, 2>(blocks, places, range, low, high);
-        place<Steps, Bounded>(blocks, low, high, range, places);
+        place<Steps>(blocks, low, high, range, places);
         keep<Steps>(low, high, places, asked, best);
     }
 }
@@ -179,7 +175,7 @@ PARADIZE_STEP void search(const ValueBlocks &blocks, CodeRange range, int reach,
             const Lanes try_high = high + static_cast<float>(up);
             const auto allowed = (try_low >= range.bottom) & (try_high <= range.top) & (try_low < try_high);
             ValuePlaces places;
-            place<Steps, true>(blocks, try_low, try_high, range, places);
+            place<Steps>(blocks, try_low, try_high, range, places);
             keep<Steps>(try_low, try_high, places, allowed & asked, best);
         }
     }

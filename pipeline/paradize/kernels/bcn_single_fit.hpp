@@ -1,4 +1,4 @@
-// The tiers of one channel of a block: which ends are tried, and how the best become bytes.
+// The slower tiers of one channel of a block: which ends are tried, and how the best become bytes.
 #pragma once
 
 #include "bcn_single.hpp"
@@ -26,7 +26,7 @@ PARADIZE_INLINE void start_elsewhere(const ValueBlocks &blocks, CodeRange range,
         const Lanes low = nearest(within(blocks.low + inset.low * step, bottom, top));
         const Lanes high = nearest(within(blocks.high - inset.high * step, bottom, top));
         const auto wide = low < high;
-        settle<Steps, true>(blocks, range, turns, low, high, wide, best);
+        settle<Steps>(blocks, range, turns, low, high, wide, best);
     }
 }
 
@@ -57,36 +57,32 @@ PARADIZE_INLINE void outer_six(const ValueBlocks &blocks, CodeRange range, Lanes
     high = nearest(some ? high + blocks.mean : splat(range.bottom));
 }
 
-// The results of the tiers, from the first to the one that is asked for. Each begins with that of the tier
-// below and takes nothing that leaves more, be it in the sum of squares or at the worst texel. Six values and
-// the range's own ends are for blocks that touch those.
-template <bool Bounded>
+// The first start's result, the balanced tier's, and the exact one's if that is asked for. Each begins with
+// the one before and takes nothing that leaves more, be it in the sum of squares or at the worst texel. Six
+// values and the range's own ends are for blocks that touch those.
 PARADIZE_STEP void fit_single(const ValueBlocks &blocks, CodeRange range, Quality quality,
-                              ValueFit (&tiers)[3]) {
+                              ValueFit (&fits)[3]) {
     ValueFit best;
     const Whole all = Whole{} == 0;
     Lanes low, high, low_six, high_six;
     outer_eight(blocks, range, low, high);
     best = {low, high, splat(1e30F), splat(1e30F), splat(1e30F), Whole{}};
-    settle<7, Bounded>(blocks, range, 1, low, high, all, best);
+    settle<7>(blocks, range, 1, low, high, all, best);
     const Whole touches =
         ((blocks.low < range.bottom + 0.5F) | (blocks.high > range.top - 0.5F)) & (best.error > 1e-3F);
     const bool some = any(touches);
     if (some) {
         outer_six(blocks, range, low_six, high_six);
-        settle<5, Bounded>(blocks, range, 1, low_six, high_six, touches, best);
+        settle<5>(blocks, range, 1, low_six, high_six, touches, best);
     }
-    tiers[0] = best;
-    if constexpr (!Bounded) {
-        return;
-    }
+    fits[0] = best;
     best.limit = best.worst;
-    settle<7, true>(blocks, range, 2, low, high, all, best);
+    settle<7>(blocks, range, 2, low, high, all, best);
     start_elsewhere<7>(blocks, range, some_insets, 1, best);
     if (some) {
-        settle<5, true>(blocks, range, 2, low_six, high_six, touches, best);
+        settle<5>(blocks, range, 2, low_six, high_six, touches, best);
     }
-    tiers[1] = best;
+    fits[1] = best;
     if (quality == Quality::balanced) {
         return;
     }
@@ -96,7 +92,7 @@ PARADIZE_STEP void fit_single(const ValueBlocks &blocks, CodeRange range, Qualit
     if (some) {
         search<5>(blocks, range, 2, best.six, best);
     }
-    tiers[2] = best;
+    fits[2] = best;
 }
 
 // Place of a texel -> the index that is stored: 0 and 1 are the ends, then from the first to the second.
@@ -123,7 +119,7 @@ PARADIZE_INLINE void add_index(const Whole &index, int i, ValueWords &words) {
 }
 
 // blocks.v: codes within the range. Makes them relative to their mean.
-PARADIZE_STEP void centre(ValueBlocks &blocks) {
+PARADIZE_INLINE void centre(ValueBlocks &blocks) {
     Lanes sum = blocks.v[0], low = blocks.v[0], high = blocks.v[0];
     for (std::size_t i = 1; i < texels; ++i) {
         sum += blocks.v[i];
@@ -184,10 +180,10 @@ PARADIZE_STEP void pack_single(const ValueBlocks &blocks, CodeRange range, const
 // blocks.v: codes within the range.
 PARADIZE_STEP void encode_single(ValueBlocks &blocks, CodeRange range, Quality quality, Whole &first,
                                  Whole &second) {
-    ValueFit tiers[3];
+    ValueFit fits[3];
     centre(blocks);
-    (quality == Quality::fast ? fit_single<false> : fit_single<true>)(blocks, range, quality, tiers);
-    pack_single(blocks, range, tiers[static_cast<int>(quality)], first, second);
+    fit_single(blocks, range, quality, fits);
+    pack_single(blocks, range, fits[static_cast<int>(quality)], first, second);
 }
 
 } // namespace paradize::bcn::PARADIZE_WIDTH

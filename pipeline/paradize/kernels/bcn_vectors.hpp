@@ -88,7 +88,7 @@ PARADIZE_STEP void encode_vectors(ValueBlocks (&blocks)[2], CodeRange range, Qua
     Lanes shown[2][3][texels];
     for (int c = 0; c < 2; ++c) {
         centre(blocks[c]);
-        fit_single<true>(blocks[c], range, quality, tiers[c]);
+        fit_single(blocks[c], range, quality, tiers[c]);
         for (int t = 0; t <= last; ++t) {
             show(blocks[c], range, tiers[c][t], shown[c][t]);
         }
