@@ -58,7 +58,7 @@ PARADIZE_INLINE void find_axis(const Whole (&words)[texels], FastColors &colors)
         all.g1 += colors.v[i].g1;
     }
     colors.all = all;
-    const Whole range = high - low;
+    const Whole range = (Whole)((Bytes)high - (Bytes)low);
     const Whole r = range & 255, g = range >> 8 & 255, b = range >> 16 & 255;
     colors.width = r + g + b;
     const auto green = (g >= r) & (g >= b);
@@ -104,7 +104,7 @@ PARADIZE_INLINE Whole find_ends(FastColors &colors) {
     Pairs by_place = {};
     Halves squares = {};
     for (std::size_t i = 0; i < texels / 2; ++i) {
-        const Halves q = upper_product(place[i] - from, scales);
+        const Halves q = upper_product((Halves)((Unsigned)place[i] - (Unsigned)from), scales);
         squares += q * q;
         const Whole a = first_twice(q), b = last_twice(q);
         by_place.rb += product(colors.v[i].rb, a) + product(colors.v[i + 8].rb, b);

@@ -45,16 +45,17 @@ PARADIZE_INLINE Whole eight_stored(const Whole &bits) {
 
 // The two words of blocks, from their ends.
 PARADIZE_INLINE void pack_eight(const ValueBlocks &blocks, const FastEnds &ends, Whole (&words)[2]) {
-    Whole bits[2] = {}; // of texels 0 to 7, and 8 to 15
+    typedef std::uint32_t Bits __attribute__((vector_size(4 * PARADIZE_LANES)));
+    Bits bits[2] = {}; // of texels 0 to 7, and 8 to 15
     each_place(blocks, ends, [&](std::size_t i, const Lanes &sum) {
-        bits[i / 8] += (Whole)sum << (3 * static_cast<int>(i % 8));
+        bits[i / 8] += (Bits)sum << (3 * static_cast<int>(i % 8));
     });
     std::uint32_t beside = 0; // of to_whole's own bits
     for (int i = 0; i < 8; ++i) {
         beside += 0x4B400000U << (3 * i);
     }
-    const Whole first = eight_stored(bits[0] - static_cast<std::int32_t>(beside));
-    const Whole second = eight_stored(bits[1] - static_cast<std::int32_t>(beside));
+    const Whole first = eight_stored((Whole)(bits[0] - beside));
+    const Whole second = eight_stored((Whole)(bits[1] - beside));
     words[0] = (to_int(ends.high) & 255) | (to_int(ends.low) & 255) << 8 | first << 16;
     words[1] = first >> 16 | second << 8;
 }

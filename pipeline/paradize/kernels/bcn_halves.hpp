@@ -7,6 +7,7 @@
 namespace paradize::bcn::PARADIZE_WIDTH {
 
 typedef std::int16_t Halves __attribute__((vector_size(4 * PARADIZE_LANES)));
+typedef std::uint16_t Unsigned __attribute__((vector_size(4 * PARADIZE_LANES)));
 
 // One instruction of each set, or its meaning spelled out.
 #if PARADIZE_LANES == 16
