@@ -182,7 +182,7 @@ def test_a_budget_that_blocks_exceed_takes_the_next_format_and_says_why(rough: P
 
 
 def test_no_larger_format_is_taken_for_what_the_slope_filter_costs(tmp_path: Path) -> None:
-    """Central differences of short waves: no format betters them, but what storing them costs it does."""
+    """Central differences of short waves: no format betters them."""
     v, u = np.mgrid[0:64, 0:64]
     heights = 0.5 + 0.2 * np.sin(2.0 * np.pi * (u + 0.3 * v) / 6.0) + 0.2 * np.cos(2.0 * np.pi * v / 5.0)
     picture = save(tmp_path / "waves.exr", heights.astype(np.float32)[:, :, None])
@@ -204,11 +204,6 @@ def test_no_larger_format_is_taken_for_what_the_slope_filter_costs(tmp_path: Pat
             met = normal(**{f"normal{whole}_deg": 0.5 * (part + error)})
             assert met.format != "BC5_SNORM" and met.errors[f"normal{whole}_deg"] < error
         assert normal(**{f"normal{filtered}_deg": 0.9 * part}).data == plain.data
-    for part in ("", "_p99", "_max"):
-        limit = 0.5 * plain.errors[f"normal_encoding{part}_deg"]
-        stored = normal(**{f"normal_encoding{part}_deg": limit})
-        assert stored.format != "BC5_SNORM" and stored.errors[f"normal_encoding{part}_deg"] <= limit
-        assert f"normal_encoding{part}_deg" in str(stored.reason)
 
 
 def test_a_limit_that_the_filter_just_keeps_is_within_reach_and_none_of_the_filters_own() -> None:

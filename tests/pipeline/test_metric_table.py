@@ -81,3 +81,9 @@ def test_each_row_has_a_unit_a_reference_what_it_shares_and_how_sure_it_is() -> 
     for row in rows():
         assert len(row) == 5 and all(row), row
         assert row[4].startswith(("exact", "sampled", "bound")), row
+
+
+def test_no_budget_names_an_error_whose_reference_a_tier_chooses() -> None:
+    chosen = [row for row in rows() if "chosen" in row[3]]
+    names = {name for row in chosen for name in re.findall(r"`([a-z0-9_]+)`", row[0])}
+    assert "normal_encoding_p99_deg" in names and not names & METRICS.keys()
