@@ -12,6 +12,7 @@ import numpy.typing as npt
 from paradize.metrics.levels import encoding_error, filter_error, open_error
 from paradize.metrics.source import true_gloss
 from paradize.stages import gutter
+from paradize.stages.filters import EXACT, FAST
 from paradize.stages.gloss import GlossSettings, gloss_map
 from paradize.stages.height import luminance_plane
 from paradize.stages.mips import gloss_bundle
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 F32 = npt.NDArray[np.float32]
 I32 = npt.NDArray[np.int32]
+SMALL = 256 * 256  # texels: up to there a filter is measured within milliseconds
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,18 @@ class Layout:
 def filter_errors(ground: Ground) -> dict[str, float]:
     """Degrees between the filter's normals and the true ones: what the filter alone costs."""
     return _parts("normal_filter", filter_error(ground))
+
+
+def no_worse_than_fast(ground: Ground) -> Ground:
+    """The ground with the filter that `auto` chose for it. Where on up to SMALL texels that errs more than
+    tier `fast`'s, by any of filter_errors, slopes become those of tier `exact`: of codes held to what these
+    leave open, of floats EXACT's. `auto` predicts by a spectrum, of which small maps hold little."""
+    if ground.heights.size > SMALL or ground.filter_name in (FAST, EXACT):
+        return ground
+    own, fast = filter_errors(ground), filter_errors(replace(ground, filter_name=FAST, held=False))
+    if all(own[name] <= fast[name] for name in own):
+        return ground
+    return replace(ground, filter_name=EXACT) if ground.codes is None else replace(ground, held=True)
 
 
 def open_angles(ground: Ground) -> dict[str, float]:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from paradize.bake_color import spread
 from paradize.bake_map_png import png_maps
-from paradize.bake_map_rows import Layout, MapRows
+from paradize.bake_map_rows import SMALL, Layout, MapRows, no_worse_than_fast
 from paradize.bake_map_textures import ktx2_maps
 from paradize.bake_product import MapProduct, one_of, wraps_of
 from paradize.data import Ground, Image
@@ -174,14 +174,14 @@ def map_rows(
         image = replace(image, values=spread(image.values, wraps))
     heights = _heights(image, source, levels)
     islands = None if layout is None else layout.islands
-    truth = true_heights(image, source, levels) if measure else None
+    known = measure or heights.size <= SMALL  # there the filter is measured too
+    truth = true_heights(image, source, levels) if known else None
     codes, held = _code_heights(image, partial(_heights, source=source, levels=levels)), False
-    true_codes = (
-        _code_heights(image, partial(true_heights, source=source, levels=levels)) if measure else None
-    )
+    true_codes = _code_heights(image, partial(true_heights, source=source, levels=levels)) if known else None
     shaped = source == "color" and levels is not None
     true_light = true_heights(image, source, Levels()) if measure and shaped else None
-    if filter_name == "auto":  # by the steps as they were: what is left of them looks like waves
+    asked = filter_name
+    if asked == "auto":  # by the steps as they were: what is left of them looks like waves
         held = tier == "exact" and codes is not None
         filter_name = choose_filter(heights, image.source_bits, wraps, tier, islands, codes)
     if destep:
@@ -205,6 +205,8 @@ def map_rows(
     )
     picture = image if shaped else None
     del image  # the codes of a height map are not needed any more
+    if asked == "auto":
+        ground = no_worse_than_fast(ground)
     made = MapRows(ground, tuple(only), unit, picture, gloss or GlossSettings(), layout, true_light)
     return made, Picture(source, guess, warnings)
 

@@ -10,7 +10,7 @@ from typing import Any
 from paradize.bake_color import color_formats, color_texture, color_values
 from paradize.bake_cubemap import read_faces
 from paradize.bake_makers import layout_of
-from paradize.bake_map_rows import MapRows, filter_errors
+from paradize.bake_map_rows import MapRows, filter_errors, no_worse_than_fast
 from paradize.bake_map_textures import dudv_texture, map_errors, map_textures
 from paradize.bake_maps import map_rows, relief_levels
 from paradize.bake_product import flat_errors, wraps_of
@@ -178,10 +178,11 @@ def filter_tier(sources: dict[str, Path], settings: Settings, tier: str, runs: i
     height, width = first.heights.shape
 
     def make() -> Ground:
-        name = named
+        ground = first
         if named == "auto":
             name = choose_filter(first.heights, bits, first.wrap, tier, first.islands, first.codes)
-        ground = replace(first, filter_name=name)
+            held = tier == "exact" and first.codes is not None
+            ground = no_worse_than_fast(replace(first, filter_name=name, held=held))
         normals = prepare(ground)
         run(lambda band: _drop(normals.rows(*band)), bands_of(height, width))
         return ground

@@ -17,6 +17,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from paradize.bake_map_rows import SMALL, no_worse_than_fast
+from paradize.bake_maps import bake_maps
+from paradize.bake_product import MapProduct
 from paradize.budget import METRICS
 from paradize.data import Ground
 from paradize.errors import ParadizeError
@@ -25,6 +28,7 @@ from paradize.stages import normal
 from paradize.tradeoff import _worst
 from paradize.tradeoff_plan import FileOptions, file_groups
 from paradize.tradeoff_time import Asked
+from tests.pipeline.heights import save
 
 STAGES = ("levels of detail", "tangent frames", "terrain", "slope filter")
 ALIKE = 0.02  # errors nearer to each other than this share are one, as `paradize measure` has it
@@ -115,6 +119,42 @@ def test_slopes_of_eighth_order_are_not_held_to_themselves(monkeypatch: pytest.M
     monkeypatch.setattr(normal, "_held_slopes", lambda *_: pytest.fail("held"))
     free, held = (normal.prepare(ground).rows(0, 12) for ground in grounds)
     assert (free == held).all()
+
+
+_ROOF = np.repeat(np.abs(np.arange(32) - 16)[None, :], 32, axis=0)
+_STAIR = (np.arange(256) // 16)[None, :]
+# For these `auto` predicts that a long fit errs least; it errs far more than the central difference.
+MISJUDGED = {
+    "roof.png": (_ROOF * 8).astype(np.uint8),
+    "stair.png": (_STAIR * 17).astype(np.uint8),
+    "stair of 16 bits.png": (_STAIR * 4369).astype(np.uint16),
+    "roof of half floats.exr": (_ROOF / 16).astype(np.float32),
+    "stair of half floats.exr": (_STAIR / 16).astype(np.float32),
+}
+
+
+@pytest.mark.parametrize("name", MISJUDGED)
+def test_a_small_map_has_its_tiers_in_order_where_auto_misjudges_it(name: str, tmp_path: Path) -> None:
+    path = save(tmp_path / name, MISJUDGED[name][:, :, None])
+
+    def baked(tier: str, measure: bool = True) -> MapProduct:
+        return bake_maps(
+            path, only=["normal"], source="height", strength=20, tier=tier, measure=measure
+        )["normal"]  # fmt: skip
+
+    tiers = [baked(tier) for tier in ("fast", "balanced", "exact")]
+    for one, after in itertools.pairwise(tiers):
+        for part in ("p99", "mean", "max", "filter", "filter_p99", "filter_max"):
+            metric = f"normal_{part}_deg"
+            assert after.errors[metric] <= one.errors[metric], (metric, one.filter, after.filter)
+    assert baked("balanced", measure=False).data == tiers[1].data
+
+
+def test_the_filter_of_a_large_map_is_not_measured() -> None:
+    heights = np.resize(_STAIR[0] / np.float32(16), (SMALL // 256 + 1, 256)).astype(np.float32)
+    grounds = [Ground(part, (20.0, 20.0), (False, False), "smooth6") for part in (heights, heights[:-1])]
+    assert no_worse_than_fast(grounds[0]) is grounds[0]
+    assert no_worse_than_fast(grounds[1]).filter_name == "eighth"
 
 
 @pytest.mark.deep

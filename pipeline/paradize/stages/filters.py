@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     I32 = npt.NDArray[np.int32]
 
 SPECTRAL = "spectral"
+FAST = "central"
 EXACT = "eighth"
 TIERS = ("fast", "balanced", "exact")
 # A filter that reads more texels is taken when its predicted error is below this part of the best so far.
@@ -132,7 +133,7 @@ def choose_filter(
     if tier not in TIERS:
         raise BakeError(f"no tier {tier!r}", mend=f"one of {', '.join(TIERS)}")
     if tier == "fast":
-        return "central"
+        return FAST
     if tier == "exact" and source_bits == 32:
         return EXACT
     # A filter that is longer than the map would read nothing but reflections of its edges.
