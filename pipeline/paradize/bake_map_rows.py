@@ -17,6 +17,7 @@ from paradize.stages.gloss import GlossSettings, gloss_map
 from paradize.stages.height import luminance_plane
 from paradize.stages.mips import gloss_bundle
 from paradize.stages.normal import prepare
+from paradize.stages.sweep import bands_of
 
 if TYPE_CHECKING:
     from paradize.data import Ground, Image, Texture
@@ -117,21 +118,22 @@ class MapRows:
 
     def truth(self, name: str) -> F32:
         """What all rows of "height" or "gloss" are held to, of the picture itself (metrics/source.py)."""
-        ground, (low, span) = self.ground, self._unit
+        ground, (low, span), look = self.ground, self._unit, self._gloss
         heights = ground.heights if ground.truth is None else ground.truth
-        if (low, span) != (0.0, 1.0):
-            heights = ((heights.astype(np.float64) - low) / span).astype(np.float32)
-        rows = len(heights)
-        if name == "height":
-            return self._part(heights, 0, rows)[:, :, None]
-        shown: npt.NDArray[Any] = heights
-        if self._picture is not None and self._truth is not None:
-            shown = self._truth
-        look = self._gloss
-        gloss = true_gloss(self._part(shown, 0, rows), look.levels, look.specular, look.smoothness)
-        if self._layout is not None and self._layout.mask is not None:
-            gloss[:, :, 0] *= self._part(self._layout.mask, 0, rows)
-        return gloss
+        mask = None if self._layout is None else self._layout.mask
+        light = None if name == "height" or self._picture is None else self._truth
+        out = np.empty((*heights.shape, 1 if name == "height" else 2), np.float32)
+        for first, last in bands_of(*heights.shape):
+            shown = self._part(heights if light is None else light, first, last)
+            if light is None and (low, span) != (0.0, 1.0):
+                shown = ((shown.astype(np.float64) - low) / span).astype(np.float32)
+            if name == "height":
+                out[first:last, :, 0] = shown
+                continue
+            out[first:last] = true_gloss(shown, look.levels, look.specular, look.smoothness)
+            if mask is not None:
+                out[first:last, :, 0] *= self._part(mask, first, last)
+        return out
 
     def bundle(self, names: Collection[str], first: int, last: int) -> Bundle:
         """What belongs to the rows of some maps (see stages.sweep)."""

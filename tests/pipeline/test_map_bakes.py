@@ -98,6 +98,12 @@ def tiles(path: Path, count: int) -> Path:
     return path
 
 
+def test_small_maps_with_a_uv_layout_need_at_most_eight_times_their_heights(tmp_path: Path) -> None:
+    size = 2048
+    uv = tiles(tmp_path / "uv.obj", 8)
+    assert peak_bytes(height_map(tmp_path / "h.png", size), "ktx2", str(uv)) <= 8 * 4 * size * size
+
+
 @pytest.mark.deep
 @pytest.mark.parametrize("fmt", ["ktx2", "png"])
 def test_maps_with_a_uv_layout_need_at_most_six_times_their_heights_too(tmp_path: Path, fmt: str) -> None:
