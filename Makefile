@@ -90,9 +90,17 @@ $(stamps)/python-run: setup/python-run.txt setup/python-source.txt $(stamps)/deb
 	@[ -x $(bin)/python ] || $(PYTHON) -m venv $(venv)
 	@echo "installing the Python packages of setup/python-run.txt"
 	@$(bin)/pip install -q --disable-pip-version-check --require-hashes --only-binary :all: -r setup/python-run.txt
-	@echo "building openmesh and meshoptimizer (about a minute)"
-	@$(alone) CMAKE_POLICY_VERSION_MINIMUM=3.5 $(bin)/pip install -q --disable-pip-version-check \
+	@echo "building meshoptimizer"
+	@$(alone) $(bin)/pip install -q --disable-pip-version-check \
 	    --no-build-isolation --no-deps --require-hashes -r setup/python-source.txt
+	@touch $@
+
+$(stamps)/openmesh: setup/openmesh.txt $(stamps)/python-run
+	@echo "fetching the sources of OpenMesh"
+	@rm -rf build/openmesh
+	@$(alone) $(bin)/pip download -q --disable-pip-version-check --no-build-isolation --no-deps --no-binary :all: \
+	    --require-hashes -r setup/openmesh.txt -d build/openmesh
+	@tar -xzf build/openmesh/openmesh-*.tar.gz -C build/openmesh --strip-components=3 --wildcards '*/OpenMesh/src/OpenMesh'
 	@touch $@
 
 $(stamps)/python-test: setup/python-test.txt $(stamps)/python-run
@@ -105,7 +113,7 @@ $(stamps)/python-bench: setup/python-bench.txt $(stamps)/python-test
 	@$(bin)/pip install -q --disable-pip-version-check --require-hashes --only-binary :all: -r setup/python-bench.txt
 	@touch $@
 
-$(stamps)/kernels: $(kernel_files) pyproject.toml CMakeLists.txt $(stamps)/python-run
+$(stamps)/kernels: $(kernel_files) pyproject.toml CMakeLists.txt $(stamps)/python-run $(stamps)/openmesh
 	@echo "building the kernels"
 	@$(alone) $(bin)/pip install -q --disable-pip-version-check --no-build-isolation --no-deps -e .
 	@touch $@

@@ -11,7 +11,6 @@ LIBRARIES = (
     "nanobind",
     "numpy",
     "openimageio",
-    "openmesh",
     "soundfile",
     "zstandard",
 )
