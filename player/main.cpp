@@ -1,10 +1,10 @@
 // Arguments in, exit code out; the only catch.
 
+#include "app/messages.hpp"
+#include "app/options.hpp"
+#include "app/show.hpp"
 #include "error.hpp"
-#include "messages.hpp"
-#include "options.hpp"
 #include "passes/pass.hpp"
-#include "show.hpp"
 
 #include <exception>
 #include <string>

@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 import re
 import subprocess
+from collections import Counter
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -12,119 +14,93 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "pipeline/paradize"
 
-GROUND = {"data", "documents", "errors", "files", "kernels", "kinds"}
-LAYERS = {
-    "__main__": {"cli"},
-    # room: what it may import (besides itself and the ground)
-    "cli": {
-        "tradeoff",
-        "check",
-        "explain",
-        "export",
-        "report",
-        "new",
-        "watch",
-        "bake",
-        "scene",
-        "budget",
-        "engine",
-    },
-    "tradeoff": {
-        "bake",
-        "require",
-        "readers",
-        "stages",
-        "formats",
-        "metrics",
-        "scene",
-        "budget",
-        "flight",
-        "engine",
-    },
-    "watch": {"bake", "engine"},
-    "check": {"bake", "formats", "metrics", "scene", "budget", "schema", "flight"},
-    "explain": {"bake", "require", "scene", "budget", "schema", "formats"},
-    "export": {"bake", "report", "formats", "metrics", "engine", "flight"},
-    "new": {"readers", "formats", "engine"},
-    "report": {"bake", "engine", "formats", "metrics", "scene", "budget"},
-    "bake": {
-        "require",
-        "engine",
-        "readers",
-        "stages",
-        "formats",
-        "metrics",
-        "scene",
-        "budget",
-        "schema",
-        "flight",
-    },
-    "require": {"scene", "flight"},
-    "flight": {"scene"},
-    "scene": {"schema", "budget"},
-    "budget": {"schema"},
-    "schema": set(),
-    "stages": set(),
-    "readers": set(),
-    "formats": set(),
-    "metrics": set(),
-    "engine": set(),
-    "data": set(),
-    "errors": set(),
-    "documents": {"files"},
-    "files": set(),
-    "kernels": set(),
-    "kinds": {"documents", "files"},
+# The floors of the house, the highest first: a room imports from lower floors alone, and rooms of one floor
+# never import one another. A metric that called a stage would judge itself.
+FLOORS = (
+    {"__main__"},
+    {"cli"},
+    {"measure", "check", "report", "explain", "export", "watch", "new"},
+    {"build"},
+    {"bakers"},
+    {"visibility", "preview"},
+    {"cluster"},
+    {"stages", "readers", "formats", "metrics", "store", "jobs"},
+    {"scene"},
+    {"kinds"},
+    {"documents"},
+    {"files"},
+    {"kernels", "data"},
+    {"errors"},
+)
+FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
+# What knows neither a scene nor its settings.
+STRANGERS = {"stages", "readers", "formats", "metrics", "store", "jobs"}
+MODULES = {
+    ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in sorted(PACKAGE.rglob("*.py"))
 }
 
 
-def whose(name: str) -> str:
-    """bake_mesh.py, bake_maps.py ... are rooms of bake, one per kind of product; cli_options.py is of cli,
-    new_sources.py of new, tradeoff_curve.py of tradeoff."""
-    first = name.partition("_")[0]
-    return first if first in ("bake", "cli", "explain", "export", "new", "tradeoff") else name
+def room_of(module: str) -> str:
+    return module.split(".")[1] if "." in module else ""
 
 
-def room_of(path: Path) -> str:
-    return whose(path.relative_to(PACKAGE).parts[0].removesuffix(".py"))
-
-
-def imported_rooms(path: Path) -> set[str]:
-    rooms = set()
-    for node in ast.walk(ast.parse(path.read_text())):
-        names: list[str] = []
+def imports_of(module: str) -> set[str]:
+    """The modules of the package that a module imports, also where only types or one function need them."""
+    found = set()
+    for node in ast.walk(ast.parse(MODULES[module].read_text())):
         if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
+            found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: relative imports hide the direction"
-            names = [node.module or ""]
-            if node.module == "paradize":
-                names = [f"paradize.{alias.name}" for alias in node.names]
-        for name in names:
-            parts = name.split(".")
-            if parts[0] == "paradize" and len(parts) > 1:
-                rooms.add(whose(parts[1]))
-    return rooms - {"__version__"}
+            assert node.level == 0, f"{module}: relative imports hide the direction"
+            names = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= {name if name in MODULES else str(node.module) for name in names}
+    return (found & MODULES.keys()) - {module}  # a package imports its native module
 
 
-def test_python_imports_run_one_way() -> None:
+def test_every_room_has_its_floor() -> None:
+    assert {room_of(module) for module in MODULES} - {""} == FLOOR.keys()
+
+
+def test_rooms_import_from_lower_floors_alone() -> None:
     wrong = []
-    for path in sorted(PACKAGE.rglob("*.py")):
-        room = room_of(path)
-        if room == "__init__":
-            continue
-        allowed = LAYERS[room] | {room} | (GROUND if room not in GROUND else {"errors"})
-        wrong += [f"{path.relative_to(ROOT)} imports {r}" for r in sorted(imported_rooms(path) - allowed)]
+    for module in MODULES:
+        room = room_of(module)
+        for name in imports_of(module):
+            other = room_of(name)
+            strange = room in STRANGERS and other == "scene"
+            if room and other and other != room and (FLOOR[other] <= FLOOR[room] or strange):
+                wrong.append(f"{module} imports {name}")
     assert not wrong
 
 
-def test_every_room_has_a_layer_and_every_layer_a_room() -> None:
-    assert {room_of(path) for path in PACKAGE.rglob("*.py")} - {"__init__"} == set(LAYERS)
+def test_no_modules_import_one_another_in_a_circle() -> None:
+    graph = {module: imports_of(module) for module in MODULES}
+    try:
+        tuple(TopologicalSorter(graph).static_order())
+    except CycleError as circle:
+        pytest.fail(" -> ".join(circle.args[1]))
+
+
+def test_every_room_says_what_is_inside() -> None:
+    doors = {path.parent / "__init__.py" for path in MODULES.values()}
+    assert not [door for door in doors if not ast.get_docstring(ast.parse(door.read_text()))]
+
+
+def test_files_stand_in_folders_not_behind_prefixes() -> None:
+    """Five files of a folder whose names begin with the same word belong into a folder of that name."""
+    stems = set()
+    for root in ("pipeline", "player"):
+        for path in (ROOT / root).rglob("*.*"):
+            if path.suffix in (".py", ".cpp", ".hpp"):
+                stems.add((path.parent.relative_to(ROOT), path.stem))
+    firsts = Counter((folder, stem.partition("_")[0]) for folder, stem in stems if "_" in stem.strip("_"))
+    assert [f"{folder}/{word}_*" for (folder, word), count in firsts.items() if count >= 5] == []
 
 
 def test_every_topic_of_kernels_is_built_and_tested_without_python() -> None:
     kernels = PACKAGE / "kernels"
-    bound = {path.stem.split("_")[1] for path in kernels.glob("bind_*.cpp")}
+    bound = {path.parent.name for path in kernels.glob("*/bind.cpp")}
     topics = re.search(r"foreach\(topic IN ITEMS ([a-z0-9 ]+)\)", (kernels / "CMakeLists.txt").read_text())
     assert topics is not None
     assert set(topics[1].split()) == bound
@@ -141,14 +117,23 @@ def test_metrics_never_use_a_kernel_of_a_stage() -> None:
     assert not wrong
 
 
+# The same of the player, below main.cpp: readers of files and OpenGL's objects know nothing of one another.
+PLAYER_FLOORS = ({"app"}, {"render"}, {"passes"}, {"streaming"}, {"scene"}, {"assets", "gl"}, {"player"})
+
+
 def test_player_includes_run_one_way() -> None:
-    forbidden = {"assets": ("gl/", "passes/"), "gl": ("assets/", "passes/")}
+    floor = {room: height for height, rooms in enumerate(PLAYER_FLOORS) for room in rooms}
+    player = ROOT / "player"
+    files = [path for path in sorted(player.rglob("*.[ch]pp")) if path != player / "main.cpp"]
+    assert {path.parent.name for path in files} == floor.keys()
     wrong = []
-    for room, banned in forbidden.items():
-        for path in sorted((ROOT / "player" / room).glob("*.[ch]pp")):
-            for include in re.findall(r'#include "([^"]+)"', path.read_text()):
-                if include.startswith(banned):
-                    wrong.append(f"{path.relative_to(ROOT)} includes {include}")
+    for path in files:
+        room = path.parent.name
+        for include in re.findall(r'^ *# *include "([^"]+)"', path.read_text(), re.MULTILINE):
+            other = (player / include).parent.name
+            assert (player / include).is_file(), f"{path}: {include} is named from player/"
+            if other != room and floor[other] <= floor[room]:
+                wrong.append(f"{path.relative_to(ROOT)} includes {include}")
     assert not wrong
 
 
@@ -222,11 +207,11 @@ READING = {
 }  # fmt: skip
 FREE = {
     "files.py": "it is the way",
-    "cli.py": "the null device",
-    "engine/limits.py": "what the kernel says of memory",
-    "engine/loader.py": "our own modules",
-    "engine/code.py": "our own modules",
-    "engine/cluster_far.py": "our own modules",
+    "cli/main.py": "the null device",
+    "jobs/limits.py": "what the kernel says of memory",
+    "jobs/loader.py": "our own modules",
+    "jobs/code.py": "our own modules",
+    "cluster/dask_worker.py": "our own modules",
     "kernels/digest.py": "our own sources, as they are built",
 }
 
@@ -277,7 +262,11 @@ def test_the_test_of_open_sees_each_way_to_read_a_file(text: str) -> None:
     assert isinstance(call, ast.Call) and reads_a_file(call)
 
 
-ROUND_TRIPS = {"bake_inputs.py", "bake_footprint.py", "documents.py"}  # what the same process wrote as JSON
+ROUND_TRIPS = {
+    "build/job_inputs.py",
+    "visibility/texel_footprint.py",
+    "documents.py",
+}  # what the same process wrote as JSON
 
 
 def test_json_and_toml_of_others_are_parsed_in_one_place() -> None:

@@ -138,7 +138,7 @@ def test_a_probe_that_finds_not_even_python_says_nothing(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("touched", "rebuilt", "left"),
     [
-        ("pipeline/paradize/kernels/mathx.hpp", "building the kernels", "building the player"),
+        ("pipeline/paradize/kernels/math/functions.hpp", "building the kernels", "building the player"),
         ("player/main.cpp", "building the player", "building the kernels"),
     ],
 )

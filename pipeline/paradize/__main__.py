@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import sys
 
-from paradize.cli_interrupt import ignore, leave_at_once
+from paradize.cli.interrupt import ignore, leave_at_once
 
 
 def start() -> None:
     """Runs the command line and ends the process with its exit code."""
     leave_at_once()  # loading the rest takes a while
-    from paradize.cli import main
+    from paradize.cli.main import main
 
     code = main()
     ignore()

@@ -137,7 +137,7 @@ class Heightfield:
 
 
 @dataclass(frozen=True)
-class Ground:
+class HeightMap:
     """Heights of a map and how its normals are taken from them.
 
     heights: (h, w) float32. slope_scale: slope of one unit of height between neighbours along (x, y):
@@ -178,7 +178,7 @@ class Texture:
 
 
 @dataclass(frozen=True)
-class Lattice:
+class QuantizationGrid:
     """Places that whole numbers can name: origin + code * step along each axis, codes 0 to 65,535.
 
     step, origin: metres along x, y, z; steps are above 0.
@@ -194,7 +194,7 @@ class Lattice:
 
 
 @dataclass(frozen=True)
-class Codes:
+class QuantizedValues:
     """A mesh's vertices as whole numbers, one row each; what is float32 stayed as it was.
 
     positions: (n, 3), places of `lattice`. normals (n, 3), tangents (n, 4): v = max(code / 127, -1) or of
@@ -203,7 +203,7 @@ class Codes:
     (n, 4), code / 255 or / 65,535.
     """
 
-    lattice: Lattice
+    lattice: QuantizationGrid
     positions: U16
     normals: I8 | I16 | F32 | None = None
     tangents: I8 | I16 | F32 | None = None
@@ -222,4 +222,4 @@ class Lod:
     error_max: float
     error_rms: float
     errors: Mapping[str, float] = field(default_factory=dict)
-    codes: Codes | None = None
+    codes: QuantizedValues | None = None

@@ -2,7 +2,7 @@
 // A file, read whole into memory of its own: whatever happens to the file afterwards, these bytes stay. (A
 // mapping would end the program with SIGBUS where the file becomes shorter.)
 
-#include "assets/room.hpp"
+#include "assets/reserved_memory.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -52,7 +52,7 @@ class FileBytes {
     class Descriptor;
     void read(const Descriptor &file, const std::string &name, const Each &each);
 
-    std::optional<Room> room_;
+    std::optional<ReservedMemory> room_;
     std::unique_ptr<Descriptor> open_; // while a part is given back
     std::size_t kept_ = 0;             // bytes that read() leaves as they are
 };

@@ -2,7 +2,7 @@
 // KTX2 textures as the bake writes them (Khronos KTX 2.0 specification; pipeline/paradize/formats/FORMAT.md).
 // Zstandard-supercompressed levels are found and checked here; an Inflater unpacks them.
 
-#include "assets/room.hpp"
+#include "assets/reserved_memory.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -55,9 +55,9 @@ struct Ktx2Level {
 
 struct Ktx2 {
     PixelFormat format = PixelFormat::rgba8_unorm;
-    std::uint32_t faces = 1;       // 1, or 6: +X -X +Y -Y +Z -Z
-    std::vector<Ktx2Level> levels; // level 0, the finest, first
-    std::vector<Room> rooms;       // of supercompressed files: one a level
+    std::uint32_t faces = 1;           // 1, or 6: +X -X +Y -Y +Z -Z
+    std::vector<Ktx2Level> levels;     // level 0, the finest, first
+    std::vector<ReservedMemory> rooms; // of supercompressed files: one a level
 };
 
 /// Edge of the largest texture that is taken.

@@ -13,7 +13,7 @@ enum Unit : unsigned { unit_color, unit_normal, unit_height, unit_gloss };
 /// Leaves are what is seen from both sides; so much of the light behind comes through.
 constexpr float leaf_translucency = 0.55F;
 
-std::string parallax_define(const Detail &detail) {
+std::string parallax_define(const RenderSettings &detail) {
     return "PARALLAX_STEPS " + std::to_string(detail.parallax_steps);
 }
 
@@ -54,7 +54,7 @@ ObjectsPass::ObjectsPass(const PassSetup &setup)
     }
 }
 
-unsigned ObjectsPass::sampler(gl::Wrap wrap, std::optional<int> max_level, const Detail &detail) {
+unsigned ObjectsPass::sampler(gl::Wrap wrap, std::optional<int> max_level, const RenderSettings &detail) {
     for (const KnownSampler &known : samplers_) {
         if (known.wrap == wrap && known.max_level == max_level) {
             return known.sampler.name();

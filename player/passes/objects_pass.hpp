@@ -4,9 +4,9 @@
 #include "gl/handle.hpp"
 #include "gl/program.hpp"
 #include "gl/texture.hpp"
+#include "passes/environment_bindings.hpp"
 #include "passes/pass.hpp"
-#include "passes/surroundings.hpp"
-#include "scene.hpp"
+#include "streaming/scene.hpp"
 
 #include <array>
 #include <optional>
@@ -24,11 +24,11 @@ class ObjectsPass : public Pass {
 
     gl::Program depth_;
     gl::Program program_;
-    Surroundings surroundings_;
+    EnvironmentBindings surroundings_;
     /// How one object's maps are read: sampler names, as in Unit.
     using MapSamplers = std::array<unsigned, 4>;
     const MapSamplers &samplers_of(const Frame &frame, const Object &object) const;
-    unsigned sampler(gl::Wrap wrap, std::optional<int> max_level, const Detail &detail);
+    unsigned sampler(gl::Wrap wrap, std::optional<int> max_level, const RenderSettings &detail);
 
     struct KnownSampler {
         gl::Wrap wrap;

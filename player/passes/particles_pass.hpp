@@ -5,8 +5,8 @@
 #include "assets/scene_file.hpp"
 #include "gl/handle.hpp"
 #include "gl/program.hpp"
+#include "passes/environment_bindings.hpp"
 #include "passes/pass.hpp"
-#include "passes/surroundings.hpp"
 
 #include <glm/vec3.hpp>
 
@@ -73,7 +73,7 @@ class ParticlesPass : public Pass {
 
   private:
     gl::Program program_;
-    Surroundings surroundings_;
+    EnvironmentBindings surroundings_;
     gl::VertexArray quads_;
     gl::Buffer instances_;
     std::vector<ParticleSwarm> swarms_;

@@ -1,7 +1,7 @@
 #pragma once
 // One drawing step of the player, and the list of them.
 
-#include "quality.hpp"
+#include "scene/quality.hpp"
 
 #include <cstddef>
 #include <memory>
@@ -23,7 +23,7 @@ struct View;
 struct PassSetup {
     const Scene &scene;
     const gl::ShaderLibrary &shaders;
-    Detail detail; // what the pass draws with; another detail is another pass
+    RenderSettings detail; // what the pass draws with; another detail is another pass
 };
 
 /// Constructors load shaders and make GL objects, and may throw; the functions below never throw and never
@@ -40,9 +40,9 @@ class Pass {
     /// The picture has this size: called before the first frame and after every change. Targets are made
     /// here.
     virtual void resize(int /*width_px*/, int /*height_px*/) {}
-    /// One fixed step of the simulation, from `time_s` to time_s + step_s (frame.hpp). Counted from second 0,
-    /// so that a moment of the show looks the same however it was reached; a show that begins after its tenth
-    /// minute begins to step ten minutes before.
+    /// One fixed step of the simulation, from `time_s` to time_s + step_s (passes/frame.hpp). Counted from
+    /// second 0, so that a moment of the show looks the same however it was reached; a show that begins after
+    /// its tenth minute begins to step ten minutes before.
     virtual void step(double /*time_s*/) {}
     /// Goes on from where the passes of another renderer have stepped to. False: it cannot, and is to be
     /// stepped from the beginning; true also for a pass that does not step.
@@ -65,6 +65,6 @@ std::vector<std::size_t> wanted_passes(const assets::SceneFile &file, std::span<
 /// Throws Error.
 std::unique_ptr<Pass> make_pass(std::size_t which, const PassSetup &setup);
 /// Is a pass made for one detail as good for the other?
-bool suits(std::size_t which, const Detail &made_for, const Detail &wanted);
+bool suits(std::size_t which, const RenderSettings &made_for, const RenderSettings &wanted);
 
 } // namespace paradize

@@ -1,8 +1,8 @@
 #include "passes/post_pass.hpp"
 
-#include "frame.hpp"
 #include "gl/framebuffer.hpp"
 #include "gl/texture.hpp"
+#include "passes/frame.hpp"
 
 #include <epoxy/gl.h>
 #include <glm/vec2.hpp>

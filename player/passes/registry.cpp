@@ -23,7 +23,7 @@ using assets::SceneFile;
 struct Entry {
     std::string_view name;
     bool (*wanted)(const SceneFile &file);
-    bool (*suits)(const Detail &a, const Detail &b);
+    bool (*suits)(const RenderSettings &a, const RenderSettings &b);
     std::unique_ptr<Pass> (*make)(const PassSetup &setup);
 };
 
@@ -32,30 +32,35 @@ std::unique_ptr<Pass> make(const PassSetup &setup) {
     return std::make_unique<P>(setup);
 }
 
-bool always(const Detail & /*a*/, const Detail & /*b*/) {
+bool always(const RenderSettings & /*a*/, const RenderSettings & /*b*/) {
     return true;
 }
 
-bool same_light(const Detail &a, const Detail &b) {
+bool same_light(const RenderSettings &a, const RenderSettings &b) {
     return a.shadow_filter == b.shadow_filter && a.mip_bias == b.mip_bias;
 }
 
-bool same_surface(const Detail &a, const Detail &b) {
+bool same_surface(const RenderSettings &a, const RenderSettings &b) {
     return same_light(a, b) && a.anisotropy == b.anisotropy;
 }
 
 constexpr std::array<Entry, 9> entries{{
     {"shadow", [](const SceneFile &f) { return f.shadow.has_value(); },
-     [](const Detail &a, const Detail &b) { return a.shadow_size_px == b.shadow_size_px; }, make<ShadowPass>},
+     [](const RenderSettings &a, const RenderSettings &b) { return a.shadow_size_px == b.shadow_size_px; },
+     make<ShadowPass>},
     {"reflection", [](const SceneFile &f) { return f.water && f.reflection_scale; },
-     [](const Detail &a, const Detail &b) { return a.reflection_scale == b.reflection_scale; },
+     [](const RenderSettings &a, const RenderSettings &b) {
+         return a.reflection_scale == b.reflection_scale;
+     },
      make<ReflectionPass>},
     {"refraction", [](const SceneFile &f) { return f.water && f.refraction_scale; },
-     [](const Detail &a, const Detail &b) { return a.refraction_scale == b.refraction_scale; },
+     [](const RenderSettings &a, const RenderSettings &b) {
+         return a.refraction_scale == b.refraction_scale;
+     },
      make<RefractionPass>},
     {"terrain", [](const SceneFile &f) { return f.terrain.has_value(); }, same_surface, make<TerrainPass>},
     {"objects", [](const SceneFile &f) { return !f.objects.empty(); },
-     [](const Detail &a, const Detail &b) {
+     [](const RenderSettings &a, const RenderSettings &b) {
          return same_surface(a, b) && a.parallax_steps == b.parallax_steps;
      },
      make<ObjectsPass>},
@@ -97,7 +102,7 @@ std::unique_ptr<Pass> make_pass(std::size_t which, const PassSetup &setup) {
     return entries[which].make(setup);
 }
 
-bool suits(std::size_t which, const Detail &made_for, const Detail &wanted) {
+bool suits(std::size_t which, const RenderSettings &made_for, const RenderSettings &wanted) {
     return entries[which].suits(made_for, wanted);
 }
 

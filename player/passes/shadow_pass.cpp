@@ -1,8 +1,8 @@
 #include "passes/shadow_pass.hpp"
 
-#include "frame.hpp"
 #include "gl/framebuffer.hpp"
 #include "gl/texture.hpp"
+#include "passes/frame.hpp"
 
 #include <glm/gtc/type_ptr.hpp>
 

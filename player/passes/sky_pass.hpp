@@ -2,8 +2,8 @@
 // The sky: a cube map behind everything, lost in haze towards the horizon.
 
 #include "gl/program.hpp"
+#include "passes/environment_bindings.hpp"
 #include "passes/pass.hpp"
-#include "passes/surroundings.hpp"
 
 namespace paradize {
 
@@ -14,7 +14,7 @@ class SkyPass : public Pass {
 
   private:
     gl::Program program_;
-    Surroundings surroundings_;
+    EnvironmentBindings surroundings_;
     int limit_at_ = -1;
 };
 

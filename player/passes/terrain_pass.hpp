@@ -3,8 +3,8 @@
 
 #include "gl/handle.hpp"
 #include "gl/program.hpp"
+#include "passes/environment_bindings.hpp"
 #include "passes/pass.hpp"
-#include "passes/surroundings.hpp"
 
 namespace paradize {
 
@@ -16,7 +16,7 @@ class TerrainPass : public Pass {
   private:
     gl::Program depth_;
     gl::Program program_;
-    Surroundings surroundings_;
+    EnvironmentBindings surroundings_;
     gl::Sampler sampler_; // repeats
     gl::Sampler once_;    // clamps: the effect map covers the terrain once; sharpened by its mips, which stay
     int depth_model_at_ = -1, depth_cutoff_at_ = -1;

@@ -3,8 +3,8 @@
 
 #include "gl/handle.hpp"
 #include "gl/program.hpp"
+#include "passes/environment_bindings.hpp"
 #include "passes/pass.hpp"
-#include "passes/surroundings.hpp"
 
 namespace paradize {
 
@@ -15,7 +15,7 @@ class WaterPass : public Pass {
 
   private:
     gl::Program program_;
-    Surroundings surroundings_;
+    EnvironmentBindings surroundings_;
     gl::Sampler clamped_;
     gl::VertexArray grid_;
     gl::Buffer vertices_, indices_;

@@ -1,8 +1,8 @@
 #pragma once
 // The two pictures that the water is made of: what it mirrors, and what lies in it.
 
-#include "frame.hpp"
 #include "gl/handle.hpp"
+#include "passes/frame.hpp"
 #include "passes/pass.hpp"
 
 namespace paradize {

@@ -42,7 +42,7 @@ def cpu_flags() -> set[str]:
 
 
 def _widest() -> str:
-    """The instruction set that our kernels choose at run time (kernels/cpu.hpp)."""
+    """The instruction set that our kernels choose at run time (kernels/simd/cpu.hpp)."""
     flags = cpu_flags()
     if {"avx512f", "avx512vl", "avx512dq", "avx512bw"} <= flags:
         return "AVX-512"

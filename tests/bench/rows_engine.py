@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from paradize.engine.workers import Job, run_jobs
+from paradize.jobs.pool import Job, run_jobs
 from row import CORES, Row, on, pair_ms
 from tests.places import ROOT
 
@@ -24,15 +24,15 @@ ALONE = """
 import sys, tempfile
 from dataclasses import replace
 from pathlib import Path
-from paradize.bake import derive
-from paradize.bake_borders import measure_objects
-from paradize.bake_manifest import mesh_facts
-from paradize.bake_tasks import How
-from paradize.engine.crew import Crew
-from paradize.engine.store import Store, hash_file
-from paradize.flight import plan_flight
-from paradize.require import meet
-from paradize.scene import load_scene
+from paradize.build.bake import derive
+from paradize.build.object_measurements import measure_objects
+from paradize.build.manifest import mesh_facts
+from paradize.build.options import How
+from paradize.jobs.process import Crew
+from paradize.store.local import Store, hash_file
+from paradize.scene.flight import plan_flight
+from paradize.scene.requirements import meet
+from paradize.scene.settings import load_scene
 
 path, owner, mesh, names = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3]), set(sys.argv[4:])
 with tempfile.TemporaryDirectory() as name:
@@ -66,7 +66,7 @@ def told(command: list[str], store: Path, **more: str) -> dict[str, Any]:
 def bench_no_op(runs: int, folder: Path) -> Row:
     command = bake_command(ROOT / "raw_assets/island.toml", folder / "island")
     first = told(command, folder / "store")
-    # Files younger than two seconds are read again (engine/memory.py): the row is of those at rest.
+    # Files younger than two seconds are read again (store/file_hashes.py): the row is of those at rest.
     began = time.monotonic()
     while time.monotonic() - began < 3.0:
         told(command, folder / "store")

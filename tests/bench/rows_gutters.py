@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from paradize.bake_color import bake_color
-from paradize.bake_gutter import sampled_levels
-from paradize.formats.ktx2 import decode_ktx2
+from paradize.bakers.color import bake_color
+from paradize.build.gutter_limits import sampled_levels
+from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.kernels.gutter import walk
 from paradize.readers.obj import read_obj
 from paradize.stages.gutter import find_islands

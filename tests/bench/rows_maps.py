@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 
-from paradize.bake_color import bake_color, color_texture
-from paradize.bake_maps import bake_maps
+from paradize.bakers.color import bake_color, color_texture
+from paradize.bakers.maps.bake import bake_maps
 from paradize.metrics.levels import color_levels
 from paradize.stages.mips import color_rows
 from row import CORES, Row, on, pair_ms

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from paradize.bake_maps import bake_maps
-from paradize.bake_product import MapProduct
-from paradize.data import Ground, Texture
-from paradize.formats.ktx2 import decode_ktx2
+from paradize.bakers.maps.bake import bake_maps
+from paradize.bakers.product import MapProduct
+from paradize.data import HeightMap, Texture
+from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.png import encode_png
 from paradize.kernels import bcn
 from paradize.metrics.levels import color_levels, normal_levels
@@ -68,7 +68,7 @@ def bench_normals(runs: int, folder: Path) -> Iterator[Row]:
         return made["normal"]
 
     texture = decode_ktx2(bake().data)
-    ground = Ground(heights, (SIZE / 100, SIZE / 100), (True, True), "fourth")
+    ground = HeightMap(heights, (SIZE / 100, SIZE / 100), (True, True), "fourth")
 
     def measure() -> list[dict[str, float]]:
         return normal_levels(texture, ground)

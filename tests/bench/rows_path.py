@@ -13,7 +13,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from paradize.bake_tasks import How
+from paradize.build.options import BuildOptions
 from row import Row
 from tests.pipeline.full_bake import MOMENTS_S, Sizes, frames_apart, full_bake, measure_sizes
 from tests.places import ROOT
@@ -38,9 +38,9 @@ def rows(runs: int, folder: Path) -> Iterator[Row]:
     del runs
     os.environ |= {"PARADIZE_STORE": str(folder / "store"), "PARADIZE_REPORT": ""}
     path_aware, full = folder / "path", folder / "full"
-    from paradize.bake import bake
+    from paradize.build.bake import bake
 
-    for report in (bake(ISLAND, path_aware, How()), full_bake(ISLAND, full, How())):
+    for report in (bake(ISLAND, path_aware, BuildOptions()), full_bake(ISLAND, full, BuildOptions())):
         assert not report.errors, report.errors
     sizes = measure_sizes(ISLAND, path_aware, full)
     frames = frames_apart(path_aware, full, MOMENTS_S, folder)

@@ -16,7 +16,7 @@ import pydelatin
 import pymartini
 
 from paradize.data import Heightfield
-from paradize.kernels.reference_terrain import ground_error
+from paradize.kernels.reference.terrain import ground_error
 from paradize.kernels.terrain import refine
 from paradize.stages.terrain import terrain_mesh
 from row import BASELINE, CORES, Row, on, pair_ms

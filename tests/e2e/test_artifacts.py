@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from paradize.formats.ktx2 import decode_ktx2
+from paradize.formats.ktx2.reader import decode_ktx2
 
 
 def test_khronos_validator_finds_nothing_in_any_glb(island: Path, node: Callable[..., Any]) -> None:

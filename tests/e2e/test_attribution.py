@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from paradize import tradeoff_attribution
-from paradize.bake import bake
-from paradize.bake_looks import looks_of
-from paradize.bake_tasks import How
+from paradize.build.bake import bake
+from paradize.build.material_colors import material_colors_of
+from paradize.build.options import BuildOptions
 from paradize.errors import BakeError
-from paradize.require import require
-from paradize.scene import load_scene
-from paradize.tradeoff_attribution import attribute, swaps
+from paradize.measure import attribution
+from paradize.measure.attribution import attribute, swaps
+from paradize.scene.requirements import require
+from paradize.scene.settings import load_scene
 from tests.conftest import RENDER_ENVIRONMENT
 from tests.pipeline.scenes import make_cove
 from tests.places import ROOT
@@ -27,13 +27,13 @@ def test_a_swapped_stage_changes_the_picture_and_none_changes_nothing(
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     for name, value in RENDER_ENVIRONMENT.items():
         monkeypatch.setenv(name, value)
-    monkeypatch.setattr(tradeoff_attribution, "SIZE", "160x90")
-    monkeypatch.setattr(tradeoff_attribution, "MOMENTS", 1)
+    monkeypatch.setattr(attribution, "SIZE", "160x90")
+    monkeypatch.setattr(attribution, "MOMENTS", 1)
     path = make_cove(tmp_path / "cove")
     scene = load_scene(path)
-    used = bake(path, tmp_path / "used", How(tier="fast"))
+    used = bake(path, tmp_path / "used", BuildOptions(tier="fast"))
     assert not used.errors
-    orders = require(scene, looks_of(scene, path)[0]).orders
+    orders = require(scene, material_colors_of(scene, path)[0]).orders
     stages = swaps(orders, {row["name"]: row["tier"] for row in used.artifacts})
     names = [stage for stage, _ in stages]
     assert names[:3] == ["levels of detail", "terrain", "colour textures"]
@@ -50,7 +50,7 @@ def test_a_swapped_stage_changes_the_picture_and_none_changes_nothing(
 def test_what_is_exact_already_is_not_swapped(tmp_path: Path) -> None:
     path = make_cove(tmp_path)
     scene = load_scene(path)
-    orders = require(scene, looks_of(scene, path)[0]).orders
+    orders = require(scene, material_colors_of(scene, path)[0]).orders
     wanted = {want.artifact: "exact" for order in orders for want in order.wants}
     assert swaps(orders, wanted) == []
     assert [stage for stage, _ in swaps(orders, wanted | {"terrain_mesh": "balanced"})] == ["terrain"]

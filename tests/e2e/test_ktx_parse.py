@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from paradize.data import Texture
-from paradize.formats.ktx2 import FORMATS, encode_ktx2, full_level_count, level_bytes
+from paradize.formats.ktx2.encode import encode_ktx2
+from paradize.formats.ktx2.layout import FORMATS, full_level_count, level_bytes
 
 Node = Callable[[str, list[object]], Any]
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from paradize.bake import bake
-from paradize.bake_tasks import How
+from paradize.build.bake import bake
+from paradize.build.options import BuildOptions
 from tests.pipeline.full_bake import MOMENTS_S, frames_apart, full_bake, measure_sizes
 from tests.places import ROOT
 
@@ -18,8 +18,8 @@ def test_the_island_s_flight_looks_the_same_as_that_of_its_full_bake_and_takes_h
 ) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     scene = ROOT / "raw_assets" / "island.toml"
-    assert not bake(scene, tmp_path / "path", How()).errors
-    assert not full_bake(scene, tmp_path / "full", How()).errors
+    assert not bake(scene, tmp_path / "path", BuildOptions()).errors
+    assert not full_bake(scene, tmp_path / "full", BuildOptions()).errors
     sizes = measure_sizes(scene, tmp_path / "path", tmp_path / "full")
     assert sizes.share <= 0.5, sizes
     apart = frames_apart(tmp_path / "path", tmp_path / "full", MOMENTS_S, tmp_path)

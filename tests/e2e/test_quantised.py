@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from paradize.bake_mesh import bake_mesh
-from paradize.bake_terrain import bake_terrain
-from paradize.formats.glb import decode_glb
+from paradize.bakers.mesh.bake import bake_mesh
+from paradize.bakers.terrain.mesh import bake_terrain
+from paradize.formats.glb.reader import decode_glb
 from tests.e2e.test_three_lods import Page, require_drawn, window
 from tests.e2e.three import three_page
 

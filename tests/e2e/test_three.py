@@ -16,10 +16,12 @@ import numpy.typing as npt
 import OpenImageIO as oiio
 import pytest
 
-from paradize.bake_color import bake_color
-from paradize.bake_maps import bake_maps
-from paradize.data import Ground, Texture
-from paradize.formats.ktx2 import FORMATS, decode_ktx2, encode_ktx2, full_level_count, level_bytes
+from paradize.bakers.color import bake_color
+from paradize.bakers.maps.bake import bake_maps
+from paradize.data import HeightMap, Texture
+from paradize.formats.ktx2.encode import encode_ktx2
+from paradize.formats.ktx2.layout import FORMATS, full_level_count, level_bytes
+from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.metrics.levels import color_levels, normal_levels, value_levels
 from paradize.metrics.texels import decode_texels
 from tests.e2e.three import ThreePage, three_page
@@ -228,7 +230,7 @@ def test_normals_and_heights_that_three_shows_have_the_error_that_was_measured(
     slope = 0.04 * 128
     name = made["normal"].filter
     assert name is not None
-    ground = Ground(heights, (slope, slope), (True, True), name)
+    ground = HeightMap(heights, (slope, slope), (True, True), name)
     shown = normal_levels(as_texture(page, "normal", texture), ground)
     for level, (ours, theirs) in enumerate(zip(made["normal"].levels, shown, strict=True)):
         assert theirs["mean_deg"] == pytest.approx(ours["mean_deg"], abs=0.25), (level, ours, theirs)

@@ -16,10 +16,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from paradize.bake_color import bake_color
-from paradize.bake_mesh import bake_mesh
+from paradize.bakers.color import bake_color
+from paradize.bakers.mesh.bake import bake_mesh
 from paradize.data import Mesh
-from paradize.formats.glb import decode_glb
+from paradize.formats.glb.reader import decode_glb
 from tests.e2e.three import ThreePage, three_page
 from tests.pictures import save
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from paradize.formats.ktx2 import decode_ktx2
+from paradize.formats.ktx2.reader import decode_ktx2
 
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
 

@@ -10,9 +10,9 @@ import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
 from paradize.data import Heightfield, Mesh
-from paradize.flight import Flight, plan_flight
-from paradize.scene import EyePoint, TargetPoint
-from paradize.scene import Flight as Settings
+from paradize.scene.flight import Flight, plan_flight
+from paradize.scene.settings import EyePoint, TargetPoint
+from paradize.scene.settings import Flight as Settings
 from paradize.stages.terrain import terrain_mesh
 from paradize.stages.terrain_tree import Blocks, Shape
 from tests.extremes.planes import HEIGHTS

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Ground, Image, Texture
+from paradize.data import HeightMap, Image, Texture
 from paradize.metrics.filters import taps
 from paradize.metrics.levels import color_levels, value_levels, vector_error
 from paradize.metrics.picture import flip_errors
@@ -24,7 +24,7 @@ _TILT = 1.0  # degrees
 _OFFSET = 2.0**-6
 
 
-def _ground(heights: F32) -> Ground:
+def _ground(heights: F32) -> HeightMap:
     return ground_of(heights, "fourth", 1.0)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import distance_transform_edt
 
-from paradize.data import Ground, Mesh
+from paradize.data import HeightMap, Mesh
 from paradize.metrics.filters import taps as metric_taps
 from paradize.stages.destep import destep
 from paradize.stages.dudv import DudvLevels
@@ -75,10 +75,10 @@ def _weight_error(name: str, made: Any) -> float:
     return max(off, abs(float(slope - 1)))
 
 
-def ground_of(heights: F32, filter_name: str = "fourth", scale: float = 4.0) -> Ground:
+def ground_of(heights: F32, filter_name: str = "fourth", scale: float = 4.0) -> HeightMap:
     """A ground whose slopes are those of the plane about 1: one unit of height is `scale` texels."""
     steep = scale / unit_of(heights)
-    return Ground(heights, (steep, steep), (True, True), filter_name)
+    return HeightMap(heights, (steep, steep), (True, True), filter_name)
 
 
 def _normals(filter_name: str) -> Any:

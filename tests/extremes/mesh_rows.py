@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from paradize.data import Codes, Mesh
+from paradize.data import Mesh, QuantizedValues
 from paradize.metrics.atlas import atlas_quality
 from paradize.metrics.surface import Judge, surface_distance
 from paradize.metrics.tangent import frame_errors, frame_faults
@@ -152,12 +152,12 @@ def _other_triangles(mesh: Mesh, made: Mesh) -> float:
     return float(((before - after) + (after - before)).total())
 
 
-def _coded(mesh: Mesh) -> Codes:
+def _coded(mesh: Mesh) -> QuantizedValues:
     clean = sound(mesh)
     return quantise(clean, mesh_lattice([clean]))
 
 
-def _steps_off(mesh: Mesh, made: Codes) -> float:
+def _steps_off(mesh: Mesh, made: QuantizedValues) -> float:
     """How far a vertex moved along an axis, in steps of the lattice: half of one at most."""
     step, origin = np.array(made.lattice.step), np.array(made.lattice.origin)
     places = made.positions * step + origin

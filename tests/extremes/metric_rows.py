@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from paradize.data import Heightfield, Lod, Mesh
-from paradize.flight import Flight
-from paradize.formats.glb import encode_glb
+from paradize.formats.glb.encode import encode_glb
 from paradize.metrics.atlas import atlas_quality
 from paradize.metrics.draw import draw_costs, overdraw_of
 from paradize.metrics.filters import SPECTRAL, taps
@@ -19,6 +18,7 @@ from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.surface import diagonal, surface_distance
 from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.metrics.terrain import TerrainError, terrain_error
+from paradize.scene.flight import Flight
 from paradize.stages.quantise import mesh_lattice, quantise
 from paradize.stages.tangents import tangent_frames
 from paradize.stages.terrain import terrain_mesh

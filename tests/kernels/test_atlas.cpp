@@ -5,10 +5,10 @@
 #include <cmath>
 #include <vector>
 
-#include "atlas_charts.hpp"
-#include "atlas_pack.hpp"
-#include "reference_atlas.hpp"
-#include "reference_draw.hpp"
+#include "atlas/charts.hpp"
+#include "atlas/pack.hpp"
+#include "reference/atlas.hpp"
+#include "reference/draw.hpp"
 
 using namespace paradize;
 

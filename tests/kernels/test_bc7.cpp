@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
-#include "bc7_encode.hpp"
-#include "bc7_pack.hpp"
-#include "bc7_widths.hpp"
+#include "bc7/encode.hpp"
+#include "bc7/pack.hpp"
+#include "bc7/widths.hpp"
 
 using namespace paradize;
 

@@ -9,8 +9,8 @@
 #include <limits>
 #include <vector>
 
-#include "bcn_encode.hpp"
-#include "bcn_widths.hpp"
+#include "bcn/encode.hpp"
+#include "bcn/widths.hpp"
 
 using namespace paradize;
 using bcn::Quality;

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <random>
 
-#include "reference_cover.hpp"
+#include "reference/cover.hpp"
 
 using namespace paradize::reference;
 

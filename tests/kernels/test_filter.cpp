@@ -4,10 +4,10 @@
 #include <cmath>
 #include <vector>
 
-#include "filter_choose.hpp"
-#include "filter_destep.hpp"
-#include "filter_fft.hpp"
-#include "filter_spectral.hpp"
+#include "filter/choose.hpp"
+#include "filter/destep.hpp"
+#include "filter/fft.hpp"
+#include "filter/spectral.hpp"
 
 using namespace paradize;
 

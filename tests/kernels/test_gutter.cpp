@@ -5,8 +5,8 @@
 #include <array>
 #include <vector>
 
-#include "gutter_walk.hpp"
-#include "maps_gutter.hpp"
+#include "gutter/walk.hpp"
+#include "maps/gutter.hpp"
 
 using namespace paradize;
 

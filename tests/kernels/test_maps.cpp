@@ -8,10 +8,10 @@
 #include <stdexcept>
 #include <vector>
 
-#include "maps_codes.hpp"
-#include "maps_color.hpp"
-#include "maps_gutter.hpp"
-#include "maps_mips.hpp"
+#include "maps/codes.hpp"
+#include "maps/color.hpp"
+#include "maps/gutter.hpp"
+#include "maps/mips.hpp"
 
 using namespace paradize;
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "mathx.hpp"
+#include "math/functions.hpp"
 
 using namespace paradize;
 

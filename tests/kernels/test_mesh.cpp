@@ -6,15 +6,15 @@
 #include <numeric>
 #include <vector>
 
-#include "mesh_normals.hpp"
-#include "mesh_project.hpp"
-#include "mesh_tangents.hpp"
-#include "mesh_topology.hpp"
-#include "mesh_weld.hpp"
-#include "reference_bound.hpp"
-#include "reference_distance.hpp"
-#include "reference_frames.hpp"
-#include "triangle_tree.hpp"
+#include "mesh/normals.hpp"
+#include "mesh/project.hpp"
+#include "mesh/tangents.hpp"
+#include "mesh/topology.hpp"
+#include "mesh/triangle_tree.hpp"
+#include "mesh/weld.hpp"
+#include "reference/bound.hpp"
+#include "reference/distance.hpp"
+#include "reference/frames.hpp"
 
 using namespace paradize;
 

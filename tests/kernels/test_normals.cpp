@@ -7,10 +7,10 @@
 #include <stdexcept>
 #include <vector>
 
-#include "normals_codes.hpp"
-#include "normals_field.hpp"
-#include "normals_light.hpp"
-#include "normals_material.hpp"
+#include "normals/codes.hpp"
+#include "normals/field.hpp"
+#include "normals/light.hpp"
+#include "normals/material.hpp"
 
 using namespace paradize;
 using namespace paradize::normals;

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "obj_number.hpp"
-#include "obj_parse.hpp"
-#include "obj_triangulate.hpp"
+#include "obj/number.hpp"
+#include "obj/parse.hpp"
+#include "obj/triangulate.hpp"
 
 using namespace paradize::obj;
 

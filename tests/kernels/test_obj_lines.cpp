@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "obj_lines.hpp"
-#include "obj_marks.hpp"
-#include "obj_parse.hpp"
+#include "obj/lines.hpp"
+#include "obj/marks.hpp"
+#include "obj/parse.hpp"
 
 using namespace paradize::obj;
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "simplify_collapse.hpp"
-#include "simplify_mesh.hpp"
-#include "simplify_quadric.hpp"
+#include "simplify/collapse.hpp"
+#include "simplify/mesh.hpp"
+#include "simplify/quadric.hpp"
 
 using namespace paradize;
 using simplify::Result;

@@ -6,8 +6,8 @@
 #include <cstring>
 #include <vector>
 
-#include "mesh_tangents.hpp"
-#include "reference_frames.hpp"
+#include "mesh/tangents.hpp"
+#include "reference/frames.hpp"
 
 using namespace paradize;
 

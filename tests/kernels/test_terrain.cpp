@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "rough_grid.hpp"
-#include "terrain_delaunay.hpp"
+#include "terrain/delaunay.hpp"
 
 using paradize::terrain::refine;
 using paradize::terrain::Triangulation;

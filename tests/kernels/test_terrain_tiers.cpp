@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "reference_terrain.hpp"
+#include "reference/terrain.hpp"
 #include "rough_grid.hpp"
-#include "terrain_patch.hpp"
-#include "terrain_rtin.hpp"
+#include "terrain/patch.hpp"
+#include "terrain/rtin.hpp"
 
 using paradize::terrain::bisect;
 using paradize::terrain::patch;

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from paradize.bake_makers import Product, make_sound
+from paradize.bakers.registry import Product, make_sound
 from tests.processes import end, start
 
 ROOT = Path(__file__).resolve().parents[2]

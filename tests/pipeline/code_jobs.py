@@ -15,14 +15,14 @@ def mark(path: Path) -> str:
 
 def import_late(path: Path) -> str:
     """Loads a stage with a kernel as it runs."""
-    import paradize.bake_gutter  # noqa: F401
+    import paradize.build.gutter_limits  # noqa: F401
 
     return mark(path)
 
 
 def run_and_tell(maker: str, arguments: dict[str, Any]) -> list[str]:
     """Runs a maker; every module of the package that is loaded afterwards."""
-    from paradize import bake_makers
+    from paradize.bakers import registry
 
-    bake_makers.MAKERS[maker][1](**arguments)
+    registry.MAKERS[maker][1](**arguments)
     return sorted(name for name in sys.modules if name.startswith("paradize."))

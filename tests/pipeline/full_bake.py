@@ -17,13 +17,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from paradize import bake_commit, require
-from paradize.bake import bake
-from paradize.bake_maps import MAPS, bake_maps
-from paradize.bake_record import BakeReport
-from paradize.bake_tasks import How
-from paradize.require import Requirements
-from paradize.scene import Scene, load_scene
+from paradize.bakers.maps.bake import MAPS, bake_maps
+from paradize.build import publish
+from paradize.build.bake import bake
+from paradize.build.options import BuildOptions
+from paradize.build.provenance import BakeReport
+from paradize.scene import requirements as require
+from paradize.scene.requirements import Requirements
+from paradize.scene.settings import Scene, load_scene
 from tests.pictures import flip_map, load
 from tests.places import ROOT
 
@@ -48,7 +49,7 @@ class Sizes:
         return self.path / self.full
 
 
-def full_bake(scene: Path, out: Path, how: How) -> BakeReport:
+def full_bake(scene: Path, out: Path, how: BuildOptions) -> BakeReport:
     """The scene with every mip, level, attribute and patch, so that it can be played; maps that no pass reads
     are not in it, for there is no place for them in a scene."""
     asked = require.require
@@ -63,8 +64,8 @@ def full_bake(scene: Path, out: Path, how: How) -> BakeReport:
         return found
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("paradize.bake.require", everything)
-        patch.setattr(bake_commit, "ask", lambda *_, **__: {})
+        patch.setattr("paradize.build.bake.require", everything)
+        patch.setattr(publish, "ask", lambda *_, **__: {})
         return bake(scene, out, how)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 
-from paradize.data import Ground
+from paradize.data import HeightMap
 from paradize.kernels.normals import THREADS
 from paradize.stages.normal import prepare
 
@@ -24,7 +24,7 @@ def normals(
     islands: np.ndarray | None = None,
 ) -> np.ndarray:
     rows = np.ascontiguousarray(heights, np.float32)
-    ground = Ground(rows, scale, wrap, filter_name, green_down, islands)
+    ground = HeightMap(rows, scale, wrap, filter_name, green_down, islands)
     return prepare(ground).rows(0, len(rows), threads=THREADS)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from paradize.data import Ground, Texture
+from paradize.data import HeightMap, Texture
 from paradize.metrics.filters import taps as metric_taps
 from paradize.metrics.texels import decode_texels, rebuilt
 from tests.pipeline.heights import angles_between, up
@@ -121,7 +121,7 @@ def normals(
 EIGHTH = ((4 / 5, -1 / 5, 4 / 105, -1 / 280), (1.0,))
 
 
-def reach_of_half_steps(ground: Ground) -> tuple[np.ndarray, np.ndarray]:
+def reach_of_half_steps(ground: HeightMap) -> tuple[np.ndarray, np.ndarray]:
     """How far the eighth-order slopes along x and down y can be off while every height stays within half of
     the gap to the next code; tap by tap, so that beyond an edge the parts of a reflection add up."""
     assert ground.codes is not None
@@ -146,7 +146,7 @@ def reach_of_half_steps(ground: Ground) -> tuple[np.ndarray, np.ndarray]:
     return along_x(halves, ground.wrap[0]), along_x(halves.T, ground.wrap[1]).T
 
 
-def cones(ground: Ground) -> np.ndarray:
+def cones(ground: HeightMap) -> np.ndarray:
     """Degrees (h, w) from the true normal to the farthest of the four at the corners of that reach."""
     dx, dy = slopes(ground.heights, EIGHTH, ground.wrap)
     open_x, open_y = reach_of_half_steps(ground)
@@ -156,7 +156,7 @@ def cones(ground: Ground) -> np.ndarray:
     return np.max([angles_between(middle, corner) for corner in corners], axis=0)
 
 
-def held(ground: Ground) -> np.ndarray:
+def held(ground: HeightMap) -> np.ndarray:
     """Normals of the ground's filter whose slopes are held to that reach."""
     own, exact = (slopes(ground.heights, t, ground.wrap) for t in (metric_taps(ground.filter_name), EIGHTH))
     within = [

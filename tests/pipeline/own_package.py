@@ -11,7 +11,7 @@ from tests.places import ROOT
 
 def kernels() -> list[Path]:
     """The native modules that were built."""
-    return [path for top in paradize.kernels.__path__ for path in sorted(Path(top).glob("_*.so"))]
+    return [path for top in paradize.kernels.__path__ for path in sorted(Path(top).glob("*/_*.so"))]
 
 
 def copy_package(folder: Path) -> Path:
@@ -20,7 +20,7 @@ def copy_package(folder: Path) -> Path:
     package = folder / "paradize"
     shutil.copytree(ROOT / "pipeline/paradize", package, ignore=shutil.ignore_patterns("__pycache__"))
     for path in kernels():
-        shutil.copy(path, package / "kernels")
+        shutil.copy(path, package / "kernels" / path.parent.name)
     (folder / "sitecustomize.py").write_text(
         "import sys\n"
         "class Own:\n"

@@ -89,7 +89,7 @@ def cases(words: list[str], places: list[str], kinds: list[str], base: Path, wor
     """Runs `paradize WORDS` in a copy of `base`, each place (all that the pattern meets) spoilt in turn. A
     line of JSON each: place, kind, exit code, what was said, the most bytes that this process or one of its
     children has held so far."""
-    from paradize.cli import main
+    from paradize.cli.main import main
 
     for place in places:
         for kind in kinds:

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Group, Lattice, Mesh
-from paradize.formats.glb_codes import decoded_mesh
-from paradize.formats.glb_tiles import TilePatch, encode_tiles
+from paradize.data import Group, Mesh, QuantizationGrid
+from paradize.formats.glb.codes import decoded_mesh
+from paradize.formats.glb.tiles import TilePatch, encode_tiles
 from paradize.stages.quantise import direction_bits, quantise
 
 Height = Callable[[npt.NDArray[np.float64], npt.NDArray[np.float64]], npt.NDArray[np.float64]]
@@ -132,7 +132,9 @@ def _error_m(mesh: Mesh, height: Height) -> float:
     return worst
 
 
-def _tile_patch(index: int, mesh: Mesh, error_m: float, finest: bool, lattice: Lattice | None) -> TilePatch:
+def _tile_patch(
+    index: int, mesh: Mesh, error_m: float, finest: bool, lattice: QuantizationGrid | None
+) -> TilePatch:
     if lattice is None:
         return TilePatch(index, mesh, error_m, finest)
     codes = quantise(mesh, lattice, direction_bits=direction_bits(lattice), float_uvs=True)
@@ -148,7 +150,7 @@ def tiled(
     repeat: float = 8.0,
     error_m: float | None = None,
     tiles: int = 2,
-    lattice: Lattice | None = None,
+    lattice: QuantizationGrid | None = None,
     torn: bool = False,
 ) -> Tiled:
     """A square terrain in the middle. error_m: of the roots, halved every other level; otherwise it is

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.data import Group, Lod, Mesh, Texture
-from paradize.formats.glb import encode_glb
-from paradize.formats.ktx2 import encode_ktx2
+from paradize.formats.glb.encode import encode_glb
+from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.scene_manifest import VERSION, encode_scene
 from tests.player.patches import Tiled, tiled
 

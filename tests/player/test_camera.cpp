@@ -1,5 +1,5 @@
-#include "camera.hpp"
-#include "scene.hpp"
+#include "scene/camera.hpp"
+#include "streaming/scene.hpp"
 
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>

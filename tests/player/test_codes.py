@@ -12,9 +12,9 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from paradize.bake_quantise import quantised_levels
+from paradize.bakers.quantise import quantised_levels
 from paradize.data import Lod, Mesh
-from paradize.formats.glb import encode_glb
+from paradize.formats.glb.encode import encode_glb
 from tests.player import synthetic
 
 

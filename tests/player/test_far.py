@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from paradize.bake_quantise import quantised_levels
+from paradize.bakers.quantise import quantised_levels
 from paradize.data import Lod
-from paradize.formats.glb import encode_glb
+from paradize.formats.glb.encode import encode_glb
 from tests.pictures import difference, load
 from tests.player import synthetic
 

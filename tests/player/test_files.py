@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from paradize.bake import bake
+from paradize.build.bake import bake
 from tests.conftest import ROOT
 from tests.pipeline.scenes import make_cove
 from tests.player.synthetic import checker, identity, texture, write_scene

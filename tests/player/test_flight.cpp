@@ -1,6 +1,6 @@
 #include "assets/scene_file.hpp"
 #include "files.hpp"
-#include "flight.hpp"
+#include "scene/flight.hpp"
 
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>

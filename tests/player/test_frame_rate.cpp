@@ -1,6 +1,6 @@
 // --fps: the choice against brute force, and how it is held.
 
-#include "frame_rate.hpp"
+#include "app/frame_rate.hpp"
 #include "passes/particles_pass.hpp" // random numbers of our own
 
 #include <doctest/doctest.h>
@@ -13,8 +13,9 @@ using namespace paradize;
 
 namespace {
 
-constexpr std::array<Trade, 6> all_trades{Trade::shadow,   Trade::reflection, Trade::refraction,
-                                          Trade::parallax, Trade::anisotropy, Trade::lod};
+constexpr std::array<QualityFeature, 6> all_trades{QualityFeature::shadow,     QualityFeature::reflection,
+                                                   QualityFeature::refraction, QualityFeature::parallax,
+                                                   QualityFeature::anisotropy, QualityFeature::lod};
 
 /// Costs that mostly rise and errors that mostly fall, with ties and trades that are not worth their time.
 TradeTable random_table(std::uint64_t seed) {
@@ -51,7 +52,7 @@ double brute_force(const TradeTable &table, double base_ms, double budget_ms) {
 std::vector<Choice> ladder() {
     TradeTable table{};
     table[0] = {{{0.0, 0.3}, {4.0, 0.2}, {8.0, 0.1}}};
-    return quality_front(table, std::array{Trade::shadow}, 4.0);
+    return quality_front(table, std::array{QualityFeature::shadow}, 4.0);
 }
 
 /// Frames of one length until the governor has decided `windows` times; how often it changed.
@@ -100,7 +101,7 @@ TEST_CASE("fps: the front rises in time, falls in error, and adds up what it say
 
 TEST_CASE("fps: a trade that the scene does not have stays balanced") {
     const TradeTable table = random_table(3);
-    for (const Choice &choice : quality_front(table, std::array{Trade::lod}, 1.0)) {
+    for (const Choice &choice : quality_front(table, std::array{QualityFeature::lod}, 1.0)) {
         CHECK(choice.quality[0] == Tier::balanced);
     }
     CHECK(quality_front(table, {}, 1.0).size() == 1);

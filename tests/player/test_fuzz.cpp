@@ -6,7 +6,7 @@
 #include "assets/sha256.hpp"
 #include "error.hpp"
 #include "files.hpp"
-#include "flight.hpp"
+#include "scene/flight.hpp"
 
 #include <doctest/doctest.h>
 

@@ -13,7 +13,7 @@ import OpenImageIO as oiio
 import pytest
 
 from paradize.data import Mesh, Texture
-from paradize.formats.ktx2 import encode_ktx2
+from paradize.formats.ktx2.encode import encode_ktx2
 from tests.player import synthetic
 
 Edit = Callable[[dict[str, Any]], None]

@@ -1,4 +1,4 @@
-#include "options.hpp"
+#include "app/options.hpp"
 
 #include <doctest/doctest.h>
 
@@ -62,8 +62,8 @@ TEST_CASE("command line: qualities by name, for all and for one") {
     CHECK(parse({"a"}).quality == all_at(Tier::balanced));
     CHECK(parse({"a", "--quality", "exact"}).quality == all_at(Tier::exact));
     Quality mixed = all_at(Tier::balanced);
-    mixed[static_cast<std::size_t>(Trade::shadow)] = Tier::fast;
-    mixed[static_cast<std::size_t>(Trade::lod)] = Tier::exact;
+    mixed[static_cast<std::size_t>(QualityFeature::shadow)] = Tier::fast;
+    mixed[static_cast<std::size_t>(QualityFeature::lod)] = Tier::exact;
     CHECK(parse({"a", "--quality=shadow=fast,lod=exact"}).quality == mixed);
     CHECK(parse({"a", "--quality", "fast,balanced,shadow=fast,lod=exact"}).quality == mixed);
     CHECK_THROWS_WITH_AS(parse({"a", "--quality", "best"}),

@@ -1,12 +1,12 @@
+#include "app/audio.hpp"
+#include "app/free_camera.hpp"
+#include "app/messages.hpp"
+#include "app/png.hpp"
+#include "app/report.hpp"
 #include "assets/file_bytes.hpp"
-#include "audio.hpp"
 #include "error.hpp"
 #include "files.hpp"
-#include "free_camera.hpp"
-#include "messages.hpp"
 #include "number_text.hpp"
-#include "png.hpp"
-#include "report.hpp"
 
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>

@@ -1,8 +1,8 @@
 // What the passes compute on the CPU: the waves' scroll and the sparkles.
 
-#include "frame.hpp"
+#include "passes/environment_bindings.hpp"
+#include "passes/frame.hpp"
 #include "passes/particles_pass.hpp"
-#include "passes/surroundings.hpp"
 
 #include <doctest/doctest.h>
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from paradize.data import Texture
-from paradize.formats.glb_cut import cut_glb
-from paradize.formats.ktx2 import encode_ktx2
+from paradize.formats.glb.cut import cut_glb
+from paradize.formats.ktx2.encode import encode_ktx2
 from tests.player.posed import HEIGHT, WIDTH, Picture, Posed, Vec, around, differs, pixel
 
 # Poses on the island: facts of its terrain and flight, not of the player.

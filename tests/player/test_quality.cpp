@@ -2,8 +2,8 @@
 
 #include "assets/trade_file.hpp"
 #include "error.hpp"
-#include "quality.hpp"
-#include "samples.hpp"
+#include "render/samples.hpp"
+#include "scene/quality.hpp"
 
 #include <doctest/doctest.h>
 
@@ -26,7 +26,7 @@ assets::SceneFile island() {
     return file;
 }
 
-Quality only(Trade trade, Tier tier) {
+Quality only(QualityFeature trade, Tier tier) {
     Quality out = all_at(Tier::balanced);
     out[static_cast<std::size_t>(trade)] = tier;
     return out;
@@ -35,8 +35,8 @@ Quality only(Trade trade, Tier tier) {
 } // namespace
 
 TEST_CASE("quality: balanced is what the scene asks for") {
-    const Detail detail = detail_of(island(), all_at(Tier::balanced), Device());
-    Detail asked;
+    const RenderSettings detail = detail_of(island(), all_at(Tier::balanced), Device());
+    RenderSettings asked;
     asked.shadow_size_px = 2048;
     asked.reflection_scale = 0.5F;
     asked.refraction_scale = 0.25F;
@@ -47,30 +47,30 @@ TEST_CASE("quality: balanced is what the scene asks for") {
 
 TEST_CASE("quality: each trade moves its own setting and nothing else") {
     const assets::SceneFile file = island();
-    const Detail balanced = detail_of(file, all_at(Tier::balanced), Device());
+    const RenderSettings balanced = detail_of(file, all_at(Tier::balanced), Device());
     for (std::size_t i = 0; i < trade_count; ++i) {
         for (const Tier tier : {Tier::fast, Tier::exact}) {
-            const auto trade = static_cast<Trade>(i);
-            Detail detail = detail_of(file, only(trade, tier), Device());
+            const auto trade = static_cast<QualityFeature>(i);
+            RenderSettings detail = detail_of(file, only(trade, tier), Device());
             CHECK(detail != balanced);
             switch (trade) {
-            case Trade::shadow:
+            case QualityFeature::shadow:
                 detail.shadow_size_px = balanced.shadow_size_px;
                 detail.shadow_filter = balanced.shadow_filter;
                 break;
-            case Trade::reflection:
+            case QualityFeature::reflection:
                 detail.reflection_scale = balanced.reflection_scale;
                 break;
-            case Trade::refraction:
+            case QualityFeature::refraction:
                 detail.refraction_scale = balanced.refraction_scale;
                 break;
-            case Trade::parallax:
+            case QualityFeature::parallax:
                 detail.parallax_steps = balanced.parallax_steps;
                 break;
-            case Trade::anisotropy:
+            case QualityFeature::anisotropy:
                 detail.anisotropy = balanced.anisotropy;
                 break;
-            case Trade::lod:
+            case QualityFeature::lod:
                 detail.lod_error_px = balanced.lod_error_px;
                 break;
             }
@@ -85,12 +85,12 @@ TEST_CASE("quality: a device has its limits, and a scene not every trade") {
     for (const Tier tier : {Tier::fast, Tier::exact}) {
         CHECK(detail_of(island(), all_at(tier), small).anisotropy == 1.0F);
     }
-    CHECK_FALSE(has_trade(island(), Trade::anisotropy, small));
-    CHECK(has_trade(island(), Trade::anisotropy, Device()));
-    CHECK(has_trade(island(), Trade::shadow, small));
-    CHECK_FALSE(has_trade(island(), Trade::parallax, small)); // no object has a relief
-    CHECK_FALSE(has_trade(assets::SceneFile(), Trade::shadow, small));
-    CHECK_FALSE(has_trade(assets::SceneFile(), Trade::lod, small));
+    CHECK_FALSE(has_trade(island(), QualityFeature::anisotropy, small));
+    CHECK(has_trade(island(), QualityFeature::anisotropy, Device()));
+    CHECK(has_trade(island(), QualityFeature::shadow, small));
+    CHECK_FALSE(has_trade(island(), QualityFeature::parallax, small)); // no object has a relief
+    CHECK_FALSE(has_trade(assets::SceneFile(), QualityFeature::shadow, small));
+    CHECK_FALSE(has_trade(assets::SceneFile(), QualityFeature::lod, small));
 }
 
 TEST_CASE("reference: its samples lie in the pixel and on the sun, with the middle as their mean") {

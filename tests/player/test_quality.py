@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from paradize.data import Texture
-from paradize.formats.ktx2 import encode_ktx2
+from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.metrics.picture import Picture, flip
 from tests.pictures import load
 from tests.player.synthetic import SUN, checker, identity, write_scene

@@ -1,7 +1,7 @@
 #include "assets/scene_file.hpp"
 #include "error.hpp"
 #include "files.hpp"
-#include "scene.hpp"
+#include "streaming/scene.hpp"
 
 #include <doctest/doctest.h>
 

@@ -19,7 +19,7 @@ PREAMBLES = {
         for what in ("float", "int", "sampler2D", "samplerCube", "sampler2DShadow")
     ),
 }
-STEPS = [f"PARALLAX_STEPS {i}" for i in (0, 1, 24, 128)]  # as player/quality.cpp asks for
+STEPS = [f"PARALLAX_STEPS {i}" for i in (0, 1, 24, 128)]  # as player/scene/quality.cpp asks for
 INCLUDE = re.compile(r'^#include "(lib/[a-z0-9_]+\.glsl)"$')
 
 

@@ -4,9 +4,9 @@
 #include "context.hpp"
 #include "error.hpp"
 #include "files.hpp"
-#include "scene.hpp"
-#include "streamer.hpp"
-#include "texture_format.hpp"
+#include "streaming/scene.hpp"
+#include "streaming/streamer.hpp"
+#include "streaming/texture_format.hpp"
 
 #include <doctest/doctest.h>
 #include <epoxy/gl.h>

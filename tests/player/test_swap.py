@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import watchfiles
 
-from paradize.bake import bake
+from paradize.build.bake import bake
 from tests.conftest import RENDER_ENVIRONMENT, ROOT
 from tests.pipeline.scenes import make_cove, write_image
 from tests.player.synthetic import checker, identity, texture, write_scene

@@ -15,7 +15,7 @@ import OpenImageIO as oiio
 import pytest
 
 from paradize.data import Texture
-from paradize.formats.ktx2 import encode_ktx2
+from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.stages.quantise import terrain_lattice
 from tests.player.patches import tiled
 from tests.player.synthetic import identity, write_scene

@@ -1,4 +1,4 @@
-#include "terrain_cut.hpp"
+#include "streaming/terrain_cut.hpp"
 
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>

@@ -13,7 +13,9 @@ import numpy as np
 import pytest
 
 from paradize.data import Texture
-from paradize.formats.ktx2 import decode_ktx2, encode_ktx2, full_level_count
+from paradize.formats.ktx2.encode import encode_ktx2
+from paradize.formats.ktx2.layout import full_level_count
+from paradize.formats.ktx2.reader import decode_ktx2
 from tests.pictures import load
 from tests.player.synthetic import identity, texture, write_scene
 

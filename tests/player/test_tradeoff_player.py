@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from paradize.errors import BakeError
-from paradize.tradeoff_player import TIERS, player_groups
+from paradize.measure.player import TIERS, player_groups
 from tests.places import ROOT
 from tests.player.synthetic import write_scene
 

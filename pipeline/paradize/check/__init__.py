@@ -3,6 +3,6 @@
 from paradize.check.paths import check_paths
 from paradize.check.render import render
 from paradize.check.rules import RULES, Finding
-from paradize.check.scenes import Look
+from paradize.check.scenes import CheckOptions
 
-__all__ = ["RULES", "Finding", "Look", "check_paths", "render"]
+__all__ = ["RULES", "CheckOptions", "Finding", "check_paths", "render"]

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from paradize.budget import METRICS
 from paradize.check.rules import Finding, isolated
 from paradize.documents import SCENE_FILE
 from paradize.errors import FormatError
 from paradize.files import resolved
 from paradize.formats.scene_manifest import read_scene
+from paradize.scene.budget import METRICS
 
 WORSE_BY = 0.05
 # Below this an error is rounding: neither worse nor better. By the end of the metric's name.

@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 from paradize.check.rules import Finding
 from paradize.errors import ParadizeError
-from paradize.flight import Flight
-from paradize.formats.glb import decode_glb
-from paradize.formats.glb_tiles import decode_tile
+from paradize.formats.glb.reader import decode_glb
+from paradize.formats.glb.tiles import decode_tile
 from paradize.formats.scene_manifest import read_entry
+from paradize.scene.flight import Flight
 
 F64 = npt.NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 """Reads the arrays of any GLB without believing in their content: the checker's own eyes.
 
-Unlike formats/glb.py it takes what other tools write (strides, several buffers' views, missing attributes)
-and leaves it to the rules to judge indices and numbers; only what cannot be read at all is refused.
+Unlike formats/glb/reader.py it takes what other tools write (strides, several buffers' views, missing
+attributes), and leaves it to the rules to judge indices and numbers; only what cannot be read is refused.
 """
 
 from __future__ import annotations

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bake_gutter import KINDS, Borders, find_borders, is_safe, reach_of, sampled_levels, walk
+from paradize.build.gutter_limits import KINDS, Borders, find_borders, is_safe, reach_of, sampled_levels, walk
 from paradize.check.rules import Finding, isolated
 from paradize.data import Texture
 from paradize.documents import SCENE_FILE
 from paradize.errors import ParadizeError
-from paradize.formats.glb import decode_glb
-from paradize.formats.ktx2 import decode_ktx2
-from paradize.formats.ktx2_layout import MAX_SIZE
+from paradize.formats.glb.reader import decode_glb
+from paradize.formats.ktx2.layout import MAX_SIZE
+from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene_manifest import read_entry
 
 F32 = npt.NDArray[np.float32]

@@ -13,10 +13,10 @@ import numpy.typing as npt
 from paradize.check.rules import Finding, isolated
 from paradize.data import Mesh
 from paradize.errors import ParadizeError
-from paradize.formats.glb import decode_glb
-from paradize.formats.ktx2 import decode_ktx2
+from paradize.formats.glb.reader import decode_glb
+from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene_manifest import read_entry
-from paradize.kernels.reference_atlas import layout_raster
+from paradize.kernels.reference.atlas import layout_raster
 from paradize.metrics.texels import decode_texels
 
 _BEYOND = 1e-4  # of the side: a coordinate that rounding moved out

@@ -22,7 +22,7 @@ from paradize.check.slopes import TOGETHER, agreement
 from paradize.data import Texture
 from paradize.errors import FormatError
 from paradize.files import MAX_BYTES, read_file
-from paradize.formats.ktx2 import decode_ktx2
+from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.metrics.texels import decode_texels, rebuilt
 
 F32 = npt.NDArray[np.float32]

@@ -11,20 +11,20 @@ from paradize.check.maps import folder_maps
 from paradize.check.meshes import check_mesh
 from paradize.check.pictures import SIGNATURE, check_picture
 from paradize.check.rules import Finding, gathered, isolated
-from paradize.check.scenes import Look, check_scene
+from paradize.check.scenes import CheckOptions, check_scene
 from paradize.check.textures import check_texture
 from paradize.documents import SCENE_FILE
 from paradize.files import read_file
-from paradize.formats.glb_layout import MAGIC
-from paradize.formats.ktx2 import IDENTIFIER
+from paradize.formats.glb.layout import MAGIC
+from paradize.formats.ktx2.layout import IDENTIFIER
 from paradize.kinds import BAKED, kind_of, mend_of, refusal
 
 _TAKES = "name what was baked: a scene's folder or its scene.json, a GLB, a KTX2 or a PNG"
 
 
-def check_paths(paths: Sequence[Path], look: Look | None = None) -> list[Finding]:
+def check_paths(paths: Sequence[Path], look: CheckOptions | None = None) -> list[Finding]:
     """All findings of all paths, equal ones gathered."""
-    how = look or Look()
+    how = look or CheckOptions()
     found = [finding for path in paths for finding in isolated(_check(path, how), str(path))]
     if how.against and not any(
         path.name == SCENE_FILE or os.path.lexists(path / SCENE_FILE) for path in paths
@@ -35,7 +35,7 @@ def check_paths(paths: Sequence[Path], look: Look | None = None) -> list[Finding
     return gathered(found)
 
 
-def _check(path: Path, look: Look) -> Iterator[Finding]:
+def _check(path: Path, look: CheckOptions) -> Iterator[Finding]:
     try:
         folder = stat.S_ISDIR(path.stat().st_mode)
         inside = sorted(path.iterdir()) if folder else []

@@ -10,7 +10,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from paradize.bake_record import OURS
+from paradize.build.provenance import OURS
 from paradize.check.against import WORSE_BY, check_against, earlier_scene
 from paradize.check.budgets import check_budget
 from paradize.check.flights import check_flight
@@ -24,15 +24,15 @@ from paradize.check.terrain import check_tiles
 from paradize.check.textures import check_texture
 from paradize.check.verdicts import judged
 from paradize.errors import FormatError
-from paradize.formats.glb import decode_glb
-from paradize.formats.glb_tiles import decode_tile
+from paradize.formats.glb.reader import decode_glb
+from paradize.formats.glb.tiles import decode_tile
 from paradize.formats.scene_manifest import read_entry, read_scene, references
 
 _JUMP = 1e-6  # of the segment's own size: how far apart two segments may meet
 
 
 @dataclass(frozen=True)
-class Look:
+class CheckOptions:
     """How to look. against: the folder of an earlier bake; worse_by: the share by which an error may have
     grown since. today: the day by which waivers end."""
 
@@ -41,7 +41,7 @@ class Look:
     today: date = field(default_factory=date.today)
 
 
-def check_scene(path: Path, look: Look) -> Iterator[Finding]:
+def check_scene(path: Path, look: CheckOptions) -> Iterator[Finding]:
     """The findings in a scene.json and everything that it names, as the scene itself wants them judged."""
     file = str(path)
     try:
@@ -60,7 +60,7 @@ def check_scene(path: Path, look: Look) -> Iterator[Finding]:
     yield from judged(found, manifest["check"], file, look.today)
 
 
-def _findings(manifest: dict[str, Any], path: Path, look: Look) -> Iterator[Finding]:
+def _findings(manifest: dict[str, Any], path: Path, look: CheckOptions) -> Iterator[Finding]:
     file = str(path)
     colors = _colors(manifest)
     tiles = manifest["terrain"]["tiles"] if manifest["terrain"] else []

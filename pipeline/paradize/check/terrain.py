@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from paradize.check.rules import Finding
 from paradize.errors import FormatError
-from paradize.formats.glb_tiles import decode_tile
+from paradize.formats.glb.tiles import decode_tile
 from paradize.formats.scene_manifest import read_entry
 from paradize.kernels.mesh import project
 

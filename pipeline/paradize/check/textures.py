@@ -10,7 +10,8 @@ import numpy as np
 from paradize.check.rules import Finding
 from paradize.data import Texture
 from paradize.errors import FormatError
-from paradize.formats.ktx2 import FORMATS, IDENTIFIER, decode_ktx2, full_level_count, level_bytes
+from paradize.formats.ktx2.layout import FORMATS, IDENTIFIER, full_level_count, level_bytes
+from paradize.formats.ktx2.reader import decode_ktx2
 
 _FLOATS = {"RGBA16F": np.float16, "R32F": np.float32}
 _BY_NUMBER = {entry.vk: name for name, entry in FORMATS.items()}

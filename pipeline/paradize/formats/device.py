@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import struct
 
-from paradize.formats.glb_layout import MAGIC
-from paradize.formats.ktx2_layout import IDENTIFIER
+from paradize.formats.glb.layout import MAGIC
+from paradize.formats.ktx2.layout import IDENTIFIER
 
 
 def device_bytes(data: bytes) -> int:

@@ -1,7 +1,7 @@
 """Writes, as a kernel is built, the source that tells of what it was built: one digest of sources, headers,
 flags and compiler.
 
-CMake runs it: `digest.py OUT.cpp FLAGS SOURCE...`. engine/code.py reads the digest, from the file or from the
+CMake runs it: `digest.py OUT.cpp FLAGS SOURCE...`. jobs/code.py reads the digest, from the file or from the
 module that is loaded. A file that would stay as it is, is not written, so that nothing is linked anew.
 """
 
@@ -13,6 +13,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
+_ROOT = Path(__file__).resolve().parent  # of #include "topic/file.hpp"
 _INCLUDE = re.compile(rb'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.MULTILINE)
 _TEXT = """// Written by digest.py: what this module was built of.
 extern "C" {{
@@ -29,10 +30,11 @@ def all_files(sources: Iterable[Path]) -> list[Path]:
     while todo:
         path = todo.pop()
         for name in _INCLUDE.findall(path.read_bytes()):
-            included = (path.parent / name.decode()).resolve()
-            if included.is_file() and included not in found:
-                found.add(included)
-                todo.append(included)
+            for folder in (path.parent, _ROOT):
+                included = (folder / name.decode()).resolve()
+                if included.is_file() and included not in found:
+                    found.add(included)
+                    todo.append(included)
     return sorted(found)
 
 

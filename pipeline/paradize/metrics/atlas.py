@@ -1,6 +1,6 @@
 """How good a mesh's UV layout is: stretch, seams, packing, overlap, gutters, texel density.
 
-Measured by its own kernel (`reference_atlas.hpp`), which no stage imports. Source of the stretch: P. Sander,
+Measured by its own kernel (`reference/atlas.hpp`), which no stage imports. Source of the stretch: P. Sander,
 J. Snyder, S. Gortler and H. Hoppe, "Texture mapping progressive meshes", 2001.
 """
 
@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from paradize.data import Mesh, six
 from paradize.errors import BakeError
-from paradize.kernels.reference_atlas import layout_quality, layout_raster
+from paradize.kernels.reference.atlas import layout_quality, layout_raster
 
 
 def _places(positions: npt.NDArray[np.float32]) -> npt.NDArray[np.uint32]:

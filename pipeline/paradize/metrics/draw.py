@@ -1,12 +1,12 @@
 """What it costs to draw a mesh in the order in which its triangles and vertices stand.
 
-Measured by its own kernel (`reference_draw.hpp`), which no stage imports.
+Measured by its own kernel (`reference/draw.hpp`), which no stage imports.
 """
 
 from __future__ import annotations
 
 from paradize.data import Mesh
-from paradize.kernels.reference_draw import draw_cost, overdraw
+from paradize.kernels.reference.draw import draw_cost, overdraw
 
 _STREAMS = (("positions", 12), ("normals", 12), ("tangents", 16), ("uvs", 8), ("uvs1", 8), ("colors", 16))
 

@@ -23,15 +23,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from paradize.data import six
-from paradize.kernels import reference_maps
+from paradize.kernels.reference import maps as reference_maps
 from paradize.metrics.filters import EXACT, central_weights, taps
 from paradize.metrics.texels import bc7_codes, decode_texels
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from paradize.data import Ground, Texture
-    from paradize.kernels.reference_maps import Error
+    from paradize.data import HeightMap, Texture
+    from paradize.kernels.reference.maps import Error
 
     F32 = npt.NDArray[np.float32]
 
@@ -89,11 +89,11 @@ def _psnr(squares: float, count: int) -> float:
     return LOSSLESS_DB if mean <= 1e-12 else six(float(-10 * Decimal(mean).log10()))
 
 
-def _truth(ground: Ground) -> reference_maps.Ground:
+def _truth(ground: HeightMap) -> reference_maps.HeightMap:
     """What every tier's normals are held to."""
     taps_of_truth = taps(EXACT)
     assert taps_of_truth is not None
-    return reference_maps.Ground(
+    return reference_maps.HeightMap(
         ground.heights if ground.truth is None else ground.truth,
         taps=taps_of_truth,
         scale=ground.slope_scale,
@@ -106,9 +106,9 @@ def _truth(ground: Ground) -> reference_maps.Ground:
     )
 
 
-def _filtered(ground: Ground) -> reference_maps.Ground:
+def _filtered(ground: HeightMap) -> reference_maps.HeightMap:
     """What the ground's own filter makes of its heights."""
-    return reference_maps.Ground(
+    return reference_maps.HeightMap(
         ground.heights,
         taps=taps(ground.filter_name),
         scale=ground.slope_scale,
@@ -121,7 +121,7 @@ def _filtered(ground: Ground) -> reference_maps.Ground:
     )
 
 
-def normal_levels(texture: Texture, ground: Ground) -> list[dict[str, float]]:
+def normal_levels(texture: Texture, ground: HeightMap) -> list[dict[str, float]]:
     """mean_deg, p99_deg and max_deg of every level of a normal map of the ground, against the one truth.
 
     Levels average normals, then normalise them; where they cancel out the truth is (0, 0, 1). Of a ground
@@ -131,32 +131,32 @@ def normal_levels(texture: Texture, ground: Ground) -> list[dict[str, float]]:
     return [_angles(level) for level in reference_maps.normal_levels(_view(texture), _truth(ground))]
 
 
-def dudv_levels(texture: Texture, ground: Ground) -> list[dict[str, float]]:
+def dudv_levels(texture: Texture, ground: HeightMap) -> list[dict[str, float]]:
     """The same of a du/dv map: x and y of the normals less their mean (over the islands), averaged; angles
     are those of the vectors that a shader would rebuild from them."""
     found = reference_maps.normal_levels(_view(texture), _truth(ground), offsets=True)
     return [_angles(level) for level in found]
 
 
-def vector_error(xy: F32, ground: Ground, *, less_mean: bool = False) -> dict[str, float]:
+def vector_error(xy: F32, ground: HeightMap, *, less_mean: bool = False) -> dict[str, float]:
     """The same of decoded x and y (h, w, 2) that are no texture: of normals, or, less_mean, of du/dv."""
     return _angles(reference_maps.normal_levels(_plain(xy), _truth(ground), offsets=less_mean)[0])
 
 
-def encoding_error(shown: Texture | F32, ground: Ground) -> dict[str, float]:
+def encoding_error(shown: Texture | F32, ground: HeightMap) -> dict[str, float]:
     """mean_deg, p99_deg and max_deg of level 0 of a normal map, a texture or decoded x and y (h, w, 2),
     against what the ground's own filter makes of its heights in float64: arithmetic and storage alone."""
     view = _plain(shown) if isinstance(shown, np.ndarray) else _view(replace(shown, levels=shown.levels[:1]))
     return _angles(reference_maps.normal_levels(view, _filtered(ground))[0])
 
 
-def filter_error(ground: Ground) -> dict[str, float]:
+def filter_error(ground: HeightMap) -> dict[str, float]:
     """mean_deg, p99_deg and max_deg between the normals of the ground's filter, in float64, and the truth:
     what the filter costs. Islands as normal_levels."""
     return _angles(reference_maps.filter_angles(_filtered(ground), _truth(ground)))
 
 
-def open_error(ground: Ground) -> dict[str, float]:
+def open_error(ground: HeightMap) -> dict[str, float]:
     """mean_deg, p99_deg and max_deg that the half steps of the source's codes leave open around the normals
     of level 0: angles up to there are no error, so that where it is large, an error of 0 says little. 0 of
     floats."""
@@ -178,7 +178,7 @@ def value_levels(texture: Texture, level0: F32) -> list[dict[str, float]]:
     return [_differences(level) for level in reference_maps.value_levels(_view(texture), level0)]
 
 
-def gloss_levels(texture: Texture, gloss: F32, ground: Ground) -> list[dict[str, float]]:
+def gloss_levels(texture: Texture, gloss: F32, ground: HeightMap) -> list[dict[str, float]]:
     """psnr_db, p99 and max of every level of gloss (h, w, 2), both channels together; width_mean_deg,
     width_p99_deg and width_max_deg: how far a highlight's width is off, at half maximum of GGX's slopes.
 

@@ -2,7 +2,7 @@
 
 The reference is the text as float64 numbers, each the nearest to its decimal; where coordinates are
 so large beside the model that this rounding counts, a step of them is in the figure too. The kernel shares no
-code with the reader or a stage (`reference_loading.hpp`).
+code with the reader or a stage (`reference/loading.hpp`).
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Two surfaces can lie close together and yet be lit differently. At dense samples of both, the normal that
 the level shows is compared with the one that the original shows at the same place: interpolated from the
 vertices, and with a normal map turned by it in the tangent frame of each surface, so that frames and texture
-coordinates that went astray count too. Measured by a kernel that no stage imports (`reference_places.hpp`).
+coordinates that went astray count too. Measured by a kernel that no stage imports (`reference/places.hpp`).
 """
 
 from __future__ import annotations

@@ -3,7 +3,8 @@ float64 once more, apart from the stages, and knowing nothing of tiers, filters 
 
 Planes are handed on as float32, rounded once: by 3e-8 of a value at most, below what six digits of an error
 tell. Shared with the stages: the decoded picture (and which texel stands for a transparent one), the numbers
-of the settings, and the power function of gamma and sRGB (`kernels/mathx.hpp`, held to mpmath by its test).
+of the settings, and the power function of gamma and sRGB (`kernels/math/functions.hpp`, held to mpmath by
+its test).
 """
 
 from __future__ import annotations

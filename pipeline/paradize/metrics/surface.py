@@ -1,9 +1,9 @@
 """Two-sided distance between surfaces, as a fraction of the first one's bounding-box diagonal.
 
 Measured by kernels of its own, which no stage imports. The largest distance is bounded from below and from
-above, over every point of both surfaces (`reference_bound.hpp`); RMS and 99th percentile are of dense samples
+above, over every point of both surfaces (`reference/bound.hpp`); RMS and 99th percentile are of dense samples
 in proportion to area, ten or more in every triangle, against every point of the other surface
-(`reference_distance.hpp`).
+(`reference/distance.hpp`).
 """
 
 from __future__ import annotations

@@ -12,8 +12,8 @@ import math
 from dataclasses import dataclass
 
 from paradize.data import Heightfield, Mesh
-from paradize.kernels.reference_terrain import ground_error
-from paradize.kernels.reference_terrain import patch_error as _patch_error
+from paradize.kernels.reference.terrain import ground_error
+from paradize.kernels.reference.terrain import patch_error as _patch_error
 
 
 @dataclass(frozen=True)

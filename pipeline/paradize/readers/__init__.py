@@ -1,0 +1,1 @@
+"""Readers of what people bring: OBJ, MTL, pictures, heightmaps, sounds."""

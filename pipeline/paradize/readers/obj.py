@@ -3,7 +3,7 @@
 Every face of the file is in the result or in the warnings. Polygons are cut in their own plane. Texture
 coordinates are turned once to the top-left origin (v' = 1 - v). Positions are read in
 float64; the mesh holds the float32 numbers nearest to their offsets from its origin, which is 0 unless the
-model lies far from it (`obj_origin.hpp`).
+model lies far from it (`obj/origin.hpp`).
 """
 
 from __future__ import annotations

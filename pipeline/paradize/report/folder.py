@@ -10,16 +10,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from paradize.bake_record import BakeReport
+from paradize.build.provenance import BakeReport
 from paradize.documents import SCENE_FILE, read_json
-from paradize.engine.publish import write_whole
 from paradize.errors import FormatError, ParadizeError
 from paradize.files import read_file
-from paradize.formats.ktx2 import decode_ktx2
+from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene_manifest import read_entry, read_scene
+from paradize.preview.pictures import MaterialDefaults, SheetMap
 from paradize.report.levels import draw_object
-from paradize.report.pictures import Ground, SheetMap
 from paradize.report.sheet import draw_sheet, draw_sky
+from paradize.store.atomic import write_whole
 
 RECORD = "sheets.json"
 MOST_SHEETS = 100  # on a page
@@ -124,7 +124,7 @@ def draw_maps(files: dict[str, bytes], title: str, told: dict[str, Any], folder:
             maps[name] = SheetMap(
                 texture, len(data), str(entry.get("tier", "")), errors, entry.get("levels") or []
             )
-        return draw_sheet(title, _subtitle("maps", maps), maps, Ground(tiles))
+        return draw_sheet(title, _subtitle("maps", maps), maps, MaterialDefaults(tiles))
 
     _attempt(done, title, draw, folder / f"{title}.png")
     return done
@@ -176,33 +176,37 @@ def _materials(scene: dict[str, Any]) -> dict[str, dict[str, dict[str, Any]]]:
     return materials
 
 
-def _ground(scene: dict[str, Any], name: str) -> Ground:
+def _ground(scene: dict[str, Any], name: str) -> MaterialDefaults:
     """How a material lies and what it is where it has no map, as the scene says."""
     terrain, water = scene.get("terrain"), scene.get("water")
     if terrain and terrain.get("sand_color") == f"{name}_color":
-        return Ground(True, specular=terrain["specular"], smoothness=terrain["smoothness"])
+        return MaterialDefaults(True, specular=terrain["specular"], smoothness=terrain["smoothness"])
     if terrain and terrain.get("effect_color") == f"{name}_color":
-        return Ground(False, specular=terrain["specular"], smoothness=terrain["smoothness"])
+        return MaterialDefaults(False, specular=terrain["specular"], smoothness=terrain["smoothness"])
     if water and water.get("normal") == f"{name}_normal":
         deep, shallow = water["deep_color"], water["shallow_color"]
         color = tuple(0.7 * a + 0.3 * b for a, b in zip(deep, shallow, strict=True))
-        return Ground(True, (color[0], color[1], color[2]), water["specular"], water["smoothness"])
+        return MaterialDefaults(True, (color[0], color[1], color[2]), water["specular"], water["smoothness"])
     for item in scene.get("objects", ()):
         if item.get("normal") == f"{name}_normal" or item.get("color") == f"{name}_color":
             material = next(iter(item["materials"].values()), None)
             if material:
                 r, g, b = material["color"]
-                return Ground(False, (r, g, b), material["specular"], material["smoothness"])
-    return Ground()
+                return MaterialDefaults(False, (r, g, b), material["specular"], material["smoothness"])
+    return MaterialDefaults()
 
 
-def _key(code: bytes, scene: str, entries: dict[str, dict[str, Any]], ground: Ground) -> str:
+def _key(code: bytes, scene: str, entries: dict[str, dict[str, Any]], ground: MaterialDefaults) -> str:
     told = json.dumps([scene, entries, repr(ground)], sort_keys=True).encode()
     return hashlib.sha256(hashlib.sha256(code).digest() + told).hexdigest()
 
 
 def _draw(
-    baked: Path, scene: dict[str, Any], name: str, entries: dict[str, dict[str, Any]], ground: Ground
+    baked: Path,
+    scene: dict[str, Any],
+    name: str,
+    entries: dict[str, dict[str, Any]],
+    ground: MaterialDefaults,
 ) -> bytes:
     if "mesh" in entries:
         item = next(item for item in scene["objects"] if item["mesh"] == name)

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from paradize.formats.glb import decode_glb
-from paradize.formats.ktx2 import decode_ktx2
+from paradize.formats.glb.reader import decode_glb
+from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene_manifest import read_entry
 from paradize.metrics.texels import decode_texels
+from paradize.preview.pictures import shown_level
+from paradize.preview.shade import to_light
 from paradize.report.lod_view import Shown, Skin, draw_levels
-from paradize.report.pictures import shown_level
-from paradize.report.shade import to_light
 
 _TEXELS = 1024  # a side of the colour map as it is drawn
 

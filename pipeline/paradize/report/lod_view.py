@@ -14,7 +14,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from paradize.data import Mesh
-from paradize.report.shade import to_codes
+from paradize.preview.shade import to_codes
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -15,11 +15,11 @@ from typing import Any
 
 from PIL import Image
 
-from paradize.budget import METRICS, is_beyond
-from paradize.engine.publish import write_whole
 from paradize.files import open_file, read_file
-from paradize.report.tradeoff_plot import number_label, plot, seconds_label
-from paradize.report.tradeoff_style import STYLE
+from paradize.report.tradeoff.plot import number_label, plot, seconds_label
+from paradize.report.tradeoff.style import STYLE
+from paradize.scene.budget import METRICS, is_beyond
+from paradize.store.atomic import write_whole
 
 _WIDE = 1100  # pixels of a sheet as the page holds it
 _QUALITY = 82

@@ -12,10 +12,10 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from paradize.metrics.texels import decode_texels
-from paradize.report.pictures import (
+from paradize.preview.pictures import (
     LARGEST,
     PREVIEW,
-    Ground,
+    MaterialDefaults,
     SheetMap,
     close_view,
     has_holes,
@@ -23,7 +23,7 @@ from paradize.report.pictures import (
     picture_of,
     shown_level,
 )
-from paradize.report.shade import to_codes
+from paradize.preview.shade import to_codes
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -171,7 +171,7 @@ def _draw_panel(
         sheet.text((left, y + low + 1), str(level), 11, _PALE)
 
 
-def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], ground: Ground) -> bytes:
+def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], ground: MaterialDefaults) -> bytes:
     """The sheet of one material as PNG. maps: any of color, normal, height, gloss, dudv."""
     panels = _panels(maps)
     columns = max(1, min(_COLUMNS, len(panels)))
@@ -220,7 +220,7 @@ def _draw_close(sheet: _Sheet, top: int, maps: dict[str, SheetMap]) -> None:
         sheet.text((x, top + half + 6), f"{title}: the middle of level 0, {_ZOOM} x", 14, _PALE)
 
 
-def _about(ground: Ground) -> str:
+def _about(ground: MaterialDefaults) -> str:
     shape = "a sphere, two tiles across" if ground.tiles else "the whole map from above"
     return f"lit in linear light from what the hardware reads: {shape}, sun from the upper left"
 

@@ -4,7 +4,7 @@ Triangles are joined into charts as flat as a tier allows, each chart is laid in
 it goes (one that would fold or stretch is cut in two), and the charts are packed beside each other with a
 gutter. The input is centred and scaled first, so that neither its size nor its place matters. xatlas, which
 most tools use, was slower by an order of magnitude and mirrored charts (`tests/bench/rows_atlas.py`).
-Sources: named in `atlas_charts.hpp` and `atlas_pack.hpp`.
+Sources: named in `atlas/charts.hpp` and `atlas/pack.hpp`.
 """
 
 from __future__ import annotations

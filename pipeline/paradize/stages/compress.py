@@ -29,7 +29,7 @@ FORMATS: dict[str, tuple[str, ...]] = {
     "gloss": ("BC5_UNORM", "RG8_UNORM", "RG16_UNORM"),
     "dudv": ("RG8_SNORM",),
 }
-TIERS = ("fast", "balanced", "exact")  # how long encoders search; kernels/bcn.py, kernels/bc7.py
+TIERS = ("fast", "balanced", "exact")  # how long encoders search; kernels/bcn, kernels/bc7
 _BLOCK_BYTES = {"BC1": 8, "BC3": 16, "BC4": 8, "BC5": 16, "BC7": 16}
 _TEXEL_BYTES = {"R8": 1, "RG8": 2, "R16": 2, "RG16": 4, "RGBA8": 4}
 
@@ -66,7 +66,7 @@ def encode_rows(
 ) -> bytes:
     """The bytes of rows (n, w, c): of colour formats RGBA codes (n, w, 4) uint8; of signed ones x and y,
     -1..1, and what follows them is ignored; of others values 0..1. A block format's rows start at a multiple
-    of four, and end at one or at the end of the level. alpha_weight: of BC7, see kernels/bc7.py."""
+    of four, and end at one or at the end of the level. alpha_weight: of BC7, see kernels/bc7."""
     if fmt == "RGBA8_SRGB":
         return values.tobytes()
     if fmt == "BC1_RGB_SRGB":

@@ -1,6 +1,6 @@
 """Heights of a coarse source, smooth again: each stays within half a step of what the source said.
 
-Source of the method: see kernels/filter_destep.hpp. Done on request only: what lies between two steps is a
+Source of the method: see kernels/filter/destep.hpp. Done on request only: what lies between two steps is a
 guess, the one that bends least.
 """
 

@@ -4,7 +4,7 @@
 der digitalen Bildverarbeitung", 2000. "smooth<r>", "quintic<r>", "septic<r>": the slope at the centre of the
 polynomial of degree 3, 5 or 7 that fits the 2 r + 1 texels along it best, smoothed across by the same fit,
 for heights with coarse steps: A. Savitzky and M. J. E. Golay, "Smoothing and differentiation of data by
-simplified least squares procedures", 1964. "spectral": kernels/filter_spectral.hpp; it has no taps.
+simplified least squares procedures", 1964. "spectral": kernels/filter/spectral.hpp; it has no taps.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ that the picture runs across is no border.
 
 Width alone would stop ordinary atlases at a fine level, and they would shimmer: most neighbours are of
 nearly one colour, so that what bleeds does no harm. So the bleeding itself is measured
-(kernels/gutter_walk.hpp): all along the borders, at each level and at the steepest offset, a sample against
+(kernels/gutter/walk.hpp): all along the borders, at each level and at the steepest offset, a sample against
 the same sample without foreign texels. A level is safe when, of the samples of all borders, 99 of 100 are
 off by no more than the object's `bleed`, and none by more than WORST times that.
 """

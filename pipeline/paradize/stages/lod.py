@@ -1,8 +1,8 @@
 """A mesh with fewer triangles, by one of two methods: `own` (quadric edge collapse,
-`kernels/simplify_collapse.hpp`) and `meshoptimizer` (with attributes).
+`kernels/simplify/collapse.hpp`) and `meshoptimizer` (with attributes).
 
 Both take about as long. Ours is mostly nearer to the source at equal triangles, on low models with hard edges
-it may be either: `bake_lods.py` takes ours, and tier `exact` (`bake_refine.py`) measures the other too.
+it may be either: `lods.py` takes ours, and tier `exact` (`refine.py`) measures the other too.
 
 The mesh is centred on the origin with a diagonal of 1. Surfaces stay closed at texture seams and borders
 between materials: vertices are joined only where position, texture coordinate and material agree, and what

@@ -20,7 +20,7 @@ from paradize.stages.filters import EXACT, SPECTRAL, need_repeats, taps_of
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from paradize.data import Ground
+    from paradize.data import HeightMap
 
     F32 = npt.NDArray[np.float32]
 
@@ -32,7 +32,7 @@ class Normals:
     slopes: (h, w) float32 along x and down y, heights per texel, of the spectral filter, else None.
     """
 
-    ground: Ground
+    ground: HeightMap
     slopes: tuple[F32, F32] | None
 
     def rows(
@@ -86,7 +86,7 @@ class Normals:
         )
 
 
-def _slopes(ground: Ground, name: str, first: int, last: int) -> tuple[F32, F32]:
+def _slopes(ground: HeightMap, name: str, first: int, last: int) -> tuple[F32, F32]:
     """Slopes along x and down y of rows, heights per texel, by a filter. Heights that codes stand for lie in
     0..1, so that none is too steep to be read off a unit normal."""
     taps = taps_of(name)
@@ -103,7 +103,7 @@ def _slopes(ground: Ground, name: str, first: int, last: int) -> tuple[F32, F32]
     return -normal[:, :, 0] / normal[:, :, 2], normal[:, :, 1] / normal[:, :, 2]
 
 
-def _held_slopes(ground: Ground, first: int, last: int) -> tuple[F32, F32]:
+def _held_slopes(ground: HeightMap, first: int, last: int) -> tuple[F32, F32]:
     """The filter's slopes, held to what the half steps leave open around the eighth-order ones."""
     assert ground.codes is not None
     reach = len(taps_of(EXACT).derivative)
@@ -151,7 +151,7 @@ def _half_steps(heights: F32, codes: F32) -> F32:
     return np.float32(0.5) * narrow
 
 
-def prepare(ground: Ground) -> Normals:
+def prepare(ground: HeightMap) -> Normals:
     """What the ground's normals are made from, row by row.
 
     With the filter "spectral" the slopes of the whole map are made here, once: two planes of its size.

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Codes, Lattice, Mesh
+from paradize.data import Mesh, QuantizationGrid, QuantizedValues
 from paradize.errors import BakeError
 
 LARGEST_CODE = 65535
@@ -31,7 +31,7 @@ _ROOM = 8
 _DEGREES = 180.0 / 3.141592653589793
 
 
-def mesh_lattice(meshes: Sequence[Mesh]) -> Lattice:
+def mesh_lattice(meshes: Sequence[Mesh]) -> QuantizationGrid:
     """The finest lattice of equal steps that spans all vertices of the meshes.
 
     Step and origin are float32 numbers, so that a graphics card reckons with the same. Raises BakeError
@@ -53,7 +53,7 @@ def mesh_lattice(meshes: Sequence[Mesh]) -> Lattice:
                 mend="scale the model up, or leave its floats as they are",
             )
     x, y, z = (float(value) for value in lows)
-    return Lattice((step, step, step), (x, y, z))
+    return QuantizationGrid((step, step, step), (x, y, z))
 
 
 def terrain_lattice(
@@ -61,7 +61,7 @@ def terrain_lattice(
     size_m: tuple[float, float],
     heights_m: tuple[float, float],
     max_error_m: float = 0.0,
-) -> Lattice:
+) -> QuantizationGrid:
     """The lattice of a whole terrain: codes along x and z are columns and rows of its pixels, codes along y
     span its heights.
 
@@ -85,12 +85,12 @@ def terrain_lattice(
     up = float(np.nextafter(up, np.inf))
     if min(across, along, up) < _LEAST_STEP:
         raise BakeError("the terrain is too small for 16-bit positions", mend="leave its floats as they are")
-    return Lattice((across, up, along), (-0.5 * size_m[0], low, -0.5 * size_m[1]))
+    return QuantizationGrid((across, up, along), (-0.5 * size_m[0], low, -0.5 * size_m[1]))
 
 
 def quantise(
-    mesh: Mesh, lattice: Lattice, *, direction_bits: int = 16, float_uvs: bool | None = None
-) -> Codes:
+    mesh: Mesh, lattice: QuantizationGrid, *, direction_bits: int = 16, float_uvs: bool | None = None
+) -> QuantizedValues:
     """The mesh's vertices as codes. direction_bits: 8, 16 or 32 (float32) for normals and tangents.
     float_uvs: whether the first texture coordinates stay float32; None: where the mesh's leave 0 to 1. Parts
     of one terrain must say, for those of some lie in 0 to 1 and those of others do not.
@@ -103,7 +103,7 @@ def quantise(
         at = int(np.flatnonzero(((codes < 0) | (codes > LARGEST_CODE)).any(axis=1))[0])
         raise BakeError(f"a place outside the lattice of 16-bit positions: codes {codes[at].tolist()}")
     stretch = None if lattice.uniform else step
-    return Codes(
+    return QuantizedValues(
         lattice=lattice,
         positions=codes.astype(np.uint16),
         normals=_directions(mesh.normals, stretch, direction_bits),
@@ -115,8 +115,8 @@ def quantise(
 
 
 def quantise_levels(
-    meshes: Sequence[Mesh], lattice: Lattice, *, direction_deg: float = DIRECTION_DEG
-) -> list[Codes]:
+    meshes: Sequence[Mesh], lattice: QuantizationGrid, *, direction_deg: float = DIRECTION_DEG
+) -> list[QuantizedValues]:
     """All levels of a mesh as codes of one lattice. direction_deg: normals and tangents of all of them take
     the fewest bits, of 8 and 16, that turn none of them by more than this; 16 where both do."""
     eight = [quantise(mesh, lattice, direction_bits=8) for mesh in meshes]
@@ -124,7 +124,7 @@ def quantise_levels(
     return eight if turned <= direction_deg else [quantise(mesh, lattice) for mesh in meshes]
 
 
-def direction_bits(lattice: Lattice, direction_deg: float = DIRECTION_DEG) -> int:
+def direction_bits(lattice: QuantizationGrid, direction_deg: float = DIRECTION_DEG) -> int:
     """Bits for directions that keep the bound on any mesh of a lattice, told from the lattice alone: the same
     for all parts of a terrain. 8, 16, or 32 where only floats do."""
     # Half a code along each axis, magnified by no more than the ratio of the steps.
@@ -170,7 +170,7 @@ def _colors(values: npt.NDArray[np.float32] | None) -> Any:
     return np.rint(wide * LARGEST_CODE).astype(np.uint16)
 
 
-def _most_turned(mesh: Mesh, codes: Codes) -> float:
+def _most_turned(mesh: Mesh, codes: QuantizedValues) -> float:
     """A bound on the largest angle, in degrees, between a direction and its codes, both of the lattice's
     space stretched back; the sine stands for the angle, which is small."""
     most = 0.0

@@ -15,7 +15,7 @@ import numpy as np
 from paradize.data import Group, Mesh
 from paradize.errors import BakeError, SourceError
 from paradize.kernels import openmesh
-from paradize.kernels.mesh import Place, Topology, number_rows, topology
+from paradize.kernels.mesh import Occurrences, Topology, number_rows, topology
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -100,7 +100,7 @@ def repairs(report: Report, lines: npt.NDArray[np.uint32] | None = None) -> dict
         line = None if lines is None or triangle is None else int(lines[triangle])
         return {"count": count, "triangle": triangle, "line": line}
 
-    def of_result(place: Place) -> dict[str, int | None]:
+    def of_result(place: Occurrences) -> dict[str, int | None]:
         return told(place.count, None if place.triangle is None else int(kept[place.triangle]))
 
     return {

@@ -1,5 +1,6 @@
-// Preloaded into the player by test_files.py: cuts a file to half its length at one moment of its being read:
-// right after it was opened ("open"), after its size was asked for ("stat"), after its first bytes came
+// Preloaded into the player by tests/pipeline/readers/test_files.py: cuts a file to half its length at one
+// moment of its being read: right after it was opened ("open"), after its size was asked for ("stat"), after
+// its first bytes came
 // ("read"), or as it is closed ("close").
 
 #include <cstdarg>

@@ -1,0 +1,246 @@
+"""A colour picture -> an sRGB texture with mips in linear light, each level with its measured error."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.bakers.product import (
+    LevelErrors,
+    MapProduct,
+    flat_errors,
+    one_of,
+    within_budget,
+    wraps_of,
+)
+from paradize.data import Image, Texture
+from paradize.errors import BakeError, SourceError
+from paradize.formats.ktx2.encode import encode_ktx2
+from paradize.kernels.bc7 import THREADS
+from paradize.metrics.levels import color_levels
+from paradize.readers.image import read_image
+from paradize.readers.obj import read_obj
+from paradize.scene.budget import METRICS
+from paradize.stages import gutter
+from paradize.stages.compress import TIERS, LevelWriter, encode_rows, formats_of
+from paradize.stages.mips import color_rows
+from paradize.stages.sweep import level_count
+
+Values = npt.NDArray[Any]
+# How much an error of alpha may count beside one of a colour's channel in BC7.
+ALPHA_WEIGHTS = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 24.0, 32.0)
+
+
+def bake_color(
+    path: Path,
+    *,
+    alpha: Path | None = None,
+    wrap: str | tuple[str, str] = "clamp",
+    tier: str = "balanced",
+    alpha_cutoff: float = 0.5,
+    uv: Path | None = None,
+    budget: Mapping[str, float] | None = None,
+    zstd: int | None = None,
+    measure: bool = True,
+    uncompressed: bool = False,
+) -> MapProduct:
+    """The picture at `path` as an sRGB texture with mips in linear light.
+
+    alpha: another picture whose luminance (or alpha) replaces the alpha. wrap: "repeat" or "clamp", or one
+    for each of (x, y). tier: "exact" is BC7; of a picture with alpha, BC3 where BC7 has a lower PSNR of
+    colour or of alpha than BC3 of tier "balanced". alpha_cutoff, 0..1: each mip keeps the share of texels
+    that pass it. uv: an OBJ whose UV layout the picture follows; its gutters are filled. Opaque pictures
+    have no alpha in the texture. budget: metric -> worst value; where blocks exceed it, a more exact format
+    is taken. zstd: level of supercompression. measure: False leaves out errors (and with them the budget).
+    uncompressed: only the most exact format will do.
+    Raises SourceError and BakeError.
+    """
+    one_of("tier", [] if tier in TIERS else [tier], TIERS)
+    if not 0.0 <= alpha_cutoff <= 1.0:
+        raise BakeError(f"the alpha cutoff is {alpha_cutoff}; 0 to 1 is the range")
+    wraps = wraps_of(wrap)
+    values, encoded, warnings = color_values(path, alpha, wraps, uv)
+    rows, columns = values.shape[:2]
+    cutoff = alpha_cutoff if values.shape[2] == 4 else None
+
+    formats, other, alpha_weight = color_formats(
+        values, encoded=encoded, tier=TIERS[0] if uncompressed else tier
+    )
+
+    @cache
+    def make(fmt: str) -> tuple[Texture, LevelErrors]:
+        texture = color_texture(
+            values, fmt, encoded=encoded, alpha_cutoff=cutoff, tier=tier, alpha_weight=alpha_weight
+        )
+        if not measure:
+            return texture, []
+        return texture, color_levels(texture, values, encoded=encoded, alpha_cutoff=cutoff)
+
+    def errors_of(made: tuple[Texture, LevelErrors]) -> dict[str, float]:
+        return flat_errors("color", made[1][0]) if made[1] else {}
+
+    kept = formats[-1 if uncompressed else 0 :]
+    (texture, levels), reason = within_budget(kept, make, errors_of, budget or {})
+    reason = reason or other
+    errors = errors_of((texture, levels)) if measure else {}
+    return MapProduct(
+        encode_ktx2(texture, zstd_level=zstd),
+        columns,
+        rows,
+        texture.format,
+        errors.get("color_psnr_db", 0.0),
+        "color_psnr_db" if errors else None,
+        tier,
+        errors,
+        warnings,
+        levels if measure else [],
+        reason=reason,
+    )
+
+
+def color_values(
+    path: Path, alpha: Path | None, wraps: tuple[bool, bool], uv: Path | None
+) -> tuple[Values, bool, list[str]]:
+    """The texels (h, w, 3 or 4) of level 0 as bake_color takes them from its sources, whether they are sRGB,
+    and warnings."""
+    image = read_image(path)
+    warnings = []
+    if image.values.dtype == np.float32 and float(image.values.max()) > 1.0:
+        warnings.append(f"{path}: brighter than 1 in places; a colour texture holds 0..1")
+    values = spread(_with_alpha(image, alpha), wraps)
+    if uv is not None:
+        values = _filled(values, uv, wraps)
+    return values, image.color_space == "srgb", warnings
+
+
+def color_formats(
+    values: Values, *, encoded: bool, tier: str
+) -> tuple[tuple[str, ...], str | None, float | None]:
+    """The formats that a colour picture (h, w, 3 or 4) may take, the tier's own first, as the bake takes and
+    `measure` shows them; why that is not the one that the tier declares; and the weight of alpha in BC7 where
+    it was looked for."""
+    rows, columns, channels = values.shape
+    name = "color with alpha" if channels == 4 else "color"
+    formats = formats_of(name, rows, columns, tier=tier)
+    if channels != 4 or formats[0] != "BC7_SRGB":
+        return formats, None, None
+    finest = _Finest(values, encoded)
+    weight = finest.alpha_weight(tier)
+    below, found = finest.errors("BC3_SRGB", "balanced"), finest.errors("BC7_SRGB", tier, weight)
+    worse = [f"{key} {found[key]:g} for {below[key]:g}" for key in below if found[key] < below[key]]
+    reason = f"BC7 leaves more than BC3 of tier balanced: {', '.join(worse)}" if worse else None
+    return formats_of(name, rows, columns) if worse else formats, reason, weight
+
+
+class _Finest:
+    """Level 0 of a picture with alpha, its sides divisible by four, to be encoded in one way and another."""
+
+    def __init__(self, values: Values, encoded: bool) -> None:
+        self.values, self.encoded = values, encoded
+        plain = color_texture(values, "RGBA8_SRGB", encoded=encoded, alpha_cutoff=None, tier=TIERS[0])
+        self.codes = np.frombuffer(plain.levels[0], np.uint8).reshape(*values.shape[:2], 4)
+
+    def errors(self, fmt: str, tier: str, alpha_weight: float = 1.0) -> dict[str, float]:
+        """PSNR of colour and of alpha, which budgets name."""
+        data = encode_rows(self.codes, fmt, tier=tier, threads=THREADS, alpha_weight=alpha_weight)
+        texture = Texture(fmt, self.values.shape[1], self.values.shape[0], (data,))
+        level = color_levels(texture, self.values, encoded=self.encoded, alpha_cutoff=None)[0]
+        return {key: value for key, value in flat_errors("color", level).items() if key in METRICS}
+
+    def alpha_weight(self, tier: str) -> float:
+        """The least weight of alpha with which BC7 leaves no more of alpha than BC3 of tier "balanced"; the
+        largest where none does. BC3 has eight bytes for alpha, BC7 one line for colour and alpha, or less
+        room for alpha: the more alpha weighs, the more of colour is left."""
+        least = self.errors("BC3_SRGB", "balanced")["alpha_psnr_db"]
+
+        def keeps(weight: float) -> bool:
+            return self.errors("BC7_SRGB", tier, weight)["alpha_psnr_db"] >= least
+
+        return ALPHA_WEIGHTS[min(bisect_left(ALPHA_WEIGHTS, True, key=keeps), len(ALPHA_WEIGHTS) - 1)]
+
+
+def color_texture(
+    values: Values,
+    fmt: str,
+    *,
+    encoded: bool,
+    alpha_cutoff: float | None,
+    tier: str,
+    alpha_weight: float | None = None,
+) -> Texture:
+    """Every level of a colour picture (h, w, 1..4), codes or floats, in a colour format. alpha_weight: of BC7
+    with alpha, None: that which suits the picture."""
+    height, width = values.shape[:2]
+    writer = LevelWriter(fmt, height, width, level_count(height, width))
+    if alpha_weight is None:
+        has_alpha = fmt == "BC7_SRGB" and values.shape[2] == 4
+        alpha_weight = _Finest(values, encoded).alpha_weight(tier) if has_alpha else 1.0
+    weight = alpha_weight
+
+    def told(level: int, first: int, codes: npt.NDArray[np.uint8]) -> None:
+        writer.put(level, first, encode_rows(codes, fmt, tier=tier, alpha_weight=weight))
+
+    color_rows(values, told, encoded=encoded, alpha_cutoff=alpha_cutoff)
+    return writer.texture()
+
+
+def spread(values: Values, wraps: tuple[bool, bool]) -> Values:
+    """Texels that are wholly transparent take the colour of the nearest visible one: what lies under them is
+    chance, and would show as a fringe in filtering, as a cliff in heights. Alpha stays."""
+    if values.shape[2] not in (2, 4):
+        return values
+    source = gutter.gutter_source(values[:, :, -1] > 0, wraps)
+    if source is None:
+        return values
+    filled = gutter.fill_gutter(values, source)
+    filled[:, :, -1] = values[:, :, -1]
+    return filled
+
+
+def _filled(values: Values, uv: Path, wraps: tuple[bool, bool]) -> Values:
+    """The picture with the gutters of the OBJ's UV layout filled."""
+    mesh = read_obj(uv).mesh
+    islands = gutter.island_map(mesh, height=values.shape[0], width=values.shape[1], file=uv)
+    return gutter.fill_gutter(values, gutter.layout_source(islands, mesh, wraps))
+
+
+def _with_alpha(image: Image, alpha: Path | None) -> Values:
+    """Colour (h, w, 3), or (h, w, 4) where anything is not opaque; codes where the file has codes."""
+    values: Values = image.values
+    rows, columns, channels = values.shape
+    if channels < 3:  # grey becomes red, green and blue
+        color = np.repeat(values[:, :, :1], 3, axis=2)
+        values = color if channels == 1 else np.concatenate([color, values[:, :, 1:]], axis=2)
+    if alpha is not None:
+        own = _alpha_of(alpha, rows, columns)
+        if own.dtype != values.dtype:
+            values = Image(values, image.color_space, image.source_bits).pixels
+            own = Image(own, "data", 32).pixels
+        values = np.concatenate([values[:, :, :3], own], axis=2)
+    if values.shape[2] == 4 and bool((values[:, :, 3] >= _top(values)).all()):
+        values = np.ascontiguousarray(values[:, :, :3])
+    return values
+
+
+def _top(values: Values) -> float:
+    """What stands for 1."""
+    return 1.0 if values.dtype == np.float32 else float(np.iinfo(values.dtype).max)
+
+
+def _alpha_of(path: Path, rows: int, columns: int) -> Values:
+    """The alpha (h, w, 1) of a picture: its own, or its brightness as it is stored."""
+    values: Values = read_image(path, color_space="data").values
+    if values.shape[:2] != (rows, columns):
+        what = f"{values.shape[1]} x {values.shape[0]} texels; its colour map has {columns} x {rows}"
+        raise SourceError(what, file=path, mend="give both one size")
+    if values.shape[2] in (2, 4):
+        own = values[:, :, -1:]
+        if bool((own < _top(values)).any()):
+            return own
+    return values[:, :, :1]

@@ -1,0 +1,311 @@
+"""A picture -> the maps of a material, each with its mips and the measured error of every level.
+
+`paradize maps` and the bake of a scene both come here. The conventions are those of formats/FORMAT.md:
+normals are green up, du/dv is signed and without mean, gloss holds specular intensity and smoothness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.bakers.color import spread
+from paradize.bakers.maps.png import png_maps
+from paradize.bakers.maps.rows import SMALL, Layout, MapRows, no_worse_than_fast
+from paradize.bakers.maps.textures import ktx2_maps
+from paradize.bakers.product import MapProduct, one_of, wraps_of
+from paradize.data import HeightMap, Image
+from paradize.errors import BakeError
+from paradize.kernels.maps import Levels
+from paradize.metrics.source import true_heights
+from paradize.readers.heightmap import Nodata, guessed_source, with_heights
+from paradize.readers.image import read_image, require_finite
+from paradize.readers.obj import read_obj
+from paradize.stages import gutter
+from paradize.stages.compress import TIERS
+from paradize.stages.destep import destep_pixels
+from paradize.stages.filters import FILTER_NAMES, choose_filter
+from paradize.stages.gloss import GlossSettings
+from paradize.stages.height import height_from_color, height_from_height
+from paradize.stages.sweep import bands_of, run
+
+F32 = npt.NDArray[np.float32]
+MAPS = ("normal", "height", "gloss", "dudv")
+MAX_STRENGTH = 1e6
+
+
+def bake_maps(
+    path: Path,
+    *,
+    only: Sequence[str] = MAPS,
+    source: str = "auto",
+    nodata: Nodata = "auto",
+    strength: float = 1.0,
+    wrap: str | tuple[str, str] = "clamp",
+    green: str = "up",
+    fmt: str = "ktx2",
+    tier: str = "balanced",
+    filter_name: str = "auto",
+    destep: bool = False,
+    uv: Path | None = None,
+    gloss_groups: Collection[str] | None = None,
+    slope_scale: float | tuple[float, float] | None = None,
+    size_m: Sequence[float] | None = None,
+    levels: Levels | None = None,
+    gloss: GlossSettings | None = None,
+    budget: Mapping[str, float] | None = None,
+    zstd: int | None = None,
+    measure: bool = True,
+    uncompressed: bool = False,
+) -> dict[str, MapProduct]:
+    """The maps named by `only` ("normal", "height", "gloss", "dudv") of the picture at `path`.
+
+    source: "color" (heights are the luminance), "height", or "auto" as readers/heightmap guesses. nodata: as
+    there, of heights. strength: full white stands so many percent of the map's width high, -1e6..1e6; where
+    heights leave 0..1 the highest is white and the lowest black. slope_scale replaces it: what one unit of
+    height is over the texel's size, both in metres, along (x, y). size_m: what the map is stretched over
+    along (x, y), so that its texels need not be square there.
+    wrap: "repeat" or "clamp", or one for each of (x, y). green: "up" or "down", of normal and du/dv. fmt:
+    "ktx2", with all mips, or "png". filter_name: the derivative filter; "auto" looks at the heights. destep:
+    smooth the steps of an 8-bit source, within half a step. uv: an OBJ whose UV layout the picture follows:
+    slopes stay inside islands, gutters are filled.
+    gloss_groups: groups or materials of that OBJ that shine; None: all. levels shape the height, gloss the
+    gloss. budget: metric -> worst value; where blocks exceed it, a more exact format is taken. zstd: level of
+    supercompression. measure: False leaves out errors (and with them the budget). uncompressed: of KTX2 only
+    the most exact formats.
+    Raises SourceError for what cannot be read, BakeError for settings that cannot be met.
+    """
+    one_of("map", [name for name in only if name not in MAPS], MAPS)
+    _check(path, source, strength, green, fmt, tier)
+    names = ("auto", *FILTER_NAMES)
+    one_of("filter", [] if filter_name in names else [filter_name], names)
+    made, picture = map_rows(
+        path,
+        only=only,
+        source=source,
+        nodata=nodata,
+        strength=strength,
+        wrap=wrap,
+        green=green,
+        tier=tier,
+        filter_name=filter_name,
+        destep=destep,
+        uv=uv,
+        gloss_groups=gloss_groups,
+        slope_scale=slope_scale,
+        size_m=size_m,
+        levels=levels,
+        gloss=gloss,
+        measure=measure,
+    )
+    if fmt == "png":
+        maps = png_maps(made, tier=tier, warnings=picture.warnings, measure=measure)
+    else:
+        maps = ktx2_maps(
+            made,
+            tier=tier,
+            warnings=picture.warnings,
+            budget=budget or {},
+            zstd=zstd,
+            measure=measure,
+            uncompressed=uncompressed,
+        )
+    return {name: replace(one, source=picture.source, guess=picture.guess) for name, one in maps.items()}
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What a picture was taken for: "color" or "height"; the guess in words, None where somebody said it."""
+
+    source: str
+    guess: str | None
+    warnings: list[str]
+
+
+def map_rows(
+    path: Path,
+    *,
+    only: Sequence[str],
+    source: str,
+    nodata: Nodata,
+    strength: float,
+    wrap: str | tuple[str, str],
+    green: str,
+    tier: str,
+    filter_name: str,
+    destep: bool,
+    uv: Path | None,
+    gloss_groups: Collection[str] | None,
+    slope_scale: float | tuple[float, float] | None,
+    size_m: Sequence[float] | None,
+    levels: Levels | None,
+    gloss: GlossSettings | None,
+    measure: bool,
+) -> tuple[MapRows, Picture]:
+    """The rows of every map, level 0, that bake_maps makes textures of; arguments as there."""
+    wraps = wraps_of(wrap)
+    if gloss_groups is not None and uv is None:
+        raise BakeError("groups that shine need a UV layout", mend="name the OBJ whose UVs the map follows")
+    image = read_image(path, finite=False)
+    guess = None
+    if source == "auto":
+        source, why = guessed_source(image)
+        taken = "heights" if source == "height" else "colour"
+        guess = f"{path}: taken for {taken}: {why} (--from says otherwise)"
+    warnings: list[str] = []
+    if source == "height":
+        image, warnings = with_heights(replace(image, color_space="data"), path, nodata)
+        warnings = [*_warnings(path, image), *warnings]
+    elif nodata not in ("auto", "none"):
+        mend = "leave --nodata out, or add --from height where a grey picture holds heights"
+        raise BakeError("is taken for colour, which has no number for no height", file=path, mend=mend)
+    else:
+        require_finite(image.values, path)
+        warnings += _beyond(path, image)
+    rows, columns = image.values.shape[:2]
+    layout = None if uv is None else _layout(uv, rows, columns, wraps, gloss_groups)
+    if source == "color":
+        image = replace(image, values=spread(image.values, wraps))
+    heights = _heights(image, source, levels)
+    islands = None if layout is None else layout.islands
+    known = measure or heights.size <= SMALL  # there the filter is measured too
+    truth = true_heights(image, source, levels) if known else None
+    codes, held = _code_heights(image, partial(_heights, source=source, levels=levels)), False
+    true_codes = _code_heights(image, partial(true_heights, source=source, levels=levels)) if known else None
+    shaped = source == "color" and levels is not None
+    true_light = true_heights(image, source, Levels()) if measure and shaped else None
+    asked = filter_name
+    if asked == "auto":  # by the steps as they were: what is left of them looks like waves
+        held = tier == "exact" and codes is not None
+        filter_name = choose_filter(heights, image.source_bits, wraps, tier, islands, codes)
+    if destep:
+        image, told = _without_steps(image, path, wraps)
+        if source == "height":
+            warnings = [text for text in warnings if text not in _warnings(path, image)]
+        warnings += told
+        heights = _heights(image, source, levels)
+    if truth is not None and np.array_equal(truth, heights):
+        truth = heights  # one plane less while maps are made
+    unit = (0.0, 1.0)
+    if source == "height":
+        unit, ranged = _unit(heights, path)
+        warnings += ranged
+    if slope_scale is None:
+        rise = strength / 100.0 / unit[1]
+        across = rise * columns
+        slopes = (across, across if size_m is None else rise * rows * (size_m[0] / size_m[1]))
+    else:
+        slopes = slope_scale if isinstance(slope_scale, tuple) else (slope_scale, slope_scale)
+    ground = HeightMap(
+        heights, slopes, wraps, filter_name, green == "down", islands, codes, held, truth, true_codes
+    )
+    picture = image if shaped else None
+    del image  # the codes of a height map are not needed any more
+    if asked == "auto":
+        ground = no_worse_than_fast(ground)
+    made = MapRows(ground, tuple(only), unit, picture, gloss or GlossSettings(), layout, true_light)
+    return made, Picture(source, guess, warnings)
+
+
+def relief_levels(relief: Mapping[str, Any]) -> Levels | None:
+    """The levels in a table of settings (black, white, gamma, contrast, brightness, invert); None where they
+    change nothing. Raises BakeError for levels that make no sense."""
+    told = {item.name: relief[item.name] for item in fields(Levels)}
+    try:
+        levels = Levels(**told)
+    except ValueError as error:
+        raise BakeError(str(error), mend="black and white differ, and gamma is 0.001 or more") from None
+    return None if levels == Levels() else levels
+
+
+def _check(path: Path, source: str, strength: float, green: str, fmt: str, tier: str) -> None:
+    sources = ("auto", "color", "height")
+    one_of("source", [] if source in sources else [source], sources)
+    one_of("green", [] if green in ("up", "down") else [green], ("up", "down"))
+    one_of("format", [] if fmt in ("ktx2", "png") else [fmt], ("ktx2", "png"))
+    one_of("tier", [] if tier in TIERS else [tier], TIERS)
+    if not -MAX_STRENGTH <= strength <= MAX_STRENGTH:
+        raise BakeError(f"strength {strength} is out of range; up to {MAX_STRENGTH:g} is taken", file=path)
+
+
+def _warnings(path: Path, image: Image) -> list[str]:
+    if image.source_bits == 8:
+        return [f"{path}: heights of 8 bits stand in 255 steps; save it with 16 bits or as float"]
+    return []
+
+
+def _beyond(path: Path, image: Image) -> list[str]:
+    """What colour does not keep of numbers that are no codes."""
+    if image.top is not None:
+        return []
+    least, most = float(image.values.min()), float(image.values.max())
+    if least >= 0.0 and most <= 1.0:
+        return []
+    what = f"runs from {least:g} to {most:g}; as colour, what is below 0 counts as 0, and above 1 as 1"
+    return [f"{path}: {what}; heights keep it all (`paradize maps --from height`)"]
+
+
+def _without_steps(image: Image, path: Path, wraps: tuple[bool, bool]) -> tuple[Image, list[str]]:
+    """The picture as floats whose steps of 8 bits are smoothed; with a warning where it has none."""
+    if image.values.dtype != np.uint8:
+        return image, [f"{path}: has no steps of 8 bits to smooth"]
+    pixels = image.pixels
+    colors = 1 if pixels.shape[2] < 3 else 3
+    destep_pixels(pixels[:, :, :colors], wrap=wraps)
+    return replace(image, values=pixels), []
+
+
+def _layout(
+    uv: Path, rows: int, columns: int, wraps: tuple[bool, bool], groups: Collection[str] | None
+) -> Layout:
+    mesh = read_obj(uv).mesh
+    islands = gutter.island_map(mesh, height=rows, width=columns, file=uv)
+    mask = None
+    if groups is not None:
+        mask = gutter.group_mask(mesh, groups, height=rows, width=columns, file=uv)
+    source = gutter.layout_source(islands, mesh, wraps)
+    return Layout(gutter.with_source(islands, source), source is not None, mask)
+
+
+def _heights(image: Image, source: str, levels: Levels | None) -> F32:
+    """Heights (h, w) of the picture, band by band."""
+    make = height_from_height if source == "height" else height_from_color
+    rows, columns = image.values.shape[:2]
+    heights = np.empty((rows, columns), np.float32)
+
+    def work(band: tuple[int, int]) -> None:
+        part: Any = image.values[band[0] : band[1]]
+        heights[band[0] : band[1]] = make(replace(image, values=part), levels)
+
+    run(work, bands_of(rows, columns))
+    return heights
+
+
+def _code_heights(image: Image, heights: Callable[[Image], F32]) -> F32 | None:
+    """What `heights` makes of all codes of the picture, as greys, (n,) rising; None where it holds floats."""
+    if image.values.dtype == np.float32:
+        return None
+    kind = image.values.dtype
+    codes = np.arange(256 if kind == np.uint8 else 65536).astype(kind)
+    grey: Any = np.repeat(codes[None, :, None], image.values.shape[2], axis=2)
+    return np.unique(heights(replace(image, values=grey)))
+
+
+def _unit(heights: F32, path: Path) -> tuple[tuple[float, float], list[str]]:
+    """The heights that a height map holds as 0, and how far above it 1 is: (0, 1) where the heights fit, else
+    from the lowest to the highest, with a warning."""
+    low, high = float(heights.min()), float(heights.max())
+    if low >= 0.0 and high <= 1.0:
+        return (0.0, 1.0), []
+    if high == low:
+        return (low, 1.0), [f"{path}: every height is {low:g}; the height map holds 0"]
+    return (low, high - low), [
+        f"{path}: heights run from {low:g} to {high:g}; the height map holds them as 0..1, and --strength "
+        "says how high the highest stands above the lowest"
+    ]

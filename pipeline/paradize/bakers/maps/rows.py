@@ -1,0 +1,172 @@
+"""The maps of one picture: heights, normals, gloss of any rows, and what is averaged of them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.metrics.levels import encoding_error, filter_error, open_error
+from paradize.metrics.source import true_gloss
+from paradize.stages import gutter
+from paradize.stages.filters import EXACT, FAST
+from paradize.stages.gloss import GlossSettings, gloss_map
+from paradize.stages.height import luminance_plane
+from paradize.stages.mips import gloss_bundle
+from paradize.stages.normal import prepare
+from paradize.stages.sweep import bands_of
+
+if TYPE_CHECKING:
+    from paradize.data import HeightMap, Image, Texture
+    from paradize.stages.sweep import Bundle
+
+F32 = npt.NDArray[np.float32]
+I32 = npt.NDArray[np.int32]
+SMALL = 256 * 256  # texels: up to there a filter is measured within milliseconds
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the map's UV islands lie. islands: (h, w) int32, ids; outside -1, or, where filled, -2 less the
+    flat index of the texel that the gutter takes (stages.gutter.with_source). mask: texels that shine, all
+    where it is None."""
+
+    islands: I32
+    filled: bool
+    mask: npt.NDArray[np.bool_] | None
+
+    def source(self, first: int, last: int) -> I32:
+        """Flat indices (n, w) of the texels that the rows' own are taken from."""
+        return gutter.source_rows(self.islands, first, last)
+
+
+def filter_errors(ground: HeightMap) -> dict[str, float]:
+    """Degrees between the filter's normals and the true ones: what the filter alone costs."""
+    return _parts("normal_filter", filter_error(ground))
+
+
+def no_worse_than_fast(ground: HeightMap) -> HeightMap:
+    """The ground with the filter that `auto` chose for it. Where on up to SMALL texels that errs more than
+    tier `fast`'s, by any of filter_errors, slopes become those of tier `exact`: of codes held to what these
+    leave open, of floats EXACT's. `auto` predicts by a spectrum, of which small maps hold little."""
+    if ground.heights.size > SMALL or ground.filter_name in (FAST, EXACT):
+        return ground
+    own, fast = filter_errors(ground), filter_errors(replace(ground, filter_name=FAST, held=False))
+    if all(own[name] <= fast[name] for name in own):
+        return ground
+    return replace(ground, filter_name=EXACT) if ground.codes is None else replace(ground, held=True)
+
+
+def open_angles(ground: HeightMap) -> dict[str, float]:
+    """Degrees that the half steps of the source leave open: no error is told within them."""
+    return _parts("normal_open", open_error(ground))
+
+
+def encoding_errors(shown: Texture | F32, ground: HeightMap) -> dict[str, float]:
+    """What storing a normal map costs at level 0, a texture or decoded x and y (h, w, 2)."""
+    return _parts("normal_encoding", encoding_error(shown, ground))
+
+
+def _parts(name: str, found: dict[str, float]) -> dict[str, float]:
+    return {
+        f"{name}_deg": found["mean_deg"],
+        f"{name}_p99_deg": found["p99_deg"],
+        f"{name}_max_deg": found["max_deg"],
+    }
+
+
+class MapRows:
+    """Rows of every map of a picture, level 0.
+
+    names: the maps that will be asked for. unit (low, span): a height map's zero and one among the heights.
+    picture: where brightness comes from, and truth what metrics take for
+    it; the heights where it is None. Where there is a UV layout, gutters
+    are filled: beside the heights the normals along the islands' borders are held, nothing else.
+    """
+
+    def __init__(
+        self,
+        ground: HeightMap,
+        names: tuple[str, ...],
+        unit: tuple[float, float],
+        picture: Image | None,
+        gloss: GlossSettings,
+        layout: Layout | None,
+        truth: F32 | None = None,
+    ) -> None:
+        self.ground, self.names = ground, names
+        self._unit, self._picture, self._gloss, self._layout = unit, picture, gloss, layout
+        self._truth = truth
+        self._normals = prepare(ground)
+        self._border: gutter.Border | None = None
+        if layout is not None and layout.filled and names != ("height",):
+            self._border = gutter.Border(layout.islands, self._normals.rows)
+
+    def rows(self, name: str, first: int, last: int) -> F32:
+        """Rows of "normal" (n, w, 3), unit; "height" (n, w, 1), 0..1; or "gloss" (n, w, 2)."""
+        if name == "normal":
+            return self._normal_rows(first, last)
+        if name == "height":
+            return self._height_rows(first, last)[:, :, None]
+        mask = None
+        if self._layout is not None and self._layout.mask is not None:
+            mask = self._part(self._layout.mask, first, last)
+        return gloss_map(self._brightness(first, last), self._gloss, mask)
+
+    def truth(self, name: str) -> F32:
+        """What all rows of "height" or "gloss" are held to, of the picture itself (metrics/source.py)."""
+        ground, (low, span), look = self.ground, self._unit, self._gloss
+        heights = ground.heights if ground.truth is None else ground.truth
+        mask = None if self._layout is None else self._layout.mask
+        light = None if name == "height" or self._picture is None else self._truth
+        out = np.empty((*heights.shape, 1 if name == "height" else 2), np.float32)
+        for first, last in bands_of(*heights.shape):
+            shown = self._part(heights if light is None else light, first, last)
+            if light is None and (low, span) != (0.0, 1.0):
+                shown = ((shown.astype(np.float64) - low) / span).astype(np.float32)
+            if name == "height":
+                out[first:last, :, 0] = shown
+                continue
+            out[first:last] = true_gloss(shown, look.levels, look.specular, look.smoothness)
+            if mask is not None:
+                out[first:last, :, 0] *= self._part(mask, first, last)
+        return out
+
+    def bundle(self, names: Collection[str], first: int, last: int) -> Bundle:
+        """What belongs to the rows of some maps (see stages.sweep)."""
+        bundle: Bundle = {}
+        if "normal" in names or "gloss" in names:
+            bundle["normal"] = self.rows("normal", first, last)
+        if "height" in names:
+            bundle["height"] = self.rows("height", first, last)
+        if "gloss" in names:
+            bundle |= gloss_bundle(self.rows("gloss", first, last))
+        return bundle
+
+    def _part(self, texels: npt.NDArray[Any], first: int, last: int) -> npt.NDArray[Any]:
+        """Rows of a map (h, w, ...), gutters filled."""
+        if self._layout is None or not self._layout.filled:
+            return texels[first:last]
+        return gutter.gathered(texels, self._layout.source(first, last))
+
+    def _normal_rows(self, first: int, last: int) -> F32:
+        normals: F32 = self._normals.rows(first, last)
+        if self._border is not None:
+            self._border.fill(normals, first)
+        return normals
+
+    def _height_rows(self, first: int, last: int) -> F32:
+        low, span = self._unit
+        rows = self._part(self.ground.heights, first, last)
+        if (low, span) == (0.0, 1.0):
+            return rows
+        return ((rows.astype(np.float64) - low) / span).astype(np.float32)
+
+    def _brightness(self, first: int, last: int) -> F32:
+        if self._picture is None:
+            return self._height_rows(first, last)
+        part: Any = self._part(self._picture.values, first, last)
+        return luminance_plane(replace(self._picture, values=part))

@@ -1,0 +1,150 @@
+"""The maps of one picture as KTX2 textures with all mips: one sweep for all, one more for du/dv."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.bakers.maps.rows import MapRows, encoding_errors, filter_errors, open_angles
+from paradize.bakers.product import LevelErrors, MapProduct, beyond, flat_errors
+from paradize.data import Texture
+from paradize.formats.ktx2.encode import encode_ktx2
+from paradize.metrics.levels import dudv_levels, gloss_levels, normal_levels, value_levels
+from paradize.stages.compress import LevelWriter, encode_rows, formats_of
+from paradize.stages.dudv import DudvLevels
+from paradize.stages.mips import gloss_rows, half_maps, unit_rows
+from paradize.stages.sweep import level_count, sweep
+
+if TYPE_CHECKING:
+    from paradize.stages.sweep import Bundle
+
+F32 = npt.NDArray[np.float32]
+Mean = tuple[float, float]
+
+
+def ktx2_maps(
+    rows: MapRows,
+    *,
+    tier: str,
+    warnings: Sequence[str],
+    budget: Mapping[str, float],
+    zstd: int | None,
+    measure: bool,
+    uncompressed: bool = False,
+) -> dict[str, MapProduct]:
+    """The maps that `rows` was made for. budget: where the errors of a map's format exceed it, the next of
+    its formats (stages.compress.FORMATS) is taken. measure: False leaves out errors and budget. uncompressed:
+    only the most exact formats will do. No larger format is taken for what the slope filter alone has beyond
+    its limit."""
+    height, width = rows.ground.heights.shape
+    first = -1 if uncompressed else 0
+    formats = {name: formats_of(name, height, width)[first:] for name in rows.names}
+    textures, mean = map_textures(rows, {name: known[0] for name, known in formats.items()}, tier)
+    done: dict[str, MapProduct] = {}
+    for name in [*textures, *(["dudv"] if "dudv" in rows.names else [])]:
+        texture = textures.pop(name) if name in textures else dudv_texture(rows, mean)
+        levels: LevelErrors = []
+        errors: dict[str, float] = {}
+        reason = None
+        if measure:
+            fixed = filter_errors(rows.ground) | open_angles(rows.ground) if name == "normal" else {}
+            limits = within_reach(budget, fixed)
+            levels, errors = _measured(name, rows, texture, fixed)
+            for fmt in formats[name][1:]:
+                over = beyond(errors, limits)
+                if not over:
+                    break
+                reason = f"{texture.format} exceeds the budget: {', '.join(over)}"
+                texture = map_textures(rows, {name: fmt}, tier)[0][name]
+                levels, errors = _measured(name, rows, texture, fixed)
+        metric = next(iter(errors), None)
+        done[name] = MapProduct(
+            encode_ktx2(texture, zstd_level=zstd),
+            width,
+            height,
+            texture.format,
+            errors[metric] if metric else 0.0,
+            metric,
+            tier,
+            errors,
+            list(warnings),
+            levels,
+            None if name == "height" else rows.ground.filter_name,
+            reason,
+        )
+        del texture
+    return {name: done[name] for name in rows.names}
+
+
+def within_reach(budget: Mapping[str, float], fixed: Mapping[str, float]) -> dict[str, float]:
+    """The limits that a more exact format may keep: not those of what no format changes (`fixed`, by metric),
+    nor those that the slope filter's part of the error exceeds by itself."""
+    part = {"normal_mean_deg": "normal_filter_deg"}
+    part |= {f"normal_{name}_deg": f"normal_filter_{name}_deg" for name in ("p99", "max")}
+    return {
+        metric: limit
+        for metric, limit in budget.items()
+        if metric not in fixed and fixed.get(part.get(metric, ""), 0.0) <= limit
+    }
+
+
+def _measured(
+    name: str, rows: MapRows, texture: Texture, fixed: Mapping[str, float]
+) -> tuple[LevelErrors, dict[str, float]]:
+    """What was measured of every level, and of level 0 under the names of budgets."""
+    levels = map_errors(name, rows, texture)
+    more = {**fixed, **encoding_errors(texture, rows.ground)} if name == "normal" else {}
+    return levels, flat_errors(name, levels[0]) | more
+
+
+def map_textures(rows: MapRows, formats: dict[str, str], tier: str) -> tuple[dict[str, Texture], Mean]:
+    """The textures of some maps in the formats given, in one sweep, but for du/dv; for that, the mean of the
+    normals' x and y."""
+    height, width = rows.ground.heights.shape
+    count = level_count(height, width)
+    writers = {
+        name: LevelWriter(fmt, height, width, count) for name, fmt in formats.items() if name != "dudv"
+    }
+    top = np.zeros(2)
+
+    def visit(level: int, first: int, bundle: Bundle) -> None:
+        for name, writer in writers.items():
+            writer.put(level, first, encode_rows(_values(name, bundle, level), writer.format, tier=tier))
+        if level == count - 1 and "normal" in bundle:
+            top[:] = bundle["normal"][0, 0, :2]
+
+    names = (*writers, *(["normal"] if "dudv" in formats else []))
+    sweep(height, width, lambda first, last: rows.bundle(names, first, last), visit, halve=half_maps)
+    return {name: writer.texture() for name, writer in writers.items()}, (float(top[0]), float(top[1]))
+
+
+def _values(name: str, bundle: Bundle, level: int) -> F32:
+    """What a band of a map's level holds."""
+    if name == "normal":
+        return unit_rows(bundle, level)
+    return gloss_rows(bundle, level) if name == "gloss" else bundle["height"]
+
+
+def dudv_texture(rows: MapRows, mean: Mean) -> Texture:
+    """Du/dv of the same normals: x and y of their means, less the mean of all."""
+    height, width = rows.ground.heights.shape
+    made = DudvLevels(height, width, level_count(height, width), mean)
+
+    def visit(level: int, first: int, bundle: Bundle) -> None:
+        made.put(level, first, bundle["normal"])
+
+    sweep(height, width, lambda first, last: rows.bundle(("normal",), first, last), visit)
+    return Texture("RG8_SNORM", width, height, tuple(made.levels()))
+
+
+def map_errors(name: str, rows: MapRows, texture: Texture) -> LevelErrors:
+    """What was measured of every level."""
+    if name == "height":
+        return value_levels(texture, rows.truth("height"))
+    if name == "gloss":
+        return gloss_levels(texture, rows.truth("gloss"), rows.ground)
+    measured = dudv_levels if name == "dudv" else normal_levels
+    return measured(texture, rows.ground)

@@ -1,0 +1,280 @@
+"""OBJ -> GLB: reader, stages, format and metrics joined into one product with its report."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from paradize.bakers.mesh.atlas import with_atlas
+from paradize.bakers.mesh.lods import DEFAULT_MAX_ERROR, TIERS, Plan, make_levels
+from paradize.bakers.quantise import quantised_levels
+from paradize.data import Group, Lod, Mesh, six_down, six_up
+from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
+from paradize.formats.glb.encode import encode_glb
+from paradize.formats.glb.reader import verify_glb
+from paradize.metrics.draw import draw_costs
+from paradize.metrics.loading import Loaded, loaded, loading_messages
+from paradize.metrics.tangent import frame_errors, frame_faults, part_of, true_tangents
+from paradize.readers.mtl import base_colors_of
+from paradize.readers.obj import read_obj
+from paradize.stages.lod import RATIO
+from paradize.stages.normals import CREASE_DEG, complete_normals
+from paradize.stages.order import draw_order
+from paradize.stages.reproject import take_attributes
+from paradize.stages.tangents import METHODS, tangent_frames
+from paradize.stages.tangents import TIERS as FRAMES
+from paradize.stages.validate import messages, repairs, validate_mesh
+from paradize.stages.weld import weld, welded_messages
+
+MAX_LODS = 8
+# Half of the largest float32: the distance of two vertices along an axis, and a simplified vertex a little
+# outside of the others, still are floats.
+_LARGEST = 1.7e38
+
+
+@dataclass(frozen=True)
+class MeshProduct:
+    """glb: the file. report: as `mesh --json` prints it. lods: what the file holds, the finest first."""
+
+    glb: bytes
+    report: dict[str, Any]
+    lods: tuple[Lod, ...]
+
+
+def bake_mesh(
+    path: Path,
+    *,
+    lods: int = 4,
+    max_error: float | None = None,
+    tier: str = "balanced",
+    atlas: bool = False,
+    painted: bool = False,
+    root: Path | None = None,
+    base_colors: Mapping[str, Sequence[float]] | None = None,
+    ratio: float = RATIO,
+    errors: Sequence[float] = (),
+    plan: Callable[[Mesh, Plan], Plan] | None = None,
+    weld_m: float = 0.0,
+    crease_deg: float = CREASE_DEG,
+    tangents: str = "mikktspace",
+    quantise_deg: float | None = None,
+    tangent_tiers: bool = True,
+) -> MeshProduct:
+    """Reads an OBJ, mends it, gives it normals, tangent frames and levels of detail, and measures each level.
+
+    lods: levels at most, level 0 included, 1 to MAX_LODS. max_error: largest surface distance of any level,
+    of the bounding box's diagonal (None: a tenth of it, or the largest of `errors` where that is more).
+    tier: the LOD tier; the nearest one there is is used and named in the
+    report. atlas: make texture coordinates where there are none or they overlap; painted: only where
+    there are none, since maps are painted for those there are. root: folder
+    that material files must lie in. base_colors: linear RGB by material, instead of the Kd of materials
+    without a colour map. ratio:
+    triangles of a level, of those of the one before, 0.05 to 0.95. errors: rising bounds of the levels after
+    the source, of the diagonal, instead of `ratio`: each is the coarsest mesh inside its bound. plan: what
+    makes another plan of this one, knowing the mesh. weld_m: join places at most this far apart. crease_deg:
+    0 to 180, where normals are missing and the file names no smoothing groups: faces at a larger angle meet
+    in an edge. tangents: the tier of tangent frames, as stages/tangents names them. bumps: what the mesh is
+    drawn with, so that levels are judged with it too. quantise_deg: vertices as codes that turn no normal or
+    tangent by more than this; None: as floats. tangent_tiers: report what each tier of
+    tangent frames would be off. Raises SourceError (of several faults GroupedError) for
+    an input that cannot be baked, BakeError where a stage fails.
+    """
+    started = time.monotonic()
+    path = Path(path)
+    if not 1 <= lods <= MAX_LODS:
+        raise BakeError(f"{lods} levels of detail, expected 1 to {MAX_LODS}", file=path)
+    if max_error is not None and not 0 <= max_error <= 1:
+        raise BakeError(f"max error {max_error:g} of the diagonal, expected 0 to 1", file=path)
+    if not 0.05 <= ratio <= 0.95:
+        raise BakeError(f"a ratio of {ratio:g}, expected 0.05 to 0.95", file=path)
+    if list(errors) != sorted(errors) or not all(0 <= bound <= 1 for bound in errors):
+        raise BakeError(f"errors {list(errors)}, expected rising numbers from 0 to 1", file=path)
+    if not 0 <= crease_deg <= 180:
+        raise BakeError(f"a crease angle of {crease_deg:g} degrees, expected 0 to 180", file=path)
+    asked = Plan(
+        count=lods,
+        limit=max(DEFAULT_MAX_ERROR, *errors, 0.0) if max_error is None else max_error,
+        ratio=ratio,
+        errors=tuple(errors),
+    )
+    try:
+        return _bake(
+            *(path, asked, plan, tier, atlas, painted, root, base_colors, weld_m, crease_deg),
+            *(tangents, quantise_deg, tangent_tiers, started),
+        )
+    except MemoryError as error:
+        raise SourceError("too large for this machine's memory", file=path) from error
+    except GroupedError:
+        raise
+    except ParadizeError as error:
+        if error.file is None:
+            raise type(error)(error.what, file=path, place=error.place, mend=error.mend) from error
+        raise
+
+
+def _bake(
+    path: Path,
+    asked: Plan,
+    plan: Callable[[Mesh, Plan], Plan] | None,
+    tier: str,
+    atlas: bool,
+    painted: bool,
+    root: Path | None,
+    base_colors: Mapping[str, Sequence[float]] | None,
+    weld_m: float,
+    crease_deg: float,
+    tangents: str,
+    quantise_deg: float | None,
+    tangent_tiers: bool,
+    started: float,
+) -> MeshProduct:
+    read = read_obj(path, root)
+    loading = loaded(read.mesh, read.text)
+    if loading.coordinate_m > _LARGEST:
+        raise SourceError(
+            f"a coordinate of {loading.coordinate_m:g} metres, limit {_LARGEST:g}",
+            file=path,
+            mend="scale the model down",
+        )
+    warnings, lines = list(read.warnings), read.lines
+    warnings += [f"{path}: {text}" for text in loading_messages(loading, lines)]
+    joined, welding = weld(read.mesh, weld_m)
+    try:
+        mesh, found = validate_mesh(joined, path)
+    except SourceError as error:
+        if not welding.joined:
+            raise
+        what = f"{error.what} once places within {weld_m:g} metres are joined"
+        raise SourceError(what, file=path, mend="join with a smaller tolerance") from error
+    found = replace(found, unused_vertices=found.unused_vertices + read.counts["positions_unused"])
+    smoothing, materials = read.smoothing[found.kept], read.materials
+    del read, joined  # a large mesh in memory three times over is three times too often
+    warnings += [f"{path}: {text}" for text in (*welded_messages(welding), *messages(found, lines))]
+    if mesh.colors is not None and (mesh.colors.min() < 0 or mesh.colors.max() > 1):
+        mesh = replace(mesh, colors=np.clip(mesh.colors, 0, 1))
+        warnings.append(f"{path}: vertex colours beyond 0 to 1, held to it")
+    mesh = by_material(complete_normals(mesh, smoothing, crease_deg=crease_deg)[0])
+    layout = None
+    if atlas and not (painted and mesh.uvs is not None):
+        mesh, layout, notes = with_atlas(mesh, path, tier)
+        warnings += notes
+    if mesh.uvs is None:
+        warnings.append(f"{path}: no texture coordinates, so no tangent frames; mesh --atlas makes some")
+    used = TIERS.get(tier, "balanced")
+    if tier not in TIERS:
+        warnings.append(f"{path}: levels of detail have no tier {tier!r}; {used!r} used")
+    frames = FRAMES.get(tangents, tangents)
+    if tangents == "face" and mesh.uvs is not None:
+        warnings.append(f"{path}: tangents 'face' are slower and err more than 'vertex', which is used")
+    steps, notes = make_levels(mesh, asked if plan is None else plan(mesh, asked), used)
+    warnings += [f"{path}: {note}" for note in notes]
+    tiers = _tangent_tiers(steps[0].mesh) if tangent_tiers else {}
+    framed = []
+    while steps:  # what is done with is let go: a level is about as large as its part of the file
+        step = steps.pop(0)
+        framed.append((_framed(mesh, step.mesh, frames), step.errors))
+    del step, mesh
+    unordered = [draw_costs(level) for level, _ in framed]
+    for at, (level, errors) in enumerate(framed):
+        framed[at] = draw_order(level), errors
+    del level
+    done = tuple(_lod(level, errors) for level, errors in framed)
+    if quantise_deg is not None:
+        done = quantised_levels(done, direction_deg=quantise_deg)
+    glb = encode_glb(
+        done, path.stem, base_colors=base_colors_of(materials) if base_colors is None else base_colors
+    )
+    verify_glb(glb, path.with_suffix(".glb"))
+    report: dict[str, Any] = {
+        "triangles": len(framed[0][0].triangles),
+        "vertices": len(framed[0][0].positions),
+        "tier": used,
+        "atlas": layout is not None,
+        "layout": layout,
+        "closed": found.closed,
+        "components": found.topology.components,
+        "tangents": frames if framed[0][0].tangents is not None else None,
+        "tangent_tiers": tiers,
+        "bytes": len(glb),
+        "quantised": quantise_deg is not None,
+        "origin": list(framed[0][0].origin),
+        "loading": loading.errors | {"collapsed": loading.collapsed},
+        "repairs": repairs(found, lines) | {"welded": welding.joined, "welded_most_m": welding.largest_m},
+        "materials": [group.material for group in framed[0][0].groups],
+        "lods": [
+            {
+                "triangles": len(level.triangles),
+                "vertices": len(level.positions),
+                **errors,
+                **_told(lod, loading),
+            }
+            | frame_faults(level)
+            | frame_errors(level)
+            | {"draw": draw_costs(level) | {"acmr_before": before["acmr"], "atvr_before": before["atvr"]}}
+            for (level, errors), before, lod in zip(framed, unordered, done, strict=True)
+        ],
+        "seconds": round(time.monotonic() - started, 3),
+        "warnings": warnings,
+    }
+    return MeshProduct(glb, report, done)
+
+
+def _tangent_tiers(mesh: Mesh) -> dict[str, dict[str, float]]:
+    """What each tier of tangent frames would cost on the finest level: frame_errors by tier."""
+    if mesh.uvs is None:
+        return {}
+    part, counted = part_of(mesh)
+    truth = true_tangents(part)
+    return {tier: frame_errors(tangent_frames(part, tier), counted=counted, truth=truth) for tier in METHODS}
+
+
+def _framed(source: Mesh, level: Mesh, tangents: str) -> Mesh:
+    """A level as it is written: with the vertex colours of the source, and tangents where it has an image."""
+    if level is not source:
+        colored = _colored(source, replace(level, tangents=None))
+        level = colored if source.colors is not None else level
+    return level if level.uvs is None else tangent_frames(level, tangents)
+
+
+def _lod(level: Mesh, errors: Mapping[str, float]) -> Lod:
+    more = {key: value for key, value in errors.items() if key not in ("error_max", "error_rms")}
+    return Lod(level, errors["error_max"], errors["error_rms"], more)
+
+
+def _told(lod: Lod, loading: Loaded) -> dict[str, float]:
+    """A level's errors against the source's text: its distance from level 0, and what loading cost that."""
+    errors = {"error_max": lod.error_max, "error_rms": lod.error_rms}
+    whole = {key: six_up(value + loading.largest) for key, value in errors.items()}
+    lower = max(0.0, lod.errors["error_max_lower"] - loading.largest)
+    return {**whole, **lod.errors, "error_max_lower": six_down(lower), **loading.errors}
+
+
+def _colored(source: Mesh, level: Mesh) -> Mesh:
+    """The level with the source's vertex colours, those of the nearest place: no simplifier carries them."""
+    if source.colors is None or level is source or level.positions is source.positions:
+        return level
+    taken = take_attributes(source, replace(level, colors=None), ("colors",))
+    assert taken.colors is not None
+    return replace(taken, colors=np.clip(taken.colors, 0, 1))  # the mean of three may round beyond 1
+
+
+def by_material(mesh: Mesh) -> Mesh:
+    """Triangles in one run per material, materials in the order of their first use: one draw each."""
+    runs: dict[str, list[Group]] = {}
+    for group in mesh.groups:
+        runs.setdefault(group.material, []).append(group)
+    order = np.concatenate(
+        [np.arange(group.first, group.first + group.count) for groups in runs.values() for group in groups]
+    )
+    merged, first = [], 0
+    for material, groups in runs.items():
+        count = sum(group.count for group in groups)
+        names = dict.fromkeys(group.name for group in groups)
+        merged.append(Group(next(iter(names)) if len(names) == 1 else material, material, first, count))
+        first += count
+    return replace(mesh, triangles=np.ascontiguousarray(mesh.triangles[order]), groups=tuple(merged))

@@ -1,0 +1,298 @@
+"""The chain of levels of detail: which levels there are, each simplified, measured, and kept or left out
+with a reason.
+
+A plan says how levels are chosen: by a share of the triangles, by the error of each, or by what a camera's
+path can see. Whatever the simplifier believes, only what the metric found counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import isqrt
+
+from paradize.bakers.mesh.refine import refine_level
+from paradize.data import Mesh
+from paradize.errors import SourceError
+from paradize.metrics.mapped_normal import normal_error, uv_shift
+from paradize.metrics.surface import Judge, is_loose
+from paradize.stages.lod import LEAST_TRIANGLES, RATIO, simplify
+from paradize.stages.validate import validate_mesh
+
+# By the tiers of a bake. Nineteen twentieths of a chain's time go into measuring it, so that no simplifier
+# makes it much quicker, and none that was tried is behind ours on nearly every model: `fast` is `balanced`.
+TIERS = {"fast": "balanced", "balanced": "balanced", "exact": "exact"}
+# Without an asked bound a level may be this far from the source, of the diagonal; worse ones are not worth
+# a draw.
+DEFAULT_MAX_ERROR = 0.1
+# A level must save this share of the triangles of the one before.
+_WORTH = 0.1
+# A level by ratio whose normals, on the mean, are further off than this is not made: its boxes became
+# tetrahedra, its poles blades.
+_TURNED_DEG = 15.0
+# Errors nearer to each other than this share of the diagonal are one: positions are float32.
+_ROUNDING = 1e-7
+_BISECTIONS = 4
+_SAMPLES = 50_000
+# A texture of which more than a hundredth slid by more than this, of the diagonal, is held with so many times
+# the weight, which costs next to no shape. What still slid by more than the second is told. A slide of less
+# than twice what the surface itself is off is left alone.
+_SLID, _SEEN = 0.01, 0.02
+_HELD = (4.0, 16.0)
+# Words to a level's shares: bounds of the largest distance, its RMS and 99th percentile, of the diagonal.
+EXACT = {"error_max": 0.0, "error_max_lower": 0.0, "error_rms": 0.0, "error_p99": 0.0}
+_SAME = {"normal_mean_deg": 0.0, "normal_p99_deg": 0.0, "normal_max_deg": 0.0}
+_STILL = {"uv_shift_p99": 0.0, "uv_shift_max": 0.0}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How levels are chosen; errors are shares of the source's diagonal.
+
+    count: levels at most, the first included. limit: largest error of any level. ratio: triangles of a
+    level, of those of the one before. errors: bounds of the levels after the first, instead of ratio: each is
+    the coarsest mesh inside. finest: what the first level may be off, 0: it is the source. farthest: what a
+    level may be off where the scene's views are farthest; none follows one that is that much off.
+    """
+
+    count: int = 4
+    limit: float = DEFAULT_MAX_ERROR
+    ratio: float = RATIO
+    errors: tuple[float, ...] = ()
+    finest: float = 0.0
+    farthest: float | None = None
+
+
+@dataclass(frozen=True)
+class Step:
+    """A level and what was measured of it; `errors` by name, as `mesh --json` tells them."""
+
+    mesh: Mesh
+    errors: dict[str, float]
+    seams_kept: bool = True
+
+
+def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[Step], list[str]]:
+    """Levels, the finest first, and notes: fewer than asked, with the reason, where no worthy one can be had.
+
+    mesh: validated, with normals. tier: one of TIERS. No level has more triangles or a smaller error than the
+    one before.
+    """
+    judge = Judge(mesh)
+    steps, notes = _chain(judge, plan)
+    if TIERS[tier] == "exact":
+        steps, left_out = _refined(judge, steps)
+        notes += left_out
+    return steps, list(dict.fromkeys(notes + _loose(steps) + _slides(steps)))
+
+
+def _refined(judge: Judge, steps: list[Step]) -> tuple[list[Step], list[str]]:
+    """The levels, each nearer to the source where that can be had; those that a coarser one then beats are
+    left out, with notes."""
+    found: list[Step] = []
+    notes: list[str] = []
+    before = judge.mesh
+    for step in steps:
+        if step.mesh is judge.mesh:
+            found.append(step)
+            continue
+        mesh, errors = refine_level(judge, before, step.mesh, step.errors, step.seams_kept, _SAMPLES)
+        before = step.mesh
+        notes += _append(found, Step(mesh, errors, step.seams_kept))
+    return found, notes
+
+
+def _append(steps: list[Step], found: Step) -> list[str]:
+    """Appends a level and takes those away that it beats with fewer triangles; notes."""
+    notes = []
+    while len(steps) > 1 and found.errors["error_max"] < steps[-1].errors["error_max"] - _ROUNDING:
+        worse = len(steps.pop().mesh.triangles)
+        notes.append(
+            f"a level of {worse} triangles left out: {len(found.mesh.triangles)} are nearer to the source"
+        )
+    steps.append(found)
+    return notes
+
+
+def _chain(judge: Judge, plan: Plan) -> tuple[list[Step], list[str]]:
+    """The levels of balanced, and notes."""
+    mesh = judge.mesh
+    steps, notes = [_told(judge, Step(mesh, EXACT))], []
+    if plan.finest > 0:
+        found, note = _coarsest(judge, mesh, plan.finest)
+        if found is None:
+            notes.append(f"lod0 is the source: {note}")
+        else:
+            steps = [_told(judge, found)]
+            share = f"{len(found.mesh.triangles)} of {len(mesh.triangles)} triangles"
+            notes.append(f"lod0 has {share}: nothing finer is seen")
+    first = len(steps[0].mesh.triangles)
+    count = min(plan.count, 1 + len(plan.errors)) if plan.errors else plan.count
+    left_out = len(plan.errors) + 1 - count if plan.errors else 0
+    if left_out:
+        notes.append(
+            f"{left_out} of {len(plan.errors)} bounds have no level: at most {plan.count} are asked for, the "
+            "source counted"
+        )
+    for at in range(1, count):
+        last = steps[-1]
+        before = len(last.mesh.triangles)
+        seen = max(last.errors["error_max"], last.errors["uv_shift_p99"])
+        if plan.farthest is not None and seen >= plan.farthest:
+            notes.append(f"no level after lod{len(steps) - 1}: the flight never is farther away")
+            break
+        if plan.errors:
+            found, note = _coarsest(judge, last.mesh, min(plan.errors[at - 1], plan.limit))
+        else:
+            target = max(LEAST_TRIANGLES, int(first * plan.ratio**at))
+            if target >= before:
+                notes.append(f"no level after lod{len(steps) - 1}: {before} triangles are few enough")
+                break
+            found, note = _nearest(judge, last.mesh, target, plan.limit)
+        if found is None:
+            notes.append(f"no level after lod{len(steps) - 1}: {note}")
+            if plan.errors:
+                continue
+            break
+        found = _told(judge, found)
+        turned = found.errors["normal_mean_deg"]
+        if not plan.errors and turned > _TURNED_DEG:
+            shape = f"{len(found.mesh.triangles)} triangles turn normals by {turned:.0f} degrees on the mean"
+            notes.append(f"no level after lod{len(steps) - 1}: {shape}, limit {_TURNED_DEG:.0f}")
+            break
+        notes += _append(steps, found)
+    return steps, notes
+
+
+def _told(judge: Judge, step: Step) -> Step:
+    """The step with all that is told of a level: its normals and its texture measured too."""
+    if step.mesh is judge.mesh:
+        return replace(step, errors=EXACT | _SAME | _STILL)
+    normals = normal_error(judge, step.mesh, _SAMPLES, apart=step.errors["error_max"])
+    slid = {key: step.errors[key] for key in _STILL if key in step.errors}
+    slid = slid or uv_shift(judge, step.mesh, _SAMPLES)
+    return replace(step, errors=step.errors | normals | slid)
+
+
+def _loose(steps: list[Step]) -> list[str]:
+    return [
+        f"lod{at}: the largest distance to the source lies between {step.errors['error_max_lower']:.3g} and "
+        f"{step.errors['error_max']:.3g} of the diagonal, and the second is told: a closer search would take "
+        "too long, mostly because of long thin triangles"
+        for at, step in enumerate(steps)
+        if is_loose(step.errors)
+    ]
+
+
+def _slides(steps: list[Step]) -> list[str]:
+    notes = []
+    for at, step in enumerate(steps):
+        p99, most = step.errors["uv_shift_p99"], step.errors["uv_shift_max"]
+        slid = f"by {most:.2g} of the diagonal at the sample that slid most (99 % by no more than {p99:.2g})"
+        if not step.seams_kept:
+            notes.append(
+                f"lod{at}: the texture is stretched beside seams, which had to be let go; it slid {slid}; "
+                "ask for fewer levels to keep them"
+            )
+        elif p99 > max(_SEEN, 2 * step.errors["error_max"]):
+            notes.append(
+                f"lod{at}: the texture slid {slid}; ask for fewer levels or a larger ratio to keep it in "
+                "place"
+            )
+    return notes
+
+
+def _made(judge: Judge, before: Mesh, target: int, limit: float) -> tuple[Step | None, str]:
+    """About `target` triangles, measured; None where nothing would be left; and why there are more. Where its
+    texture slid it is made again with more weight on that, and the least slid one inside `limit` is taken."""
+    level = simplify(before, target, original=judge.mesh)
+    try:
+        mesh, _ = validate_mesh(level.mesh)
+    except SourceError:
+        return None, "nothing would be left"
+    step = Step(mesh, judge.distance(mesh, _SAMPLES), level.seams_kept)
+    return _held(judge, step, before, target, limit), level.note
+
+
+def _held(judge: Judge, step: Step, before: Mesh, target: int, limit: float) -> Step:
+    """The step; where its texture slid too far, one of as few triangles inside `limit` whose slid less."""
+    if judge.mesh.uvs is None or step.errors["error_max"] > limit:
+        return step
+    best = replace(step, errors=step.errors | uv_shift(judge, step.mesh, _SAMPLES))
+    for weight in _HELD:
+        if best.errors["uv_shift_p99"] <= max(_SLID, 2 * best.errors["error_max"]):
+            break
+        level = simplify(before, target, original=judge.mesh, hold=weight)
+        try:
+            mesh, _ = validate_mesh(level.mesh)
+        except SourceError:
+            continue
+        errors = judge.distance(mesh, _SAMPLES)
+        if errors["error_max"] > limit or len(mesh.triangles) > 1.02 * len(step.mesh.triangles):
+            continue
+        errors |= uv_shift(judge, mesh, _SAMPLES)
+        if level.seams_kept >= step.seams_kept and errors["uv_shift_p99"] < best.errors["uv_shift_p99"]:
+            best = Step(mesh, errors, level.seams_kept)
+    return best
+
+
+def _nearest(judge: Judge, before: Mesh, target: int, limit: float) -> tuple[Step | None, str]:
+    """The level nearest to `target` triangles whose measured error stays inside `limit`, or None; and why
+    not nearer."""
+    most = int(len(before.triangles) * (1 - _WORTH))
+    least, best, note = target, None, ""
+    for _ in range(_BISECTIONS):
+        step, told = _made(judge, before, target, limit)
+        if step is None:
+            return best, note or told
+        count = len(step.mesh.triangles)
+        if count > most:
+            note = note or told or f"{len(before.triangles)} triangles are the least"
+            break
+        if step.errors["error_max"] <= limit:
+            best, most = step, count
+            if target == least:
+                break
+        else:
+            note = (
+                f"{count} triangles are {step.errors['error_max']:.3g} of the diagonal off, limit {limit:g}"
+            )
+            least = target
+        if best is not None and target <= least + 1:
+            break
+        target = (least + most) // 2
+    return best, note
+
+
+def _coarsest(judge: Judge, before: Mesh, bound: float) -> tuple[Step | None, str]:
+    """The mesh of the fewest triangles whose measured error stays inside `bound`, found by bisection of the
+    count on a logarithmic scale; None where none saves a triangle worth saving."""
+    whole = len(before.triangles)
+    low, high = LEAST_TRIANGLES, int(whole * (1 - _WORTH))
+    best: Step | None = None
+    note = f"{whole} triangles are the least"
+    for _ in range(2 * _BISECTIONS):
+        if low > high:
+            break
+        target = max(low, min(high, isqrt(low * high)))
+        step, told = _made(judge, before, target, bound)
+        if step is None or step.errors["error_max"] > bound:
+            if step is not None:
+                off = step.errors["error_max"]
+                note = (
+                    f"{len(step.mesh.triangles)} triangles are {off:.3g} of the diagonal off, limit {bound:g}"
+                )
+            low = target + 1
+            continue
+        count = len(step.mesh.triangles)
+        if count > int(whole * (1 - _WORTH)):
+            note = told or note
+            low = target + 1
+            continue
+        if best is None or count < len(best.mesh.triangles):
+            best = step
+        if count > target * 1.1:  # seams and borders hold the rest: fewer cannot be had
+            break
+        high = min(target, count) - 1
+        if low * 1.02 > high:
+            break
+    return best, note

@@ -1,0 +1,90 @@
+"""What a bake of a picture gives, and which texture format a scene's budget asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from paradize.errors import BakeError
+
+LevelErrors = list[dict[str, float]]
+Made = TypeVar("Made")
+
+
+@dataclass(frozen=True)
+class MapProduct:
+    """One baked map. data: the file's bytes. format: KTX2's, or "PNG8" / "PNG16". error: the value of
+    `metric`, which stands first in `errors` (metric -> value of level 0, six significant digits). levels:
+    what was measured of every level, the finest first. tier: the one that was used. filter: the derivative
+    filter behind it; None where there is none. reason: why it has another format than its tier's.
+    source, guess: what the picture was taken for, and in words where nobody said it; as bake.Picture."""
+
+    data: bytes
+    width: int
+    height: int
+    format: str
+    error: float
+    metric: str | None
+    tier: str
+    errors: dict[str, float] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+    levels: LevelErrors = field(default_factory=list)
+    filter: str | None = None
+    reason: str | None = None
+    source: str = "color"
+    guess: str | None = None
+
+
+def one_of(what: str, wrong: Sequence[str], allowed: Collection[str]) -> None:
+    """Raises BakeError where there is a wrong word."""
+    if wrong:
+        raise BakeError(f"no {what} {', '.join(map(repr, wrong))}", mend=f"one of {', '.join(allowed)}")
+
+
+def wraps_of(wrap: str | tuple[str, str]) -> tuple[bool, bool]:
+    """Whether (x, y) repeat, of "repeat" or "clamp" or one for each. Raises BakeError."""
+    pair = (wrap, wrap) if isinstance(wrap, str) else wrap
+    one_of("wrap", [word for word in pair if word not in ("repeat", "clamp")], ("repeat", "clamp"))
+    return pair[0] == "repeat", pair[1] == "repeat"
+
+
+def flat_errors(name: str, level: Mapping[str, float]) -> dict[str, float]:
+    """Level 0's errors under the names that budgets use, the one that stands for the map first."""
+    if "p99_deg" in level:
+        found = {f"{name}_{part}_deg": level[f"{part}_deg"] for part in ("p99", "mean", "max")}
+    else:
+        found = {f"{name}_psnr_db": level["psnr_db"], f"{name}_max": level["max"]}
+    if "width_p99_deg" in level:
+        found |= {f"{name}_width_{part}_deg": level[f"width_{part}_deg"] for part in ("p99", "mean", "max")}
+    if "alpha_psnr_db" in level:
+        found["alpha_psnr_db"] = level["alpha_psnr_db"]
+    return found
+
+
+def beyond(errors: Mapping[str, float], budget: Mapping[str, float]) -> list[str]:
+    """The metrics that are worse than their budget, each with its value; of dB more is better."""
+    found = []
+    for metric, limit in budget.items():
+        value = errors.get(metric)
+        if value is not None and (value < limit if metric.endswith("_db") else value > limit):
+            found.append(f"{metric} {value:g}, budget {limit:g}")
+    return found
+
+
+def within_budget(
+    formats: Sequence[str],
+    make: Callable[[str], Made],
+    errors_of: Callable[[Made], Mapping[str, float]],
+    budget: Mapping[str, float],
+) -> tuple[Made, str | None]:
+    """What `make` gives for the first format whose errors stay inside the budget, else for the last; and why
+    it is not the first format."""
+    reason = None
+    for fmt in formats:
+        made = make(fmt)
+        over = beyond(errors_of(made), budget)
+        if not over or fmt == formats[-1]:
+            break
+        reason = f"{fmt} exceeds the budget: {', '.join(over)}"
+    return made, reason

@@ -1,0 +1,220 @@
+"""What a worker is asked to do: one function per kind of order, sources and settings in, products out.
+
+Each maker calls the baker of its kind (build/bake.py, bakers/maps/bake.py, mesh, bakers/sound.py) and
+tells its results in one form. Imports wait until they are needed, so that planning a bake stays light.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+Sources = dict[str, Path]
+Settings = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Product:
+    """One artifact's bytes, or the file that holds them, in the room that the maker was given. name: which of
+    its order's products. errors: metric -> value, six digits. Of textures levels, format, reason and filter
+    are as in product.MapProduct."""
+
+    name: str
+    data: bytes | Path
+    suffix: str
+    tier: str
+    errors: dict[str, float]
+    warnings: list[str] = field(default_factory=list)
+    levels: list[dict[str, float]] = field(default_factory=list)
+    format: str | None = None
+    reason: str | None = None
+    filter: str | None = None
+
+
+# What is told of vertices as codes, where they are.
+QUANTISED = (
+    "quantise_max", "quantise_p99", "quantise_rms", "quantise_max_m",
+    "quantise_normal_max_deg", "quantise_normal_p99_deg", "quantise_normal_mean_deg",
+    "quantise_tangent_max_deg", "quantise_tangent_p99_deg", "quantise_tangent_mean_deg",
+    "quantise_uv_max", "quantise_color_max",
+)  # fmt: skip
+# What rounding the source's positions to float32 cost: the same at every level.
+LOADED = ("load_max", "load_max_m", "load_normal_p99_deg")
+# What scene.json tells of each level of a mesh, besides the GLB itself.
+LOD_FACTS = (
+    "triangles", "error_max", "error_max_lower", "error_rms", "error_p99", *LOADED,
+    "normal_mean_deg", "normal_p99_deg", "normal_max_deg", "uv_shift_p99", "uv_shift_max",
+    *QUANTISED,
+)  # fmt: skip
+
+
+def mesh_errors(levels: list[dict[str, Any]], frames: bool = True) -> dict[str, float]:
+    """What budgets may limit of a mesh: the largest of its levels, by metric. levels: as bake_mesh reports.
+    frames: whether it has tangents."""
+    errors = {
+        metric: max(level[key] for level in levels)
+        for metric, key in (
+            ("surface_max", "error_max"),
+            ("surface_rms", "error_rms"),
+            ("lod_normal_p99_deg", "normal_p99_deg"),
+            ("lod_normal_mean_deg", "normal_mean_deg"),
+            ("uv_shift_p99", "uv_shift_p99"),
+            ("uv_shift_max", "uv_shift_max"),
+            *((key, key) for key in (*LOADED, *QUANTISED)),
+        )
+        if all(key in level for level in levels)
+    }
+    tangents = ("tangent_max_deg", "tangent_p99_deg", "tangent_mean_deg") if frames else ()
+    return errors | {name: max(level[name] for level in levels) for name in tangents}
+
+
+def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+    """OBJ -> GLB with tangent frames and LODs."""
+    from paradize.bakers.mesh.lods_from_path import bake_seen
+    from paradize.bakers.quantise import direction_deg_of
+
+    made = bake_seen(
+        sources["mesh"],
+        settings.get("sight"),
+        settings.get("instances", []),
+        ratio=settings["ratio"],
+        errors=settings["lod_errors"],
+        lods=settings["lods"],
+        max_error=settings["max_error"],
+        tier=tier,
+        atlas=settings["atlas"],
+        painted=True,  # the maps of a scene's object are: overlaps are its author's choice
+        base_colors=settings["base_colors"],
+        weld_m=settings["weld_m"],
+        crease_deg=settings["crease_deg"],
+        tangents=settings["tangents"],
+        quantise_deg=direction_deg_of(settings["quantise"]) if "quantise" in settings else None,
+        attributes=settings["attributes"],
+    )
+    levels = made.report["lods"]
+    errors = mesh_errors(levels, "TANGENT" in settings["attributes"])
+    used = str(made.report.get("tier", tier))
+    told = [{key: level[key] for key in LOD_FACTS if key in level} for level in levels]
+    return [Product("mesh", made.glb, "glb", used, errors, list(made.report["warnings"]), told)]
+
+
+def make_terrain(sources: Sources, settings: Settings, tier: str, room: Path) -> list[Product]:
+    """Heightmap -> GLB tiles, as many as it takes, and what scene.json tells of their patches."""
+    from paradize.bakers.terrain.tiles import bake_tiles
+
+    made = bake_tiles(sources["heightmap"], room, tier=tier, **settings)
+    tree = {"tables": made.tables, "first_s": [tile.first_s for tile in made.tiles]}
+    found = [
+        Product("tree", json.dumps(tree, allow_nan=False).encode(), "json", made.tier, {}, made.warnings)
+    ]
+    for k, tile in enumerate(made.tiles):
+        found.append(Product(f"mesh_{k}" if k else "mesh", tile.file, "glb", made.tier, tile.errors))
+    return found
+
+
+def make_color(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+    """Colour map -> KTX2."""
+    from paradize.bakers.color import bake_color
+
+    made = bake_color(
+        sources["image"],
+        alpha=sources.get("alpha"),
+        wrap=settings["wrap"],
+        tier=tier,
+        alpha_cutoff=settings["alpha_cutoff"],
+        uv=layout_of(sources),
+        budget=settings["budget"],
+        zstd=settings.get("zstd"),
+        uncompressed=settings.get("uncompressed", False),
+    )
+    return [_texture("color", made)]
+
+
+def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+    """Colour or height map -> the asked ones of normal, height, gloss and du/dv, each KTX2."""
+    from paradize.bakers.maps.bake import bake_maps, relief_levels
+
+    layout = layout_of(sources)
+    relief = settings["relief"]
+    made = bake_maps(
+        sources["image"],
+        only=settings["only"],
+        source=settings["source"],
+        strength=settings["strength"],
+        wrap=settings["wrap"],
+        green="up",
+        fmt="ktx2",
+        tier=tier,
+        uv=layout,
+        gloss_groups=(settings.get("gloss_groups") or None) if layout else None,
+        size_m=settings.get("size_m"),
+        filter_name=relief["filter"],
+        destep=relief["destep"],
+        levels=relief_levels(relief),
+        budget=settings["budget"],
+        zstd=settings.get("zstd"),
+        uncompressed=settings.get("uncompressed", False),
+    )
+    return [_texture(name, made[name]) for name in settings["only"]]
+
+
+def layout_of(sources: Sources) -> Path | None:
+    """The OBJ whose UV layout an object's maps follow; None where it has none of its own."""
+    path = sources.get("layout")
+    if path is None:
+        return None
+    from paradize.errors import ParadizeError
+    from paradize.readers.obj import read_obj
+
+    try:
+        return path if read_obj(path).mesh.uvs is not None else None
+    except ParadizeError:
+        return path  # the baker reads it again, after the picture, and raises
+
+
+def make_cubemap(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+    """Six faces, +X -X +Y -Y +Z -Z -> KTX2 cube map."""
+    from paradize.bakers.cubemap import bake_cubemap
+
+    made = bake_cubemap([sources[f"face{i}"] for i in range(6)], zstd=settings.get("zstd"))
+    return [_texture("sky", made)]
+
+
+def make_sound(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+    """Ogg Vorbis -> the same, checked."""
+    from paradize.bakers.sound import bake_sound
+
+    made = bake_sound(sources["file"])
+    return [Product("sound", made.data, made.suffix, "exact", {})]
+
+
+def make_flight(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+    """The camera path's measured errors; no artifact of its own."""
+    from paradize.metrics.flight import flight_error
+
+    errors = flight_error(settings["flight"], settings["eye"], settings["target"], settings["speed"])
+    return [Product("flight", b"", "", tier, errors)]
+
+
+def _texture(name: str, made: Any) -> Product:
+    return Product(
+        name, made.data, "ktx2", made.tier, dict(made.errors), list(made.warnings),
+        made.levels, made.format, made.reason, made.filter,
+    )  # fmt: skip
+
+
+Maker = Callable[..., list[Product]]  # of sources, settings and tier; those of ROOMS of a folder too
+ROOMS = ("terrain",)
+# maker -> (the module whose code, with all that it imports, decides the result; the function)
+MAKERS: dict[str, tuple[str, Maker]] = {
+    "mesh": ("paradize.bakers.mesh.lods_from_path", make_mesh),
+    "terrain": ("paradize.bakers.terrain.tiles", make_terrain),
+    "color": ("paradize.bakers.color", make_color),
+    "maps": ("paradize.bakers.maps.bake", make_maps),
+    "cubemap": ("paradize.bakers.cubemap", make_cubemap),
+    "sound": ("paradize.bakers.sound", make_sound),
+    "flight": ("paradize.metrics.flight", make_flight),
+}

@@ -1,0 +1,162 @@
+"""A heightmap -> a GLB of the terrain and a report with its measured error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.bakers.quantise import quantised_terrain, terrain_lattice
+from paradize.data import Heightfield, Lod, QuantizationGrid
+from paradize.errors import BakeError
+from paradize.formats.glb.encode import encode_glb
+from paradize.metrics.quantised import quantised_errors
+from paradize.metrics.terrain import TerrainError, terrain_error
+from paradize.readers.heightmap import Nodata, read_heightmap
+from paradize.stages.terrain import terrain_mesh
+
+TIERS = ("fast", "balanced", "exact")
+TRIES = 6
+
+
+@dataclass(frozen=True)
+class TerrainProduct:
+    """glb: one node at one level. bound_m: what was asked for, vertical metres. max_error_m, rms_error_m:
+    vertical metres, measured at every pixel, of the codes where there are such. codes: what they cost by
+    themselves, as metrics/quantised.py names it."""
+
+    glb: bytes
+    triangles: int
+    vertices: int
+    bound_m: float
+    max_error_m: float
+    rms_error_m: float
+    tier: str
+    warnings: list[str]
+    codes: dict[str, float] = field(default_factory=dict)
+
+
+def bake_terrain(
+    path: Path,
+    *,
+    size_x_m: float,
+    size_z_m: float,
+    height_m: float | None,
+    base_m: float = 0.0,
+    height_scale: float = 1.0,
+    nodata: Nodata = "auto",
+    max_error_m: float | None = 0.1,
+    sand_repeat: float = 1.0,
+    tier: str = "balanced",
+    quantise: bool = False,
+) -> TerrainProduct:
+    """Bakes the heightmap at `path`; no pixel is farther than max_error_m (metres, >= 0) from the mesh.
+
+    height_m, base_m, height_scale, nodata: as read_heightmap takes them. max_error_m: None is a thousandth of
+    height_m, or of what the heights span where that is None or the file holds metres. tier: "fast",
+    "balanced" or "exact"; the product says which was used. quantise: vertices as 16-bit codes, along x and z
+    those of the pixels; the bound holds for them. Raises SourceError for a picture that is no heightmap,
+    BakeError when the bound cannot be held (finer than float32 positions at that slope, or than 16-bit
+    heights).
+    """
+    ground, warnings = read_heightmap(
+        path,
+        size_x_m=size_x_m,
+        size_z_m=size_z_m,
+        height_m=height_m,
+        base_m=base_m,
+        height_scale=height_scale,
+        nodata=nodata,
+    )
+    if max_error_m is None:
+        codes_m = None if height_m is None or ground.metres else abs(height_m * height_scale)
+        max_error_m = (
+            float(np.ptp(ground.heights_m)) / 1000.0 or 0.001 if codes_m is None else codes_m / 1000.0
+        )
+    if tier not in TIERS:
+        raise ValueError(f"no tier {tier!r}")
+    used = tier
+    lattice = _lattice(ground, max_error_m) if quantise else None
+    reached = "float32 positions" if lattice is None else "16-bit positions"
+    tolerance = max_error_m
+    if lattice is not None:
+        tolerance = max(0.0, tolerance - 0.5 * lattice.step[1])
+    if tolerance == 0.0:
+        used = "exact"
+    gridded = False
+    for _ in range(TRIES + 1):
+        way = "grid" if gridded else used
+        source = mesh = terrain_mesh(ground, tolerance_m=tolerance, sand_repeat=sand_repeat, tier=way)
+        codes = None
+        if lattice is not None:
+            mesh, codes = quantised_terrain(source, lattice)
+        error = terrain_error(mesh, ground)
+        _require_whole(error, path)
+        if error.max_m <= max_error_m or gridded or (used == "exact" and max_error_m == 0.0):
+            break
+        if used == "exact":
+            gridded = True  # where positions are rounded, more of them may be nearer
+            continue
+        # Positions are float32: on a steep slope their rounding can cost a little of the bound.
+        tolerance -= 4.0 * (error.max_m - max_error_m)
+        if tolerance <= 0.0:
+            tolerance, used = 0.0, "exact"
+    if error.max_m > max_error_m and (max_error_m > 0.0 or lattice is not None):
+        row, column = error.worst
+        raise BakeError(
+            f"the error is {error.max_m:.6g} m, allowed {max_error_m:.6g} m: {reached} reach no less",
+            file=path,
+            place=f"pixel ({column}, {row})",
+            mend="allow a larger error, or a smaller terrain" + ("" if codes is None else ", or keep floats"),
+        )
+    diagonal = _diagonal(mesh.positions)
+    share = 1.0 / diagonal if diagonal > 0.0 else 0.0
+    lod = Lod(mesh, error_max=error.max_m * share, error_rms=error.rms_m * share, codes=codes)
+    cost: dict[str, float] = {}
+    if codes is not None:
+        cost = quantised_errors(encode_glb([lod], "terrain"), [source])[0]
+        lod = replace(lod, errors=cost)
+    return TerrainProduct(
+        glb=encode_glb([lod], "terrain"),
+        triangles=len(mesh.triangles),
+        vertices=len(mesh.positions),
+        bound_m=max_error_m,
+        max_error_m=_six(error.max_m),
+        rms_error_m=_six(error.rms_m),
+        tier=used,
+        warnings=warnings,
+        codes=cost,
+    )
+
+
+def _lattice(ground: Heightfield, max_error_m: float) -> QuantizationGrid:
+    heights = ground.heights_m
+    return terrain_lattice(
+        (heights.shape[0], heights.shape[1]),
+        (ground.size_x_m, ground.size_z_m),
+        (float(heights.min()), float(heights.max())),
+        max_error_m,
+    )
+
+
+def _require_whole(error: TerrainError, path: Path) -> None:
+    if error.holes or error.flipped:
+        raise BakeError(
+            f"the mesh misses {error.holes} pixels and has {error.flipped} triangles that do not face up; "
+            "neighbouring pixels fall on one float32 position",
+            file=path,
+            mend="give the terrain a larger size, or the heightmap fewer pixels",
+        )
+
+
+def _diagonal(positions: npt.NDArray[np.float32]) -> float:
+    size = positions.max(axis=0).astype(np.float64) - positions.min(axis=0).astype(np.float64)
+    return float(np.sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2]))
+
+
+def _six(value: float) -> float:
+    """Six significant digits, rounded up: the error that an artifact claims is never less than measured."""
+    rounded = float(f"{value:.5e}")
+    return rounded if rounded >= value else float(f"{value * (1.0 + 1e-5):.5e}")

@@ -1,0 +1,50 @@
+"""What tasks made lies in the store, not in memory: a bake of ten thousand artifacts holds one at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+
+from paradize.errors import BakeError
+from paradize.files import read_file
+from paradize.store.local import Store
+
+
+def keep_artifact(store: Store, data: bytes | Path) -> tuple[str, Path]:
+    """Keeps bytes, or a file on the store's own file system, which is moved away: the hash, and where they
+    are now."""
+    sha256 = store.put(data) if isinstance(data, bytes) else store.take(data)
+    kept = store.find(sha256)
+    if kept is None:
+        raise BakeError("was changed as it was written", file=store.root)
+    return sha256, kept
+
+
+def read_artifact(path: Path) -> bytes:
+    """The bytes of a file in the store. Raises BakeError."""
+    try:
+        return read_file(path)
+    except OSError as error:
+        raise BakeError(f"cannot be read: {error.strerror or error}", file=path, mend="bake again") from None
+
+
+class Artifacts(Mapping[str, bytes | Path]):
+    """Artifacts' bytes by name, read as they are asked for; of the large ones the file.
+
+    files: where they are. large: the names of those."""
+
+    def __init__(self, files: Mapping[str, Path], large: Collection[str]) -> None:
+        self.files, self.large = files, large
+
+    def __getitem__(self, name: str) -> bytes | Path:
+        path = self.files[name]
+        return path if name in self.large else read_artifact(path)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.files)
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.files

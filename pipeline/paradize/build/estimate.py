@@ -1,0 +1,61 @@
+"""What memory a bake of some sources is thought to take, from an OBJ's bytes and a picture's header, and what
+time at the very most.
+
+An estimate only decides what runs beside what (jobs/pool.py); no result depends on it, and a source that
+lies about its size is found out by what its worker really holds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from paradize.files import open_file
+
+_BASE = 150_000_000  # an interpreter with numpy, and the readers
+_PER_TEXEL = 48  # bytes, all maps of a picture with their measures
+_PER_OBJ_BYTE = 12
+_BYTES_PER_S = 1_000_000  # of that memory: the slowest tier on the slowest machine does more
+_HEAD = 1 << 16  # of a JPEG, where its size should stand; metadata may be longer
+
+
+def memory_of(sources: Iterable[Path]) -> int:
+    """Bytes that a bake of these files may take; files that cannot be read count nothing."""
+    return _BASE + sum(_memory_of_one(path) for path in sources)
+
+
+def seconds_of(sources: Iterable[Path]) -> float:
+    """Seconds after which a bake of these files hangs for sure."""
+    return memory_of(sources) / _BYTES_PER_S
+
+
+def _memory_of_one(path: Path) -> int:
+    try:
+        size = path.stat().st_size
+        if path.suffix.lower() == ".obj":
+            return _PER_OBJ_BYTE * size
+        with open_file(path) as stream:
+            head = stream.read(_HEAD)
+    except OSError:
+        return 0
+    texels = _png_texels(head) or _jpeg_texels(head)
+    return _PER_TEXEL * (size if texels is None else texels)  # of others about a byte a texel is on disk
+
+
+def _png_texels(head: bytes) -> int | None:
+    if head[:8] != b"\x89PNG\r\n\x1a\n" or head[12:16] != b"IHDR":
+        return None
+    return int.from_bytes(head[16:20], "big") * int.from_bytes(head[20:24], "big")
+
+
+def _jpeg_texels(head: bytes) -> int | None:
+    """From the first frame header among the segments at the beginning."""
+    if head[:2] != b"\xff\xd8":
+        return None
+    at = 2
+    while at + 9 <= len(head) and head[at] == 0xFF:
+        kind = head[at + 1]
+        if 0xC0 <= kind <= 0xCF and kind not in (0xC4, 0xC8, 0xCC):
+            return int.from_bytes(head[at + 5 : at + 7], "big") * int.from_bytes(head[at + 7 : at + 9], "big")
+        at += 2 + int.from_bytes(head[at + 2 : at + 4], "big")
+    return None

@@ -1,0 +1,91 @@
+"""How coarse a texture may begin for the triangles that show a line or a point of it (swatches of a palette,
+seams of a careless layout).
+
+Along such a triangle the texture hardly moves from pixel to pixel, or not at all, so that the hardware reads
+the finest level that there is, however far the camera: by its formula one of them holds the whole texture at
+its finest. But a line or a point has no detail to lose across: what a coarser level changes is its colour. So
+that is measured, and the rest of the surface decides as long as at most SHARE of the surface shows a colour
+that differs by more than OFF from the finest level's. Elsewhere the formula stands.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.build.gutter_limits import sampled_levels
+from paradize.data import Mesh
+from paradize.formats.glb.reader import decode_glb
+from paradize.formats.ktx2.reader import decode_ktx2
+from paradize.stages.gutter import goes_around
+from paradize.visibility.finest_mip import flat_triangles
+
+F32 = npt.NDArray[np.float32]
+F64 = npt.NDArray[np.float64]
+SHARE = 0.01  # of the surface
+OFF = 1.0 / 32.0  # of the range; of colour in square roots of linear light, of normals half the chord
+# Ten places spread over a triangle, as weights of its corners.
+_PLACES = np.array([(i, j, 3 - i - j) for i in range(4) for j in range(4 - i)], np.float64)
+_WEIGHTS = (_PLACES + 1.0 / 3.0) / 4.0
+
+
+def measure_flat(
+    name: str, glb: bytes, textures: Mapping[str, bytes], levels: Mapping[str, int], repeat: bool
+) -> dict[str, int]:
+    """By map: the coarsest level, at most that of `levels`, up to which flat triangles keep their colours, on
+    all levels of detail. textures: KTX2 by map ("color", "normal", ...). repeat: whether they tile."""
+    meshes = [lod.mesh for lod in decode_glb(glb, name)]
+    found = {}
+    for key, data in textures.items():
+        texture = decode_ktx2(data, f"{name}_{key}")
+        chain = sampled_levels(texture, key)[: levels[key] + 1]
+        if key == "color":
+            chain = [np.sqrt(np.maximum(level, 0.0)) for level in chain]
+        unit = 0.5 if key == "normal" else 1.0
+        size = (texture.width, texture.height)
+        found[key] = min(_kept(mesh, size, chain, unit, repeat or goes_around(mesh)) for mesh in meshes)
+    return found
+
+
+def _kept(mesh: Mesh, size: tuple[int, int], chain: Sequence[F32], unit: float, repeat: bool) -> int:
+    if mesh.uvs is None:
+        return len(chain) - 1
+    corners = mesh.places[mesh.triangles]
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    cross = np.stack([a[:, i - 2] * b[:, i - 1] - a[:, i - 1] * b[:, i - 2] for i in range(3)], axis=1)
+    area = np.sqrt(cross[:, 0] ** 2 + cross[:, 1] ** 2 + cross[:, 2] ** 2)
+    flat = flat_triangles(mesh, mesh.uvs, *size)
+    uvs = mesh.uvs.astype(np.float64)[mesh.triangles[flat]]
+    # (places, triangles, 2)
+    at = sum(_WEIGHTS[:, k, None, None] * uvs[None, :, k] for k in range(3)) + np.zeros((len(_WEIGHTS), 1, 1))
+    share = np.broadcast_to(area[flat] / len(_WEIGHTS), at.shape[:2])
+    accepted = SHARE * math.fsum(area.tolist())
+    finest = _sampled(chain[0], at, repeat)
+    level = 0
+    while level + 1 < len(chain):
+        off = unit * np.abs(_sampled(chain[level + 1], at, repeat) - finest).max(axis=-1)
+        if math.fsum(share[off > OFF].tolist()) > accepted:
+            break
+        level += 1
+    return level
+
+
+def _sampled(level: F32, at: F64, repeat: bool) -> F64:
+    """Bilinear samples (..., c) at texture coordinates (..., 2)."""
+    height, width, _ = level.shape
+    x, y = at[..., 0] * width - 0.5, at[..., 1] * height - 0.5
+    left, top = np.floor(x), np.floor(y)
+
+    def texel(column: F64, row: F64) -> F64:
+        i, j = column.astype(np.int64), row.astype(np.int64)
+        i = i % width if repeat else i.clip(0, width - 1)
+        j = j % height if repeat else j.clip(0, height - 1)
+        return np.asarray(level[j, i], np.float64)
+
+    s, t = (x - left)[..., None], (y - top)[..., None]
+    upper = texel(left, top) * (1.0 - s) + texel(left + 1.0, top) * s
+    lower = texel(left, top + 1.0) * (1.0 - s) + texel(left + 1.0, top + 1.0) * s
+    return np.asarray(upper * (1.0 - t) + lower * t, np.float64)

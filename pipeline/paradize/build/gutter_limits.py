@@ -1,0 +1,206 @@
+"""What the gutters of an object's maps allow, measured on the very bytes that are published.
+
+From the GLB's texture coordinates and the KTX2s' decoded levels: how far the last safe mip and the steepest
+parallax may go. The player clamps to it, `paradize check` walks the same borders again, `paradize explain`
+tells it. How, and why: stages/gutter.py.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.data import Mesh, Texture, six
+from paradize.formats.glb.reader import decode_glb
+from paradize.formats.ktx2.reader import decode_ktx2
+from paradize.kernels.gutter import Bleed, linear_light, walk
+from paradize.metrics.texels import decode_texels
+from paradize.stages import gutter
+
+F32 = npt.NDArray[np.float32]
+
+# What `paradize check` walks with.
+__all__ = [
+    "KINDS",
+    "Borders",
+    "find_borders",
+    "is_safe",
+    "measure_gutters",
+    "reach_of",
+    "sampled_levels",
+    "walk",
+]
+
+is_safe, reach_of = gutter.is_safe, gutter.parallax_reach
+
+KINDS = {"color": "color", "normal": "normal", "height": "value", "gloss": "value"}
+_STEPS = 6  # bisections: the reach given is within 1/64 of what there is
+
+
+@dataclass(frozen=True)
+class Borders:
+    """The islands of a mesh on maps of one size, and the material of each island's triangles."""
+
+    islands: gutter.Islands
+    materials: dict[str, npt.NDArray[np.int32]]
+    width: int
+    height: int
+
+    def reach(self, given: Mapping[str, float], *, only: str | None = None) -> npt.NDArray[np.float64]:
+        """(islands,): how far samples of each may go, the farthest of its materials; only: those of one
+        material, the others are not walked."""
+        found = np.full(self.islands.count, -1.0)
+        for name, ids in self.materials.items():
+            if only in (None, name):
+                found[ids] = np.maximum(found[ids], given.get(name, 0.0))
+        return found
+
+
+def find_borders(mesh: Mesh, *, width: int, height: int, repeat: bool, file: object = None) -> Borders | None:
+    """None where the UVs cover no texel. Raises BakeError for UVs that are no layout."""
+    islands = gutter.find_islands(mesh, height=height, width=width, repeat=repeat, file=file)
+    if islands is None:
+        return None
+    materials: dict[str, npt.NDArray[np.int32]] = {}
+    for group in mesh.groups:
+        ids = islands.of_triangle[group.first : group.first + group.count]
+        known = materials.get(group.material, np.empty(0, np.int32))
+        materials[group.material] = np.unique(np.concatenate([known, ids]))
+    return Borders(islands, materials, width, height)
+
+
+def sampled_levels(texture: Texture, name: str) -> list[F32]:
+    """All levels of an object's map as the walk compares them: colour in linear light, normals as x and y,
+    height as it is, of gloss the intensity (smoothness widens from level to level by design)."""
+    levels = [decode_texels(texture, level) for level in range(len(texture.levels))]
+    if name == "color":
+        for level in levels:
+            level[:, :, :3] = linear_light(level[:, :, :3])
+        opaque = levels[0].shape[2] == 4 and bool((levels[0][:, :, 3] >= 1).all())
+        return [level[:, :, :3] for level in levels] if opaque else levels
+    return [np.ascontiguousarray(level[:, :, : 2 if name == "normal" else 1]) for level in levels]
+
+
+def measure_gutters(
+    glb: bytes,
+    textures: Mapping[str, bytes],
+    *,
+    name: str,
+    parallax: Mapping[str, tuple[float, float]],
+    bleed: float,
+    repeat: bool,
+    pixel_m: float | None,
+) -> dict[str, Any]:
+    """What an object's maps allow. textures: KTX2 by map ("color", "normal", "height", "gloss"). parallax:
+    (scale, bias) by material. bleed: the bound, a share of the range. pixel_m: how many metres of the
+    object the largest pixel of the flight covers; None where it is never seen.
+
+    Returns {"repeat", "limits": {material: reach or None}, "maps": {map: facts}}; repeat: whether the maps
+    must repeat, because they tile or because UVs lie outside 0..1. limits: where the reach asked is too
+    far, the farthest that is safe. facts: see FORMAT.md; None for maps that tile.
+    """
+    mesh = decode_glb(glb, name)[0].mesh
+    asked = {key: gutter.parallax_reach(*parallax[key]) for key in sorted(parallax)}
+    limits: dict[str, float | None] = dict.fromkeys(asked)
+    if repeat or mesh.uvs is None:
+        return {"repeat": True, "limits": limits, "maps": dict.fromkeys(textures)}
+    around = gutter.goes_around(mesh)
+    decoded = {key: decode_ktx2(data, f"{name}_{key}") for key, data in textures.items()}
+    chains = {key: sampled_levels(texture, key) for key, texture in decoded.items()}
+    sizes = {(texture.width, texture.height) for texture in decoded.values()}
+    of_size = {
+        size: find_borders(mesh, width=size[0], height=size[1], repeat=around, file=name)
+        for size in sorted(sizes)
+    }
+    of_map: dict[str, Borders] = {}
+    for key, texture in decoded.items():
+        found_borders = of_size[texture.width, texture.height]
+        if found_borders is None:
+            return {"repeat": True, "limits": limits, "maps": dict.fromkeys(textures)}
+        of_map[key] = found_borders
+    given = dict(asked)
+    if "height" in textures:
+        for material, reach in asked.items():
+            given[material] = _safe_reach(material, reach, chains, of_map, bleed)
+            if given[material] < reach:
+                limits[material] = given[material]
+    else:
+        given = dict.fromkeys(asked, 0.0)
+    maps = {}
+    for key, chain in chains.items():
+        at = of_map[key]
+        size = max(at.width, at.height)
+        found = walk(chain, KINDS[key], at.islands.layout, at.reach(given))
+        level = _level_in_use(mesh, at.width, at.height, pixel_m, len(chain) - 1)
+        maps[key] = _facts(found, at.islands, level, max(given.values(), default=0.0), size, bleed)
+    return {"repeat": around, "limits": limits, "maps": maps}
+
+
+def _safe_reach(
+    material: str, reach: float, chains: Mapping[str, list[F32]], of_map: Mapping[str, Borders], bleed: float
+) -> float:
+    """The farthest reach, up to the one asked, whose samples at level 0 stay within the bound."""
+
+    def level_0(key: str, tried: float) -> Bleed:
+        at = of_map[key]
+        far = at.reach({material: tried}, only=material)
+        return walk(chains[key][:1], KINDS[key], at.islands.layout, far)[0]
+
+    def safe(tried: float) -> bool:
+        return all(gutter.is_safe(level_0(key, tried), bleed, known[key]) for key in chains)
+
+    if reach == 0.0 or material not in next(iter(of_map.values())).materials:
+        return reach
+    known = {}
+    for key in chains:
+        flat = level_0(key, 0.0)
+        known[key] = (flat.all_p99, flat.worst)
+    if safe(reach):
+        return reach
+    low, high = 0.0, 1.0
+    for _ in range(_STEPS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if safe(middle * reach) else (low, middle)
+    return low * reach
+
+
+def _level_in_use(mesh: Mesh, width: int, height: int, pixel_m: float | None, last: int) -> int:
+    """The coarsest level that a pixel of pixel_m metres reads on the mesh, seen squarely."""
+    if pixel_m is None or mesh.uvs is None:
+        return 0
+    corners = mesh.positions.astype(np.float64)[mesh.triangles]
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    cross = np.stack([a[:, i - 2] * b[:, i - 1] - a[:, i - 1] * b[:, i - 2] for i in range(3)], axis=1)
+    metres = math.fsum(np.sqrt(cross[:, 0] ** 2 + cross[:, 1] ** 2 + cross[:, 2] ** 2).tolist())
+    uv = mesh.uvs.astype(np.float64)[mesh.triangles] * [width, height]
+    p, q = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    texels = math.fsum(np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).tolist())
+    across = math.sqrt(texels / metres) * pixel_m if metres > 0.0 else 0.0
+    level = 0
+    while level < last and float(1 << level) < across:
+        level += 1
+    return level
+
+
+def _facts(
+    found: list[Bleed], islands: gutter.Islands, in_use: int, reach: float, size: int, bleed: float
+) -> dict[str, Any]:
+    last = len(found) - 1
+    safe = gutter.safe_level(found, bleed)
+    width = islands.width_texels
+    return {
+        "islands": islands.count,
+        "needed_texels": six(gutter.needed_texels(in_use, reach, size)),
+        "width_texels": None if width is None else six(width),
+        "level_in_use": in_use,
+        "level_by_width": last if width is None else gutter.level_by_width(width, reach, size, last),
+        "max_level": None if safe == last else safe,
+        "bound": bleed,
+        "bleed_p99": [six(level.all_p99) for level in found],
+        "bleed_max": [six(level.worst) for level in found],
+    }

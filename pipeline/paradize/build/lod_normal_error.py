@@ -1,0 +1,52 @@
+"""The bumps that a scene lays on a mesh -> what light sees of each level of detail, against the finest.
+
+Measured on the very bytes that are published: the GLB's levels with their tangent frames, and level 0 of the
+normal map as the hardware decodes it. Apart from the mesh's own bake: a picture that changes bakes no mesh
+again.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from paradize.formats.glb.reader import decode_glb
+from paradize.formats.ktx2.reader import decode_ktx2
+from paradize.metrics.mapped_normal import SAMPLES, normal_error
+from paradize.metrics.surface import Judge
+from paradize.metrics.texels import decode_texels
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from paradize.data import Texture
+
+MAPPED = ("mapped_mean_deg", "mapped_p99_deg", "mapped_max_deg")
+
+
+def measure_bumps(glb: bytes, texture: bytes, *, name: str, repeat: bool) -> list[dict[str, float]]:
+    """mapped_mean_deg, mapped_p99_deg and mapped_max_deg of each level, the finest first and without error:
+    degrees between the normals that it and the finest show at the same place, both turned by the map in
+    their own tangent frames.
+
+    texture: the normal map's KTX2. repeat: whether it tiles. name: of the object, for messages. Raises
+    FormatError for bytes that we did not write.
+    """
+    finest, *coarser = decode_glb(glb, name)
+    vectors = _vectors(decode_ktx2(texture, f"{name}_normal"))
+    judge = Judge(finest.mesh)
+    found = [dict.fromkeys(MAPPED, 0.0)]
+    for lod in coarser:
+        told = normal_error(judge, lod.mesh, SAMPLES, apart=lod.error_max, normal_map=vectors, repeat=repeat)
+        found.append({key: told[key] for key in MAPPED})
+    return found
+
+
+def _vectors(texture: Texture) -> npt.NDArray[np.float32]:
+    """(h, w, 3) unit vectors of a normal map's finest level, green up."""
+    xy = decode_texels(texture, 0)[:, :, :2]
+    out = np.empty((*xy.shape[:2], 3), np.float32)
+    out[:, :, :2] = xy
+    out[:, :, 2] = np.sqrt(np.maximum(0.0, 1.0 - xy[:, :, 0] * xy[:, :, 0] - xy[:, :, 1] * xy[:, :, 1]))
+    return out

@@ -1,0 +1,251 @@
+"""A scene, its flight and its baked artifacts -> the manifest that becomes scene.json."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import asdict, dataclass
+from math import sqrt
+from typing import Any
+
+from paradize.documents import parse_json
+from paradize.errors import FormatError
+from paradize.formats.scene_manifest import FORMAT, VERSION
+from paradize.scene.flight import PI, Flight, Vec
+from paradize.scene.requirements import ObjectSighting, sun_direction
+from paradize.scene.settings import ObjectMaterial, Scene, SceneObject, Waiver
+
+# What the first frames need first: the sky, then the ground, then things; colour before relief.
+_STREAMING = ("cubemap", "mesh", "color", "normal", "dudv", "gloss", "height", "sound")
+
+
+@dataclass(frozen=True)
+class MeshFacts:
+    """What the manifest tells of a GLB: bounding box (metres) of the finest level, (node, error in metres) of
+    each level, the finest first, and its materials' base colours (linear) by name."""
+
+    low: Vec
+    high: Vec
+    lods: tuple[tuple[str, float], ...]
+    materials: dict[str, Vec]
+
+    @property
+    def center(self) -> Vec:
+        x, y, z = (0.5 * (a + b) for a, b in zip(self.low, self.high, strict=True))
+        return x, y, z
+
+    @property
+    def radius_m(self) -> float:
+        square = 0.0
+        for a, b in zip(self.low, self.high, strict=True):
+            square += 0.25 * (b - a) * (b - a)
+        return sqrt(square)
+
+
+def mesh_facts(glb: bytes, name: str) -> MeshFacts:
+    """Reads the JSON chunk of one of our GLBs. Raises FormatError where it is not what we write."""
+    try:
+        length, kind = struct.unpack_from("<I4s", glb, 12)
+        if glb[:4] != b"glTF" or kind != b"JSON":
+            raise ValueError("no JSON chunk")
+        tree = parse_json(glb[20 : 20 + length], name)
+        nodes = tree["nodes"]
+        accessors = [
+            tree["accessors"][primitive["attributes"]["POSITION"]]
+            for primitive in tree["meshes"][nodes[0]["mesh"]]["primitives"]
+        ]
+        step = nodes[0].get("scale", [1.0, 1.0, 1.0])  # codes become metres
+        origin = nodes[0].get("translation", [0.0, 0.0, 0.0])
+        low = tuple(origin[k] + step[k] * min(float(a["min"][k]) for a in accessors) for k in range(3))
+        high = tuple(origin[k] + step[k] * max(float(a["max"][k]) for a in accessors) for k in range(3))
+        lods = tuple((str(node["name"]), float(node["extras"]["error_m"])) for node in nodes)
+        materials = {str(material["name"]): _base_color(material) for material in tree.get("materials", [])}
+    except (KeyError, IndexError, TypeError, ValueError, struct.error) as error:
+        raise FormatError(f"is no mesh of ours: {error}", file=name) from None
+    return MeshFacts((low[0], low[1], low[2]), (high[0], high[1], high[2]), lods, materials)
+
+
+def _base_color(material: dict[str, Any]) -> Vec:
+    r, g, b, _ = material.get("pbrMetallicRoughness", {}).get("baseColorFactor", (1.0, 1.0, 1.0, 1.0))
+    return float(r), float(g), float(b)
+
+
+def build_manifest(
+    scene: Scene,
+    flight: Flight,
+    flight_errors: dict[str, float],
+    artifacts: dict[str, dict[str, Any]],
+    facts: dict[str, MeshFacts],
+    met: dict[str, ObjectSighting],
+    gutters: dict[str, dict[str, Any]],
+    pixels: dict[str, float],
+    ground: dict[str, Any] | None,
+    tried: dict[str, Any],
+    asked: dict[str, dict[str, Any]],
+) -> dict[str, Any]:
+    """The manifest. artifacts: name -> its entry, as build/bake.py has it; facts: by the artifact's name;
+    met, gutters (as gutter_limits.measure_gutters returns them) and pixels (as nearest_view.least_pixels
+    does): by the object's name. ground: the terrain's tables and when each of its tiles is first needed, as
+    registry.make_terrain tells them. tried: by the artifact's name, as auto_tier.Tried.
+    asked: by the artifact's name, as trim.cut tells it."""
+    tiles = _tiles(ground)
+    entries = {}
+    for name, entry in artifacts.items():
+        owner, _, key = name.rpartition("_")
+        gutter = gutters[owner]["maps"].get(key) if owner in gutters else None
+        entries[name] = (
+            {"levels": []}
+            | entry
+            | {
+                "first_needed_s": met[owner].first_s if owner in met else tiles.get(name, 0.0),
+                "max_level": gutter["max_level"] if gutter else None,
+                "asked": asked.get(name),
+                "gutter": {fact: value for fact, value in gutter.items() if fact != "max_level"}
+                if gutter
+                else None,
+            }
+        )
+        if name in facts and owner in pixels:
+            entries[name]["levels"] = _seen(entry.get("levels", []), facts[name], pixels[owner])
+    head = scene.head
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "name": head.name,
+        "exposure": head.exposure,
+        "viewport": list(head.viewport),
+        "largest_viewport": list(head.largest),
+        "free_camera": _plain(scene.free_camera) if scene.free_camera else None,
+        "lod_error_px": head.lod_error_px,
+        "poster_s": head.poster_s,
+        "artifacts": entries,
+        "streaming": sorted(entries, key=lambda name: _rank(name, entries)),
+        "budget": _plain(scene.budget),
+        "check": {"severity": scene.check, "waivers": [_waiver(item) for item in scene.waivers]}
+        | {"tried": tried},
+        "sun": {
+            "direction": sun_direction(scene.sun.azimuth_deg, scene.sun.elevation_deg),
+            "color": list(scene.sun.color),
+            "intensity": scene.sun.intensity,
+            "angular_diameter_rad": scene.sun.angular_diameter_deg * (PI / 180.0),
+        },
+        "ambient": _plain(scene.ambient),
+        "fog": _plain(scene.fog),
+        "sky": {"cubemap": "sky"} if scene.sky else None,
+        "shadow": _plain(scene.shadow) if scene.shadow else None,
+        "reflection": _plain(scene.reflection) if scene.reflection else None,
+        "refraction": _plain(scene.refraction) if scene.refraction else None,
+        "terrain": _terrain(scene, entries, ground),
+        "water": _water(scene),
+        "objects": [
+            _object(item, entries, facts[f"{item.name}_mesh"], gutters.get(item.name))
+            for item in scene.objects
+        ],
+        "particles": [_plain(item) for item in scene.particles],
+        "sound": {"artifact": "sound", "volume": scene.sound.volume} if scene.sound else None,
+        "flight": flight.as_json() | {"errors": flight_errors},
+    }
+
+
+def _seen(levels: list[dict[str, float]], facts: MeshFacts, pixel_m: float) -> list[dict[str, float]]:
+    """A mesh's levels with their errors in pixels, of `pixel_m` metres at the flight's nearest view of it."""
+    if len(levels) != len(facts.lods):
+        return levels
+    return [
+        level | {"error_px": float(f"{error_m / pixel_m:.6g}")}
+        for level, (_, error_m) in zip(levels, facts.lods, strict=True)
+    ]
+
+
+def _waiver(waiver: Waiver) -> dict[str, Any]:
+    return _plain(waiver) | {"until": waiver.until.isoformat()}
+
+
+def _plain(settings: Any) -> dict[str, Any]:
+    return {
+        key: list(value) if isinstance(value, tuple) else value for key, value in asdict(settings).items()
+    }
+
+
+def _rank(name: str, entries: dict[str, dict[str, Any]]) -> tuple[float, int, int, str]:
+    stem, _, tail = name.rpartition("_")
+    kind = tail if tail in _STREAMING else entries[name]["kind"]
+    ground = 0 if stem in {"", "terrain", "terrain_mesh", "sand", "effect", "water"} else 1
+    return entries[name]["first_needed_s"], _STREAMING.index(kind), ground, name
+
+
+def _present(name: str, entries: dict[str, Any]) -> str | None:
+    return name if name in entries else None
+
+
+def _tiles(ground: dict[str, Any] | None) -> dict[str, float]:
+    """The terrain's tiles in their order, and when each is first needed."""
+    seconds = ground["first_s"] if ground else []
+    return {f"terrain_mesh_{k}" if k else "terrain_mesh": second for k, second in enumerate(seconds)}
+
+
+def _terrain(scene: Scene, entries: dict[str, Any], ground: dict[str, Any] | None) -> dict[str, Any] | None:
+    terrain = scene.terrain
+    if terrain is None or ground is None:
+        return None
+    told: dict[str, Any] = ground["tables"]
+    return {
+        "tiles": list(_tiles(ground)),
+        "sand_color": "sand_color",
+        "sand_normal": _present("sand_normal", entries),
+        "effect_color": _present("effect_color", entries),
+        "effect_normal": _present("effect_normal", entries),
+        "sand_repeat": terrain.sand_repeat,
+        "mix_low_m": terrain.mix_low_m,
+        "mix_high_m": terrain.mix_high_m,
+        "specular": terrain.specular,
+        "smoothness": terrain.smoothness,
+        "wet_high_m": terrain.wet_high_m,
+        "wet_darkness": terrain.wet_darkness,
+        "wet_smoothness": terrain.wet_smoothness,
+        "size_m": list(terrain.size_m),
+    } | told
+
+
+def _water(scene: Scene) -> dict[str, Any] | None:
+    water = scene.water
+    if water is None:
+        return None
+    told = _plain(water)
+    told["scroll_per_s"] = told.pop("scroll")
+    return {"normal": "water_normal", "dudv": "water_dudv"} | {
+        key: value for key, value in told.items() if key not in {"waves", "wave_strength", "wave_relief"}
+    }
+
+
+def _object(
+    item: SceneObject, entries: dict[str, Any], facts: MeshFacts, gutters: dict[str, Any] | None
+) -> dict[str, Any]:
+    limits = gutters["limits"] if gutters else {}
+    materials = {
+        name: {"color": list(base)}
+        | _plain(item.materials.get(name, ObjectMaterial()))
+        | {"parallax_limit": limits.get(name)}
+        for name, base in facts.materials.items()
+    }
+    return {
+        "name": item.name,
+        "views": list(item.views),
+        "mesh": f"{item.name}_mesh",
+        "color": _present(f"{item.name}_color", entries),
+        "normal": _present(f"{item.name}_normal", entries),
+        "height": _present(f"{item.name}_height", entries),
+        "gloss": _present(f"{item.name}_gloss", entries),
+        "repeat": bool(gutters["repeat"]) if gutters else True,
+        "center": list(facts.center),
+        "radius_m": facts.radius_m,
+        "lods": [{"node": node, "error_m": error_m} for node, error_m in facts.lods],
+        "materials": materials,
+        "instances": [
+            {
+                "position": list(instance.position),
+                "yaw_rad": instance.yaw_deg * (PI / 180.0),
+                "scale": instance.scale,
+            }
+            for instance in item.instances
+        ],
+    }

@@ -1,0 +1,186 @@
+"""How near a scene's flight comes to a mesh itself: the pixels that an error of a level of detail can cover.
+
+A bounding sphere says nothing where the eye flies through it. Distances are to a thousand places of the mesh
+or more, spread over its triangles, at moments of the flight: near enough for a number that is told, and no
+bound. Knows no numpy.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, replace
+from math import sqrt
+from pathlib import Path
+
+from paradize.build.artifacts import read_artifact
+from paradize.build.entries import PIXELS, fits
+from paradize.documents import parse_json
+from paradize.errors import FormatError
+from paradize.jobs.code import code_digest
+from paradize.scene.flight import Flight, Vec, sine_cosine
+from paradize.scene.settings import Instance, Scene
+from paradize.store.local import Store, key_of
+
+_PLACES = 2000
+_STEP_S = 0.25
+_GOLDEN = 2654435769  # of 2^32
+_TYPES = {5121: "B", 5123: "H", 5125: "I", 5126: "f"}  # glTF's component types
+_COUNTS = {"SCALAR": 1, "VEC3": 3}
+
+
+def places_of(glb: bytes, name: str) -> list[Vec]:
+    """Places of the finest level of one of our GLBs, metres in its space: corners of triangles, and more in
+    each where there are few. Raises FormatError where it is not what we write."""
+    try:
+        length, kind = struct.unpack_from("<I4s", glb, 12)
+        if glb[:4] != b"glTF" or kind != b"JSON":
+            raise ValueError("no JSON chunk")
+        tree = parse_json(glb[20 : 20 + length], name)
+        start = 28 + length
+        node = tree["nodes"][0]
+        step, origin = node.get("scale", (1.0, 1.0, 1.0)), node.get("translation", (0.0, 0.0, 0.0))
+
+        def at(accessor: int) -> tuple[int, int, int, int]:
+            """First byte, bytes from one to the next, count and component type."""
+            told = tree["accessors"][accessor]
+            view = tree["bufferViews"][told["bufferView"]]
+            offset = start + view.get("byteOffset", 0) + told.get("byteOffset", 0)
+            component = int(told["componentType"])
+            stride = view.get("byteStride", _COUNTS[told["type"]] * struct.calcsize(_TYPES[component]))
+            return offset, stride, int(told["count"]), component
+
+        def place(raw: Sequence[float]) -> Vec:
+            x, y, z = (a + b * c for a, b, c in zip(origin, step, raw, strict=True))
+            return x, y, z
+
+        runs = [
+            (at(primitive["attributes"]["POSITION"]), at(primitive["indices"]))
+            for primitive in tree["meshes"][node["mesh"]]["primitives"]
+        ]
+        total = sum(count // 3 for _, (_, _, count, _) in runs)
+        parts = 1
+        while total * (parts + 1) * (parts + 2) < _PLACES:
+            parts += 1
+        found: list[Vec] = []
+        for (positions, stride, _, coordinate), (indices, size, count, component) in runs:
+            form, row = f"<3{_TYPES[component]}", f"<3{_TYPES[coordinate]}"
+            for triangle in _chosen(count // 3, total):
+                corners = [
+                    place(struct.unpack_from(row, glb, positions + stride * index))
+                    for index in struct.unpack_from(form, glb, indices + 3 * triangle * size)
+                ]
+                found += _spread(corners, parts)
+    except (KeyError, IndexError, TypeError, ValueError, struct.error) as error:
+        raise FormatError(f"is no mesh of ours: {error}", file=name) from None
+    return found
+
+
+def _chosen(count: int, total: int) -> Iterable[int]:
+    """Triangles of a run of `count` of the mesh's `total`: all, or its share of those that give _PLACES.
+    Steps of the golden ratio, so that they fall in with no rows of a grid."""
+    share = -(-count * _PLACES // (3 * total))
+    return (
+        range(count) if share >= count else ((i * _GOLDEN & 0xFFFFFFFF) * count >> 32 for i in range(share))
+    )
+
+
+def _spread(corners: Sequence[tuple[float, ...]], parts: int) -> list[Vec]:
+    """Places of a triangle on a grid that cuts each side into `parts`."""
+    found: list[Vec] = []
+    for i in range(parts + 1):
+        for j in range(parts + 1 - i):
+            u, v = i / parts, j / parts
+            x, y, z = (a + u * (b - a) + v * (c - a) for a, b, c in zip(*corners, strict=True))
+            found.append((x, y, z))
+    return found
+
+
+def least_pixels(scene: Scene, flight: Flight, places: Mapping[str, Sequence[Vec]]) -> dict[str, float]:
+    """How many metres of an object one pixel covers at the flight's nearest view of it, per metre of its
+    mesh: the least over its instances, by name; left out where no place of it comes into view. The camera's
+    near plane is the nearest there is. places: by the object's name, as places_of gives them, one or more."""
+    width, height = scene.head.viewport
+    sine, cosine = sine_cosine(0.5 * scene.flight.fov_deg)
+    found: dict[str, float] = {}
+    count = max(1, round(flight.duration_s / _STEP_S))
+    views = [flight.view(flight.duration_s * i / count) for i in range(count)]
+    for item in scene.objects:
+        for instance in item.instances:
+            stand = _placed(places[item.name], instance)
+            near_m = _nearest(views, stand, sine / cosine, width / height)
+            if near_m is not None:
+                pixel = 2.0 * max(near_m, scene.flight.near_m) * (sine / cosine) / height / instance.scale
+                found[item.name] = min(found.get(item.name, pixel), pixel)
+    return found
+
+
+def known_pixels(
+    store: Store,
+    scene: Scene,
+    flight: Flight,
+    meshes: Mapping[str, Path],
+    sha256: Mapping[str, str],
+    *,
+    force: bool = False,
+) -> dict[str, float]:
+    """least_pixels of the scene's objects; what the store knows of a mesh is not worked out again. meshes,
+    sha256: by artifact. force: nothing is read from the store."""
+    frame = [flight.as_json(), scene.head.viewport, scene.flight.fov_deg, scene.flight.near_m]
+    common = key_of(__name__, code_digest(__name__), frame)
+    found: dict[str, float] = {}
+    for item in scene.objects:
+        name = f"{item.name}_mesh"
+        key = key_of(common, sha256[name], [asdict(instance) for instance in item.instances])
+        known = None if force else store.get_product(key)
+        if not fits(known, PIXELS):
+            one = replace(scene, objects=(item,))
+            pixels = least_pixels(one, flight, {item.name: places_of(read_artifact(meshes[name]), name)})
+            known = {"pixel_m": pixels.get(item.name)}
+            store.put_product(key, known)
+        if known["pixel_m"] is not None:
+            found[item.name] = float(known["pixel_m"])
+    return found
+
+
+def _placed(places: Sequence[Vec], instance: Instance) -> list[Vec]:
+    sine, cosine = sine_cosine(instance.yaw_deg)
+    (px, py, pz), s = instance.position, instance.scale
+    return [
+        (px + s * (x * cosine + z * sine), py + s * y, pz + s * (z * cosine - x * sine)) for x, y, z in places
+    ]
+
+
+def _nearest(
+    views: Sequence[tuple[Vec, Vec]], places: Sequence[Vec], tangent: float, aspect: float
+) -> float | None:
+    """The least distance from an eye to a place in its view cone, which holds the whole picture (tangent of
+    half the vertical field of view, width / height); None where no place comes into one."""
+    low, high = (tuple(pick(place[k] for place in places) for k in range(3)) for pick in (min, max))
+    middle = tuple(0.5 * (a + b) for a, b in zip(low, high, strict=True))
+    radius = 0.5 * _length(tuple(b - a for a, b in zip(low, high, strict=True)))
+    # A place is in the cone where the part of its way that leads ahead is at least this share of it, squared.
+    share = 1.0 / (1.0 + tangent * tangent * (1.0 + aspect * aspect))
+    best: float | None = None  # squared
+    for eye, target in views:
+        away = _length(tuple(b - a for a, b in zip(eye, middle, strict=True))) - radius
+        if best is not None and away > 0 and away * away >= best:
+            continue
+        ahead = tuple(b - a for a, b in zip(eye, target, strict=True))
+        length = _length(ahead) or 1.0
+        fx, fy, fz = (part / length for part in ahead)
+        ex, ey, ez = eye
+        for px, py, pz in places:
+            x, y, z = px - ex, py - ey, pz - ez
+            square = x * x + y * y + z * z
+            if best is not None and square >= best:
+                continue
+            along = x * fx + y * fy + z * fz
+            if along >= 0 and along * along >= share * square:
+                best = square
+    return None if best is None else sqrt(best)
+
+
+def _length(v: Sequence[float]) -> float:
+    x, y, z = v
+    return sqrt(x * x + y * y + z * z)

@@ -1,0 +1,185 @@
+"""What the last bake of a scene read, ran and wrote; and whether anything of it has changed since.
+
+A bake with nothing to do ends here: no scene is parsed, no numpy is imported, no file is read that has been
+at rest since.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Container, Mapping, Sequence
+from pathlib import Path
+
+from paradize.documents import SCENE_FILE
+from paradize.errors import ParadizeError
+from paradize.files import resolved
+from paradize.jobs.libraries import library_versions
+from paradize.store.atomic import is_aside
+from paradize.store.file_hashes import FileHashCache
+from paradize.store.local import Store, key_of, stamp
+
+TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
+if TYPE_CHECKING:
+    from typing import Any
+
+_NONE = type(None)
+_ROW: dict[str, tuple[type, ...]] = {  # of an artifact, as a record holds it
+    "name": (str,), "file": (str,), "sha256": (str,), "bytes": (int,), "seconds": (int, float),
+    "tier": (str, _NONE), "format": (str, _NONE), "reason": (str, _NONE), "filter": (str, _NONE),
+    "errors": (dict,), "levels": (list,), "over": (list,), "tried": (dict, _NONE),
+}  # fmt: skip
+OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only whole files that a sweep may remove
+
+
+class BakeReport:
+    """What a bake did. artifacts: rows {name, file, sha256, bytes, tier, errors, status, seconds, over, and
+    of textures levels, format, reason, filter}; status: baked, reused or failed; over: the metrics beyond
+    their budget, as text; levels, reason: as of product.MapProduct. fetched, pushed:
+    how many of the artifacts came from a shared store, and went there."""
+
+    def __init__(  # no dataclass: importing that is a quarter of a bake with nothing to do
+        self,
+        out: Path,
+        artifacts: list[dict[str, Any]] | None = None,
+        warnings: list[str] | None = None,
+        *,
+        budget: dict[str, float] | None = None,
+    ) -> None:
+        self.out = out
+        self.artifacts = artifacts or []
+        self.warnings = warnings or []
+        self.errors: list[ParadizeError] = []
+        self.seconds = 0.0
+        self.fetched = self.pushed = 0
+        self.budget = budget or {}
+
+    def count(self, status: str) -> int:
+        """How many artifacts were baked, reused or failed."""
+        return sum(row["status"] == status for row in self.artifacts)
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that `bake --json` prints."""
+        told: dict[str, Any] = {
+            "artifacts": self.artifacts,
+            "baked": self.count("baked"),
+            "reused": self.count("reused"),
+            "failed": self.count("failed"),
+            "fetched": self.fetched,
+            "pushed": self.pushed,
+            "seconds": round(self.seconds, 3),
+            "warnings": self.warnings,
+        }
+        if self.errors:
+            told["error"] = [str(error) for error in self.errors]
+        return told
+
+
+def strays(out: Path, named: Container[str]) -> list[Path]:
+    """What is left in a folder of bakes that were killed, or were followed by others: files of ours that are
+    half-written or not named."""
+    return [
+        out / name
+        for name in os.listdir(out)  # noqa: PTH208 (a bake with nothing to do makes no path of each)
+        if name not in named and (is_aside(name) or OURS.fullmatch(name))
+    ]
+
+
+def record_name(
+    scene: Path, out: Path | None, tier: str | None, tiers: Mapping[str, str] | None = None
+) -> str:
+    """The name under which a bake is remembered; out: None where the scene's name decides. tier, tiers: as
+    in tasks.How."""
+    where = str(resolved(out)) if out else str(Path.cwd())
+    return key_of(str(resolved(scene)), where, out is None, tier, dict(tiers or {}))[:32]
+
+
+def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeReport | None:
+    """The report of the bake on record, when every file that it read, ran or wrote is what it was, and all
+    of it is in the shared store at the URL."""
+    record: Any = store.get_bake(name)
+    if not is_record(record) or record["libraries"] != list(library_versions()):
+        return None
+    if url is not None and record["shared"] != _shared_id(url):
+        return None
+    memory = FileHashCache.from_json(record["memory"])
+    files = list(record["memory"]["files"])
+    if not files or not memory.unchanged(files):
+        return None
+    if any(stamp(Path(path)) for path in record["absent"]):
+        return None
+    rows = [row | {"status": "reused", "seconds": 0.0} for row in record["artifacts"]]
+    report = BakeReport(Path(record["out"]), rows, list(record["warnings"]), budget=dict(record["budget"]))
+    try:
+        if strays(report.out, {row["file"] for row in rows}):
+            return None  # the next commit sweeps them
+    except OSError:
+        return None
+    if memory.hashed:
+        store.put_bake(name, record | {"memory": memory.as_json([Path(path) for path in files])})
+    return report
+
+
+def is_record(record: Any) -> bool:
+    """Whether this is what `remember` keeps. A seal that holds says nothing of the shape."""
+    try:
+        files = record["memory"]["files"]
+        texts = [record["out"], *record["libraries"], *record["absent"], *record["warnings"], *files]
+        stamps = [(*was, sha256) for was, sha256 in files.values()]
+        return (
+            all(type(text) is str and "\0" not in text for text in texts)
+            and all(tuple(map(type, known)) == (int, int, int, int, str) for known in stamps)
+            and type(record["memory"]["since_ns"]) is int
+            and type(record["shared"]) in (str, _NONE)
+            and _are_numbers(record["budget"])
+            and all(map(_is_row, record["artifacts"]))
+        )
+    except (LookupError, TypeError, ValueError, AttributeError):
+        return False
+
+
+def _is_row(row: Any) -> bool:
+    return (
+        all(type(row[key]) in kinds for key, kinds in _ROW.items())
+        and _are_numbers(row["errors"])
+        and all(map(_are_numbers, row["levels"]))
+        and all(type(text) is str for text in row["over"])
+        and type(row.get("left_out", 0)) is int
+        and OURS.fullmatch(row["file"]) is not None
+    )
+
+
+def _are_numbers(errors: Any) -> bool:
+    return all(type(value) in (int, float) for value in errors.values())
+
+
+def _shared_id(url: str) -> str:
+    from paradize.store.remote_folder import shared_id  # here: a bake with nothing to share loads less
+
+    return shared_id(url)
+
+
+def remember(
+    store: Store,
+    name: str,
+    report: BakeReport,
+    inputs: Sequence[Path],
+    absent: Sequence[Path],
+    memory: FileHashCache,
+) -> None:
+    """Keeps what a finished bake read, ran and wrote. absent: files that it looked for in vain."""
+    from paradize.jobs.code import code_files  # here: a bake with nothing to do loads less
+
+    outputs = [report.out / SCENE_FILE, *(report.out / row["file"] for row in report.artifacts)]
+    files = list(dict.fromkeys([*inputs, *code_files("paradize.build.bake"), *outputs]))
+    record = {
+        "out": str(report.out),
+        "libraries": list(library_versions()),
+        "artifacts": report.artifacts,
+        "warnings": report.warnings,
+        "budget": report.budget,
+        "absent": [str(path) for path in absent],
+        "shared": store.shared_as,
+        "memory": memory.as_json(files),
+    }
+    store.put_bake(name, record)

@@ -1,0 +1,199 @@
+"""What a scene's views ask of every texture and mesh, in a worker: from the baked meshes and the flight.
+
+What the shaders do beside sampling a map by its coordinates stands here with its numbers, and
+tests/pipeline/visibility/test_required_detail.py compares them with the shaders.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from paradize.build.artifacts import read_artifact
+from paradize.data import Mesh
+from paradize.formats.glb.reader import decode_glb
+from paradize.formats.glb.tiles import decode_tile
+from paradize.visibility.finest_mip import (
+    FinestMip,
+    Placement,
+    Surface,
+    finest,
+    finest_lod,
+    flat_triangles,
+    surface_of,
+)
+from paradize.visibility.texel_footprint import Views, views_of
+
+Size = tuple[int, int]  # width, height in texels
+# Widths of the layers of waves over the first one's, inverted (player/passes/environment_bindings.cpp).
+WAVES = {"normal": 0.137, "dudv": 1.0}
+# The sand (shaders/terrain.frag): gradients are shortened to this share at least; beyond the reference, which
+# is so many repeats away, it is sampled at scales that keep grains as wide as at this share of it; lumps are
+# the same normals, wider, near by.
+SHORTEST, REFERENCE_REPEATS, GRAINS, LUMPS = 0.35, 4.0, 0.35, 0.19 * 0.74
+SEA_MIP = 2  # of the sky that water mirrors where there is no mirror (shaders/water.frag)
+
+
+@dataclass(frozen=True)
+class SeenObject:
+    """An object. glb: its levels. textures: size by map. drawn: the views that draw it. spread: by which
+    share of a map's side parallax may move two neighbouring samples apart. leaves: its shadow reads the
+    colour. errors_m, center, radius_m: as scene.json tells them, of the whole chain."""
+
+    glb: bytes
+    textures: Mapping[str, Size]
+    drawn: tuple[str, ...]
+    spread: float
+    leaves: bool
+    instances: Sequence[Mapping[str, Any]]
+    center: tuple[float, float, float]
+    radius_m: float
+    errors_m: Sequence[float]
+
+
+def measure_required_detail(
+    sight: dict[str, Any],
+    things: Mapping[str, dict[str, Any]],
+    ground: dict[str, Any] | None,
+    water: dict[str, Any] | None,
+    sky: dict[str, Any] | None,
+) -> dict[str, dict[str, Any]]:
+    """By artifact {"level", "texels", "second_s", "view"}: the finest level that is ever asked for, the
+    texels of level 0 that a pixel covers at least (of textures; None: it is never seen), when and by which
+    view. Of a texture of which flat triangles (finest_mip.flat_triangles) ask for more than all others,
+    also {"others": the same without these}: what they show decides (flat_colors.settled).
+
+    sight: see texel_footprint.views_of, and `light_m`. things: Thing's fields by the object's name. ground:
+    `textures` (size by name), `tiles` (bytes or files), `repeat_m`. water: `textures`, `level_m`, `size_m`,
+    `tile`. sky: `side` (texels), `levels`, `smoothest` (the largest smoothness that mirrors it).
+    """
+    light_m = sight["light_m"]
+    found: dict[str, dict[str, Any]] = {}
+    for name, told in things.items():
+        found |= _thing(name, SeenObject(**told), sight, light_m)
+    everywhere = views_of(sight, ("camera", "reflection", "refraction"), None)
+    if ground:
+        found |= _ground(everywhere, **ground)
+    if water:
+        found |= _water(views_of(sight, ("camera",), None), **water)
+    if sky:
+        found["sky"] = _sky(everywhere, water=water is not None, **sky)
+    return found
+
+
+def _told(found: FinestMip) -> dict[str, Any]:
+    texels = float(f"{found.texels:.6g}") if found.texels < float("inf") else None
+    return {
+        "level": found.level(),
+        "texels": texels,
+        "second_s": found.second_s,
+        "view": found.view,
+    }
+
+
+def _thing(
+    name: str, thing: SeenObject, sight: dict[str, Any], light_m: float | None
+) -> dict[str, dict[str, Any]]:
+    levels = [lod.mesh for lod in decode_glb(thing.glb, name)]
+    views = views_of(sight, thing.drawn, light_m)
+    places = [Placement(tuple(one["position"]), one["yaw_deg"], one["scale"]) for one in thing.instances]
+    level, second, view = finest_lod(views, thing.center, thing.radius_m, thing.errors_m, places)
+    mesh: dict[str, Any] = {"level": level, "texels": None, "second_s": second, "view": view}
+    found = {f"{name}_mesh": mesh}
+    known: dict[tuple[Size, bool], dict[str, Any]] = {}
+    for key, size in thing.textures.items():
+        lit = key == "color" and thing.leaves
+        if (size, lit) not in known:
+            seen = views if lit else views_of(sight, thing.drawn, None)
+            known[size, lit] = _texture(thing, levels, places, seen, size)
+        found[f"{name}_{key}"] = known[size, lit]
+    return found
+
+
+def _texture(
+    thing: SeenObject, levels: Sequence[Mesh], places: Sequence[Placement], views: Views, size: Size
+) -> dict[str, Any]:
+    """What is asked of an object's texture of this size, as measure_required_detail tells it."""
+
+    def asked(*, flat: bool) -> FinestMip:
+        worn = [
+            (surface, Placement(at.position, at.yaw_deg, at.scale, _from_m(thing, k, at.scale, views)))
+            for k, mesh in enumerate(levels)
+            if mesh.uvs is not None
+            for surface in [surface_of(mesh, mesh.uvs, *size, flat=flat)]
+            for at in places
+        ]
+        return finest(views, worn, thing.spread * max(size))
+
+    told = _told(asked(flat=True))
+    flat = (mesh.uvs is not None and flat_triangles(mesh, mesh.uvs, *size).any() for mesh in levels)
+    if thing.spread > 0.0 or not any(flat):  # parallax shows more than the line
+        return told
+    others = _told(asked(flat=False))
+    return told | {"others": others} if others["level"] > told["level"] else told
+
+
+def _from_m(thing: SeenObject, level: int, scale: float, views: Views) -> float:
+    """Nearer than this a level of a mesh is not drawn."""
+    return thing.errors_m[level] * scale * views.demand.pixels * (1.0 - 1e-5) if level else 0.0
+
+
+def _ground(
+    views: Views, textures: Mapping[str, Size], tiles: Sequence[bytes | str], repeat_m: float
+) -> dict[str, dict[str, Any]]:
+    data = [tile if isinstance(tile, bytes) else read_artifact(Path(tile)) for tile in tiles]
+    patches = [patch.mesh for tile in data for patch in decode_tile(tile)]
+    found = {}
+    for name, size in textures.items():
+        surfaces = []
+        for mesh in patches:
+            uvs = mesh.uvs if name.startswith("sand") else mesh.uvs1
+            if uvs is not None:
+                surfaces.append(surface_of(mesh, uvs, *size))
+        least = Surface(
+            np.concatenate([surface.corners for surface in surfaces]),
+            np.concatenate([surface.density for surface in surfaces]),
+        )
+        seen = finest(views, [(least, Placement())])
+        if name.startswith("sand") and seen.texels < float("inf"):
+            far_m = GRAINS * REFERENCE_REPEATS * repeat_m
+            far = far_m * views.pixel * views.demand.corner * views.demand.corner * float(least.density.min())
+            texels = SHORTEST * min(seen.texels, far)
+            texels = min(texels, LUMPS * seen.texels) if name == "sand_normal" else texels
+            seen = FinestMip(texels, seen.second_s, seen.view)
+        found[name] = _told(seen)
+    return found
+
+
+def _water(
+    views: Views, textures: Mapping[str, Size], level_m: float, size_m: float, tile: float
+) -> dict[str, dict[str, Any]]:
+    half = 0.5 * size_m
+    corners = [(-half, level_m, -half), (half, level_m, -half), (-half, level_m, half), (half, level_m, half)]
+    square = np.array([[corners[0], corners[2], corners[1]], [corners[1], corners[2], corners[3]]])
+    found = {}
+    dry = bool((views.demand.eye[1] - views.demand.slack_m - views.demand.reach[1] > level_m).all())
+    for name, size in textures.items():
+        density = WAVES[name.rpartition("_")[2]] * tile / size_m * min(size)
+        seen = finest(views, [(Surface(square, np.full(2, density)), Placement())])
+        # Under water the waves' light upon the floor may be nearer than the waves.
+        found[name] = _told(seen if dry else FinestMip(0.0, None, "camera"))
+    return found
+
+
+def _sky(views: Views, *, water: bool, side: int, levels: int, smoothest: float | None) -> dict[str, Any]:
+    """A face's texels are sparsest in its middle: side / 2 of them to a radian."""
+    corner = views.demand.corner * views.demand.corner
+    texels = 0.5 * side * views.pixel * corner / max(1.0, views.mirror or 0.0)
+    found = _told(FinestMip(texels, 0.0, "camera"))
+    if water:
+        found["level"] = min(found["level"], SEA_MIP)
+    if smoothest is not None:
+        blur = max(0.0, levels - 2.3)
+        rough = float(np.sqrt(1.0 - smoothest))
+        found["level"] = min(found["level"], int(blur * rough))
+    return found

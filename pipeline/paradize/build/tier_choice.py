@@ -1,0 +1,82 @@
+"""Which tier a budget allows, of what each tier measured; and by how much it is missed where none is inside.
+
+The order of tiers is declared, the cheapest first, never timed. A texture's format grows last: a slower tier
+costs its baker time once, a larger format costs every player memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from paradize.build.dial import by_cost
+from paradize.errors import BakeError
+from paradize.scene.budget import METRICS, excesses, is_beyond
+from paradize.scene.schema import Limits
+from paradize.scene.settings import TIERS
+
+AUTO = TIERS[-1]
+ORDER = TIERS[:-1]  # the cheapest first
+_FINER = ", finer format"  # a tier in its first texture format that keeps the budget
+GROWN = tuple(f"{tier}{_FINER}" for tier in ORDER)
+LABELS = (*ORDER, *GROWN)
+
+Products = Mapping[str, Mapping[str, float]]  # of each product by name its errors: metric -> value
+
+
+def inside(products: Products, limits: Mapping[str, float]) -> bool:
+    """Whether all errors of all products are inside these limits."""
+    return not any(excesses(Limits(hard=dict(limits)), errors) for errors in products.values())
+
+
+def cheapest(measured: Mapping[str, Products], budget: Limits) -> str | None:
+    """The cheapest tier inside the soft limits, where they are given; else the cheapest inside the hard ones;
+    None where no tier is. measured: by tier."""
+    for limits in (budget.aim, budget.hard):
+        for tier in by_cost(measured):
+            if inside(measured[tier], limits):
+                return tier
+    return None
+
+
+def limited(products: Products, budget: Limits) -> dict[str, dict[str, float]]:
+    """Of each product the errors that the budget limits."""
+    return {
+        name: {metric: value for metric, value in errors.items() if metric in budget.aim}
+        for name, errors in products.items()
+    }
+
+
+def misses(measured: Mapping[str, Products], budget: Limits, file: object = None) -> list[BakeError]:
+    """By how much each hard limit is missed by the tier that comes nearest to it. Where each is kept by some
+    tier, but no tier keeps all, one error that tells what each misses."""
+    found = []
+    names = dict.fromkeys(name for products in measured.values() for name in products)
+    for name in names:
+        for metric, limit in budget.hard.items():
+            values = {
+                tier: products[name][metric]
+                for tier, products in measured.items()
+                if metric in products.get(name, {})
+            }
+            if not values or not all(is_beyond(metric, value, limit) for value in values.values()):
+                continue
+            best = min if METRICS[metric].less_is_better else max
+            tier = best(values, key=lambda tier: values[tier])
+            unit = METRICS[metric].unit
+            what = (
+                f"no tier keeps the budget: {metric} is {values[tier]:g} {unit} at best (tier {tier}), "
+                f"{abs(values[tier] - limit):.3g} {unit} beyond {limit:g}"
+            )
+            mend = f"accept {metric} = {values[tier]:g}, or give a source that loses less"
+            found.append(BakeError(what, file=file, place=name, mend=mend))
+    if not found:
+        told = [
+            f"{tier}: {name} {excess}"
+            for tier, products in measured.items()
+            for name, errors in products.items()
+            for excess in excesses(budget, errors)
+            if excess.hard
+        ]
+        what = f"no tier keeps all of the budget at once ({'; '.join(told)})"
+        found.append(BakeError(what, file=file, mend="accept more of one of these"))
+    return found

@@ -1,0 +1,52 @@
+"""`bake --verify P`: derives a sample of the artifacts from their sources again, and compares bytes.
+
+What is derived goes to a store of its own, which is dropped: nothing here changes what was baked.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+from paradize.build.bake import derive
+from paradize.build.dial import setting_of
+from paradize.build.options import BuildOptions
+from paradize.build.provenance import BakeReport
+from paradize.build.trim import sha256_without
+from paradize.errors import BakeError, ParadizeError
+from paradize.store.local import Store, hash_file, key_of
+
+
+def sample(names: list[str], percent: float) -> list[str]:
+    """That share of the artifacts, one at least: always the same ones of the same names."""
+    count = min(len(names), max(1, math.ceil(len(names) * percent / 100.0)))
+    return sorted(sorted(names, key=lambda name: key_of("verify", name))[:count])
+
+
+def verify(
+    scene_path: Path, report: BakeReport, *, percent: float, how: BuildOptions
+) -> tuple[list[str], list[ParadizeError]]:
+    """The artifacts that were looked at, and an error for each that could not be derived or whose published
+    bytes are others. percent: above 0, up to 100."""
+    files = {row["name"]: row["file"] for row in report.artifacts}
+    chosen = sample(list(files), percent)
+    labels = {row["name"]: row["tried"]["taken"] for row in report.artifacts if row.get("tried")}
+    taken = {
+        name: label if setting_of(label)[1] else label.partition(",")[0] for name, label in labels.items()
+    }
+    how = replace(how, tiers=taken | dict(how.tiers))
+    with tempfile.TemporaryDirectory(prefix="paradize-verify-") as folder:
+        store = Store(Path(folder))
+        derived, errors = derive(store, scene_path, set(chosen), how)
+        for row in report.artifacts:
+            if row["name"] in derived and row.get("left_out"):
+                whole = store.get(derived[row["name"]])
+                derived[row["name"]] = sha256_without(whole or b"", row["file"], row["left_out"])
+    for name in chosen:
+        path = report.out / files[name]
+        if name in derived and hash_file(path) != derived[name]:
+            what = f"is not what its sources give: {derived[name][:8]} as SHA-256 begins"
+            errors.append(BakeError(what, file=path, place=name, mend="bake with --force"))
+    return chosen, errors

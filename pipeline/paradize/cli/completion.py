@@ -1,0 +1,69 @@
+"""`paradize completion`: a script by which a shell completes commands, options and files."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from paradize.cli.options import add_json
+from paradize.cli.output import show, show_json
+
+PICTURES = ("bmp", "exr", "hdr", "hgt", "jpg", "jpeg", "png", "tga", "tif", "tiff")  # what IN.png stands for
+
+
+SHELLS = ("bash", "zsh", "fish")
+
+
+def add(sub: argparse.ArgumentParser) -> None:
+    """What `paradize completion` takes."""
+    sub.add_argument("shell", choices=SHELLS, help="bash: eval it, or keep it where bash-completion looks")
+    add_json(sub)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Prints the script for one shell."""
+    script = completion(arguments.shell)
+    if arguments.json:
+        show_json({"shell": arguments.shell, "script": script})
+    else:
+        show(script)
+    return 0
+
+
+def completion(shell: str) -> str:
+    """The script for `shell`, one of SHELLS, of all commands and options that there are."""
+    import shtab
+
+    from paradize.cli.main import parser
+
+    top = parser()
+    for action in actions_of(top):
+        if action.type is Path:
+            action.complete = _files(str(action.metavar or ""))  # type: ignore[attr-defined]
+    script: str = shtab.complete(top, shell)
+    return script
+
+
+def actions_of(top: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+    """Every argument of a parser and of its commands."""
+    for action in top._actions:
+        yield action
+        if isinstance(action, argparse._SubParsersAction):
+            for sub in action.choices.values():
+                yield from actions_of(sub)
+
+
+def _files(metavar: str) -> Any:
+    """What shtab offers for a path that is called so: folders for DIR, IN.obj's suffix, any file else."""
+    import shtab
+
+    if metavar == "DIR":
+        return shtab.DIRECTORY
+    _, _, suffix = metavar.partition(".")
+    if not suffix:
+        return shtab.FILE
+    suffixes = PICTURES if metavar == "IN.png" else (suffix,)
+    # Two patterns at least: zsh takes (*.obj) alone for qualifiers.
+    return shtab.glob(*(f"*.{case}" for suffix in suffixes for case in (suffix, suffix.upper())))

@@ -1,0 +1,162 @@
+"""The command line: parse, call, print, exit code; nothing else.
+
+Exit 0: done; 1: a bake, a check or a scene failed, or an input was refused; 2: wrong usage. With --json one
+JSON object goes to standard output, also on failure, wrong usage and interruption ({"error": [...]}), and
+everything else to standard error.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+import sys
+from collections.abc import Sequence
+from functools import partial
+from importlib import import_module
+
+from paradize.cli.interrupt import EXIT_CODE, WHAT, interrupted, interruptible
+from paradize.cli.output import OutputLost, complain, say, show, show_json
+from paradize.errors import BakeError, GroupedError, ParadizeError, bounded
+
+TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
+if TYPE_CHECKING:
+    from typing import Any, NoReturn
+
+
+class _WrongUsage(Exception):  # noqa: N818 (never leaves this module)
+    """What argparse finds wrong."""
+
+
+class _Parser(argparse.ArgumentParser):
+    """Takes no abbreviated options, and leaves it to `main` to tell what is wrong."""
+
+    def __init__(self, **settings: Any) -> None:
+        # argparse makes a formatter for every option, which asks how wide the terminal is: here only for help
+        narrow = partial(argparse.HelpFormatter, width=80)
+        super().__init__(**settings, allow_abbrev=False, formatter_class=narrow)
+
+    def format_usage(self) -> str:
+        self.formatter_class = argparse.HelpFormatter
+        return super().format_usage()
+
+    def format_help(self) -> str:
+        self.formatter_class = argparse.HelpFormatter
+        return super().format_help()
+
+    def error(self, message: str) -> NoReturn:
+        raise _WrongUsage(f"{self.format_usage()}{self.prog}: error: {bounded(message)}")
+
+
+# Each command and its help. The module paradize.cli.<command> has add(), which declares its options, and
+# run(); only the module of the command that is called is imported.
+COMMANDS = {
+    "bake": "Bake a scene: everything that it requires, once.",
+    "mesh": "Bake an OBJ into a GLB with tangent frames and levels of detail.",
+    "maps": "Bake a colour or height map into normal, height, gloss and du/dv maps.",
+    "terrain": "Bake a heightmap into a GLB under a bound on its vertical error.",
+    "explain": "Say why each artifact of a scene exists, and what limits it.",
+    "check": "Check baked scenes (folders or scene.json), GLB, KTX2 and PNG files.",
+    "measure": "Measure what every tier of every stage costs and errs.",
+    "watch": "Bake a scene, and again whenever a file that it is made of, or the code, is saved.",
+    "export": "Write a baked scene as one GLB with pictures and the flight, for Blender or three.js.",
+    "new": "Make a small scene to start from, with a model of yours in it.",
+    "clean": "Take from the store what is of no use, old or too much.",
+    "completion": "Print a script by which a shell completes commands, options and files.",
+}
+
+
+def parser(only: str | None = None) -> argparse.ArgumentParser:
+    """The command line, as DESIGN's contract has it: the whole, or one command of it."""
+    top = _Parser(
+        prog="paradize",
+        description="Bakes OBJ models, colour maps and heightmaps into measured, engine-ready assets.",
+    )
+    top.add_argument("--version", action="store_true", help="print the version and exit")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", prog="paradize")
+    for name in [only] if only else COMMANDS:
+        sub = commands.add_parser(name, help=COMMANDS[name], description=COMMANDS[name])
+        import_module(f"paradize.cli.{name}").add(sub)
+    return top
+
+
+def _open_streams() -> None:
+    """Gives a process that was started without standard streams the null device for each, before a file of
+    ours takes their numbers; names that are no text are printed escaped."""
+    for stream in range(3):
+        try:
+            os.fstat(stream)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number: this one
+            os.set_inheritable(stream, True)
+    if sys.stdout is None:
+        sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 (open as long as the process runs)
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w")  # noqa: PTH123, SIM115
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
+
+
+def _run(words: Sequence[str]) -> int:
+    """Parses and runs one command; tells its errors; returns the exit code."""
+    as_json = "--json" in words
+    top = parser(words[0] if words and words[0] in COMMANDS else None)
+    try:
+        arguments = top.parse_args(words)
+        if arguments.version:
+            from paradize import __version__
+
+            show(f"paradize {__version__}")
+            return 0
+        if arguments.command is None:
+            raise _WrongUsage(f"{top.format_help()}\nparadize: error: a command is missing")
+        code: int = import_module(f"paradize.cli.{arguments.command}").run(arguments)
+        return code
+    except _WrongUsage as wrong:
+        if as_json:
+            show_json({"error": [str(wrong).splitlines()[-1]]})
+        say(*str(wrong).splitlines())
+        return 2
+    except OutputLost:
+        raise
+    except ParadizeError as error:
+        errors: Sequence[ParadizeError] = error.errors if isinstance(error, GroupedError) else [error]
+    except Exception as unknown:
+        errors = [BakeError(f"unforeseen {type(unknown).__name__}: {unknown}", mend="please report it")]
+    if interrupted():
+        raise KeyboardInterrupt
+    complain(errors)
+    if as_json:
+        show_json({"error": [str(error) for error in errors]})
+    return 1
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Runs one command; returns its exit code."""
+    given = sys.argv[1:] if words is None else words
+    try:
+        return interruptible(lambda: _main(given))
+    except KeyboardInterrupt:
+        return _main(given, ended=True)
+
+
+def _main(words: Sequence[str], *, ended: bool = False) -> int:
+    _open_streams()
+    try:
+        return _say_interrupted(words) if ended else _run(words)
+    except OutputLost as lost:
+        if str(lost):
+            say(f"paradize: error: standard output cannot be written: {lost}")
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is still held goes nowhere
+        return 1
+
+
+def _say_interrupted(words: Sequence[str]) -> int:
+    if "--json" in words:
+        show_json({"error": [WHAT]})
+    say(f"paradize: {WHAT}")
+    return EXIT_CODE
+
+
+if __name__ == "__main__":
+    sys.exit(main())

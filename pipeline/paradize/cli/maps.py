@@ -1,0 +1,107 @@
+"""`paradize maps`: a colour or height map into normal, height, gloss and du/dv maps."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from paradize.cli.single_file import add_common, add_nodata, bake_file
+from paradize.cli.values import number, whole
+from paradize.errors import BakeError
+
+MAPS = ("normal", "height", "gloss", "dudv")
+_FILTER_HELP = (
+    "auto (looks at the heights), central, scharr, fourth, eighth, smooth2 to smooth16, "
+    "quintic3 to quintic16, septic4 to septic16, spectral"
+)
+
+
+def _maps(text: str) -> list[str]:
+    names = [name.strip() for name in text.split(",")]
+    for name in names:
+        if name not in MAPS:
+            raise argparse.ArgumentTypeError(f"{name!r} is no map; allowed: {', '.join(MAPS)}")
+    return [name for name in MAPS if name in names]
+
+
+def _names(text: str) -> list[str]:
+    names = [name for name in text.split(",") if name]
+    if not names:
+        raise argparse.ArgumentTypeError(f"{text!r} names nothing")
+    return names
+
+
+def _filter(text: str) -> str:
+    from paradize.scene.settings import FILTERS
+
+    if text not in FILTERS:
+        raise argparse.ArgumentTypeError(f"{text!r} is no filter; {_FILTER_HELP}")
+    return text
+
+
+def add(sub: argparse.ArgumentParser) -> None:
+    """What `paradize maps` takes."""
+    sub.add_argument("input", type=Path, metavar="IN.png")
+    sub.add_argument("-o", "--out", type=Path, metavar="DIR", required=True)
+    sub.add_argument("--only", type=_maps, default=list(MAPS), metavar="A,B", help=", ".join(MAPS))
+    sub.add_argument(
+        "--from",
+        dest="source",
+        choices=("auto", "color", "height"),
+        default="auto",
+        help="what IN holds (auto: heights where it has one channel of 16 bits or floats, else colour)",
+    )
+    add_nodata(sub)
+    sub.add_argument(
+        "--strength",
+        type=number(0.0, 1e6),
+        default=1.0,
+        metavar="S",
+        help="full white stands S percent of the map's width high (1)",
+    )
+    sub.add_argument(
+        "--wrap", choices=("repeat", "clamp"), default="clamp", help="what lies beyond the border"
+    )
+    sub.add_argument(
+        "--green", choices=("up", "down"), default="up", help="which way green points in normals"
+    )
+    sub.add_argument("--format", dest="fmt", choices=("ktx2", "png"), default="ktx2")
+    sub.add_argument("--uv", type=Path, metavar="IN.obj", help="the UV layout that the map is for")
+    sub.add_argument(
+        "--gloss-groups", type=_names, metavar="A,B", help="only these groups of the layout shine"
+    )
+    sub.add_argument("--report", type=Path, metavar="DIR", help="draw a contact sheet there, as <IN>.png")
+    sub.add_argument("--filter", type=_filter, default="auto", metavar="F", help=_FILTER_HELP)
+    sub.add_argument(
+        "--destep", action="store_true", help="smooth the steps of an 8-bit source, within half a step"
+    )
+    for name, default, low, text in (
+        ("black", 0.0, -1e6, "the value that becomes 0"),
+        ("white", 1.0, -1e6, "the value that becomes 1"),
+        ("gamma", 1.0, 1e-3, "above 1 lifts the middle of the heights"),
+        ("contrast", 1.0, -1e6, "about one half"),
+        ("brightness", 0.0, -1e6, "added to the heights"),
+    ):
+        what = f"{text} ({default:g})"
+        sub.add_argument(f"--{name}", type=number(low, 1e6), default=default, metavar="X", help=what)
+    sub.add_argument("--invert", action="store_true", help="white is low")
+    sub.add_argument(
+        "--zstd",
+        type=whole(1, 22),
+        nargs="?",
+        const=10,
+        metavar="LEVEL",
+        help="supercompress KTX2 (level 10)",
+    )
+    add_common(sub)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """The exit code."""
+    if arguments.report and arguments.fmt != "ktx2":
+        raise BakeError("a contact sheet is drawn of KTX2 maps", mend="leave out --format png or --report")
+    keys = ("only", "source", "nodata", "strength", "wrap", "green", "fmt", "uv", "gloss_groups", "zstd")
+    settings = {key: getattr(arguments, key) for key in keys}
+    relief = ("black", "white", "gamma", "contrast", "brightness", "invert", "filter", "destep")
+    settings["relief"] = {key: getattr(arguments, key) for key in relief}
+    return bake_file(arguments, "maps", settings, None)

@@ -1,0 +1,51 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from pathlib import Path
+
+from paradize.cli.values import whole
+
+TIERS = ("fast", "balanced", "exact", "auto")
+
+
+def add_json(sub: argparse.ArgumentParser, text: str = "print one JSON object on standard output") -> None:
+    """What every command takes."""
+    sub.add_argument("--json", action="store_true", help=text)
+
+
+def add_common(
+    sub: argparse.ArgumentParser, jobs: str = "threads at most", tier: str | None = "balanced"
+) -> None:
+    """What every baker takes. tier: the one without the option."""
+    sub.add_argument("-j", "--jobs", type=whole(1, 4096), metavar="N", help=f"{jobs} (default: cores)")
+    what = "speed against accuracy; auto: the cheapest whose measured error is inside the budget"
+    sub.add_argument(
+        "--tier", choices=TIERS, default=tier, help=f"{what} (default: {tier or 'the scene says'})"
+    )
+    add_json(sub)
+
+
+def add_scene(sub: argparse.ArgumentParser) -> None:
+    """What every command takes that works on a scene."""
+    sub.add_argument("scene", type=Path, metavar="SCENE.toml")
+
+
+def _scheduler(text: str) -> str:
+    if not re.fullmatch(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:\d+", text):
+        raise argparse.ArgumentTypeError(f"{text!r} is no address of a scheduler; write tcp://HOST:PORT")
+    return text
+
+
+def add_elsewhere(sub: argparse.ArgumentParser) -> None:
+    """What reaches beyond this machine."""
+    sub.add_argument(
+        "--store",
+        metavar="URL",
+        help="share what is baked there: a folder, sftp://host/folder, s3://bucket/folder",
+    )
+    sub.add_argument(
+        "--cluster", type=_scheduler, metavar="tcp://HOST:PORT", help="bake on the workers of a Dask cluster"
+    )

@@ -1,0 +1,100 @@
+"""Readers of option values, for argparse: text in, value out.
+
+Each raises argparse.ArgumentTypeError with the value and what is allowed.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+
+TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
+if TYPE_CHECKING:
+    from datetime import date
+
+
+def number(low: float, high: float) -> Callable[[str], float]:
+    """An option that is a finite number in [low, high]."""
+
+    def read(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"{text!r} is no number") from None
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {low:g} to {high:g}")
+        return value
+
+    return read
+
+
+def percent(text: str) -> float:
+    """An option that is a share in percent: above 0, up to 100."""
+    value = number(0.0, 100.0)(text.removesuffix("%"))
+    if value == 0.0:
+        raise argparse.ArgumentTypeError("0 % is nothing; allowed: above 0, up to 100")
+    return value
+
+
+def day(text: str) -> date:
+    """An option that is a day: 2026-12-31."""
+    from datetime import date
+
+    try:
+        return date.fromisoformat(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no day; write it as 2026-12-31") from None
+
+
+def whole(low: int, high: int) -> Callable[[str], int]:
+    """An option that is a whole number in [low, high]."""
+
+    def read(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"{text!r} is no whole number") from None
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {low} to {high}")
+        return value
+
+    return read
+
+
+def rising(low: float, high: float) -> Callable[[str], tuple[float, ...]]:
+    """An option that is numbers in [low, high], apart by commas, none smaller than the one before it."""
+    read_one = number(low, high)
+
+    def read(text: str) -> tuple[float, ...]:
+        values = tuple(read_one(part) for part in text.split(","))
+        if list(values) != sorted(values):
+            raise argparse.ArgumentTypeError(f"{text} falls; write the smaller numbers first")
+        return values
+
+    return read
+
+
+def _scaled(text: str, scales: dict[str, float], unit: str, otherwise: str) -> float:
+    """A number with one of the units in `scales`; without one it is in `otherwise`. Raises for others."""
+    digits = text.rstrip("".join(scales) + "i")
+    name = text[len(digits) :] or otherwise
+    try:
+        value = float(digits) * scales[name]
+    except (ValueError, KeyError):
+        raise argparse.ArgumentTypeError(f"{text!r} is no {unit}; units: {', '.join(scales)}") from None
+    if not 0.0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no {unit}: it must be at least 0, and finite")
+    return value
+
+
+def age(text: str) -> float:
+    """An option that is a time, in seconds: 90s, 10m, 12h, 30d; a number alone is days."""
+    return _scaled(text, {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}, "time", "d")
+
+
+def size(text: str) -> int:
+    """An option that is a number of bytes: 500M (a million each), 2G, 1Ki (1024), or a number alone."""
+    scales = {"B": 1.0}
+    for i, letter in enumerate("KMGT"):
+        scales |= {letter: 1000.0 ** (i + 1), f"{letter}i": 1024.0 ** (i + 1)}
+    return int(_scaled(text, scales, "size", "B"))

@@ -1,1 +1,0 @@
-"""Where bakes run and what they remember: store, workers, publishing, code digests."""

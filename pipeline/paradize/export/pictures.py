@@ -1,0 +1,84 @@
+"""What a standard glTF material shows of our maps: decoded, turned into glTF's channels, written as PNG."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from paradize.data import Texture
+from paradize.formats.png import encode_png
+from paradize.metrics.texels import decode_texels
+from paradize.preview.pictures import rebuilt, to_bytes
+from paradize.preview.shade import to_codes, to_light
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    F32 = npt.NDArray[np.float32]
+
+_ROWS = 256  # decoded at once
+_TOE, _CONTRAST, _SHOULDER = 0.22, 1.33, 0.532  # of shaders/lib/tonemap.glsl
+
+
+def color_png(texture: Texture) -> bytes:
+    """sRGB, with alpha where the format has it."""
+    return encode_png(to_bytes(decode_texels(texture)))
+
+
+def normal_png(texture: Texture) -> bytes:
+    """glTF's tangent-space normals, green up."""
+    return encode_png(to_bytes(rebuilt(decode_texels(texture)[:, :, :2]) * 0.5 + 0.5))
+
+
+def gloss_png(texture: Texture) -> bytes:
+    """G: glTF's roughness, 1 - smoothness, for glTF's alpha is its square as ours is; B: metal, none; A:
+    specular intensity. R is not read."""
+    values = decode_texels(texture)
+    ones = np.ones(values.shape[:2], np.float32)
+    return encode_png(to_bytes(np.dstack([ones, 1.0 - values[:, :, 1], 0.0 * ones, values[:, :, 0]])))
+
+
+def sky_pngs(cube: Texture, exposure: float) -> list[bytes]:
+    """The six faces as the player shows them: exposed, tone mapped, sRGB."""
+    edge = cube.width
+    faces = np.frombuffer(cube.levels[0], np.float16).reshape(6, edge, edge, 4)
+    return [encode_png(to_codes(_tone(face[:, :, :3].astype(np.float32) * exposure))) for face in faces]
+
+
+def ground_light(sand: F32, effect: F32 | None, share: F32, repeat: tuple[float, float]) -> F32:
+    """The ground's colour from above (h, w, 3), linear. share (h, w): how much is sand, the rest is effect.
+    sand, effect: sRGB values of level 0; repeat: how often the sand lies along x and z."""
+    height, width = share.shape
+    rows, columns = (np.arange(n, dtype=np.float32) + 0.5 for n in share.shape)
+    light = to_light(_box(sand, (height / repeat[1], width / repeat[0])))
+    y = (rows / height * repeat[1] % 1.0 * light.shape[0]).astype(np.int64)
+    x = (columns / width * repeat[0] % 1.0 * light.shape[1]).astype(np.int64)
+    out: F32 = light[y[:, None], x[None, :]]
+    if effect is not None:
+        v = (rows / height * effect.shape[0]).astype(np.int64)
+        u = (columns / width * effect.shape[1]).astype(np.int64)
+        out = to_light(effect[v[:, None], u[None, :]]) * (1.0 - share[..., None]) + out * share[..., None]
+    return out
+
+
+def _box(values: F32, texels: tuple[float, float]) -> F32:
+    """Halved, along each axis by itself, while there are twice as many texels as will be shown."""
+    for axis, shown in enumerate(texels):
+        while values.shape[axis] >= 2.0 * shown and values.shape[axis] % 2 == 0:
+            values = 0.5 * (values.take(range(0, values.shape[axis], 2), axis)) + 0.5 * values.take(
+                range(1, values.shape[axis], 2), axis
+            )
+    return values
+
+
+def _tone(light: F32) -> F32:
+    """The player's curve: H. Uchimura, "HDR Theory and Practice", CEDEC 2017."""
+    x = np.clip(light, 0.0, 1e4)
+    toe = _TOE * (np.maximum(x, 1e-6) / _TOE) ** _CONTRAST
+    shoulder = 1.0 - (1.0 - _SHOULDER) * np.exp(-(x - _SHOULDER) / (1.0 - _SHOULDER))
+    near = np.clip(x / _TOE, 0.0, 1.0)
+    low = 1.0 - near * near * (3.0 - 2.0 * near)
+    high = (x >= _SHOULDER).astype(np.float32)
+    out: F32 = np.clip(toe * low + x * (1.0 - low - high) + shoulder * high, 0.0, 1.0)
+    return out

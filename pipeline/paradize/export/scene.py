@@ -1,0 +1,327 @@
+"""`paradize export`: a baked folder as one GLB that Blender, three.js and others open.
+
+Standard glTF has no blend of sand and effect map by height, no water and no sky: the ground's colour is
+joined into one picture, the sea is a plane that lets light through, the sky an unlit cube. Meshes are the
+finest levels and patches that were baked; maps are PNG pictures; the flight is the camera's animation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from paradize.data import ORIGIN, Mesh, Texture, Vec3
+from paradize.documents import SCENE_FILE
+from paradize.errors import BakeError, SourceError
+from paradize.export.flight import flight_keys, quaternion
+from paradize.export.heights import (
+    GROUND_TEXELS,
+    at_least,
+    smoothstep,
+    terrain_heights,
+    under_water,
+)
+from paradize.export.pictures import color_png, gloss_png, ground_light, normal_png, sky_pngs
+from paradize.export.shapes import SKY_FACES, joined, level_quad, quad
+from paradize.files import resolved
+from paradize.formats.glb.bundle import Bundle
+from paradize.formats.glb.reader import decode_glb
+from paradize.formats.glb.tiles import decode_tile
+from paradize.formats.ktx2.reader import decode_ktx2
+from paradize.formats.png import encode_png
+from paradize.formats.scene_manifest import read_entry, read_scene
+from paradize.kinds import BAKED, expecting, require_glb
+from paradize.metrics.texels import decode_texels
+from paradize.preview.shade import to_codes
+from paradize.store.atomic import write_whole
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    F32 = npt.NDArray[np.float32]
+
+MOST_BYTES = (1 << 32) - 1  # a GLB's own limit
+_SPECULAR = "KHR_materials_specular"
+_UNLIT = "KHR_materials_unlit"
+_SEA_ALPHA = 0.35  # the ground below is as dark already as its depth makes it
+
+
+@dataclass
+class Exported:
+    """What was written. errors: of the camera's keys, and of artifacts what the manifest tells; notes: what
+    the scene has and the file has not."""
+
+    file: Path
+    bytes: int = 0
+    triangles: int = 0
+    pictures: int = 0
+    errors: dict[str, float] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+def export(folder: Path, out: Path) -> Exported:
+    """Writes the scene baked in `folder` (or its scene.json) to the GLB `out`. Raises SourceError or
+    FormatError where the folder holds no sound scene, BakeError where the file cannot be written, is the
+    scene's own or no .glb by its name, or would be too large."""
+    require_glb(out)
+    with expecting(BAKED, folder):
+        work = _Export(folder)
+    if work.holds(out):
+        raise BakeError("is a file of the baked scene itself", file=out, mend="name another file with -o")
+    work.sky()
+    work.terrain()
+    work.water()
+    for item in work.manifest["objects"]:
+        work.objects(item)
+    work.light()
+    work.flight()
+    done = Exported(out, errors=work.errors, notes=work.notes)
+    done.triangles, done.pictures = work.triangles, len(work.bundle.images)
+    data = work.bundle.encoded({"scene": work.manifest["name"], "errors": work.errors})
+    if len(data) > MOST_BYTES:
+        mend = "bake the scene with coarser maps or a larger max_error_m"
+        raise BakeError(f"would have {len(data)} bytes, a GLB has at most {MOST_BYTES}", file=out, mend=mend)
+    write_whole(out, data)
+    done.bytes = len(data)
+    return done
+
+
+class _Export:
+    """A scene on its way into a bundle."""
+
+    def __init__(self, folder: Path) -> None:
+        path = folder if folder.name == SCENE_FILE else folder / SCENE_FILE
+        self.folder = path.parent
+        with _reading(path):
+            self.manifest = read_scene(path)
+        self.keys = flight_keys(self.manifest["flight"])
+        self.bundle = Bundle(self.manifest["name"])
+        self.triangles = 0
+        self.errors: dict[str, float] = {}
+        self.notes: list[str] = []
+
+    def holds(self, path: Path) -> bool:
+        """Whether a path is one of the scene's own files."""
+        names = {artifact["file"] for artifact in self.manifest["artifacts"].values()}
+        return path.name in names and resolved(path.parent) == resolved(self.folder)
+
+    def sky(self) -> None:
+        sky = self.manifest["sky"]
+        if not sky:
+            return
+        pngs = sky_pngs(self._texture(sky["cubemap"]), self.manifest["exposure"])
+        half = 0.57 * self.manifest["flight"]["far_m"]  # its corners are nearer than the far plane
+        for name, png, (right, down, ahead) in zip(SKY_FACES, pngs, SKY_FACES.values(), strict=True):
+            texture = {"index": self.bundle.texture(f"sky {name}", png, repeat=False)}
+            look = {"baseColorTexture": texture, "metallicFactor": 0.0}
+            material = self.bundle.material(
+                f"sky {name}", pbrMetallicRoughness=look, doubleSided=True, extensions={_UNLIT: {}}
+            )
+            mesh = quad(*(half * np.array(axis, np.float32) for axis in (ahead, right, down)))
+            self._place(f"sky {name}", mesh, {"": material}, self.keys.origin)
+
+    def terrain(self) -> None:
+        ground = self.manifest["terrain"]
+        if not ground:
+            return
+        meshes: dict[str, Mesh] = {}
+        for name in ground["tiles"]:
+            tile = decode_tile(self._read(name), name)
+            if finest := [patch.mesh for patch in tile if patch.finest]:  # else finer ones replace all of it
+                meshes[name] = joined(finest)
+        effect = decode_texels(self._texture(ground["effect_color"])) if ground["effect_color"] else None
+        shape = (GROUND_TEXELS, GROUND_TEXELS) if effect is None else at_least(effect.shape[:2])
+        heights = terrain_heights(list(meshes.values()), shape)
+        share = np.ones(shape, np.float32)
+        if effect is not None:
+            share = smoothstep(heights, ground["mix_low_m"], ground["mix_high_m"])
+        sand = decode_texels(self._texture(ground["sand_color"]))
+        size_x, size_z = ground["size_m"]
+        repeat = ground["sand_repeat"], ground["sand_repeat"] * size_z / size_x
+        light = ground_light(sand[:, :, :3], None if effect is None else effect[:, :, :3], share, repeat)
+        if water := self.manifest["water"]:
+            light = under_water(light, heights, water)
+        png = encode_png(to_codes(light))
+        color = {"index": self.bundle.texture("ground colour", png, repeat=False), "texCoord": 1}
+        look = {
+            "baseColorTexture": color,
+            "metallicFactor": 0.0,
+            "roughnessFactor": 1.0 - ground["smoothness"],
+        }
+        parts: dict[str, Any] = {"pbrMetallicRoughness": look}
+        if ground["effect_normal"]:
+            png = normal_png(self._texture(ground["effect_normal"]))
+            index = self.bundle.texture("ground normal", png, repeat=False)
+            parts["normalTexture"] = {"index": index, "texCoord": 1}
+        parts["extensions"] = {_SPECULAR: {"specularFactor": min(1.0, ground["specular"])}}
+        material = self.bundle.material("ground", **parts)
+        for name, mesh in meshes.items():
+            self._place(name, mesh, {"": material})
+        if water:
+            self._sea_floor(ground["height_range_m"][0], water)
+        self.notes.append("the sand's pattern is as fine as the ground's picture; wet sand is as dry sand")
+        self._note_errors(ground["tiles"])
+
+    def _sea_floor(self, low_m: float, water: dict[str, Any]) -> None:
+        """Around the terrain, as dark as its deepest places."""
+        dark = np.zeros((1, 1, 3), np.float32)
+        deep = under_water(dark, np.full((1, 1), low_m, np.float32), water)[0, 0]
+        look = {"baseColorFactor": [*(float(x) for x in deep), 1.0], "metallicFactor": 0.0}
+        material = self.bundle.material("sea floor", pbrMetallicRoughness=look)
+        self._place("sea floor", level_quad(low_m - 0.05, water["size_m"]), {"": material})
+
+    def water(self) -> None:
+        water = self.manifest["water"]
+        if not water:
+            return
+        look = {
+            "baseColorFactor": [*water["shallow_color"], _SEA_ALPHA],
+            "metallicFactor": 0.0,
+            "roughnessFactor": max(0.02, 1.0 - water["smoothness"]),
+        }
+        png = normal_png(self._texture(water["normal"]))
+        normal = {"index": self.bundle.texture("waves", png, repeat=True), "scale": 0.3}
+        parts = {"alphaMode": "BLEND", "doubleSided": True, "normalTexture": normal}
+        material = self.bundle.material("water", pbrMetallicRoughness=look, **parts)
+        mesh = level_quad(water["level_m"], water["size_m"], float(water["tile"]))
+        self._place("water", mesh, {"": material})
+        self.notes.append("the sea is a plane: it neither moves, nor mirrors, nor bends light")
+
+    def objects(self, item: dict[str, Any]) -> None:
+        pictures = self._pictures(item)
+        materials = {name: self._material(item, name, pictures) for name in item["materials"]}
+        lod = decode_glb(self._read(item["mesh"]), item["mesh"])[0]
+        names = {group.material for group in lod.mesh.groups}
+        materials |= {name: self._material(item, name, pictures) for name in names - materials.keys()}
+        mesh = self.bundle.mesh(item["name"], lod.mesh, materials)
+        for k, instance in enumerate(item["instances"]):
+            half = 0.5 * instance["yaw_rad"]
+            name = item["name"] if len(item["instances"]) == 1 else f"{item['name']} {k + 1}"
+            self.bundle.node(
+                name,
+                mesh=mesh,
+                translation=_standing(instance, lod.mesh.origin),
+                rotation=[0.0, math.sin(half), 0.0, math.cos(half)],
+                scale=[instance["scale"]] * 3,
+            )
+            self.triangles += len(lod.mesh.triangles)
+        if item["height"]:
+            self.notes.append(f"{item['name']}: glTF has no parallax; its height map is left out")
+
+    def light(self) -> None:
+        sun = self.manifest["sun"]
+        back = np.array(sun["direction"], np.float64)
+        back /= np.linalg.norm(back)
+        up = np.array([0.0, 0.0, -1.0]) if abs(back[1]) > 0.999 else np.array([0.0, 1.0, 0.0])
+        right = np.cross(up, back)
+        right /= np.linalg.norm(right)
+        turn = quaternion(np.stack([right, np.cross(back, right), back], axis=1))
+        most = max(1e-6, *sun["color"])
+        red, green, blue = (float(channel / most) for channel in sun["color"])
+        self.bundle.sun("sun", (red, green, blue), sun["intensity"] * most, [float(x) for x in turn])
+        self.notes.append(
+            "glTF has no light from all around: give the viewer an environment, or an ambient light"
+        )
+        for key, what in (("particles", "particles"), ("sound", "sound")):
+            if self.manifest[key]:
+                self.notes.append(f"glTF has no {what}")
+
+    def flight(self) -> None:
+        path = self.manifest["flight"]
+        width, height = self.manifest["viewport"]
+        node = self.bundle.camera(
+            "camera",
+            aspect=width / height,
+            fov_rad=path["fov_rad"],
+            near_m=path["near_m"],
+            far_m=path["far_m"],
+        )
+        keys = self.keys
+        self.bundle.nodes[node] |= {
+            "translation": [float(x) for x in keys.places[0]],
+            "rotation": [float(x) for x in keys.turns[0]],
+        }
+        self.bundle.movement("flight", node, keys.times_s, keys.places, keys.turns)
+        if keys.origin != ORIGIN:  # keys are float32, a node's numbers are not
+            self.bundle.node("camera's place", translation=list(keys.origin), children=[node])
+        self.errors |= keys.errors
+
+    def _pictures(self, item: dict[str, Any]) -> dict[str, int]:
+        """The object's maps as textures, by kind."""
+        found = {}
+        for kind, encode in (("color", color_png), ("normal", normal_png), ("gloss", gloss_png)):
+            if item[kind]:
+                png = encode(self._texture(item[kind]))
+                found[kind] = self.bundle.texture(f"{item['name']} {kind}", png, repeat=item["repeat"])
+                self._note_errors([item[kind]])
+        self._note_errors([item["mesh"]])
+        return found
+
+    def _material(self, item: dict[str, Any], name: str, pictures: dict[str, int]) -> int:
+        told = item["materials"].get(name, {"color": [1.0, 1.0, 1.0], "specular": 0.0, "smoothness": 0.0})
+        look: dict[str, Any] = {"baseColorFactor": [*told["color"], 1.0], "metallicFactor": 0.0}
+        parts: dict[str, Any] = {"pbrMetallicRoughness": look}
+        if "color" in pictures:
+            look["baseColorTexture"] = {"index": pictures["color"]}
+        if "normal" in pictures:
+            parts["normalTexture"] = {"index": pictures["normal"]}
+        # Ours reflects 0.08 of the specular intensity where one looks straight, glTF 0.04 of the factors.
+        shine: dict[str, Any] = {"specularColorFactor": [2.0 * told["specular"]] * 3}
+        if "gloss" in pictures and told["specular"] > 0.0:
+            look["metallicRoughnessTexture"] = {"index": pictures["gloss"]}
+            shine["specularTexture"] = {"index": pictures["gloss"]}
+        else:
+            look["roughnessFactor"] = 1.0 - told["smoothness"]
+        parts["extensions"] = {_SPECULAR: shine}
+        if told.get("two_sided"):
+            parts["doubleSided"] = True
+        if told.get("alpha_cutoff", 0.0) > 0.0:
+            parts |= {"alphaMode": "MASK", "alphaCutoff": told["alpha_cutoff"]}
+        return self.bundle.material(f"{item['name']} {name}".strip(), **parts)
+
+    def _place(self, name: str, mesh: Mesh, materials: dict[str, int], at: Vec3 = ORIGIN) -> None:
+        stand = {} if at == ORIGIN else {"translation": list(at)}
+        self.bundle.node(name, mesh=self.bundle.mesh(name, mesh, materials), **stand)
+        self.triangles += len(mesh.triangles)
+
+    def _note_errors(self, names: list[str]) -> None:
+        """What the manifest says of these artifacts, the finest level alone."""
+        for name in names:
+            artifact = self.manifest["artifacts"][name]
+            for metric in ("terrain_max_m", "color_psnr_db", "normal_p99_deg"):
+                if metric in artifact["errors"]:
+                    self.errors[f"{name} {metric}"] = artifact["errors"][metric]
+
+    def _texture(self, name: str) -> Texture:
+        return decode_ktx2(self._read(name), name)
+
+    def _file(self, name: str) -> Path:
+        return self.folder / str(self.manifest["artifacts"][name]["file"])
+
+    def _read(self, name: str) -> bytes:
+        with _reading(self._file(name)):
+            return read_entry(self.folder, self.manifest["artifacts"][name])
+
+
+def _standing(instance: dict[str, Any], origin: Vec3) -> list[float]:
+    """Where an instance of a mesh that is counted from `origin` stands: turned, scaled, moved, in float64."""
+    (x, y, z), s = origin, instance["scale"]
+    sine, cosine = math.sin(instance["yaw_rad"]), math.cos(instance["yaw_rad"])
+    turned = (x * cosine + z * sine, y, z * cosine - x * sine)
+    return [float(p) + s * t for p, t in zip(instance["position"], turned, strict=True)]
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    """Raises SourceError where a file of the scene cannot be read."""
+    try:
+        yield
+    except OSError as error:
+        what = f"cannot be read: {error.strerror or error}"
+        raise SourceError(what, file=path, mend="bake the scene again") from None

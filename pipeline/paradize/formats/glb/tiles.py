@@ -1,0 +1,222 @@
+"""GLB tiles of a terrain: a node a patch, written as they fill and read back strictly (see FORMAT.md).
+
+Source: The Khronos Group, "glTF 2.0 Specification", 2021.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from paradize.data import Mesh, QuantizationGrid, QuantizedValues
+from paradize.errors import BakeError
+from paradize.formats.glb.codes import decoded
+from paradize.formats.glb.layout import (
+    ATTRIBUTES,
+    CODED,
+    FLOAT,
+    QUANTIZATION,
+    SHAPES,
+    U16,
+)
+from paradize.formats.glb.reader import Reader, lattice_of
+from paradize.formats.glb.writer import MAX_U16_VERTICES, Writer, joined, placement
+
+TILE_BYTES = 64_000_000  # a tile's limit
+_TABLES = 1800  # bytes of JSON for a patch, at most
+_HEAD = 1000
+_ALIKE = "patches of one terrain lie on one lattice, with codes of the same types, or none does"
+_COLUMNS = tuple(entry for entry in ATTRIBUTES if entry[0] != "COLOR_0")
+
+
+@dataclass(frozen=True)
+class TilePatch:
+    """index: the patch's row in scene.json. error_m: measured. finest: whether nothing finer replaces it.
+    codes: its vertices as the file shall hold them, of one lattice in a terrain; None: as floats."""
+
+    index: int
+    mesh: Mesh
+    error_m: float
+    finest: bool
+    codes: QuantizedValues | None = None
+
+
+# What all patches of a tile share: the lattice and its attributes' types; None: floats.
+_Layout = tuple[QuantizationGrid, tuple[str, ...]] | None
+
+
+def _layout(patch: TilePatch) -> _Layout:
+    codes = patch.codes
+    if codes is None:
+        return None
+    columns = (getattr(codes, attribute) for _, attribute, _ in _COLUMNS)
+    return codes.lattice, tuple("" if values is None else str(values.dtype) for values in columns)
+
+
+def encode_tiles(patches: Iterable[TilePatch], limit: int = TILE_BYTES) -> Iterator[tuple[bytes, list[int]]]:
+    """Packs patches in their order into tiles of at most `limit` bytes, or of one patch; gives each tile's
+    bytes and the indices of its patches as soon as it is full. Raises BakeError on a mesh that lacks an
+    attribute, has numbers that are not finite, or too many vertices."""
+    tile = _Tile()
+    for patch in patches:
+        _require_sound(patch)
+        size = 56 * len(patch.mesh.positions) + 2 * patch.mesh.triangles.size + 16 * (len(_COLUMNS) + 1)
+        if tile.indices and tile.size + size + _TABLES > limit:
+            yield tile.encoded(), tile.indices
+            tile = _Tile()
+        tile.add(patch)
+    if tile.indices:
+        yield tile.encoded(), tile.indices
+
+
+def _require_sound(patch: TilePatch) -> None:
+    mesh, name = patch.mesh, f"patch{patch.index}"
+    count = len(mesh.positions)
+    if not 0 < count < MAX_U16_VERTICES or not len(mesh.triangles) or int(mesh.triangles.max()) >= count:
+        raise BakeError(f"{len(mesh.triangles)} triangles of {count} vertices do not fit", place=name)
+    for _, attribute, shape in _COLUMNS:
+        values = getattr(mesh, attribute)
+        if values is None and attribute == "tangents":
+            continue
+        if values is None or values.shape != (count, SHAPES[shape]) or not np.isfinite(values).all():
+            raise BakeError(f"{attribute} is missing or not finite", place=name)
+    if mesh.colors is not None:
+        raise BakeError("a terrain has no vertex colours", place=name)
+
+
+@dataclass
+class _Tile:
+    """A tile while it fills."""
+
+    writer: Writer = field(default_factory=Writer)
+    indices: list[int] = field(default_factory=list)
+    nodes: list[dict[str, Any]] = field(default_factory=list)
+    meshes: list[dict[str, Any]] = field(default_factory=list)
+    finest: list[int] = field(default_factory=list)
+    layouts: set[_Layout] = field(default_factory=set)
+
+    @property
+    def size(self) -> int:
+        """At least as many as it has now."""
+        return len(self.writer.binary) + _TABLES * len(self.indices) + _HEAD
+
+    def add(self, patch: TilePatch) -> None:
+        if patch.finest:
+            self.finest.append(len(self.nodes))
+        attributes = self.writer.vertices(patch.mesh, patch.codes)
+        view, component, _ = self.writer.indices(patch.mesh)
+        corners = self.writer.accessor(view, component, patch.mesh.triangles.size, "SCALAR")
+        name = f"patch{patch.index}"
+        self.layouts.add(_layout(patch))
+        if len(self.layouts) > 1:
+            raise BakeError(_ALIKE, place=name)
+        place = placement(patch.mesh.origin, patch.codes.lattice if patch.codes else None)
+        extras = {"error_m": patch.error_m}
+        self.nodes.append({"name": name, "mesh": len(self.meshes), **place, "extras": extras})
+        primitive = {"attributes": attributes, "indices": corners, "material": 0}
+        self.meshes.append({"name": name, "primitives": [primitive]})
+        self.indices.append(patch.index)
+
+    def encoded(self) -> bytes:
+        scene: dict[str, Any] = {"name": "terrain"}
+        if self.finest:
+            scene["nodes"] = self.finest
+        binary = self.writer.binary
+        binary += b"\0" * (-len(binary) % 4)
+        used = [QUANTIZATION] if self.layouts - {None} else []
+        extensions = {"extensionsRequired": used, "extensionsUsed": used} if used else {}
+        document = {
+            "asset": {"version": "2.0", "generator": "paradize"},
+            **extensions,
+            "scene": 0,
+            "scenes": [scene],
+            "nodes": self.nodes,
+            "meshes": self.meshes,
+            "materials": [{"name": "terrain"}],
+            "accessors": self.writer.accessors,
+            "bufferViews": self.writer.views,
+            "buffers": [{"byteLength": len(binary)}],
+        }
+        text = json.dumps(document, separators=(",", ":"), allow_nan=False).encode()
+        return joined(text, binary)
+
+
+def decode_tile(data: bytes, file: object = None) -> list[TilePatch]:
+    """Reads a tile's patches in the order of its nodes. Raises FormatError, with the byte offset or the JSON
+    pointer of the place, on anything that encode_tiles does not write."""
+    reader = Reader(data, file)
+    if len(data) > TILE_BYTES:
+        raise reader.fault(f"{len(data)} bytes, a tile has at most {TILE_BYTES}", "byte 0")
+    nodes = reader.get(reader.document, "", "nodes", list)
+    scenes = reader.get(reader.document, "", "scenes", list)
+    shown = scenes[0].get("nodes", []) if len(scenes) == 1 and isinstance(scenes[0], dict) else None
+    if not isinstance(shown, list) or any(type(at) is not int for at in shown):
+        raise reader.fault("one scene with a list of nodes expected", "/scenes")
+    if not nodes or sorted(set(shown)) != shown or (shown and not 0 <= shown[0] <= shown[-1] < len(nodes)):
+        raise reader.fault("rising indices of nodes expected", "/scenes/0/nodes")
+    finest = set(shown)
+    patches = [_read_patch(reader, at, at in finest) for at in range(len(nodes))]
+    if len({_layout(patch) for patch in patches}) > 1:
+        raise reader.fault(_ALIKE, "/nodes")
+    if len({patch.mesh.tangents is None for patch in patches}) > 1:
+        raise reader.fault("all patches have tangents, or none", "/meshes")
+    required = [] if patches[0].codes is None else [QUANTIZATION]
+    if reader.get(reader.document, "", "extensionsRequired", list, []) != required:
+        raise reader.fault(f"{required} expected", "/extensionsRequired")
+    for at in range(1, len(patches)):
+        if patches[at].index != patches[at - 1].index + 1:
+            raise reader.fault("patches stand in their order, without gaps", f"/nodes/{at}/name")
+    return patches
+
+
+def _read_patch(reader: Reader, at: int, finest: bool) -> TilePatch:
+    where = f"/nodes/{at}"
+    node = reader.item("nodes", at, where)
+    name = reader.get(node, where, "name", str)
+    number = name.removeprefix("patch")
+    if name == number or not (number.isascii() and number.isdigit()) or len(number) > 9:
+        raise reader.fault(f"{name[:40]!r}, expected 'patch' and a number", f"{where}/name")
+    if node.keys() - {"translation", "scale"} != {"name", "mesh", "extras"}:
+        raise reader.fault(f"{sorted(node)!r:.80}, expected name, mesh and extras", where)
+    error_m = reader.get(node, where, "extras", dict).get("error_m")
+    if isinstance(error_m, bool) or not isinstance(error_m, int | float) or not 0 <= error_m < float("inf"):
+        raise reader.fault(f"{str(error_m)[:40]}, expected a number from 0", f"{where}/extras/error_m")
+    place = f"/meshes/{reader.get(node, where, 'mesh', int)}"
+    entry = reader.item("meshes", node["mesh"], f"{where}/mesh")
+    primitives = reader.get(entry, place, "primitives", list)
+    if len(primitives) != 1:
+        raise reader.fault(f"{len(primitives)} primitives, expected one", f"{place}/primitives")
+    place += "/primitives/0"
+    keys = reader.get(primitives[0], place, "attributes", dict)
+    known = {key for key, _, _ in _COLUMNS}
+    if not known - {"TANGENT"} <= keys.keys() <= known:
+        raise reader.fault(f"attributes {sorted(keys)!r:.80}", f"{place}/attributes")
+    arrays: dict[str, Any] = {}
+    for key, attribute, shape in _COLUMNS:
+        if key not in keys:
+            continue
+        components, normalized = CODED[key]
+        values = reader.accessor(
+            keys[key], f"{place}/attributes/{key}", shape, (FLOAT, *components), normalized
+        )
+        if not np.isfinite(values).all():
+            raise reader.fault(f"{key} is not finite", f"{place}/attributes/{key}")
+        arrays[attribute] = np.ascontiguousarray(values, values.dtype.newbyteorder("="))
+    count = len(arrays["positions"])
+    indices = reader.accessor(primitives[0].get("indices"), f"{place}/indices", "SCALAR", (U16,))
+    if any(len(values) != count for values in arrays.values()) or not count < MAX_U16_VERTICES:
+        raise reader.fault(f"{count} vertices, and not as many of each attribute", f"{place}/attributes")
+    if len(indices) % 3 or int(indices.max()) >= count:
+        raise reader.fault(f"{len(indices)} indices below {count} expected, three each", f"{place}/indices")
+    lattice = lattice_of(reader, node, where, arrays["positions"].dtype != np.float32)
+    codes = None if lattice is None else QuantizedValues(lattice, **arrays)
+    if codes is not None:
+        arrays = decoded(codes)
+    elif any(values.dtype != np.float32 for values in arrays.values()):
+        raise reader.fault("codes beside positions that are floats", f"{place}/attributes")
+    mesh = Mesh(**arrays, triangles=indices.astype(np.uint32).reshape(-1, 3))
+    return TilePatch(int(number), mesh, float(error_m), finest, codes)

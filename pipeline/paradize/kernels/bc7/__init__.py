@@ -1,0 +1,40 @@
+"""Checked numpy face of the BC7 encoder. Wrong shapes and types raise ValueError."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.kernels.bc7 import _bc7
+from paradize.kernels.threads import default_threads
+
+THREADS = default_threads(2)
+
+Quality = Literal["fast", "balanced", "exact"]
+QUALITIES: dict[str, int] = {"fast": 0, "balanced": 1, "exact": 2}
+
+
+def encode_bc7(
+    rgba: npt.NDArray[np.uint8],
+    *,
+    quality: Quality = "balanced",
+    alpha_weight: float = 1.0,
+    threads: int = THREADS,
+) -> bytes:
+    """(h, w, 4) uint8, straight alpha -> 16 bytes per 4 x 4 block, row by row.
+
+    The last row and column repeat beyond an edge that four does not divide. Bands of a whole number of rows
+    of blocks may be encoded one by one. What is made small is the squared error of the codes over all four
+    channels, where alpha's counts alpha_weight (1 to 64) times. A block that is opaque everywhere stays so,
+    and a block of one colour is exact.
+    """
+    if rgba.dtype != np.uint8 or rgba.ndim != 3 or rgba.shape[2] != 4 or rgba.size == 0:
+        raise ValueError(f"rgba has shape {rgba.shape} of {rgba.dtype}")
+    if quality not in QUALITIES:
+        raise ValueError(f"quality is {quality!r}; there are {', '.join(QUALITIES)}")
+    blocks = ((rgba.shape[0] + 3) // 4) * ((rgba.shape[1] + 3) // 4)
+    out = np.empty(16 * blocks, np.uint8)
+    _bc7.encode(np.ascontiguousarray(rgba), QUALITIES[quality], alpha_weight, out, threads)
+    return out.tobytes()

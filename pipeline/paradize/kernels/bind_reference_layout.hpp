@@ -1,6 +1,0 @@
-// The part of module _reference that bind_reference_layout.cpp defines.
-#pragma once
-
-#include <nanobind/nanobind.h>
-
-void bind_reference_layout(nanobind::module_ &m);

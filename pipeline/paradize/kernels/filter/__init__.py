@@ -1,0 +1,102 @@
+"""Checked numpy face of the derivative filters' kernels. Inputs are left alone.
+
+Heights are (h, w) float32 and finite. Wrong shapes and types raise ValueError: they are faults of the
+program, not of a source file. Results do not depend on `threads`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.kernels.filter import _filter
+from paradize.kernels.threads import default_threads
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+F32 = npt.NDArray[np.float32]
+F64 = npt.NDArray[np.float64]
+I32 = npt.NDArray[np.int32]
+
+REACH = 16  # texels to each side that the longest filter reads
+THREADS = default_threads(2)
+
+
+def _plane(array: npt.NDArray[Any]) -> F32:
+    if array.dtype != np.float32 or array.ndim != 2 or array.size == 0:
+        raise ValueError(f"heights are {array.dtype} of shape {array.shape}, not (h, w) float32")
+    return np.ascontiguousarray(array)
+
+
+def spectral_slopes(heights: F32, *, threads: int = THREADS) -> tuple[F32, F32]:
+    """Slopes (h, w) float32 along x and down y, in heights per texel, of heights that repeat both ways.
+
+    Exact for every wavelength above two texels; what alternates from texel to texel has slope zero.
+    """
+    heights = _plane(heights)
+    dx, dy = np.empty_like(heights), np.empty_like(heights)
+    _filter.spectral_slopes(heights, dx, dy, threads)
+    return dx, dy
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What filters would err by on a map: root mean square errors of the slope, in heights per texel.
+
+    errors: one per filter; spectral: the spectral derivative's. step: the distance between neighbouring
+    values that the map was found to have, 0 for none. repeats: whether it goes on over its wrapped edges as
+    it does within.
+    """
+
+    errors: tuple[float, ...]
+    spectral: float
+    step: float
+    repeats: bool
+
+
+def predict_errors(
+    heights: F32,
+    filters: Sequence[tuple[F64, F64]],
+    *,
+    source_bits: int,
+    wrap: tuple[bool, bool],
+    islands: I32 | None = None,
+    codes: F32 | None = None,
+) -> Prediction:
+    """The errors of filters (derivative (r,), smooth (s + 1,)), r and s up to REACH, on the heights.
+
+    source_bits: 8, 16 or 32, of the file. islands: (h, w) int32: no patch that is looked at lies on two.
+    codes: (n,) float32, rising: the heights that the source's codes stand for, as greys; None: not known.
+    """
+    heights = _plane(heights)
+    if islands is None:
+        islands = np.empty((0,), np.int32)
+    elif islands.shape != heights.shape or islands.dtype != np.int32:
+        raise ValueError(f"islands have shape {islands.shape} of {islands.dtype}; heights {heights.shape}")
+    codes = np.empty(0, np.float32) if codes is None else codes
+    if codes.dtype != np.float32 or codes.ndim != 1:
+        raise ValueError(f"codes are {codes.dtype} of shape {codes.shape}, not (n,) float32")
+    derivatives = np.zeros((len(filters), REACH))
+    smooths = np.zeros((len(filters), REACH + 1))
+    for row, (derivative, smooth) in enumerate(filters):
+        derivatives[row, : len(derivative)] = derivative
+        smooths[row, : len(smooth)] = smooth
+    errors, spectral, step, repeats = _filter.predict_errors(
+        heights, np.ascontiguousarray(islands), source_bits, wrap[0], wrap[1], derivatives, smooths, codes
+    )
+    roots = tuple(float(root) for root in np.sqrt(np.maximum(np.array(errors), 0.0)))
+    return Prediction(roots, float(np.sqrt(spectral)), float(step), bool(repeats))
+
+
+def destep(heights: F32, *, step: float, wrap: tuple[bool, bool], threads: int = THREADS) -> F32:
+    """Heights within step / 2 of the given ones, exactly, that bend as little as that allows."""
+    heights = _plane(heights)
+    if not step > 0.0:
+        raise ValueError(f"a step of {step} is not positive")
+    out = np.empty_like(heights)
+    _filter.destep(heights, step, wrap[0], wrap[1], out, threads)
+    return out

@@ -1,0 +1,126 @@
+"""Checked numpy face of the gutter kernels: which islands touch, how far they are apart, what bleeds.
+
+Maps are (h, w), row 0 at the top. Wrong shapes and types raise ValueError. Results do not depend on
+`threads`. Method: gutter/walk.hpp.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.kernels.gutter import _gutter
+from paradize.kernels.threads import default_threads
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+F32 = npt.NDArray[np.float32]
+I32 = npt.NDArray[np.int32]
+
+KINDS = ("value", "color", "normal")
+THREADS = default_threads(2)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Level 0's texels. inside: (h, w) bool, a triangle touches the texel. source: (h, w) int32, flat index
+    of the nearest inside texel. owner: (h, w) int32 >= 0, the island of that texel. repeat: whether samples
+    beyond the edge come from the other side."""
+
+    inside: npt.NDArray[np.bool_]
+    source: I32
+    owner: I32
+    repeat: bool
+
+    def arrays(self) -> tuple[npt.NDArray[np.uint8], I32, I32, bool]:
+        """As the kernels take them. Raises ValueError for arrays that do not fit each other."""
+        shape = self.inside.shape
+        if len(shape) != 2 or self.source.shape != shape or self.owner.shape != shape:
+            raise ValueError(f"inside {shape}, source {self.source.shape}, owner {self.owner.shape}")
+        return (
+            np.ascontiguousarray(self.inside, np.uint8),
+            np.ascontiguousarray(self.source, np.int32),
+            np.ascontiguousarray(self.owner, np.int32),
+            self.repeat,
+        )
+
+    @cached_property
+    def borders(self) -> _gutter.Borders:
+        """Where the islands end, found once: every walk begins there."""
+        return _gutter.Borders(*self.arrays())
+
+
+@dataclass(frozen=True)
+class Bleed:
+    """What one level's walk found, as shares of the range (0..1). worst: of any sample, from the border texel
+    (x, y) of level 0; p99, mean: of the island that fares worst; all_p99: of all samples together. own: how
+    much of the worst sample is its own island's."""
+
+    mean: float
+    p99: float
+    all_p99: float
+    worst: float
+    x: int
+    y: int
+    island: int
+    samples: int
+    own: float
+
+
+def linear_light(values: F32) -> F32:
+    """Encoded sRGB -> linear light, any shape, within 1e-6; what lies outside 0..1 is taken as its end."""
+    values = np.ascontiguousarray(values, np.float32)
+    result = np.empty_like(values)
+    _gutter.linear_light(values, result)
+    return result
+
+
+def touching(ids: I32, count: int, *, repeat: bool) -> I32:
+    """A name (count,) for each island of ids (h, w; -1 outside, below count): one name for islands between
+    which no whole texel lies, directly or through others."""
+    if ids.ndim != 2 or ids.size == 0:
+        raise ValueError(f"ids have shape {ids.shape}")
+    names = np.empty((count,), np.int32)
+    _gutter.touching(np.ascontiguousarray(ids, np.int32), count, repeat, names)
+    return names
+
+
+def smallest_gap(layout: Layout) -> tuple[float, int, int]:
+    """(texels between the two islands that are nearest to each other, the flat indices of the texels that
+    face each other); (-1, -1, -1) where there is one island."""
+    gap, a, b = _gutter.smallest_gap(*layout.arrays())
+    return float(gap), int(a), int(b)
+
+
+def walk(
+    levels: Sequence[F32],
+    kind: str,
+    layout: Layout,
+    reach: npt.NDArray[np.float64],
+    *,
+    threads: int = THREADS,
+) -> list[Bleed]:
+    """What samples along the islands' borders see of others, for each level given.
+
+    levels: (h, w, c) float32 each, the finest first, as many of a mip chain as are to be walked. kind:
+    "value", "color" (linear light, 3 channels or 4 with alpha) or "normal" (x, y). reach: (islands,)
+    float64, how far beyond its border samples of an island may go, as a share of the map's sides; negative:
+    not walked.
+    """
+    result = np.empty((len(levels), 9), np.float64)
+    layout.borders.walk(
+        [np.ascontiguousarray(level, np.float32) for level in levels],
+        KINDS.index(kind),
+        np.ascontiguousarray(reach, np.float64),
+        result,
+        threads,
+    )
+    return [
+        Bleed(row[0], row[1], row[2], row[3], int(row[4]), int(row[5]), int(row[6]), int(row[7]), row[8])
+        for row in result.tolist()
+    ]

@@ -1,0 +1,16 @@
+"""Native gutter kernels; gutter is their checked face. A call writes the array named result or names."""
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy.typing as npt
+
+Array: TypeAlias = npt.NDArray[Any]
+
+def linear_light(values: Array, result: Array) -> None: ...
+def touching(ids: Array, count: int, repeat: bool, names: Array) -> None: ...
+def smallest_gap(inside: Array, source: Array, owner: Array, repeat: bool) -> tuple[float, int, int]: ...
+
+class Borders:
+    def __init__(self, inside: Array, source: Array, owner: Array, repeat: bool) -> None: ...
+    def walk(self, levels: Sequence[Array], kind: int, reach: Array, result: Array, threads: int) -> None: ...

@@ -1,0 +1,256 @@
+"""Checked numpy face of the map kernels. Functions return new arrays; only `balance` changes its inputs.
+
+Images are (h, w, c) float32 or (h, w) float32 planes, row 0 at the top. Wrong shapes and types raise
+ValueError: they are faults of the program, not of a source file. Results do not depend on `threads`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.kernels.maps import _maps
+from paradize.kernels.threads import default_threads
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+F32 = npt.NDArray[np.float32]
+I32 = npt.NDArray[np.int32]
+
+THREADS = default_threads(2)
+
+
+def _f32(array: npt.NDArray[Any], *, shape: Sequence[int | None], name: str) -> F32:
+    """`array` as contiguous float32; its shape must match, None stands for any size of at least 1."""
+    if array.dtype != np.float32:
+        raise ValueError(f"{name} is {array.dtype}, not float32")
+    if array.ndim != len(shape) or array.size == 0:
+        raise ValueError(f"{name} has shape {array.shape}")
+    if any(want is not None and want != have for want, have in zip(shape, array.shape, strict=True)):
+        raise ValueError(f"{name} has shape {array.shape}, not {tuple(shape)}")
+    return np.ascontiguousarray(array)
+
+
+_CODES = (np.uint8, np.uint16, np.float32)
+
+
+def _texels(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """(h, w, 1..4) uint8, uint16 or float32, contiguous."""
+    if values.dtype not in _CODES or values.ndim != 3 or values.size == 0 or values.shape[2] > 4:
+        raise ValueError(f"texels have shape {values.shape} of {values.dtype}")
+    return np.ascontiguousarray(values)
+
+
+def linear_light(values: npt.NDArray[Any], *, encoded: bool, threads: int = THREADS) -> F32:
+    """Codes or floats (h, w, 1..4) -> linear light (h, w, c); alpha, the last of 2 or 4, is not transformed.
+
+    encoded: colour is sRGB, else linear already. Codes are shares of their largest.
+    """
+    values = _texels(values)
+    out = np.empty(values.shape, np.float32)
+    _maps.linear_light(values, values.shape[2], encoded, out, threads)
+    return out
+
+
+def halved_light(codes: npt.NDArray[np.uint8], *, threads: int = THREADS) -> F32:
+    """sRGB codes (h, w, 1..4) uint8, h and w even -> linear means of 2 x 2 texels, weighted by alpha."""
+    if codes.dtype != np.uint8:
+        raise ValueError(f"codes are {codes.dtype}, not uint8")
+    codes = _texels(codes)
+    out = np.empty((codes.shape[0] // 2, codes.shape[1] // 2, codes.shape[2]), np.float32)
+    _maps.halved_light(codes, out, threads)
+    return out
+
+
+def rgba_codes(values: npt.NDArray[Any], *, encoded: bool, threads: int = THREADS) -> npt.NDArray[np.uint8]:
+    """Codes or floats (h, w, 1..4) -> nearest 8-bit sRGB codes (h, w, 4): grey becomes three channels,
+    what has no alpha is opaque. encoded: colour is sRGB already, else linear. Clamped to 0..1."""
+    values = _texels(values)
+    if encoded and values.dtype == np.uint8 and values.shape[2] == 4:
+        return values
+    out = np.empty((*values.shape[:2], 4), np.uint8)
+    _maps.rgba_codes(values, values.shape[2], encoded, out, threads)
+    return out
+
+
+def luminance(pixels: F32, *, threads: int = THREADS) -> F32:
+    """Rec. 709 luminance (h, w) of linear (h, w, c); grey is copied, alpha ignored."""
+    pixels = _f32(pixels, shape=(None, None, None), name="pixels")
+    out = np.empty(pixels.shape[:2], np.float32)
+    _maps.luminance(pixels, pixels.shape[2], out, threads)
+    return out
+
+
+@dataclass(frozen=True)
+class Levels:
+    """How a luminance becomes a height or a gloss; applied in this order, all within -1e6..1e6.
+
+    black, white: the luminances that become 0 and 1, different; swapped they invert. gamma: at least 0.001,
+    above 1 lifts the middle. contrast: about one half. brightness: added. invert: 1 - t in the end.
+    """
+
+    black: float = 0.0
+    white: float = 1.0
+    gamma: float = 1.0
+    contrast: float = 1.0
+    brightness: float = 0.0
+    invert: bool = False
+
+    def __post_init__(self) -> None:
+        numbers = (self.black, self.white, self.gamma, self.contrast, self.brightness)
+        if not all(-1e6 <= number <= 1e6 for number in numbers):  # NaN fails too
+            raise ValueError(f"levels {numbers} are not within -1e6..1e6")
+        if self.black == self.white or self.gamma < 1e-3:
+            raise ValueError(f"black {self.black} equals white, or gamma {self.gamma} is below 0.001")
+
+
+def apply_levels(values: F32, levels: Levels, *, threads: int = THREADS) -> F32:
+    """A plane (h, w) after its levels: black..white -> 0..1, t^(1/gamma), contrast, brightness, invert."""
+    values = _f32(values, shape=(None, None), name="values")
+    out = np.empty_like(values)
+    _maps.apply_levels(
+        values,
+        levels.black,
+        levels.white,
+        levels.gamma,
+        levels.contrast,
+        levels.brightness,
+        levels.invert,
+        out,
+        threads,
+    )
+    return out
+
+
+def half_size(size: int) -> int:
+    """The size of the next mip level."""
+    return max(1, size // 2)
+
+
+def rows_below(rows: int, first: int, last: int) -> tuple[int, int]:
+    """The rows [begin, end) of an image of so many that the next level's rows [first, last) are made of."""
+    return (0, 1) if rows == 1 else (2 * first, 2 * last + rows % 2)
+
+
+def halve(
+    image: F32,
+    *,
+    with_alpha: bool = False,
+    rows: int | None = None,
+    first: int = 0,
+    threads: int = THREADS,
+) -> F32:
+    """Area means (half_size(h), half_size(w), c) of (h, w, c); with_alpha: weighted by the last channel.
+
+    rows: the image is a band of one with so many rows (see rows_below); `first` is the next level's row that
+    the result begins with.
+    """
+    image = _f32(image, shape=(None, None, None), name="image")
+    whole = image.shape[0] if rows is None else rows
+    count = 1 if whole == 1 else (image.shape[0] - whole % 2) // 2
+    out = np.empty((count, half_size(image.shape[1]), image.shape[2]), np.float32)
+    _maps.halve(image, whole, first, with_alpha, out, threads)
+    return out
+
+
+def normalise(vectors: F32, *, threads: int = THREADS) -> F32:
+    """(h, w, 3) vectors with length 1; a zero vector becomes (0, 0, 1)."""
+    vectors = _f32(vectors, shape=(None, None, 3), name="vectors")
+    out = np.empty_like(vectors)
+    _maps.normalise(vectors, out, threads)
+    return out
+
+
+def coverage_factor(alpha: F32, *, fraction: float, cutoff: float) -> float:
+    """The factor, within 1/16..16, that keeps `fraction` of alpha (h, w) at or above `cutoff`."""
+    alpha = _f32(alpha, shape=(None, None), name="alpha")
+    return float(_maps.coverage_factor(alpha, fraction, cutoff))
+
+
+def smoothness_to_variance(smoothness: F32, *, threads: int = THREADS) -> F32:
+    """(h, w) smoothness s -> squared roughness (1 - s)^4, which averages linearly."""
+    smoothness = _f32(smoothness, shape=(None, None), name="smoothness")
+    out = np.empty_like(smoothness)
+    _maps.smoothness_to_variance(smoothness, out, threads)
+    return out
+
+
+def widened_smoothness(variance: F32, averages: F32, *, threads: int = THREADS) -> F32:
+    """(h, w) smoothness from squared roughness (h, w) and means (h, w, 3) of unit normals."""
+    variance = _f32(variance, shape=(None, None), name="variance")
+    averages = _f32(averages, shape=(*variance.shape, 3), name="averages")
+    out = np.empty_like(variance)
+    _maps.widened_smoothness(variance, averages, out, threads)
+    return out
+
+
+def uv_islands(uvs: F32, triangles: npt.NDArray[np.uint32]) -> I32:
+    """The island (m,) of each triangle (m, 3): triangles that share a UV point (n, 2) share an island."""
+    uvs = _f32(uvs, shape=(None, 2), name="uvs")
+    out = np.empty(len(triangles), np.int32)
+    _maps.uv_islands(uvs, np.ascontiguousarray(triangles, np.uint32), out)
+    return out
+
+
+def rasterise(
+    uvs: F32, triangles: npt.NDArray[np.uint32], ids: I32, *, height: int, width: int, work_limit: float = 2e9
+) -> I32:
+    """ids (m,) of triangles (m, 3) drawn by their top-left UVs (n, 2) into (height, width) int32; -1: none.
+
+    Conservative: every texel that a triangle touches has an id, also of a line or a point. Raises ValueError
+    when the UVs tile so often that more than work_limit texels would be visited.
+    """
+    uvs = _f32(uvs, shape=(None, 2), name="uvs")
+    out = np.empty((height, width), np.int32)
+    _maps.rasterise(
+        uvs,
+        np.ascontiguousarray(triangles, np.uint32),
+        np.ascontiguousarray(ids, np.int32),
+        work_limit,
+        out,
+    )
+    return out
+
+
+def nearest_covered(
+    covered: npt.NDArray[np.bool_], *, wrap: tuple[bool, bool], threads: int = THREADS
+) -> I32:
+    """For each texel of (h, w) the flat index of the nearest covered one; -1 everywhere when none is."""
+    if covered.ndim != 2 or covered.size == 0:
+        raise ValueError(f"covered has shape {covered.shape}")
+    out = np.empty(covered.shape, np.int32)
+    _maps.nearest_covered(np.ascontiguousarray(covered, np.uint8), wrap[0], wrap[1], out, threads)
+    return out
+
+
+def snorm8(values: F32, *, threads: int = THREADS) -> npt.NDArray[np.int8]:
+    """Nearest codes -127..127 of values within [-1, 1], any shape."""
+    values = np.ascontiguousarray(values, np.float32)
+    out = np.empty(values.shape, np.int8)
+    _maps.snorm8(values, out, threads)
+    return out
+
+
+def dudv_codes(
+    vectors: F32, mean: tuple[float, float], *, threads: int = THREADS
+) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.int8]]:
+    """x and y of vectors (h, w, 3) less their mean -> SNORM codes (h, w, 2), and what rounding left of each
+    in steps of 1/64 code (what `balance` takes)."""
+    vectors = _f32(vectors, shape=(None, None, 3), name="vectors")
+    codes = np.empty((*vectors.shape[:2], 2), np.int8)
+    rest = np.empty_like(codes)
+    _maps.dudv_codes(vectors, mean[0], mean[1], codes, rest, threads)
+    return codes, rest
+
+
+def balance(codes: npt.NDArray[np.int8], rest: npt.NDArray[np.int8]) -> None:
+    """Moves codes (h, w, 2), in place, by at most one each until each channel's sum is exactly zero; `rest`,
+    as dudv_codes gives it, says which go first, and is changed along."""
+    for array in (codes, rest):
+        if array.dtype != np.int8 or array.shape != codes.shape or not array.flags.c_contiguous:
+            raise ValueError(f"codes and rests have shapes {codes.shape}, {rest.shape}")
+    _maps.balance(codes, rest)

@@ -1,0 +1,212 @@
+"""Checked face of the native mesh kernels: shapes, ranges and finiteness stop here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+import paradize.kernels.mesh._mesh as _mesh
+from paradize.kernels.threads import default_threads
+
+F32: TypeAlias = npt.NDArray[np.float32]
+U32: TypeAlias = npt.NDArray[np.uint32]
+UNKNOWN_SMOOTHING = 0xFFFFFFFF
+_NOWHERE = 0xFFFFFFFF
+# Each face its own frame, the mean at each vertex, and by MikkTSpace's rules.
+TANGENT_METHODS = ("face", "vertex", "mikktspace")
+
+
+@dataclass(frozen=True)
+class Occurrences:
+    """How many of a kind there are, and a triangle where the first is (None: there is none)."""
+
+    count: int
+    triangle: int | None
+
+
+@dataclass(frozen=True)
+class Topology:
+    """edges: all. border: of one triangle. non_manifold: of three or more. turned: run along the same way by
+    both triangles. bow_tie: vertices where fans touch without an edge. component: (m,) uint32 of each
+    triangle, joined by edges. island: (n,) uint32 of each vertex, joined by a vertex at least; a vertex
+    number, not a count. border_vertex: (n,) uint8, 1 where a border edge ends."""
+
+    edges: int
+    border: Occurrences
+    non_manifold: Occurrences
+    turned: Occurrences
+    bow_tie: Occurrences
+    components: int
+    component: U32
+    island: U32
+    border_vertex: npt.NDArray[np.uint8]
+
+
+def _rows(values: npt.ArrayLike, width: int, count: int | None = None) -> F32:
+    rows = np.ascontiguousarray(values, np.float32)
+    if rows.ndim != 2 or rows.shape[1] != width or (count is not None and len(rows) != count):
+        raise ValueError(f"expected ({'n' if count is None else count}, {width}) floats, got {rows.shape}")
+    if not np.isfinite(rows).all():
+        raise ValueError("values are not finite")
+    return rows
+
+
+def _triangles(values: npt.ArrayLike, vertices: int) -> U32:
+    triangles = np.ascontiguousarray(values, np.uint32)
+    if triangles.ndim != 2 or triangles.shape[1] != 3:
+        raise ValueError(f"expected (m, 3) indices, got {triangles.shape}")
+    if triangles.size and int(triangles.max()) >= vertices:
+        raise ValueError(f"index {int(triangles.max())} of {vertices} vertices")
+    return triangles
+
+
+def _column(values: npt.ArrayLike, count: int) -> U32:
+    column = np.ascontiguousarray(values, np.uint32)
+    if column.shape != (count,):
+        raise ValueError(f"expected ({count},) integers, got {column.shape}")
+    return column
+
+
+def number_rows(rows: npt.ArrayLike) -> tuple[U32, U32]:
+    """Rows (n, k) of finite float32, numbered by value in order of first use: (n,) number of each row, and
+    (distinct,) the first row with each number."""
+    values = np.ascontiguousarray(rows, np.float32)
+    return _mesh.number_rows(_rows(values, values.shape[1]))  # type: ignore[no-any-return]
+
+
+def number_corners(base: npt.ArrayLike, rows: npt.ArrayLike) -> tuple[U32, U32]:
+    """The same for pairs of an integer (c,) and a row (c, k)."""
+    values = np.ascontiguousarray(rows, np.float32)
+    keys = _column(base, len(values))
+    return _mesh.number_corners(keys, _rows(values, values.shape[1]))  # type: ignore[no-any-return]
+
+
+def corner_normals(
+    positions: F32, triangles: U32, smoothing: npt.ArrayLike | None = None, *, crease_deg: float = 45.0
+) -> F32:
+    """(m, 3, 3) unit normals by smoothing group, where known, and crease angle (0 to 180 degrees) elsewhere.
+
+    positions: (n, 3) metres. smoothing: (m,) group per triangle, 0 flat, UNKNOWN_SMOOTHING by crease.
+    """
+    positions = _rows(positions, 3)
+    triangles = _triangles(triangles, len(positions))
+    if smoothing is None:
+        smoothing = np.full(len(triangles), UNKNOWN_SMOOTHING, np.uint32)
+    if not 0 <= crease_deg <= 180:
+        raise ValueError(f"crease angle {crease_deg} degrees, expected 0 to 180")
+    places, _ = number_rows(positions)
+    out: F32 = _mesh.corner_normals(
+        positions, places, triangles, _column(smoothing, len(triangles)), crease_deg
+    )
+    return out.reshape(-1, 3, 3)
+
+
+def corner_tangents(
+    positions: F32,
+    normals: F32,
+    uvs: F32,
+    triangles: U32,
+    *,
+    method: str = "mikktspace",
+    threads: int | None = None,
+) -> F32:
+    """(m, 3, 4) tangents as MikkTSpace makes them, w so that w * cross(N, T) points up the image.
+
+    positions, normals: (n, 3), normals unit; uvs: (n, 2) top-left origin. method: one of TANGENT_METHODS.
+    """
+    out: F32 = _mesh.corner_tangents(
+        *_surface(positions, normals, uvs, triangles), TANGENT_METHODS.index(method), _workers(threads)
+    )
+    return out.reshape(-1, 3, 4)
+
+
+def split_tangents(
+    positions: F32,
+    normals: F32,
+    uvs: F32,
+    triangles: U32,
+    *,
+    method: str = "mikktspace",
+    threads: int | None = None,
+) -> tuple[U32, U32, F32]:
+    """The same for an indexed mesh whose vertices are split where their corners' tangents differ: new
+    triangles (m, 3), the old vertex (k,) and the tangent (k, 4) of each new one, numbered by first use."""
+    index, source, tangents = _mesh.split_tangents(
+        *_surface(positions, normals, uvs, triangles), TANGENT_METHODS.index(method), _workers(threads)
+    )
+    return index.reshape(-1, 3), source, tangents
+
+
+def _surface(positions: F32, normals: F32, uvs: F32, triangles: U32) -> tuple[F32, F32, F32, U32]:
+    positions = _rows(positions, 3)
+    return (
+        positions,
+        _rows(normals, 3, len(positions)),
+        _rows(uvs, 2, len(positions)),
+        _triangles(triangles, len(positions)),
+    )
+
+
+def _workers(threads: int | None) -> int:
+    return default_threads(8) if threads is None else max(1, threads)
+
+
+def topology(triangles: npt.ArrayLike, vertices: int) -> Topology:
+    """Counts edges, borders, components. triangles: (m, 3) without a repeated index in a row."""
+    rows = _triangles(triangles, vertices)
+    if (rows == np.roll(rows, 1, axis=1)).any():
+        raise ValueError("a triangle names a vertex twice")
+    raw = _mesh.topology(rows, vertices)
+
+    def place(key: str) -> Occurrences:
+        count, triangle = raw[key]
+        return Occurrences(count, None if triangle == _NOWHERE else triangle)
+
+    return Topology(
+        edges=raw["edges"],
+        border=place("border"),
+        non_manifold=place("non_manifold"),
+        turned=place("turned"),
+        bow_tie=place("bow_tie"),
+        components=raw["components"],
+        component=raw["component"],
+        island=raw["island"],
+        border_vertex=raw["border_vertex"],
+    )
+
+
+def weld_points(points: F32, tolerance: float) -> U32:
+    """(n,) for each of the different points (n, 3) the one that stands for it: itself, or the nearest earlier
+    one that stays and is at most `tolerance` (above 0) away."""
+    if not 0 < tolerance < float("inf"):
+        raise ValueError(f"tolerance {tolerance}, expected a number above 0")
+    return _mesh.weld(_rows(points, 3), tolerance)  # type: ignore[no-any-return]
+
+
+def project(
+    source_positions: F32,
+    source_triangles: U32,
+    charts: npt.ArrayLike,
+    positions: F32,
+    triangles: U32,
+    *,
+    one_chart: bool = False,
+) -> tuple[U32, npt.NDArray[np.float64]]:
+    """For every corner (3 m) of a simplified mesh, the original triangle and barycentric weights (3 m, 3)
+    of the place whose attributes it takes. charts: (source triangles,) equal where attributes run on
+    without a seam."""
+    source_positions, positions = _rows(source_positions, 3), _rows(positions, 3)
+    source_triangles = _triangles(source_triangles, len(source_positions))
+    if not len(source_triangles):
+        raise ValueError("no triangles to look up")
+    return _mesh.project(  # type: ignore[no-any-return]
+        source_positions,
+        source_triangles,
+        _column(charts, len(source_triangles)),
+        positions,
+        _triangles(triangles, len(positions)),
+        one_chart,
+    )

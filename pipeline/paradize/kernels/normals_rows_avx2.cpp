@@ -1,9 +1,0 @@
-// Rows of normals for AVX2.
-#include "normals_shared.hpp"
-
-#ifdef PARADIZE_WIDE
-#include "begin_avx2.hpp"
-
-#include "normals_code_rows.hpp"
-#pragma GCC pop_options
-#endif

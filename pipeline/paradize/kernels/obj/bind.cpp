@@ -1,0 +1,99 @@
+// Python face of the OBJ kernels: bytes in, numpy arrays out.
+#include <nanobind/stl/string.h>
+
+#include <cerrno>
+#include <string_view>
+#include <utility>
+
+#include "bind.hpp"
+#include "obj/parse.hpp"
+
+namespace nb = nanobind;
+using namespace paradize;
+using namespace paradize::bind;
+
+namespace {
+
+nb::bytes as_bytes(const std::string &text) {
+    return nb::bytes(text.data(), text.size());
+}
+
+nb::dict told(obj::Parsed &&parsed) {
+    nb::dict out;
+    nb::list faults, notes, names, libraries, runs;
+    for (const auto &fault : parsed.faults)
+        faults.append(nb::make_tuple(as_bytes(fault.what), fault.line));
+    for (const auto &note : parsed.notes)
+        notes.append(nb::make_tuple(as_bytes(note.what), note.count, note.line));
+    for (const auto &name : parsed.names)
+        names.append(as_bytes(name));
+    for (const auto library : parsed.libraries)
+        libraries.append(library);
+    for (const auto &run : parsed.runs)
+        runs.append(nb::make_tuple(run.first_triangle, run.object, run.group, run.material, run.smoothing));
+    out["faults"] = faults;
+    out["fault_count"] = parsed.fault_count;
+    out["notes"] = notes;
+    out["names"] = names;
+    out["libraries"] = libraries;
+    out["runs"] = runs;
+    out["faces"] = parsed.faces;
+    out["positions_in_file"] = parsed.positions_in_file;
+    out["positions_unused"] = parsed.positions_unused;
+    out["collapsed"] = parsed.collapsed;
+    out["first_collapsed"] = parsed.first_collapsed;
+    out["uvs_in_file"] = parsed.uvs_in_file;
+    out["normals_in_file"] = parsed.normals_in_file;
+    out["origin"] = nb::make_tuple(parsed.origin[0], parsed.origin[1], parsed.origin[2]);
+    out["positions"] = give(std::move(parsed.positions), 3);
+    out["texts"] = give(std::move(parsed.texts), 3);
+    out["normals"] = give(std::move(parsed.normals), 3);
+    out["uvs"] = give(std::move(parsed.uvs), 2);
+    out["colors"] = give(std::move(parsed.colors), 4);
+    out["triangles"] = give(std::move(parsed.triangles), 3);
+    out["triangle_lines"] = give(std::move(parsed.triangle_lines));
+    return out;
+}
+
+obj::Limits limits_of(std::uint64_t elements, std::uint64_t ear_tests) {
+    obj::Limits limits;
+    limits.elements = elements;
+    limits.ear_tests = ear_tests;
+    return limits;
+}
+
+nb::dict parse_text(nb::bytes text, std::uint64_t elements, std::uint64_t ear_tests) {
+    obj::Parsed parsed;
+    {
+        const std::string_view view(text.c_str(), text.size());
+        nb::gil_scoped_release unlocked;
+        parsed = obj::parse(view, limits_of(elements, ear_tests));
+    }
+    return told(std::move(parsed));
+}
+
+// Raises OSError where reading fails, ESTALE where the file grows or shrinks meanwhile.
+nb::dict parse_file(int descriptor, std::uint64_t elements, std::uint64_t ear_tests) {
+    obj::Parsed parsed;
+    bool sound = false;
+    int reason = 0;
+    {
+        nb::gil_scoped_release unlocked;
+        sound = obj::parse_file(descriptor, limits_of(elements, ear_tests), parsed);
+        reason = errno;
+    }
+    if (!sound) {
+        errno = reason;
+        PyErr_SetFromErrno(PyExc_OSError);
+        throw nb::python_error();
+    }
+    return told(std::move(parsed));
+}
+
+} // namespace
+
+NB_MODULE(_obj, m) {
+    m.doc() = "Reads Wavefront OBJ text.";
+    m.def("parse", &parse_text, nb::arg("text"), nb::arg("elements"), nb::arg("ear_tests"));
+    m.def("parse_file", &parse_file, nb::arg("descriptor"), nb::arg("elements"), nb::arg("ear_tests"));
+}

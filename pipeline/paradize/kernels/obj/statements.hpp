@@ -1,0 +1,70 @@
+// The statements of an OBJ file, one by one: what none of the quicker ways takes, and all that is said of
+// faults.
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+
+#include "obj/assemble.hpp"
+#include "obj/parse.hpp"
+#include "obj/plain.hpp"
+#include "obj/text.hpp"
+
+namespace paradize::obj {
+
+class Statements : Text {
+  public:
+    explicit Statements(const Limits &limits) : limits_(limits) {}
+
+    // Reads whole lines; only the last of the last call may lack its end. From the end of `lines` on, `slack`
+    // more bytes may be read, whatever they are.
+    void feed(std::string_view lines, std::size_t slack);
+    Parsed finish();
+
+  private:
+    static std::string text_of(std::initializer_list<std::string_view> parts);
+    void note(std::string_view what);
+    void fault(std::string what);
+    void fault_at(std::string what, std::uint64_t line);
+    std::uint32_t name(std::string_view text);
+    void set(std::uint32_t &field, std::uint32_t value);
+    std::string_view token_or_empty();
+    void limit(std::uint64_t count);
+    bool is_below_limits(std::size_t bytes) const;
+
+    void statement();
+    void other(std::string_view word);
+    void position();
+    void smoothing();
+    template <typename Real>
+    bool number(Real &value, const char *keyword);
+    // Reads between `least` and `most` numbers and appends `kept` of them, zeros where fewer were given.
+    void numbers(Buffer<float> &into, int least, int most, int kept, const char *keyword);
+
+    // What is wrong with an index that names none of `have`; `where` is said when there are none at all.
+    static std::string out_of_range(int kind, std::int64_t given, std::uint64_t have, std::string_view where);
+    // One index of a corner: moves past it. False (and a fault) on anything but a whole number in range.
+    bool index(int kind, std::uint64_t have, std::uint32_t &value);
+    bool corner(Corner &c);
+    void face();
+    static bool same_state(const Run &a, const Run &b);
+    // Faces may come before what they name: the largest such index of each kind is checked at the end.
+    void check_forward_references();
+
+    const Limits limits_;
+    std::uint64_t keywords_ = 0;
+    bool full_ = false;
+    Elements elements_;
+    PlainLines plain_;
+    Run state_{0, absent, absent, absent, absent};
+    std::pair<std::int64_t, std::uint64_t> furthest_[3] = {};
+    std::unordered_map<std::string, std::uint32_t> name_of_;
+    Parsed out_;
+    Notes notes_{out_.notes};
+};
+
+} // namespace paradize::obj

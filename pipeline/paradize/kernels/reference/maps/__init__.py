@@ -1,0 +1,234 @@
+"""Checked face of the reference kernels that compare a map's levels with float64; no stage imports it.
+
+Every result is a list with an Error per level, level 0 first; it does not depend on the number of threads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+import paradize.kernels.reference._reference as _reference
+from paradize.kernels.threads import default_threads
+
+Taps: TypeAlias = tuple[Sequence[float], Sequence[float]]
+
+PLAIN = {"unorm8": 0, "snorm8": 1, "unorm16": 2, "snorm16": 3, "float32": 4}
+BLOCKS = {"bc1": (5, 3, 8), "bc3": (6, 4, 16), "bc4": (7, 1, 8), "bc5": (8, 2, 16), "bc5_signed": (9, 2, 16)}
+_BYTES = {"unorm8": 1, "snorm8": 1, "unorm16": 2, "snorm16": 2, "float32": 4}
+_THREADS = 8
+MAX_REACH = 64  # texels that a filter may touch on each side
+
+
+class Error(NamedTuple):
+    """What the errors of a level, `number` of them, are together. sum: of the angles, or of the squared
+    differences; p99, max: of the angles or the absolute differences, p99 the smallest that 99 of 100 do not
+    pass."""
+
+    number: int
+    sum: float
+    p99: float
+    max: float
+    alpha_squares: float
+    alpha_number: int
+
+
+def _require_finite(values: npt.NDArray[Any], what: str) -> None:
+    """Raises ValueError for NaN and infinity, which a comparison would take for no error; makes no copy."""
+    if values.dtype.kind == "f" and values.size and not np.isfinite([values.min(), values.max()]).all():
+        raise ValueError(f"{what} are not finite")
+
+
+class Texture:
+    """The levels of a texture, as the kernels read them.
+
+    name: of PLAIN (with its number of channels) or BLOCKS. levels: bytes, level 0 first, tightly packed.
+    Raises ValueError for sizes that do not fit.
+    """
+
+    def __init__(
+        self, name: str, rows: int, columns: int, levels: Sequence[bytes | memoryview], channels: int = 0
+    ) -> None:
+        if rows < 1 or columns < 1 or not levels:
+            raise ValueError(f"{len(levels)} levels of {columns} x {rows} texels")
+        if name in BLOCKS:
+            number, channels, size = BLOCKS[name]
+        elif name in PLAIN and 1 <= channels <= 4:
+            number, size = PLAIN[name], _BYTES[name] * channels
+        else:
+            raise ValueError(f"no texels of {channels} x {name!r}")
+        held = []
+        for k, level in enumerate(levels):
+            down, across = max(1, rows >> k), max(1, columns >> k)
+            if name in BLOCKS:
+                down, across = -(-down // 4), -(-across // 4)
+            data = np.frombuffer(level, np.uint8)
+            if len(data) != down * across * size:
+                raise ValueError(f"level {k} holds {len(data)} bytes, not {down * across * size}")
+            if name == "float32":
+                _require_finite(data.view("<f4"), f"texels of level {k}")
+            held.append(data)
+        self.rows, self.columns, self.channels = rows, columns, channels
+        self.native = _reference.Texture(number, channels, rows, columns, held)
+
+
+class HeightMap:
+    """Heights (h, w) float32, finite, and how their slopes are taken.
+
+    taps: (derivative, smooth) as kernels/reference/maps/ground.hpp tells; None: by the spectrum, for which
+    both axes repeat. scale: slope of one unit of height from a texel to the next along (x, y). wrap: whether
+    the map repeats along (x, y). islands: (h, w) int32, negative outside. codes: (n,) float32, rising: the
+    heights that neighbouring codes of the source stand for; None where it holds floats. exact: the
+    derivative around whose slopes lies what the half steps allow. held: slopes are held to that. cones:
+    angles that the half steps leave open are no error. Raises ValueError.
+    """
+
+    def __init__(
+        self,
+        heights: npt.ArrayLike,
+        *,
+        taps: Taps | None,
+        scale: tuple[float, float],
+        wrap: tuple[bool, bool],
+        green_down: bool = False,
+        islands: npt.ArrayLike | None = None,
+        codes: npt.ArrayLike | None = None,
+        exact: Sequence[float] = (),
+        held: bool = False,
+        cones: bool = False,
+    ) -> None:
+        rows = np.ascontiguousarray(heights, np.float32)
+        if rows.ndim != 2 or rows.size == 0:
+            raise ValueError(f"expected (h, w) heights, got {rows.shape}")
+        _require_finite(rows, "heights")
+        if not np.isfinite([*scale]).all():
+            raise ValueError(f"a scale of {scale}")
+        if taps is None and not all(wrap):
+            raise ValueError("the spectrum is that of a map that repeats along both axes")
+        derivative, smooth = ([], [1.0]) if taps is None else ([*map(float, taps[0])], [*map(float, taps[1])])
+        longest = max(len(derivative), len(smooth) - 1, len(exact))
+        if not smooth or (taps is not None and not derivative) or longest > MAX_REACH:
+            raise ValueError(f"{len(derivative)} and {len(smooth)} taps")
+        ids = None if islands is None else np.ascontiguousarray(islands, np.int32)
+        if ids is not None and ids.shape != rows.shape:
+            raise ValueError(f"{ids.shape} islands of {rows.shape} heights")
+        steps = None if codes is None else np.ascontiguousarray(codes, np.float32)
+        if steps is not None and not (
+            steps.ndim == 1 and np.isfinite(steps).all() and (np.diff(steps) > 0).all()
+        ):
+            raise ValueError("the heights of codes do not rise")
+        if (held or (cones and steps is not None)) and not exact:
+            raise ValueError("half steps lie around exact slopes, of which there are none")
+        self.shape, self.cones = rows.shape, cones
+        self.native = _reference.ground(
+            rows,
+            derivative,
+            smooth,
+            (float(scale[0]), float(scale[1])),
+            wrap,
+            green_down,
+            ids,
+            steps,
+            [*map(float, exact)],
+            held,
+            cones,
+        )
+
+
+def _workers(threads: int | None) -> int:
+    return default_threads(_THREADS) if threads is None else max(1, threads)
+
+
+def _errors(found: list[tuple[Any, ...]]) -> list[Error]:
+    return [Error(*level) for level in found]
+
+
+def _match(texture: Texture, shape: tuple[int, ...], channels: int) -> None:
+    if shape[:2] != (texture.rows, texture.columns) or texture.channels < channels:
+        what = f"{texture.columns} x {texture.rows} texels of {texture.channels} channels"
+        raise ValueError(f"a texture of {what} beside {shape}")
+
+
+def normal_levels(
+    texture: Texture, ground: HeightMap, *, offsets: bool = False, threads: int | None = None
+) -> list[Error]:
+    """Angles, degrees, between the normals rebuilt from the texture's x and y and those of the ground.
+    offsets: the texture is du/dv, less its mean."""
+    _match(texture, ground.shape, 2)
+    return _errors(_reference.normal_levels(texture.native, ground.native, offsets, _workers(threads)))
+
+
+def filter_angles(ground: HeightMap, other: HeightMap, *, threads: int | None = None) -> Error:
+    """Angles, degrees, between the normals of the same heights by two filters."""
+    if ground.shape != other.shape:
+        raise ValueError(f"{ground.shape} and {other.shape} heights")
+    return _errors(_reference.filter_angles(ground.native, other.native, _workers(threads)))[0]
+
+
+def open_angles(ground: HeightMap, *, threads: int | None = None) -> Error:
+    """Angles, degrees, that the half steps of a ground with cones leave open around its normals: between the
+    normal and the farthest that they allow."""
+    if not ground.cones:
+        raise ValueError("a ground without cones")
+    return _errors(_reference.open_angles(ground.native, _workers(threads)))[0]
+
+
+def value_levels(texture: Texture, values: npt.ArrayLike, *, threads: int | None = None) -> list[Error]:
+    """Differences from values (h, w, c) float32."""
+    exact = np.ascontiguousarray(values, np.float32)
+    if exact.ndim != 3 or exact.shape[2] == 0:
+        raise ValueError(f"expected (h, w, c) values, got {exact.shape}")
+    _require_finite(exact, "values")
+    _match(texture, exact.shape, exact.shape[2])
+    return _errors(_reference.value_levels(texture.native, exact, _workers(threads)))
+
+
+def gloss_levels(
+    texture: Texture, gloss: npt.ArrayLike, ground: HeightMap, *, threads: int | None = None
+) -> list[Error]:
+    """Differences from gloss (h, w, 2) float32, its smoothness widened by the ground's normals."""
+    exact = _gloss(texture, gloss, ground)
+    return _errors(_reference.gloss_levels(texture.native, exact, ground.native, _workers(threads)))
+
+
+def highlight_levels(
+    texture: Texture, gloss: npt.ArrayLike, ground: HeightMap, *, threads: int | None = None
+) -> list[Error]:
+    """Angles, degrees, by which the highlights of the same smoothness are too wide or too narrow: of where
+    GGX's distribution of slopes falls to a half."""
+    exact = _gloss(texture, gloss, ground)
+    return _errors(_reference.highlight_levels(texture.native, exact, ground.native, _workers(threads)))
+
+
+def _gloss(texture: Texture, gloss: npt.ArrayLike, ground: HeightMap) -> npt.NDArray[np.float32]:
+    exact = np.ascontiguousarray(gloss, np.float32)
+    if exact.ndim != 3 or exact.shape[2] != 2 or exact.shape[:2] != ground.shape:
+        raise ValueError(f"gloss {exact.shape} on a ground of {ground.shape}")
+    _require_finite(exact, "values of gloss")
+    _match(texture, exact.shape, 2)
+    return exact
+
+
+def color_levels(
+    texture: Texture,
+    pixels: npt.NDArray[Any],
+    *,
+    encoded: bool,
+    alpha_cutoff: float | None = None,
+    threads: int | None = None,
+) -> list[Error]:
+    """Differences from pixels (h, w, 3 | 4) uint8, uint16 or float32, as reference/maps/maps.hpp tells."""
+    exact = np.ascontiguousarray(pixels)
+    if (
+        exact.ndim != 3
+        or exact.shape[2] not in (3, 4)
+        or exact.dtype not in (np.uint8, np.uint16, np.float32)
+    ):
+        raise ValueError(f"expected (h, w, 3 | 4) pixels, got {exact.shape} of {exact.dtype}")
+    _require_finite(exact, "pixels")
+    _match(texture, exact.shape, exact.shape[2])
+    cutoff = 0.0 if alpha_cutoff is None else float(alpha_cutoff)
+    return _errors(_reference.color_levels(texture.native, exact, encoded, cutoff, _workers(threads)))

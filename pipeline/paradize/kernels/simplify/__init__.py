@@ -1,0 +1,120 @@
+"""Checked numpy face of our own simplifier: edges collapse, cheapest first, until a target or an error.
+
+Wrong shapes and values raise ValueError. The result is the same on every CPU. Method and sources:
+simplify/collapse.hpp.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from paradize.kernels.simplify import _simplify
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    F32 = npt.NDArray[np.float32]
+    F64 = npt.NDArray[np.float64]
+    U32 = npt.NDArray[np.uint32]
+
+STOPS = ("target", "error", "nothing")
+
+
+@dataclass(frozen=True)
+class Simplified:
+    """A simplified mesh.
+
+    positions: (k, 3) float64. triangles: (j, 3) uint32, in their source's order, none with two corners in
+    one place. attributes: (k, a) float32. vertex: (k,) a source vertex that became part of each; one that
+    did not move has its source's position and attributes exactly. place: (k,) equal for vertices of one
+    place. triangle: (j,) source triangle. error: the largest distance, in units of the positions, that any
+    one collapse was estimated to make (root of the mean square over the surface that a vertex stands for,
+    with what its attributes come to differ, by their weights).
+    stop: "target" (reached), "error" (max_error holds the rest) or "nothing" (no edge may collapse).
+    """
+
+    positions: F64
+    triangles: U32
+    attributes: F32
+    vertex: U32
+    place: U32
+    triangle: U32
+    error: float
+    stop: str
+
+
+def simplify(
+    positions: F64,
+    triangles: U32,
+    *,
+    target: int,
+    attributes: npt.ArrayLike | None = None,
+    weights: npt.ArrayLike | None = None,
+    unit: int | None = None,
+    seams: npt.ArrayLike | None = None,
+    groups: npt.ArrayLike | None = None,
+    locked: npt.ArrayLike | None = None,
+    max_error: float | None = None,
+    kept_area: float = 0.0,
+) -> Simplified:
+    """About `target` triangles (never fewer than the last collapse leaves), or those that max_error allows.
+
+    positions: (n, 3) float64, finite, centred, of a diagonal near 1. triangles: (m, 3) below n; those with
+    two corners in one place are left out. attributes: (n, a) finite, a up to 32, in any units; weights: (a,),
+    how far a difference of 1 counts as a distance, 0 (default): carried along only. unit: first of three
+    columns that hold unit vectors. seams: (n,) number of each vertex's place, below n (default: each its
+    own); vertices of one place share one position and stay together. groups: (m,) of each triangle, whose
+    borders stay. locked: (n,) vertices that stay as they are. kept_area: the share of its area, 0 to 1, that
+    every connected part keeps.
+    """
+    positions = np.ascontiguousarray(positions, np.float64)
+    if positions.ndim != 2 or positions.shape[1] != 3 or not np.isfinite(positions).all():
+        raise ValueError(f"positions {positions.shape}: expected finite (n, 3)")
+    count = len(positions)
+    triangles = np.ascontiguousarray(triangles, np.uint32)
+    if triangles.ndim != 2 or triangles.shape[1] != 3:
+        raise ValueError(f"triangles {triangles.shape}: expected (m, 3)")
+    columns = np.zeros((count, 0), np.float32) if attributes is None else attributes
+    values = np.ascontiguousarray(columns, np.float32)
+    if values.ndim != 2 or len(values) != count or values.shape[1] > 32 or not np.isfinite(values).all():
+        raise ValueError(f"attributes {values.shape}: expected finite ({count}, up to 32)")
+    width = values.shape[1]
+    weighed = np.ascontiguousarray(np.zeros(width) if weights is None else weights, np.float32)
+    if weighed.shape != (width,) or not (np.isfinite(weighed) & (weighed >= 0)).all():
+        raise ValueError(f"weights {weighed.shape}: expected ({width},), none below 0")
+    if unit is not None and not 0 <= unit <= width - 3:
+        raise ValueError(f"unit vectors from column {unit} of {width}")
+    if target < 0 or not (max_error is None or max_error >= 0) or not 0 <= kept_area <= 1:
+        raise ValueError(f"target {target}, max_error {max_error}, kept_area {kept_area}")
+
+    def numbers(given: npt.ArrayLike | None, length: int, default: U32) -> U32:
+        array = np.ascontiguousarray(default if given is None else given, np.uint32)
+        if array.shape != (length,):
+            raise ValueError(f"expected ({length},) integers, got {array.shape}")
+        return array
+
+    place = numbers(seams, count, np.arange(count, dtype=np.uint32))
+    group = numbers(groups, len(triangles), np.zeros(len(triangles), np.uint32))
+    fixed = numbers(locked, count, np.zeros(count, np.uint32)).astype(np.uint8)
+    if len(triangles) and (int(triangles.max()) >= count or int(place.max()) >= count):
+        raise ValueError(f"an index beyond {count} vertices")
+    found = _simplify.collapse(
+        positions,
+        triangles,
+        values,
+        weighed,
+        -1 if unit is None else unit,
+        place,
+        group,
+        fixed,
+        target,
+        1e30 if max_error is None else max_error,
+        kept_area,
+    )
+    points, kept, carried, vertex, places, triangle, error, stop = found
+    if width == 0:
+        carried = np.zeros((len(points), 0), np.float32)
+    return Simplified(points, kept, carried, vertex, places, triangle, error, STOPS[stop])

@@ -1,0 +1,21 @@
+"""Native simplifier; simplify is its checked face."""
+
+from typing import Any, TypeAlias
+
+import numpy.typing as npt
+
+Array: TypeAlias = npt.NDArray[Any]
+
+def collapse(
+    positions: Array,
+    triangles: Array,
+    attributes: Array,
+    weights: Array,
+    unit: int,
+    place: Array,
+    group: Array,
+    locked: Array,
+    target: int,
+    max_error: float,
+    kept_area: float,
+) -> tuple[Array, Array, Array, Array, Array, Array, float, int]: ...

@@ -1,0 +1,138 @@
+#include "simplify/collapse.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "simplify/work.hpp"
+
+namespace paradize::simplify {
+
+namespace {
+
+inline void fetch(const void *address) {
+    __builtin_prefetch(address);
+}
+
+// Of the edges that come next, what they will be tried with: memory is far.
+void fetch_ahead(const Work &work) {
+    const Surface &surface = work.surface;
+    const std::uint32_t third = work.queue.ahead(24);
+    fetch(&work.state[third]);
+    fetch(&surface.half[third]);
+    fetch(&surface.at(surface.half[work.queue.ahead(16)]));
+    const std::uint32_t first = surface.half[work.queue.ahead(8)];
+    for (const std::uint32_t i : {first, next(first)}) {
+        const Half &half = surface.at(i);
+        const Corner &corner = work.memory.corners[half.vertex];
+        fetch(&corner);
+        fetch(&corner.area);
+        if (work.memory.weighed) {
+            const Four *wedge = work.memory.wedge(half.wedge);
+            for (std::size_t k = 0; k < work.memory.stride; k += 4) {
+                fetch(wedge + k);
+            }
+        }
+    }
+}
+
+void measure_parts(Work &work) {
+    if (work.limits.kept_area <= 0) {
+        return;
+    }
+    const Surface &surface = work.surface;
+    work.part_area.assign(surface.parts, 0.0);
+    for (const Triangle &triangle : surface.triangle) {
+        const Vec a = work.memory.corners[triangle.half[0].vertex].at;
+        const Vec b = work.memory.corners[triangle.half[1].vertex].at;
+        const Vec c = work.memory.corners[triangle.half[2].vertex].at;
+        work.part_area[surface.part[triangle.half[0].vertex]] += length(cross(b - a, c - a));
+    }
+    for (const double area : work.part_area) {
+        work.part_least.push_back(work.limits.kept_area * area);
+    }
+}
+
+std::uint32_t bound(const Work &work, std::uint32_t e) {
+    return Queue::bucket(choose(work.surface, work.memory, work.surface.half[e], false).cost);
+}
+
+void wake_all(Work &work) {
+    for (std::uint32_t e = 0; e < work.surface.edges(); ++e) {
+        if (work.state[e] == parked) {
+            work.state[e] = queued;
+            work.queue.push(e, bound(work, e));
+        }
+    }
+}
+
+// False where the error's limit holds the edge.
+bool try_edge(Work &work, std::uint32_t e, std::uint32_t bucket) {
+    const std::uint32_t h = work.surface.half[e];
+    const Choice choice = choose(work.surface, work.memory, h, work.memory.weighed);
+    const std::uint32_t now = Queue::bucket(choice.cost);
+    if (now > bucket) {
+        work.queue.push(e, now);
+        return true;
+    }
+    const double error = choice.error;
+    if (error > work.limits.max_error) {
+        work.state[e] = parked;
+        return false;
+    }
+    work.ring_p.clear();
+    work.ring_q.clear();
+    around(work.surface, h, [&](std::uint32_t i) { work.ring_p.push_back(i); });
+    around(work.surface, next(h), [&](std::uint32_t i) { work.ring_q.push_back(i); });
+    if (!allowed(work, h, choice.at)) {
+        work.state[e] = parked;
+        return true;
+    }
+    work.worst = std::max(work.worst, error);
+    collapse(work, h, choice.at, bucket);
+    return true;
+}
+
+Stop reduce(Work &work) {
+    bool by_error = false;
+    std::size_t before = work.left + 1;
+    while (work.left > work.limits.target) {
+        std::uint32_t bucket = 0;
+        const std::uint32_t e = work.queue.pop(bucket);
+        if (e == none) {
+            if (work.left == before) {
+                return by_error ? Stop::error : Stop::nothing;
+            }
+            before = work.left;
+            wake_all(work);
+            continue;
+        }
+        fetch_ahead(work);
+        if (work.state[e] != dead && !try_edge(work, e, bucket)) {
+            by_error = true;
+        }
+    }
+    return Stop::target;
+}
+
+} // namespace
+
+Result simplify(const Input &input, const Limits &limits) {
+    Surface surface = join(input.triangles, input.place, input.group, input.locked);
+    Memory memory = remember(input, surface);
+    Work work{input, limits, std::move(surface), std::move(memory)};
+    work.state.assign(work.surface.edges(), queued);
+    work.seen.assign(work.surface.vertices(), 0);
+    work.left = work.surface.triangles();
+    measure_parts(work);
+    for (std::uint32_t e = 0; e < work.surface.edges(); ++e) {
+        work.queue.push(e, bound(work, e));
+    }
+    Result result;
+    result.stop = reduce(work);
+    result.error = work.worst;
+    write(work, result);
+    return result;
+}
+
+} // namespace paradize::simplify

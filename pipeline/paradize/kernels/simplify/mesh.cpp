@@ -1,0 +1,185 @@
+#include "simplify/mesh.hpp"
+
+#include <utility>
+
+namespace paradize::simplify {
+
+namespace {
+
+using Numbers = std::vector<std::uint32_t>;
+
+// Half-edges by the place that they leave, each with the place that it runs to.
+struct Leaving {
+    struct Way {
+        std::uint32_t to;
+        std::uint32_t half;
+    };
+    Numbers first;
+    Array<Way> list;
+
+    Leaving(const Surface &surface, std::size_t places)
+        : first(places + 1), list(3 * surface.triangle.size()) {
+        for (const Triangle &triangle : surface.triangle) {
+            for (const Half &half : triangle.half) {
+                ++first[half.vertex + 1];
+            }
+        }
+        for (std::size_t i = 0; i < places; ++i) {
+            first[i + 1] += first[i];
+        }
+        Numbers at(first.begin(), first.end() - 1);
+        for (std::uint32_t t = 0; t < surface.triangles(); ++t) {
+            for (std::uint32_t h = 4 * t; h < 4 * t + 3; ++h) {
+                list[at[surface.at(h).vertex]++] = {surface.at(next(h)).vertex, h};
+            }
+        }
+    }
+};
+
+// Twins of edges with exactly one triangle on each side; places of all other edges but borders are held.
+// The halves' vertices are places still.
+void find_twins(Surface &surface, std::size_t places, std::vector<std::uint8_t> &held) {
+    const Leaving leaving(surface, places);
+    const auto count = [&](std::uint32_t from, std::uint32_t to, std::uint32_t &found) {
+        std::uint32_t number = 0;
+        for (std::uint32_t i = leaving.first[from]; i < leaving.first[from + 1]; ++i) {
+            if (leaving.list[i].to == to) {
+                found = leaving.list[i].half;
+                ++number;
+            }
+        }
+        return number;
+    };
+    for (std::uint32_t t = 0; t < surface.triangles(); ++t) {
+        for (std::uint32_t h = 4 * t; h < 4 * t + 3; ++h) {
+            if (surface.at(h).twin != none) {
+                continue;
+            }
+            const std::uint32_t from = surface.at(h).vertex;
+            const std::uint32_t to = surface.at(next(h)).vertex;
+            std::uint32_t same = none;
+            std::uint32_t other = none;
+            const std::uint32_t along = count(from, to, same);
+            const std::uint32_t against = count(to, from, other);
+            if (along == 1 && against == 1) {
+                surface.at(h).twin = other;
+                surface.at(other).twin = h;
+            } else if (along > 1 || against > 1) {
+                held[from] = held[to] = 1;
+            }
+        }
+    }
+}
+
+std::uint32_t root(Numbers &parent, std::uint32_t v) {
+    while (parent[v] != v) {
+        parent[v] = parent[parent[v]];
+        v = parent[v];
+    }
+    return v;
+}
+
+void number_parts(Surface &surface) {
+    Numbers parent(surface.vertices());
+    for (std::uint32_t v = 0; v < parent.size(); ++v) {
+        parent[v] = v;
+    }
+    for (std::uint32_t t = 0; t < surface.triangles(); ++t) {
+        for (std::uint32_t k = 1; k < 3; ++k) {
+            const std::uint32_t a = root(parent, surface.at(4 * t).vertex);
+            const std::uint32_t b = root(parent, surface.at(4 * t + k).vertex);
+            parent[a < b ? b : a] = a < b ? a : b;
+        }
+    }
+    surface.part.resize(parent.size());
+    for (std::uint32_t v = 0; v < parent.size(); ++v) {
+        const std::uint32_t r = root(parent, v);
+        surface.part[v] = r == v ? surface.parts++ : surface.part[r];
+    }
+}
+
+// Vertices and wedges, in order of their first corners; places of several vertices are held.
+void number_fans(Surface &surface, std::span<const std::uint32_t> triangles,
+                 std::span<const std::uint32_t> group, std::size_t places, std::vector<std::uint8_t> &held) {
+    Numbers first(places, none); // vertex of a place
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> wedges;
+    for (std::uint32_t start = 0; start < 4 * surface.triangles(); ++start) {
+        if ((start & 3) == 3 || surface.at(start).wedge != none) {
+            continue;
+        }
+        const std::uint32_t v = surface.vertices();
+        const std::uint32_t home = surface.at(start).vertex;
+        surface.first.push_back(start);
+        surface.home.push_back(home);
+        if (first[home] == none) {
+            first[home] = v;
+        } else {
+            held[home] = 1;
+        }
+        wedges.clear();
+        std::uint8_t border = 0;
+        around(surface, start, [&](std::uint32_t h) {
+            Half &half = surface.at(h);
+            half.vertex = v;
+            border |= half.twin == none || surface.at(previous(h)).twin == none;
+            const std::uint32_t t = surface.triangle[triangle_of(h)].source;
+            const std::uint32_t from = triangles[3 * t + (h & 3)];
+            const std::uint64_t key = std::uint64_t{group[t]} << 32 | from;
+            for (const auto &[known, number] : wedges) {
+                if (known == key) {
+                    half.wedge = number;
+                    return;
+                }
+            }
+            half.wedge = surface.wedges();
+            surface.source.push_back(from);
+            wedges.emplace_back(key, half.wedge);
+        });
+        surface.border.push_back(border);
+        surface.split.push_back(wedges.size() > 1);
+    }
+}
+
+} // namespace
+
+Surface join(std::span<const std::uint32_t> triangles, std::span<const std::uint32_t> place,
+             std::span<const std::uint32_t> group, std::span<const std::uint8_t> locked) {
+    Surface surface;
+    const std::size_t count = triangles.size() / 3;
+    surface.triangle.reserve(count);
+    for (std::uint32_t t = 0; t < count; ++t) {
+        const std::uint32_t a = place[triangles[3 * t]];
+        const std::uint32_t b = place[triangles[3 * t + 1]];
+        const std::uint32_t c = place[triangles[3 * t + 2]];
+        if (a != b && b != c && c != a) {
+            const auto half = [](std::uint32_t at) { return Half{at, none, none, none}; };
+            surface.triangle.push_back({{half(a), half(b), half(c)}, t, 1, {}});
+        }
+    }
+    std::vector<std::uint8_t> held(place.size());
+    find_twins(surface, place.size(), held);
+    for (std::size_t i = 0; i < locked.size(); ++i) {
+        held[place[i]] |= locked[i] != 0;
+    }
+    number_fans(surface, triangles, group, place.size(), held);
+    for (const std::uint32_t home : surface.home) {
+        surface.locked.push_back(held[home]);
+    }
+    surface.half.reserve(2 * count);
+    for (std::uint32_t t = 0; t < surface.triangles(); ++t) {
+        for (std::uint32_t h = 4 * t; h < 4 * t + 3; ++h) {
+            Half &half = surface.at(h);
+            if (half.edge == none) {
+                half.edge = surface.edges();
+                if (half.twin != none) {
+                    surface.at(half.twin).edge = half.edge;
+                }
+                surface.half.push_back(h);
+            }
+        }
+    }
+    number_parts(surface);
+    return surface;
+}
+
+} // namespace paradize::simplify

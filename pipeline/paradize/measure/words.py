@@ -1,0 +1,243 @@
+"""What a person reads beside a curve: the trade in a sentence, where measurement disagrees with the declared
+order of the tiers, and which tier to take. All of it follows from the figures of a group, and what is said
+of two tiers from `compare` alone, so that no two sentences contradict each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from paradize.measure.curve import (
+    Group,
+    Point,
+    apart,
+    cheapest,
+    inside,
+    knee,
+    loss,
+    main_front,
+    mark,
+    series_of,
+)
+
+_SAME_BYTES = 0.05  # sizes nearer to each other than this share count as equal
+_SAME_ERROR = 0.02  # so do errors
+
+
+def judge(group: Group) -> list[str]:
+    """Fills in what follows from the points of a group: front, sentence, advice. Returns warnings: where time
+    or error disagree with the declared order."""
+    mark(group["points"], group["less_is_better"])
+    group["sentence"] = sentence(group)
+    group["advice"] = advice(group)
+    return disagreements(group)
+
+
+def value_text(value: float, unit: str) -> str:
+    return f"{value:.3g} {unit}".rstrip()
+
+
+def seconds_text(seconds: float) -> str:
+    """As a person says it: 3.2 s, 41 ms, 7 us."""
+    if seconds >= 1.0:
+        return f"{seconds:.3g} s"
+    return f"{seconds * 1e3:.3g} ms" if seconds >= 1e-3 else f"{seconds * 1e6:.3g} us"
+
+
+def _times(ratio: float) -> str:
+    return f"{_two(ratio)} x"
+
+
+def _two(value: float) -> str:
+    """Two digits, without an exponent where the number is large."""
+    return f"{value:.2g}" if value < 100.0 else f"{float(f'{value:.2g}'):.0f}"
+
+
+class Compared(NamedTuple):
+    """Two tiers of one series. time, error: 1 where `after` takes longer or errs more, -1 where less, 0 where
+    that is chance: times within each other's quartiles, errors within _SAME_ERROR. What is said of two tiers
+    anywhere follows from this."""
+
+    before: Point
+    after: Point
+    time: int
+    error: int
+
+
+def compare(before: Point, after: Point, group: Group) -> Compared:
+    """Raises ValueError for tiers of different series: they are told apart by their bytes, which a budget
+    weighs against error, and no sentence."""
+    if series_of(before) != series_of(after):
+        raise ValueError(f"{before['tier']} and {after['tier']} are of different series")
+    a, b = before["seconds"], after["seconds"]
+    time = 0
+    if apart(a, b) and a["median"] > 0.0:
+        time = 1 if b["median"] > a["median"] else -1
+    old, new = (loss(point["error"]["value"], group["less_is_better"]) for point in (before, after))
+    alike = old == new or abs(new - old) < _SAME_ERROR * max(old, new)
+    return Compared(before, after, time, 0 if alike else 1 if new > old else -1)
+
+
+def chains(group: Group) -> list[list[Point]]:
+    """The points by series, each in the group's order: what may be compared."""
+    found: dict[str, list[Point]] = {}
+    for point in group["points"]:
+        found.setdefault(series_of(point), []).append(point)
+    return list(found.values())
+
+
+def _neighbours(group: Group) -> list[Compared]:
+    return [compare(a, b, group) for chain in chains(group) for a, b in pairwise(chain)]
+
+
+def _time_words(told: Compared) -> str:
+    name = told.before["tier"]
+    if told.time == 0:
+        return f"takes about as long as {name}"
+    ratio = told.after["seconds"]["median"] / told.before["seconds"]["median"]
+    return f"{'costs' if told.time > 0 else 'takes'} {_times(ratio)} the time of {name}"
+
+
+def _error_words(told: Compared, group: Group) -> str:
+    before, after = told.before, told.after
+    old, new = (loss(point["error"]["value"], group["less_is_better"]) for point in (before, after))
+    figures = " to ".join(f"{point['error']['value']:.3g}" for point in (before, after))
+    figures = f" ({figures} {group['unit']})"
+    if told.error == 0:
+        return "errs as much"
+    if new == 0.0:
+        return f"leaves no error{figures}"
+    if old == 0.0:
+        return f"errs where {before['tier']} did not{figures}"
+    ratio = new / old
+    if 0.45 <= ratio <= 0.55:
+        return f"halves the error{figures}"
+    if ratio < 1e-3:
+        return f"leaves next to no error{figures}"
+    if ratio < 0.1:
+        return f"divides the error by {_two(1.0 / ratio)}{figures}"
+    if ratio < 1.0:
+        return f"takes {100.0 * (1.0 - ratio):.0f} % off the error{figures}"
+    more = f"by {100.0 * (ratio - 1.0):.0f} % more" if ratio < 1.3 else f"{_times(ratio)} as much"
+    return f"errs {more}{figures}"
+
+
+def _size_words(before: Point, after: Point) -> str:
+    old, new = before["bytes"], after["bytes"]
+    if not old or not new or abs(new - old) <= _SAME_BYTES * old:
+        return ""
+    return f" at {_times(new / old)} the bytes"
+
+
+def compared(before: Point, after: Point, group: Group) -> str:
+    """balanced costs 3 x the time of fast and halves the error (1.2 to 0.6 degrees) at 2 x the bytes."""
+    told = compare(before, after, group)
+    words = f"{after['tier']} {_time_words(told)} and {_error_words(told, group)}"
+    return words + _size_words(before, after)
+
+
+def _alone(point: Point, group: Group) -> str:
+    size = f" and {point['bytes']} bytes" if point["bytes"] else ""
+    took, value = seconds_text(point["seconds"]["median"]), value_text(point["error"]["value"], group["unit"])
+    return f"{point['tier']} takes {took}{size}; {group['metric']} is {value}"
+
+
+def sentence(group: Group) -> str:
+    """The trade between neighbouring tiers of one series, in words; of a series of one tier its figures."""
+    if len(group["points"]) == 1:
+        (only,) = group["points"]
+        took, value = seconds_text(only["seconds"]["median"]), only["error"]["value"]
+        return f"There is one tier: it takes {took}; {group['metric']} is {value_text(value, group['unit'])}."
+    told = []
+    for chain in chains(group):
+        pairs = [compared(before, after, group) for before, after in pairwise(chain)]
+        text = "; ".join(pairs or [_alone(chain[0], group)])
+        told.append(f"{text[:1].upper()}{text[1:]}.")
+    return " ".join(told)
+
+
+def disagreements(group: Group) -> list[str]:
+    """Where a tier is quicker than the one of its series that it is declared to be slower than, or errs
+    more."""
+    found: list[str] = []
+    for told in _neighbours(group) if group.get("declared") else ():
+        before, after = told.before, told.after
+        if told.time < 0:
+            took = [seconds_text(point["seconds"]["median"]) for point in (after, before)]
+            found.append(
+                f"{group['name']}: {after['tier']} is declared slower than {before['tier']}, but takes "
+                f"{took[0]} against {took[1]}"
+            )
+        if told.error > 0:
+            figures = [value_text(point["error"]["value"], group["unit"]) for point in (after, before)]
+            found.append(
+                f"{group['name']}: {after['tier']} is declared nearer than {before['tier']}, but its "
+                f"{group['metric']} is {figures[0]} against {figures[1]}"
+            )
+    return found
+
+
+def advice(group: Group) -> dict[str, Any] | None:
+    """Which tier to take, and why: {"tier", "why", "text"}. "budget": the cheapest that keeps it (tier None
+    where none does). Without one, of the series with most points on the front, "flat": the quickest where all
+    its tiers err alike; else "knee": where the front bends; None where it does not."""
+    points, budget, less = group["points"], group["budget"], group["less_is_better"]
+    if budget is None:
+        return _flat(group) or _knee(group)
+    limit = value_text(budget, group["unit"])
+    best = cheapest(points, budget, less)
+    if best is None:
+        near = min(points, key=lambda point: loss(point["error"]["value"], less))
+        value = value_text(near["error"]["value"], group["unit"])
+        text = f"No tier keeps the budget of {limit}: the nearest, {near['tier']}, has {value}"
+        text += ", and is beyond that of another metric." if near.get("passes") is False else "."
+        return {"tier": None, "why": "budget", "text": text}
+    if len(points) == 1:
+        return {"tier": best["tier"], "why": "budget", "text": f"It keeps the budget of {limit}."}
+    text = f"{best['tier']} is the cheapest inside the budget of {limit}{_in_use_words(points, best, group)}."
+    return {"tier": best["tier"], "why": "budget", "text": text[:1].upper() + text[1:]}
+
+
+def _flat(group: Group) -> dict[str, Any] | None:
+    """The first tier that none is quicker than, of a series whose tiers all err alike."""
+    front = main_front(group["points"], group["less_is_better"])
+    chain = next((one for one in chains(group) if front and front[0].point in one), [])
+    pairs = [compare(a, b, group) for a in chain for b in chain]
+    if len(chain) < 2 or any(told.error for told in pairs):
+        return None
+    best = next(a for a in chain if not any(told.before is a and told.time < 0 for told in pairs))
+    names = ", ".join(point["tier"] for point in chain[:-1]) + f" and {chain[-1]['tier']}"
+    text = f"{names} err alike: {best['tier']} will do, none of them is quicker."
+    return {"tier": best["tier"], "why": "flat", "text": text[:1].upper() + text[1:]}
+
+
+def _knee(group: Group) -> dict[str, Any] | None:
+    """Where the front bends, of those of its points that err less than the one before by more than chance."""
+    less = group["less_is_better"]
+    kept: list[Point] = []
+    for place in main_front(group["points"], less):
+        told = compare(kept[-1], place.point, group) if kept else None
+        if told is None or (told.time > 0 and told.error < 0):
+            kept.append(place.point)
+    at = knee(kept, less)
+    if at is None:
+        return None
+    return {"tier": at["tier"], "why": "knee", "text": f"No budget binds: the curve bends at {at['tier']}."}
+
+
+def _in_use_words(points: Sequence[Point], best: Point, group: Group) -> str:
+    used = next((point for point in points if point["in_use"]), None)
+    if used is None:
+        return ""
+    if used is best:
+        return ", and in use"
+    if not inside(used["error"]["value"], group["budget"] or 0.0, group["less_is_better"]):
+        return f"; {used['tier']}, in use, exceeds it"
+    if used.get("passes") is False:
+        return f"; {used['tier']}, in use, exceeds that of another metric"
+    if series_of(used) == series_of(best) and compare(best, used, group).time > 0:
+        saved = used["seconds"]["median"] - best["seconds"]["median"]
+        return f"; it saves {seconds_text(saved)} against {used['tier']}, in use"
+    return f"; {used['tier']} is in use"

@@ -1,0 +1,290 @@
+"""`paradize new`: a small scene that bakes and plays at once, with one's own model in it, framed and lit.
+
+The folder appears whole or not at all: it is written aside and renamed.
+"""
+
+from __future__ import annotations
+
+import json
+import secrets
+import shutil
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from math import ceil, cos, log10, pi, sin, sqrt
+from pathlib import Path
+
+from paradize.data import Mesh
+from paradize.errors import BakeError, SourceError
+from paradize.files import read_file, read_parts, resolved
+from paradize.new.sources import FACES, write_ground, write_sand, write_sky, write_vase
+from paradize.readers.mtl import Material
+from paradize.readers.obj import read_obj
+from paradize.store.atomic import ASIDE
+
+SUN_AZIMUTH_DEG, SUN_ELEVATION_DEG = 215.0, 38.0
+FOV_DEG = 40.0
+LEAST_M, MOST_M = 0.05, 500.0  # radii that are shown as they are; others are scaled towards one metre
+SCALES = (1e-6, 1e6)  # what an instance of a scene may have
+SMALLEST, LARGEST, FARTHEST = 1e-8, 1e9, 1e9  # radius of a model that can be shown; middle, in radii
+FARTHEST_M = 1e9  # of an instance's place in a scene (scene/settings.py)
+WAYPOINTS = 8
+RESERVED = {"terrain", "sand", "effect", "water", "sky", "sound"}
+
+
+@dataclass(frozen=True)
+class NewScene:
+    """scene: the TOML. files: all that were written, seen from its folder. notes: what one should know."""
+
+    scene: Path
+    files: list[str]
+    notes: list[str]
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One object of the scene: an OBJ and what its materials need."""
+
+    name: str
+    mesh: str
+    alpha: str | None
+    repeat: bool
+    cutouts: tuple[str, ...]
+
+
+@dataclass
+class _Model:
+    parts: list[_Part] = field(default_factory=list)
+    center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    foot: float = 0.0
+    radius: float = 1.0
+    notes: list[str] = field(default_factory=list)
+
+
+def new_scene(folder: Path, model: Path | None = None) -> NewScene:
+    """Makes `folder`, which must not exist or be empty, with a scene around `model` (an OBJ; None: a vase).
+
+    The model's OBJ, material files and maps are copied beside it. A model whose materials name several
+    colour maps becomes one object for each. Raises SourceError for a model that cannot be read, BakeError
+    where the folder holds something or cannot be written.
+    """
+    folder = resolved(folder)
+    aside = folder.with_name(f".{folder.name[:40]}{ASIDE}{secrets.token_hex(4)}")
+    try:
+        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            raise BakeError("is there and not empty", file=folder, mend="name a new folder")
+        (aside / "sky").mkdir(parents=True)
+        (aside / "model").mkdir()
+        try:
+            found = _bring(model, aside) if model else _bring(write_vase(aside / "model"), aside)
+            azimuth, elevation = SUN_AZIMUTH_DEG * pi / 180.0, SUN_ELEVATION_DEG * pi / 180.0
+            sun = (sin(azimuth) * cos(elevation), sin(elevation), -cos(azimuth) * cos(elevation))
+            write_sky(aside / "sky", sun)
+            write_ground(aside / "ground.png")
+            write_sand(aside / "sand.png")
+            (aside / "scene.toml").write_text(
+                _toml(_identifier(folder.name, "scene"), found), encoding="utf-8"
+            )
+            files = sorted(path.relative_to(aside).as_posix() for path in aside.rglob("*") if path.is_file())
+            aside.rename(folder)
+        except BaseException:
+            shutil.rmtree(aside, ignore_errors=True)
+            raise
+    except OSError as error:
+        what = f"cannot be written: {error.strerror or error}"
+        raise BakeError(what, file=folder, mend="free the place or name another folder") from None
+    return NewScene(folder / "scene.toml", files, found.notes)
+
+
+def _identifier(text: str, otherwise: str) -> str:
+    """A name as scenes take it: a-z, 0-9 and _, a letter first, at most 40."""
+    kept = "".join(c if c.isascii() and c.isalnum() else "_" for c in text.lower()).strip("_")[:40]
+    if kept and not kept[0].isalpha():
+        kept = f"{otherwise}_{kept}"[:40]
+    return kept or otherwise
+
+
+def _bring(source: Path, aside: Path) -> _Model:
+    """Copies the model with its files into aside/model and looks at it."""
+    read = read_obj(source)
+    home, root = aside / "model", resolved(source).parent
+    maps = {path for material in read.materials.values() for path in _maps_of(material)}
+    for path in {resolved(source), *read.libraries, *maps}:
+        target = home / resolved(path).relative_to(root)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if not (target.exists() and target.samefile(path)):
+            with target.open("wb") as copy:
+                copy.writelines(read_parts(path))
+    places = read.mesh.places
+    low, high = places.min(axis=0).tolist(), places.max(axis=0).tolist()
+    half = [0.5 * (b - a) for a, b in zip(low, high, strict=True)]
+    found = _Model(
+        center=(low[0] + half[0], low[1] + half[1], low[2] + half[2]),
+        foot=low[1],
+        radius=sqrt(sum(h * h for h in half)),
+        notes=list(read.warnings),
+    )
+    if not SMALLEST <= found.radius <= LARGEST:
+        what = f"its radius is {found.radius:g}; a scene can show {SMALLEST:g} to {LARGEST:g}"
+        raise SourceError(what, file=source, mend="scale the model")
+    away = max(abs(c) for c in found.center)
+    limit = min(FARTHEST * found.radius, FARTHEST_M / _scale(found.radius))
+    if away > limit:
+        what = f"it lies {away:g} from the origin, limit {limit:g} of a radius of {found.radius:g}"
+        raise SourceError(what, file=source, mend="move the model nearer to the origin")
+    colors = list(dict.fromkeys(material.map_kd for material in read.materials.values()))
+    painted = [color for color in colors if color]
+    stem = _identifier(source.stem, "model")
+    stem = f"{stem}_model"[:40] if stem in RESERVED else stem
+    if len(painted) < 2:
+        found.parts.append(_part(stem, f"model/{source.name}", read.mesh, read.materials.values(), root))
+        return found
+    used = {group.material for group in read.mesh.groups}
+    for i, color in enumerate(colors):
+        own = {name: m for name, m in read.materials.items() if m.map_kd == color and name in used}
+        rest = used - read.materials.keys() if color is None else set()
+        if not own and not rest:
+            continue
+        file = f"{source.stem}_{i}.obj"
+        _keep_faces(home / source.name, home / file, {*own, *rest})
+        found.parts.append(_part(f"{stem[:36]}_{i}", f"model/{file}", read.mesh, own.values(), root))
+    lost = used - read.materials.keys()
+    if lost and None not in colors:
+        file = f"{source.stem}_plain.obj"
+        _keep_faces(home / source.name, home / file, lost)
+        found.parts.append(_part(f"{stem[:34]}_plain", f"model/{file}", read.mesh, [], root))
+    (home / source.name).unlink()
+    found.notes.append(
+        f"{source}: its materials name {len(painted)} colour maps: the scene has one object for each"
+    )
+    return found
+
+
+def _maps_of(material: Material) -> list[Path]:
+    every = (material.map_kd, material.map_d, material.map_ks, material.map_ns, material.map_bump)
+    return [path for path in (*every, material.map_normal) if path]
+
+
+def _part(name: str, mesh: str, whole: Mesh, materials: Iterable[Material], root: Path) -> _Part:
+    own = list(materials)
+    cutouts = tuple(material.name for material in own if material.map_d)
+    alphas = {material.map_d for material in own if material.map_d and material.map_d != material.map_kd}
+    alpha = alphas.pop() if len(alphas) == 1 else None
+    repeat = whole.uvs is not None and bool((whole.uvs < -0.001).any() or (whole.uvs > 1.001).any())
+    relative = f"model/{resolved(alpha).relative_to(root).as_posix()}" if alpha else None
+    return _Part(name, mesh, relative, repeat, cutouts)
+
+
+def _keep_faces(source: Path, target: Path, materials: set[str]) -> None:
+    """Copies an OBJ with those faces alone that have one of these materials."""
+    kept: list[bytes] = []
+    wanted, going_on = "default" in materials, True
+    for line in read_file(source).splitlines(keepends=True):
+        words = line.split(None, 1)
+        continues = line.rstrip(b"\r\n").endswith(b"\\")
+        if going_on and words:
+            if words[0] == b"usemtl":
+                name = words[1].strip().decode("utf-8", "replace") if len(words) > 1 else "default"
+                wanted = name in materials
+            face = words[0] in (b"f", b"fo", b"l", b"p")
+            keep = wanted or not face
+        if keep or not words:
+            kept.append(line)
+        going_on = not continues
+    target.write_bytes(b"".join(kept))
+
+
+def _toml(name: str, model: _Model) -> str:
+    """The scene's text. Lengths follow the model: r is its radius as it is shown."""
+    scale = _scale(model.radius)
+    r = scale * model.radius
+    if scale != 1.0:
+        model.notes.append(
+            f"the model's radius is {model.radius:g}: the scene shows it at a scale of {scale:g}"
+        )
+    position = [-scale * model.center[0], -scale * model.foot, -scale * model.center[2]]
+    middle = scale * (model.center[1] - model.foot)
+    away = 1.25 * r / sin(0.5 * FOV_DEG * pi / 180.0)
+    side = 10.0 * away
+    lines = [
+        "# A scene to start from. Keys, defaults, units and ranges: pipeline/paradize/scene/settings.py.",
+        "# Metres, Y up; -Z is north, +X east.",
+        "",
+        "[scene]",
+        f"name = {json.dumps(name)}",
+        "",
+        "[sun]",
+        f"azimuth_deg = {SUN_AZIMUTH_DEG}",
+        f"elevation_deg = {SUN_ELEVATION_DEG}",
+        "",
+        "[fog]",
+        f"density_per_m = {_text(0.15 / side)}",
+        "",
+        "[sky]",
+        "faces = [" + ", ".join(f'"sky/{face}.exr"' for face in FACES) + "]",
+        "",
+        "[shadow]",
+        f"extent_m = {_text(6.0 * r)}",
+        f"center = [0.0, {_text(middle)}, 0.0]",
+        f"blur_distance_m = {_text(3.0 * away)}",
+        "",
+        "[terrain]",
+        'heightmap = "ground.png"',
+        f"size_m = [{_text(side)}, {_text(side)}]",
+        f"height_m = {_text(0.08 * side)}",
+        f"max_error_m = {_text(0.0004 * side)}",
+        'sand_color = "sand.png"',
+        "sand_strength = 0.4",
+        f"sand_repeat = {_text(40.0)}",
+    ]
+    for part in model.parts:
+        lines += ["", "[[object]]", f"name = {json.dumps(part.name)}", f"mesh = {_string(part.mesh)}"]
+        lines += [f"alpha = {_string(part.alpha)}"] if part.alpha else []
+        lines += ['wrap = "repeat"'] if part.repeat else []
+        for material in part.cutouts:
+            lines += ["", f"[object.material.{_string(material)}]", "alpha_cutoff = 0.5", "two_sided = true"]
+        lines += [
+            "",
+            "[[object.instance]]",
+            f"position = [{', '.join(_text(x, 1e-5 * r) for x in position)}]",
+        ]
+        lines += [f"scale = {_text(scale)}"] if scale != 1.0 else []
+    lines += [
+        "",
+        "# once around the model, nearer and higher on the far side",
+        "[flight]",
+        "duration_s = 30.0",
+        f"fov_deg = {FOV_DEG}",
+        f"near_m = {_text(max(0.02 * r, 1e-4))}",
+        f"far_m = {_text(1.5 * side)}",
+    ]
+    for i in range(WAYPOINTS):
+        turn = 2.0 * pi * i / WAYPOINTS
+        d = away * (1.0 - 0.15 * (1.0 - cos(turn)) / 2.0)
+        height = middle + r * (0.35 + 0.3 * (1.0 - cos(turn)))
+        eye = (_snapped(d * sin(turn), d), height, _snapped(d * cos(turn), d))
+        lines += ["", "[[flight.eye]]", f"position = [{', '.join(_text(x) for x in eye)}]"]
+    for _ in range(WAYPOINTS):
+        lines += ["", "[[flight.target]]", f"position = [0.0, {_text(middle)}, 0.0]"]
+    return "\n".join(lines) + "\n"
+
+
+def _scale(radius: float) -> float:
+    """At which a model of this radius is shown."""
+    return 1.0 if LEAST_M <= radius <= MOST_M else min(max(1.0 / radius, SCALES[0]), SCALES[1])
+
+
+def _snapped(value: float, size: float) -> float:
+    """The value, or 0 where it is nothing beside `size`."""
+    return value if abs(value) > 1e-9 * size else 0.0
+
+
+def _text(value: float, step: float | None = None) -> str:
+    """A TOML float of five digits; of more where they are needed to tell `step`."""
+    digits = 5 if not step else min(17, max(5, ceil(log10(max(abs(value) / step, 1.0)))))
+    text = f"{value + 0.0:.{digits}g}"
+    return text if any(c in text for c in ".en") else f"{text}.0"
+
+
+def _string(text: str) -> str:
+    """A TOML basic string, or a quoted key."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

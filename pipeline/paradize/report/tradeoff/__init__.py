@@ -1,0 +1,1 @@
+"""The page of `paradize measure`: page.py writes it, plot.py draws its curves, style.py is its style."""

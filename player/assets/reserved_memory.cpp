@@ -1,0 +1,43 @@
+#include "assets/reserved_memory.hpp"
+
+#include "error.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <sys/mman.h>
+#include <utility>
+
+namespace paradize::assets {
+
+ReservedMemory::ReservedMemory(std::size_t size) : size_(size) {
+    void *data =
+        ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (data == MAP_FAILED) {
+        throw Error("no memory for " + std::to_string(size) + " bytes: " + std::strerror(errno));
+    }
+    data_ = static_cast<std::byte *>(data);
+}
+
+ReservedMemory::ReservedMemory(ReservedMemory &&other) noexcept
+    : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+
+ReservedMemory &ReservedMemory::operator=(ReservedMemory &&other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    return *this;
+}
+
+ReservedMemory::~ReservedMemory() {
+    if (data_ != nullptr) {
+        ::munmap(data_, size_);
+    }
+}
+
+void ReservedMemory::release_after(std::size_t kept) const {
+    if (kept < size_) {
+        ::madvise(data_ + kept, size_ - kept, MADV_DONTNEED);
+    }
+}
+
+} // namespace paradize::assets

@@ -1,0 +1,97 @@
+#include "assets/watcher.hpp"
+
+#include "error.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <exception>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/inotify.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <utility>
+
+namespace paradize::assets {
+
+namespace {
+
+// How often the file is looked at, for file systems that tell nothing (those of other machines).
+constexpr int look_ms = 500;
+
+std::int64_t nanoseconds(const timespec &time) {
+    return static_cast<std::int64_t>(time.tv_sec) * 1000000000 + time.tv_nsec;
+}
+
+} // namespace
+
+FileStamp stamp_of(const std::filesystem::path &file) {
+    struct stat status {};
+    if (::stat(file.c_str(), &status) != 0) {
+        return {};
+    }
+    return {static_cast<std::int64_t>(status.st_dev), static_cast<std::int64_t>(status.st_ino),
+            static_cast<std::int64_t>(status.st_size), nanoseconds(status.st_mtim),
+            nanoseconds(status.st_ctim)};
+}
+
+SceneWatcher::SceneWatcher(std::filesystem::path scene_json)
+    : path_(std::move(scene_json)), seen_(stamp_of(path_)), wake_(::eventfd(0, EFD_CLOEXEC)) {
+    if (wake_ < 0) {
+        throw Error(path_.string() + ": cannot be followed: " + std::strerror(errno));
+    }
+    notify_ = ::inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
+    if (notify_ >= 0) {
+        const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
+        ::inotify_add_watch(notify_, folder.c_str(), IN_MOVED_TO | IN_CLOSE_WRITE); // else: look_ms
+    }
+    thread_ = std::jthread([this](const std::stop_token &stop) { follow(stop); });
+}
+
+SceneWatcher::~SceneWatcher() {
+    thread_.request_stop();
+    ::eventfd_write(wake_, 1);
+    thread_.join();
+    ::close(wake_);
+    if (notify_ >= 0) {
+        ::close(notify_);
+    }
+    delete ready_.exchange(nullptr);
+}
+
+std::unique_ptr<RebakedScene> SceneWatcher::take() {
+    return std::unique_ptr<RebakedScene>(ready_.exchange(nullptr, std::memory_order_acquire));
+}
+
+void SceneWatcher::follow(const std::stop_token &stop) {
+    std::array<char, 4096> events{}; // what happened does not count: the stamp tells
+    while (true) {
+        std::array<pollfd, 2> waits{{{wake_, POLLIN, 0}, {notify_, POLLIN, 0}}};
+        ::poll(waits.data(), waits.size(), look_ms);
+        if (stop.stop_requested()) {
+            return;
+        }
+        while (notify_ >= 0 && ::read(notify_, events.data(), events.size()) > 0) {
+        }
+        for (FileStamp now = stamp_of(path_); now != FileStamp{} && now != seen_; now = stamp_of(path_)) {
+            seen_ = now;
+            std::unique_ptr<RebakedScene> found = read();
+            if (!outdated(seen_)) {
+                delete ready_.exchange(found.release(), std::memory_order_acq_rel);
+            }
+        }
+    }
+}
+
+std::unique_ptr<RebakedScene> SceneWatcher::read() const {
+    auto found = std::make_unique<RebakedScene>();
+    found->stamp = seen_;
+    try {
+        found->file = read_scene(path_);
+    } catch (const std::exception &error) { // the thread's end: it is told where frames are drawn
+        found->fault = error.what();
+    }
+    return found;
+}
+
+} // namespace paradize::assets

@@ -1,0 +1,175 @@
+#include "passes/environment_bindings.hpp"
+
+#include "gl/texture.hpp"
+
+#include <epoxy/gl.h>
+#include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace paradize {
+
+namespace {
+
+/// Scale against `tile`, bearing in radians, speed against `scroll`: no two layers share a period, so that
+/// their sum does not visibly repeat.
+struct Layer {
+    double scale, bearing, speed;
+};
+constexpr std::array<Layer, Waves::layers> layer_table{
+    {{1.0, 0.0, 1.0}, {1.73, 0.61, -1.0}, {0.137, -0.42, 0.45}}};
+
+double wrapped(double value) {
+    return value - std::floor(value);
+}
+
+} // namespace
+
+Waves waves_at(const assets::Water &water, double elapsed_s, const glm::dvec3 &anchor) {
+    Waves waves;
+    for (std::size_t i = 0; i < layer_table.size(); ++i) {
+        const Layer &layer = layer_table[i];
+        const double c = std::cos(layer.bearing);
+        const double s = std::sin(layer.bearing);
+        const double tile = layer.scale * water.tile / std::max(static_cast<double>(water.size_m), 1e-3);
+        waves.rows[i] = glm::vec4(c * tile, s * tile, -s * tile, c * tile);
+        const double u = layer.scale * layer.speed * (c * water.scroll_per_s.x + s * water.scroll_per_s.y);
+        const double v = layer.scale * layer.speed * (c * water.scroll_per_s.y - s * water.scroll_per_s.x);
+        // Rounded to float a value just below 1 may become 1, which is 0 again.
+        const double there_u = tile * (c * anchor.x + s * anchor.z);
+        const double there_v = tile * (c * anchor.z - s * anchor.x);
+        waves.offsets[i] = glm::vec2(wrapped(u * elapsed_s + there_u), wrapped(v * elapsed_s + there_v));
+        waves.lengths_m[static_cast<int>(i)] = static_cast<float>(1.0 / std::max(tile, 1e-6));
+    }
+    return waves;
+}
+
+float water_scatter(const assets::Water &water) {
+    const glm::vec3 &a = water.absorption_per_m;
+    return 1.2F * (a.x + a.y + a.z) / 3.0F;
+}
+
+glm::vec3 water_glow(const assets::SceneFile &file) {
+    if (!file.water) {
+        return glm::vec3(0.0F);
+    }
+    const glm::vec3 sun = file.sun.color * file.sun.intensity * std::max(file.sun.direction.y, 0.0F);
+    const glm::vec3 light =
+        sun / std::numbers::pi_v<float> + file.ambient.color * file.ambient.intensity * 0.5F;
+    return light * glm::mix(file.water->shallow_color, file.water->deep_color, 0.5F);
+}
+
+EnvironmentBindings::EnvironmentBindings(const PassSetup &setup, const gl::Program &program)
+    : no_shadow_(gl::make_depth_comparison_target(1)) {
+    program.set_unit("u_sky", unit_sky);
+    program.set_unit("u_shadow_map", unit_shadow);
+    program.set_unit("u_shadow_depth", unit_shadow_depth);
+    if (setup.detail.shadow_filter >= ShadowFilter::penumbra) {
+        raw_ = gl::make_sampler(gl::Wrap::clamp, gl::Filter::nearest);
+    }
+    if (setup.detail.mip_bias != 0.0F) {
+        waves_ = gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, 1.0F, std::nullopt,
+                                  setup.detail.mip_bias);
+    }
+    program.set_unit("u_wave_normal", unit_wave_normal);
+    program.set_unit("u_wave_dudv", unit_wave_dudv);
+    sky_blur_at_ = program.location("u_sky_blur");
+    sky_left_out_at_ = program.location("u_sky_left_out");
+    shadow_texel_at_ = program.location("u_shadow_texel");
+    shadow_texel_m_at_ = program.location("u_shadow_texel_m");
+    shadow_radius_at_ = program.location("u_shadow_radius");
+    shadow_blur_m_at_ = program.location("u_shadow_blur_m");
+    shadow_range_m_at_ = program.location("u_shadow_range_m");
+    wave_rows_at_ = program.location("u_wave_rows");
+    wave_offsets_at_ = program.location("u_wave_offsets");
+    caustics_at_ = program.location("u_caustics");
+    sun_refracted_at_ = program.location("u_sun_refracted");
+    water_glow_at_ = program.location("u_water_glow");
+    water_scatter_at_ = program.location("u_water_scatter");
+    clip_plane_at_ = program.location("u_clip_plane");
+    index_at_ = program.location("u_index");
+    refracting_at_ = program.location("u_refracting");
+    if (const StreamedTexture *sky = setup.scene.texture(setup.scene.file().sky)) {
+        // The mip with two texels an edge, and a little coarser.
+        sky_blur_ = std::max(0.0F, static_cast<float>(sky->levels()) - 2.3F);
+        const assets::SceneFile &file = setup.scene.file();
+        sky_left_out_ = static_cast<float>(file.find_artifact(file.sky)->left_out);
+    }
+}
+
+void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
+    const assets::SceneFile &file = frame.scene.file();
+    if (const StreamedTexture *sky = frame.scene.texture(file.sky)) {
+        sky->bind(unit_sky);
+    }
+    gl::Program::set(sky_blur_at_, sky_blur_);
+    gl::Program::set(sky_left_out_at_, sky_left_out_);
+
+    const gl::Texture *shadow = frame.shared.shadow_map;
+    const unsigned shadow_name = shadow != nullptr ? shadow->name() : no_shadow_.name();
+    gl::bind_texture(unit_shadow, GL_TEXTURE_2D, shadow_name);
+    if (raw_) {
+        gl::bind_texture(unit_shadow_depth, GL_TEXTURE_2D, shadow_name, raw_.name());
+    }
+    if (file.shadow) {
+        const auto size_px = static_cast<float>(frame.detail.shadow_size_px);
+        const float texel_m = file.shadow->extent_m / size_px;
+        // A disc's edge spreads by its angle over the height of what stands here: some ten metres.
+        const float spread_m = std::max(file.sun.angular_diameter_rad, 0.004F) * 14.0F;
+        gl::Program::set(shadow_texel_at_, 1.0F / size_px);
+        gl::Program::set(shadow_texel_m_at_, texel_m);
+        gl::Program::set(shadow_radius_at_, std::clamp(spread_m / texel_m, 1.3F, 4.0F));
+        const View &light = frame.view(ViewKind::light);
+        gl::Program::set(shadow_range_m_at_, light.far_m - light.near_m);
+        gl::Program::set(shadow_blur_m_at_, file.shadow->blur_distance_m);
+    }
+
+    const bool refracting = view.kind == ViewKind::refraction;
+    glm::vec4 clip_plane = view.clipped ? view.clip_plane : glm::vec4(0.0F, 0.0F, 0.0F, 1.0F);
+    if (file.water) {
+        const assets::Water &water = *file.water;
+        if (const StreamedTexture *map = frame.scene.texture(water.normal)) {
+            map->bind(unit_wave_normal, waves_.name());
+        }
+        if (const StreamedTexture *map = frame.scene.texture(water.dudv)) {
+            map->bind(unit_wave_dudv, waves_.name());
+        }
+        const Waves waves = waves_at(water, frame.clock.elapsed_s, view.anchor);
+        if (wave_rows_at_ >= 0) {
+            glUniform4fv(wave_rows_at_, Waves::layers, glm::value_ptr(waves.rows[0]));
+        }
+        if (wave_offsets_at_ >= 0) {
+            glUniform2fv(wave_offsets_at_, Waves::layers, glm::value_ptr(waves.offsets[0]));
+        }
+        gl::Program::set(caustics_at_, 1.0F);
+        gl::Program::set(water_glow_at_, water_glow(file));
+        gl::Program::set(water_scatter_at_, water_scatter(water));
+    }
+    glm::vec3 down = frame.to_sun;
+    down.x /= water_refraction;
+    down.z /= water_refraction;
+    down.y = std::sqrt(std::max(0.0F, 1.0F - down.x * down.x - down.z * down.z));
+    gl::Program::set(sun_refracted_at_, down);
+    gl::Program::set(clip_plane_at_, clip_plane);
+    gl::Program::set(index_at_, refracting ? water_refraction : 1.0F);
+    gl::Program::set(refracting_at_, refracting ? 1.0F : 0.0F);
+}
+
+std::string shadow_define(const RenderSettings &detail) {
+    return "SHADOW_FILTER " + std::to_string(static_cast<int>(detail.shadow_filter));
+}
+
+void depth_bias(bool on) {
+    if (on) {
+        glEnable(GL_POLYGON_OFFSET_FILL);
+        glPolygonOffset(1.5F, 2.0F);
+    } else {
+        glDisable(GL_POLYGON_OFFSET_FILL);
+        glPolygonOffset(0.0F, 0.0F);
+    }
+}
+
+} // namespace paradize

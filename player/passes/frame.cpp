@@ -1,0 +1,101 @@
+#include "passes/frame.hpp"
+
+#include "gl/frame_uniforms.hpp"
+#include "gl/framebuffer.hpp"
+#include "gl/program.hpp"
+#include "passes/pass.hpp"
+#include "scene/camera.hpp"
+
+#include <epoxy/gl.h>
+#include <glm/matrix.hpp>
+
+namespace paradize {
+
+namespace {
+
+constexpr int slots =
+    24; // enough that the driver never waits for a slot still being read by an earlier frame
+constexpr float no_water = -1e9F;
+
+} // namespace
+
+Frame::Frame(const Scene &shown, std::span<const std::unique_ptr<Pass>> passes)
+    : scene(shown), passes_(passes) {
+    GLint alignment = 1;
+    glGetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &alignment);
+    const auto step = static_cast<std::size_t>(alignment);
+    slot_bytes_ = (sizeof(gl::FrameUniforms) + step - 1) / step * step;
+    uniforms_ = gl::Buffer::create();
+    glBindBuffer(GL_UNIFORM_BUFFER, uniforms_.name());
+    glBufferData(GL_UNIFORM_BUFFER, static_cast<GLsizeiptr>(slot_bytes_ * slots), nullptr, GL_DYNAMIC_DRAW);
+    empty_ = gl::VertexArray::create();
+    if (const assets::SceneFile &file = scene.file(); file.terrain) {
+        terrain_ = std::make_unique<TerrainTiles>(*file.terrain, scene.streamer());
+        terrain_->set_water(file.water ? file.water->level_m : no_water);
+    }
+    for (std::vector<DrawItem> &items : visible_) {
+        items.reserve(scene.instance_count());
+    }
+}
+
+Frame::~Frame() = default;
+
+float Frame::water_m() const {
+    const assets::SceneFile &file = scene.file();
+    const double level_m = file.water ? file.water->level_m : no_water;
+    return static_cast<float>(level_m - view(ViewKind::main).anchor.y);
+}
+
+void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only) {
+    const assets::SceneFile &file = scene.file();
+    gl::FrameUniforms block;
+    block.view_projection = view.view_projection;
+    block.view = view.view;
+    block.inverse_view_projection = glm::inverse(view.view_projection);
+    block.shadow_from_world =
+        file.shadow ? texture_from_clip() * this->view(ViewKind::light).view_projection : glm::mat4(1.0F);
+    block.eye = glm::vec4(view.eye, 1.0F);
+    block.clip_plane = view.clip_plane;
+    const auto width = static_cast<float>(view.width_px);
+    const auto height = static_cast<float>(view.height_px);
+    block.viewport = glm::vec4(width, height, 1.0F / width, 1.0F / height);
+    block.lens = glm::vec4(view.near_m, view.far_m, view.pixels_at_1m, view.mirrored ? 1.0F : 0.0F);
+    block.sun_direction = glm::vec4(to_sun, file.sun.angular_diameter_rad * 0.5F);
+    block.sun_radiance =
+        glm::vec4(file.sun.color * file.sun.intensity, shared.shadow_map != nullptr ? 1.0F : 0.0F);
+    block.ambient = glm::vec4(file.ambient.color * file.ambient.intensity, detail.footprint);
+    block.fog = glm::vec4(file.fog.color, file.fog.density_per_m);
+    block.water = glm::vec4(file.water ? file.water->absorption_per_m : glm::vec3(0.0F), water_m());
+    block.anchor = glm::vec4(view.anchor, 0.0);
+    block.clock = glm::vec4(static_cast<float>(clock.flight_s), static_cast<float>(clock.elapsed_s),
+                            file.exposure, static_cast<float>(clock.frame % 4096));
+
+    slot_ = (slot_ + 1) % slots;
+    const auto offset = static_cast<GLintptr>(slot_bytes_ * static_cast<std::size_t>(slot_));
+    glBindBuffer(GL_UNIFORM_BUFFER, uniforms_.name());
+    glBufferSubData(GL_UNIFORM_BUFFER, offset, sizeof block, &block);
+    glBindBufferRange(GL_UNIFORM_BUFFER, gl::frame_uniforms_binding, uniforms_.name(), offset, sizeof block);
+
+    gl::bind_framebuffer(framebuffer, view.width_px, view.height_px);
+    glFrontFace(view.mirrored ? GL_CW : GL_CCW);
+    if (view.clipped) {
+        glEnable(GL_CLIP_DISTANCE0);
+    }
+    glClearColor(0.0F, 0.0F, 0.0F, 0.0F);
+    glClear(depth_only ? GL_DEPTH_BUFFER_BIT : GL_DEPTH_BUFFER_BIT | GL_COLOR_BUFFER_BIT);
+    for (std::size_t i = 0; i < passes_.size(); ++i) {
+        passes_[i]->draw(*this, view);
+        if (meter != nullptr && view.kind == ViewKind::main) {
+            meter->stop(i);
+        }
+    }
+    glDisable(GL_CLIP_DISTANCE0);
+    glFrontFace(GL_CCW);
+}
+
+void Frame::draw_fullscreen() const {
+    glBindVertexArray(empty_.name());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+} // namespace paradize

@@ -1,0 +1,283 @@
+#include "render/renderer.hpp"
+
+#include "gl/debug.hpp"
+#include "gl/framebuffer.hpp"
+#include "gl/texture.hpp"
+#include "scene/camera.hpp"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace paradize {
+
+namespace {
+
+// A show that begins later than this begins its simulation this long before, so that --time never takes long.
+constexpr std::uint64_t most_steps = 600 * 120;
+std::vector<std::unique_ptr<Pass>> build(std::span<const std::size_t> which, const PassSetup &setup) {
+    std::vector<std::unique_ptr<Pass>> passes;
+    for (const std::size_t pass : which) {
+        passes.push_back(make_pass(pass, setup));
+    }
+    return passes;
+}
+
+void set_default_state() {
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LESS);
+    glDepthMask(GL_TRUE);
+    glEnable(GL_CULL_FACE);
+    glCullFace(GL_BACK);
+    glFrontFace(GL_CCW);
+    glDisable(GL_BLEND);
+    glDisable(GL_DITHER); // ours is in the last pass
+    glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+}
+
+} // namespace
+
+Renderer::Renderer(const Scene &scene, const gl::ShaderLibrary &shaders, const RendererSettings &settings)
+    : scene_(scene), shaders_(shaders), which_(wanted_passes(scene.file(), settings.disabled)),
+      passes_(build(which_, {scene, shaders, settings.detail})),
+      has_post_(std::ranges::find(settings.disabled, "post") == settings.disabled.end()),
+      frame_(scene, passes_) {
+    frame_.detail = settings.detail;
+    set_default_state();
+    resize(settings.width_px, settings.height_px);
+}
+
+Renderer::~Renderer() = default;
+
+void Renderer::make_targets() {
+    GLint most = 1;
+    glGetIntegerv(GL_MAX_SAMPLES, &most);
+    const int samples = std::min(frame_.detail.samples, most);
+    color_ = gl::make_renderbuffer(GL_RGBA16F, width_px_, height_px_, samples);
+    depth_ = gl::make_renderbuffer(GL_DEPTH_COMPONENT24, width_px_, height_px_, samples);
+    drawn_ = gl::make_framebuffer(color_, depth_);
+}
+
+void Renderer::resize(int width_px, int height_px) {
+    if (width_px == width_px_ && height_px == height_px_) {
+        return;
+    }
+    width_px_ = width_px;
+    height_px_ = height_px;
+    make_targets();
+    picture_ = gl::make_target(GL_RGBA16F, width_px, height_px);
+    final_ = gl::make_target(GL_RGBA8, width_px, height_px);
+    resolved_ = gl::make_framebuffer(picture_, {});
+    output_ = gl::make_framebuffer(final_, {});
+    spares_.clear(); // theirs is another size
+    for (const std::unique_ptr<Pass> &pass : passes_) {
+        pass->resize(width_px, height_px);
+    }
+    frame_.width_px = width_px;
+    frame_.height_px = height_px;
+    frame_.output = output_.name();
+}
+
+void Renderer::set_detail(const RenderSettings &detail) {
+    const RenderSettings before = std::exchange(frame_.detail, detail);
+    for (std::size_t i = 0; i < passes_.size(); ++i) {
+        const std::size_t which = which_[i];
+        if (suits(which, before, detail)) {
+            continue;
+        }
+        std::unique_ptr<Pass> pass;
+        const auto spare = std::ranges::find_if(spares_, [&](const Spare &kept) {
+            return kept.which == which && suits(which, kept.detail, detail);
+        });
+        if (spare != spares_.end()) {
+            pass = std::move(spare->pass);
+            spares_.erase(spare);
+        } else {
+            pass = make_pass(which, {scene_, shaders_, detail});
+            pass->resize(width_px_, height_px_);
+        }
+        spares_.push_back({which, before, std::exchange(passes_[i], std::move(pass))});
+    }
+    if (before.samples != detail.samples) {
+        make_targets();
+    }
+}
+
+void Renderer::go_on(const Renderer &before) {
+    bool all = true;
+    for (const std::unique_ptr<Pass> &pass : passes_) {
+        all = pass->go_on(before.passes_) && all;
+    }
+    if (all) {
+        steps_ = before.steps_;
+        frame_.clock = before.frame_.clock;
+        last_s_ = before.last_s_;
+    }
+}
+
+void Renderer::step_to(double elapsed_s) {
+    const auto wanted = static_cast<std::uint64_t>(std::floor(elapsed_s / step_s + 1e-6));
+    if (wanted > steps_ + most_steps) {
+        steps_ = wanted - most_steps;
+    }
+    for (; steps_ < wanted; ++steps_) {
+        const double time_s = static_cast<double>(steps_) * step_s;
+        for (const std::unique_ptr<Pass> &pass : passes_) {
+            pass->step(time_s);
+        }
+    }
+}
+
+void Renderer::set_views(const Pose &pose, const Sample &sample) {
+    const assets::SceneFile &file = scene_.file();
+    const auto place = [&](const View &view) { frame_.views_[static_cast<std::size_t>(view.kind)] = view; };
+    const RenderSettings &detail = frame_.detail;
+    View main = main_view(pose, file.flight, width_px_, height_px_);
+    move_in_pixel(main, sample.pixel);
+    const double level = file.water ? file.water->level_m : 0.0;
+    place(main);
+    place(mirror_view(main, level, detail.reflection_scale));
+    place(refraction_view(main, level, detail.refraction_scale));
+    assets::Shadow shadow = file.shadow.value_or(assets::Shadow());
+    shadow.size_px = detail.shadow_size_px;
+    frame_.to_sun = sample.sun == glm::vec2(0.0F)
+                        ? file.sun.direction
+                        : sun_direction(file.sun.direction, 0.5F * file.sun.angular_diameter_rad, sample.sun);
+    View light = light_view(shadow, frame_.to_sun, main.anchor);
+    move_in_pixel(light, sample.pixel);
+    place(light);
+    if (frame_.terrain_) {
+        frame_.terrain_->update(main, detail.lod_error_px);
+    }
+    for (std::size_t i = 0; i < view_kinds; ++i) {
+        const View &view = frame_.views_[i];
+        const bool is_light = view.kind == ViewKind::light;
+        frame_.visible_[i].clear();
+        scene_.collect(view, is_light ? main.eye : view.eye, is_light ? main.pixels_at_1m : view.pixels_at_1m,
+                       detail.lod_error_px, frame_.visible_[i]);
+    }
+}
+
+void Renderer::start(double elapsed_s) {
+    step_to(elapsed_s);
+    frame_.clock.delta_s = frame_.clock.frame == 0 ? 0.0 : elapsed_s - last_s_;
+    frame_.clock.elapsed_s = elapsed_s;
+    frame_.clock.flight_s = flight_second(elapsed_s, scene_.file().flight.duration_s);
+    last_s_ = elapsed_s;
+}
+
+/// Into picture_, resolved.
+void Renderer::draw_linear(const Pose &pose, const Sample &sample) {
+    set_views(pose, sample);
+    frame_.shared = Shared();
+    for (std::size_t i = 0; i < passes_.size(); ++i) {
+        passes_[i]->prepare(frame_);
+        if (frame_.meter != nullptr) {
+            frame_.meter->stop(i);
+        }
+    }
+    frame_.draw_view(frame_.view(ViewKind::main), drawn_.name());
+    gl::blit_color(drawn_.name(), width_px_, height_px_, resolved_.name(), width_px_, height_px_);
+    frame_.shared.picture = &picture_;
+}
+
+void Renderer::finish() {
+    if (has_post_) {
+        for (std::size_t i = 0; i < passes_.size(); ++i) {
+            passes_[i]->finish(frame_);
+            if (frame_.meter != nullptr) {
+                frame_.meter->stop(i);
+            }
+        }
+    } else {
+        gl::blit_color(resolved_.name(), width_px_, height_px_, output_.name(), width_px_, height_px_);
+    }
+    ++frame_.clock.frame;
+}
+
+void Renderer::draw(double elapsed_s, const Pose &pose) {
+    start(elapsed_s);
+    draw_linear(pose, {});
+    finish();
+}
+
+void Renderer::draw_mean(double elapsed_s, const Pose &pose, const std::vector<Sample> &samples) {
+    start(elapsed_s);
+    std::vector<float> pixels;
+    std::vector<double> sum;
+    for (const Sample &sample : samples) {
+        draw_linear(pose, sample);
+        read_linear(pixels);
+        sum.resize(pixels.size());
+        std::ranges::transform(pixels, sum, sum.begin(),
+                               [](float p, double s) { return s + static_cast<double>(p); });
+    }
+    std::ranges::transform(sum, pixels.begin(), [&](double s) {
+        return static_cast<float>(s / static_cast<double>(samples.size()));
+    });
+    gl::write_target(picture_, width_px_, height_px_, pixels);
+    finish();
+}
+
+std::vector<std::pair<std::string_view, double>> Renderer::measure_passes(double elapsed_s,
+                                                                          const Pose &pose) {
+    PassMeter meter(passes_.size());
+    start(elapsed_s);
+    frame_.meter = &meter;
+    meter.start();
+    draw_linear(pose, {});
+    finish();
+    frame_.meter = nullptr;
+    std::vector<std::pair<std::string_view, double>> out;
+    for (std::size_t i = 0; i < passes_.size(); ++i) {
+        out.emplace_back(pass_names()[which_[i]], meter.ms()[i]);
+    }
+    return out;
+}
+
+std::optional<TerrainCounts> Renderer::terrain_counts() const {
+    return frame_.terrain_ ? std::optional(frame_.terrain_->counts()) : std::nullopt;
+}
+
+unsigned Renderer::output() const {
+    return output_.name();
+}
+
+void Renderer::read_picture(std::vector<std::uint8_t> &pixels) const {
+    const std::size_t row = static_cast<std::size_t>(width_px_) * 3;
+    pixels.resize(row * static_cast<std::size_t>(height_px_));
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, output_.name());
+    glReadPixels(0, 0, width_px_, height_px_, GL_RGB, GL_UNSIGNED_BYTE, pixels.data());
+    for (std::size_t top = 0, bottom = static_cast<std::size_t>(height_px_); top + 1 < bottom--; ++top) {
+        std::swap_ranges(pixels.begin() + static_cast<std::ptrdiff_t>(top * row),
+                         pixels.begin() + static_cast<std::ptrdiff_t>((top + 1) * row),
+                         pixels.begin() + static_cast<std::ptrdiff_t>(bottom * row));
+    }
+}
+
+void Renderer::read_linear(std::vector<float> &pixels) const {
+    pixels.resize(static_cast<std::size_t>(width_px_) * static_cast<std::size_t>(height_px_) * 4);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved_.name());
+    glReadPixels(0, 0, width_px_, height_px_, GL_RGBA, GL_FLOAT, pixels.data());
+}
+
+std::optional<BadPixel> Renderer::find_bad_pixel() const {
+    std::vector<float> pixels;
+    read_linear(pixels);
+    const auto bad =
+        std::find_if(pixels.begin(), pixels.end(), [](float value) { return !std::isfinite(value); });
+    if (bad == pixels.end()) {
+        return std::nullopt;
+    }
+    const auto pixel = (bad - pixels.begin()) / 4;
+    BadPixel out;
+    out.x = static_cast<int>(pixel % width_px_);
+    out.y = height_px_ - 1 - static_cast<int>(pixel / width_px_);
+    std::copy_n(pixels.begin() + pixel * 4, 4, out.value);
+    return out;
+}
+
+} // namespace paradize

@@ -1,0 +1,96 @@
+#pragma once
+// One frame after the other: simulation, streaming, views, passes, resolve.
+
+#include "passes/frame.hpp"
+#include "passes/pass.hpp"
+#include "passes/pass_meter.hpp"
+#include "render/samples.hpp"
+#include "scene/flight.hpp"
+#include "scene/quality.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace paradize {
+
+struct RendererSettings {
+    int width_px = 0;
+    int height_px = 0;
+    RenderSettings detail;
+    std::vector<std::string> disabled; // names of passes
+};
+
+/// The place of a value that is no finite number.
+struct BadPixel {
+    int x = 0, y = 0; // from the top left
+    float value[4] = {};
+};
+
+class Renderer {
+  public:
+    /// Builds the passes. Throws Error.
+    Renderer(const Scene &scene, const gl::ShaderLibrary &shaders, const RendererSettings &settings);
+    ~Renderer();
+    Renderer(const Renderer &) = delete;
+    Renderer &operator=(const Renderer &) = delete;
+
+    void resize(int width_px, int height_px);
+    /// Goes on from the moment that another renderer has drawn, with its simulation where that is the same.
+    void go_on(const Renderer &before);
+    /// From the next frame on; the first with a detail that was not drawn with yet builds what it needs.
+    void set_detail(const RenderSettings &detail);
+    /// Draws the moment `elapsed_s` of the show, seen from `pose`. Steps the simulation up to it first.
+    void draw(double elapsed_s, const Pose &pose);
+    /// The same moment as the mean of several frames' linear light, each seen through another place of the
+    /// pixel and lit from another place of the sun's disc; exposure and all that follows come after the mean.
+    void draw_mean(double elapsed_s, const Pose &pose, const std::vector<Sample> &samples);
+    /// Draws a frame and waits for each of its passes; milliseconds by name, in drawing order.
+    std::vector<std::pair<std::string_view, double>> measure_passes(double elapsed_s, const Pose &pose);
+
+    /// Of the last frame; none where the scene has no terrain.
+    std::optional<TerrainCounts> terrain_counts() const;
+
+    /// Framebuffer with the finished 8-bit picture.
+    unsigned output() const;
+    int width_px() const { return width_px_; }
+    int height_px() const { return height_px_; }
+    /// The finished picture: RGB, rows from the top. `pixels` is resized.
+    void read_picture(std::vector<std::uint8_t> &pixels) const;
+    /// First pixel of the linear picture with a NaN or an infinity.
+    std::optional<BadPixel> find_bad_pixel() const;
+
+  private:
+    void start(double elapsed_s);
+    void step_to(double elapsed_s);
+    void set_views(const Pose &pose, const Sample &sample);
+    void draw_linear(const Pose &pose, const Sample &sample);
+    void finish();
+    void make_targets();
+    void read_linear(std::vector<float> &pixels) const;
+
+    const Scene &scene_;
+    const gl::ShaderLibrary &shaders_;
+    int width_px_ = 0, height_px_ = 0;
+    std::vector<std::size_t> which_; // indices into pass_names(), one per pass
+    std::vector<std::unique_ptr<Pass>> passes_;
+    struct Spare {
+        std::size_t which;
+        RenderSettings detail;
+        std::unique_ptr<Pass> pass;
+    };
+    std::vector<Spare> spares_; // made for details that were drawn with before
+    bool has_post_ = false;
+    Frame frame_;
+    gl::Renderbuffer color_, depth_;
+    gl::Texture picture_, final_;
+    gl::Framebuffer drawn_, resolved_, output_;
+    std::uint64_t steps_ = 0;
+    double last_s_ = 0.0;
+};
+
+} // namespace paradize

@@ -1,0 +1,127 @@
+#include "scene/camera.hpp"
+
+#include <glm/ext/matrix_clip_space.hpp>
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace paradize {
+
+void finish_view(View &view) {
+    view.view_projection = view.projection * view.view;
+    // Gribb and Hartmann, "Fast Extraction of Viewing Frustum Planes from the World-View-Projection Matrix",
+    // 2001.
+    const glm::mat4 rows = glm::transpose(view.view_projection);
+    for (int axis = 0; axis < 3; ++axis) {
+        view.planes[static_cast<std::size_t>(2 * axis)] = rows[3] + rows[axis];
+        view.planes[static_cast<std::size_t>(2 * axis + 1)] = rows[3] - rows[axis];
+    }
+    for (glm::vec4 &plane : view.planes) {
+        plane /= std::max(glm::length(glm::vec3(plane)), 1e-20F);
+    }
+}
+
+glm::dvec3 anchor_of(const glm::dvec3 &eye) {
+    constexpr double near_m = 4096.0; // float32 has steps of 0.5 mm there
+    constexpr double step_m = 1024.0;
+    glm::dvec3 out(0.0);
+    for (int axis = 0; axis < 3; ++axis) {
+        out[axis] = std::abs(eye[axis]) > near_m ? std::round(eye[axis] / step_m) * step_m : 0.0;
+    }
+    return out;
+}
+
+View main_view(const Pose &pose, const assets::Flight &flight, int width_px, int height_px) {
+    View out;
+    out.kind = ViewKind::main;
+    out.width_px = width_px;
+    out.height_px = height_px;
+    out.near_m = flight.near_m;
+    out.far_m = flight.far_m;
+    out.anchor = anchor_of(pose.eye);
+    out.eye = out.local(pose.eye);
+    out.view = look({pose.eye - out.anchor, pose.target - out.anchor, pose.roll_rad});
+    const float aspect = static_cast<float>(width_px) / static_cast<float>(height_px);
+    out.projection = glm::perspective(flight.fov_rad, aspect, flight.near_m, flight.far_m);
+    out.pixels_at_1m = static_cast<float>(height_px) / (2.0F * std::tan(flight.fov_rad * 0.5F));
+    finish_view(out);
+    return out;
+}
+
+namespace {
+
+void resize(View &view, float scale) {
+    view.width_px = std::max(1, static_cast<int>(std::lround(static_cast<float>(view.width_px) * scale)));
+    view.height_px = std::max(1, static_cast<int>(std::lround(static_cast<float>(view.height_px) * scale)));
+    view.pixels_at_1m *= scale;
+}
+
+} // namespace
+
+View mirror_view(const View &main, double level_m, float scale) {
+    View out = main;
+    const auto level = static_cast<float>(level_m - main.anchor.y);
+    out.kind = ViewKind::mirror;
+    out.mirrored = true;
+    out.clipped = true;
+    out.clip_plane = glm::vec4(0.0F, 1.0F, 0.0F, clip_margin_m - level);
+    out.eye.y = 2.0F * level - main.eye.y;
+    glm::mat4 mirror(1.0F);
+    mirror[1][1] = -1.0F;
+    mirror[3][1] = 2.0F * level;
+    out.view = main.view * mirror;
+    resize(out, scale);
+    finish_view(out);
+    return out;
+}
+
+View refraction_view(const View &main, double level_m, float scale) {
+    View out = main;
+    out.kind = ViewKind::refraction;
+    out.clipped = true;
+    out.clip_plane =
+        glm::vec4(0.0F, -1.0F, 0.0F, static_cast<float>(level_m - main.anchor.y) + clip_margin_m);
+    resize(out, scale);
+    return out;
+}
+
+View light_view(const assets::Shadow &shadow, const glm::vec3 &to_sun, const glm::dvec3 &anchor) {
+    View out;
+    out.anchor = anchor;
+    const glm::vec3 center = out.local(shadow.center);
+    out.kind = ViewKind::light;
+    out.width_px = shadow.size_px;
+    out.height_px = shadow.size_px;
+    const float half = shadow.extent_m * 0.5F;
+    // Deep enough for all that stands on the square, however low the sun.
+    const float reach = shadow.extent_m * 1.5F;
+    out.near_m = 0.0F;
+    out.far_m = 2.0F * reach;
+    out.eye = center + to_sun * reach;
+    const glm::vec3 up =
+        std::abs(to_sun.y) > 0.999F ? glm::vec3(0.0F, 0.0F, -1.0F) : glm::vec3(0.0F, 1.0F, 0.0F);
+    out.view = glm::lookAt(out.eye, center, up);
+    out.projection = glm::ortho(-half, half, -half, half, out.near_m, out.far_m);
+    out.pixels_at_1m = 0.0F;
+    finish_view(out);
+    return out;
+}
+
+void move_in_pixel(View &view, const glm::vec2 &pixels) {
+    if (pixels == glm::vec2(0.0F)) {
+        return;
+    }
+    const glm::vec3 clip(2.0F * pixels.x / static_cast<float>(view.width_px),
+                         2.0F * pixels.y / static_cast<float>(view.height_px), 0.0F);
+    view.projection = glm::translate(glm::mat4(1.0F), clip) * view.projection;
+    finish_view(view);
+}
+
+glm::mat4 texture_from_clip() {
+    return glm::scale(glm::translate(glm::mat4(1.0F), glm::vec3(0.5F)), glm::vec3(0.5F));
+}
+
+} // namespace paradize

@@ -1,0 +1,118 @@
+#include "streaming/scene.hpp"
+
+#include "error.hpp"
+
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace paradize {
+
+int choose_lod(std::span<const float> errors_m, float distance_m, float pixels_at_1m, float error_px) {
+    const float pixels_per_m = pixels_at_1m / std::max(distance_m, 1e-3F);
+    for (std::size_t lod = errors_m.size(); lod-- > 1;) {
+        if (errors_m[lod] * pixels_per_m <= error_px) {
+            return static_cast<int>(lod);
+        }
+    }
+    return 0;
+}
+
+glm::vec2 parallax_of(const assets::Material &material) {
+    const glm::vec2 asked(material.parallax_scale, material.parallax_bias);
+    const float reach = 0.5F * std::abs(asked.x) + std::abs(asked.y);
+    const float limit = material.parallax_limit.value_or(reach);
+    return reach > limit ? asked * (limit / reach) : asked;
+}
+
+namespace {
+
+bool drawn_in(const assets::Object &object, ViewKind view) {
+    switch (view) {
+    case ViewKind::light:
+        return object.shadow;
+    case ViewKind::mirror:
+        return object.reflection;
+    case ViewKind::refraction:
+        return object.refraction;
+    case ViewKind::main:
+        break;
+    }
+    return object.camera;
+}
+
+} // namespace
+
+Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(file), streamer_(streamer) {
+    objects_.reserve(file_.objects.size());
+    for (const assets::Object &entry : file_.objects) {
+        Object &object = objects_.emplace_back();
+        object.file = &entry;
+        object.mesh = mesh(entry.mesh);
+        object.color = texture(entry.color);
+        object.normal = texture(entry.normal);
+        object.height = texture(entry.height);
+        object.gloss = texture(entry.gloss);
+        if (object.mesh->levels().size() != entry.lods.size()) {
+            throw Error("scene.json: object " + entry.name + " has " + std::to_string(entry.lods.size()) +
+                        " lods, its mesh " + entry.mesh + " has " +
+                        std::to_string(object.mesh->levels().size()) + "; bake the scene again");
+        }
+        for (const std::string &name : object.mesh->materials()) {
+            const auto found =
+                std::find_if(entry.materials.begin(), entry.materials.end(),
+                             [&](const assets::Material &material) { return material.name == name; });
+            object.materials.push_back(found != entry.materials.end() ? *found : assets::Material());
+        }
+        for (const assets::Placement &placement : entry.instances) {
+            Instance &instance = object.instances.emplace_back();
+            glm::dmat4 stand = glm::translate(glm::dmat4(1.0), placement.position);
+            stand = glm::rotate(stand, placement.yaw_rad, glm::dvec3(0.0, 1.0, 0.0));
+            stand = glm::scale(stand, glm::dvec3(placement.scale));
+            instance.model = stand * model_of(object.mesh->lattice());
+            instance.center = glm::dvec3(stand * glm::dvec4(entry.center, 1.0));
+            instance.scale = static_cast<float>(placement.scale);
+            instance.radius_m = entry.radius_m * instance.scale;
+        }
+        instance_count_ += object.instances.size();
+    }
+}
+
+const StreamedTexture *Scene::texture(std::string_view artifact) const {
+    return streamer_.texture(artifact);
+}
+
+const StreamedMesh *Scene::mesh(std::string_view artifact) const {
+    return streamer_.mesh(artifact);
+}
+
+void Scene::collect(const View &view, const glm::vec3 &eye, float pixels_at_1m, float error_px,
+                    std::vector<DrawItem> &items) const {
+    constexpr std::size_t most_levels = 64;
+    for (const Object &object : objects_) {
+        if (!drawn_in(*object.file, view.kind)) {
+            continue;
+        }
+        std::array<float, most_levels> errors{};
+        const std::size_t levels = std::min(object.file->lods.size(), most_levels);
+        for (const Instance &instance : object.instances) {
+            if (items.size() == items.capacity() ||
+                !view.sees(view.local(instance.center), instance.radius_m)) {
+                continue;
+            }
+            for (std::size_t i = 0; i < levels; ++i) {
+                errors[i] = object.file->lods[i].error_m * instance.scale;
+            }
+            const float distance = glm::distance(eye, view.local(instance.center)) - instance.radius_m;
+            const int wanted = choose_lod({errors.data(), levels}, distance, pixels_at_1m, error_px);
+            if (const int lod = object.mesh->best_level(wanted); lod >= 0) {
+                items.push_back({&object, &instance, lod});
+            }
+        }
+    }
+}
+
+} // namespace paradize

@@ -1,0 +1,102 @@
+#include "streaming/streamed_mesh.hpp"
+
+#include "gl/buffer.hpp"
+
+#include <epoxy/gl.h>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include <algorithm>
+#include <array>
+
+namespace paradize {
+
+namespace {
+
+constexpr std::array<int, assets::mesh_attributes> components{3, 3, 4, 2, 2, 4};
+
+} // namespace
+
+void attach_attribute(const assets::GlbLevel &level, std::uint32_t part, const gl::Buffer &vertices,
+                      std::size_t offset_bytes) {
+    if (!mesh_attribute(level, part).empty()) {
+        const assets::GlbFormat &format = level.formats[part];
+        gl::attribute_numbers(part, components[part], format.component, format.normalized, vertices,
+                              static_cast<int>(format.stride), offset_bytes);
+    }
+}
+
+glm::dmat4 model_of(const assets::GlbLattice &lattice) {
+    const glm::dvec3 step(lattice.step[0], lattice.step[1], lattice.step[2]);
+    const glm::dvec3 origin(lattice.origin[0], lattice.origin[1], lattice.origin[2]);
+    return glm::scale(glm::translate(glm::dmat4(1.0), origin), step);
+}
+
+std::size_t attribute_end(std::size_t offset_bytes, std::size_t bytes) {
+    return (offset_bytes + bytes + 15) & ~std::size_t{15};
+}
+
+StreamedMesh::StreamedMesh(const assets::Glb &glb) : materials_(glb.materials), lattice_(glb.lattice) {
+    for (const assets::GlbLevel &level : glb.levels) {
+        MeshLevel &made = levels_.emplace_back();
+        std::vector<std::size_t> &offsets = offsets_.emplace_back();
+        std::size_t bytes = 0;
+        for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
+            offsets.push_back(bytes);
+            bytes = attribute_end(bytes, mesh_attribute(level, part).size());
+        }
+        made.vertex_array = gl::VertexArray::create();
+        glBindVertexArray(made.vertex_array.name());
+        made.vertices = gl::make_buffer(GL_ARRAY_BUFFER, bytes, gl::Usage::fixed);
+        for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
+            attach_attribute(level, part, made.vertices, offsets[part]);
+        }
+        made.has_uv1 = !level.uvs1.empty();
+        std::size_t index_bytes = 0;
+        for (const assets::GlbPrimitive &primitive : level.primitives) {
+            offsets.push_back(index_bytes);
+            made.primitives.push_back(
+                {static_cast<int>(primitive.material), static_cast<int>(primitive.count), index_bytes});
+            index_bytes = attribute_end(index_bytes, primitive.indices.size());
+        }
+        made.index_type = level.index_bytes == 2 ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
+        made.indices = gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, index_bytes, gl::Usage::fixed);
+        glBindVertexArray(0);
+    }
+}
+
+void StreamedMesh::upload(const assets::StreamPiece &piece) {
+    MeshLevel &made = levels_[piece.level];
+    const bool indices = piece.part >= assets::mesh_attributes;
+    // A copy target, so that no vertex array's element buffer is disturbed.
+    gl::write_buffer(GL_COPY_WRITE_BUFFER, indices ? made.indices : made.vertices,
+                     offsets_[piece.level][piece.part] + piece.offset, piece.bytes);
+    made.resident = made.resident || piece.last;
+}
+
+int StreamedMesh::best_level(int wanted) const {
+    const int count = static_cast<int>(levels_.size());
+    for (int level = wanted; level < count; ++level) {
+        if (levels_[static_cast<std::size_t>(level)].resident) {
+            return level;
+        }
+    }
+    for (int level = std::min(wanted, count) - 1; level >= 0; --level) {
+        if (levels_[static_cast<std::size_t>(level)].resident) {
+            return level;
+        }
+    }
+    return -1;
+}
+
+void StreamedMesh::draw(int level, int material) const {
+    const MeshLevel &mesh = levels_[static_cast<std::size_t>(level)];
+    glBindVertexArray(mesh.vertex_array.name());
+    for (const MeshPrimitive &primitive : mesh.primitives) {
+        if (material < 0 || primitive.material == material) {
+            glDrawElements(GL_TRIANGLES, primitive.index_count, mesh.index_type,
+                           reinterpret_cast<const void *>(primitive.index_offset));
+        }
+    }
+}
+
+} // namespace paradize

@@ -1,0 +1,113 @@
+#include "streaming/terrain_tiles.hpp"
+
+#include "gl/program.hpp"
+
+#include <epoxy/gl.h>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+
+namespace paradize {
+
+namespace {
+
+float above(const glm::vec4 &plane, const glm::vec3 &point) {
+    return glm::dot(glm::vec3(plane), point) + plane.w;
+}
+
+} // namespace
+
+TerrainTiles::TerrainTiles(const assets::Terrain &terrain, const Streamer &streamer)
+    : terrain_(terrain), streamer_(streamer), cut_(terrain.patches, terrain.diamonds),
+      taken_(terrain.tiles.size()) {
+    const std::vector<std::uint32_t> &tile = terrain.patches.tile;
+    for (std::uint32_t i = 0; i <= terrain.tiles.size(); ++i) {
+        first_patch_.push_back(static_cast<std::uint32_t>(std::ranges::lower_bound(tile, i) - tile.begin()));
+    }
+    counts_.resize(terrain.patches.size());
+    base_vertices_.resize(terrain.patches.size());
+    offsets_.resize(terrain.patches.size());
+}
+
+void TerrainTiles::update(const View &main, float error_px) {
+    for (std::size_t tile = 0; tile < taken_.size(); ++tile) {
+        for (const std::uint32_t arrived = streamer_.tile(tile).arrived(); taken_[tile] < arrived;
+             ++taken_[tile]) {
+            cut_.arrived(first_patch_[tile] + taken_[tile]);
+        }
+    }
+    cut_.update({glm::vec3(glm::dvec3(main.eye) + main.anchor), main.pixels_at_1m, main.near_m, error_px});
+    main_patches_ = 0;
+    main_triangles_ = 0;
+}
+
+bool TerrainTiles::sees(const View &view, const glm::vec4 &plane, std::uint32_t patch) const {
+    const glm::vec3 center = view.local(terrain_.patches.center[patch]);
+    const float radius_m = terrain_.patches.radius_m[patch];
+    if (above(plane, center) < -radius_m) {
+        return false;
+    }
+    // What is below the water is lifted towards it: the sphere, swept upwards.
+    glm::vec3 top = center;
+    if (view.kind == ViewKind::refraction) {
+        top.y = std::max(top.y, static_cast<float>(water_m_ - view.anchor.y));
+    }
+    return std::ranges::all_of(view.planes, [&](const glm::vec4 &side) {
+        return above(side, center) >= -radius_m || above(side, top) >= -radius_m;
+    });
+}
+
+void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainPlaces &places) {
+    const std::span<const std::uint32_t> patches = cut_.patches();
+    std::uint32_t drawn = 0;
+    std::uint64_t triangles = 0;
+    // From the last: fine patches are near, and hide what coarse ones behind them would shade.
+    for (std::size_t end = patches.size(); end > 0;) {
+        const std::uint32_t tile_index = terrain_.patches.tile[patches[end - 1]];
+        const StreamedTile &tile = streamer_.tile(tile_index);
+        std::size_t count = 0;
+        for (; end > 0 && patches[end - 1] >= first_patch_[tile_index]; --end) {
+            const std::uint32_t patch = patches[end - 1];
+            if (sees(view, plane, patch)) {
+                const PatchRange &range = tile.range(patch - first_patch_[tile_index]);
+                counts_[count] = range.index_count;
+                base_vertices_[count] = range.base_vertex;
+                offsets_[count] = reinterpret_cast<const void *>(range.index_offset);
+                triangles += static_cast<std::uint64_t>(range.index_count) / 3;
+                ++count;
+            }
+        }
+        if (count == 0) {
+            continue;
+        }
+        drawn += static_cast<std::uint32_t>(count);
+        gl::Program::set(places.model, view.local(tile.model()));
+        gl::Program::set(places.normals, glm::mat3(glm::transpose(glm::inverse(glm::dmat3(tile.model())))));
+        glBindVertexArray(tile.vertex_array().name());
+        glMultiDrawElementsBaseVertex(GL_TRIANGLES, counts_.data(), tile.index_type(), offsets_.data(),
+                                      static_cast<GLsizei>(count), base_vertices_.data());
+    }
+    if (view.kind == ViewKind::main) {
+        main_patches_ = drawn;
+        main_triangles_ = triangles;
+    }
+}
+
+TerrainCounts TerrainTiles::counts() const {
+    TerrainCounts out;
+    out.patches = main_patches_;
+    out.triangles = main_triangles_;
+    out.cut_patches = static_cast<std::uint32_t>(cut_.patches().size());
+    for (const std::uint32_t patch : cut_.patches()) {
+        const std::uint32_t tile = terrain_.patches.tile[patch];
+        out.cut_triangles += static_cast<std::uint64_t>(
+            streamer_.tile(tile).range(patch - first_patch_[tile]).index_count / 3);
+    }
+    out.arrived = cut_.arrived_count();
+    out.baked = static_cast<std::uint32_t>(terrain_.patches.size());
+    return out;
+}
+
+} // namespace paradize

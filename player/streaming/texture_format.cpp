@@ -1,0 +1,193 @@
+#include "streaming/texture_format.hpp"
+
+#include "error.hpp"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <array>
+
+namespace paradize {
+
+namespace {
+
+using assets::PixelFormat;
+
+/// `format` 0: block-compressed.
+struct Format {
+    GLenum internal = 0;
+    GLenum format = 0;
+    GLenum type = 0;
+};
+
+Format gl_format(PixelFormat format) {
+    switch (format) {
+    case PixelFormat::r8_unorm:
+        return {GL_R8, GL_RED, GL_UNSIGNED_BYTE};
+    case PixelFormat::rg8_unorm:
+        return {GL_RG8, GL_RG, GL_UNSIGNED_BYTE};
+    case PixelFormat::rg8_snorm:
+        return {GL_RG8_SNORM, GL_RG, GL_BYTE};
+    case PixelFormat::rgba8_unorm:
+        return {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE};
+    case PixelFormat::rgba8_srgb:
+        return {GL_SRGB8_ALPHA8, GL_RGBA, GL_UNSIGNED_BYTE};
+    case PixelFormat::r16_unorm:
+        return {GL_R16, GL_RED, GL_UNSIGNED_SHORT};
+    case PixelFormat::rg16_unorm:
+        return {GL_RG16, GL_RG, GL_UNSIGNED_SHORT};
+    case PixelFormat::rg16_snorm:
+        return {GL_RG16_SNORM, GL_RG, GL_SHORT};
+    case PixelFormat::rgba16_float:
+        return {GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT};
+    case PixelFormat::r32_float:
+        return {GL_R32F, GL_RED, GL_FLOAT};
+    case PixelFormat::bc1_rgb_unorm:
+        return {GL_COMPRESSED_RGB_S3TC_DXT1_EXT, 0, 0};
+    case PixelFormat::bc1_rgb_srgb:
+        return {GL_COMPRESSED_SRGB_S3TC_DXT1_EXT, 0, 0};
+    case PixelFormat::bc3_unorm:
+        return {GL_COMPRESSED_RGBA_S3TC_DXT5_EXT, 0, 0};
+    case PixelFormat::bc3_srgb:
+        return {GL_COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT, 0, 0};
+    case PixelFormat::bc4_unorm:
+        return {GL_COMPRESSED_RED_RGTC1, 0, 0};
+    case PixelFormat::bc5_unorm:
+        return {GL_COMPRESSED_RG_RGTC2, 0, 0};
+    case PixelFormat::bc5_snorm:
+        return {GL_COMPRESSED_SIGNED_RG_RGTC2, 0, 0};
+    case PixelFormat::bc7_unorm:
+        return {GL_COMPRESSED_RGBA_BPTC_UNORM_ARB, 0, 0};
+    case PixelFormat::bc7_srgb:
+        return {GL_COMPRESSED_SRGB_ALPHA_BPTC_UNORM_ARB, 0, 0};
+    }
+    return {};
+}
+
+bool needs_s3tc(PixelFormat format) {
+    return format == PixelFormat::bc1_rgb_unorm || format == PixelFormat::bc1_rgb_srgb ||
+           format == PixelFormat::bc3_unorm || format == PixelFormat::bc3_srgb;
+}
+
+bool needs_bptc(PixelFormat format) {
+    return format == PixelFormat::bc7_unorm || format == PixelFormat::bc7_srgb;
+}
+
+GLenum target_of(const assets::Ktx2 &ktx) {
+    return ktx.faces == 6 ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
+}
+
+GLenum image_target(const assets::Ktx2 &ktx, std::uint32_t face) {
+    return ktx.faces == 6 ? GL_TEXTURE_CUBE_MAP_POSITIVE_X + face : GL_TEXTURE_2D;
+}
+
+void set_parameters(GLenum target, GLint levels) {
+    const GLint wrap = target == GL_TEXTURE_2D ? GL_REPEAT : GL_CLAMP_TO_EDGE;
+    glTexParameteri(target, GL_TEXTURE_WRAP_S, wrap);
+    glTexParameteri(target, GL_TEXTURE_WRAP_T, wrap);
+    glTexParameteri(target, GL_TEXTURE_WRAP_R, wrap);
+    glTexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+    glTexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glTexParameteri(target, GL_TEXTURE_BASE_LEVEL, levels - 1);
+    glTexParameteri(target, GL_TEXTURE_MAX_LEVEL, levels - 1);
+}
+
+void allocate_level(const assets::Ktx2 &ktx, const Format &format, GLint level) {
+    const assets::Ktx2Level &size = ktx.levels[static_cast<std::size_t>(level)];
+    const auto width = static_cast<GLsizei>(size.width_px);
+    const auto height = static_cast<GLsizei>(size.height_px);
+    for (std::uint32_t face = 0; face < ktx.faces; ++face) {
+        if (format.format == 0) {
+            glCompressedTexImage2D(image_target(ktx, face), level, format.internal, width, height, 0,
+                                   static_cast<GLsizei>(size.bytes.size() / ktx.faces), nullptr);
+        } else {
+            glTexImage2D(image_target(ktx, face), level, static_cast<GLint>(format.internal), width, height,
+                         0, format.format, format.type, nullptr);
+        }
+    }
+}
+
+} // namespace
+
+Storage best_storage() {
+    return epoxy_has_gl_extension("GL_ARB_texture_storage") ? Storage::immutable : Storage::mutable_levels;
+}
+
+gl::Texture allocate_texture(const assets::Ktx2 &ktx, const std::string &file, Storage storage) {
+    if (needs_s3tc(ktx.format) &&
+        !(epoxy_has_gl_extension("GL_EXT_texture_compression_s3tc") &&
+          (epoxy_has_gl_extension("GL_EXT_texture_sRGB") || epoxy_gl_version() >= 40))) {
+        throw Error(file +
+                    ": this driver samples no BC1 or BC3 textures; bake the scene with RGBA8 textures");
+    }
+    if (needs_bptc(ktx.format) &&
+        !(epoxy_has_gl_extension("GL_ARB_texture_compression_bptc") || epoxy_gl_version() >= 42)) {
+        throw Error(file +
+                    ": this driver samples no BC7 textures (GL_ARB_texture_compression_bptc); bake the "
+                    "scene at another tier than exact");
+    }
+    GLint most = 0;
+    glGetIntegerv(ktx.faces == 6 ? GL_MAX_CUBE_MAP_TEXTURE_SIZE : GL_MAX_TEXTURE_SIZE, &most);
+    if (static_cast<GLint>(std::max(ktx.levels[0].width_px, ktx.levels[0].height_px)) > most) {
+        throw Error(file + ": " + std::to_string(ktx.levels[0].width_px) + " x " +
+                    std::to_string(ktx.levels[0].height_px) + " texels, this driver takes " +
+                    std::to_string(most));
+    }
+    const Format format = gl_format(ktx.format);
+    const GLenum target = target_of(ktx);
+    const auto levels = static_cast<GLint>(ktx.levels.size());
+    gl::Texture texture = gl::Texture::create();
+    glBindTexture(target, texture.name());
+    set_parameters(target, levels);
+    if (storage == Storage::immutable) {
+        glTexStorage2D(target, levels, format.internal, static_cast<GLsizei>(ktx.levels[0].width_px),
+                       static_cast<GLsizei>(ktx.levels[0].height_px));
+    } else {
+        for (GLint level = 0; level < levels; ++level) {
+            allocate_level(ktx, format, level);
+        }
+    }
+    return texture;
+}
+
+gl::Texture neutral_texture(const assets::Ktx2 &ktx) {
+    std::array<float, 4> texel{0.5F, 0.5F, 0.5F, 1.0F};
+    switch (ktx.format) {
+    case PixelFormat::rg8_snorm:
+    case PixelFormat::bc5_snorm:
+    case PixelFormat::rg8_unorm:
+    case PixelFormat::bc5_unorm:
+    case PixelFormat::rg16_unorm:
+    case PixelFormat::rg16_snorm:
+        texel = {0.0F, 0.0F, 0.0F, 1.0F};
+        break;
+    default:
+        break;
+    }
+    const GLenum target = target_of(ktx);
+    gl::Texture texture = gl::Texture::create();
+    glBindTexture(target, texture.name());
+    set_parameters(target, 1);
+    for (std::uint32_t face = 0; face < ktx.faces; ++face) {
+        glTexImage2D(image_target(ktx, face), 0, GL_RGBA16F, 1, 1, 0, GL_RGBA, GL_FLOAT, texel.data());
+    }
+    return texture;
+}
+
+void upload_rows(const gl::Texture &texture, const assets::Ktx2 &ktx, const assets::StreamPiece &piece) {
+    const Format format = gl_format(ktx.format);
+    const auto level = static_cast<GLint>(piece.level);
+    const auto width = static_cast<GLsizei>(ktx.levels[piece.level].width_px);
+    const auto row = static_cast<GLint>(piece.offset);
+    const auto rows = static_cast<GLsizei>(piece.rows);
+    const GLenum image = image_target(ktx, piece.part);
+    glBindTexture(target_of(ktx), texture.name());
+    if (format.format == 0) {
+        glCompressedTexSubImage2D(image, level, 0, row, width, rows, format.internal,
+                                  static_cast<GLsizei>(piece.bytes.size()), piece.bytes.data());
+    } else {
+        glTexSubImage2D(image, level, 0, row, width, rows, format.format, format.type, piece.bytes.data());
+    }
+}
+
+} // namespace paradize

@@ -1,0 +1,91 @@
+"""What is edited while a bake runs, appears after it, or decays in the store, is never taken for baked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from paradize.build.bake import bake
+from paradize.build.options import BuildOptions, Watcher
+from tests.pipeline.scenes import make_cove, write_image
+
+
+@pytest.fixture(autouse=True)
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+
+
+class Ended(Watcher):
+    def __init__(self, then: Callable[[], object]) -> None:
+        self.then = then
+
+    def ended(self, name: str, seconds: float) -> None:
+        self.then()
+
+
+def test_a_scene_edited_during_its_bake_is_baked_again(tmp_path: Path) -> None:
+    scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
+    edited = scene.read_text().replace("max_error_m = 0.05", "max_error_m = 0.5")
+
+    first = bake(scene, out, BuildOptions(jobs=2, watcher=Ended(lambda: scene.write_text(edited))))
+    assert not first.errors
+    again = bake(scene, out, BuildOptions(jobs=2))
+    assert [row["name"] for row in again.artifacts if row["status"] == "baked"] == ["terrain_mesh"]
+    assert bake(scene, out).count("reused") == 14
+
+
+def test_a_source_edited_during_its_bake_spoils_that_artifact_and_not_the_store(tmp_path: Path) -> None:
+    scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
+    before = (scene.parent / "wood.png").read_bytes()
+    white = np.full((32, 32, 3), 255, np.uint8)
+    watcher = Ended(lambda: write_image(scene.parent / "wood.png", white))
+    report = bake(scene, out, BuildOptions(jobs=1, watcher=watcher))
+    assert report.errors and all("changed while it was baked" in str(error) for error in report.errors)
+    assert all("wood.png" in str(error) for error in report.errors) and not (out / "scene.json").exists()
+    (scene.parent / "wood.png").write_bytes(before)
+    report = bake(scene, out, BuildOptions(jobs=2))
+    assert not report.errors
+    anew = bake(scene, tmp_path / "anew", BuildOptions(jobs=2, force=True))
+    assert [row["sha256"] for row in report.artifacts] == [row["sha256"] for row in anew.artifacts]
+
+
+@pytest.mark.parametrize("late", ["post.mtl", "wood.png"])
+def test_a_material_file_or_its_map_that_appears_later_is_noticed(tmp_path: Path, late: str) -> None:
+    scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
+    scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
+    held = (scene.parent / late).read_bytes()
+    (scene.parent / late).unlink()
+    first = bake(scene, out, BuildOptions(jobs=2))
+    assert not first.errors and "post_color" not in {row["name"] for row in first.artifacts}
+    assert not bake(scene, out, BuildOptions(jobs=2)).count("baked")
+    (scene.parent / late).write_bytes(held)
+    second = bake(scene, out, BuildOptions(jobs=2))
+    assert "post_color" in {row["name"] for row in second.artifacts}
+
+
+@pytest.mark.parametrize("decayed", [b"3", b"[]", b'{"mesh": 3, "color": {"sha256": "x"}}', b"{", b""])
+def test_products_that_decay_in_the_store_are_baked_again(tmp_path: Path, decayed: bytes) -> None:
+    scene = make_cove(tmp_path / "scene")
+    assert not bake(scene, tmp_path / "out", BuildOptions(jobs=2)).errors
+    for path in (tmp_path / "store" / "products").glob("*/*"):
+        path.write_bytes(decayed)
+    again = bake(scene, tmp_path / "anew", BuildOptions(jobs=2))
+    assert not again.errors and again.count("baked") == 14
+
+
+def test_a_link_that_leads_elsewhere_is_noticed(tmp_path: Path) -> None:
+    scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
+    wood = scene.parent / "wood.png"
+    wood.rename(scene.parent / "oak.png")
+    wood.symlink_to("oak.png")
+    bake(scene, out, BuildOptions(jobs=2))
+    assert bake(scene, out, BuildOptions(jobs=2)).count("reused") == 14
+    wood.unlink()
+    wood.symlink_to("sand.png")
+    again = bake(scene, out, BuildOptions(jobs=2))
+    assert not again.errors and "post_color" in {
+        row["name"] for row in again.artifacts if row["status"] == "baked"
+    }

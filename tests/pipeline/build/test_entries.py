@@ -1,0 +1,121 @@
+"""What the store keeps of a bake may be of any shape: what does not fit counts as not there."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from paradize.build.bake import bake
+from paradize.build.options import BuildOptions
+from paradize.build.provenance import is_record, record_name, unchanged_bake
+from paradize.explain.facts import explain
+from paradize.store.local import Store, seal, unseal
+from tests.pipeline.scenes import make_cove
+
+DEEP = b"[" * 100_000 + b"]" * 100_000
+
+
+def long_number(tree: Any) -> Any:
+    """Every number of 401 digits."""
+    return json.loads(json.dumps(tree), parse_float=lambda _: 10**400, parse_int=lambda _: 10**400)
+
+
+def other(tree: Any) -> Any:
+    """Every value of another kind."""
+    if isinstance(tree, dict):
+        return {key: other(value) for key, value in tree.items()}
+    if isinstance(tree, list):
+        return [other(value) for value in tree]
+    return 7 if isinstance(tree, str) or tree is None else "x"
+
+
+def shorter(tree: Any) -> Any:
+    """Every table without its last key."""
+    if isinstance(tree, dict):
+        return {key: shorter(value) for key, value in list(tree.items())[:-1]}
+    return [shorter(value) for value in tree] if isinstance(tree, list) else tree
+
+
+WRONG: dict[str, Callable[[Any], Any]] = {
+    "long numbers": long_number,
+    "other kinds": other,
+    "missing keys": shorter,
+    "a list": lambda tree: [tree],
+    "a path for a suffix": lambda tree: json.loads(json.dumps(tree).replace('"ktx2"', '"/../ktx2"')),
+    "a path for a hash": lambda tree: json.loads(
+        json.dumps(tree).replace('"sha256": "', '"sha256": "../../../')
+    ),
+}
+
+
+@pytest.fixture
+def cove(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Path, Path, Path]]:
+    """The scene, its bake and the store."""
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    scene = make_cove(tmp_path / "cove")
+    assert not bake(scene, tmp_path / "out", BuildOptions(jobs=2)).errors
+    yield scene, tmp_path / "out", tmp_path / "store"
+
+
+def spoil(folder: Path, make: Callable[[Any], Any]) -> None:
+    """Changes every sealed entry; the seals hold."""
+    for path in (path for path in folder.rglob("*") if path.is_file()):
+        path.write_bytes(seal(make(unseal(path.read_bytes()))))
+
+
+def test_entries_of_any_shape_change_no_bake(cove: tuple[Path, Path, Path]) -> None:
+    scene, out, store = cove
+    good = {path.name: path.read_bytes() for path in out.iterdir()}
+    for what, make in WRONG.items():
+        spoil(store / "products", make)
+        spoil(store / "bakes", make)
+        (out / "scene.json").unlink()
+        report = bake(scene, out, BuildOptions(jobs=2))
+        assert not report.errors, what
+        assert {path.name: path.read_bytes() for path in out.iterdir()} == good, what
+
+
+def test_a_sealed_entry_of_deep_brackets_is_one_that_is_damaged(cove: tuple[Path, Path, Path]) -> None:
+    import hashlib
+
+    scene, out, store = cove
+    entry = hashlib.sha256(DEEP).hexdigest().encode() + b"\n" + DEEP
+    assert unseal(entry) is None
+    for name in ("bakes", "products"):
+        for path in (path for path in (store / name).rglob("*") if path.is_file()):
+            path.write_bytes(entry)
+    assert explain(scene, out=out).baked
+    report = bake(scene, out, BuildOptions(jobs=2))
+    assert not report.errors and report.count("baked") == len(report.artifacts)
+
+
+def places(tree: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    if above:
+        yield above
+    known = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
+    for key, value in known:
+        yield from places(value, (*above, key))
+
+
+def test_a_record_with_any_value_changed_is_refused_or_gives_a_report(cove: tuple[Path, Path, Path]) -> None:
+    scene, out, root = cove
+    store = Store(root)
+    name = record_name(scene, out, None)
+    record = store.get_bake(name)
+    assert is_record(record)
+    found = list(places(record))
+    for place in found[:: max(1, len(found) // 150)]:
+        for value in (None, -1, "a\0b", [], {}, [[]], True):
+            changed = json.loads(json.dumps(record))
+            owner = changed
+            for key in place[:-1]:
+                owner = owner[key]
+            owner[place[-1]] = value
+            store.put_bake(name, changed)
+            report = unchanged_bake(store, name)
+            if report is not None:
+                json.dumps(report.as_json())

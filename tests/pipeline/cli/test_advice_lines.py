@@ -1,0 +1,251 @@
+"""What a message of a command or a rule says to write, works: the advice is taken out of it and followed.
+
+The last test finds literal advice (a key, a value, an option, a command, a variable) that no test follows.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import shlex
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from paradize.check import RULES
+from tests.pipeline.cli.test_advice import faults_of
+from tests.pipeline.cli.test_wrong_inputs import run
+from tests.pipeline.scenes import ball, make_cove, write_image
+from tests.places import ROOT
+
+PACKAGE = ROOT / "pipeline/paradize"
+
+
+# --- commands: a line that is refused, and the line as advised ----------------------------------------
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The cove's sources, in the working folder."""
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    monkeypatch.setenv("PARADIZE_REPORT", "")
+    monkeypatch.chdir(make_cove(tmp_path / "here").parent)
+    Path("bare.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    Path("wide.obj").write_text(ball().replace("vt 1.000000", "vt 2000000.5"))
+    heights = np.linspace(0, 1, 81, dtype=np.float32).reshape(9, 9, 1)
+    write_image(Path("grey.png"), (heights * 65535).astype(np.uint16))
+    write_image(Path("pale.png"), (heights * 255).astype(np.uint8))
+    return tmp_path / "here"
+
+
+def words_without(line: str, *options: str) -> str:
+    """A command line without options and their values."""
+    for option in options:
+        line = re.sub(rf" {option}(?: (?!-)\S+)*", "", line)
+    return line
+
+
+def first_option(message: str) -> str:
+    return re.findall(r"(--[a-z-]+)", message.rpartition(";")[2])[0]
+
+
+LINES: dict[str, tuple[str, str, Callable[[str, str], str]]] = {
+    "no data in a colour map": (
+        "maps wood.png -o m --nodata 3",
+        "leave --nodata out",
+        lambda line, said: words_without(line, first_option(said)),
+    ),
+    "no data in a grey picture": (
+        "maps pale.png -o m --nodata 3",
+        "add --from height",
+        lambda line, said: f"{line} {re.findall('add (--from height)', said)[0]}",
+    ),
+    "codes without metres": (
+        "terrain grey.png -o a.glb --size 9 9",
+        "say how high white stands above black: --height H",
+        lambda line, said: f"{line} {first_option(said)} 3",
+    ),
+    "a relative store": (
+        "bake cove.toml -o b --store file://store",
+        "write file:///folder",
+        lambda line, said: line.replace("file://store", f"file://{Path.cwd()}/store"),
+    ),
+    # what is wrong: a line, what its message's mend holds, and the line as the message advises it
+    "a sheet of PNG": (
+        "maps wood.png -o m --format png --report r",
+        "leave out --format png or --report",
+        lambda line, said: words_without(line, first_option(said)),
+    ),
+    "a filter that needs a tile": (
+        "maps wood.png -o m --filter spectral --only normal",
+        "take the filter 'eighth'",
+        lambda line, said: line.replace("spectral", re.findall(r"'(\w+)'", said)[-1]),
+    ),
+    "a layout that a model lacks": (
+        "maps wood.png -o m --uv bare.obj",
+        "leave out --uv",
+        lambda line, said: words_without(line, first_option(said)),
+    ),
+    "a layout of many tiles": (
+        "maps wood.png -o m --uv wide.obj",
+        "leave out --uv",
+        lambda line, said: words_without(line, first_option(said)),
+    ),
+    "a group that is not there": (
+        "maps wood.png -o m --uv post.obj --gloss-groups brass",
+        "there are",
+        lambda line, said: line.replace("brass", re.findall(r"there are '(\w+)'", said)[0]),
+    ),
+    "a size of a model": (
+        "measure post.obj -o m --size 1 1 --runs 1",
+        "leave out --from, --size, --height and --max-error",
+        lambda line, said: words_without(line, *re.findall(r"--[a-z-]+", said.rpartition(";")[2])),
+    ),
+    "a size of a colour map": (
+        "measure wood.png -o m --size 1 1 --runs 1",
+        "leave out --size, --height and --max-error",
+        lambda line, said: words_without(line, *re.findall(r"--[a-z-]+", said.rpartition("leave out")[2])),
+    ),
+    "an amount of memory": (
+        "PARADIZE_MEMORY=lots bake cove.toml -o b",
+        "write bytes (4G, 500Mi) or a share",
+        lambda line, said: line.replace("lots", re.findall(r"\((\d+%)\)", said)[0]),
+    ),
+    "a time": (
+        "PARADIZE_TIMEOUT=0 bake cove.toml -o b",
+        "write seconds, more than 0",
+        lambda line, said: line.replace("=0", "=60"),
+    ),
+    "a store that cannot be": (
+        "PARADIZE_STORE=wood.png bake cove.toml -o b",
+        "set PARADIZE_STORE to a folder that can",
+        lambda line, said: line.replace("wood.png", "a-store"),
+    ),
+    "a picture beyond the limits": (
+        "PARADIZE_MAX_SIDE=8 maps wood.png -o m",
+        "raise PARADIZE_MAX_SIDE and PARADIZE_MAX_TEXELS",
+        lambda line, said: line.replace("=8", "=64"),
+    ),
+    "nothing to compare": (
+        "check made --against gone",
+        "name the folder of an earlier bake after --against",
+        lambda line, said: line.replace("gone", "made"),
+    ),
+    "nothing that can be compared": (
+        "check wood.png --against made",
+        "leave --against out",
+        lambda line, said: words_without(line, first_option(said)),
+    ),
+    "a name nearly right": (
+        "mesh pots.obj -o a.glb",
+        "did you mean",
+        lambda line, said: line.replace("pots.obj", re.findall(r"mean (\S+)\?", said)[0]),
+    ),
+}
+
+
+def run_line(line: str, patch: pytest.MonkeyPatch) -> tuple[int, str]:
+    """Exit code and all that a line says; NAME=value words first set the environment."""
+    words = shlex.split(line)
+    while "=" in words[0]:
+        patch.setenv(*words.pop(0).split("=", 1))
+    code, out, err = run(*words)
+    return code, out + err
+
+
+@pytest.mark.parametrize("name", LINES)
+def test_a_line_works_as_its_refusal_advises(here: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    line, says, follow = LINES[name]
+    if "made" in line:
+        assert run("bake", "cove.toml", "-o", "made")[0] == 0
+    code, said = run_line(line, monkeypatch)
+    assert code == 1 and says in said, said
+    message = next(told for told in said.splitlines() if says in told)
+    again = follow(line, message)
+    assert again != line
+    code, said = run_line(again, monkeypatch)
+    assert code == 0, (message, again, said)
+
+
+# --- rules of check: what their mends say to write in the scene ---------------------------------------
+
+
+@pytest.mark.parametrize("rule", [code for code, rule in RULES.items() if "write" in rule.mend])
+def test_a_scene_takes_what_a_rule_says_to_write(tmp_path: Path, rule: str) -> None:
+    scene = make_cove(tmp_path)
+    text = scene.read_text()
+    written = re.findall(r'write (\w+ = "\w+") under (?:its )?(\[+\w+\]+)', RULES[rule].mend)
+    assert len(written) == 1, RULES[rule].mend
+    line, table = written[0]
+    scene.write_text(
+        text.replace(f"{table}\n", f"{table}\n{line}\n", 1) if table in text else f"{text}{table}\n{line}\n"
+    )
+    assert faults_of(scene) == [] and line in scene.read_text()
+
+
+# --- the guard: no advice that is tried nowhere --------------------------------------------------------
+
+LITERAL = re.compile(r"`|--\w|\w = |\[|\{ |\"|PARADIZE_|\bwrite |did you mean|allowed:|known:")
+COVERED = [  # of messages that are followed above, in test_advice.py and in test_wrong_inputs.py
+    r"(\{\}|\d)* ?numbers, .*|allowed: .*|\{\}, or \{\}|write one or more of .*|did you mean .*|known: .*",
+    r"write the smaller numbers? first|write it as .*|write a rule's code.*|write \{ soft.*",
+    r"write true or false|write some words|write each once|write 1 to 40 of.*|write strings in brackets.*",
+    r"write \[.*|write \{\}, and its keys below|write a path relative.*|write \{\} files",
+    r"write lod_errors with .*|write one target .*|the scene has no \[.*|must .*",
+    *(".*" + re.escape(says) + ".*" for _, says, _ in LINES.values()),
+    r"`paradize .*|.*; `paradize new DIR` .*|write \{\}|write \{\}:///folder",
+]
+_CHARTS = "weld the mesh (--weld), so that triangles share edges, or paint its own layout"
+ELSEWHERE = {  # where it is followed; or why it is not
+    "bake with --force": "tests/pipeline/build/test_verify.py",
+    "start some with `dask worker`; {}": "needs a cluster",
+    "start it with `dask scheduler`, or mend the address: tcp://HOST:PORT; {}": "needs a cluster",
+    "install it as of setup/python-test.txt, or with pip install 'paradize[cluster]'": "needs the network",
+    "let this user write there, or set PARADIZE_STORE to another folder": "root may write anywhere",
+    "write 0 or more": "of a Python function; the command line refuses first",
+    _CHARTS: "needs more charts than a square holds",
+}
+
+
+def templates(node: ast.expr | None, names: dict[str, list[ast.expr]]) -> list[str]:
+    """The texts that an expression may be, {} for what is filled in."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        return [node.value]
+    if isinstance(node, ast.JoinedStr):
+        return ["".join(part.value if isinstance(part, ast.Constant) else "{}" for part in node.values)]  # type: ignore[misc]
+    if isinstance(node, ast.IfExp):
+        return [*templates(node.body, names), *templates(node.orelse, names)]
+    if isinstance(node, ast.BoolOp):
+        return [text for part in node.values for text in templates(part, names)]
+    if isinstance(node, ast.Name):
+        return [text for found in names.get(node.id, []) for text in templates(found, {})]
+    return []
+
+
+def advice_of(path: Path) -> Iterator[str]:
+    """Every text that a module gives as a mend."""
+    tree = ast.parse(path.read_text())
+    scopes = [tree, *(node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))]
+    for scope in scopes:
+        names: dict[str, list[ast.expr]] = {}
+        for node in ast.walk(scope):
+            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+                names.setdefault(node.targets[0].id, []).append(node.value)
+        for node in ast.walk(scope):
+            if isinstance(node, ast.Call):
+                given = [word.value for word in node.keywords if word.arg == "mend"]
+                if isinstance(node.func, ast.Attribute) and node.func.attr == "add" and len(node.args) == 3:
+                    given.append(node.args[2])
+                for mend in given:
+                    if not isinstance(mend, ast.Name) or scope is not tree or mend.id.startswith("_"):
+                        yield from templates(mend, names)
+
+
+def test_every_literal_advice_is_tried() -> None:
+    found = {text for path in PACKAGE.rglob("*.py") for text in advice_of(path) if LITERAL.search(text)}
+    covered = re.compile("|".join(f"(?:{pattern})" for pattern in COVERED), re.S)
+    untried = sorted(text for text in found if text not in ELSEWHERE and not covered.fullmatch(text))
+    assert not untried, "follow them in this module"
+    assert sorted(set(ELSEWHERE) - found) == [], "no module says so any more"

@@ -1,0 +1,216 @@
+"""The command line keeps its contract: exit codes, one JSON object, one message, nothing half."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.pipeline.scenes import make_cove
+from tests.processes import started
+
+Run = Callable[..., "subprocess.CompletedProcess[str]"]
+MAPS = ("normal", "height", "gloss", "dudv")
+
+
+@pytest.fixture(scope="module")
+def cove(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_cove(tmp_path_factory.mktemp("cove"))
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory, paradize: Run) -> Run:
+    environment = {**os.environ, "PARADIZE_STORE": str(tmp_path_factory.mktemp("store"))}
+
+    def call(*arguments: object, **kwargs: Any) -> subprocess.CompletedProcess[str]:
+        result = paradize(*arguments, env=environment, timeout=60, **kwargs)
+        assert "Traceback" not in result.stderr, result.stderr
+        return result
+
+    return call
+
+
+def test_help_and_version_are_fast_and_import_no_numpy(run: Run) -> None:
+    start = time.monotonic()
+    result = run("--help")
+    assert result.returncode == 0 and time.monotonic() - start < 2.0
+    assert all(command in result.stdout for command in ("bake", "mesh", "maps", "terrain", "check"))
+    assert run("--version").stdout.startswith("paradize ")
+    script = (
+        "import sys; from paradize.cli.main import main; main(['--version']); print('numpy' in sys.modules)"
+    )
+    told = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    assert told.endswith("False\n")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [],
+        ["paint"],
+        ["bake"],
+        ["mesh", "a.obj"],
+        ["mesh", "a.obj", "-o", "a.glb", "--lods", "0"],
+        ["mesh", "a.obj", "-o", "a.glb", "--lods", "99"],
+        ["mesh", "a.obj", "-o", "a.glb", "--max-error", "nan"],
+        ["maps", "a.png", "-o", "d", "--only", "normal,colour"],
+        ["maps", "a.png", "-o", "d", "--wrap", "mirror"],
+        ["terrain", "a.png", "-o", "a.glb", "--height", "3"],
+        ["terrain", "a.png", "-o", "a.glb", "--height", "3", "--size", "1", "-5"],
+        ["bake", "a.toml", "-j", "0"],
+        ["bake", "a.toml", "--tier", "best"],
+        ["check"],
+    ],
+)
+def test_wrong_usage_exits_2(run: Run, words: list[str]) -> None:
+    result = run(*words)
+    assert result.returncode == 2 and result.stdout == "" and result.stderr
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["bake", "gone.toml"],
+        ["mesh", "gone.obj", "-o", "out.glb"],
+        ["maps", "gone.png", "-o", "out"],
+        ["terrain", "gone.png", "-o", "out.glb", "--size", "1", "1", "--height", "1"],
+        ["maps", ".", "-o", "out"],
+        ["mesh", ".", "-o", "out.glb"],
+    ],
+)
+def test_a_refused_input_exits_1_with_one_message_and_one_object(
+    run: Run, tmp_path: Path, words: list[str]
+) -> None:
+    result = run(*words, "--json", cwd=tmp_path)
+    assert result.returncode == 1
+    told = json.loads(result.stdout)
+    assert len(told["error"]) == 1 and words[1] in told["error"][0]
+    assert result.stderr.count("paradize: error:") == 1 and words[1] in result.stderr
+    assert not list(tmp_path.iterdir()) or {p.name for p in tmp_path.iterdir()} <= {"build"}
+
+
+def test_bake_tells_a_table_and_an_object_and_its_second_run_bakes_nothing(
+    run: Run, cove: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "deep" / "out"
+    first = run("bake", cove, "-o", out, "-j", 2, "--json")
+    assert first.returncode == 0, first.stderr
+    told = json.loads(first.stdout)
+    assert (told["baked"], told["reused"], told["failed"]) == (14, 0, 0)
+    assert {row["file"] for row in told["artifacts"]} | {"scene.json"} == {p.name for p in out.iterdir()}
+    assert "terrain_max_m" in first.stderr and "%|" not in first.stderr  # a table, and no progress bar
+    second = json.loads(run("bake", cove, "-o", out, "--json").stdout)
+    assert (second["baked"], second["reused"], second["failed"]) == (0, 14, 0)
+    assert [row["sha256"] for row in second["artifacts"]] == [row["sha256"] for row in told["artifacts"]]
+    text = run("bake", cove, "-o", out)
+    assert "nothing to bake" in text.stdout and "sky" in text.stdout
+    forced = json.loads(run("bake", cove, "-o", out, "--force", "--json").stdout)
+    assert forced["baked"] == 14
+    assert run("check", out).stdout == "clean\n"
+
+
+def test_the_default_folder_is_named_by_the_scene(run: Run, cove: Path, tmp_path: Path) -> None:
+    assert run("bake", cove, cwd=tmp_path).returncode == 0
+    assert (tmp_path / "build/assets/cove/scene.json").is_file()
+
+
+def test_a_failed_bake_tells_everything_and_exits_1(run: Run, tmp_path: Path) -> None:
+    scene = make_cove(tmp_path / "scene")
+    (tmp_path / "scene/wood.png").write_bytes(b"no picture")
+    (tmp_path / "scene/post.obj").write_text("nothing here")
+    result = run("bake", scene, "-o", tmp_path / "out", "--json")
+    assert result.returncode == 1
+    told = json.loads(result.stdout)
+    assert told["failed"] >= 2 and told["baked"] + told["reused"] >= 8
+    assert any("wood.png" in text for text in told["error"])
+    assert any("post.obj" in text for text in told["error"])
+    assert not (tmp_path / "out/scene.json").exists()
+    failed = {row["name"] for row in told["artifacts"] if row["status"] == "failed"}
+    assert {"post_mesh", "post_color"} <= failed
+
+
+def test_mesh_tells_its_levels(run: Run, cove: Path, tmp_path: Path) -> None:
+    out = tmp_path / "new" / "post.glb"
+    result = run("mesh", cove.parent / "post.obj", "-o", out, "--lods", 3, "-j", 1, "--json")
+    assert result.returncode == 0, result.stderr
+    told = json.loads(result.stdout)
+    assert {"triangles", "vertices", "lods", "seconds", "warnings"} <= told.keys()
+    finest = told["lods"][0]  # off by what float32 cost alone
+    assert finest["triangles"] == told["triangles"] and finest["error_max"] == finest["load_max"] < 1e-6
+    assert 1 <= len(told["lods"]) <= 3 and out.read_bytes()[:4] == b"glTF"
+    assert run("check", out).returncode == 0
+
+
+@pytest.mark.parametrize("form", ["ktx2", "png"])
+def test_maps_are_named_by_their_source(run: Run, cove: Path, tmp_path: Path, form: str) -> None:
+    result = run("maps", cove.parent / "wood.png", "-o", tmp_path / "m", "--format", form, "--json")
+    assert result.returncode == 0, result.stderr
+    told = json.loads(result.stdout)
+    assert set(told["maps"]) == set(MAPS)
+    for name, row in told["maps"].items():
+        assert row["file"] == f"wood_{name}.{form}" and (tmp_path / "m" / row["file"]).is_file()
+        assert {"width", "height", "format", "error", "metric"} <= row.keys()
+    only = run("maps", cove.parent / "wood.png", "-o", tmp_path / "n", "--only", "dudv,normal", "--json")
+    assert set(json.loads(only.stdout)["maps"]) == {"normal", "dudv"}
+    assert len(list((tmp_path / "n").iterdir())) == 2
+
+
+def test_an_output_never_overwrites_its_input(run: Run, cove: Path) -> None:
+    source = cove.parent / "post.obj"
+    before = source.read_bytes()
+    result = run("mesh", source, "-o", source)
+    assert result.returncode == 1 and "input itself" in result.stderr and source.read_bytes() == before
+
+
+def test_an_output_place_that_cannot_be_is_an_error(run: Run, cove: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    result = run("mesh", cove.parent / "post.obj", "-o", tmp_path / "file" / "a.glb")
+    assert result.returncode == 1 and "cannot be written" in result.stderr
+    result = run("maps", cove.parent / "wood.png", "-o", tmp_path / "file")
+    assert result.returncode == 1 and "cannot be written" in result.stderr
+
+
+@pytest.mark.parametrize("form", ["text", "json", "junit", "sarif"])
+def test_check_fails_on_errors_in_every_format(run: Run, tmp_path: Path, form: str) -> None:
+    (tmp_path / "a.glb").write_bytes(b"no mesh")
+    result = run("check", tmp_path / "a.glb", "--format", form)
+    assert result.returncode == 1 and "PZ102" in result.stdout and result.stderr == ""
+    assert json.loads(run("check", tmp_path / "a.glb", "--json").stdout)["errors"] == 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_bake_leaves_nothing_half(tmp_path: Path, root: Path, number: signal.Signals) -> None:
+    scene = make_cove(tmp_path / "scene")
+    environment = {**os.environ, "PARADIZE_STORE": str(tmp_path / "store")}
+    command = [
+        str(root / "build/venv/bin/paradize"),
+        "bake",
+        str(scene),
+        "-o",
+        str(tmp_path / "out"),
+        "-j",
+        "1",
+    ]
+    with started(command, stderr=subprocess.PIPE, text=True, env=environment) as process:
+        while not (tmp_path / "store/products").is_dir():
+            assert process.poll() is None
+        process.send_signal(number)
+        _, told = process.communicate(timeout=60)
+    assert process.returncode == 130 and "interrupted" in told and "Traceback" not in told
+    assert not (tmp_path / "out").exists() or not list((tmp_path / "out").iterdir())
+    again = subprocess.run([*command, "--json"], capture_output=True, text=True, env=environment, timeout=60)
+    assert again.returncode == 0 and json.loads(again.stdout)["failed"] == 0
+
+
+def test_output_into_a_closed_pipe_is_no_traceback(root: Path, cove: Path) -> None:
+    command = f"{root}/build/venv/bin/paradize check {cove.parent}/nothing/* | true"
+    result = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=30)
+    assert "Traceback" not in result.stderr

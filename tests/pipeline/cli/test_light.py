@@ -1,0 +1,143 @@
+"""What every command has in common: a light start, and --json."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from paradize.build.provenance import BakeReport
+from paradize.cli.bake import MANY, show_bake
+from paradize.cli.main import COMMANDS, main
+from tests.pipeline.scenes import make_cove
+
+# All of this package that a bake with nothing to do loads.
+LIGHT = {
+    "paradize", "paradize.build", "paradize.build.provenance", "paradize.cli", "paradize.cli.bake",
+    "paradize.cli.interrupt", "paradize.cli.main", "paradize.cli.options", "paradize.cli.output",
+    "paradize.cli.table", "paradize.cli.values", "paradize.documents", "paradize.errors", "paradize.files",
+    "paradize.jobs", "paradize.jobs.libraries", "paradize.store", "paradize.store.atomic",
+    "paradize.store.file_hashes", "paradize.store.local",
+}  # fmt: skip
+# Slow to load, or not for that; argparse, pathlib, json and hashlib make 90 with what they load themselves.
+HEAVY = {
+    "dataclasses", "inspect", "multiprocessing", "numpy", "random", "secrets", "shutil", "socket",
+    "subprocess", "tempfile", "threading", "tomllib", "tqdm", "typing",
+}  # fmt: skip
+MOST = 110
+SCRIPT = """
+import sys
+before = set(sys.modules)
+from paradize.cli.main import main
+assert main(sys.argv[1:]) == 0
+import json
+print(json.dumps(sorted(set(sys.modules) - before)))
+"""
+# Of each command, words that it must refuse, without --json.
+REFUSED: dict[str, list[str]] = {
+    "bake": ["gone.toml"],
+    "mesh": ["gone.obj", "-o", "out.glb"],
+    "maps": ["gone.png", "-o", "out"],
+    "terrain": ["gone.png", "-o", "out.glb", "--size", "1", "1", "--height", "1"],
+    "explain": ["gone.toml"],
+    "check": ["--format", "gone"],
+    "measure": ["gone.png", "-o", "out"],
+    "watch": ["gone.toml"],
+    "export": ["gone", "-o", "out.glb"],
+    "new": ["full"],
+    "clean": ["--older-than", "gone"],
+    "completion": ["gone"],
+}
+
+
+def test_a_bake_with_nothing_to_do_loads_few_modules(tmp_path: Path) -> None:
+    scene = make_cove(tmp_path / "scene")
+    environment = {**os.environ, "PARADIZE_STORE": str(tmp_path / "store"), "PARADIZE_REPORT": ""}
+    words = ["bake", str(scene), "-o", str(tmp_path / "out"), "-j", "2"]
+
+    def loaded() -> set[str]:
+        call = [sys.executable, "-I", "-c", SCRIPT, *words]
+        told = subprocess.run(call, capture_output=True, text=True, check=True, env=environment).stdout
+        return set(json.loads(told.splitlines()[-1]))
+
+    first, second = loaded(), loaded()
+    assert first & HEAVY  # the first bakes
+    assert {name for name in second if name.partition(".")[0] == "paradize"} == LIGHT
+    assert not second & HEAVY and len(second) <= MOST
+
+
+def test_of_many_artifacts_the_table_tells_those_that_are_not_as_they_were(tmp_path: Path) -> None:
+    rows = [
+        {"name": f"thing_{i}", "status": "reused", "tier": None, "errors": {}, "bytes": 1, "seconds": 0.0}
+        | {"over": []}
+        for i in range(MANY + 1)
+    ]
+    rows[3]["status"], rows[5]["over"] = "baked", ["too coarse"]
+    told = io.StringIO()
+    show_bake(BakeReport(tmp_path, rows), told)
+    assert "thing_3 " in told.getvalue() and "thing_5 " in told.getvalue()
+    assert "thing_4 " not in told.getvalue() and f"{MANY - 1} artifacts as they were" in told.getvalue()
+    few = io.StringIO()
+    show_bake(BakeReport(tmp_path, rows[:MANY]), few)
+    assert "thing_4 " in few.getvalue()
+
+
+def test_every_command_has_words_that_it_refuses() -> None:
+    assert REFUSED.keys() == COMMANDS.keys()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("words", ["refused", "wrong"])
+def test_every_command_refuses_with_one_json_object(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    command: str,
+    words: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full/file").touch()
+    given = REFUSED[command] if words == "refused" else ["--no-such-option"]
+    code = main([command, *given, "--json"])
+    out, err = capsys.readouterr()
+    told: dict[str, Any] = json.loads(out)
+    assert code == (2 if words == "wrong" else code) and code in (1, 2)
+    assert told["error"] and all(isinstance(text, str) and text for text in told["error"])
+    if words == "refused":
+        assert any(word in err for word in ("gone", "full"))
+
+
+def told_of(capsys: pytest.CaptureFixture[str]) -> Callable[..., dict[str, Any]]:
+    """Runs a command with --json; its object."""
+
+    def call(*words: object) -> dict[str, Any]:
+        assert main([*map(str, words), "--json"]) == 0
+        found: dict[str, Any] = json.loads(capsys.readouterr().out)
+        return found
+
+    return call
+
+
+def test_what_ends_well_is_one_json_object_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    monkeypatch.setenv("PARADIZE_REPORT", "")
+    call = told_of(capsys)
+    assert "scene" in call("new", "mine")
+    assert "artifacts" in call("bake", "mine/scene.toml", "-o", "out")
+    assert call("explain", "mine/scene.toml", "-o", "out")
+    assert call("check", "out")["errors"] == 0
+    assert call("export", "out", "-o", "all.glb")
+    assert "dropped" in call("clean", "--older-than", "1d")
+    assert call("completion", "zsh")["shell"] == "zsh"

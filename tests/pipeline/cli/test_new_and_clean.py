@@ -1,0 +1,101 @@
+"""`paradize new` and `paradize clean` as a user calls them."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+
+import pytest
+
+from paradize.cli.main import main
+from paradize.cli.values import age, size
+from paradize.store.local import Store
+
+
+@pytest.fixture(autouse=True)
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Store:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    monkeypatch.setenv("PARADIZE_REPORT", "")
+    return Store(tmp_path / "store")
+
+
+def test_a_new_scene_says_how_to_go_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["new", str(tmp_path / "mine")]) == 0
+    told = capsys.readouterr().out
+    assert f"paradize bake {tmp_path}/mine/scene.toml" in told
+    assert main(["new", str(tmp_path / "mine")]) == 1
+    assert "not empty" in capsys.readouterr().err
+    assert main(["new", str(tmp_path / "other"), "--from", str(tmp_path / "none.obj"), "--json"]) == 1
+    assert "none.obj" in json.loads(capsys.readouterr().out)["error"][0]
+
+
+def test_what_a_new_scene_says_can_be_pasted_into_a_shell(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["new", str(tmp_path / "my scenes" / "-it's mine")]) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert shlex.split(told[1])[2:] == [
+        "paradize",
+        "bake",
+        f"{tmp_path}/my scenes/-it's mine/scene.toml",
+        "-o",
+        "./-it's mine-baked",
+    ]
+    assert shlex.split(told[2])[-1] == "./-it's mine-baked"
+
+
+def test_a_folder_of_too_long_a_name_is_one_message(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["new", str(tmp_path / ("n" * 300))]) == 1
+    told = capsys.readouterr().err
+    assert "cannot be written: File name too long" in told and "unforeseen" not in told
+
+
+def test_cleaning_tells_what_went_and_what_stays(
+    tmp_path: Path, own_store: Store, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["new", str(tmp_path / "mine")]) == 0
+    assert main(["bake", str(tmp_path / "mine/scene.toml"), "-o", str(tmp_path / "out")]) == 0
+    capsys.readouterr()
+    assert main(["clean", "--older-than", "1d", "--json"]) == 0
+    kept = json.loads(capsys.readouterr().out)
+    assert kept["dropped"] == 0 and kept["kept_bytes"] > 0
+    assert main(["clean", "--to-size", "0"]) == 0
+    assert f"{kept['kept_bytes']} bytes freed, 0 bytes stay" in capsys.readouterr().out
+    assert not any(path.is_file() for path in (own_store.root / "blobs").rglob("*"))
+    assert main(["bake", str(tmp_path / "mine/scene.toml"), "-o", str(tmp_path / "out"), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["failed"] == 0 and report["baked"] == len(report["artifacts"])
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [("30d", 2_592_000.0), ("2", 172_800.0), ("1.5h", 5400.0), ("10m", 600.0), ("0s", 0.0)],
+)
+def test_ages_have_units(text: str, seconds: float) -> None:
+    assert age(text) == seconds
+
+
+@pytest.mark.parametrize(
+    ("text", "count"), [("12", 12), ("2G", 2_000_000_000), ("1Ki", 1024), ("1.5M", 1_500_000), ("7B", 7)]
+)
+def test_sizes_have_units(text: str, count: int) -> None:
+    assert size(text) == count
+
+
+@pytest.mark.parametrize(
+    "word",
+    [
+        "--older-than=3x",
+        "--older-than=-1d",
+        "--older-than=inf",
+        "--to-size=nan",
+        "--to-size=G",
+        "--to-size=1Mim",
+    ],
+)
+def test_other_words_are_wrong_usage(word: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["clean", word]) == 2
+    assert word.partition("=")[2] in capsys.readouterr().err

@@ -1,0 +1,123 @@
+"""What a terminal shows of a bake, and that nothing else is shown anywhere else."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import re
+import subprocess
+import sys
+import termios
+from pathlib import Path
+
+import pytest
+
+from paradize.cli.progress import Progress, Work, clock
+from paradize.store.local import Store
+from tests.pipeline.scenes import make_cove
+from tests.processes import started
+
+SHOWN = re.compile(r"(?P<runs>[^|\r]*) \|[^|]*\| (?P<done>\d+)/(?P<of>\d+)(?P<left>, [\d:]+ left)?")
+
+
+def on_a_terminal(*words: str, cwd: Path) -> tuple[int, str, str]:
+    """Exit code, standard output, and what a terminal of 150 columns got as standard error."""
+    ours, theirs = pty.openpty()
+    termios.tcsetwinsize(theirs, (40, 150))
+    command = [sys.executable, "-m", "paradize.cli.main", *words]
+    environment = {**os.environ, "PARADIZE_STORE": str(cwd / "store"), "PARADIZE_REPORT": ""}
+    with started(command, cwd=cwd, stdout=subprocess.PIPE, stderr=theirs, env=environment) as process:
+        os.close(theirs)
+        got = b""
+        try:
+            while part := os.read(ours, 65536):
+                got += part
+        except OSError:  # the other end is closed
+            pass
+        finally:
+            os.close(ours)
+        assert process.stdout
+        out = process.stdout.read().decode()
+        process.wait()
+    return process.returncode, out, got.decode()
+
+
+def test_a_terminal_shows_what_runs_what_is_done_and_the_time_left(tmp_path: Path) -> None:
+    scene = make_cove(tmp_path / "scene")
+    code, _, first = on_a_terminal("bake", str(scene), "-j", "2", cwd=tmp_path)
+    shown = list(SHOWN.finditer(first))
+    assert code == 0 and len(shown) >= 24
+    runs = {name for one in shown for name in one["runs"].strip().split(", ")}
+    assert {"post mesh", "post maps", "sky", "sound", "post gutters", "post bumps"} <= runs
+    assert any("," in one["runs"] for one in shown)  # two at once
+    assert [int(one["done"]) for one in shown] == sorted(int(one["done"]) for one in shown)
+    assert shown[-1]["done"] == shown[-1]["of"]
+    assert not any(one["left"] for one in shown if one["done"] == "0")  # nothing is known of them
+    assert all(one["left"] for one in shown if int(one["done"]) > 2)
+    _, _, second = on_a_terminal("bake", str(scene), "-j", "2", "--force", cwd=tmp_path)
+    began = [one for one in SHOWN.finditer(second) if one["done"] == "0" and one["runs"].strip()]
+    assert began and all(one["left"] for one in began)  # they took as long as the last time, so far
+
+
+def test_the_display_is_gone_when_the_bake_is_over(tmp_path: Path) -> None:
+    scene = make_cove(tmp_path / "scene")
+    _, out, shown = on_a_terminal("bake", str(scene), "--json", cwd=tmp_path)
+    assert json.loads(out)["baked"] == 14
+    assert SHOWN.search(shown)
+    lines = shown.rstrip().rpartition("\n")[2].split("\r")
+    assert not SHOWN.search(lines[-1])
+
+
+def test_elsewhere_nothing_is_shown(tmp_path: Path) -> None:
+    scene = make_cove(tmp_path / "scene")
+    done = subprocess.run(
+        [sys.executable, "-m", "paradize.cli.main", "bake", str(scene)],
+        capture_output=True, text=True, cwd=tmp_path, env={**os.environ, "PARADIZE_REPORT": ""},
+    )  # fmt: skip
+    assert done.returncode == 0
+    assert "\r" not in done.stderr + done.stdout and not SHOWN.search(done.stderr)
+    assert all(line.startswith("paradize: warning: ") for line in done.stderr.splitlines())
+
+
+def test_the_time_left_is_the_work_left_over_the_work_done_each_second() -> None:
+    work = Work({"long": 30.0, "short": 10.0})
+    work.planned(["long", "short", "new"])
+    assert work.left_s(0.0) is None
+    work.began("short", 100.0)
+    work.began("long", 100.0)
+    assert work.left_s(100.0) == pytest.approx(60.0)  # the new one as the mean of the known: 20
+    work.ended("short", 10.0)
+    assert work.left_s(110.0) == pytest.approx((20.0 + 20.0) / 2.0)  # two seconds of work in each
+    work.began("new", 110.0)
+    work.ended("long", 40.0)
+    work.ended("new", 2.0)
+    assert (work.done, work.count, work.left_s(140.0)) == (3, 3, 0.0)
+
+
+def test_a_job_that_is_tried_once_more_counts_once() -> None:
+    work = Work({})
+    work.planned(["a", "b"])
+    work.began("a", 0.0)
+    work.began("a", 5.0)
+    work.ended("a", 1.0)
+    work.ended("b", 1.0)  # ended before it began: its cluster was lost
+    assert (work.done, work.count, work.left_s(6.0)) == (2, 2, 0.0)
+
+
+def test_seconds_are_remembered_for_the_next_bake_of_the_scene(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    first = Progress(store, "island")
+    first.planned(["palm"])
+    first.began("palm")
+    first.ended("palm", 12.3456)
+    first.close()
+    assert Progress(store, "island").known == {"palm": 12.346}
+    assert Progress(store, "other").known == {}
+
+
+@pytest.mark.parametrize(
+    ("seconds", "told"), [(0.4, "0:00"), (59.6, "1:00"), (61, "1:01"), (7325, "2:02:05")]
+)
+def test_times_are_told_as_clocks_do(seconds: float, told: str) -> None:
+    assert clock(seconds) == told

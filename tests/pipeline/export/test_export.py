@@ -1,0 +1,207 @@
+"""`paradize export`: one GLB that holds what the folder holds, and says what it cannot hold."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import struct
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from paradize.build.bake import bake
+from paradize.build.options import BuildOptions
+from paradize.cli.main import main
+from paradize.errors import ParadizeError
+from paradize.export import scene as paradize_export
+from paradize.export.flight import flight_keys, quaternion
+from paradize.export.heights import heights_of
+from paradize.export.scene import export
+from paradize.formats.png import decode_png
+from tests.pipeline.scenes import make_cove
+
+
+@pytest.fixture(scope="module")
+def baked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    top = tmp_path_factory.mktemp("cove")
+    report = bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=2))
+    assert not report.errors
+    return top / "out"
+
+
+def tree_of(glb: bytes) -> tuple[dict[str, object], bytes]:
+    length = struct.unpack_from("<I", glb, 12)[0]
+    return json.loads(glb[20 : 20 + length]), glb[28 + length :]
+
+
+def test_the_file_holds_every_instance_map_and_key_and_names_nothing_outside(
+    baked: Path, tmp_path: Path
+) -> None:
+    done = export(baked, tmp_path / "new" / "cove.glb")
+    scene = json.loads((baked / "scene.json").read_text())
+    data = done.file.read_bytes()
+    tree, binary = tree_of(data)
+    assert len(data) == done.bytes and "uri" not in json.dumps(tree)
+    nodes = [node["name"] for node in tree["nodes"]]  # type: ignore[attr-defined]
+    for item in scene["objects"]:
+        assert sum(name.split()[0] == item["name"] for name in nodes) == len(item["instances"])
+    maps = sum(bool(item[kind]) for item in scene["objects"] for kind in ("color", "normal", "gloss"))
+    pictures = tree["images"]
+    assert isinstance(pictures, list) and len(pictures) == done.pictures >= maps
+    for k, picture in enumerate(pictures):  # each is a PNG that another decoder reads
+        view = tree["bufferViews"][picture["bufferView"]]  # type: ignore[index]
+        path = tmp_path / f"{k}.png"
+        path.write_bytes(binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]])
+        assert decode_png(path).size
+
+
+def edited(baked: Path, folder: Path, edit: Callable[[dict[str, Any]], Any]) -> Path:
+    shutil.copytree(baked, folder)
+    tree = json.loads((folder / "scene.json").read_text())
+    edit(tree)
+    (folder / "scene.json").write_text(json.dumps(tree))
+    return folder
+
+
+def rotation(quaternion: Sequence[float]) -> np.ndarray:
+    """Of glTF's x, y, z, w."""
+    x, y, z, w = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def test_instances_sun_camera_and_sea_floor_stand_as_the_scene_says(
+    baked: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The sun shines along its node's -Z, also from the zenith; sand repeats by the metre both ways."""
+    repeats: list[tuple[float, float]] = []
+    monkeypatch.setattr("paradize.export.scene.GROUND_TEXELS", 64)
+    monkeypatch.setattr("paradize.export.heights.GROUND_TEXELS", 64)
+    light = paradize_export.ground_light
+
+    def spied(sand: Any, effect: Any, share: Any, repeat: tuple[float, float]) -> Any:
+        repeats.append(repeat)
+        return light(sand, effect, share, repeat)
+
+    monkeypatch.setattr("paradize.export.scene.ground_light", spied)
+    stands = [
+        {"position": [1.0, 2.0, 3.0], "yaw_rad": 0.7, "scale": 2.5},
+        {"position": [-4.0, 0.0, 1.0], "yaw_rad": -2.0, "scale": 0.5},
+    ]
+    for k, direction in enumerate(([0.48, 0.6, -0.64], [0.0, 1.0, 0.0])):
+
+        def edit(tree: dict[str, Any], direction: list[float] = direction) -> None:
+            tree["objects"][0]["instances"] = stands
+            tree["sun"]["direction"] = direction
+            tree["terrain"]["size_m"] = [20.0, 40.0]
+
+        folder = edited(baked, tmp_path / f"in{k}", edit)
+        tree, _ = tree_of(export(folder, tmp_path / "a.glb").file.read_bytes())
+        scene = json.loads((folder / "scene.json").read_text())
+        nodes: dict[str, Any] = {node["name"]: node for node in tree["nodes"]}  # type: ignore[attr-defined]
+        for number, stand in enumerate(stands, 1):
+            node, a = nodes[f"post {number}"], stand["yaw_rad"]
+            turn = [[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]]
+            assert np.allclose(rotation(node["rotation"]), turn, atol=1e-12)
+            assert (node["translation"], node["scale"]) == (stand["position"], [stand["scale"]] * 3)
+        assert np.allclose(rotation(nodes["sun"]["rotation"]) @ [0, 0, 1], direction, atol=1e-12)
+        assert np.linalg.det(rotation(nodes["sun"]["rotation"])) == pytest.approx(1.0)
+        (camera,) = tree["cameras"]  # type: ignore[misc]
+        width, height = scene["viewport"]
+        assert camera["perspective"]["aspectRatio"] == width / height
+        assert camera["perspective"]["yfov"] == scene["flight"]["fov_rad"]
+        mesh = tree["meshes"][nodes["sea floor"]["mesh"]]  # type: ignore[index]
+        floor = tree["accessors"][mesh["primitives"][0]["attributes"]["POSITION"]]  # type: ignore[index]
+        assert floor["max"][1] == pytest.approx(scene["terrain"]["height_range_m"][0] - 0.05)
+    assert repeats == [(8.0, 16.0)] * 2
+
+
+def test_the_same_folder_gives_the_same_bytes(baked: Path, tmp_path: Path) -> None:
+    once, twice = export(baked, tmp_path / "a.glb"), export(baked / "scene.json", tmp_path / "b.glb")
+    assert once.file.read_bytes() == twice.file.read_bytes()
+
+
+def test_keys_begin_and_end_alike_and_their_error_is_what_a_finer_look_finds(baked: Path) -> None:
+    flight = json.loads((baked / "scene.json").read_text())["flight"]
+    keys = flight_keys(flight)
+    assert keys.times_s[0] == 0.0 and keys.times_s[-1] == np.float32(flight["duration_s"])
+    assert np.allclose(keys.places[0], keys.places[-1], atol=1e-5)
+    assert np.allclose(np.linalg.norm(keys.turns, axis=1), 1.0, atol=1e-6)
+    assert (np.diff(keys.turns, axis=0) ** 2).sum(axis=1).max() < 0.1  # no key takes the long way round
+    step = np.linalg.norm(np.diff(keys.places.astype(float), n=2, axis=0), axis=1).max()
+    assert keys.errors["path_export_m_max"] < 0.2 * step + 1e-6  # an eighth of the second difference
+
+
+@settings(deadline=None)
+@given(st.lists(st.floats(-1, 1), min_size=4, max_size=4).filter(lambda q: np.linalg.norm(q) > 1e-3))
+def test_a_rotation_and_its_quaternion_turn_alike(q: list[float]) -> None:
+    x, y, z, w = np.array(q) / np.linalg.norm(q)
+    matrix = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    assert abs(abs(quaternion(matrix) @ np.array([x, y, z, w])) - 1.0) < 1e-12
+
+
+@settings(deadline=None)
+@given(st.integers(1, 40), st.integers(1, 40), st.integers(2, 6), st.integers(0, 1 << 30))
+def test_heights_are_those_of_the_plane_that_the_triangles_lie_in(
+    rows: int, columns: int, cells: int, seed: int
+) -> None:
+    random = np.random.default_rng(seed)
+    grid = np.stack(np.meshgrid(np.linspace(0, 1, cells), np.linspace(0, 1, cells)), axis=-1).reshape(-1, 2)
+    a, b, c = random.uniform(-5, 5, 3)
+    k = np.arange(cells * cells).reshape(cells, cells)
+    first = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:]], axis=-1).reshape(-1, 3)
+    second = np.stack([k[:-1, :-1], k[1:, 1:], k[:-1, 1:]], axis=-1).reshape(-1, 3)
+    triangles = np.concatenate([first, second]).astype(np.uint32)
+    found = heights_of(
+        grid.astype(np.float32),
+        (a * grid[:, 0] + b * grid[:, 1] + c).astype(np.float32),
+        triangles,
+        (rows, columns),
+    )
+    u, v = (np.arange(columns) + 0.5) / columns, (np.arange(rows) + 0.5) / rows
+    assert np.allclose(found, a * u[None, :] + b * v[:, None] + c, atol=1e-4)  # NaN anywhere would fail
+
+
+def test_a_folder_without_a_scene_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
+    with pytest.raises(ParadizeError, match=r"scene\.json"):
+        export(tmp_path, tmp_path / "a.glb")
+    assert not (tmp_path / "a.glb").exists()
+    assert main(["export", str(tmp_path), "-o", str(tmp_path / "a.glb"), "--json"]) == 1
+
+
+def test_what_was_baked_is_not_written_over(
+    baked: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mesh = next(baked.glob("terrain_mesh-*.glb"))
+    link = tmp_path / "link"
+    link.symlink_to(baked)
+    before = {path.name: path.read_bytes() for path in baked.iterdir()}
+    for out in (baked / "scene.json", mesh, link / mesh.name, tmp_path / "x.gltf"):
+        assert main(["export", str(baked), "-o", str(out)]) == 1
+        assert out.name in capsys.readouterr().err
+    assert {path.name: path.read_bytes() for path in baked.iterdir()} == before
+    assert not (tmp_path / "x.gltf").exists()
+
+
+def test_a_damaged_map_is_refused_by_name(baked: Path, tmp_path: Path) -> None:
+    shutil.copytree(baked, tmp_path / "in")
+    broken = next((tmp_path / "in").glob("*_color-*.ktx2"))
+    broken.write_bytes(broken.read_bytes()[:-7])
+    with pytest.raises(ParadizeError, match=broken.name.split("-")[0]):
+        export(tmp_path / "in", tmp_path / "a.glb")

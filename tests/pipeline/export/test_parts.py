@@ -1,0 +1,170 @@
+"""Parts of an exported scene against closed forms and conventions that others wrote down."""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from paradize.data import Group, Texture
+from paradize.export.flight import flight_keys
+from paradize.export.heights import smoothstep, under_water
+from paradize.export.pictures import gloss_png, ground_light, normal_png
+from paradize.export.shapes import SKY_FACES, joined, level_quad
+from paradize.formats.glb.bundle import Bundle
+from paradize.formats.png import decode_png
+from paradize.scene.flight import plan_flight
+from paradize.scene.settings import EyePoint, Flight, TargetPoint
+from tests.pipeline.shapes import cube, grid, sphere
+
+F64 = npt.NDArray[np.float64]
+
+
+def turned(quaternion: npt.ArrayLike, vector: npt.ArrayLike) -> F64:
+    """v + 2 w (q x v) + 2 q x (q x v)."""
+    q, v = np.asarray(quaternion, float), np.asarray(vector, float)
+    across = 2.0 * np.cross(q[:3], v)
+    return np.asarray(v + q[3] * across + np.cross(q[:3], across))
+
+
+def rolling_flight() -> Flight:
+    places = ((9, 2, 0), (0, 2, 9), (-9, 6, 0), (0, 2, -9))
+    rolls = (0.0, 30.0, -20.0, 60.0)
+    eye = tuple(EyePoint(position=p, roll_deg=r) for p, r in zip(places, rolls, strict=True))
+    target = tuple(TargetPoint(position=p) for p in ((0, 2, 0), (1, 1, 0), (0, 5, 1), (0, 2, -1)))
+    return Flight(duration_s=2.0, eye=eye, target=target)
+
+
+def test_the_camera_s_keys_look_ahead_and_roll_as_the_player_does() -> None:
+    """-Z to the target; a roll lifts the right-hand side by its sine (player/scene/flight.cpp)."""
+    flight = plan_flight(rolling_flight())
+    keys = flight_keys(flight.as_json())
+    for t, place, turn in zip(keys.times_s, keys.places, keys.turns, strict=True):
+        eye, target, roll = flight.pose(float(t))
+        ahead = np.subtract(target, eye) / math.dist(eye, target)
+        assert np.allclose(place, eye, atol=1e-5)
+        assert np.allclose(turned(turn, [0, 0, -1]), ahead, atol=1e-5)
+        level = math.hypot(ahead[0], ahead[2])
+        assert turned(turn, [1, 0, 0])[1] == pytest.approx(math.sin(roll) * level, abs=1e-5)
+        assert turned(turn, [0, 1, 0])[1] == pytest.approx(math.cos(roll) * level, abs=1e-5)
+
+
+def test_errors_of_the_keys_are_those_between_them() -> None:
+    """Four moments between two keys: places on straight lines, the largest miss and the one of 99 in 100."""
+    flight = plan_flight(rolling_flight())
+    keys = flight_keys(flight.as_json())
+    times = np.linspace(0.0, 2.0, len(keys.times_s))
+    eyes = np.array([flight.view(float(t))[0] for t in times])
+    apart = []
+    for k, share in ((k, share) for k in range(len(times) - 1) for share in (0.2, 0.4, 0.6, 0.8)):
+        t = times[k] + share * (times[k + 1] - times[k])
+        apart.append(math.dist(eyes[k] + share * (eyes[k + 1] - eyes[k]), flight.view(float(t))[0]))
+    apart.sort()
+    assert keys.errors["path_export_m_max"] == pytest.approx(apart[-1], rel=1e-4)
+    at = int(0.99 * (len(apart) - 1))
+    low, high = apart[at] * (1 - 1e-5), apart[at + 1] * (1 + 1e-5)
+    assert low <= keys.errors["path_export_m_p99"] <= high < apart[-1]
+    assert 0.0 < keys.errors["path_export_deg_p99"] <= keys.errors["path_export_deg_max"]
+
+
+def test_the_sky_s_faces_lie_as_cube_maps_do() -> None:
+    """OpenGL 3.3, table 3.19: what s and t of a face's image are along its axes, t down."""
+    rows = {
+        "+x": lambda s, t: (1, -t, -s),
+        "-x": lambda s, t: (-1, -t, s),
+        "+y": lambda s, t: (s, 1, t),
+        "-y": lambda s, t: (s, -1, -t),
+        "+z": lambda s, t: (s, -t, 1),
+        "-z": lambda s, t: (-s, -t, -1),
+    }
+    assert list(SKY_FACES) == list(rows)
+    for face, way in rows.items():
+        right, down, ahead = (np.array(axis) for axis in SKY_FACES[face])
+        for s, t in ((-0.5, 0.25), (0.75, -1.0)):
+            assert np.array_equal(ahead + s * right + t * down, way(s, t)), face
+
+
+def test_water_takes_light_on_the_way_down_and_up_again() -> None:
+    water = {"level_m": 1.0, "absorption_per_m": [0.4, 0.1, 0.0], "deep_color": [0.1, 0.2, 0.3]}
+    light = np.full((1, 2, 3), 0.5, np.float32)
+    found = under_water(light, np.array([[-1.5, 1.5]], np.float32), water)
+    share = np.exp(-np.array([0.4, 0.1, 0.0]) * 5.0)  # two and a half metres, twice
+    assert found[0, 0] == pytest.approx(0.5 * share + np.array([0.1, 0.2, 0.3]) * (1.0 - share), rel=1e-6)
+    assert np.array_equal(found[0, 1], light[0, 1])
+    assert smoothstep(np.array([0.0, 1.0, 1.5, 2.0, 3.0], np.float32), 1.0, 2.0).tolist() == [0, 0, 0.5, 1, 1]
+
+
+def test_the_ground_s_picture_repeats_sand_and_lays_the_effect_once() -> None:
+    """Linear light; a texel of the picture for each of the sand's, twice along x and once along z."""
+    sand = np.linspace(0.2, 0.9, 4 * 8 * 3, dtype=np.float32).reshape(4, 8, 3)
+    effect = np.linspace(0.9, 0.1, 4 * 16 * 3, dtype=np.float32).reshape(4, 16, 3)
+
+    def light(values: npt.NDArray[np.float32]) -> F64:
+        return np.asarray(((values.astype(float) + 0.055) / 1.055) ** 2.4)
+
+    tiled = np.concatenate([light(sand), light(sand)], axis=1)
+    for share, expected in (
+        (1.0, tiled),
+        (0.0, light(effect)),
+        (0.25, 0.25 * tiled + 0.75 * light(effect)),
+    ):
+        found = ground_light(sand, effect, np.full((4, 16), share, np.float32), (2.0, 1.0))
+        assert np.allclose(found, expected, atol=1e-6)
+    assert np.allclose(ground_light(sand, None, np.ones((4, 16), np.float32), (2.0, 1.0)), tiled, atol=1e-6)
+
+
+def test_gloss_and_normals_stand_in_the_channels_that_gltf_reads(tmp_path: Path) -> None:
+    """Roughness in green, metal in blue, specular strength in alpha; normals as 2 v / 255 - 1."""
+    path = tmp_path / "a.png"
+    path.write_bytes(gloss_png(Texture("RG8_UNORM", 2, 1, (bytes([51, 204, 255, 0]),))))
+    assert decode_png(path)[0, :, 1:].tolist() == [[51, 0, 51], [255, 0, 255]]
+    path.write_bytes(normal_png(Texture("RG8_SNORM", 1, 1, (bytes([76, (-51) % 256]),))))
+    x, y = 76 / 127, -51 / 127
+    vector = decode_png(path)[0, 0].astype(float) * 2 / 255 - 1
+    assert vector == pytest.approx([x, y, math.sqrt(1 - x * x - y * y)], abs=0.005)
+
+
+def test_joined_patches_keep_every_triangle_where_it_was() -> None:
+    plain = [replace(mesh, uvs1=mesh.uvs) for mesh in (grid(3), sphere(4), grid(2))]
+    framed = [replace(mesh, tangents=np.ones((len(mesh.positions), 4), np.float32)) for mesh in plain]
+    for meshes in (plain, framed):  # a terrain without relief has no tangents
+        found = joined(meshes)
+        corners = np.concatenate([mesh.positions[mesh.triangles] for mesh in meshes])
+        assert np.array_equal(found.positions[found.triangles], corners)
+        assert (found.tangents is None) == (meshes is plain)
+    square = level_quad(3.0, 10.0)
+    assert square.positions[:, 1].tolist() == [3.0] * 4
+    assert np.ptp(square.positions[:, [0, 2]], axis=0).tolist() == [10.0, 10.0]
+    a, b, c = square.positions[square.triangles[0]].astype(float)
+    assert np.cross(b - a, c - a)[1] > 0.0
+
+
+def test_primitives_of_a_bundle_are_the_runs_of_their_materials_and_textures_wrap_as_asked() -> None:
+    mesh = replace(
+        cube(), groups=(Group("a", "wood", 0, 3), Group("b", "tin", 3, 4), Group("c", "wood", 7, 5))
+    )
+    bundle = Bundle("b")
+    wood, tin = (bundle.material(name) for name in ("wood", "tin"))
+    bundle.mesh("m", mesh, {"wood": wood, "tin": tin})
+    bundle.texture("tiled", b"png", repeat=True)
+    bundle.texture("edged", b"png", repeat=False)
+    glb = bundle.encoded({})
+    length = struct.unpack_from("<I", glb, 12)[0]
+    tree, binary = json.loads(glb[20 : 20 + length]), glb[28 + length :]
+    found = []
+    for primitive in tree["meshes"][0]["primitives"]:
+        accessor = tree["accessors"][primitive["indices"]]
+        start = tree["bufferViews"][accessor["bufferView"]]["byteOffset"] + accessor.get("byteOffset", 0)
+        assert accessor["componentType"] == 5123
+        found.append(np.frombuffer(binary, "<u2", accessor["count"], start))
+    assert np.array_equal(np.concatenate(found), mesh.triangles.ravel())
+    used = [primitive["material"] for primitive in tree["meshes"][0]["primitives"]]
+    assert (used, [len(corners) for corners in found]) == ([wood, tin, wood], [9, 12, 15])
+    wraps = [tree["samplers"][texture["sampler"]]["wrapS"] for texture in tree["textures"]]
+    assert wraps == [10497, 33071]  # REPEAT, CLAMP_TO_EDGE

@@ -1,0 +1,208 @@
+"""Keys hash the code that is loaded: a stale module or library never passes for the one on disk."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+from importlib.machinery import EXTENSION_SUFFIXES, SourceFileLoader
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from paradize.bakers import registry
+from paradize.build.bake import bake
+from paradize.jobs import code, libraries
+from paradize.jobs.code import code_digest, code_of, kernel_digest, loaded_kernel_digest
+from paradize.jobs.loader import LOADED, CheckedLoader
+from paradize.jobs.pool import Job, run_jobs
+from paradize.kernels import digest
+from paradize.kernels.gutter import _gutter
+from tests.pipeline.code_jobs import import_late, mark, run_and_tell
+from tests.pipeline.own_package import copy_package, kernels
+from tests.pipeline.scenes import make_cove
+
+
+def test_every_kernel_carries_a_digest_of_its_own() -> None:
+    found = [re.findall(rb"paradize-kernel-digest:([0-9a-f]{64})\0", path.read_bytes()) for path in kernels()]
+    assert len(found) >= 12 and all(len(digests) == 1 for digests in found)
+    assert len({digests[0] for digests in found}) == len(found)
+
+
+def test_the_digest_of_a_loaded_kernel_stays_when_its_file_is_replaced(tmp_path: Path) -> None:
+    path = tmp_path / Path(_gutter.__file__).name
+    shutil.copy(_gutter.__file__, path)
+    spec = importlib.util.spec_from_file_location("paradize.kernels.gutter._gutter", path)
+    assert spec is not None
+    importlib.util.module_from_spec(spec)
+    was = kernel_digest(path)
+    assert loaded_kernel_digest(str(path)) == was
+    other = tmp_path / "other.so"
+    other.write_bytes(path.read_bytes().replace(was.encode(), b"0" * 64))
+    other.replace(path)
+    assert kernel_digest(path) == "0" * 64 and loaded_kernel_digest(str(path)) == was
+
+
+def test_a_kernel_s_digest_follows_sources_headers_and_flags(tmp_path: Path) -> None:
+    (tmp_path / "a.cpp").write_text('#include "a.hpp"\n#include <vector>\n')
+    (tmp_path / "a.hpp").write_text('# include "b.hpp"\n')
+    (tmp_path / "b.hpp").write_text("int b();\n")
+    (tmp_path / "c.hpp").write_text("int c();\n")
+    sources = [tmp_path / "a.cpp"]
+    assert [path.name for path in digest.all_files(sources)] == ["a.cpp", "a.hpp", "b.hpp"]
+    seen = [digest.digest_of("-O3", sources)]
+    (tmp_path / "c.hpp").write_text("int d();\n")
+    assert digest.digest_of("-O3", sources) == seen[0]
+    seen.append(digest.digest_of("-O2", sources))
+    for name in ("a.cpp", "a.hpp", "b.hpp"):
+        with (tmp_path / name).open("a") as stream:
+            stream.write("// changed\n")
+        seen.append(digest.digest_of("-O3", sources))
+    assert len(set(seen)) == 5
+
+
+def test_what_is_written_at_the_build_is_written_once(tmp_path: Path) -> None:
+    source, out = tmp_path / "a.cpp", tmp_path / "digest.cpp"
+    source.write_text("int a;\n")
+    digest.main(str(out), "-O3", str(source))
+    os.utime(out, (1, 1))
+    digest.main(str(out), "-O3", str(source))
+    assert out.stat().st_mtime == 1
+    digest.main(str(out), "-O2", str(source))
+    assert out.stat().st_mtime > 1
+
+
+def test_a_text_of_the_same_time_and_size_is_compiled_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where Python's own cache would run the old one."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    path = tmp_path / "late.py"
+
+    def value(loader: type[SourceFileLoader]) -> Any:
+        space: dict[str, Any] = {}
+        exec(loader("late", str(path)).get_code("late"), space)
+        return space["x"]
+
+    hashes = []
+    for x in (1, 2, 2):
+        path.write_text(f"x = {x}\n")
+        os.utime(path, ns=(10**18, 10**18))
+        assert value(CheckedLoader) == x
+        hashes.append(LOADED.pop("late"))
+        stale = value(SourceFileLoader)
+    assert stale == 1, "Python's cache noticed: this test shows nothing"
+    assert hashes[0] != hashes[1] == hashes[2]
+    (kept,) = (tmp_path / "__pycache__").glob("*.by-hash.pyc")
+    damaged = bytearray(kept.read_bytes())
+    damaged[-3] ^= 1
+    kept.write_bytes(damaged)
+    assert value(CheckedLoader) == 2
+    LOADED.pop("late")
+
+
+def test_a_worker_whose_code_is_not_the_parent_s_refuses_the_task(tmp_path: Path) -> None:
+    true = dict(code_of("paradize.bakers.sound"))
+    jobs = [
+        Job("own", mark, {"path": tmp_path / "own"}, code=true),
+        Job("other text", mark, {"path": tmp_path / "text"}, code=true | {"paradize.errors": "0" * 64}),
+        Job("other libraries", mark, {"path": tmp_path / "libs"}, code=true | {"libraries": "0" * 64}),
+    ]
+    own, *refused = run_jobs(jobs, 1)
+    assert (own.value, own.error) == ("done", None)
+    for outcome, name in zip(refused, ("paradize.errors", "libraries"), strict=True):
+        assert f"{name} is not the code that this bake began with" in str(outcome.error)
+    assert [path.name for path in tmp_path.iterdir()] == ["own"]
+
+
+@pytest.mark.parametrize("module", ["paradize.stages.gutter", "paradize.kernels.gutter._gutter"])
+def test_what_was_made_by_code_that_came_later_is_refused(tmp_path: Path, module: str) -> None:
+    expected = dict(code_of("paradize.build.gutter_limits"))
+    good = Job("late", import_late, {"path": tmp_path / "good"}, code=expected)
+    bad = Job("late", import_late, {"path": tmp_path / "bad"}, code=expected | {module: "0" * 64})
+    assert run_jobs([good], 1)[0].value == "done"
+    (outcome,) = run_jobs([bad], 1)
+    assert outcome.value is None and module in str(outcome.error) and (tmp_path / "bad").exists()
+
+
+def test_keys_cover_all_code_that_a_baker_loads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every maker in a worker of its own, on a real order of a scene."""
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    asked: dict[str, Job] = {}
+
+    def note(jobs: list[Job], workers: int, told: Any, **others: Any) -> None:
+        for job in jobs:
+            maker = next(name for name, (_, call) in registry.MAKERS.items() if call is job.call)
+            asked.setdefault(maker, job)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr("paradize.build.work.run_jobs", note)
+        bake(make_cove(tmp_path / "scene"), tmp_path / "out")
+    assert asked.keys() == registry.MAKERS.keys()
+    for maker, job in asked.items():
+        (outcome,) = run_jobs([Job(maker, run_and_tell, {"maker": maker, "arguments": job.arguments})], 1)
+        assert outcome.error is None
+        loaded = {name for name in outcome.value if not name.startswith(code._ENGINE)}
+        assert len(loaded) > 2
+        assert loaded - job.code.keys() <= {"paradize.errors"}, maker  # which every worker holds
+
+
+def test_the_engine_is_no_part_of_a_key() -> None:
+    assert any(path.name == "pool.py" for path in code.code_files("paradize.bakers.mesh.atlas"))
+    assert not [name for name in code_of("paradize.bakers.mesh.atlas") if name.startswith(code._ENGINE)]
+
+
+def test_a_changed_module_or_kernel_bakes_its_products_and_no_others(tmp_path: Path) -> None:
+    """On a copy of the package: nobody raises a version, and what is only touched is a hit."""
+    scene = make_cove(tmp_path / "scene")
+    package = copy_package(tmp_path / "path")
+    script = (
+        "import sys; from pathlib import Path; import paradize\n"
+        "from paradize.build.bake import bake; from paradize.build.options import BuildOptions\n"
+        f"assert list(paradize.__path__) == [{str(package)!r}], paradize.__path__\n"
+        "report = bake(Path(sys.argv[1]), Path(sys.argv[2]), BuildOptions(jobs=2))\n"
+        "assert not report.errors, report.errors\n"
+        "print(*[row['name'] for row in report.artifacts if row['status'] == 'baked'])"
+    )
+
+    def baked() -> set[str]:
+        environment = {"PYTHONPATH": str(package.parent), "PARADIZE_STORE": str(tmp_path / "store")}
+        done = subprocess.run(
+            [sys.executable, "-c", script, scene, tmp_path / "out"],
+            capture_output=True,
+            text=True,
+            timeout=200,
+            env={**os.environ, **environment},
+        )
+        assert done.returncode == 0, done.stderr
+        return set(done.stdout.split())
+
+    assert len(baked()) == 14
+    for name in ("bakers/sound.py", "kernels/terrain/_terrain" + EXTENSION_SUFFIXES[0]):
+        os.utime(package / name)
+    assert baked() == set()
+    with (package / "bakers/sound.py").open("a") as stream:
+        stream.write("# changed\n")
+    assert baked() == {"sound"}
+    kernel = package / "kernels/terrain" / ("_terrain" + EXTENSION_SUFFIXES[0])
+    other = kernel.read_bytes().replace(kernel_digest(kernel).encode(), b"1" * 64)
+    kernel.unlink()
+    kernel.write_bytes(other)
+    assert baked() == {"terrain_mesh"}
+
+
+def test_a_bake_of_one_process_looks_at_its_code_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = code_digest("paradize.bakers.sound")
+    monkeypatch.setattr(libraries, "LIBRARIES", ())
+    assert code_digest("paradize.bakers.sound") == before
+    code.forget()
+    try:
+        assert code_digest("paradize.bakers.sound") != before
+    finally:
+        monkeypatch.undo()
+        code.forget()

@@ -1,0 +1,118 @@
+"""-j of mesh, maps and terrain: how many threads the native kernels use, and that no byte depends on it."""
+
+from __future__ import annotations
+
+import inspect
+import os
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from paradize.build.single_file import BakedFiles, solo_maps, solo_mesh, solo_terrain
+from paradize.cli import main as cli
+from paradize.cli.maps import MAPS
+from paradize.jobs.pool import Job, Outcome, run_jobs
+from paradize.kernels import maps
+from paradize.kernels.threads import VARIABLE, default_threads
+from paradize.scene.settings import Relief
+from tests.pipeline.scenes import make_cove
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_cove(tmp_path_factory.mktemp("cove")).parent
+
+
+def threads_of_kernels() -> list[int]:
+    defaults = inspect.signature(maps.halve).parameters["threads"].default
+    return [maps.THREADS, defaults, default_threads(8)]
+
+
+@pytest.mark.parametrize("threads", [1, 5])
+def test_kernels_in_a_worker_use_the_threads_that_it_was_given(threads: int) -> None:
+    (outcome,) = run_jobs([Job("threads", threads_of_kernels, {})], 1, threads=threads)
+    assert outcome.value == [threads] * 3
+
+
+@pytest.mark.parametrize("word", ["", "0", "-3", "many", "\N{SUPERSCRIPT TWO}"])
+def test_a_variable_that_is_no_count_leaves_it_to_the_machine(
+    monkeypatch: pytest.MonkeyPatch, word: str
+) -> None:
+    monkeypatch.setenv(VARIABLE, word)
+    assert default_threads(2) == min(2, os.cpu_count() or 1)
+
+
+def test_the_same_bytes_and_measures_with_any_number_of_threads(sources: Path) -> None:
+    made = []
+    for threads in (1, 2, 5):
+        jobs = [
+            Job(
+                "mesh",
+                solo_mesh,
+                {
+                    "path": sources / "post.obj",
+                    "lods": 3,
+                    "max_error": None,
+                    "atlas": False,
+                    "tier": "balanced",
+                },
+            ),
+            Job(
+                "maps",
+                solo_maps,
+                {
+                    "path": sources / "wood.png",
+                    "only": list(MAPS),
+                    "source": "color",
+                    "strength": 5.0,
+                    "wrap": "repeat",
+                    "green": "up",
+                    "fmt": "ktx2",
+                    "tier": "balanced",
+                    "uv": sources / "post.obj",
+                    "gloss_groups": None,
+                    "relief": asdict(Relief()),
+                },
+            ),
+            Job(
+                "terrain",
+                solo_terrain,
+                {
+                    "path": sources / "height.png",
+                    "size_m": (20.0, 20.0),
+                    "height_m": 4.0,
+                    "max_error_m": 0.05,
+                    "tier": "balanced",
+                },
+            ),
+        ]
+        found: list[tuple[dict[str, bytes], dict[str, Any]]] = []
+        for outcome in run_jobs(jobs, 1, threads=threads):
+            assert outcome.error is None and isinstance(outcome.value, BakedFiles)
+            outcome.value.told.pop("seconds", None)
+            found.append((outcome.value.files, outcome.value.told))
+        made.append(found)
+    assert len(made[0][1][0]) == 4
+    assert made[0] == made[1] == made[2]
+
+
+@pytest.mark.parametrize(
+    ("words", "threads"),
+    [(["-j", "1"], 1), ([], os.cpu_count()), (["-j", "4096"], min(4096, os.cpu_count() or 1))],
+)
+def test_j_is_the_number_of_threads_of_the_one_worker(
+    sources: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], threads: int
+) -> None:
+    asked: list[tuple[int, int]] = []
+
+    def spy(jobs: list[Job], count: int, *, threads: int) -> list[Outcome]:
+        asked.append((count, threads))
+        return run_jobs(jobs, count, threads=threads)
+
+    monkeypatch.setattr("paradize.jobs.pool.run_jobs", spy)
+    out = str(tmp_path / "a.glb")
+    size = ["--size", "20", "20", "--height", "4"]
+    assert cli.main(["terrain", str(sources / "height.png"), "-o", out, *size, *words]) == 0
+    assert asked == [(1, threads)]

@@ -1,0 +1,353 @@
+"""A job that crashes, hangs or eats memory is stopped, tried once more, and spoils no other job."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from paradize.bakers import registry
+from paradize.build.bake import bake
+from paradize.build.estimate import memory_of
+from paradize.build.options import BuildOptions
+from paradize.errors import BakeError, SourceError
+from paradize.jobs.limits import available, cores, held_bytes, memory_limit, time_limit
+from paradize.jobs.pool import Job, Outcome, WorkerPool, run_jobs
+from paradize.jobs.scratch import Scratch
+from paradize.kernels.threads import VARIABLE as THREADS
+from tests.pipeline.scenes import make_cove, write_image
+from tests.processes import started
+
+MB = 1_000_000
+
+
+def double(value: int) -> int:
+    return 2 * value
+
+
+def tell_threads() -> str | None:
+    return os.environ.get(THREADS)
+
+
+def crash(tally: Path, times: int) -> str:
+    """Dies of a signal so many times, then answers."""
+    with tally.open("a") as stream:
+        stream.write("x")
+    if len(tally.read_text()) <= times:
+        os.kill(os.getpid(), signal.SIGSEGV)
+    return "survived"
+
+
+def hang(tally: Path, times: int) -> str:
+    """Sleeps for ever so many times, then answers."""
+    with tally.open("a") as stream:
+        stream.write("x")
+    if len(tally.read_text()) <= times:
+        time.sleep(600)
+    return "woke"
+
+
+def stop_in_an_answer() -> None:
+    """Sends the beginning of an answer, and nothing more."""
+    links = [link for link in Path("/proc/self/fd").iterdir() if int(link.name) > 2]
+    sockets = [link for link in links if link.is_symlink() and str(link.readlink()).startswith("socket:")]
+    os.write(int(sockets[0].name), (1000).to_bytes(4, "big") + b"half")
+    time.sleep(600)
+
+
+def allocate(amount: int) -> int:
+    return len(bytearray(amount))
+
+
+def eat(amount: int, then: Path | None = None) -> int:
+    """Takes memory piece by piece, whatever limit the process has; leaves a mark, and waits for a while."""
+    resource.setrlimit(resource.RLIMIT_DATA, (resource.getrlimit(resource.RLIMIT_DATA)[1],) * 2)
+    held = [b"x" * (20 * MB) for _ in range(amount // (20 * MB))]
+    time.sleep(0.5)
+    if then:
+        then.touch()
+    return len(held)
+
+
+def unsendable() -> Callable[[], int]:
+    return lambda: 3
+
+
+def run_beside(*jobs: Job, workers: int = 2) -> list[Outcome]:
+    """The outcomes of the jobs between two good ones, which must be good."""
+    good = [Job("good one", double, {"value": 1}), Job("good two", double, {"value": 2})]
+    first, *found, last = run_jobs([good[0], *jobs, good[1]], workers)
+    assert (first.value, first.error, last.value, last.error) == (2, None, 4, None)
+    return found
+
+
+def tell_process() -> tuple[int, str | None]:
+    return os.getpid(), os.environ.get(THREADS)
+
+
+def test_a_crew_that_is_kept_serves_the_next_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(THREADS, raising=False)
+    crew = WorkerPool()
+    try:
+
+        def told(threads: int) -> tuple[int, str | None]:
+            (outcome,) = run_jobs([Job("job", tell_process, {})], 1, threads=threads, crew=crew)
+            assert outcome.error is None
+            found: tuple[int, str | None] = outcome.value
+            return found
+
+        first = told(3)
+        assert first[1] == "3" and told(3) == first
+        other = told(1)
+        assert other[0] != first[0] and other[1] == "1" and told(3) == first
+        assert {told(2)[0]}.isdisjoint((first[0], other[0])) and len(crew.workers) == 2
+        crew.workers[-1].process.kill()
+        crew.workers[-1].process.wait()
+        assert told(2)[1] == "2"
+    finally:
+        crew.stop()
+    assert crew.workers == []
+
+
+def test_an_interrupted_call_leaves_no_worker_at_work(tmp_path: Path) -> None:
+    crew = WorkerPool()
+
+    def interrupt(outcome: Outcome) -> None:
+        raise KeyboardInterrupt
+
+    jobs = [Job("hangs", hang, {"tally": tmp_path / "tally", "times": 1}), Job("ends", tell_process, {})]
+    with pytest.raises(KeyboardInterrupt):
+        run_jobs(jobs, 2, interrupt, crew=crew)
+    assert crew.workers == []
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_crash_is_tried_once_more(tmp_path: Path, workers: int) -> None:
+    jobs = [
+        Job(f"crash {times}", crash, {"tally": tmp_path / str(times), "times": times}, file="palm.obj")
+        for times in (1, 9)
+    ]
+    once, always = run_beside(*jobs, workers=workers)
+    assert (once.value, once.error, once.tries) == ("survived", None, 2)
+    assert str(always.error).startswith("palm.obj: crash 9 could not be baked: its process crashed (SIGSEGV)")
+    assert "twice" in str(always.error) and (tmp_path / "9").read_text() == "xx"
+
+
+def leave_files(tally: Path) -> None:
+    """Dies while it has temporary files."""
+    folder = Path(tempfile.mkdtemp())
+    (folder / "file").write_text("here")
+    tally.write_text(str(folder))
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_worker_that_is_killed_leaves_no_temporary_files(tmp_path: Path) -> None:
+    (found,) = run_beside(Job("leaves", leave_files, {"tally": tmp_path / "tally"}))
+    assert found.error is not None
+    assert not Path((tmp_path / "tally").read_text()).exists()
+
+
+def test_what_a_killed_parent_leaves_is_swept_by_the_next_and_what_is_at_work_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    make = "from paradize.jobs.scratch import Scratch; s = Scratch(); print(s.path, flush=True); "
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    command = [sys.executable, "-c", make + "import signal; signal.pause()"]
+    with started(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        left = Path(process.stdout.readline().strip())
+        beside = Scratch()
+        assert left.is_dir()
+        process.kill()
+        process.wait()
+        assert left.is_dir()
+        again = Scratch()
+        assert not left.exists() and beside.path.is_dir() and again.path.is_dir()
+    beside.remove()
+    again.remove()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_hang_is_killed_and_tried_once_more(tmp_path: Path) -> None:
+    jobs = [
+        Job(f"hang {times}", hang, {"tally": tmp_path / str(times), "times": times}, 4.0, file="palm.obj")
+        for times in (1, 9)
+    ]
+    once, always = run_beside(*jobs)
+    assert (once.value, once.error, once.tries) == ("woke", None, 2)
+    assert str(always.error).startswith("palm.obj: hang 9 took longer than 4 s, twice; where it only needs")
+    assert "$PARADIZE_TIMEOUT" in str(always.error)
+    assert (tmp_path / "9").read_text() == "xx"
+
+
+def test_large_inputs_may_take_longer_than_half_an_hour(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("PARADIZE_TIMEOUT", raising=False)
+    assert (time_limit(10.0), time_limit(5000.0)) == (1800.0, 5000.0)
+    monkeypatch.setenv("PARADIZE_TIMEOUT", "60")
+    assert time_limit(5000.0) == 60.0
+
+
+def test_how_long_a_job_may_take_is_a_setting(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    assert time_limit() == 1800 == time_limit(900) and time_limit(7200) == 7200
+    monkeypatch.setenv("PARADIZE_TIMEOUT", "1.5")
+    (hung,) = run_jobs([Job("hang", hang, {"tally": tmp_path / "tally", "times": 9})], 1)
+    assert "took longer than 1.5 s, twice" in str(hung.error)
+    for told in ("0", "-1", "soon", "1e400", "nan"):
+        monkeypatch.setenv("PARADIZE_TIMEOUT", told)
+        with pytest.raises(BakeError, match="is no time"):
+            run_jobs([Job("a", double, {"value": 1})], 1)
+
+
+def test_a_worker_that_stops_in_the_middle_of_an_answer_holds_up_nobody() -> None:
+    (stopped,) = run_beside(Job("half", stop_in_an_answer, {}, 2.0), workers=1)
+    assert "took longer than 2 s, twice" in str(stopped.error)
+
+
+def test_what_cannot_be_sent_back_is_an_error_of_its_job() -> None:
+    (outcome,) = run_beside(Job("lambda", unsendable, {}), workers=1)
+    assert "cannot be sent" in str(outcome.error) and outcome.tries == 1
+
+
+def test_a_worker_allocates_no_more_than_there_may_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PARADIZE_MEMORY", "2G")
+    (outcome,) = run_beside(Job("huge", allocate, {"amount": 3000 * MB}, file="huge.png"))
+    assert isinstance(outcome.error, SourceError)
+    assert str(outcome.error).startswith("huge.png: needs more memory than there may be")
+    (outcome,) = run_beside(Job("large", allocate, {"amount": 500 * MB}))
+    assert outcome.value == 500 * MB
+
+
+def test_a_job_that_eats_memory_is_killed_at_the_limit(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("PARADIZE_MEMORY", "300M")
+    glutton = Job("glutton", eat, {"amount": 1000 * MB, "then": tmp_path / "full"}, file="huge.png")
+    (outcome,) = run_beside(glutton)
+    assert isinstance(outcome.error, BakeError) and not (tmp_path / "full").exists()
+    assert str(outcome.error).startswith("huge.png: glutton needs more memory than the 300 MB")
+
+
+def test_two_jobs_that_do_not_fit_together_both_succeed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing was known of them: what must go beside the other comes again when it is alone."""
+    monkeypatch.setenv("PARADIZE_MEMORY", "400M")
+    outcomes = run_jobs([Job(name, eat, {"amount": 260 * MB}) for name in "ab"], 2)
+    assert [(outcome.value, outcome.error) for outcome in outcomes] == [(13, None)] * 2
+    assert sorted(outcome.tries for outcome in outcomes) == [1, 2]
+
+
+def test_jobs_wait_until_their_estimates_fit_and_one_may_always_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PARADIZE_MEMORY", "1G")
+    times: dict[str, tuple[float, float]] = {}
+
+    def ended(outcome: Outcome) -> None:
+        now = time.monotonic()
+        times[outcome.name] = (now - outcome.seconds, now)
+
+    def together(sizes: list[int]) -> bool:
+        times.clear()
+        jobs = [Job(str(i), nap, {}, memory_bytes=size) for i, size in enumerate(sizes)]
+        assert all(outcome.error is None for outcome in run_jobs(jobs, 2, ended))
+        (_, ended_first), (began_last, _) = sorted(times.values())
+        return began_last < ended_first
+
+    assert together([400 * MB, 400 * MB])
+    assert not together([700 * MB, 700 * MB])
+    assert not together([5000 * MB, 100 * MB])
+
+
+def nap() -> None:
+    time.sleep(0.4)
+
+
+def test_cores_are_shared_out_among_the_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(THREADS, raising=False)
+    for workers in (1, 2, 1000):
+        outcome = run_jobs([Job("threads", tell_threads, {})], workers)[0]
+        assert outcome.value == str(max(1, cores() // workers))
+    monkeypatch.setenv(THREADS, "3")
+    assert run_jobs([Job("threads", tell_threads, {})], 2)[0].value == "3"
+
+
+@pytest.mark.parametrize(
+    ("told", "expected"), [("4G", 4e9), ("500Mi", 500 * 2**20), ("1.5GB", 1.5e9), ("123456", 123456)]
+)
+def test_the_limit_is_told_in_bytes(monkeypatch: pytest.MonkeyPatch, told: str, expected: float) -> None:
+    monkeypatch.setenv("PARADIZE_MEMORY", told)
+    assert memory_limit() == int(expected)
+
+
+def test_the_limit_may_be_a_share_of_what_there_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    free = available()
+    assert free is not None and free > 100 * MB
+    monkeypatch.setenv("PARADIZE_MEMORY", "50%")
+    half = memory_limit()
+    monkeypatch.delenv("PARADIZE_MEMORY")
+    whole = memory_limit()
+    assert half == pytest.approx(free / 2, rel=0.3) and whole == pytest.approx(0.8 * free, rel=0.3)
+
+
+@pytest.mark.parametrize("told", ["much", "-3G", "0", "120%", "4 G", "\N{SUPERSCRIPT TWO}"])
+def test_a_limit_that_is_none_is_refused(monkeypatch: pytest.MonkeyPatch, told: str) -> None:
+    monkeypatch.setenv("PARADIZE_MEMORY", told)
+    with pytest.raises(BakeError, match="is no amount of memory"):
+        run_jobs([Job("a", double, {"value": 1})], 1)
+
+
+def test_what_a_process_and_its_children_hold_is_measured() -> None:
+    before = held_bytes(os.getpid())
+    held = np.ones(100 * MB, np.uint8)
+    assert held_bytes(os.getpid()) - before == pytest.approx(held.nbytes, rel=0.1)
+    assert held_bytes(2**30) == 0
+
+
+def test_estimates_follow_the_sizes_in_the_headers(tmp_path: Path) -> None:
+    base = memory_of([])
+    for name in ("a.png", "a.jpg"):
+        write_image(tmp_path / name, np.zeros((300, 500, 3), np.uint8))
+        assert memory_of([tmp_path / name]) - base == 48 * 300 * 500
+    (tmp_path / "a.obj").write_bytes(b"v 0 0 0\n" * 100)
+    assert memory_of([tmp_path / "a.obj"]) - base == 12 * 800
+    (tmp_path / "a.exr").write_bytes(b"?" * 1000)
+    (tmp_path / "cut.png").write_bytes(b"\x89PNG\r\n\x1a\n")
+    (tmp_path / "cut.jpg").write_bytes(b"\xff\xd8\xff\xe0\x00")
+    assert memory_of([tmp_path / "a.exr"]) - base == 48 * 1000
+    assert memory_of([tmp_path / name for name in ("cut.png", "cut.jpg", "none.png")]) - base == 48 * 13
+
+
+@pytest.mark.parametrize("how", ["crash", "hunger"])
+def test_in_a_scene_only_its_own_artifact_is_spoilt(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, how: str
+) -> None:
+    """A stage that misbehaves on one source; the others are baked, kept, and not baked again."""
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    monkeypatch.setenv("PARADIZE_MEMORY", "600M")
+    scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
+    module, _ = registry.MAKERS["sound"]
+    monkeypatch.setitem(registry.MAKERS, "sound", (module, crash_on if how == "crash" else hunger_on))
+    report = bake(scene, out, BuildOptions(jobs=2))
+    assert [row["name"] for row in report.artifacts if row["status"] == "failed"] == ["sound"]
+    assert len(report.errors) == 1 and "sea.ogg: sound" in str(report.errors[0])
+    assert not (out / "scene.json").exists()
+    monkeypatch.undo()
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    mended = bake(scene, out, BuildOptions(jobs=2))
+    assert [row["name"] for row in mended.artifacts if row["status"] == "baked"] == ["sound"]
+
+
+def crash_on(**settings: Any) -> None:
+    os.abort()
+
+
+def hunger_on(**settings: Any) -> None:
+    eat(2000 * MB)

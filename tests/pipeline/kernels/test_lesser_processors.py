@@ -1,0 +1,192 @@
+"""The same bytes and errors on a processor without wide vectors.
+
+GLIBC_TUNABLES narrows libc and libm, NPY_DISABLE_CPU_FEATURES numpy. Our kernels ask the processor itself,
+through libgcc's table of features, which neither reaches. So they are copied, and every `cpuid` in the copies
+becomes `xor eax, eax`: the processor then knows no leaf beyond 0, hence no feature, and every dispatch takes
+its baseline.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from paradize.kernels.normals import widths
+from tests.pipeline.heights import waves
+from tests.pipeline.own_package import kernels
+from tests.pipeline.scenes import ball, make_cove, write_image
+from tests.places import ROOT
+
+LESSER = {
+    "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
+    "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA",
+}
+# Python runs it as it starts, in every worker too.
+FINDER = """
+import importlib.util, sys
+from pathlib import Path
+
+class Narrow:
+    def find_spec(self, name, path=None, target=None):
+        file = Path(__file__).parent / name.rpartition(".")[2]
+        if name.startswith("paradize.kernels.") and file.exists():
+            return importlib.util.spec_from_file_location(name, file / "kernel.so")
+
+sys.meta_path.insert(0, Narrow())
+"""
+BAKERS = """
+import hashlib, json, sys
+from pathlib import Path
+from paradize.bakers.color import bake_color
+from paradize.bakers.maps.bake import bake_maps
+from paradize.bakers.mesh.bake import bake_mesh
+from paradize.bakers.terrain.mesh import bake_terrain
+
+folder, told = Path(sys.argv[1]), {}
+for tier in ("fast", "balanced", "exact"):
+    mesh = bake_mesh(folder / "post.obj", tier=tier, lods=3)
+    assert len(mesh.report["lods"]) == 3  # by each tier's simplifier, with seams
+    mesh.report.pop("seconds", None)
+    told[f"mesh {tier}"] = mesh.glb, mesh.report
+    size = {"size_x_m": 20.0, "size_z_m": 30.0, "height_m": 4.0, "max_error_m": 0.02}
+    made = bake_terrain(folder / "height.png", **size, tier=tier)
+    told[f"terrain {tier}"] = made.glb, [made.max_error_m, made.rms_error_m]
+    relief = bake_maps(folder / "relief.png", source="height", wrap="repeat", tier=tier, destep=True)
+    made = bake_maps(folder / "wood.png", strength=5.0, tier=tier, uv=folder / "post.obj")
+    made |= {f"height {name}": map for name, map in relief.items()}
+    made["color"] = bake_color(folder / "wood.png", tier=tier)
+    for name, map in made.items():
+        told[f"{name} {tier}"] = map.data, [map.filter if name == "normal" else "", map.levels]
+bare = bake_mesh(folder / "bare.obj", atlas=True, lods=2)
+bare.report.pop("seconds", None)
+told["atlas"] = bare.glb, bare.report
+assert len(told) == 3 * (2 + 4 + 4 + 1) + 1
+print(json.dumps({k: [hashlib.sha256(data).hexdigest(), rest] for k, (data, rest) in told.items()}))
+"""
+SCENE = """
+import hashlib, json, sys
+from pathlib import Path
+from paradize.build.bake import bake
+from paradize.build.options import BuildOptions
+
+out = Path(sys.argv[2])
+report = bake(Path(sys.argv[1]) / "cove.toml", out, BuildOptions(jobs=2, force=True))
+assert not report.errors, report.errors
+files = {file.name: file.read_bytes() for file in sorted(out.iterdir())}
+print(json.dumps({name: hashlib.sha256(data).hexdigest() for name, data in files.items()}))
+"""
+# Of kernels what no bake above asks of them.
+KERNELS = """
+import hashlib
+import numpy as np
+from paradize.kernels import filter as kernel
+from paradize.stages.filters import FILTERS
+from tests.pipeline.metrics.test_map_metrics import measured
+
+rng = np.random.default_rng(0)
+heights = (rng.integers(0, 256, (150, 131)) / 255).astype(np.float32)
+taps = [(t.derivative, t.smooth) for t in FILTERS.values()]
+print(kernel.predict_errors(heights, taps, source_bits=8, wrap=(True, True)))
+slopes = kernel.spectral_slopes(heights)
+print([hashlib.sha256(plane.tobytes()).hexdigest() for plane in slopes])
+print(hashlib.sha256(kernel.destep(heights, step=1 / 255, wrap=(True, False)).tobytes()).hexdigest())
+print(measured(2))
+"""
+
+
+def narrowed(folder: Path) -> Path:
+    """A folder for PYTHONPATH with copies of the kernels that find no feature of the processor."""
+    folder.mkdir()
+    (folder / "sitecustomize.py").write_text(FINDER)
+    files = kernels()
+    dispatching = 0
+    for file in files:
+        data = bytearray(file.read_bytes())
+        said = subprocess.run(
+            ["objdump", "-d", "--no-show-raw-insn", file], capture_output=True, text=True, check=True
+        )
+        for place in re.findall(r"^ *([0-9a-f]+):\s+cpuid", said.stdout, re.MULTILINE):
+            at = int(place, 16)
+            assert data[at : at + 2] == b"\x0f\xa2"  # code lies in the file where it lies in memory
+            data[at : at + 2] = b"\x31\xc0"
+            dispatching += 1
+        own = folder / file.name.partition(".")[0]
+        own.mkdir()
+        (own / "kernel.so").write_bytes(data)
+    assert len(files) >= 12 and dispatching
+    return folder
+
+
+@pytest.fixture
+def sources(tmp_path: Path) -> Path:
+    folder = make_cove(tmp_path / "cove").parent
+    rng = np.random.default_rng(4)
+    write_image(folder / "wood.png", rng.integers(0, 256, (140, 268, 3), np.uint8))
+    rough = waves(96, 133, 5) * 9000 + rng.normal(0, 300, (96, 133)) + 32768
+    write_image(folder / "height.png", rough.clip(0, 65535).astype(np.uint16)[:, :, None])
+    write_image(
+        folder / "relief.png", (waves(150, 260, 3) * 30 + 128).clip(0, 255).astype(np.uint8)[:, :, None]
+    )
+    text = ball(24)
+    (folder / "post.obj").write_text(text)
+    bare = [line for line in text.splitlines() if not line.startswith("vt ")]
+    (folder / "bare.obj").write_text("\n".join(re.sub(r"/\d+", "", line) for line in bare) + "\n")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def lesser(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """The environment of such a processor."""
+    if platform.machine() != "x86_64" or widths() == ["widest", "baseline"]:
+        pytest.skip("this processor has nothing to switch off")
+    if shutil.which("objdump") is None:
+        pytest.skip("no objdump: install binutils")
+    features = np._core._multiarray_umath.__cpu_features__
+    known = [name for name in LESSER["NPY_DISABLE_CPU_FEATURES"].split() if features.get(name)]
+    path = f"{narrowed(tmp_path_factory.mktemp('narrow') / 'kernels')}:{ROOT}"
+    return LESSER | {"NPY_DISABLE_CPU_FEATURES": " ".join(known), "PYTHONPATH": path}
+
+
+def said(script: str, environment: dict[str, str], *arguments: object) -> str:
+    """What a script says; warnings are errors."""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", script, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=200,
+        cwd=ROOT,
+        env={**os.environ, **environment},
+    )
+    assert done.returncode == 0 and not done.stderr, done.stderr
+    assert len(done.stdout) > 64
+    return done.stdout
+
+
+def test_the_lesser_processor_has_no_wide_vectors(lesser: dict[str, str]) -> None:
+    script = "from paradize.kernels.normals import widths; print(' ' * 64, widths())"
+    assert said(script, lesser).strip() == "['widest', 'baseline']"
+
+
+def test_every_baker_gives_the_same_bytes_and_errors(sources: Path, lesser: dict[str, str]) -> None:
+    assert json.loads(said(BAKERS, lesser, sources)) == json.loads(said(BAKERS, {}, sources))
+
+
+def test_a_scene_is_the_same_bytes(sources: Path, lesser: dict[str, str], tmp_path: Path) -> None:
+    wide, narrow = (
+        said(SCENE, environment | {"PARADIZE_STORE": str(tmp_path / "store")}, sources, tmp_path / name)
+        for name, environment in (("wide", {}), ("narrow", lesser))
+    )
+    assert json.loads(narrow) == json.loads(wide)
+
+
+def test_kernels_give_the_same_bits_and_metrics(lesser: dict[str, str]) -> None:
+    assert said(KERNELS, lesser) == said(KERNELS, {})

@@ -1,0 +1,89 @@
+"""The table of metrics names each error that a bake or a command writes, and no other."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+from paradize.bakers.color import bake_color
+from paradize.build.bake import bake
+from paradize.build.options import BuildOptions
+from paradize.build.single_file import solo
+from paradize.scene.budget import METRICS
+from tests.pipeline.build.test_budget_measured import MAPS, MESH, TERRAIN
+from tests.pipeline.scenes import make_cove, write_image
+from tests.places import ROOT
+
+# Of a level or a report: what is no error.
+FACTS = {"triangles", "vertices", "draw", "tier", "bytes", "bound_m", "quantised", "warnings"}
+
+
+def rows() -> list[list[str]]:
+    text = (ROOT / "pipeline/paradize/metrics/README.md").read_text()
+    found = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| `")]
+    assert found
+    return found
+
+
+def table() -> set[str]:
+    return {name for row in rows() for name in re.findall(r"`([a-z0-9_]+)`", row[0])}
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
+    """All names of errors that a scene's bake and the commands of one file write."""
+    top = tmp_path_factory.mktemp("written")
+    scene = make_cove(top / "scene")
+    scene.write_text(scene.read_text().replace("lods = 3\n", "lods = 3\nquantise = true\n"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PARADIZE_STORE", str(top / "store"))
+        report = bake(scene, top / "out", BuildOptions(jobs=2))
+    assert not report.errors
+    manifest: dict[str, Any] = json.loads((top / "out/scene.json").read_text())
+    names = set(manifest["flight"]["errors"])
+    for artifact in manifest["artifacts"].values():
+        names |= set(artifact["errors"]).union(*artifact["levels"])
+        names |= {name for name in artifact["gutter"] or {} if name.startswith("bleed_")}
+    leaf = np.full((16, 16, 4), 200, np.uint8)
+    leaf[::2, :, 3] = 90
+    write_image(top / "leaf.png", leaf)
+    made = bake_color(top / "leaf.png")
+    names |= set(made.errors).union(*made.levels)
+    for fmt in ("ktx2", "png"):
+        told = solo("maps", scene.parent / "wood.png", tier="fast", budget={}, **MAPS | {"fmt": fmt}).told
+        for one in told["maps"].values():
+            names |= set(one["errors"]).union(*one["levels"])
+    mesh = solo("mesh", scene.parent / "post.obj", tier="fast", budget={}, **MESH | {"quantise": True})
+    names |= set().union(*mesh.told["lods"], *mesh.errors.values())
+    field = scene.parent / "height.png"
+    terrain = solo("terrain", field, tier="fast", budget={}, **TERRAIN | {"quantise": True})
+    names |= set(terrain.told).union(*terrain.errors.values())
+    return names - FACTS
+
+
+def test_every_error_that_is_written_stands_in_the_table(written: set[str]) -> None:
+    assert written - table() == set()
+
+
+def test_every_metric_of_a_budget_stands_in_the_table() -> None:
+    assert METRICS.keys() - table() == set()
+
+
+def test_the_table_names_nothing_that_is_not_written(written: set[str]) -> None:
+    assert table() - written - METRICS.keys() == set()
+
+
+def test_each_row_has_a_unit_a_reference_what_it_shares_and_how_sure_it_is() -> None:
+    for row in rows():
+        assert len(row) == 5 and all(row), row
+        assert row[4].startswith(("exact", "sampled", "bound")), row
+
+
+def test_no_budget_names_an_error_whose_reference_a_tier_chooses() -> None:
+    chosen = [row for row in rows() if "chosen" in row[3]]
+    names = {name for row in chosen for name in re.findall(r"`([a-z0-9_]+)`", row[0])}
+    assert "normal_encoding_p99_deg" in names and not names & METRICS.keys()

@@ -1,0 +1,191 @@
+"""`paradize new`: a scene of one's own without writing TOML."""
+
+from __future__ import annotations
+
+from math import asin, atan2, pi, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from paradize.build.bake import bake
+from paradize.build.options import BuildOptions
+from paradize.errors import BakeError, SourceError
+from paradize.new.scene import new_scene
+from paradize.readers.obj import read_obj
+from paradize.scene.settings import Scene, load_scene
+from tests.pipeline.scenes import ball, write_image
+
+QUAD = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+
+
+@pytest.fixture(autouse=True)
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+
+
+def write_model(folder: Path, obj: str, mtl: str, *maps: str) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "thing.obj").write_text(obj, encoding="utf-8")
+    (folder / "thing.mtl").write_text(mtl, encoding="utf-8")
+    for i, name in enumerate(maps):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        write_image(folder / name, np.full((16, 16, 3), 60 + 40 * i, np.uint8))
+    return folder / "thing.obj"
+
+
+def test_without_a_model_it_makes_a_scene_that_bakes(tmp_path: Path) -> None:
+    made = new_scene(tmp_path / "first")
+    assert not made.notes
+    report = bake(made.scene, tmp_path / "out", BuildOptions(jobs=2))
+    assert not report.errors and not report.warnings
+    assert {"vase_mesh", "vase_color", "vase_normal", "terrain_mesh", "sky"} <= {
+        row["name"] for row in report.artifacts
+    }
+
+
+@pytest.mark.parametrize(
+    ("scale", "offset"),
+    [(1.0, 0.0), (0.3, 5000.0), (1.0, -5_234_567.25), (3.0, 9e8), (1e-6, 0.0), (1e8, 1e9)],
+)
+def test_the_model_stands_on_the_ground_and_fills_every_view(
+    tmp_path: Path, scale: float, offset: float
+) -> None:
+    vertices = [
+        f"v {scale * x + offset:.12g} {scale * y + offset:.12g} {scale * z + offset:.12g}"
+        for x, y, z in ((0, 0, 0), (3, 0, 0), (0, 1, 0), (0, 0, 2))
+    ]
+    source = write_model(tmp_path / "m", "\n".join(vertices) + "\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n", "")
+    scene = load_scene(new_scene(tmp_path / "s", source).scene)
+    instance = scene.objects[0].instances[0]
+    shown = read_obj(source).mesh.places * instance.scale + np.array(instance.position)
+    size = shown.max() - shown.min()
+    grain = 1e-3 * size  # the scene's numbers tell five digits of the model's size
+    assert abs(shown[:, 1].min()) <= grain
+    middle = 0.5 * (shown.min(axis=0) + shown.max(axis=0))
+    assert abs(middle[[0, 2]]).max() <= grain
+    radius = 0.5 * float(np.sqrt(((shown.max(axis=0) - shown.min(axis=0)) ** 2).sum()))
+    half = 0.5 * scene.flight.fov_deg * pi / 180.0
+    for eye, target in zip(scene.flight.eye, scene.flight.target, strict=True):
+        to_target = np.array(target.position) - np.array(eye.position)
+        to_middle = middle - np.array(eye.position)
+        away = sqrt(float(to_middle @ to_middle))
+        across = np.cross(to_target, to_middle)
+        off = atan2(sqrt(float(across @ across)), float(to_target @ to_middle))
+        assert 0.4 * half < off + asin(radius / away) < 1.05 * half
+        assert eye.position[1] > 0.0
+    own = radius / instance.scale
+    if not 0.05 <= own <= 500.0:  # shown a metre large, as far as a scale goes
+        assert instance.scale == pytest.approx(min(max(1.0 / own, 1e-6), 1e6), rel=1e-3)
+    assert scene.flight.near_m < 0.1 * radius and scene.terrain is not None
+    assert scene.terrain.size_m[0] > 10.0 * radius
+
+
+def test_maps_and_materials_come_along_and_nothing_else(tmp_path: Path) -> None:
+    obj = "mtllib thing.mtl\n" + QUAD + 'usemtl odd "name" = [x]\nf 1/1 2/2 3/3 4/4\n'
+    mtl = 'newmtl odd "name" = [x]\nmap_Kd maps/skin.png\nmap_d maps/holes.png\n'
+    source = write_model(tmp_path / "m", obj, mtl, "maps/skin.png", "maps/holes.png", "maps/unused.png")
+    made = new_scene(tmp_path / "s", source)
+    assert [file for file in made.files if file.startswith("model/")] == [
+        "model/maps/holes.png", "model/maps/skin.png", "model/thing.mtl", "model/thing.obj",
+    ]  # fmt: skip
+    scene = load_scene(made.scene)
+    material = scene.objects[0].materials['odd "name" = [x]']
+    assert material.two_sided and material.alpha_cutoff == 0.5
+    assert scene.objects[0].alpha is not None
+    report = bake(made.scene, tmp_path / "out", BuildOptions(jobs=1))
+    assert not report.errors
+    assert {path.name for path in (tmp_path / "m").rglob("*")} == {
+        "thing.obj", "thing.mtl", "maps", "skin.png", "holes.png", "unused.png",
+    }  # fmt: skip
+
+
+def test_a_model_with_several_maps_becomes_an_object_for_each(tmp_path: Path) -> None:
+    faces = "".join(
+        f"{use}f 1/1 2/2 \\\n 3/3\n"
+        for use in ("", "usemtl a\n", "usemtl b\n", "usemtl bare\n", "usemtl a\n")
+    )
+    mtl = "newmtl a\nmap_Kd a.png\nnewmtl b\nmap_Kd b.png\nnewmtl bare\nKd 1 0 0\n"
+    source = write_model(tmp_path / "m", "mtllib thing.mtl\n" + QUAD + faces, mtl, "a.png", "b.png")
+    made = new_scene(tmp_path / "s", source)
+    assert any("2 colour maps" in note for note in made.notes)
+    scene = load_scene(made.scene)
+    counts = sorted(len(read_obj(item.mesh).mesh.triangles) for item in scene.objects)
+    assert counts == [1, 2, 2] and sum(counts) == len(read_obj(source).mesh.triangles)
+    assert not bake(made.scene, tmp_path / "out", BuildOptions(jobs=2)).errors
+
+
+def test_what_is_there_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine.txt").write_text("mine")
+    with pytest.raises(BakeError, match="not empty"):
+        new_scene(tmp_path / "full")
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(BakeError, match="not empty"):
+        new_scene(tmp_path / "file")
+    (tmp_path / "empty").mkdir()
+    assert load_scene(new_scene(tmp_path / "empty").scene).head.name == "empty"
+
+
+@pytest.mark.parametrize(
+    ("size", "offset", "words"), [(1e-12, 0.0, "scale"), (1e20, 0.0, "scale"), (1.0, 1e10, "move")]
+)
+def test_a_model_beyond_what_a_scene_can_show_is_refused(
+    tmp_path: Path, size: float, offset: float, words: str
+) -> None:
+    corners = [(0.0, 0.0), (size, 0.0), (0.0, size)]
+    text = "".join(f"v {x + offset!r} {y + offset!r} {offset!r}\n" for x, y in corners)
+    with pytest.raises(SourceError, match=words):
+        new_scene(tmp_path / "s", write_model(tmp_path / "m", text + "f 1 2 3\n", ""))
+    assert not (tmp_path / "s").exists()
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_model_that_lies_far_along_one_axis_is_refused(tmp_path: Path, axis: int) -> None:
+    corners = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    corners[:, axis] -= 1e10
+    text = "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in corners.tolist())
+    with pytest.raises(SourceError, match="move"):
+        new_scene(tmp_path / "s", write_model(tmp_path / "m", text + "f 1 2 3\n", ""))
+
+
+def test_a_model_that_cannot_be_read_leaves_nothing(tmp_path: Path) -> None:
+    bad = tmp_path / "bad.obj"
+    bad.write_text("v 0 0 nan\n")
+    with pytest.raises(SourceError, match=r"bad\.obj"):
+        new_scene(tmp_path / "s", bad)
+    assert {path.name for path in tmp_path.iterdir()} == {"bad.obj"}
+
+
+@pytest.mark.parametrize("name", ["terrain.obj", "ÄÖÜ.obj", "1 2.obj", "x" * 60 + ".obj"])
+def test_names_that_no_object_may_have_are_changed(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    scene: Scene = load_scene(new_scene(tmp_path / f"scene {name[:10]}", tmp_path / name).scene)
+    assert scene.objects[0].name and not set(scene.objects[0].name) - set(
+        "abcdefghijklmnopqrstuvwxyz0123456789_"
+    )
+
+
+@pytest.mark.deep
+def test_models_of_kits_become_scenes_that_bake(sources: Path, tmp_path: Path) -> None:
+    models = sorted((sources / "obj-kits").rglob("*.obj"))
+    models = models[:: max(1, len(models) // 6)]
+    assert len(models) > 5
+    for i, model in enumerate(models):
+        made = new_scene(tmp_path / f"s{i}", model)
+        report = bake(made.scene, tmp_path / f"out{i}", BuildOptions(jobs=2))
+        assert not report.errors, (model, report.errors)
+
+
+def test_maps_repeat_where_the_layout_leaves_the_unit_square(tmp_path: Path) -> None:
+    obj = ball().replace("mtllib post.mtl", "mtllib thing.mtl")
+    source = write_model(tmp_path / "m", obj, "newmtl wood\nmap_Kd a.png\n", "a.png")
+    assert load_scene(new_scene(tmp_path / "s", source).scene).objects[0].wrap == "clamp"
+    wide = write_model(
+        tmp_path / "w", obj.replace("vt 1.000000", "vt 2.5"), "newmtl wood\nmap_Kd a.png\n", "a.png"
+    )
+    assert load_scene(new_scene(tmp_path / "t", wide).scene).objects[0].wrap == "repeat"
+    low = write_model(
+        tmp_path / "l", obj.replace("vt 1.000000", "vt -0.25"), "newmtl wood\nmap_Kd a.png\n", "a.png"
+    )
+    assert load_scene(new_scene(tmp_path / "u", low).scene).objects[0].wrap == "repeat"

@@ -1,0 +1,249 @@
+"""The palm and the jetty in raw_assets: sound models, atlases that do not bleed, scripts that remake them."""
+
+from __future__ import annotations
+
+import sys
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from scipy import ndimage
+
+ROOT = Path(__file__).resolve().parents[3]
+RAW = ROOT / "raw_assets"
+GUTTER_PX = 16
+ATLAS_PX = {"palm": (1024, 1024), "jetty": (2048, 1024)}
+ISLANDS = {
+    "palm": 2 + 3 + 6,
+    "jetty": 9 + 9 + 4 + 4,
+}  # planks, ends, poles, tops
+
+
+class Obj:
+    """An OBJ of triangles, read here without the pipeline's reader: it is what the reader is given."""
+
+    def __init__(self, path: Path) -> None:
+        v: list[list[float]] = []
+        vt: list[list[float]] = []
+        vn: list[list[float]] = []
+        faces, groups, materials = [], [], []
+        group = material = ""
+        for line in path.read_text(encoding="ascii").splitlines():
+            word, *rest = line.split() or [""]
+            if word in ("v", "vt", "vn"):
+                {"v": v, "vt": vt, "vn": vn}[word].append([float(x) for x in rest])
+            elif word == "g":
+                group = rest[0]
+            elif word == "usemtl":
+                material = rest[0]
+            elif word == "f":
+                assert len(rest) == 3, line
+                faces.append([[int(i) - 1 for i in corner.split("/")] for corner in rest])
+                groups.append(group)
+                materials.append(material)
+        index = np.array(faces)
+        self.count = len(index)
+        self.groups, self.materials = np.array(groups), np.array(materials)
+        self.points = np.array(v)[index[:, :, 0]]
+        self.uvs = np.array(vt)[index[:, :, 1]]
+        self.normals = np.array(vn)[index[:, :, 2]]
+
+
+@pytest.fixture(scope="module", params=["palm", "jetty"])
+def model(request: pytest.FixtureRequest) -> tuple[str, Obj]:
+    return request.param, Obj(RAW / request.param / f"{request.param}.obj")
+
+
+@pytest.fixture(scope="module")
+def scripts() -> Any:
+    """The scripts of raw_assets/make, imported the way they import one another."""
+    sys.path.insert(0, str(RAW / "make"))
+    import jetty
+    import jetty_paint
+    import palm
+    import palm_paint
+
+    yield {"palm": palm, "palm_paint": palm_paint, "jetty": jetty, "jetty_paint": jetty_paint}
+    sys.path.remove(str(RAW / "make"))
+
+
+def read(path: Path) -> np.ndarray:
+    image = oiio.ImageBuf(str(path))
+    pixels = image.get_pixels(oiio.FLOAT)
+    assert not image.has_error, image.geterror()
+    return np.round(pixels * 255.0)
+
+
+def areas(triangles: np.ndarray) -> np.ndarray:
+    """Of triangles in space or in the plane: (n, 3, 3 or 2) -> (n,)."""
+    flat = np.zeros((len(triangles), 3, 3))
+    flat[..., : triangles.shape[2]] = triangles
+    cross = np.cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0])
+    return np.asarray(0.5 * np.sqrt((cross**2).sum(axis=1)))
+
+
+def covered(uvs: np.ndarray, width: int, height: int) -> np.ndarray:
+    """The texels whose square a UV triangle touches, (height, width)."""
+    mask = np.zeros((height, width), dtype=bool)
+    for corners in uvs * [width, -height] + [0, height]:
+        low, high = np.floor(corners.min(axis=0)).astype(int), np.ceil(corners.max(axis=0)).astype(int)
+        x, y = np.meshgrid(np.arange(low[0], high[0]) + 0.5, np.arange(low[1], high[1]) + 0.5)
+        inside = np.ones(x.shape, dtype=bool)
+        (ax, ay), (bx, by), (cx, cy) = corners
+        turn = 1.0 if (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) > 0 else -1.0
+        for px, py, qx, qy in ((ax, ay, bx, by), (bx, by, cx, cy), (cx, cy, ax, ay)):
+            ex, ey = qx - px, qy - py
+            inside &= turn * (ex * (y - py) - ey * (x - px)) >= -0.5 * (abs(ex) + abs(ey))
+        mask[low[1] : high[1], low[0] : high[0]] |= inside
+    return mask
+
+
+def test_the_palm_has_fewer_than_3000_triangles() -> None:
+    assert 1500 < Obj(RAW / "palm/palm.obj").count < 3000
+
+
+def test_the_palm_stands_nine_metres_tall_and_leans_out() -> None:
+    palm = Obj(RAW / "palm/palm.obj")
+    trunk = palm.points[palm.groups == "trunk"].reshape(-1, 3)
+    top = trunk[trunk[:, 1].argmax()]
+    assert 8.5 < palm.points[..., 1].max() < 9.5
+    assert np.abs(trunk[np.abs(trunk[:, 1]) < 0.2][:, [0, 2]]).max() < 0.5  # its foot stands at the origin
+    assert top[2] > 3.0
+
+
+def test_the_jetty_is_25_metres_long_and_its_poles_go_below_the_sea_floor() -> None:
+    jetty = Obj(RAW / "jetty/jetty.obj")
+    planks = jetty.points[jetty.groups == "planks"].reshape(-1, 3)
+    poles = jetty.points[jetty.groups == "poles"].reshape(-1, 3)
+    assert 24.5 < np.ptp(planks[:, 2]) < 25.5
+    assert 1.9 < np.ptp(planks[:, 0]) < 2.3
+    assert poles[:, 1].min() < -6.0
+    assert 0.7 < poles[:, 1].max() < 1.1
+
+
+def test_groups_and_materials_are_named(model: tuple[str, Obj]) -> None:
+    name, obj = model
+    expected = {
+        "palm": {("trunk", "trunk"), ("leaves", "leaves"), ("nuts", "nuts")},
+        "jetty": {("planks", "planks"), ("beams", "planks"), ("poles", "poles")},
+    }[name]
+    assert set(zip(obj.groups.tolist(), obj.materials.tolist(), strict=True)) == expected
+    library = (RAW / name / f"{name}.mtl").read_text(encoding="ascii")
+    defined = {line.split()[1] for line in library.splitlines() if line.startswith("newmtl")}
+    assert defined == {material for _, material in expected}
+    for line in library.splitlines():
+        if line.startswith("map_"):
+            assert (RAW / name / line.split()[1]).is_file(), line
+
+
+def test_no_face_is_without_area_in_space_or_in_the_atlas(model: tuple[str, Obj]) -> None:
+    _, obj = model
+    assert areas(obj.points).min() > 1e-8
+    assert areas(obj.uvs).min() > 1e-9
+
+
+def test_normals_are_unit_and_on_the_side_of_their_face(model: tuple[str, Obj]) -> None:
+    _, obj = model
+    length = np.sqrt((obj.normals**2).sum(axis=2))
+    assert np.abs(length - 1.0).max() < 2e-4
+    facet = np.cross(obj.points[:, 1] - obj.points[:, 0], obj.points[:, 2] - obj.points[:, 0])
+    same_side = (facet[:, None, :] * obj.normals).sum(axis=2) > 0.0
+    assert same_side.mean() > 0.99
+
+
+def test_neighbours_are_wound_alike(model: tuple[str, Obj]) -> None:
+    _, obj = model
+    _, place = np.unique(np.round(obj.points.reshape(-1, 3) * 1e4), axis=0, return_inverse=True)
+    corner = place.reshape(-1, 3)
+    edges = np.concatenate([corner[:, [k, (k + 1) % 3]] for k in range(3)])
+    _, times = np.unique(edges, axis=0, return_counts=True)
+    assert times.max() == 1  # no edge is walked twice the same way
+
+
+def test_uvs_stay_inside_the_atlas(model: tuple[str, Obj]) -> None:
+    _, obj = model
+    assert obj.uvs.min() >= 0.0
+    assert obj.uvs.max() <= 1.0
+
+
+def test_uv_islands_are_a_gutter_apart(model: tuple[str, Obj]) -> None:
+    name, obj = model
+    width, height = ATLAS_PX[name]
+    labels, count = ndimage.label(covered(obj.uvs, width, height), structure=np.ones((3, 3)))
+    assert count == ISLANDS[name]
+    away, (row, column) = ndimage.distance_transform_edt(labels == 0, return_indices=True)
+    nearest = labels[row, column]
+    for axis in (0, 1):
+        first, second = [(slice(None),) * axis + (part,) for part in (slice(None, -1), slice(1, None))]
+        border = nearest[first] != nearest[second]
+        assert (away[first] + away[second])[border].min() + 1.0 >= GUTTER_PX
+
+
+def test_gutters_are_painted_so_that_mips_do_not_bleed(model: tuple[str, Obj]) -> None:
+    name, obj = model
+    width, height = ATLAS_PX[name]
+    pixels = read(RAW / name / {"palm": "palm.ppm", "jetty": "jetty.png"}[name])
+    mask = covered(obj.uvs, width, height)
+    around = ndimage.binary_dilation(mask, iterations=4) & ~mask
+    assert pixels[around].max(axis=1).min() > 8.0  # nowhere black
+    _, (row, column) = ndimage.distance_transform_edt(~mask, return_indices=True)
+    step = np.abs(pixels - pixels[row, column])[around].mean()
+    assert step < 24.0  # and much like what lies beside it
+
+
+def test_the_palms_colours_are_a_binary_ppm() -> None:
+    head = (RAW / "palm/palm.ppm").read_bytes()[:32].split()
+    assert head[:4] == [b"P6", b"1024", b"1024", b"255"]
+    assert (RAW / "palm/palm_alpha.pgm").read_bytes()[:2] == b"P5"
+
+
+def test_leaf_colour_reaches_beyond_the_leaf() -> None:
+    color, alpha = read(RAW / "palm/palm.ppm"), read(RAW / "palm/palm_alpha.pgm")[..., 0]
+    solid = alpha > 250
+    near = ndimage.binary_dilation(solid, iterations=3) & (alpha < 5)
+    assert near.sum() > 10_000
+    _, (row, column) = ndimage.distance_transform_edt(~solid, return_indices=True)
+    assert np.abs(color - color[row, column])[near].mean() < 25.0
+
+
+def test_the_jetty_shows_every_pattern_and_never_one_twice_in_a_row(scripts: Any) -> None:
+    planks = scripts["jetty"].planks()
+    assert 130 < len(planks) < 170
+    assert {p.pattern for p in planks} == set(range(scripts["jetty_paint"].PLANKS))
+    for a, b in pairwise(planks):
+        assert (a.pattern, a.turned, a.mirrored) != (b.pattern, b.turned, b.mirrored)
+        assert a.pattern != b.pattern
+        assert a.z + a.width / 2 < b.z - b.width / 2  # a gap between them
+    obj = Obj(RAW / "jetty/jetty.obj")
+    middle = obj.uvs[obj.groups == "poles"].mean(axis=1) * [2048, -1024] + [0, 1024]
+    rows = [scripts["jetty_paint"].pole_corner(k)[1] for k in range(4)]
+    shown = {k for k, top in enumerate(rows) for x, y in middle if x > 1040 and top <= y <= top + 128}
+    assert shown == {0, 1, 2, 3}
+
+
+@pytest.mark.parametrize("name", ["palm", "jetty"])
+def test_the_scripts_give_the_same_models_again(scripts: Any, name: str, tmp_path: Path) -> None:
+    scripts[name].write_model(tmp_path)
+    for kind in ("obj", "mtl"):
+        again = (tmp_path / name / f"{name}.{kind}").read_bytes()
+        assert again == (RAW / name / f"{name}.{kind}").read_bytes(), f"{name}.{kind} differs: run its script"
+
+
+@pytest.mark.parametrize("piece", ["plank", "end", "pole", "cap"])
+def test_the_script_paints_the_same_jetty_again(scripts: Any, piece: str) -> None:
+    paint = scripts["jetty_paint"]
+    x, y = getattr(paint, f"{piece}_center" if piece == "cap" else f"{piece}_corner")(2)
+    inset = paint.GUTTER // 2 + (paint.CAP_RADIUS if piece == "cap" else 0)
+    image = np.round(getattr(paint, f"paint_{piece}")(2) * 255.0)
+    x, y = x - inset, y - inset
+    kept = read(RAW / "jetty/jetty.png")[y : y + image.shape[0], x : x + image.shape[1]]
+    assert np.abs(image - kept).max() <= 1.0
+
+
+def test_the_script_paints_the_same_palm_again(scripts: Any) -> None:
+    color, alpha = scripts["palm_paint"].atlas()
+    assert np.abs(np.round(color * 255.0) - read(RAW / "palm/palm.ppm")).max() <= 1.0
+    assert np.abs(np.round(alpha * 255.0) - read(RAW / "palm/palm_alpha.pgm")[..., 0]).max() <= 1.0

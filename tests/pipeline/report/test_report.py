@@ -1,0 +1,334 @@
+"""Contact sheets: drawn from what was baked, anew only where something changed, and told when they fail."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from PIL import Image
+
+from paradize.build.provenance import BakeReport
+from paradize.data import Group, Mesh, Texture
+from paradize.formats.ktx2.encode import encode_ktx2
+from paradize.formats.ktx2.layout import full_level_count
+from paradize.preview.pictures import MaterialDefaults, SheetMap, lit_preview
+from paradize.preview.shade import Material, flat_preview, sphere_preview, to_codes, to_light
+from paradize.report import lod_view
+from paradize.report.folder import draw_folder, draw_maps, draw_page
+from paradize.report.scene_page import _curves, scene_page
+from paradize.report.sheet import draw_sheet, error_lines
+
+F32 = npt.NDArray[np.float32]
+
+
+def chain(fmt: str, texels: npt.NDArray[Any]) -> Texture:
+    """A texture whose mips take every second texel."""
+    height, width = texels.shape[:2]
+    levels = []
+    for level in range(full_level_count(width, height)):
+        rows, columns = max(1, height >> level), max(1, width >> level)
+        step = texels[:: max(1, height // rows), :: max(1, width // columns)][:rows, :columns]
+        levels.append(np.ascontiguousarray(step).tobytes())
+    return Texture(fmt, width, height, tuple(levels))
+
+
+def plain(color: tuple[int, int, int, int], size: int = 16) -> Texture:
+    return chain("RGBA8_SRGB", np.full((size, size, 4), color, np.uint8))
+
+
+def entry(texture: Texture, **errors: float) -> SheetMap:
+    return SheetMap(texture, sum(map(len, texture.levels)), "balanced", errors)
+
+
+def scene_folder(folder: Path, **textures: Texture) -> Path:
+    """A folder with a scene.json of nothing but artifacts."""
+    folder.mkdir(exist_ok=True)
+    artifacts = {}
+    for name, texture in textures.items():
+        data = encode_ktx2(texture)
+        (folder / f"{name}.ktx2").write_bytes(data)
+        artifacts[name] = {
+            "file": f"{name}.ktx2", "kind": "cubemap" if texture.faces == 6 else "texture", "tier": "exact",
+            "sha256": str(hash(data)), "bytes": len(data), "errors": {"color_psnr_db": 40.0},
+        }  # fmt: skip
+    told = {"name": "test", "exposure": 1.0, "artifacts": artifacts, "objects": []}
+    (folder / "scene.json").write_text(json.dumps(told))
+    return folder
+
+
+def test_the_preview_lights_a_slope_that_faces_the_light_brighter_than_one_that_turns_away() -> None:
+    towards = np.array([-0.5, 0.5, np.sqrt(0.5)], np.float32).reshape(1, 1, 3)
+    away = towards * np.array([-1, -1, 1], np.float32)
+    grey = np.full((1, 1, 3), 0.5, np.float32)
+    bright = flat_preview(Material(color=grey, normal=towards), 8, 8)
+    flat = flat_preview(Material(color=grey), 8, 8)
+    dark = flat_preview(Material(color=grey, normal=away), 8, 8)
+    assert bright.min() > flat.max() > flat.min() > dark.max()
+
+
+def test_a_shape_is_lit_from_the_upper_left_and_stands_before_the_paper() -> None:
+    seen = sphere_preview(Material(), 64).astype(int).sum(axis=2)
+    assert seen[20, 20] > seen[32, 32] > seen[44, 44]
+    assert (seen[0, 0], seen[63, 63]) == (24 + 25 + 28, 24 + 25 + 28)
+
+
+def test_gloss_shines_and_smoothness_narrows_the_shine() -> None:
+    def spread(specular: float, smoothness: float) -> tuple[int, int]:
+        material = Material(base=(0.1, 0.1, 0.1), base_specular=specular, base_smoothness=smoothness)
+        seen = sphere_preview(material, 128).max(axis=2)
+        return int(seen.max()), int((seen > 150).sum())
+
+    dull, rough, smooth = spread(0.0, 0.5), spread(1.0, 0.6), spread(1.0, 0.9)
+    assert dull[0] < rough[0] <= smooth[0] == 255
+    assert 0 < smooth[1] < rough[1] * 3
+
+
+def test_srgb_goes_to_light_and_back() -> None:
+    codes = np.arange(256, dtype=np.uint8)
+    grey = np.repeat(codes[:, None], 3, axis=1)
+    assert np.array_equal(to_codes(to_light(grey.astype(np.float32) / np.float32(255))), grey)
+
+
+def test_holes_show_the_ground_behind_them() -> None:
+    opaque = lit_preview({"color": entry(plain((200, 40, 40, 255)))}, MaterialDefaults(), 32)
+    hollow = lit_preview({"color": entry(plain((200, 40, 40, 0)))}, MaterialDefaults(), 32)
+    assert opaque[..., 0].min() > 150
+    assert hollow.max() < 90
+    assert np.ptp(hollow.astype(int)) > 0  # chequered
+
+
+def test_the_preview_keeps_the_map_s_shape() -> None:
+    wide = chain("RGBA8_SRGB", np.full((8, 32, 4), 128, np.uint8))
+    assert lit_preview({"color": entry(wide)}, MaterialDefaults(), 64).shape == (16, 64, 3)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 9), (130, 3), (64, 64)])
+def test_a_sheet_is_drawn_of_maps_of_any_shape(shape: tuple[int, int]) -> None:
+    rng = np.random.default_rng(1)
+
+    def noise(channels: int, kind: type[np.generic]) -> npt.NDArray[Any]:
+        return rng.integers(0, 120, (*shape, channels)).astype(kind)
+
+    maps = {
+        "color": entry(chain("RGBA8_SRGB", noise(4, np.uint8)), color_psnr_db=41.5),
+        "height": entry(chain("R8_UNORM", noise(1, np.uint8))),
+        "normal": entry(chain("RG8_SNORM", noise(2, np.int8)), normal_p99_deg=1.25),
+        "gloss": entry(chain("RG8_UNORM", noise(2, np.uint8))),
+        "dudv": entry(chain("RG8_SNORM", noise(2, np.int8))),
+    }
+    for tiles in (False, True):
+        png = draw_sheet("bark", "of a test", maps, MaterialDefaults(tiles))
+        assert png[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_a_sheet_s_errors_have_their_units_and_every_level() -> None:
+    levels = [{"mean_deg": 0.1, "p99_deg": 1.94}, {"mean_deg": 0.2, "p99_deg": 2.5}]
+    texture = chain("RG8_SNORM", np.zeros((2, 2, 2), np.int8))
+    lines = error_lines("normal", SheetMap(texture, 10, "exact", {"normal_p99_deg": 1.94}, levels))
+    assert lines == ["p99 1.94°", "p99 by level, °: 1.94 2.50"]
+    assert error_lines("color", entry(plain((0, 0, 0, 255)), color_psnr_db=41.5)) == ["psnr 41.5 dB"]
+    assert error_lines("color", entry(plain((0, 0, 0, 255)))) == ["no error was measured"]
+
+
+def test_only_what_changed_is_drawn_anew(tmp_path: Path) -> None:
+    sheets = tmp_path / "report"
+    sky = Texture("RGBA16F", 4, 4, tuple(bytes(8 * 6 * n) for n in (16, 4, 1)), 6)
+    red, blue = plain((200, 0, 0, 255)), plain((0, 0, 200, 255))
+    baked = scene_folder(tmp_path / "baked", wall_color=red, roof_color=red, sky=sky)
+    first = draw_folder(baked, sheets)
+    assert {path.name for path in first.drawn} == {"wall.png", "roof.png", "sky.png"}
+    assert not first.warnings
+    assert draw_folder(baked, sheets).drawn == []
+    scene_folder(baked, wall_color=red, roof_color=blue, sky=sky)
+    assert [path.name for path in draw_folder(baked, sheets).drawn] == ["roof.png"]
+    (sheets / "wall.png").unlink()
+    assert [path.name for path in draw_folder(baked, sheets).drawn] == ["wall.png"]
+
+
+def test_sheets_of_materials_that_are_gone_go_and_no_other_file(tmp_path: Path) -> None:
+    sheets = tmp_path / "report"
+    red = plain((200, 0, 0, 255))
+    draw_folder(scene_folder(tmp_path / "baked", wall_color=red, roof_color=red), sheets)
+    (sheets / "mine.png").write_bytes(b"not of ours")
+    draw_folder(scene_folder(tmp_path / "baked", wall_color=red), sheets)
+    assert {path.name for path in sheets.iterdir()} == {"wall.png", "mine.png", "sheets.json"}
+
+
+def test_of_many_sheets_some_are_left_to_later(tmp_path: Path) -> None:
+    red = plain((200, 30, 20, 255))
+    baked = scene_folder(tmp_path / "baked", a_color=red, b_color=red, c_color=red)
+    sheets = tmp_path / "report"
+    first = draw_folder(baked, sheets, most=2)
+    assert [path.name for path in first.drawn] == ["a.png", "b.png"] and first.left == 1
+    second = draw_folder(baked, sheets, most=2)
+    assert [path.name for path in second.drawn] == ["c.png"] and second.left == 0
+
+
+def test_a_sheet_that_fails_is_told_and_the_others_are_drawn(tmp_path: Path) -> None:
+    red = plain((200, 0, 0, 255))
+    baked = scene_folder(tmp_path / "baked", wall_color=red, roof_color=red)
+    (baked / "roof_color.ktx2").write_bytes(b"nothing")
+    done = draw_folder(baked, tmp_path / "report")
+    assert [path.name for path in done.drawn] == ["wall.png"]
+    (warning,) = done.warnings
+    assert "contact sheet roof" in warning
+    # It is tried again.
+    assert "roof" in draw_folder(baked, tmp_path / "report").warnings[0]
+    (baked / "scene.json").write_bytes(b"{")
+    assert "no contact sheets" in draw_folder(baked, tmp_path / "report").warnings[0]
+
+
+def test_a_report_folder_that_cannot_be_written_is_a_warning(tmp_path: Path) -> None:
+    baked = scene_folder(tmp_path / "baked", wall_color=plain((200, 0, 0, 255)))
+    (tmp_path / "report").write_text("a file stands here")
+    done = draw_folder(baked, tmp_path / "report")
+    assert not done.drawn
+    assert done.warnings
+
+
+def picture(path: Path, size: int = 64) -> Path:
+    y, x = np.mgrid[0:size, 0:size]
+    grey = (127 + 60 * np.sin(x / 5) + 60 * np.sin(y / 7)).astype(np.uint8)
+    Image.fromarray(np.dstack([grey, grey // 2, 255 - grey])).save(path)
+    return path
+
+
+def test_maps_draws_a_sheet_where_it_is_asked_to(
+    tmp_path: Path, paradize: Callable[..., subprocess.CompletedProcess[str]]
+) -> None:
+    source = picture(tmp_path / "bark.png")
+    result = paradize("maps", source, "-o", tmp_path / "out", "--report", tmp_path / "sheets", "--json")
+    assert result.returncode == 0, result.stderr
+    sheet = tmp_path / "sheets/bark.png"
+    assert json.loads(result.stdout)["sheets"] == [str(sheet)]
+    with Image.open(sheet) as drawn:
+        assert drawn.width > 1000
+    assert sorted(path.suffix for path in (tmp_path / "out").iterdir()) == [".ktx2"] * 4
+    wrong = paradize("maps", source, "-o", tmp_path / "o2", "--report", tmp_path / "s2", "--format", "png")
+    assert wrong.returncode == 1
+    assert "--report" in wrong.stderr
+
+
+def test_draw_maps_tells_what_it_cannot_read(tmp_path: Path) -> None:
+    told = {"maps": {"normal": {"file": "a.ktx2", "errors": {}}}}
+    done = draw_maps({"a.ktx2": b"nothing"}, "a", told, tmp_path, False)
+    assert not done.drawn
+    assert "contact sheet a" in done.warnings[0]
+
+
+@pytest.fixture
+def island_bake(
+    tmp_path: Path, root: Path, island: Path, paradize: Callable[..., subprocess.CompletedProcess[str]]
+) -> Callable[[str], dict[str, Any]]:
+    def bake(report: str) -> dict[str, Any]:
+        environment = {**os.environ, "PARADIZE_REPORT": report}
+        result = paradize("bake", root / "raw_assets/island.toml", "-o", island, "--json", env=environment)
+        assert result.returncode == 0, result.stderr
+        told: dict[str, Any] = json.loads(result.stdout)
+        return told
+
+    return bake
+
+
+def test_a_bake_leaves_sheets_beside_its_assets_and_draws_none_when_nothing_changed(
+    tmp_path: Path, island: Path, island_bake: Callable[[str], dict[str, Any]]
+) -> None:
+    before = {path.name for path in island.iterdir()}
+    drawn = island_bake(str(tmp_path / "report"))["sheets"]
+    scene = json.loads((island / "scene.json").read_text())
+    textures = {name.rpartition("_")[0] for name, e in scene["artifacts"].items() if e["kind"] == "texture"}
+    meshes = {item["mesh"] for item in scene["objects"]}
+    assert {Path(path).stem for path in drawn} == textures | meshes | {"sky"}
+    assert all(Path(path).parent == tmp_path / "report/island" for path in drawn)
+    assert {path.name for path in island.iterdir()} == before
+    assert island_bake(str(tmp_path / "report"))["sheets"] == []
+    assert island_bake("")["sheets"] == []
+
+
+def test_a_page_that_cannot_be_written_is_a_warning_and_the_bake_stands(
+    tmp_path: Path, island_bake: Callable[[str], dict[str, Any]]
+) -> None:
+    (tmp_path / "report").write_text("a file stands here")
+    warnings = island_bake(str(tmp_path / "report"))["warnings"]
+    assert any("no report" in text for text in warnings)
+
+
+def test_the_page_tells_what_was_spared_and_files_against_their_budget() -> None:
+    scene = {
+        "name": "a<b",
+        "budget": {"hard": {"folder_mb": 1.0}, "soft": {}},
+        "flight": {"errors": {}},
+    }
+    row = {"name": "x", "tier": "fast", "errors": {}, "over": [], "bytes": 2_000_000, "status": "baked"}
+    rows = [row | {"format": "BC1_RGB_SRGB", "seconds": 1.0}]
+    why = {"saved_bytes": {"levels": 0, "patches": 2_500_000, "maps": 1_000_000}, "artifacts": []}
+    page = scene_page(scene, rows, why, [], seconds=1.0, warnings=[])
+    assert "<b>3.5 MB</b>" in page and "<h1>a&lt;b:" in page
+    assert "folder_mb" in page and 'class="meter over"' in page and "<b>1</b><span>errors beyond" in page
+    both = scene | {"budget": {"hard": {"folder_mb": 1.0, "color_psnr_db": 30.0}, "soft": {}}}
+    page = scene_page(
+        both, [rows[0] | {"errors": {"color_psnr_db": 40.0}}], why, [], seconds=1.0, warnings=[]
+    )
+    assert page.index("<td>folder_mb") < page.index("<td>color_psnr_db")  # what is beyond stands first
+    roomy = scene | {"budget": {"hard": {"folder_mb": 3.0}, "soft": {}}}
+    page = scene_page(roomy, rows, why | {"saved_bytes": None}, [], seconds=1.0, warnings=[])
+    assert "<b>0 kB</b>" in page and 'class="meter over"' not in page and "<b>none</b>" in page
+
+
+def test_a_level_is_drawn_where_it_lies_and_holes_show_what_is_behind() -> None:
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32)
+    right, up, eye = lod_view.axes().astype(np.float32)
+
+    def square(side: float, towards_m: float) -> npt.NDArray[np.float32]:
+        return side * (corners[:, :1] * right + corners[:, 1:] * up) + towards_m * eye
+
+    uvs = np.tile((0.5 + 0.5 * corners).astype(np.float32), (2, 1))
+    mesh = Mesh(
+        np.concatenate([square(1.0, 0.0), square(0.5, 0.3)]).astype(np.float32),
+        np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]], np.uint32),
+        uvs=uvs,
+        groups=(Group("back", "back", 0, 2), Group("front", "front", 2, 2)),
+    )
+    holes = np.zeros((2, 2, 4), np.float32)
+    holes[:, :, 0] = 1.0
+    holes[0, :, 3] = 1.0  # v below a half: opaque
+    skins = {
+        "back": lod_view.Skin(color=(0.0, 0.0, 1.0)),
+        "front": lod_view.Skin(holes, (1.0, 1.0, 1.0), 0.5),
+    }
+    drawn = lod_view.draw_mesh(mesh, skins, lod_view.frame_of(mesh)).astype(int)
+    side, middle = lod_view.SIZE, lod_view.SIZE // 2
+    red, blue, paper = (drawn[row, middle] for row in (middle + side // 8, middle - side // 8, 2))
+    assert red[0] > 150 and red[2] < 30  # v grows with the corner's height here: its lower half is opaque
+    assert blue[2] > 150 and blue[0] < 30
+    assert paper.max() < 40
+    assert drawn[middle, side // 16 + 4, 2] > 150  # the large square reaches almost to the edge
+
+
+@pytest.mark.parametrize(
+    "content", [b"{}", b"[]", b"[" * 100_000, b'{"groups": [1e400]}', b"\xff", b'{"groups": 7}']
+)
+def test_curves_that_are_none_are_a_warning_and_the_page_is_drawn(
+    content: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where a pipe stands in their place."""
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    monkeypatch.setattr("paradize.report.scene_page.scene_page", lambda *_, trade, **__: _curves(trade))
+    monkeypatch.setattr("paradize.report.folder.read_scene", lambda *_: {"artifacts": {}})
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/scene.json").write_text("{}")
+    for make in (lambda path: path.write_bytes(content), os.mkfifo):
+        path = tmp_path / "tradeoff.json"
+        path.unlink(missing_ok=True)
+        make(path)
+        report = BakeReport(tmp_path / "out")
+        draw_page(tmp_path / "out", tmp_path, report, {})
+        assert (tmp_path / "index.html").read_text() == _curves(None)
+        assert f"{path}: is not what paradize measure writes" in report.warnings[0]

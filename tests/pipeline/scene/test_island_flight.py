@@ -1,0 +1,207 @@
+"""The island's flight: it keeps clear of everything, tells its story in order, and meets its beginning."""
+
+from __future__ import annotations
+
+from math import asin, atan2, cos, degrees, pi, radians, sin, sqrt, tan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from scipy.spatial import cKDTree
+
+from paradize.scene.flight import Flight, plan_flight
+from paradize.scene.settings import Scene, load_scene
+
+RAW = Path(__file__).resolve().parents[3] / "raw_assets"
+STEP_S = 0.1
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return load_scene(RAW / "island.toml")
+
+
+@pytest.fixture(scope="module")
+def flight(scene: Scene) -> Flight:
+    return plan_flight(scene.flight)
+
+
+@pytest.fixture(scope="module")
+def moments(flight: Flight) -> np.ndarray:
+    """Eye and target at every STEP_S: (n, 2, 3)."""
+    count = round(flight.duration_s / STEP_S)
+    return np.array([flight.view(i * STEP_S) for i in range(count)])
+
+
+@pytest.fixture(scope="module")
+def ground(scene: Scene) -> Any:
+    """Height of the ground, metres, at points x, z; the sea floor's edge goes on beyond the heightmap."""
+    terrain = scene.terrain
+    assert terrain is not None
+    pixels = oiio.ImageBuf(str(terrain.heightmap)).get_pixels(oiio.FLOAT)[..., 0].astype(np.float64)
+    heights = terrain.base_m + terrain.height_m * pixels
+
+    def at(x: np.ndarray, z: np.ndarray) -> np.ndarray:
+        rows, columns = heights.shape
+        c = np.clip((x / terrain.size_m[0] + 0.5) * (columns - 1), 0, columns - 1.001)
+        r = np.clip((z / terrain.size_m[1] + 0.5) * (rows - 1), 0, rows - 1.001)
+        i, j = r.astype(int), c.astype(int)
+        a, b = r - i, c - j
+        top = heights[i, j] * (1 - b) + heights[i, j + 1] * b
+        low = heights[i + 1, j] * (1 - b) + heights[i + 1, j + 1] * b
+        return np.asarray(top * (1 - a) + low * a)
+
+    return at
+
+
+def surface(scene: Scene, name: str) -> np.ndarray:
+    """Points of an object in the world, no farther than 15 cm from one another on its surface: (n, 3)."""
+    item = next(o for o in scene.objects if o.name == name)
+    vertices, faces = [], []
+    for line in item.mesh.read_text(encoding="ascii").splitlines():
+        if line.startswith("v "):
+            vertices.append([float(x) for x in line.split()[1:4]])
+        elif line.startswith("f "):
+            faces.append([int(corner.split("/")[0]) - 1 for corner in line.split()[1:4]])
+    triangles = np.array(vertices)[np.array(faces)]
+    edges = triangles - np.roll(triangles, 1, axis=1)
+    pieces = np.ceil(np.sqrt((edges**2).sum(axis=2)).max(axis=1) / 0.15).astype(int)
+    points = []
+    for n in np.unique(pieces):
+        corner = triangles[pieces == n]
+        for i in range(n + 1):
+            for j in range(n + 1 - i):
+                u, v = i / n, j / n
+                points.append(corner[:, 0] * (1 - u - v) + corner[:, 1] * u + corner[:, 2] * v)
+    local = np.concatenate(points)
+    placed = item.instances[0]
+    c, s = cos(radians(placed.yaw_deg)), sin(radians(placed.yaw_deg))
+    x, z = local[:, 0] * c + local[:, 2] * s, local[:, 2] * c - local[:, 0] * s
+    return np.stack([x, local[:, 1], z], axis=1) * placed.scale + placed.position
+
+
+@pytest.fixture(scope="module")
+def objects(scene: Scene) -> dict[str, np.ndarray]:
+    return {item.name: surface(scene, item.name) for item in scene.objects}
+
+
+def rays(flight: Flight, t_s: float, aspect: float, grid: int = 9) -> tuple[np.ndarray, np.ndarray]:
+    """The eye, and grid x grid directions over the whole picture, edges included: (3,), (grid * grid, 3)."""
+    eye, target = (np.array(p) for p in flight.view(t_s))
+    ahead = target - eye
+    ahead /= sqrt(float((ahead**2).sum()))
+    right = np.cross(ahead, [0.0, 1.0, 0.0])
+    right /= sqrt(float((right**2).sum()))
+    up = np.cross(right, ahead)
+    reach = tan(flight.fov_rad / 2)
+    across, over = np.meshgrid(np.linspace(-1, 1, grid) * reach * aspect, np.linspace(-1, 1, grid) * reach)
+    return eye, ahead + across.reshape(-1, 1) * right + over.reshape(-1, 1) * up
+
+
+def in_view(flight: Flight, t_s: float, aspect: float, points: np.ndarray) -> np.ndarray:
+    """Which points lie inside the picture."""
+    eye, target = (np.array(p) for p in flight.view(t_s))
+    ahead = (target - eye) / sqrt(float(((target - eye) ** 2).sum()))
+    right = np.cross(ahead, [0.0, 1.0, 0.0])
+    right /= sqrt(float((right**2).sum()))
+    away = points - eye
+    depth = (away * ahead).sum(axis=1)
+    x, y = (away * right).sum(axis=1), (away * np.cross(right, ahead)).sum(axis=1)
+    reach = tan(flight.fov_rad / 2)
+    return np.asarray((depth > 0) & (np.abs(x) < depth * reach * aspect) & (np.abs(y) < depth * reach))
+
+
+def test_the_eye_stays_above_the_ground_and_the_sea(moments: np.ndarray, ground: Any) -> None:
+    eye = moments[:, 0]
+    assert (eye[:, 1] - ground(eye[:, 0], eye[:, 2])).min() > 0.5
+    assert eye[:, 1].min() > 0.4
+
+
+def test_the_eye_keeps_clear_of_the_jetty_and_the_palm(
+    moments: np.ndarray, objects: dict[str, np.ndarray]
+) -> None:
+    for name, points in objects.items():
+        away, _ = cKDTree(points).query(moments[:, 0])
+        assert away.min() > 0.5, f"{away.min():.2f} m from the {name} at {away.argmin() * STEP_S:.1f} s"
+
+
+def test_nothing_stands_in_the_way_of_the_near_plane(scene: Scene, flight: Flight) -> None:
+    aspect = scene.head.viewport[0] / scene.head.viewport[1]
+    reach = tan(flight.fov_rad / 2)
+    assert flight.near_m * sqrt(1.0 + reach * reach * (1.0 + aspect * aspect)) < 0.4
+
+
+def test_the_flight_passes_through_its_waypoints_and_meets_its_beginning(
+    scene: Scene, flight: Flight
+) -> None:
+    for i, u in enumerate(flight.waypoint_u):
+        eye = [axis[0] for axis in flight.eye[u]]
+        assert np.abs(np.array(eye) - scene.flight.eye[i].position).max() < 1e-9
+    start, end = flight.view(0.0), flight.view(flight.duration_s - 1e-6)
+    assert np.abs(np.array(start) - np.array(end)).max() < 1e-4
+
+
+def test_the_view_turns_calmly(moments: np.ndarray, scene: Scene) -> None:
+    ahead = moments[:, 1] - moments[:, 0]
+    distance = np.sqrt((ahead**2).sum(axis=1))
+    assert distance.min() > 2.0
+    ahead /= distance[:, None]
+    turn = np.degrees(np.arccos(np.clip((ahead * np.roll(ahead, 1, axis=0)).sum(axis=1), -1, 1))) / STEP_S
+    assert turn.max() < 14.0, f"{turn.max():.1f} degrees/s at {turn.argmax() * STEP_S:.1f} s"
+    assert max(abs(point.roll_deg) for point in scene.flight.eye) <= 8.0
+    speed = np.sqrt(((moments[:, 0] - np.roll(moments[:, 0], 1, axis=0)) ** 2).sum(axis=1)) / STEP_S
+    assert 0.4 < speed.min() < speed.max() < 6.0  # a walk on the jetty, a glide over the sea
+
+
+def test_the_flight_tells_its_story_in_order(
+    moments: np.ndarray, objects: dict[str, np.ndarray], ground: Any
+) -> None:
+    eye = moments[:, 0]
+    seconds = np.arange(len(eye)) * STEP_S
+    jetty, palm = objects["jetty"], objects["palm"]
+    x0, x1, z0, z1 = jetty[:, 0].min(), jetty[:, 0].max(), jetty[:, 2].min(), jetty[:, 2].max()
+    over_jetty = (eye[:, 0] > x0) & (eye[:, 0] < x1) & (eye[:, 2] > z0) & (eye[:, 2] < z1)
+    walk = seconds[over_jetty]
+    assert len(walk) * STEP_S > 20.0
+    assert np.ptp(walk) < len(walk) * STEP_S + 0.5  # in one go
+    assert eye[over_jetty][0, 2] > eye[over_jetty][-1, 2]  # from the sea to the beach
+    crown = palm[palm[:, 1] > palm[:, 1].max() - 2.5].mean(axis=0)
+    away = eye - crown
+    near = np.sqrt(away[:, 0] ** 2 + away[:, 2] ** 2) < 18.0
+    below = near & (eye[:, 1] < crown[1] - 2.0)
+    around = np.unwrap(np.array([atan2(z, x) for x, z in away[below][:, [0, 2]]]))
+    assert abs(around[-1] - around[0]) > 0.75 * pi  # most of the way round the palm, from below
+    dune = seconds[eye[:, 1].argmax()]
+    assert ground(eye[:, 0], eye[:, 2])[eye[:, 1].argmax()] > 2.0
+    far = seconds[np.sqrt((eye[:, [0, 2]] ** 2).sum(axis=1)).argmax()]
+    assert walk[-1] < seconds[below].mean() < dune < far
+    assert moments[:, 0, 1][seconds < walk[0]].min() < 1.5  # low over the sea towards the jetty
+
+
+def test_on_the_lagoon_the_water_fills_the_view(flight: Flight, scene: Scene, ground: Any) -> None:
+    aspect = scene.head.viewport[0] / scene.head.viewport[1]
+    full = []
+    for t in np.arange(165.0, 215.0, 0.5):
+        eye, directions = rays(flight, t, aspect)
+        if directions[:, 1].max() < -1e-3:
+            hit = eye - directions * (eye[1] / directions[:, 1])[:, None]
+            if ground(hit[:, 0], hit[:, 2]).max() < 0.0:
+                full.append(t)
+    assert len(full) * 0.5 >= 3.0, f"water alone for {len(full) * 0.5} s"
+
+
+def test_the_poster_shows_palm_jetty_water_and_sky(
+    flight: Flight, scene: Scene, objects: dict[str, np.ndarray], ground: Any
+) -> None:
+    t = scene.head.poster_s
+    aspect = scene.head.viewport[0] / scene.head.viewport[1]
+    assert in_view(flight, t, aspect, objects["palm"]).mean() > 0.999
+    assert in_view(flight, t, aspect, objects["jetty"]).mean() > 0.95
+    eye, directions = rays(flight, t, aspect, grid=25)
+    pitch = np.array([degrees(asin(d[1] / sqrt(float((d**2).sum())))) for d in directions])
+    assert (pitch > 1.0).mean() > 0.25
+    down = directions[pitch < -1.0]
+    hit = eye - down * (eye[1] / down[:, 1])[:, None]
+    assert (ground(hit[:, 0], hit[:, 2]) < 0.0).mean() > 0.2

@@ -1,0 +1,254 @@
+"""A scene's passes decide which maps and attributes exist at all, and nothing else is made."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from paradize.build.bake import bake
+from paradize.build.material_colors import material_colors_of
+from paradize.build.options import BuildOptions
+from paradize.check import check_paths
+from paradize.errors import ParadizeError
+from paradize.formats.glb.tiles import decode_tile
+from paradize.scene.flight import plan_flight, sight
+from paradize.scene.requirements import BakeJob, ObjectSighting, meet, read_of, require, sun_direction
+from paradize.scene.settings import VIEWS, Instance, ObjectMaterial, SceneObject, View, load_scene
+from tests.pipeline.glb_json import document
+from tests.pipeline.scenes import make_cove
+from tests.places import ROOT
+
+LIT = {"POSITION", "NORMAL"}
+PAINTED = LIT | {"TEXCOORD_0", "color"}
+FRAMED = PAINTED | {"TANGENT"}
+# views; painted; strength of bumps; parallax; specular; alpha cutoff -> attributes and maps.
+READ = [
+    (VIEWS, True, 1.0, 0.01, 0.2, 0.0, FRAMED | {"normal", "height", "gloss"}),
+    (VIEWS, True, 1.0, 0.0, 0.2, 0.0, FRAMED | {"normal", "gloss"}),
+    (VIEWS, True, 0.0, 0.01, 0.2, 0.0, FRAMED | {"height", "gloss"}),
+    (VIEWS, True, 0.0, 0.0, 0.2, 0.0, PAINTED | {"gloss"}),
+    (VIEWS, True, 1.0, 0.0, 0.0, 0.0, FRAMED | {"normal"}),
+    (VIEWS, True, 0.0, 0.0, 0.0, 0.0, PAINTED),
+    (VIEWS, False, 1.0, 0.01, 0.2, 0.5, LIT),
+    (("shadow",), True, 1.0, 0.01, 0.2, 0.0, {"POSITION"}),
+    (("shadow",), True, 1.0, 0.01, 0.2, 0.5, {"POSITION", "TEXCOORD_0", "color"}),
+    (("shadow",), False, 1.0, 0.01, 0.2, 0.5, {"POSITION"}),
+    (("reflection",), True, 1.0, 0.0, 0.0, 0.0, FRAMED | {"normal"}),
+    (("refraction",), False, 0.0, 0.0, 0.2, 0.0, LIT),
+    (("camera",), True, 0.0, 0.0, 0.0, 0.5, PAINTED),
+    (("camera", "shadow"), True, 0.0, 0.0, 0.0, 0.5, PAINTED),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("views", "painted", "strength", "parallax", "specular", "cutoff", "read"), READ)
+def test_passes_decide_which_attributes_and_maps_there_are(
+    views: tuple[str, ...],
+    painted: bool,
+    strength: float,
+    parallax: float,
+    specular: float,
+    cutoff: float,
+    read: set[str],
+) -> None:
+    material = ObjectMaterial(parallax_scale=parallax, specular=specular, alpha_cutoff=cutoff)
+    item = SceneObject(
+        name="post", mesh=Path("post.obj"), strength=strength, materials={"wood": material}, instances=()
+    )
+    found = read_of(item, views, painted)
+    assert found.keys() == read
+    assert all(found.values())
+
+
+def ordered(scene: Path) -> dict[str, BakeJob]:
+    known = load_scene(scene)
+    return {order.name: order for order in require(known, material_colors_of(known, scene)[0]).orders}
+
+
+def names(scene: Path) -> set[str]:
+    return {want.artifact for order in ordered(scene).values() for want in order.wants if want.kind}
+
+
+def edited(folder: Path, *changes: tuple[str, str]) -> Path:
+    scene = make_cove(folder)
+    text = scene.read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    scene.write_text(text)
+    return scene
+
+
+def test_without_a_pass_there_is_nothing_that_only_it_reads(tmp_path: Path) -> None:
+    whole = names(make_cove(tmp_path / "whole"))
+    water = ('[water]\nwaves = "waves.png"\n', "")
+    cases: dict[str, tuple[set[str], tuple[str, str]]] = {
+        "water": ({"water_normal", "water_dudv"}, water),
+        "parallax": ({"post_height"}, ("parallax_scale = 0.01\n", "")),
+        "shine": ({"post_gloss"}, ("specular = 0.2\n", "")),
+        "grain": ({"sand_normal"}, ("sand_strength = 0.5\n", "")),
+        "effect": ({"effect_color", "effect_normal"}, ('effect_color = "sand.png"\n', "")),
+        "sound": ({"sound"}, ('[sound]\nfile = "sea.ogg"\n', "")),
+    }
+    for name, (gone, change) in cases.items():
+        assert names(edited(tmp_path / name, change)) == whole - gone, name
+
+
+def test_an_object_that_only_casts_a_shadow_is_depth_alone(tmp_path: Path) -> None:
+    shadow = ("lods = 3\n", 'lods = 3\nviews = ["shadow"]\n')
+    scene = edited(tmp_path / "solid", shadow)
+    found = ordered(scene)
+    assert {name for name in found if name.startswith("post")} == {"post mesh"}
+    (want,) = found["post mesh"].wants
+    assert want.passes == ("shadow",)
+    assert want.reason == "the object post: its shadow"
+    leaves = edited(tmp_path / "leaves", shadow, ("specular = 0.2\n", "alpha_cutoff = 0.5\n"))
+    assert {name for name in ordered(leaves) if name.startswith("post")} == {"post mesh", "post colour"}
+
+
+def test_a_baked_mesh_holds_what_is_read_and_no_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    for name, change, attributes in (
+        ("all", ("lods = 3\n", "lods = 2\n"), LIT | {"TEXCOORD_0", "TANGENT"}),
+        ("shadow", ("lods = 3\n", 'lods = 2\nviews = ["shadow"]\n'), {"POSITION"}),
+    ):
+        scene = edited(tmp_path / name, change)
+        report = bake(scene, tmp_path / name / "out", BuildOptions(jobs=2))
+        assert not report.errors, report.errors
+        manifest = json.loads((tmp_path / name / "out" / "scene.json").read_text())
+        assert manifest["objects"][0]["views"] == (["shadow"] if name == "shadow" else list(VIEWS))
+        tree = document((tmp_path / name / "out" / manifest["artifacts"]["post_mesh"]["file"]).read_bytes())
+        for mesh in tree["meshes"]:
+            assert all(primitive["attributes"].keys() == attributes for primitive in mesh["primitives"])
+
+
+def test_a_terrain_without_relief_has_no_tangents(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    plain = (
+        ("sand_strength = 0.5\n", ""),
+        ("sand_repeat = 8.0\n", "sand_repeat = 8.0\neffect_strength = 0.0\n"),
+    )
+    for name, changes, there in (
+        ("plain", plain, False),
+        ("codes", (*plain, ("max_error_m = 0.05\n", "max_error_m = 0.05\nquantise = true\n")), False),
+        ("grain", plain[1:], True),
+    ):
+        assert ordered(edited(tmp_path / name, *changes))["terrain"].settings["tangents"] is there
+        scene, out = edited(tmp_path / name, *changes), tmp_path / name / "out"
+        assert not bake(scene, out, BuildOptions(jobs=2)).errors
+        manifest = json.loads((out / "scene.json").read_text())
+        tile = (out / manifest["artifacts"]["terrain_mesh"]["file"]).read_bytes()
+        assert all((patch.mesh.tangents is not None) == there for patch in decode_tile(tile))
+        assert not [finding for finding in check_paths([out]) if finding.severity == "error"]
+
+
+@pytest.mark.parametrize("views", [(0.5, 0.25), (0.25, 2.0), (1.0, None)])
+def test_the_flight_meets_an_object_where_its_instances_stand(
+    tmp_path: Path, views: tuple[float, float | None]
+) -> None:
+    """Turned by a matrix of numpy's, scaled and moved; the earliest sight and the largest pixel count."""
+    scene = load_scene(make_cove(tmp_path))
+    stands = (
+        Instance(position=(6.0, 0.5, 1.5), yaw_deg=35.0, scale=2.0),
+        Instance(position=(5.0, 0.0, -3.0), yaw_deg=-110.0, scale=0.5),
+    )
+    gone = Instance(position=(0.0, 500.0, 0.0))
+    post = scene.objects[0]
+    items = (replace(post, instances=stands), replace(post, name="gone", instances=(gone,)))
+    mirror, refraction = views
+    scene = replace(
+        scene,
+        objects=items,
+        reflection=View(scale=mirror),
+        refraction=None if refraction is None else View(scale=refraction),
+    )
+    center, radius = np.array([4.0, 0.5, 1.5]), 0.25
+    flight = plan_flight(scene.flight)
+    spheres = []
+    for stand in stands:
+        a = np.radians(stand.yaw_deg)
+        turn = np.array([[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]])
+        x, y, z = (stand.scale * turn @ center + stand.position).tolist()
+        spheres.append(((x, y, z), stand.scale * radius))
+    width, height = scene.head.viewport
+    seen = sight(flight, scene.flight.fov_deg, width / height, spheres)
+    assert all(one.seen for one in seen) and seen[0].first_seen_s != seen[1].first_seen_s
+    tangent = np.tan(np.radians(scene.flight.fov_deg) / 2)
+    rows = height * min(1.0, mirror, refraction or 1.0)
+    pixels = [
+        2 * one.farthest_seen_m * tangent / rows / stand.scale
+        for one, stand in zip(seen, stands, strict=True)
+    ]
+    assert pixels[1] > 1.5 * pixels[0]
+    for order in (stands, stands[::-1]):
+        known = replace(scene, objects=(replace(post, instances=order), items[1]))
+        met = meet(known, flight, dict.fromkeys(("post", "gone"), (tuple(center.tolist()), radius)))
+        assert met["post"].first_s == min(one.first_seen_s for one in seen)
+        assert met["post"].pixel_m == pytest.approx(max(pixels), rel=1e-9)
+        assert met["gone"] == ObjectSighting(flight.duration_s, None)
+
+
+def test_the_sun_stands_where_its_angles_say() -> None:
+    """Azimuth from north (-Z) towards east (+X)."""
+    for azimuth, elevation, there in (
+        (0.0, 0.0, (0.0, 0.0, -1.0)),
+        (90.0, 0.0, (1.0, 0.0, 0.0)),
+        (200.0, 90.0, (0.0, 1.0, 0.0)),
+        (30.0, 60.0, (0.25, 0.75**0.5, -(0.1875**0.5))),
+    ):
+        assert sun_direction(azimuth, elevation) == pytest.approx(there, abs=1e-12)
+
+
+def test_what_is_seen_of_the_ground_follows_from_the_views_that_there_are(tmp_path: Path) -> None:
+    def sight_with(name: str, *changes: tuple[str, str]) -> dict[str, object]:
+        found: dict[str, object] = ordered(edited(tmp_path / name, *changes))["terrain"].settings["sight"]
+        return found
+
+    whole = sight_with("whole", ("[water]\n", "[water]\nlevel_m = 0.25\n"))
+    assert (whole["mirror_m"], whole["water_m"], whole["viewport"]) == (0.25, 0.25, [1280, 720])
+    assert whole["shadow"] == {"extent_m": 20.0, "center": [0.0, 0.0, 0.0]} and "region" not in whole
+    assert sight_with("flat", ("[refraction]\n", ""))["water_m"] is None
+    assert sight_with("dull", ("[reflection]\n", ""))["mirror_m"] is None
+    assert sight_with("dark", ("[shadow]\nsize = 256\nextent_m = 20.0\n", ""))["shadow"] is None
+    large = ('name = "cove"\n', 'name = "cove"\nlargest_viewport = [2560, 720]\n')
+    assert sight_with("large", large)["viewport"] == [2560, 720]
+    region = "[free_camera]\nlow = [0, 2, 0]\nhigh = [1, 2, 1]\n"
+    free = sight_with("free", ("[reflection]\n", f"{region}[reflection]\n"))
+    assert free["region"] == {"low": (0.0, 2.0, 0.0), "high": (1.0, 2.0, 1.0), "near_m": 1.0}
+
+
+def test_of_several_alpha_cutoffs_the_colour_map_keeps_the_least(tmp_path: Path) -> None:
+    more = "alpha_cutoff = 0.7\n[object.material.leaf]\nalpha_cutoff = 0.3\n[object.material.bark]\n"
+    scene = edited(tmp_path, ("parallax_scale = 0.01\n", more))
+    assert ordered(scene)["post colour"].settings["alpha_cutoff"] == 0.3
+    assert ordered(make_cove(tmp_path / "none"))["post colour"].settings["alpha_cutoff"] == 0.5
+
+
+def test_shaders_read_no_attribute_that_the_table_leaves_out() -> None:
+    """Vertex colours are in no shader; the light's reads places and coordinates alone."""
+    inputs = {}
+    for name in ("object", "depth"):
+        text = (ROOT / "shaders" / f"{name}.vert").read_text()
+        inputs[name] = set(re.findall(r"^layout\(location = \d\) in \w+ (\w+);", text, re.MULTILINE))
+    assert inputs == {
+        "object": {"position", "normal", "tangent", "uv0"},
+        "depth": {"position", "uv0"},
+    }
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("[shadow]\nsize = 256\nextent_m = 20.0\n", "", "object[0].views: draws it nowhere"),
+        ('name = "cove"\n', 'name = "cove"\nlargest_viewport = [1280, 719]\n', "largest_viewport[1]: is 719"),
+        ("[reflection]\n", "[free_camera]\nlow = [0, 5, 0]\nhigh = [1, 4, 1]\n", "free_camera.low[1]: is 5"),
+    ],
+)
+def test_what_cannot_be_is_told_with_its_place(tmp_path: Path, old: str, new: str, told: str) -> None:
+    scene = edited(tmp_path, (old, new), ("lods = 3\n", 'lods = 3\nviews = ["shadow"]\n'))
+    with pytest.raises(ParadizeError, match=re.escape(told)):
+        load_scene(scene)

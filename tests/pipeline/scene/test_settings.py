@@ -1,0 +1,153 @@
+"""A scene TOML is read whole or refused whole, and every fault in it is told at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from paradize.errors import GroupedError, SceneError
+from paradize.scene.settings import Scene, load_scene
+
+LEAST = """
+[scene]
+name = "small"
+[flight]
+eye = [{position = [0, 1, 0]}, {position = [9, 1, 0]}, {position = [9, 1, 9]}]
+target = [{position = [4, 0, 4]}, {position = [4, 0, 4]}, {position = [4, 0, 4]}]
+"""
+
+
+def load(folder: Path, text: str) -> Scene:
+    (folder / "scene.toml").write_text(text)
+    return load_scene(folder / "scene.toml")
+
+
+def faults(folder: Path, text: str) -> list[str]:
+    with pytest.raises((SceneError, GroupedError)) as caught:
+        load(folder, text)
+    return str(caught.value).splitlines()
+
+
+def test_the_least_scene_takes_every_default(tmp_path: Path) -> None:
+    scene = load(tmp_path, LEAST)
+    assert scene.head.name == "small"
+    assert scene.head.viewport == (1280, 720)
+    assert scene.water is None and scene.terrain is None and scene.objects == ()
+    assert scene.flight.duration_s == 240.0
+    assert scene.flight.eye[1].speed == 1.0
+
+
+def test_every_fault_is_told_at_once_with_key_value_and_limit(tmp_path: Path) -> None:
+    told = faults(
+        tmp_path,
+        LEAST.replace('"small"', '"Not Small"')
+        + """
+[sun]
+elevation_deg = 120
+colour = [1, 1, 1]
+[[object]]
+name = "palm"
+mesh = "gone.obj"
+lods = 99
+[object.material.trunk]
+parallax_scale = "deep"
+[budget]
+normal_p99 = 3
+""",
+    )
+    expected = [
+        ("scene.name", "'Not Small'"),
+        ("sun.colour", "did you mean color?"),
+        ("sun.elevation_deg", "120", "-90 to 90"),
+        ("object[0].mesh", "'gone.obj'"),
+        ("object[0].lods", "99", "1 to 8"),
+        ("object[0].material.trunk.parallax_scale", "'deep'"),
+        ("object[0].instance", "missing"),
+        ("budget.normal_p99", "did you mean normal_p99_deg?"),
+    ]
+    assert len(told) == len(expected), told
+    for words in expected:
+        assert any(all(word in line for word in words) for line in told), (words, told)
+    assert all("scene.toml" in line for line in told)
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf", "1e999", "true", '"4"', "[]", "{}", "2020-01-01"])
+def test_a_number_is_a_finite_number(tmp_path: Path, value: str) -> None:
+    told = faults(tmp_path, LEAST.replace("[flight]", f"[flight]\nfov_deg = {value}"))
+    assert len(told) == 1 and "flight.fov_deg" in told[0]
+
+
+def test_huge_integers_are_out_of_range_not_a_crash(tmp_path: Path) -> None:
+    told = faults(tmp_path, LEAST.replace("[flight]", f"[flight]\nduration_s = {10**400}"))
+    assert len(told) == 1 and "duration_s" in told[0] and len(told[0]) < 300
+
+
+@pytest.mark.parametrize("path", ["../outside.png", "/etc/hostname", "a/../../outside.png", "link.png", ""])
+def test_sources_stay_inside_the_scene_folder(tmp_path: Path, path: str) -> None:
+    (tmp_path / "outside.png").write_bytes(b"x")
+    inside = tmp_path / "scene"
+    inside.mkdir()
+    (inside / "link.png").symlink_to(tmp_path / "outside.png")
+    told = faults(inside, LEAST + f'[sound]\nfile = "{path}"\n')
+    assert len(told) == 1 and "sound.file" in told[0]
+
+
+def test_duplicate_object_names_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("v 0 0 0\n")
+    one = '[[object]]\nname = "palm"\nmesh = "a.obj"\ninstance = [{}]\n'
+    assert "object[1].name" in faults(tmp_path, LEAST + one + one)[0]
+    assert "terrain" in faults(tmp_path, LEAST + one.replace("palm", "terrain"))[0]
+
+
+def test_eye_and_target_come_in_pairs_and_the_eye_moves(tmp_path: Path) -> None:
+    assert "4" not in LEAST.split("eye")[0]
+    fewer = LEAST.replace(", {position = [4, 0, 4]}]", "]")
+    assert "flight.target" in faults(tmp_path, fewer)[0]
+    still = LEAST.replace("[9, 1, 9]", "[9, 1, 0]")
+    assert "flight.eye[2].position" in faults(tmp_path, still)[0]
+
+
+@pytest.mark.parametrize(
+    ("data", "word"),
+    [
+        (b"\xff\xfe[\x00", "UTF-8"),
+        (b"[scene\n", "TOML"),
+        (b"a = " + b"[" * 100_000, "nested|TOML"),
+        (b"", "scene"),
+        (b"[scene]\nname = 'a'\nname = 'b'\n", "TOML"),
+    ],
+)
+def test_what_is_no_scene_is_refused_in_one_message(tmp_path: Path, data: bytes, word: str) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(data)
+    with pytest.raises((SceneError, GroupedError), match=word):
+        load_scene(path)
+
+
+def test_a_missing_scene_and_a_folder_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="no such file"):
+        load_scene(tmp_path / "nothing.toml")
+    with pytest.raises(SceneError):
+        load_scene(tmp_path)
+
+
+def test_a_byte_order_mark_does_no_harm(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_bytes(b"\xef\xbb\xbf" + LEAST.encode())
+    assert load_scene(tmp_path / "scene.toml").head.name == "small"
+
+
+def test_limits_that_touch_are_refused_or_allowed_as_they_say(tmp_path: Path) -> None:
+    """A view needs a depth; a step in the mix, a flat box and a poster of the last second do no harm."""
+    assert any("flight.near_m" in line for line in faults(tmp_path, LEAST + "near_m = 5.0\nfar_m = 5.0\n"))
+    assert load(tmp_path, LEAST + "near_m = 4.99\nfar_m = 5.0\n").flight.far_m == 5.0
+    for name in ("height.png", "sand.png"):
+        (tmp_path / name).write_bytes(b"x")
+    terrain = '[terrain]\nheightmap = "height.png"\nsand_color = "sand.png"\nsize_m = [9, 9]\nheight_m = 1\n'
+    scene = load(tmp_path, f"{LEAST}{terrain}mix_low_m = 1.5\nmix_high_m = 1.5\n")
+    assert scene.terrain is not None and scene.terrain.mix_low_m == scene.terrain.mix_high_m
+    assert faults(tmp_path, f"{LEAST}{terrain}mix_low_m = 1.51\nmix_high_m = 1.5\n")
+    assert load(tmp_path, LEAST + "[free_camera]\nlow = [0, 2, 0]\nhigh = [1, 2, 1]\n").free_camera
+    late = 'name = "small"\nposter_s = {}\nlargest_viewport = [1280, 720]'
+    assert load(tmp_path, LEAST.replace('name = "small"', late.format("240.0"))).head.poster_s == 240.0
+    assert faults(tmp_path, LEAST.replace('name = "small"', late.format("240.1")))

@@ -1,0 +1,122 @@
+"""Promises of baked colours and cube maps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import OpenImageIO as oiio
+import pytest
+
+from paradize.bakers.color import bake_color, color_texture, color_values
+from paradize.bakers.cubemap import bake_cubemap
+from paradize.errors import SourceError
+from paradize.formats.ktx2.reader import decode_ktx2
+from paradize.metrics.levels import color_levels
+from paradize.metrics.texels import decode_texels
+from paradize.scene.budget import METRICS
+from tests.pipeline.heights import save
+
+
+def test_colour_with_alpha_from_another_file(tmp_path: Path) -> None:
+    color = save(tmp_path / "c.png", np.full((16, 16, 3), 90, np.uint8))
+    hole = np.full((16, 16, 1), 255, np.uint8)
+    hole[4:12, 4:12] = 0
+    product = bake_color(color, alpha=save(tmp_path / "a.png", hole))
+    assert product.format == "BC3_SRGB"
+    assert np.array_equal(decode_texels(decode_ktx2(product.data))[:, :, 3] * 255, hole[:, :, 0])
+    wrong = save(tmp_path / "b.png", np.zeros((8, 16, 1), np.uint8))
+    with pytest.raises(SourceError, match="one size"):
+        bake_color(color, alpha=wrong)
+
+
+def test_an_opaque_alpha_channel_costs_nothing(tmp_path: Path) -> None:
+    pixels = np.full((8, 8, 4), 255, np.uint8)
+    assert bake_color(save(tmp_path / "o.png", pixels)).format == "BC1_RGB_SRGB"
+
+
+@pytest.mark.parametrize("alpha", ["cut out", "apart from the colours"])
+def test_tier_exact_leaves_no_more_of_colour_or_of_alpha_than_the_tiers_below(
+    alpha: str, tmp_path: Path
+) -> None:
+    """BC7 where alpha is an edge; BC3, which has bytes for alpha alone, where it is faint noise."""
+    rng = np.random.default_rng(2)
+    y, x = np.mgrid[:64, :64]
+    rgba = np.stack([x * 3, y * 3, x + y, np.where((x // 9 + y // 7) % 2, 255, 0)], axis=2).astype(np.float32)
+    rgba += rng.normal(0, 12, rgba.shape) * (1, 1, 1, 0)
+    if alpha != "cut out":
+        rgba[:, :, 3] = rng.integers(100, 108, (64, 64))
+    save(tmp_path / "a.png", rgba.clip(0, 255).astype(np.uint8))
+    made = {tier: bake_color(tmp_path / "a.png", tier=tier) for tier in ("balanced", "exact")}
+    assert made["exact"].format == ("BC7_SRGB" if alpha == "cut out" else "BC3_SRGB")
+    assert (made["exact"].reason is None) == (alpha == "cut out"), made["exact"].reason
+    for metric in METRICS.keys() & made["exact"].errors.keys():
+        assert made["exact"].errors[metric] >= made["balanced"].errors[metric], metric
+
+
+def cut_out() -> npt.NDArray[np.uint8]:
+    """Spots of leaves, (128, 128, 4), with soft edges of a few texels, on nothing."""
+    rng = np.random.default_rng(4)
+    y, x = np.mgrid[:128, :128]
+    veins = np.stack([60 + x % 23 * 3, 120 + y % 17 * 4, 40 + (x + y) % 11 * 3], axis=2)
+    color = veins + rng.normal(0, 6, veins.shape)
+    inside = np.sin(x / 9.0) + np.cos(y / 11.0) + 0.4 * np.sin((x + 2 * y) / 5.0)
+    alpha = np.clip(inside * 400 + 100, 0, 255)
+    return np.dstack([color, alpha]).clip(0, 255).astype(np.uint8)
+
+
+def test_alpha_of_a_cut_out_takes_no_more_from_colour_than_it_needs(tmp_path: Path) -> None:
+    """Alpha is as exact as in BC3, and all that is left goes to colour: where alpha weighs as much as suits
+    noise, colour is a decibel worse."""
+    product = bake_color(save(tmp_path / "leaves.png", cut_out()), tier="exact")
+    below = bake_color(tmp_path / "leaves.png", tier="balanced").errors
+    assert product.format == "BC7_SRGB" and product.reason is None
+    assert product.errors["alpha_psnr_db"] >= below["alpha_psnr_db"]
+    values, encoded, _ = color_values(tmp_path / "leaves.png", None, (False, False), None)
+    heavy = color_texture(
+        values, "BC7_SRGB", encoded=encoded, alpha_cutoff=0.5, tier="exact", alpha_weight=16.0
+    )
+    level = color_levels(heavy, values, encoded=encoded, alpha_cutoff=0.5)[0]
+    assert product.errors["color_psnr_db"] > level["psnr_db"] + 1.0
+    assert product.errors["color_psnr_db"] > below["color_psnr_db"] + 2.0
+
+
+def test_a_worst_texel_alone_holds_no_picture_back_from_bc7(corpus: Path) -> None:
+    """Budgets name PSNR of colour and of alpha."""
+    made = {tier: bake_color(corpus / "textures/leaf.png", tier=tier) for tier in ("balanced", "exact")}
+    assert made["exact"].errors["color_max"] > made["balanced"].errors["color_max"]
+    assert made["exact"].format == "BC7_SRGB" and made["exact"].reason is None
+
+
+def test_a_linear_picture_is_measured_against_its_own_sRGB_encoding(tmp_path: Path) -> None:
+    values = np.random.default_rng(3).random((6, 6, 3), np.float32)
+    product = bake_color(save(tmp_path / "linear.exr", values, oiio.FLOAT))
+    assert product.format == "RGBA8_SRGB"
+    assert 55 < product.errors["color_psnr_db"] < 63  # rounding to 8 bits: 20 log10(255 sqrt 12) = 58.9 dB
+
+
+def test_what_lies_under_transparent_texels_does_not_bleed(tmp_path: Path) -> None:
+    pixels = np.zeros((32, 32, 4), np.uint8)
+    pixels[:, :, 1] = 255  # green under transparency
+    pixels[8:24, 8:24] = (200, 30, 30, 255)
+    product = bake_color(save(tmp_path / "leaf.png", pixels))
+    texture = decode_ktx2(product.data)
+    for level in range(len(texture.levels)):
+        assert decode_texels(texture, level)[:, :, 1].max() < 0.2
+
+
+def test_a_cube_map_wants_six_squares_of_one_size(tmp_path: Path) -> None:
+    faces = [
+        save(tmp_path / f"{i}.exr", np.full((8, 8, 3), i + 0.5, np.float32), oiio.FLOAT) for i in range(6)
+    ]
+    product = bake_cubemap(faces)
+    texture = decode_ktx2(product.data)
+    assert (texture.format, texture.faces, len(texture.levels)) == ("RGBA16F", 6, 4)
+    for face in range(6):
+        assert (decode_texels(texture, 0, face)[:, :, :3] == face + 0.5).all()
+    with pytest.raises(SourceError, match="six faces"):
+        bake_cubemap(faces[:5])
+    odd = save(tmp_path / "odd.exr", np.zeros((8, 4, 3), np.float32), oiio.FLOAT)
+    with pytest.raises(SourceError, match="square"):
+        bake_cubemap([*faces[:5], odd])

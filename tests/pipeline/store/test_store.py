@@ -1,0 +1,237 @@
+"""The store gives back what was put, notices damage, and files appear whole; workers fail alone."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+import paradize
+from paradize.errors import BakeError, SourceError
+from paradize.jobs.code import code_digest, code_files
+from paradize.jobs.libraries import library_versions
+from paradize.jobs.pool import Job, run_jobs
+from paradize.store.atomic import ASIDE, sweep_aside, write_whole
+from paradize.store.file_hashes import FileHashCache
+from paradize.store.local import Store, key_of, stamp
+from tests.processes import started
+
+
+def double(value: int) -> int:
+    return 2 * value
+
+
+def refuse(name: str) -> None:
+    raise SourceError("is broken", file=name, place="line 3", mend="mend it")
+
+
+def surprise() -> None:
+    raise RuntimeError("never seen before")
+
+
+def crash() -> None:
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def hang() -> None:
+    time.sleep(600)
+
+
+def tell_and_hang() -> None:
+    os.write(2, f"{os.getpid()}\n".encode())
+    hang()
+
+
+def chatter() -> int:
+    print("a library that prints")
+    os.write(1, b"and one that writes\n")
+    return 7
+
+
+def test_blobs_come_back_and_damaged_ones_do_not(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    sha256 = store.put(b"sand" * 1000)
+    assert store.get(sha256) == b"sand" * 1000
+    blob = tmp_path / "blobs" / sha256[:2] / sha256
+    blob.write_bytes(b"sand" * 999 + b"salt")
+    assert store.get(sha256) is None and not blob.exists()
+    assert store.put(b"sand" * 1000) == sha256 and store.get(sha256) is not None
+    assert store.get("0" * 64) is None
+
+
+def test_a_damaged_record_is_no_record(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    store.put_product("ab" * 32, {"x": 1})
+    assert store.get_product("ab" * 32) == {"x": 1}
+    path = tmp_path / "products" / "ab" / ("ab" * 32)
+    whole = path.read_bytes()
+    for damaged in (b"", b'{"x": ', whole[:-1], whole.replace(b": 1", b": 2"), b"\xff" + whole[1:]):
+        path.write_bytes(damaged)  # also where it is JSON still
+        assert store.get_product("ab" * 32) is None
+
+
+def test_keys_depend_on_everything_and_on_no_order_of_names() -> None:
+    assert key_of("a", {"x": 1, "y": 2.0}) == key_of("a", {"y": 2.0, "x": 1})
+    assert len({key_of("a", 1), key_of("a", 2), key_of("b", 1), key_of("a", "1"), key_of(["a", 1])}) == 5
+
+
+def test_files_appear_whole_and_folders_are_made(tmp_path: Path) -> None:
+    path = tmp_path / "a" / "b" / "c.bin"
+    write_whole(path, b"one")
+    write_whole(path, b"two")
+    assert path.read_bytes() == b"two" and [p.name for p in path.parent.iterdir()] == ["c.bin"]
+    (path.parent / f".c.bin{ASIDE}123").write_bytes(b"left by a kill")
+    sweep_aside(path.parent)
+    assert [p.name for p in path.parent.iterdir()] == ["c.bin"]
+
+
+def test_a_place_that_cannot_be_written_is_one_error_and_leaves_nothing(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(BakeError, match="cannot be written"):
+        write_whole(tmp_path / "file" / "x", b"x")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(BakeError, match="is a folder; move it away"):
+        write_whole(tmp_path / "folder", b"x")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder"]
+
+
+def test_the_memory_hashes_only_what_differs(tmp_path: Path) -> None:
+    old, new = tmp_path / "old", tmp_path / "new"
+    old.write_bytes(b"old")
+    os.utime(old, ns=(0, 0))
+    tree = FileHashCache().as_json([old])
+    tree["since_ns"] += 10_000_000_000  # as if it had been remembered after the file came to rest
+    memory = FileHashCache.from_json(tree)
+    assert memory.unchanged([str(old)]) and memory.hashed == 0
+    os.utime(old, ns=(5, 5))
+    assert memory.unchanged([str(old)]) and memory.hashed == 1
+    old.write_bytes(b"odd")
+    assert not memory.unchanged([str(old)])
+    assert not memory.unchanged([str(new)])
+    assert not FileHashCache.from_json({"files": 3}).unchanged([str(old)])
+
+
+def test_a_file_is_known_again_by_size_times_and_place_not_by_one_of_them(tmp_path: Path) -> None:
+    path = tmp_path / "x"
+    path.write_bytes(b"one")
+    status = path.stat()
+    known = [status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino]
+    assert stamp(path) == stamp(str(path)) == known and stamp(tmp_path / "gone") is None
+    os.utime(path, ns=(7, 7))
+    tree = FileHashCache().as_json([path])
+    young = FileHashCache.from_json(
+        tree
+    )  # its times say that it is old; that it was changed just now, they also say
+    assert young.unchanged([str(path)]) and young.hashed == 1
+    tree["since_ns"] += 10_000_000_000
+    memory = FileHashCache.from_json(tree)
+    assert memory.unchanged([str(path)]) and memory.hashed == 0
+    path.write_bytes(b"two")
+    os.utime(path, ns=(7, 7))  # as some tools do that copy and unpack
+    assert not memory.unchanged([str(path)]) and memory.hashed == 1
+
+
+def test_a_file_no_older_than_its_memory_is_hashed_again(tmp_path: Path) -> None:
+    """Written twice within a clock tick, with the same size: the stamp may not tell."""
+    path = tmp_path / "x"
+    path.write_bytes(b"one")
+    memory = FileHashCache.from_json(FileHashCache().as_json([path]))
+    assert memory.unchanged([str(path)]) and memory.hashed == 1
+
+
+def modules_behind(module: str) -> set[str]:
+    """The package's modules that one needs: their paths without a suffix."""
+    tops = [Path(top) for top in paradize.__path__]
+    paths = [path.relative_to(top) for path in code_files(module) for top in tops if path.is_relative_to(top)]
+    return {str(path.with_name(path.name.split(".")[0])) for path in paths}
+
+
+def test_the_code_digest_covers_native_kernels_and_what_is_imported_late() -> None:
+    late = {"bakers/terrain/tiles", "stages/terrain", "kernels/terrain/_terrain", "formats/glb/encode"}
+    build = modules_behind("paradize.build.bake")
+    assert {"build/bake", "errors", "data", "readers/heightmap"} | late <= build
+    assert not [name for name in build if name.startswith("cli/")]
+    terrain = modules_behind("paradize.bakers.terrain.mesh")
+    assert "bakers/mesh/bake" not in terrain and "scene/settings" not in terrain
+    assert code_digest("paradize.bakers.terrain.mesh") != code_digest("paradize.bakers.sound")
+    assert any(name.startswith("numpy-") for name in library_versions())
+
+
+def test_outcomes_come_in_the_order_of_the_jobs() -> None:
+    jobs = [Job(f"job {k}", double, {"value": k}) for k in range(6)]
+    for workers in (1, 3):
+        assert [outcome.value for outcome in run_jobs(jobs, workers)] == [0, 2, 4, 6, 8, 10]
+
+
+def test_a_crash_a_hang_and_an_error_spoil_only_their_own_job() -> None:
+    jobs = [
+        Job("good one", double, {"value": 1}),
+        Job("crashing one", crash, {}),
+        Job("hanging one", hang, {}, timeout_s=1.0),
+        Job("refused one", refuse, {"name": "a.obj"}),
+        Job("surprising one", surprise, {}),
+        Job("good two", double, {"value": 2}),
+    ]
+    good, crashed, hung, refused, surprised, last = run_jobs(jobs, 2)
+    assert (good.value, good.error, last.value) == (2, None, 4)
+    assert "crashing one" in str(crashed.error) and "SIGSEGV" in str(crashed.error)
+    assert "longer than 1 s" in str(hung.error) and hung.seconds < 10.0
+    assert str(refused.error) == "a.obj: line 3: is broken; mend it" and isinstance(
+        refused.error, SourceError
+    )
+    assert "never seen before" in str(surprised.error) and isinstance(surprised.error, BakeError)
+
+
+def test_what_libraries_print_never_reaches_standard_output() -> None:
+    script = (
+        "from tests.pipeline.store.test_store import chatter\n"
+        "from paradize.jobs.pool import Job, run_jobs\n"
+        "print(run_jobs([Job('c', chatter, {})], 1)[0].value)"
+    )
+    root = Path(__file__).resolve().parents[3]
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    result = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, cwd=root, env=environment, timeout=60
+    )
+    assert result.stdout == "7\n", result.stderr
+    assert "prints" in result.stderr and "writes" in result.stderr
+
+
+def test_workers_die_with_their_parent() -> None:
+    script = (
+        "from tests.pipeline.store.test_store import tell_and_hang\n"
+        "from paradize.jobs.pool import Job, run_jobs\n"
+        "run_jobs([Job('h', tell_and_hang, {})], 1)"
+    )
+    root = Path(__file__).resolve().parents[3]
+    places = {**os.environ, "PYTHONPATH": str(root)}
+    command = [sys.executable, "-c", script]
+    with started(command, stderr=subprocess.PIPE, text=True, cwd=root, env=places) as parent:
+        worker = os.pidfd_open(int(parent.stderr.readline()))
+        parent.kill()
+        ended, _, _ = select.select([worker], [], [], 60.0)
+        os.close(worker)
+        assert ended, "the worker outlived its parent"
+
+
+def test_a_second_holder_waits_for_the_lock(tmp_path: Path) -> None:
+    store, seen = Store(tmp_path), []
+
+    def second() -> None:
+        with store.locked("out"):
+            seen.append("second")
+
+    with store.locked("out"):
+        thread = threading.Thread(target=second)
+        thread.start()
+        time.sleep(0.1)
+        seen.append("first")
+    thread.join(timeout=10)
+    assert seen == ["first", "second"]

@@ -1,0 +1,99 @@
+"""How near the flight comes to a mesh: told of the mesh's places, not of its bounding sphere."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from paradize.build.nearest_view import least_pixels, places_of
+from paradize.data import Lod, Mesh
+from paradize.errors import FormatError
+from paradize.formats.glb.encode import encode_glb
+from paradize.scene.flight import plan_flight, sight
+from paradize.scene.settings import Scene, load_scene
+from tests.pipeline.scenes import make_cove
+from tests.pipeline.shapes import grid, sphere
+
+
+def glb(mesh: Mesh) -> bytes:
+    return encode_glb((Lod(replace(mesh, uvs=None), 0.0, 0.0),), "thing")
+
+
+def cove(tmp_path: Path, **stands: object) -> Scene:
+    scene = load_scene(make_cove(tmp_path))
+    post = scene.objects[0]
+    return replace(scene, objects=(replace(post, instances=(replace(post.instances[0], **stands),)),))
+
+
+def near_m(scene: Scene, mesh: Mesh) -> float | None:
+    """The nearest view of the scene's one object, metres."""
+    places = {"post": places_of(glb(mesh), "post.glb")}
+    found = least_pixels(scene, plan_flight(scene.flight), places).get("post")
+    tangent = np.tan(np.radians(scene.flight.fov_deg) / 2)
+    if found is None:
+        return None
+    return found * scene.objects[0].instances[0].scale * scene.head.viewport[1] / 2 / tangent
+
+
+@pytest.mark.parametrize("mesh", [sphere(24), sphere(80), grid(1), grid(60)])
+def test_places_are_a_few_thousand_spread_over_the_surface(mesh: Mesh) -> None:
+    places = np.array(places_of(glb(mesh), "x.glb"))
+    assert 1000 < len(places) < 5000
+    assert np.allclose(places.min(axis=0), mesh.positions.min(axis=0), atol=0.1)
+    assert np.allclose(places.max(axis=0), mesh.positions.max(axis=0), atol=0.1)
+    for corner in mesh.positions[:: max(1, len(mesh.positions) // 50)]:
+        assert np.linalg.norm(places - corner, axis=1).min() < 0.2
+
+
+@pytest.mark.parametrize("yaw_deg, scale", [(0.0, 1.0), (90.0, 1.0), (213.0, 0.5)])
+def test_a_small_ball_is_as_near_as_its_sphere(tmp_path: Path, yaw_deg: float, scale: float) -> None:
+    scene = cove(tmp_path, position=(1.0, 0.5, -0.5), yaw_deg=yaw_deg, scale=scale)
+    # The mesh stands aside of its object's place, so that turns and scales count.
+    mesh = sphere(24, radius=0.3, offset=(1.0, 0.0, 0.5))
+    a = np.radians(yaw_deg)
+    x, z = np.cos(a) + 0.5 * np.sin(a), 0.5 * np.cos(a) - np.sin(a)
+    at = (1.0 + scale * x, 0.5, -0.5 + scale * z)
+    flight = plan_flight(scene.flight)
+    met = sight(flight, scene.flight.fov_deg, 1280 / 720, [(at, 0.3 * scale)])[0]
+    assert met.seen
+    assert near_m(scene, mesh) == pytest.approx(met.nearest_m, rel=0.02)
+
+
+def test_an_eye_inside_the_bounding_sphere_of_a_shell_is_not_near_the_shell(tmp_path: Path) -> None:
+    """The flight stays 10 metres from the middle or less, and looks through it."""
+    scene = cove(tmp_path, position=(0.0, 0.0, 0.0), yaw_deg=0.0, scale=1.0)
+    found = near_m(scene, sphere(24, radius=30.0))
+    assert found is not None and 20 < found < 40
+
+
+def test_of_several_instances_the_nearest_counts_in_metres_of_the_mesh(tmp_path: Path) -> None:
+    scene, mesh = cove(tmp_path), sphere(24, radius=0.3)
+    places = {"post": places_of(glb(mesh), "post.glb")}
+    flight, post = plan_flight(scene.flight), scene.objects[0]
+    near = replace(post.instances[0], position=(4.0, 1.0, 3.0), scale=1.0)
+    far = replace(near, position=(0.0, 0.0, 0.0))
+    alone = []
+    for stands in ((near,), (far,), (near, far), (far, near)):
+        known = replace(scene, objects=(replace(post, instances=stands),))
+        alone.append(least_pixels(known, flight, places)["post"])
+    assert alone[0] < 0.7 * alone[1]
+    assert alone[2] == alone[3] == alone[0]
+
+
+def test_what_never_comes_into_view_is_left_out(tmp_path: Path) -> None:
+    scene = cove(tmp_path, position=(0.0, 500.0, 0.0))
+    assert near_m(scene, sphere(8)) is None
+
+
+def test_what_the_camera_touches_is_as_near_as_the_near_plane(tmp_path: Path) -> None:
+    scene = cove(tmp_path, position=(8.9, 2.0, 0.0), yaw_deg=0.0, scale=1.0)
+    assert near_m(scene, sphere(24, radius=0.02)) == pytest.approx(scene.flight.near_m, abs=0.1)
+
+
+@pytest.mark.parametrize("length", [0, 12, 20, 60, 400])
+def test_a_cut_file_is_refused(length: int) -> None:
+    with pytest.raises(FormatError, match=r"cut.glb: .*(no mesh of ours|is not JSON)"):
+        places_of(glb(sphere(8))[:length], "cut.glb")

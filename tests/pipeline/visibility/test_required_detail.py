@@ -1,0 +1,425 @@
+"""No pixel of a flight ever asks for a finer mip or level than is baked, and hardly less is asked for.
+
+The reference samples the flight and the surface densely and knows nothing of boxes, runs and bounds: it meets
+the surface's plane with the rays of a pixel and of its neighbours, and takes the texels between by OpenGL's
+formula (3.3, 3.8.11, and EXT_texture_filter_anisotropic).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from paradize.build import provenance, required_detail
+from paradize.build.bake import bake
+from paradize.build.manifest import mesh_facts
+from paradize.build.options import BuildOptions
+from paradize.build.verify import verify
+from paradize.data import Mesh
+from paradize.formats.glb.cut import cut_glb
+from paradize.formats.glb.reader import decode_glb
+from paradize.formats.ktx2.cut import can_cut
+from paradize.formats.ktx2.reader import decode_ktx2
+from paradize.scene import requirements as require
+from paradize.scene.flight import Flight, plan_flight
+from paradize.scene.settings import EyePoint, TargetPoint
+from paradize.scene.settings import Flight as FlightSettings
+from paradize.visibility.finest_mip import (
+    MOST_SAMPLES,
+    SLACK,
+    FinestMip,
+    Placement,
+    finest,
+    finest_lod,
+    surface_of,
+)
+from paradize.visibility.texel_footprint import FREE, views_of
+from tests.pictures import load
+from tests.pipeline.full_bake import full_bake
+from tests.pipeline.scenes import make_cove, write_image
+from tests.places import ROOT
+
+F64 = npt.NDArray[np.float64]
+Run = Callable[..., Any]
+FOV_DEG, WIDTH, HEIGHT = 50.0, 160, 90
+FINER = 4.0  # the reference finds the least within this factor of the bound: two levels, SLACK not counted
+
+
+def circle(radius_m: float, height_m: float, *, up_m: float = 0.0) -> FlightSettings:
+    eye = [(radius_m, height_m, 0.0), (0.0, height_m, radius_m), (-radius_m, height_m, 0.0)]
+    return FlightSettings(
+        duration_s=8.0,
+        fov_deg=FOV_DEG,
+        near_m=0.2,
+        far_m=500.0,
+        eye=tuple(EyePoint(position=place) for place in eye),
+        target=tuple(TargetPoint(position=(0.0, up_m, 0.3 * k)) for k in range(3)),
+    )
+
+
+def sight_of(flight: FlightSettings, **more: Any) -> dict[str, Any]:
+    told = {"flight": asdict(flight), "viewport": [WIDTH, HEIGHT], "error_px": 1.0, "mirror_m": None}
+    return told | {"water_m": None, "shadow": None, "sun": [0.0, 1.0, 0.0], "scales": {}} | more
+
+
+def waves(side: int, size_m: float, bend: float) -> Mesh:
+    """A bent square of side x side quads with texture coordinates that are stretched, and steep places."""
+    z, x = np.mgrid[0 : side + 1, 0 : side + 1] / side
+    y = bend * np.sin(5.0 * x) * np.cos(4.0 * z)
+    positions = np.stack([(x - 0.5) * size_m, y, (z - 0.5) * size_m], axis=2).reshape(-1, 3)
+    uvs = np.stack([0.1 + 0.8 * x * x, 0.1 + 0.6 * z + 0.1 * x], axis=2).reshape(-1, 2)
+    at = np.arange(side * (side + 1)).reshape(side, side + 1)[:, :-1].ravel()
+    quads = np.stack([at, at + side + 1, at + 1, at + 1, at + side + 1, at + side + 2], axis=1)
+    return Mesh(
+        positions=positions.astype(np.float32),
+        uvs=uvs.astype(np.float32),
+        triangles=quads.reshape(-1, 3).astype(np.uint32),
+    )
+
+
+def least_texels(
+    flight: Flight, mesh: Mesh, size: tuple[int, int], *, mirror_m: float | None = None, rows: int = HEIGHT
+) -> float:
+    """The fewest texels between neighbouring pixels, the smaller of both ways, over 200 moments and 10,000
+    places. mirror_m: as the picture in the water shows it, from an eye below."""
+    rng = np.random.default_rng(3)
+    chosen = rng.integers(len(mesh.triangles), size=10_000)
+    corners = mesh.positions.astype(np.float64)[mesh.triangles][chosen]
+    texels = (mesh.uvs.astype(np.float64) * size)[mesh.triangles][chosen]  # type: ignore[union-attr]
+    if mirror_m is not None:
+        corners[:, :, 1] = 2.0 * mirror_m - corners[:, :, 1]
+    share = rng.dirichlet((1.0, 1.0, 1.0), len(chosen))
+    points = np.einsum("nk,nkd->nd", share, corners)
+    a, e, f = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = np.cross(e, f)
+    pixel = 2.0 * np.tan(np.radians(FOV_DEG) / 2) / rows
+    half = rows / 2 * pixel
+    least = np.inf
+    for t in np.linspace(0.0, flight.duration_s, 200, endpoint=False):
+        eye, target = (np.array(place) for place in flight.view(float(t)))
+        ahead = (target - eye) / np.linalg.norm(target - eye)
+        right = np.cross(ahead, [0.0, 1.0, 0.0])
+        right /= np.linalg.norm(right)
+        up = np.cross(right, ahead)
+        ray = points - eye
+        depth = ray @ ahead
+        x, y = (ray @ right) / depth, (ray @ up) / depth
+        seen = (depth > 0.2) & (np.abs(y) < half) & (np.abs(x) < half * WIDTH / HEIGHT)
+        found = []
+        for dx, dy in ((pixel, 0.0), (0.0, pixel)):
+            other = ahead + (x + dx)[:, None] * right + (y + dy)[:, None] * up
+            with np.errstate(divide="ignore", invalid="ignore"):
+                reach = np.einsum("nd,nd->n", a - eye, normal) / np.einsum("nd,nd->n", other, normal)
+                gap = eye + reach[:, None] * other - points
+                # The step along the surface in the triangle's own coordinates, then in texels.
+                g = np.linalg.norm(normal, axis=1) ** 2
+                s = np.einsum("nd,nd->n", np.cross(gap, f), normal) / g
+                v = np.einsum("nd,nd->n", np.cross(e, gap), normal) / g
+                step = s[:, None] * (texels[:, 1] - texels[:, 0]) + v[:, None] * (texels[:, 2] - texels[:, 0])
+                found.append(np.where(reach > 0.0, np.linalg.norm(step, axis=1), np.inf))
+        rows_seen = np.minimum(*found)[seen]
+        if len(rows_seen):
+            least = min(least, float(np.nanmin(rows_seen)))
+    return least
+
+
+@pytest.mark.parametrize(
+    ("radius_m", "height_m", "size_m", "bend"), [(60, 12, 8, 0.5), (25, 20, 14, 2.0), (9, 1.5, 10, 0.2)]
+)
+def test_no_pixel_asks_for_a_finer_mip_than_is_baked(
+    radius_m: float, height_m: float, size_m: float, bend: float
+) -> None:
+    mesh, flight, size = waves(12, size_m, bend), circle(radius_m, height_m), (2048, 1024)
+    assert mesh.uvs is not None
+    views = views_of(sight_of(flight), ("camera",), None)
+    found = finest(views, [(surface_of(mesh, mesh.uvs, *size), Placement())])
+    least = least_texels(plan_flight(flight), mesh, size)
+    assert found.texels <= least * 1.0001  # float32 vertices
+    assert least < FINER * found.texels or least < 2.0 * SLACK  # level 0: no need to know by how much
+    assert 2.0 ** found.level() <= max(1.0, least)
+    assert found.view == "camera" and 0.0 <= (found.second_s or 0.0) < 8.0
+
+
+def test_the_mirror_asks_by_its_own_eye_and_its_own_pixels() -> None:
+    mesh, size = waves(12, 6.0, 0.3), (1024, 1024)
+    assert mesh.uvs is not None
+    flight = circle(30.0, 8.0)
+    sight = sight_of(flight, mirror_m=-2.0, scales={"reflection": 2.0})
+    surface = surface_of(mesh, mesh.uvs, *size)
+    found = finest(views_of(sight, ("reflection",), None), [(surface, Placement())])
+    least = least_texels(plan_flight(flight), mesh, size, mirror_m=-2.0, rows=2 * HEIGHT)
+    assert found.view == "mirror"
+    assert found.texels <= least * 1.0001 < FINER * found.texels
+
+
+def test_instances_turn_scale_and_move_a_surface() -> None:
+    mesh, size = waves(8, 4.0, 0.4), (8192, 8192)
+    assert mesh.uvs is not None
+    place = Placement((5.0, 1.0, -3.0), 40.0, 2.5)
+    sine, cosine = np.sin(np.radians(40.0)), np.cos(np.radians(40.0))
+    turn = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
+    moved = (2.5 * mesh.positions.astype(np.float64) @ turn.T + [5.0, 1.0, -3.0]).astype(np.float32)
+    assert np.allclose([place.at(point) for point in mesh.positions.tolist()], moved, atol=1e-5)
+    there = Mesh(positions=moved, uvs=mesh.uvs, triangles=mesh.triangles)
+    flight = circle(40.0, 9.0)
+    found = finest(
+        views_of(sight_of(flight), ("camera",), None), [(surface_of(mesh, mesh.uvs, *size), place)]
+    )
+    least = least_texels(plan_flight(flight), there, size)
+    assert found.texels <= least * 1.0001 < FINER * found.texels
+
+
+def test_a_larger_picture_and_a_free_camera_ask_for_more() -> None:
+    mesh, size = waves(8, 4.0, 0.4), (2048, 2048)
+    assert mesh.uvs is not None
+    surface, flight = surface_of(mesh, mesh.uvs, *size), circle(60.0, 12.0)
+
+    def asked(**more: Any) -> FinestMip:
+        return finest(views_of(sight_of(flight, **more), ("camera",), None), [(surface, Placement())])
+
+    plain, large = asked(), asked(viewport=[WIDTH * 2, HEIGHT * 2])
+    assert large.texels < 0.6 * plain.texels
+    region = {"low": [10.0, 0.0, -5.0], "high": [20.0, 5.0, 5.0], "near_m": 1.0}
+    free = asked(region=region)
+    assert free.view == FREE and free.second_s is None
+    # Eight metres from the box to the surface's edge, with the sharpest corner of the picture upon it.
+    corner = (1.0 + np.tan(np.radians(25.0)) ** 2 * (1.0 + (WIDTH / HEIGHT) ** 2)) ** -1
+    expected = 8.0 * 2.0 * np.tan(np.radians(25.0)) / HEIGHT * corner * float(surface.density.min())
+    assert expected < free.texels < 3.0 * expected
+    assert asked(region=region | {"near_m": 30.0}).texels > free.texels
+
+
+def test_what_no_view_shows_asks_for_nothing() -> None:
+    mesh, flight = waves(4, 2.0, 0.1), circle(60.0, 12.0)
+    assert mesh.uvs is not None
+    surface = surface_of(mesh, mesh.uvs, 512, 512)
+    found = finest(
+        views_of(sight_of(flight), ("camera",), None), [(surface, Placement(position=(0.0, 900.0, 0.0)))]
+    )
+    assert found == FinestMip(float("inf"), None, None)
+
+
+def test_density_is_the_smaller_singular_value_or_what_the_filter_s_samples_leave_of_the_larger() -> None:
+    """EXT_texture_filter_anisotropic: at most 16 samples along the longer axis, so that a stretched triangle
+    is never read finer than that axis over 16."""
+    rng = np.random.default_rng(5)
+    positions = rng.normal(size=(60, 3)).astype(np.float32)
+    uvs = rng.normal(size=(60, 2)).astype(np.float32)
+    uvs[30:, 1] *= 0.01
+    mesh = Mesh(positions=positions, uvs=uvs, triangles=np.arange(60, dtype=np.uint32).reshape(-1, 3))
+    found = surface_of(mesh, uvs, 300, 200).density
+    for k, (a, b, c) in enumerate(positions.astype(np.float64).reshape(-1, 3, 3)):
+        q, _ = np.linalg.qr(np.stack([b - a, c - a], axis=1))
+        metres = q.T @ np.stack([b - a, c - a], axis=1)
+        u = uvs.astype(np.float64).reshape(-1, 3, 2)[k] * [300, 200]
+        texels = np.stack([u[1] - u[0], u[2] - u[0]], axis=1) @ np.linalg.inv(metres)
+        larger, smaller = np.linalg.svd(texels)[1]
+        assert found[k] == pytest.approx(max(smaller, larger / (MOST_SAMPLES * SLACK)), rel=1e-6)
+
+
+def test_levels_follow_texels_with_the_slack_that_devices_are_allowed() -> None:
+    for texels, level in ((0.0, 0), (1.9, 0), (2.0 * SLACK, 1), (4.0 * SLACK - 0.01, 1), (4.0 * SLACK, 2)):
+        assert FinestMip(texels, 0.0, "camera").level() == level
+
+
+def test_the_finest_level_of_a_mesh_is_the_one_that_the_player_takes_where_it_is_nearest() -> None:
+    flight = circle(50.0, 5.0)
+    views = views_of(sight_of(flight), ("camera",), None)
+    errors = [0.0, 0.01, 0.1, 1.0]
+    pixels = HEIGHT / (2.0 * np.tan(np.radians(FOV_DEG) / 2))
+    planned = plan_flight(flight)
+    nearest = min(float(np.linalg.norm(planned.view(t)[0])) for t in np.linspace(0, 8, 4000)) - 2.0
+    expected = max(k for k, error in enumerate(errors) if error * pixels / nearest <= 1.0)
+    assert 1 <= expected <= 2
+    level, second, view = finest_lod(views, (0.0, 0.0, 0.0), 2.0, errors, [Placement()])
+    assert (level, view) == (expected, "camera") and second is not None
+    assert finest_lod(views, (0.0, 0.0, 0.0), 2.0, errors, [Placement(position=(0.0, 900.0, 0.0))])[0] == 3
+
+
+def test_the_shaders_have_the_numbers_that_are_reckoned_with() -> None:
+    def text(name: str) -> str:
+        return (ROOT / name).read_text()
+
+    terrain = text("shaders/terrain.frag")
+    assert f"max(sqrt(sqrt(short_axis / max(long_axis, 1e-20))), {required_detail.SHORTEST})" in terrain
+    assert "const float LUMPS = 0.19;" in terrain and "mix(shorten, 1.0, 0.6)" in terrain
+    least = 0.19 * (required_detail.SHORTEST * 0.4 + 0.6)
+    assert least + 1e-9 >= required_detail.LUMPS
+    assert "s.far = 0.25 * s.near;" in terrain and "smoothstep(0.25, 0.95, octave - whole)" in terrain
+    assert required_detail.GRAINS <= 0.25 * 4.0**0.25 + 1e-9
+    assert "4.0F * repeat_m" in text("player/passes/terrain_pass.cpp")
+    layers = re.search(r"layer_table\{\s*\{\{([^;]*)\}\};", text("player/passes/environment_bindings.cpp"))
+    assert layers is not None
+    scales = [float(found) for found in re.findall(r"\{?([\d.]+), -?[\d.]+, -?[\d.]+\}", layers[1])]
+    assert {"normal": min(scales), "dudv": min(scales[:2])} == required_detail.WAVES
+    assert f"textureLod(u_sky, up, {required_detail.SEA_MIP}.0 - u_sky_left_out)" in text(
+        "shaders/water.frag"
+    )
+    assert "static_cast<float>(sky->levels()) - 2.3F" in text("player/passes/environment_bindings.cpp")
+    assert "(u_sky_blur + u_sky_left_out) * sqrt(sqrt(alpha)) - u_sky_left_out" in text(
+        "shaders/lib/light.glsl"
+    )
+
+
+def test_the_finest_quality_of_the_player_is_the_one_that_is_asked_for() -> None:
+    quality = (ROOT / "player/scene/quality.cpp").read_text()
+    lods = f"{require.COARSEST_LOD}F * file.lod_error_px, file.lod_error_px, {require.FINEST_LOD}F"
+    assert f"{lods} * file.lod_error_px)" in " ".join(quality.split())
+    assert f"0.5F * balanced, balanced, std::max(balanced, {require.FINEST_SCALE}F))" in quality
+    assert f"std::min({require.FINEST_SHADOW} * size, device.most_texture_px)" in quality
+
+
+@pytest.fixture(scope="module", params=[50.0, 90.0], ids=["narrow", "wide"])
+def far(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Path]:
+    """(scene, its path-aware bake, its full bake): the cove with pictures far too fine for its flight."""
+    top = tmp_path_factory.mktemp("far")
+    scene = make_cove(top / "scene")
+    rng = np.random.default_rng(11)
+    for k, name in enumerate(("px", "nx", "py", "ny", "pz", "nz")):
+        sky = rng.uniform(0.1, 0.4, (512, 512, 3)) + 0.1 * k
+        write_image(scene.parent / f"{name}.exr", sky.astype(np.float32))
+    for name in ("wood", "effect"):
+        write_image(scene.parent / f"{name}.png", rng.integers(40, 220, (512, 512, 3), np.uint8))
+    text = scene.read_text()
+    for old, new in (
+        ('name = "cove"\n', 'name = "cove"\nviewport = [64, 36]\n'),
+        ('effect_color = "sand.png"', 'effect_color = "effect.png"'),
+        ("parallax_scale = 0.01\n", ""),
+        ("lods = 3\n", "lods = 3\nbleed = 0.9\n"),
+        ("[flight]\n", f"[flight]\nfov_deg = {request.param}\n"),
+        ("[9, 2, 0]", "[70, 14, 0]"),
+        ("[0, 2, 9]", "[0, 14, 70]"),
+        ("[-9, 2, 0]", "[-70, 14, 0]"),
+        ("[0, 2, -9]", "[0, 14, -70]"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    scene.write_text(text)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PARADIZE_STORE", str(top / "store"))
+        for report in (
+            bake(scene, top / "path", BuildOptions(jobs=2)),
+            full_bake(scene, top / "full", BuildOptions(jobs=2)),
+        ):
+            assert not report.errors, report.errors
+    return scene, top / "path", top / "full"
+
+
+def manifest_of(folder: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((folder / "scene.json").read_text())
+    return found
+
+
+def test_a_texture_begins_at_the_finest_level_that_is_asked_for(far: tuple[Path, Path, Path]) -> None:
+    scene, path, full = far
+    names = ["post_color", "post_normal", "post_gloss", "effect_color", "effect_normal"]
+    if "fov_deg = 90" not in scene.read_text():  # there the corners see the sky as fine as it is
+        names.append("sky")
+    ours, whole = manifest_of(path)["artifacts"], manifest_of(full)["artifacts"]
+    for name in names:
+        asked = ours[name]["asked"]
+        left = asked["left_out"]
+        assert left >= 1, name
+        texture, all_of_it = (
+            decode_ktx2((folder / entries[name]["file"]).read_bytes())
+            for folder, entries in ((path, ours), (full, whole))
+        )
+        assert texture.levels == all_of_it.levels[left:]
+        assert (texture.width, texture.height) == (all_of_it.width >> left, all_of_it.height >> left)
+        assert asked["saved_bytes"] == whole[name]["bytes"] - ours[name]["bytes"] > 0
+        assert ours[name]["levels"] == whole[name]["levels"][left:]
+        assert can_cut(all_of_it.width, all_of_it.height, all_of_it.format, left)
+    assert sum(entry["bytes"] for entry in ours.values()) < sum(entry["bytes"] for entry in whole.values())
+
+
+@pytest.mark.parametrize("quality", ["balanced", "exact"])
+def test_what_was_left_out_is_not_seen(
+    far: tuple[Path, Path, Path], player: Run, tmp_path: Path, quality: str
+) -> None:
+    _, path, full = far
+    for moment in (0.0, 1.3, 2.9, 4.4, 6.1, 7.7):
+        pictures = []
+        for folder in (path, full):
+            file = tmp_path / f"{folder.name}_{moment}.png"
+            done = player(folder, "--time", moment, "--quality", quality, "--screenshot", file)
+            assert done.returncode == 0, done.stderr
+            pictures.append(load(file))
+        assert float(np.abs(pictures[0] - pictures[1]).max()) <= 1.0 / 255.0 + 1e-6, moment
+        assert float(pictures[0].std()) > 0.02
+
+
+def test_a_bake_of_less_passes_check(far: tuple[Path, Path, Path], paradize: Run) -> None:
+    done = paradize("check", far[1], "--format", "json")
+    assert done.returncode == 0, done.stdout
+    assert not [finding for finding in json.loads(done.stdout)["findings"] if finding["severity"] == "error"]
+
+
+def test_a_mesh_is_cut_where_its_finer_levels_are_never_drawn(far: tuple[Path, Path, Path]) -> None:
+    _, path, full = far
+    ours, whole = manifest_of(path), manifest_of(full)
+    left = ours["artifacts"]["post_mesh"]["asked"]["left_out"]
+    lods, all_of_them = ours["objects"][0]["lods"], whole["objects"][0]["lods"]
+    assert 1 <= left == len(all_of_them) - len(lods)
+    assert [lod["error_m"] for lod in lods] == [lod["error_m"] for lod in all_of_them[left:]]
+    assert [lod["node"] for lod in lods] == [f"lod{k}" for k in range(len(lods))]
+    mesh = decode_glb((path / ours["artifacts"]["post_mesh"]["file"]).read_bytes())
+    other = decode_glb((full / whole["artifacts"]["post_mesh"]["file"]).read_bytes())[left:]
+    for one, two in zip(mesh, other, strict=True):
+        assert np.array_equal(one.mesh.positions, two.mesh.positions)
+        assert np.array_equal(one.mesh.triangles, two.mesh.triangles)
+    assert ours["objects"][0]["radius_m"] == whole["objects"][0]["radius_m"]
+
+
+def test_verify_compares_what_is_published(
+    far: tuple[Path, Path, Path], tmp_path: Path, paradize: Run
+) -> None:
+    scene, path, _ = far
+    environment = {**os.environ, "PARADIZE_STORE": str(path.parent / "store")}
+    done = paradize("bake", scene, "-o", tmp_path / "out", "--verify", "100%", "--json", env=environment)
+    assert done.returncode == 0, done.stderr
+    manifest = manifest_of(tmp_path / "out")
+    entry = manifest["artifacts"]["post_color"]
+    assert entry["asked"]["left_out"] >= 1
+    file = tmp_path / "out" / entry["file"]
+    file.write_bytes(file.read_bytes()[:-1] + b"x")
+    report = provenance.BakeReport(tmp_path / "out", json.loads(done.stdout)["artifacts"])
+    chosen, errors = verify(scene, report, percent=100.0, how=BuildOptions(jobs=2))
+    assert "post_color" in chosen and [error.place for error in errors] == ["post_color"]
+
+
+def test_what_is_asked_is_kept_and_asked_once(
+    far: tuple[Path, Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, path, _ = far
+    monkeypatch.setenv("PARADIZE_STORE", str(path.parent / "store"))
+    called: list[Any] = []
+    monkeypatch.setattr("paradize.build.trim.run_work", lambda _, jobs: called.extend(jobs) or [])
+    report = bake(scene, tmp_path / "again", BuildOptions(jobs=1))
+    assert not report.errors and not called
+    assert (tmp_path / "again" / "scene.json").read_bytes() == (path / "scene.json").read_bytes()
+
+
+def test_levels_of_a_glb_are_left_out_one_by_one(far: tuple[Path, Path, Path]) -> None:
+    _, _, full = far
+    data = (full / manifest_of(full)["artifacts"]["post_mesh"]["file"]).read_bytes()
+    count = len(decode_glb(data))
+    assert (
+        decode_glb(cut_glb(data))[0].mesh.positions.tobytes() == decode_glb(data)[0].mesh.positions.tobytes()
+    )
+    for finer in range(1, count):
+        rest = cut_glb(data, finer=finer)
+        assert len(decode_glb(rest)) == count - finer
+        assert mesh_facts(rest, "rest").lods[0][1] == mesh_facts(data, "whole").lods[finer][1]
+    with pytest.raises(ValueError, match="cannot be left out"):
+        cut_glb(data, finer=count)
+    bare = decode_glb(cut_glb(data, attributes=["POSITION"]))
+    assert all(lod.mesh.normals is lod.mesh.uvs is lod.mesh.tangents is None for lod in bare)

@@ -1,0 +1,332 @@
+"""`paradize watch` bakes what a save touches, and nothing that a person or an editor saves ends it."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from paradize.build.bake import bake
+from paradize.cli import main as cli
+from paradize.watch import loop as watch_module
+from tests.pipeline.own_package import copy_package
+from tests.pipeline.scenes import make_cove, write_image
+from tests.processes import kill, start
+
+PATIENCE_S = 200.0  # a test that waits longer has failed
+
+
+class Watched:
+    """A running `paradize watch --json` of the cove. Its lines come as they are printed. prefix: the command
+    that runs it."""
+
+    def __init__(
+        self,
+        folder: Path,
+        store: Path,
+        *options: str,
+        package: Path | None = None,
+        prefix: Sequence[str] = (),
+    ) -> None:
+        self.folder, self.out = folder, folder.parent / "out"
+        paths = [*([str(package)] if package else []), os.environ.get("PYTHONPATH", "")]
+        environment = {"PARADIZE_STORE": str(store), "PYTHONPATH": os.pathsep.join(paths)}
+        command = [*prefix, sys.executable, "-m", "paradize.cli.main", "watch", folder / "cove.toml"]
+        self.process = start(
+            [*command, "-o", self.out, "--json", *options],
+            env={**os.environ, **environment},
+            cwd=folder.parent,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.lines: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self.said: list[str] = []
+        self.reader = threading.Thread(target=self._read, daemon=True)
+        self.listener = threading.Thread(target=self._listen, daemon=True)
+        self.reader.start()
+        self.listener.start()
+
+    def _read(self) -> None:
+        assert self.process.stdout
+        with self.process.stdout:
+            for line in self.process.stdout:
+                self.lines.put(line)
+
+    def _listen(self) -> None:
+        assert self.process.stderr
+        with self.process.stderr:
+            for line in self.process.stderr:
+                self.said.append(line)
+
+    def close(self) -> None:
+        """Leaves no process behind."""
+        kill(self.process)
+        self.reader.join()
+        self.listener.join()
+
+    def next(self) -> dict[str, Any]:
+        """What the next bake told."""
+        try:
+            found: dict[str, Any] = json.loads(self.lines.get(timeout=PATIENCE_S))
+        except queue.Empty:
+            raise AssertionError(f"nothing was baked; said: {self.said}") from None
+        return found
+
+    def baked(self, *names: str) -> set[str]:
+        """The artifacts that the next bake, which these saves caused, made anew."""
+        told = self.next()
+        assert "error" not in told, told
+        assert {Path(path).name for path in told["changed"]} == set(names)
+        return {row["name"] for row in told["artifacts"] if row["status"] == "baked"}
+
+    def end(self, number: int = signal.SIGINT) -> int:
+        """The exit code; returns when no process of the watch is left (all hold its standard error)."""
+        self.process.send_signal(number)
+        code = self.process.wait(PATIENCE_S)
+        self.listener.join(PATIENCE_S)
+        assert not self.listener.is_alive()
+        return code
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A store that knows the cove."""
+    top = tmp_path_factory.mktemp("known")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PARADIZE_STORE", str(top / "store"))
+        assert not bake(make_cove(top / "cove"), top / "out").errors
+    return top / "store"
+
+
+Watch = Callable[..., Watched]
+
+
+@pytest.fixture
+def watch(tmp_path: Path, store: Path) -> Iterator[Watch]:
+    """Starts a watch of the cove, with a store that knows it. None is left after the test."""
+    with ExitStack() as stack:
+
+        def begin(*options: str, store: Path = store, **more: Any) -> Watched:
+            found = Watched(tmp_path / "cove", store, *options, **more)
+            stack.callback(found.close)
+            return found
+
+        yield begin
+
+
+@pytest.fixture
+def watched(tmp_path: Path, watch: Watch) -> Iterator[Watched]:
+    make_cove(tmp_path / "cove")
+    found = watch()
+    assert found.next()["failed"] == 0
+    yield found
+    assert found.end() == 0, found.said
+
+
+def picture(path: Path, shade: int) -> None:
+    write_image(path, np.random.default_rng(shade).integers(0, 255, (32, 32, 3), np.uint8))
+
+
+def written(path: Path, make: Callable[[Path], None]) -> None:
+    """Saved as some editors do: beside, then renamed."""
+    aside = path.with_name(f"aside-{path.name}")
+    make(aside)
+    aside.replace(path)
+
+
+def test_a_saved_picture_bakes_its_own_artifacts_again(watched: Watched) -> None:
+    manifest = watched.out / "scene.json"
+    was = manifest.read_bytes()
+    picture(watched.folder / "wood.png", 1)  # cut to nothing, and written
+    assert watched.baked("wood.png") == {"post_color", "post_normal", "post_height", "post_gloss"}
+    assert manifest.read_bytes() != was
+    written(watched.folder / "sand.png", lambda path: picture(path, 2))
+    assert watched.baked("sand.png") >= {"sand_color", "effect_color"}
+    (watched.folder / "notes.txt").write_text("nothing of the scene")
+    text = (watched.folder / "cove.toml").read_text()
+    (watched.folder / "cove.toml").write_text(text.replace("density_per_m = 0.01", "density_per_m = 0.02"))
+    assert watched.baked("cove.toml") == set()
+    assert json.loads(manifest.read_bytes())["fog"]["density_per_m"] == 0.02
+
+
+def test_a_broken_save_is_told_once_and_mended_by_the_next(watched: Watched) -> None:
+    manifest, wood = watched.out / "scene.json", watched.folder / "wood.png"
+    was, whole = manifest.read_bytes(), wood.read_bytes()
+    wood.write_bytes(whole[: len(whole) // 2])
+    told = watched.next()
+    assert len(told["error"]) == 1 and "wood.png" in told["error"][0] and manifest.read_bytes() == was
+    picture(watched.folder / "sand.png", 3)  # still broken: the same error, which is not told again
+    picture(wood, 4)
+    mended = watched.next()
+    assert "error" not in mended and manifest.read_bytes() != was
+    assert str(wood) in mended["changed"]
+    assert sum("wood.png" in line for line in watched.said) == 1
+
+
+def test_a_scene_may_be_broken_and_name_what_comes_later(watched: Watched) -> None:
+    scene = watched.folder / "cove.toml"
+    text = scene.read_text()
+    scene.write_text(text[: len(text) // 2] + '"')
+    assert "is not TOML" in watched.next()["error"][0]
+    scene.write_text(text.replace('color = "wood.png"', 'color = "new/oak.png"'))
+    assert "new/oak.png" in watched.next()["error"][0]
+    (watched.folder / "later").mkdir()
+    picture(watched.folder / "later/oak.png", 5)
+    (watched.folder / "later").rename(watched.folder / "new")
+    assert "post_color" in watched.baked("new")
+    picture(watched.folder / "new/oak.png", 6)
+    assert "post_color" in watched.baked("oak.png")
+
+
+@pytest.mark.parametrize("name", ["wood.png", "cove.toml", "post.obj"])
+def test_a_pipe_in_a_files_place_is_told_and_the_watch_goes_on(watched: Watched, name: str) -> None:
+    path = watched.folder / name
+    good = path.read_bytes()
+    os.mkfifo(watched.folder / "pipe")
+    (watched.folder / "pipe").replace(path)
+    assert name in watched.next()["error"][0]
+    (watched.folder / "good").write_bytes(good)
+    (watched.folder / "good").replace(path)
+    assert watched.baked(name) == set()
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, os.mkdir])
+def test_what_a_material_names_and_is_no_file_is_told_once(
+    tmp_path: Path, watch: Watch, make: Callable[[Path], None]
+) -> None:
+    scene = make_cove(tmp_path / "cove")
+    scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
+    watched = watch()
+    assert watched.next()["failed"] == 0
+    was = (watched.out / "scene.json").read_bytes()
+    wood = watched.folder / "wood.png"
+    wood.unlink()
+    make(wood)
+    told = watched.next()
+    if "error" not in told:  # it was missing for a moment
+        was = (watched.out / "scene.json").read_bytes()
+        told = watched.next()
+    assert "wood.png: cannot be read: is " in told.get("error", [""])[0]
+    picture(watched.folder / "sand.png", 3)  # the same error, which is not told again
+    (watched.folder / "post.mtl").write_text("newmtl wood\nmap_Kd sand.png\n")
+    assert (watched.out / "scene.json").read_bytes() == was
+    told = watched.next()
+    assert "error" not in told and str(watched.folder / "post.mtl") in told["changed"]
+    assert watched.end() == 0 and watched.lines.empty()
+
+
+def test_nothing_is_baked_again_for_a_stamp_that_a_bake_left_as_it_was(tmp_path: Path) -> None:
+    """A bake whose record never agrees with a file, whatever the reason, ends after one more."""
+    odd = tmp_path / "odd"
+    odd.mkdir()
+    watched = watch_module.Watch(tmp_path / "a.toml", None, 1, None, lambda told: None)
+    try:
+        for due in (True, False, False):
+            watched._due = False
+            watched._look_at({odd: None})
+            assert watched._due is due
+        (odd / "entry").touch()
+        watched._look_at({odd: None})
+        assert watched._due
+    finally:
+        watched.stop()
+
+
+def test_a_file_that_was_looked_for_in_vain_is_waited_for(tmp_path: Path, watch: Watch) -> None:
+    scene = make_cove(tmp_path / "cove")
+    scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
+    library = tmp_path / "cove/post.mtl"
+    text = library.read_text()
+    library.unlink()
+    watched = watch()
+    assert "post_color" not in {row["name"] for row in watched.next()["artifacts"]}
+    library.write_text(text)
+    told = watched.next()
+    assert told["changed"] == [str(library)]
+    assert "post_color" in {row["name"] for row in told["artifacts"]}
+    assert watched.end(signal.SIGTERM) == 0
+
+
+def test_changed_code_is_run_and_broken_code_does_not_end_the_watch(tmp_path: Path, watch: Watch) -> None:
+    """On a copy of the package."""
+    package = copy_package(tmp_path / "path")
+    make_cove(tmp_path / "cove")
+    watched = watch(package=package.parent)
+    assert watched.next()["restarted"] is False
+    baker = package / "bakers/sound.py"
+    text = baker.read_text()
+    baker.write_text(text + "\n# changed\n")
+    told = watched.next()
+    assert told["restarted"] is True and told["changed"] == []
+    assert [row["name"] for row in told["artifacts"] if row["status"] == "baked"] == ["sound"]
+    baker.write_text(text + "\ndef (\n")
+    assert "SyntaxError" in watched.next()["error"][0]
+    baker.write_text(text)
+    told = watched.next()
+    assert "error" not in told and told["baked"] == 0
+    assert watched.end() == 0
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_in_a_bake_ends_it_and_leaves_nothing_half_done(
+    tmp_path: Path, watch: Watch, number: int
+) -> None:
+    make_cove(tmp_path / "cove")
+    watched = watch(store=tmp_path / "store")
+    rooms = tmp_path / "store/rooms"
+    locks = tmp_path / "store/locks"
+    while not locks.is_dir():  # the bake has begun
+        assert watched.process.poll() is None, watched.said
+    assert watched.end(number) == 0
+    assert not list(rooms.glob("*")) and watched.lines.empty()
+    assert not (watched.out / "scene.json").exists()
+    assert not [line for line in watched.said if "Traceback" in line or "error" in line]
+
+
+def test_a_watch_bakes_what_bake_does_by_itself() -> None:
+    watch, once = (cli.parser(name).parse_args([name, "cove.toml"]) for name in ("watch", "bake"))
+    assert (watch.out, watch.jobs, watch.tier) == (once.out, once.jobs, once.tier)
+
+
+def test_where_interrupts_are_ignored_it_names_the_signal_that_ends_it(tmp_path: Path, watch: Watch) -> None:
+    """As `nohup paradize watch &` in a script has it."""
+    make_cove(tmp_path / "cove")
+    watched = watch(prefix=["bash", "-c", 'trap "" INT; exec "$@"', "bash"])
+    assert watched.next()["failed"] == 0
+    watched.process.send_signal(signal.SIGINT)
+    picture(tmp_path / "cove/wood.png", 12)
+    assert "post_color" in watched.baked("wood.png")
+    assert watched.end(signal.SIGTERM) == 0
+    assert f"`kill {watched.process.pid}` ends" in watched.said[0]
+
+
+def test_a_scene_that_is_not_there_is_refused(tmp_path: Path, watch: Watch) -> None:
+    (tmp_path / "cove").mkdir()
+    watched = watch()
+    assert watched.process.wait(PATIENCE_S) == 1
+    watched.listener.join(PATIENCE_S)
+    assert "there is no such file" in watched.said[-1]
+
+
+def test_what_a_watch_bakes_is_shared(tmp_path: Path, watch: Watch) -> None:
+    make_cove(tmp_path / "cove")
+    shared = tmp_path / "shared"
+    watched = watch("--store", str(shared))
+    assert watched.next()["failed"] == 0
+    picture(tmp_path / "cove/wood.png", 11)
+    told = watched.next()
+    assert told["baked"] and told["pushed"] >= told["baked"]
+    for row in told["artifacts"]:
+        assert (shared / "blobs" / row["sha256"][:2] / row["sha256"]).stat().st_size == row["bytes"]
