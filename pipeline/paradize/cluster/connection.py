@@ -13,7 +13,7 @@ from typing import Any
 from paradize.errors import BakeError, one_line
 
 CONNECT_S = 10.0  # until a scheduler must have answered
-HOWTO = "see `Many machines` in pipeline/README.md"
+HOWTO = "see pipeline/paradize/cluster/README.md"
 
 
 class ClusterLost(BakeError):  # noqa: N818 (what happened)

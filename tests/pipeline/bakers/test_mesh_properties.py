@@ -19,7 +19,7 @@ from tests.pipeline.shapes import grid, sphere
 
 # What a level tells that neither place, turn nor size may change by more than choices that cost alike do.
 SHARES = ("error_rms", "normal_mean_deg")
-BOUND = 0.5  # of the value: as pipeline/README.md states it
+BOUND = 0.5  # of the value: as pipeline/paradize/bakers/README.md states it
 
 
 def rolling(seed: int) -> Mesh:

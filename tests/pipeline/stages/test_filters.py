@@ -419,7 +419,7 @@ def test_arrays_of_another_kind_are_refused(array: np.ndarray, what: str) -> Non
 
 
 def main() -> None:
-    """Prints the table of pipeline/README.md."""
+    """Prints the table of tests/bench/README.md."""
     fields = [(*waves, bits) for bits in (8, 32) for waves in ((32, 256), (8, 64), (4, 16))]
     table: dict[str, list[float]] = {}
     for shortest, longest, bits in fields:
