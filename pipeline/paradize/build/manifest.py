@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import struct
 from dataclasses import asdict, dataclass
 from math import sqrt
 from typing import Any
 
-from paradize.documents import parse_json
 from paradize.errors import FormatError
+from paradize.formats.glb.document import glb_document
 from paradize.formats.scene_manifest import FORMAT, VERSION
 from paradize.scene.flight import PI, Flight, Vec
 from paradize.scene.requirements import ObjectSighting, sun_direction
@@ -44,10 +43,7 @@ class MeshFacts:
 def mesh_facts(glb: bytes, name: str) -> MeshFacts:
     """Reads the JSON chunk of one of our GLBs. Raises FormatError where it is not what we write."""
     try:
-        length, kind = struct.unpack_from("<I4s", glb, 12)
-        if glb[:4] != b"glTF" or kind != b"JSON":
-            raise ValueError("no JSON chunk")
-        tree = parse_json(glb[20 : 20 + length], name)
+        tree, _ = glb_document(glb, name)
         nodes = tree["nodes"]
         accessors = [
             tree["accessors"][primitive["attributes"]["POSITION"]]
@@ -59,7 +55,7 @@ def mesh_facts(glb: bytes, name: str) -> MeshFacts:
         high = tuple(origin[k] + step[k] * max(float(a["max"][k]) for a in accessors) for k in range(3))
         lods = tuple((str(node["name"]), float(node["extras"]["error_m"])) for node in nodes)
         materials = {str(material["name"]): _base_color(material) for material in tree.get("materials", [])}
-    except (KeyError, IndexError, TypeError, ValueError, struct.error) as error:
+    except (KeyError, IndexError, TypeError, ValueError) as error:
         raise FormatError(f"is no mesh of ours: {error}", file=name) from None
     return MeshFacts((low[0], low[1], low[2]), (high[0], high[1], high[2]), lods, materials)
 

@@ -15,10 +15,11 @@ from pathlib import Path
 
 from paradize.build.artifacts import read_artifact
 from paradize.build.entries import PIXELS, fits
-from paradize.documents import parse_json
 from paradize.errors import FormatError
+from paradize.formats.glb.document import glb_document
 from paradize.jobs.code import code_digest
 from paradize.scene.flight import Flight, Vec, sine_cosine
+from paradize.scene.placement import placed
 from paradize.scene.settings import Instance, Scene
 from paradize.store.local import Store, key_of
 
@@ -33,11 +34,7 @@ def places_of(glb: bytes, name: str) -> list[Vec]:
     """Places of the finest level of one of our GLBs, metres in its space: corners of triangles, and more in
     each where there are few. Raises FormatError where it is not what we write."""
     try:
-        length, kind = struct.unpack_from("<I4s", glb, 12)
-        if glb[:4] != b"glTF" or kind != b"JSON":
-            raise ValueError("no JSON chunk")
-        tree = parse_json(glb[20 : 20 + length], name)
-        start = 28 + length
+        tree, start = glb_document(glb, name)
         node = tree["nodes"][0]
         step, origin = node.get("scale", (1.0, 1.0, 1.0)), node.get("translation", (0.0, 0.0, 0.0))
 
@@ -144,11 +141,8 @@ def known_pixels(
 
 
 def _placed(places: Sequence[Vec], instance: Instance) -> list[Vec]:
-    sine, cosine = sine_cosine(instance.yaw_deg)
-    (px, py, pz), s = instance.position, instance.scale
-    return [
-        (px + s * (x * cosine + z * sine), py + s * y, pz + s * (z * cosine - x * sine)) for x, y, z in places
-    ]
+    turn = sine_cosine(instance.yaw_deg)
+    return [placed(place, instance.position, turn, instance.scale) for place in places]
 
 
 def _nearest(

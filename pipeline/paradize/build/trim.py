@@ -7,7 +7,6 @@ what a scene's views ask of them (required_detail.py, in a worker) decides what 
 from __future__ import annotations
 
 import hashlib
-import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -18,7 +17,7 @@ from paradize.build.entries import ASKED, FLAT, fits
 from paradize.build.options import BuildOptions
 from paradize.build.tasks import ZSTD_LEVEL
 from paradize.build.work import run_work
-from paradize.errors import FormatError
+from paradize.formats.ktx2.size import ktx2_size
 from paradize.formats.scene_fields import Check
 from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.pool import Job
@@ -150,7 +149,7 @@ def _parts(scene: Scene, data: Mapping[str, bytes | Path], facts: Mapping[str, M
         told = {"level_m": water.level_m, "size_m": water.size_m, "tile": water.tile}
         decides["water"] = {"textures": _sizes(["water_normal", "water_dudv"], data)} | told
     if scene.sky and isinstance(cube := data["sky"], bytes):
-        side, _, levels = _header(cube)
+        side, _, levels = ktx2_size(cube)
         decides["sky"] = {"side": side, "levels": levels, "smoothest": _smoothest(scene)}
     found.append((decides | more, meshes, decides))
     return found
@@ -185,21 +184,12 @@ def _size(data: bytes | Path) -> int:
     return len(data) if isinstance(data, bytes) else data.stat().st_size
 
 
-def _header(ktx2: bytes) -> tuple[int, int, int]:
-    """Width, height and levels."""
-    try:
-        width, height, _, _, _, levels = struct.unpack_from("<6I", ktx2, 20)
-    except struct.error as error:
-        raise FormatError(f"is no texture of ours: {error}") from None
-    return width, height, levels
-
-
 def _sizes(names: list[str], data: Mapping[str, bytes | Path]) -> dict[str, tuple[int, int]]:
     found = {}
     for name in names:
         held = data.get(name)
         if isinstance(held, bytes):
-            width, height, _ = _header(held)
+            width, height, _ = ktx2_size(held)
             found[name] = (width, height)
     return found
 
@@ -231,7 +221,7 @@ def cut(
     if left and kind != "mesh":
         from paradize.formats.ktx2.cut import can_cut
 
-        width, height, levels = _header(data)
+        width, height, levels = ktx2_size(data)
         left = min(left, levels - 1)
         fmt = row["format"] or ""
         while left and not can_cut(width, height, fmt, left):

@@ -3,13 +3,13 @@ how many bytes were saved by not baking more. Knows no numpy."""
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from paradize.errors import FormatError
 from paradize.files import open_file
+from paradize.formats.ktx2.size import SIZE_BYTES, ktx2_size
 
 # Bytes of a block of four by four texels, and of a texel: of the smallest format of each map.
 _BLOCK = {"normal": 16, "height": 8, "gloss": 16}
@@ -99,8 +99,8 @@ def _size(path: Path) -> tuple[int, int] | None:
     """Width and height of a KTX2; None where it cannot be read."""
     try:
         with open_file(path) as file:
-            width, height = struct.unpack_from("<2I", file.read(28), 20)
-    except (OSError, struct.error, FormatError):
+            width, height, _ = ktx2_size(file.read(SIZE_BYTES))
+    except (OSError, FormatError):
         return None
     return width, height
 

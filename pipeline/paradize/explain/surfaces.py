@@ -21,6 +21,7 @@ from paradize.errors import FormatError
 from paradize.explain.bound import SIX, bound
 from paradize.explain.pixels import Camera, Moved, Surfaces
 from paradize.files import read_file
+from paradize.scene.placement import placed
 from paradize.scene.requirements import COARSEST_LOD
 
 F64 = npt.NDArray[np.float64]
@@ -118,9 +119,10 @@ def _standing(
 
 def _placed(places: F64, instance: dict[str, Any]) -> F64:
     """Places (..., 3) of a mesh where an instance stands."""
-    sine, cosine = sin(instance["yaw_rad"]), cos(instance["yaw_rad"])
-    turn = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
-    return np.asarray(instance["position"] + instance["scale"] * (places @ turn.T), np.float64)
+    turn = sin(instance["yaw_rad"]), cos(instance["yaw_rad"])
+    return np.stack(
+        placed(np.moveaxis(places, -1, 0), instance["position"], turn, instance["scale"]), axis=-1
+    )
 
 
 class _Triangles:

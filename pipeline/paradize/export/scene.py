@@ -39,6 +39,7 @@ from paradize.formats.scene_manifest import read_entry, read_scene
 from paradize.kinds import BAKED, expecting, require_glb
 from paradize.metrics.texels import decode_texels
 from paradize.preview.shade import to_codes
+from paradize.scene.placement import placed
 from paradize.store.atomic import write_whole
 
 if TYPE_CHECKING:
@@ -311,10 +312,8 @@ class _Export:
 
 def _standing(instance: dict[str, Any], origin: Vec3) -> list[float]:
     """Where an instance of a mesh that is counted from `origin` stands: turned, scaled, moved, in float64."""
-    (x, y, z), s = origin, instance["scale"]
-    sine, cosine = math.sin(instance["yaw_rad"]), math.cos(instance["yaw_rad"])
-    turned = (x * cosine + z * sine, y, z * cosine - x * sine)
-    return [float(p) + s * t for p, t in zip(instance["position"], turned, strict=True)]
+    turn = math.sin(instance["yaw_rad"]), math.cos(instance["yaw_rad"])
+    return [float(value) for value in placed(origin, instance["position"], turn, instance["scale"])]
 
 
 @contextmanager

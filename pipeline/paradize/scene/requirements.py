@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.scene.flight import Flight, Vec, sight, sine_cosine
+from paradize.scene.placement import placed
 from paradize.scene.settings import VIEWS, Scene, SceneObject, Terrain, Water
 
 # A bake asks for what the player's finest quality reads (player/scene/quality.cpp; a test compares them):
@@ -359,15 +360,11 @@ def meet(scene: Scene, flight: Flight, bounds: dict[str, tuple[Vec, float]]) -> 
     spheres: list[tuple[Vec, float]] = []
     owners: list[tuple[str, float]] = []
     for item in scene.objects:
-        (x, y, z), radius = bounds[item.name]
+        center, radius = bounds[item.name]
         for instance in item.instances:
-            sine, cosine = sine_cosine(instance.yaw_deg)
-            px, py, pz = instance.position
-            s = instance.scale
-            spheres.append(
-                ((px + s * (x * cosine + z * sine), py + s * y, pz + s * (z * cosine - x * sine)), s * radius)
-            )
-            owners.append((item.name, s))
+            turn, scale = sine_cosine(instance.yaw_deg), instance.scale
+            spheres.append((placed(center, instance.position, turn, scale), scale * radius))
+            owners.append((item.name, scale))
     width, height = scene.head.viewport
     found = {item.name: ObjectSighting(flight.duration_s, None) for item in scene.objects}
     sightings = sight(flight, scene.flight.fov_deg, width / height, spheres)

@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from paradize.data import Mesh
 from paradize.scene.flight import sine_cosine
+from paradize.scene.placement import placed
 from paradize.visibility.query import Runs, Sphere
 from paradize.visibility.texel_footprint import Views
 
@@ -53,9 +54,7 @@ class Placement:
 
     def at(self, point: Sequence[float]) -> tuple[float, float, float]:
         """A point of the surface's space in the world."""
-        sine, cosine = sine_cosine(self.yaw_deg)
-        (x, y, z), (px, py, pz), s = point, self.position, self.scale
-        return px + s * (x * cosine + z * sine), py + s * y, pz + s * (z * cosine - x * sine)
+        return placed(point, self.position, sine_cosine(self.yaw_deg), self.scale)
 
 
 @dataclass(frozen=True)

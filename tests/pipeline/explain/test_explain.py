@@ -18,6 +18,7 @@ from paradize.explain.economy import economy, textures_by_owner
 from paradize.explain.facts import explain
 from paradize.explain.gutters import decides
 from paradize.explain.words import render
+from paradize.formats.ktx2.layout import IDENTIFIER
 from tests.pipeline.layouts import make_atlas_scene, two_tone
 from tests.pipeline.scenes import make_cove
 
@@ -120,7 +121,7 @@ def test_the_words_of_a_gutter_follow_from_its_numbers(facts: dict[str, Any], wo
 
 def test_maps_that_were_not_made_are_reckoned_in_the_size_that_the_picture_has(tmp_path: Path) -> None:
     """Two finer levels of 8 x 4 texels were left out: of heights, 8 bytes a block, from 32 x 16 down."""
-    (tmp_path / "post_color.ktx2").write_bytes(bytes(20) + struct.pack("<2I", 8, 4))
+    (tmp_path / "post_color.ktx2").write_bytes(IDENTIFIER + struct.pack("<8I", 0, 1, 8, 4, 0, 0, 1, 4))
     asked = {"left_out": 2, "saved_bytes": 9, "texels": 4.0, "second_s": 0.0, "view": "camera"}
     entry = {"kind": "texture", "file": "post_color.ktx2", "asked": asked}
     manifest = {"artifacts": {"post_color": entry}}

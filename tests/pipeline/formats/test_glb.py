@@ -16,6 +16,7 @@ from paradize.bakers.mesh.bake import bake_mesh
 from paradize.check.meshes import check_mesh
 from paradize.data import Group, Lod, Mesh
 from paradize.errors import BakeError, FormatError
+from paradize.formats.glb.document import glb_document
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.reader import decode_glb
 from tests.pipeline.glb_json import document, with_document
@@ -264,3 +265,12 @@ def test_materials_hold_their_colour_within_its_range_and_are_no_metal() -> None
     told = [material.get("pbrMetallicRoughness") for material in found]
     assert told[0] == {"baseColorFactor": [0.5, 0, 0, 1], "metallicFactor": 0}
     assert told[1]["baseColorFactor"] == [1, 0, 0.25, 1] and told[2] is None
+
+
+def test_the_document_alone_is_the_reader_s_and_anything_else_is_no_glb() -> None:
+    data = two_levels()
+    tree, start = glb_document(data, "a.glb")
+    assert tree == document(data) and data[start - 4 : start] == b"BIN\0"
+    for broken in (b"", data[:19], b"glTX" + data[4:], data[:16] + b"BIN\0" + data[20:]):
+        with pytest.raises(FormatError, match=r"a\.glb: is no GLB"):
+            glb_document(broken, "a.glb")

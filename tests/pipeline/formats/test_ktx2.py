@@ -19,6 +19,7 @@ from paradize.errors import FormatError
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.layout import FORMATS, full_level_count, level_bytes
 from paradize.formats.ktx2.reader import decode_ktx2
+from paradize.formats.ktx2.size import SIZE_BYTES, ktx2_size
 
 
 def make_texture(name: str, width: int, height: int, faces: int = 1, count: int | None = None) -> Texture:
@@ -341,3 +342,11 @@ def test_a_plain_file_loads_no_zstandard() -> None:
         "decode_ktx2(encode_ktx2(Texture('R8_UNORM', 1, 1, (b'1',)))); sys.exit('zstandard' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+def test_the_size_is_read_from_the_first_bytes_of_a_ktx2_alone() -> None:
+    data = encode_ktx2(make_texture("BC1_RGB_SRGB", 16, 8))
+    assert ktx2_size(data[:SIZE_BYTES]) == ktx2_size(data) == (16, 8, 5)
+    for broken in (b"", data[: SIZE_BYTES - 1], b"x" + data[1:]):
+        with pytest.raises(FormatError, match="is no KTX2"):
+            ktx2_size(broken)

@@ -20,6 +20,7 @@ from paradize.data import Mesh
 from paradize.formats.glb.cut import cut_glb
 from paradize.metrics.surface import diagonal
 from paradize.scene.flight import plan_flight, sight, sine_cosine
+from paradize.scene.placement import placed
 from paradize.scene.settings import EyePoint, Flight, TargetPoint
 
 
@@ -38,21 +39,14 @@ def sight_plan(seen: dict[str, Any], instances: list[dict[str, Any]]) -> Callabl
     def plan(mesh: Mesh, asked: Plan) -> Plan:
         used = mesh.places[np.unique(mesh.triangles)]
         low, high = used.min(axis=0), used.max(axis=0)
-        x, y, z = (float(value) for value in (low + high) / 2)
+        center = [float(value) for value in (low + high) / 2]
         size = diagonal(mesh)
         if not size > 0:
             return asked
         spheres = []
         for instance in instances:
-            turn, straight = sine_cosine(instance["yaw_deg"])
-            px, py, pz = instance["position"]
-            s = instance["scale"]
-            spheres.append(
-                (
-                    (px + s * (x * straight + z * turn), py + s * y, pz + s * (z * straight - x * turn)),
-                    s * size / 2,
-                )
-            )
+            turn, scale = sine_cosine(instance["yaw_deg"]), instance["scale"]
+            spheres.append((placed(center, instance["position"], turn, scale), scale * size / 2))
         met = sight(plan_flight(settings), settings.fov_deg, width / height, spheres)
         near, far = [], []
         for sighting, instance in zip(met, instances, strict=True):

@@ -1,0 +1,20 @@
+"""The size of a KTX2 from its first bytes: light, for who needs no texel."""
+
+from __future__ import annotations
+
+import struct
+
+from paradize.errors import FormatError
+from paradize.formats.ktx2.layout import IDENTIFIER
+
+_HEAD = struct.Struct("<8I")  # format, type size, width, height, depth, layers, faces, levels
+SIZE_BYTES = len(IDENTIFIER) + _HEAD.size  # what ktx2_size needs of a file
+
+
+def ktx2_size(head: bytes) -> tuple[int, int, int]:
+    """Width, height and number of levels. head: the file, or its first SIZE_BYTES. Raises FormatError where
+    it is no KTX2."""
+    if not head.startswith(IDENTIFIER) or len(head) < SIZE_BYTES:
+        raise FormatError("is no KTX2")
+    _, _, width, height, _, _, _, levels = _HEAD.unpack_from(head, len(IDENTIFIER))
+    return width, height, levels
