@@ -147,7 +147,8 @@ def test_player_includes_run_one_way() -> None:
 )
 def test_every_path_that_a_readme_names_exists(readme: str) -> None:
     path = ROOT / readme
-    missing = []
+    linked = set(re.findall(r"\]\(([^():]+)\)", path.read_text()))
+    missing = [name for name in linked if not (path.parent / name.partition("#")[0]).exists()]
     for name in set(re.findall(r"`([A-Za-z0-9_./-]+/[A-Za-z0-9_.-]*)`", path.read_text())):
         if name.startswith(("build/", "/", "../")) or "//" in name:
             continue
