@@ -272,7 +272,7 @@ ROWS = [
     _row("reproject", _taken, _own_attributes_lost, "of 1", 1e-5, refused=GUARDED),
     *[
         _row("lod", _halved(method), _level_error, "diagonals", limit, part=method, refused=GUARDED)
-        for method, limit in (("meshoptimizer", 0.25), ("own", 0.02))
+        for method, limit in (("meshoptimizer", 0.25), ("paradize", 0.02))
     ],
     _row("refine", _fitted, _level_error, "diagonals", 0.02, refused=GUARDED),
     _row(

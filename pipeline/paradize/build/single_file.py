@@ -107,6 +107,7 @@ def solo_mesh(
     crease_deg: float = 45.0,
     tangents: str = "mikktspace",
     quantise: bool = False,
+    simplifier: str = "paradize",
 ) -> BakedFiles:
     """`paradize mesh`: the file is named after the input's stem; the caller renames it."""
     from paradize.bakers.mesh.bake import bake_mesh
@@ -125,6 +126,7 @@ def solo_mesh(
         crease_deg=crease_deg,
         tangents=tangents,
         quantise_deg=DIRECTION_DEG if quantise else None,
+        simplifier=simplifier,
     )
     if atlas and not made.report["atlas"]:
         what = "has texture coordinates that its maps may be painted for; no atlas made"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from paradize.cli.single_file import add_common, bake_file
 from paradize.cli.values import number, rising, whole
+from paradize.scene.settings import SIMPLIFIERS
 
 
 def add(sub: argparse.ArgumentParser) -> None:
@@ -39,6 +40,14 @@ def add(sub: argparse.ArgumentParser) -> None:
         default="mikktspace",
         help="tangent frames: the mean at each vertex, or those of MikkTSpace (mikktspace); face is vertex",
     )
+    sub.add_argument(
+        "--simplifier",
+        choices=SIMPLIFIERS,
+        default=SIMPLIFIERS[0],
+        help="what makes the levels (paradize); fast-simplification and openmesh know positions alone: "
+        "texture coordinates are taken from the source again, and seams are let go; they take one material, "
+        "openmesh manifolds only",
+    )
     sub.add_argument("--atlas", action="store_true", help="make a UV layout")
     sub.add_argument(
         "--quantise", action="store_true", help="vertices as 16-bit codes; what that costs is told"
@@ -60,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
     """The exit code."""
     settings = {
         key: getattr(arguments, key)
-        for key in ("lods", "max_error", "atlas", "ratio", "errors", "tangents", "quantise")
+        for key in ("lods", "max_error", "atlas", "ratio", "errors", "tangents", "quantise", "simplifier")
     }
     settings |= {"weld_m": arguments.weld, "crease_deg": arguments.crease}
     return bake_file(arguments, "mesh", settings, arguments.out)

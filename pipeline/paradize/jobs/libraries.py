@@ -7,6 +7,7 @@ import sys
 from functools import cache
 
 LIBRARIES = (
+    "fast_simplification",
     "meshoptimizer",
     "nanobind",
     "numpy",

@@ -11,6 +11,7 @@ from paradize.bakers.mesh.lods import DEFAULT_MAX_ERROR, TIERS, Plan, make_level
 from paradize.bakers.mesh.lods_from_path import sight_plan
 from paradize.bakers.quantise import direction_deg_of
 from paradize.data import Lod, Mesh
+from paradize.errors import BakeError
 from paradize.formats.glb.encode import encode_glb
 from paradize.measure.timing import Trial, TrialGroup, TrialResult, timed
 from paradize.metrics.atlas import atlas_quality
@@ -20,11 +21,14 @@ from paradize.metrics.tangent import frame_errors
 from paradize.readers.obj import read_obj
 from paradize.scene.requirements import BakeJob
 from paradize.stages import atlas
+from paradize.stages.lod import METHODS, SIMPLIFIERS
 from paradize.stages.normals import complete_normals
 from paradize.stages.order import draw_order
 from paradize.stages.quantise import mesh_lattice, quantise_levels
-from paradize.stages.tangents import METHODS, tangent_frames
+from paradize.stages.simplifiers import require_simplifier
+from paradize.stages.tangents import METHODS as TANGENTS
 from paradize.stages.tangents import TIERS as FRAMES
+from paradize.stages.tangents import tangent_frames
 from paradize.stages.validate import validate_mesh
 from paradize.stages.weld import weld
 
@@ -53,7 +57,7 @@ def mesh_groups(order: BakeJob) -> list[TrialGroup]:
         given,
         lod_tier,
     )
-    found.append(replace(levels, note="The time holds the measuring that decides which level is kept."))
+    found.append(_with_simplifiers(levels, bare, settings["simplifier"], given))
     if bare.uvs is not None or settings["atlas"]:
         tries = tuple(
             Trial(
@@ -63,11 +67,11 @@ def mesh_groups(order: BakeJob) -> list[TrialGroup]:
                 "one",
                 {} if tier == FRAMES.get(settings["tangents"], settings["tangents"]) else None,
             )
-            for tier in METHODS
+            for tier in TANGENTS
         )
         metrics = ("tangent_p99_deg", "tangent_mean_deg", "tangent_max_deg")
         found.append(
-            TrialGroup(f"{name} tangent frames", "tangent frames", artifact, metrics, tries, METHODS)
+            TrialGroup(f"{name} tangent frames", "tangent frames", artifact, metrics, tries, TANGENTS)
         )
     used = "float32"
     if "quantise" in settings:
@@ -98,6 +102,21 @@ def _asked(
     tries = tuple(Trial(tier, call, given | {"tier": tier}, "one", {"tier": tier}) for tier in tiers)
     units = {"atlas_seam_length": "of the surface's side"} if stage == "atlas" else {}
     return TrialGroup(f"{name} {stage}", stage, artifact, metrics, tries, tiers, units=units)
+
+
+def _with_simplifiers(group: TrialGroup, mesh: Mesh, used: str, given: Any) -> TrialGroup:
+    """The levels of detail, by our tiers and by each other simplifier that can do the mesh."""
+    tries = [attempt if used == METHODS[0] else replace(attempt, row=None) for attempt in group.tries]
+    notes = ["The time holds the measuring that decides which level is kept."]
+    for name in SIMPLIFIERS[1:]:
+        try:
+            require_simplifier(name, mesh)
+        except BakeError as error:
+            notes.append(f"{name} cannot do it: {error.what.removeprefix('simplifier: ')}.")
+            continue
+        more = given | {"tier": "balanced", "simplifier": name}
+        tries.append(Trial(name, lod_tier, more, name, {} if used == name else None))
+    return replace(group, tries=tuple(tries), note=" ".join(notes))
 
 
 def _mended(path: Path, settings: Settings) -> Mesh:
@@ -131,17 +150,21 @@ def atlas_tier(path: Path, settings: Settings, tier: str, runs: int | None) -> T
     return TrialResult(seconds, [errors], _size([made], settings["tangents"]), f"{told['charts']} charts")
 
 
-def lod_tier(path: Path, settings: Settings, tier: str, runs: int | None) -> TrialResult:
-    """The chain of levels; what bake_lods measured of each."""
+def lod_tier(
+    path: Path, settings: Settings, tier: str, runs: int | None, simplifier: str = METHODS[0]
+) -> TrialResult:
+    """The chain of levels; what bake_lods measured of each. Raises BakeError where a library makes none."""
     mesh = _laid_out(path, settings)
     bounds = tuple(settings["lod_errors"])
     limit = settings["max_error"]
     if limit is None:
         limit = max(DEFAULT_MAX_ERROR, *bounds, 0.0)
-    plan = Plan(settings["lods"], limit, settings["ratio"], bounds)
+    plan = Plan(settings["lods"], limit, settings["ratio"], bounds, simplifier=simplifier)
     if settings.get("sight"):
         plan = sight_plan(settings["sight"], settings["instances"])(mesh, plan)
-    seconds, (steps, _) = timed(lambda: make_levels(mesh, plan, tier), runs)
+    seconds, (steps, notes) = timed(lambda: make_levels(mesh, plan, tier), runs)
+    if len(steps) == 1 and simplifier != METHODS[0]:
+        raise BakeError(f"{simplifier} makes no level: {'; '.join(notes)}")
     heads = {"error": "surface", "normal": "lod_normal"}  # as budgets name them
     levels = []
     for step in steps:

@@ -91,7 +91,7 @@ def file_groups(path: Path, options: FileOptions) -> list[TrialGroup]:
 def _mesh_order(path: Path) -> BakeJob:
     """As `paradize mesh --atlas` has it."""
     settings: dict[str, Any] = {"lods": 4, "max_error": None, "ratio": 0.5, "lod_errors": [], "weld_m": 0.0}
-    settings |= {"crease_deg": 45.0, "tangents": "mikktspace", "atlas": True}
+    settings |= {"crease_deg": 45.0, "tangents": "mikktspace", "atlas": True, "simplifier": "paradize"}
     return BakeJob(
         f"{path.stem} mesh", "mesh", {"mesh": path}, settings, (Output(path.stem, "mesh", "mesh", ""),)
     )

@@ -312,6 +312,7 @@ def _object(
         weld_m=item.weld_m,
         crease_deg=item.crease_deg,
         tangents=item.tangents,
+        simplifier=item.simplifier,
         attributes=[key for key in read if key.isupper()],
         **({"quantise": accepted} if item.quantise else {}),
         **({"instances": [asdict(instance) for instance in item.instances]} | seen if seen else {}),

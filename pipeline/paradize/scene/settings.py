@@ -55,6 +55,8 @@ Place = tuple[float, float, float]
 TIERS = ("fast", "balanced", "exact", "auto")  # the cheapest first; auto picks one of the others
 SEVERITIES = ("error", "warning", "off")  # of a rule of `paradize check`
 
+SIMPLIFIERS = ("paradize", "meshoptimizer", "fast-simplification", "openmesh")  # stages/lod.py
+
 # The derivative filters of normal maps (stages/filters.py); "auto" looks at the heights and picks one.
 FILTERS = (
     "auto",
@@ -227,6 +229,7 @@ class SceneObject:
     lods_by: str = choice("ratio", among=("ratio", "error", "sight"))
     lod_ratio: float = number(0.5, low=0.05, high=0.95)  # triangles of a level, of those of the one before
     lod_errors: tuple[float, ...] = numbers((), low=0.0, high=1.0, unit="of the diagonal")  # by error; rising
+    simplifier: str = choice("paradize", among=SIMPLIFIERS)  # what makes the levels
     weld_m: float = number(0.0, low=0.0, high=FAR, unit="m")  # places this near are joined; 0: none
     crease_deg: float = number(45.0, low=0.0, high=180.0, unit="degrees")  # where normals are missing
     tangents: str = choice("mikktspace", among=("face", "vertex", "mikktspace"))  # face is vertex

@@ -1,8 +1,11 @@
-"""A mesh with fewer triangles, by one of two methods: `own` (quadric edge collapse,
-`kernels/simplify/collapse.hpp`) and `meshoptimizer` (with attributes).
+"""A mesh with fewer triangles, by one of four simplifiers: `paradize` (our own quadric edge collapse,
+`kernels/simplify/collapse.hpp`) and `meshoptimizer`, both with attributes, `fast-simplification` and
+`openmesh`, which know positions alone.
 
-Both take about as long. Ours is mostly nearer to the source at equal triangles, on low models with hard edges
-it may be either: `lods.py` takes ours, and tier `exact` (`refine.py`) measures the other too.
+The first two take about as long. Ours is mostly nearer to the source at equal triangles, on low models with
+hard edges it may be either: tier `exact` (`refine.py`) measures both. For the other two the mesh is welded by
+position, and texture coordinates and normals are taken from the source's surface again: texture seams are let
+go, borders may recede, and thin parts may vanish.
 
 The mesh is centred on the origin with a diagonal of 1. Surfaces stay closed at texture seams and borders
 between materials: vertices are joined only where position, texture coordinate and material agree, and what
@@ -27,13 +30,14 @@ from paradize.kernels.mesh import number_corners, number_rows, topology
 from paradize.kernels.simplify import simplify as collapse
 from paradize.stages.reproject import group_of as triangle_groups
 from paradize.stages.reproject import groups_of, take_attributes, with_groups
-from paradize.stages.simplifiers import meshopt_simplify
+from paradize.stages.simplifiers import POSITIONS_ONLY, meshopt_simplify, require_simplifier
 from paradize.stages.split import ATTRIBUTES
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-METHODS = ("own", "meshoptimizer")
+METHODS = ("paradize", "meshoptimizer")  # with attributes: seams and borders of materials are kept
+SIMPLIFIERS = (*METHODS, *POSITIONS_ONLY)
 RATIO = 0.5  # triangles of a level, of those of the level before
 LEAST_TRIANGLES = 4
 # Weights of a changed unit normal and of a texture that slides by its own size on the surface, both of the
@@ -70,24 +74,27 @@ class Level:
 def simplify(
     mesh: Mesh,
     target: int,
-    method: str = "own",
+    method: str = "paradize",
     *,
     original: Mesh | None = None,
     variant: float = 1.0,
     hold: float = 1.0,
 ) -> Level:
     """A mesh of about `target` triangles (1 or more), from a validated mesh with normals; `original` is the
-    surface that attributes come from (default: the mesh itself). variant: what the weights of attributes
-    beside positions are multiplied with, more than 0; meshoptimizer's are not. hold: the same for texture
+    surface that attributes come from (default: the mesh itself); what knows positions alone starts from it.
+    variant: what our weights of attributes beside positions are multiplied with, more than 0. hold: the same
+    of both methods with attributes for texture
     coordinates alone.
 
     Tangents are left out: they are made anew for each level. Raises BakeError for an unknown method or
     where the library returns something that is not a mesh.
     """
-    if method not in METHODS:
-        raise BakeError(f"no method {method!r} for levels of detail", mend=f"use one of {', '.join(METHODS)}")
+    if method not in SIMPLIFIERS:
+        raise BakeError(f"no simplifier {method!r}", mend=f"use one of {', '.join(SIMPLIFIERS)}")
     mesh = replace(mesh, tangents=None)
     original = mesh if original is None else replace(original, tangents=None)
+    if method in POSITIONS_ONLY:
+        return _simplify_positions(mesh, target, original, method)
 
     def attempt(released: tuple[str, ...]) -> Level:
         if method == "meshoptimizer":
@@ -252,7 +259,34 @@ def _image_scale(mesh: Mesh, points: npt.NDArray[np.float64], uvs: npt.NDArray[n
     return min(scale, _LARGEST_IMAGE / extent) if extent > 0 else 0.0
 
 
-# --- own ---
+# --- libraries that know positions alone ---
+
+
+def _simplify_positions(mesh: Mesh, target: int, original: Mesh, method: str) -> Level:
+    """The original surface, welded by position, simplified by a library; attributes are taken from it."""
+    require_simplifier(method, original)
+    points, unit = _normalised(original.positions, 1.0)
+    places, first = number_rows(original.positions)
+    found, triangles = POSITIONS_ONLY[method](points[first], places[original.triangles], target)
+    triangles = triangles[_areas(found, triangles) > 0]
+    if len(triangles) == 0:
+        return Level(mesh, "nothing would be left")
+    wide = original.positions.astype(np.float64)
+    centre = (wide.min(axis=0) + wide.max(axis=0)) / 2
+    bare = Mesh(
+        (found * unit + centre).astype(np.float32),
+        triangles,
+        groups=tuple(replace(group, first=0, count=len(triangles)) for group in original.groups),
+        origin=original.origin,
+    )
+    result = take_attributes(original, bare, ("normals", "uvs", "uvs1"), one_chart=original.uvs is not None)
+    note = ""
+    if len(triangles) > 1.1 * target:
+        note = f"{len(triangles)} triangles where {target} were asked: {method!r} comes no nearer"
+    return Level(_used_only(result), note, seams_kept=original.uvs is None)
+
+
+# --- paradize ---
 
 
 def _simplify_own(

@@ -75,7 +75,7 @@ def test_by_error_the_bisection_ends_at_the_coarsest_that_is_inside(monkeypatch:
 def test_no_level_follows_one_that_is_off_or_slid_as_far_as_the_flight_sees(
     monkeypatch: pytest.MonkeyPatch, off: float, slid: float
 ) -> None:
-    def nearest(judge: Judge, before: Mesh, target: int, limit: float) -> tuple[Step, str]:
+    def nearest(judge: Judge, before: Mesh, target: int, *_: object) -> tuple[Step, str]:
         errors = EXACT | {"error_max": off, "uv_shift_p99": slid, "uv_shift_max": slid}
         return Step(simplify(before, target).mesh, errors), ""
 
@@ -95,7 +95,7 @@ def test_a_bound_that_gets_no_level_is_told() -> None:
 def test_a_level_that_a_coarser_one_beats_is_left_out_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
     made = iter((0.05, 0.02, 0.03))
 
-    def nearest(judge: Judge, before: Mesh, target: int, limit: float) -> tuple[Step, str]:
+    def nearest(judge: Judge, before: Mesh, target: int, *_: object) -> tuple[Step, str]:
         off = next(made)
         return Step(simplify(before, target).mesh, EXACT | {"error_max": off}), ""
 

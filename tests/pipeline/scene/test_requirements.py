@@ -252,3 +252,24 @@ def test_what_cannot_be_is_told_with_its_place(tmp_path: Path, old: str, new: st
     scene = edited(tmp_path, (old, new), ("lods = 3\n", 'lods = 3\nviews = ["shadow"]\n'))
     with pytest.raises(ParadizeError, match=re.escape(told)):
         load_scene(scene)
+
+
+def test_an_object_names_its_simplifier_and_its_row_tells_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    changes = ('name = "post"\n', 'name = "post"\nsimplifier = "meshoptimizer"\n')
+    with pytest.raises(
+        ParadizeError, match=r"object\[0\].simplifier: .*'magic'.*paradize, meshoptimizer, fast"
+    ):
+        load_scene(edited(tmp_path / "magic", (changes[0], changes[1].replace("meshoptimizer", "magic"))))
+    rows = []
+    for name, more in (("ours", ()), ("theirs", (changes,))):
+        scene, out = edited(tmp_path / name, *more), tmp_path / name / "out"
+        report = bake(scene, out, BuildOptions(jobs=2))
+        assert not report.errors
+        rows.append(next(row for row in report.artifacts if row["name"] == "post_mesh"))
+        assert not [one for one in check_paths([out]) if one.severity == "error"]
+    assert rows[0]["reason"] is None and rows[1]["reason"].startswith("levels by meshoptimizer 0.")
+    assert [row["status"] for row in rows] == ["baked", "baked"], "each is a job of its own"
+    assert rows[0]["sha256"] != rows[1]["sha256"]

@@ -130,7 +130,7 @@ def test_where_every_face_is_an_island_of_the_texture_no_triangle_reaches_over_t
         groups=(Group("ball", "skin", 0, count),),
     )
     level = simplify(apart, count // 3, method)
-    assert len(level.mesh.triangles) < 0.4 * count and level.seams_kept == (method == "own")
+    assert len(level.mesh.triangles) < 0.4 * count and level.seams_kept == (method == "paradize")
     assert level.mesh.uvs is not None
     found = level.mesh.uvs[level.mesh.triangles] * cells
     assert (np.floor(found) == np.floor(found[:, :1])).all()
@@ -161,7 +161,7 @@ def test_size_and_place_change_little(method: str, scale: float, offset: float) 
 
 
 def test_an_unknown_method_is_an_error() -> None:
-    with pytest.raises(BakeError, match="no method 'best'"):
+    with pytest.raises(BakeError, match="no simplifier 'best'; use one of paradize"):
         simplify(sphere(4), 10, "best")
 
 

@@ -22,10 +22,11 @@ from paradize.metrics.loading import Loaded, loaded, loading_messages
 from paradize.metrics.tangent import frame_errors, frame_faults, part_of, true_tangents
 from paradize.readers.mtl import base_colors_of
 from paradize.readers.obj import read_obj
-from paradize.stages.lod import RATIO
+from paradize.stages.lod import RATIO, SIMPLIFIERS
 from paradize.stages.normals import CREASE_DEG, complete_normals
 from paradize.stages.order import draw_order
 from paradize.stages.reproject import take_attributes
+from paradize.stages.simplifiers import simplifier_version
 from paradize.stages.tangents import METHODS, tangent_frames
 from paradize.stages.tangents import TIERS as FRAMES
 from paradize.stages.validate import messages, repairs, validate_mesh
@@ -64,6 +65,7 @@ def bake_mesh(
     tangents: str = "mikktspace",
     quantise_deg: float | None = None,
     tangent_tiers: bool = True,
+    simplifier: str = SIMPLIFIERS[0],
 ) -> MeshProduct:
     """Reads an OBJ, mends it, gives it normals, tangent frames and levels of detail, and measures each level.
 
@@ -81,7 +83,8 @@ def bake_mesh(
     in an edge. tangents: the tier of tangent frames, as stages/tangents names them. bumps: what the mesh is
     drawn with, so that levels are judged with it too. quantise_deg: vertices as codes that turn no normal or
     tangent by more than this; None: as floats. tangent_tiers: report what each tier of
-    tangent frames would be off. Raises SourceError (of several faults GroupedError) for
+    tangent frames would be off. simplifier: what makes the levels, one of SIMPLIFIERS; another than ours has
+    tier balanced alone. Raises SourceError (of several faults GroupedError) for
     an input that cannot be baked, BakeError where a stage fails.
     """
     started = time.monotonic()
@@ -94,6 +97,9 @@ def bake_mesh(
         raise BakeError(f"a ratio of {ratio:g}, expected 0.05 to 0.95", file=path)
     if list(errors) != sorted(errors) or not all(0 <= bound <= 1 for bound in errors):
         raise BakeError(f"errors {list(errors)}, expected rising numbers from 0 to 1", file=path)
+    if simplifier not in SIMPLIFIERS:
+        mend = f"use one of {', '.join(SIMPLIFIERS)}"
+        raise BakeError(f"no simplifier {simplifier!r}", file=path, mend=mend)
     if not 0 <= crease_deg <= 180:
         raise BakeError(f"a crease angle of {crease_deg:g} degrees, expected 0 to 180", file=path)
     asked = Plan(
@@ -101,6 +107,7 @@ def bake_mesh(
         limit=max(DEFAULT_MAX_ERROR, *errors, 0.0) if max_error is None else max_error,
         ratio=ratio,
         errors=tuple(errors),
+        simplifier=simplifier,
     )
     try:
         return _bake(
@@ -168,6 +175,9 @@ def _bake(
     used = TIERS.get(tier, "balanced")
     if tier not in TIERS:
         warnings.append(f"{path}: levels of detail have no tier {tier!r}; {used!r} used")
+    if used == "exact" and asked.simplifier != SIMPLIFIERS[0]:
+        used = "balanced"
+        warnings.append(f"{path}: simplifier {asked.simplifier!r} has no tier 'exact'; {used!r} used")
     frames = FRAMES.get(tangents, tangents)
     if tangents == "face" and mesh.uvs is not None:
         warnings.append(f"{path}: tangents 'face' are slower and err more than 'vertex', which is used")
@@ -194,6 +204,8 @@ def _bake(
         "triangles": len(framed[0][0].triangles),
         "vertices": len(framed[0][0].positions),
         "tier": used,
+        "simplifier": asked.simplifier,
+        "simplifier_version": simplifier_version(asked.simplifier),
         "atlas": layout is not None,
         "layout": layout,
         "closed": found.closed,

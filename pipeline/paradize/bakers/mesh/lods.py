@@ -15,7 +15,8 @@ from paradize.data import Mesh
 from paradize.errors import SourceError
 from paradize.metrics.mapped_normal import normal_error, uv_shift
 from paradize.metrics.surface import Judge, is_loose
-from paradize.stages.lod import LEAST_TRIANGLES, RATIO, simplify
+from paradize.stages.lod import LEAST_TRIANGLES, METHODS, RATIO, simplify
+from paradize.stages.simplifiers import require_simplifier
 from paradize.stages.validate import validate_mesh
 
 # By the tiers of a bake. Nineteen twentieths of a chain's time go into measuring it, so that no simplifier
@@ -51,7 +52,8 @@ class Plan:
     count: levels at most, the first included. limit: largest error of any level. ratio: triangles of a
     level, of those of the one before. errors: bounds of the levels after the first, instead of ratio: each is
     the coarsest mesh inside. finest: what the first level may be off, 0: it is the source. farthest: what a
-    level may be off where the scene's views are farthest; none follows one that is that much off.
+    level may be off where the scene's views are farthest; none follows one that is that much off. simplifier:
+    one of SIMPLIFIERS.
     """
 
     count: int = 4
@@ -60,6 +62,7 @@ class Plan:
     errors: tuple[float, ...] = ()
     finest: float = 0.0
     farthest: float | None = None
+    simplifier: str = METHODS[0]
 
 
 @dataclass(frozen=True)
@@ -74,15 +77,17 @@ class Step:
 def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[Step], list[str]]:
     """Levels, the finest first, and notes: fewer than asked, with the reason, where no worthy one can be had.
 
-    mesh: validated, with normals. tier: one of TIERS. No level has more triangles or a smaller error than the
-    one before.
+    mesh: validated, with normals. tier: one of TIERS; of another simplifier than ours there is `balanced`
+    alone. No level has more triangles or a smaller error than the one before. Raises BakeError where the
+    plan's simplifier cannot do the mesh.
     """
+    require_simplifier(plan.simplifier, mesh)
     judge = Judge(mesh)
     steps, notes = _chain(judge, plan)
-    if TIERS[tier] == "exact":
+    if TIERS[tier] == "exact" and plan.simplifier == METHODS[0]:
         steps, left_out = _refined(judge, steps)
         notes += left_out
-    return steps, list(dict.fromkeys(notes + _loose(steps) + _slides(steps)))
+    return steps, list(dict.fromkeys(notes + _loose(steps) + _slides(steps, plan.simplifier)))
 
 
 def _refined(judge: Judge, steps: list[Step]) -> tuple[list[Step], list[str]]:
@@ -118,7 +123,7 @@ def _chain(judge: Judge, plan: Plan) -> tuple[list[Step], list[str]]:
     mesh = judge.mesh
     steps, notes = [_told(judge, Step(mesh, EXACT))], []
     if plan.finest > 0:
-        found, note = _coarsest(judge, mesh, plan.finest)
+        found, note = _coarsest(judge, mesh, plan.finest, plan.simplifier)
         if found is None:
             notes.append(f"lod0 is the source: {note}")
         else:
@@ -141,13 +146,14 @@ def _chain(judge: Judge, plan: Plan) -> tuple[list[Step], list[str]]:
             notes.append(f"no level after lod{len(steps) - 1}: the flight never is farther away")
             break
         if plan.errors:
-            found, note = _coarsest(judge, last.mesh, min(plan.errors[at - 1], plan.limit))
+            bound = min(plan.errors[at - 1], plan.limit)
+            found, note = _coarsest(judge, last.mesh, bound, plan.simplifier)
         else:
             target = max(LEAST_TRIANGLES, int(first * plan.ratio**at))
             if target >= before:
                 notes.append(f"no level after lod{len(steps) - 1}: {before} triangles are few enough")
                 break
-            found, note = _nearest(judge, last.mesh, target, plan.limit)
+            found, note = _nearest(judge, last.mesh, target, plan.limit, plan.simplifier)
         if found is None:
             notes.append(f"no level after lod{len(steps) - 1}: {note}")
             if plan.errors:
@@ -183,15 +189,16 @@ def _loose(steps: list[Step]) -> list[str]:
     ]
 
 
-def _slides(steps: list[Step]) -> list[str]:
+def _slides(steps: list[Step], simplifier: str) -> list[str]:
     notes = []
+    mend = "ask for fewer levels" if simplifier in METHODS else f"take the simplifier {METHODS[0]!r}"
     for at, step in enumerate(steps):
         p99, most = step.errors["uv_shift_p99"], step.errors["uv_shift_max"]
         slid = f"by {most:.2g} of the diagonal at the sample that slid most (99 % by no more than {p99:.2g})"
         if not step.seams_kept:
             notes.append(
                 f"lod{at}: the texture is stretched beside seams, which had to be let go; it slid {slid}; "
-                "ask for fewer levels to keep them"
+                f"{mend} to keep them"
             )
         elif p99 > max(_SEEN, 2 * step.errors["error_max"]):
             notes.append(
@@ -201,27 +208,27 @@ def _slides(steps: list[Step]) -> list[str]:
     return notes
 
 
-def _made(judge: Judge, before: Mesh, target: int, limit: float) -> tuple[Step | None, str]:
+def _made(judge: Judge, before: Mesh, target: int, limit: float, simplifier: str) -> tuple[Step | None, str]:
     """About `target` triangles, measured; None where nothing would be left; and why there are more. Where its
     texture slid it is made again with more weight on that, and the least slid one inside `limit` is taken."""
-    level = simplify(before, target, original=judge.mesh)
+    level = simplify(before, target, method=simplifier, original=judge.mesh)
     try:
         mesh, _ = validate_mesh(level.mesh)
     except SourceError:
         return None, "nothing would be left"
     step = Step(mesh, judge.distance(mesh, _SAMPLES), level.seams_kept)
-    return _held(judge, step, before, target, limit), level.note
+    return _held(judge, step, before, target, limit, simplifier), level.note
 
 
-def _held(judge: Judge, step: Step, before: Mesh, target: int, limit: float) -> Step:
+def _held(judge: Judge, step: Step, before: Mesh, target: int, limit: float, simplifier: str) -> Step:
     """The step; where its texture slid too far, one of as few triangles inside `limit` whose slid less."""
-    if judge.mesh.uvs is None or step.errors["error_max"] > limit:
+    if judge.mesh.uvs is None or simplifier not in METHODS or step.errors["error_max"] > limit:
         return step
     best = replace(step, errors=step.errors | uv_shift(judge, step.mesh, _SAMPLES))
     for weight in _HELD:
         if best.errors["uv_shift_p99"] <= max(_SLID, 2 * best.errors["error_max"]):
             break
-        level = simplify(before, target, original=judge.mesh, hold=weight)
+        level = simplify(before, target, method=simplifier, original=judge.mesh, hold=weight)
         try:
             mesh, _ = validate_mesh(level.mesh)
         except SourceError:
@@ -235,13 +242,15 @@ def _held(judge: Judge, step: Step, before: Mesh, target: int, limit: float) -> 
     return best
 
 
-def _nearest(judge: Judge, before: Mesh, target: int, limit: float) -> tuple[Step | None, str]:
+def _nearest(
+    judge: Judge, before: Mesh, target: int, limit: float, simplifier: str
+) -> tuple[Step | None, str]:
     """The level nearest to `target` triangles whose measured error stays inside `limit`, or None; and why
     not nearer."""
     most = int(len(before.triangles) * (1 - _WORTH))
     least, best, note = target, None, ""
     for _ in range(_BISECTIONS):
-        step, told = _made(judge, before, target, limit)
+        step, told = _made(judge, before, target, limit, simplifier)
         if step is None:
             return best, note or told
         count = len(step.mesh.triangles)
@@ -263,7 +272,7 @@ def _nearest(judge: Judge, before: Mesh, target: int, limit: float) -> tuple[Ste
     return best, note
 
 
-def _coarsest(judge: Judge, before: Mesh, bound: float) -> tuple[Step | None, str]:
+def _coarsest(judge: Judge, before: Mesh, bound: float, simplifier: str) -> tuple[Step | None, str]:
     """The mesh of the fewest triangles whose measured error stays inside `bound`, found by bisection of the
     count on a logarithmic scale; None where none saves a triangle worth saving."""
     whole = len(before.triangles)
@@ -274,7 +283,7 @@ def _coarsest(judge: Judge, before: Mesh, bound: float) -> tuple[Step | None, st
         if low > high:
             break
         target = max(low, min(high, isqrt(low * high)))
-        step, told = _made(judge, before, target, bound)
+        step, told = _made(judge, before, target, bound, simplifier)
         if step is None or step.errors["error_max"] > bound:
             if step is not None:
                 off = step.errors["error_max"]

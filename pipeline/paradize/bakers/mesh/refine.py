@@ -91,7 +91,7 @@ def _ways(source: Mesh, before: Mesh) -> Iterator[tuple[Mesh, str, float]]:
     """What else makes such a level: a start, a method and how attributes are weighed."""
     yield before, "meshoptimizer", VARIANTS[0]
     for variant in VARIANTS[before is source :]:
-        yield source, "own", variant
+        yield source, "paradize", variant
 
 
 def _fit(best: Refined) -> None:

@@ -17,6 +17,7 @@ BUILT = find_spec("paradize.kernels.openmesh._openmesh") is not None
 if TYPE_CHECKING or BUILT:
     from paradize.kernels.openmesh import _openmesh
 
+VERSION = ".".join(str(_openmesh.VERSION >> shift & 0xFF) for shift in (16, 8, 0)) if BUILT else None
 F64 = npt.NDArray[np.float64]
 U32 = npt.NDArray[np.uint32]
 

@@ -47,6 +47,7 @@ nb::tuple simplify(const Rows<double> &positions, const Rows<std::uint32_t> &tri
 
 NB_MODULE(_openmesh, m) {
     m.doc() = "OpenMesh: a second count of a surface's edges, and its simplifier.";
+    m.attr("VERSION") = PARADIZE_OPENMESH_VERSION;
     m.def("count", &count);
     m.def("simplify", &simplify);
 }
