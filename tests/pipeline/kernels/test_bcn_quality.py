@@ -18,11 +18,11 @@ from paradize.metrics.texels import decode_texels
 # sha256 of what the tiers make of one picture: other bytes are another version of the encoder.
 GOLDEN = {
     "bc3 fast": "08923b4da3b5551e73d9dafbddf773c9ac9020431d519ccd821f6b6cd0be2d30",
-    "bc3 balanced": "0ae7dd93977fd7ac13c5763ce21b7c6f177ab4407ef5df4c11cca73a6618a84e",
-    "bc3 exact": "230a55c98f9d9120ae7d996fdde29ba7d76ba6d62480fd28e922e3e9c31b0b88",
-    "bc5 fast": "50661283f8c0d25d7fe8f6fa80d26bb74807aad352986427370001c1a5a19546",
-    "bc5 balanced": "65e045a3805e55b1b3cef83d55d8089cb67ee61bb50d6622827fc37549eeb490",
-    "bc5 exact": "e1e3170919ef1d918d66d7d8babacf8cfac5fb589e8249683d51ab8f74e18030",
+    "bc3 balanced": "243018a2cbdb90da2e11c45a88a0114c56a118ab42cddeb0dc4bd4bf6e1a9afb",
+    "bc3 exact": "91a8a1a8fa94b46eaf9fbd4f51f576aeb2f79a8cfbd2b45b6841bc8ba29b3b06",
+    "bc5 fast": "e799a5615f0b962fbb4a16b96d6f8ea079b78aa3a2f0ac21e9829a2c96216b54",
+    "bc5 balanced": "c61e6f6a1d9afe29130154f5f336a1615146534315a5f381ccdc109ec20a29c6",
+    "bc5 exact": "eded998b8f945a6a3c278dc0960577ed9d9b4518d79dda016c3b38a88f79fc73",
 }
 
 
@@ -88,12 +88,14 @@ def naive_bc1(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return square.min(axis=2).sum(axis=1), np.abs(taken).max(axis=(1, 2, 3))
 
 
-def naive_bc4(values: np.ndarray) -> np.ndarray:
+def naive_bc4(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same of eight values between the codes of the least and the largest."""
     codes = values.astype(np.float64)[:, :, 0] * 127
     blocks = codes.reshape(codes.shape[0] // 4, 4, -1, 4).transpose(0, 2, 1, 3).reshape(-1, 16)
     low, high = np.rint(blocks.min(axis=1)), np.rint(blocks.max(axis=1))
     palette = low[:, None] + (high - low)[:, None] * np.arange(8) / 7
-    return np.square(blocks[:, :, None] - palette[:, None]).min(axis=2).sum(axis=1)
+    off = np.abs(blocks[:, :, None] - palette[:, None]).min(axis=2)
+    return np.square(off).sum(axis=1), off.max(axis=1)
 
 
 def random_values(seed: int) -> np.ndarray:
@@ -119,13 +121,10 @@ def random_colours(seed: int) -> np.ndarray:
 
 @settings(deadline=None, max_examples=25)
 @given(st.integers(0, 2**32))
-def test_no_block_of_values_is_worse_than_the_naive_one_or_at_a_later_tier(seed: int) -> None:
-    """But in fast, whose blocks are better only together."""
+def test_no_block_of_values_is_worse_at_a_later_tier(seed: int) -> None:
     values = random_values(seed)
-    naive, fast = naive_bc4(values), bc4_errors(values, "fast")
-    assert fast.sum() < naive.sum()
-    last = np.minimum(naive, fast)
-    for quality in ("balanced", "exact"):
+    last = np.full(256, np.inf)
+    for quality in bcn.QUALITIES:
         errors = bc4_errors(values, quality)
         assert (errors <= last * (1 + 1e-4) + 0.02).all()  # sums in single precision, of up to 2e5
         last = errors
@@ -133,47 +132,70 @@ def test_no_block_of_values_is_worse_than_the_naive_one_or_at_a_later_tier(seed:
 
 @settings(deadline=None, max_examples=25)
 @given(st.integers(0, 2**32))
-def test_colours_are_nearer_at_a_later_tier_and_every_block_from_balanced_on(seed: int) -> None:
+def test_no_block_of_colours_is_worse_at_a_later_tier(seed: int) -> None:
     colours = random_colours(seed)
     fast, balanced, exact = (bc1_errors(colours, quality) for quality in bcn.QUALITIES)
-    assert balanced.sum() <= fast.sum()
-    assert (balanced <= fast * (1 + 1e-4) + 0.1).mean() > 0.8
+    assert (balanced <= fast * (1 + 1e-4) + 0.1).all()
     assert (exact <= balanced * (1 + 1e-4) + 0.1).all()
 
 
 @settings(deadline=None, max_examples=25)
 @given(st.integers(0, 2**32))
-def test_no_texel_of_a_block_is_farther_off_in_exact_than_the_worst_in_balanced(seed: int) -> None:
+def test_no_texel_of_a_block_is_farther_off_than_the_worst_at_an_earlier_tier(seed: int) -> None:
     colours, values = random_colours(seed), random_values(seed)
     for off in (lambda q: bc1_off(colours, q), lambda q: bc4_off(values, q)):
-        balanced, exact = (worst_of_blocks(off(quality)) for quality in ("balanced", "exact"))
+        fast, balanced, exact = (worst_of_blocks(off(quality)) for quality in bcn.QUALITIES)
+        assert (balanced <= fast + 1e-3).all()
         assert (exact <= balanced + 1e-3).all()
+
+
+def test_blocks_of_bytes_are_in_order_where_texels_stand_halfway_between_two_places() -> None:
+    rng = np.random.default_rng(6)
+    spans = rng.integers(0, 40, (64, 1, 64, 1, 1)) * rng.integers(0, 3, (64, 4, 64, 4, 3))
+    rgb = (rng.integers(0, 256, (64, 1, 64, 1, 3)) + spans).clip(0, 255).astype(np.uint8).reshape(256, 256, 3)
+    last = np.full((2, 64 * 64), np.inf)
+    for quality in bcn.QUALITIES:
+        one = np.frombuffer(bcn.encode_values(rgb[:, :, :1], signed=False, quality=quality), np.uint8)
+        twice = np.repeat(one.reshape(-1, 1, 8), 2, axis=1).tobytes()
+        value_off = np.abs(decoded("BC5_UNORM", twice, 256, 256)[:, :, :1] - rgb[:, :, :1])
+        worst = np.stack([worst_of_blocks(bc1_off(rgb, quality)), worst_of_blocks(value_off)])
+        assert (worst <= last + 1e-3).all()
+        last = worst
 
 
 @settings(deadline=None, max_examples=25)
 @given(st.integers(0, 2**32))
-def test_vectors_are_turned_less_at_a_later_tier_and_every_block_from_balanced_on(seed: int) -> None:
+def test_no_block_of_vectors_is_turned_farther_at_a_later_tier(seed: int) -> None:
     xy = np.concatenate([random_values(seed), random_values(seed + 1)], axis=2)
     xy /= np.maximum(1, np.linalg.norm(xy, axis=2, keepdims=True))
     z = np.sqrt(np.maximum(0, 1 - np.square(xy).sum(axis=2, keepdims=True)))
     normals = np.concatenate([xy, z], axis=2).astype(np.float32)
-    fast, balanced, exact = (degrees_off(normals, quality) for quality in bcn.QUALITIES)
-    assert balanced.sum() <= fast.sum()
-    for of in (of_blocks, worst_of_blocks):
-        assert (of(exact) <= of(balanced) * 1.001 + 0.01).all()
+    last = [np.full(256, np.inf)] * 2
+    for quality in bcn.QUALITIES:
+        off = degrees_off(normals, quality)
+        found = [of_blocks(off), worst_of_blocks(off)]
+        for now, before in zip(found, last, strict=True):
+            assert (now <= before * 1.001 + 0.01).all()
+        last = found
 
 
 @settings(deadline=None, max_examples=25)
 @given(st.integers(0, 2**32))
-def test_no_block_of_colours_is_worse_than_the_naive_one(seed: int) -> None:
-    """But where that would have a texel farther off than the balanced tier has any, or in fast."""
-    colours = random_colours(seed)
-    naive, naive_worst = naive_bc1(colours)
-    assert bc1_errors(colours, "fast").sum() < naive.sum()
-    taken = naive_worst < worst_of_blocks(bc1_off(colours, "balanced")) - 1e-2
-    for quality in ("balanced", "exact"):
-        assert (bc1_errors(colours, quality)[taken] <= naive[taken] * (1 + 1e-4) + 0.1).all()
-        assert bc1_errors(colours, quality).sum() < 0.8 * naive.sum()
+def test_no_block_is_worse_than_the_naive_one(seed: int) -> None:
+    """But in fast, or where that would have a texel farther off than the fast tier has any."""
+    colours, values = random_colours(seed), random_values(seed)
+    kinds = (
+        (*naive_bc1(colours), lambda q: bc1_off(colours, q), 0.8),
+        (*naive_bc4(values), lambda q: bc4_off(values, q), 1.0),
+    )
+    for naive, naive_worst, off, share in kinds:
+        fast = off("fast")
+        assert np.square(fast).sum() < naive.sum()
+        taken = naive_worst < worst_of_blocks(fast) - 1e-2
+        for quality in ("balanced", "exact"):
+            errors = of_blocks(np.square(off(quality)))
+            assert (errors[taken] <= naive[taken] * (1 + 1e-4) + 0.1).all()
+            assert errors.sum() < share * naive.sum()
 
 
 @pytest.mark.parametrize("quality", bcn.QUALITIES)
@@ -217,6 +239,19 @@ def test_alpha_of_a_cut_out_is_exact(seed: int) -> None:
     for quality in bcn.QUALITIES:
         found = decoded("BC3_UNORM", bcn.encode_bc3(rgba, quality=quality), 16, 16)
         assert (np.abs(found[:, :, 3] - rgba[:, :, 3]) < 1e-4).all()
+
+
+@pytest.mark.parametrize("quality", bcn.QUALITIES)
+def test_a_narrow_range_beside_the_ends_of_the_range_keeps_its_steps(quality: str) -> None:
+    rng = np.random.default_rng(14)
+    codes = rng.integers(20, 200, (16, 1, 16, 1)) + rng.integers(0, 11, (16, 4, 16, 4))
+    ends = np.array([0, 255])[rng.integers(0, 2, (16, 1, 16, 1))]
+    alpha = np.where(rng.random((16, 4, 16, 4)) < 0.3, ends, codes).reshape(64, 64, 1).astype(np.uint8)
+    rgba = np.concatenate([np.full((64, 64, 3), 99, np.uint8), alpha], axis=2)
+    found = decoded("BC3_UNORM", bcn.encode_bc3(rgba, quality=quality), 64, 64)[:, :, 3:]
+    assert (
+        np.abs(found - alpha).max() <= 2
+    )  # a fifth of ten codes, rounded; a seventh of the block is up to 32
 
 
 @pytest.mark.parametrize("quality", bcn.QUALITIES)

@@ -17,7 +17,7 @@ from paradize.kernels.maps import THREADS
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-# How much is searched. No block is worse in exact than in balanced; fast is another method.
+# How much is searched. No block is worse at a later one, in its sum of squares or at its worst texel.
 QUALITIES = ("fast", "balanced", "exact")
 
 

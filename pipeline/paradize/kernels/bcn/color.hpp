@@ -163,8 +163,8 @@ PARADIZE_STEP void refit(const ColorBlocks &blocks, const Places &places, Ends &
 }
 
 // Takes ends that leave less, where no texel is farther off than `limit` allows.
-PARADIZE_INLINE void keep(const Ends &codes, const Places &places, const Whole &asked, ColorFit &best) {
-    const auto better = (places.error < best.error) & (places.worst <= best.limit) & asked;
+PARADIZE_INLINE void keep(const Ends &codes, const Places &places, ColorFit &best) {
+    const auto better = (places.error < best.error) & (places.worst <= best.limit);
     for (int k = 0; k < 3; ++k) {
         best.codes.a[k] = better ? codes.a[k] : best.codes.a[k];
         best.codes.b[k] = better ? codes.b[k] : best.codes.b[k];

@@ -17,8 +17,7 @@ constexpr std::size_t blocks(std::size_t rows, std::size_t columns) {
     return ((rows + 3) / 4) * ((columns + 3) / 4);
 }
 
-// How much is searched. From balanced on no block is worse at a higher one; fast, which is another method,
-// may leave less of a block than they do, but hardly of a picture.
+// How much is searched. No block is worse at a higher one, in its sum of squares or at its worst texel.
 enum class Quality { fast, balanced, exact };
 
 // Texels anywhere in memory. channels: that are read; 3 or 4 for colour (3: alpha is 255), 1 or 2 for values.

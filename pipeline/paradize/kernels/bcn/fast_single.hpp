@@ -1,27 +1,12 @@
-// The fast tier of one channel of a block: the outermost texels as ends, then least squares once.
+// The fast tier of one channel of a block: the outermost texels as ends, then least squares once. Six values
+// are tried only where a block touches the ends of the range and little lies between.
 #pragma once
 
 #include "bcn/single_fit.hpp"
 
 namespace paradize::bcn::PARADIZE_WIDTH {
 
-struct FastEnds {
-    Lanes low;
-    Lanes high;
-};
-
-// Calls take(v, sum) for every texel v; the last three bits of `sum`, a float, are its place from the low
-// end.
-template <typename Take>
-PARADIZE_INLINE void each_place(const ValueBlocks &blocks, const FastEnds &ends, Take &&take) {
-    const Lanes scale = 7.0F / (ends.high - ends.low);
-    const Lanes offset = (ends.low - blocks.mean) * scale;
-    for (std::size_t i = 0; i < texels; ++i) {
-        take(i, clamped(blocks.v[i] * scale - offset, 7.0F) + to_whole);
-    }
-}
-
-PARADIZE_INLINE ValuePlaces places_between(const ValueBlocks &blocks, const FastEnds &ends) {
+PARADIZE_INLINE ValuePlaces places_between(const ValueBlocks &blocks, const ValueEnds &ends) {
     ValuePlaces places = {};
     each_place(blocks, ends, [&](std::size_t i, const Lanes &sum) {
         const Lanes q = sum - to_whole;
@@ -33,31 +18,22 @@ PARADIZE_INLINE ValuePlaces places_between(const ValueBlocks &blocks, const Fast
     return places;
 }
 
-// Places from the low end -> the indices that are stored: 0 is the high end, 1 the low one, then downwards.
-PARADIZE_INLINE Whole eight_stored(const Whole &bits) {
-    constexpr int every_third = 0x249249;
-    const Whole down = ~bits; // places from the high end
-    const Whole b0 = down & every_third, b1 = down >> 1 & every_third, b2 = down >> 2 & every_third;
-    const Whole n1 = b1 ^ b0, n2 = b2 ^ (b1 & b0);   // one more, where seven becomes zero
-    const Whole n0 = b0 ^ ((n1 | n2) & every_third); // zero and one change places
-    return n0 | n1 << 1 | n2 << 2;
-}
-
-// The two words of blocks, from their ends.
-PARADIZE_INLINE void pack_eight(const ValueBlocks &blocks, const FastEnds &ends, Whole (&words)[2]) {
-    typedef std::uint32_t Bits __attribute__((vector_size(4 * PARADIZE_LANES)));
-    Bits bits[2] = {}; // of texels 0 to 7, and 8 to 15
-    each_place(blocks, ends, [&](std::size_t i, const Lanes &sum) {
-        bits[i / 8] += (Bits)sum << (3 * static_cast<int>(i % 8));
-    });
-    std::uint32_t beside = 0; // of to_whole's own bits
-    for (int i = 0; i < 8; ++i) {
-        beside += 0x4B400000U << (3 * i);
+// Where six values serve a block better than eight between `ends`, `words` become theirs.
+PARADIZE_STEP void try_six(const ValueBlocks &blocks, CodeRange range, const ValueEnds &ends,
+                           Whole (&words)[2]) {
+    Lanes low, high;
+    const Whole narrow = outer_six(blocks, range, low, high);
+    if (!any(narrow)) {
+        return;
     }
-    const Whole first = eight_stored((Whole)(bits[0] - beside));
-    const Whole second = eight_stored((Whole)(bits[1] - beside));
-    words[0] = (to_int(ends.high) & 255) | (to_int(ends.low) & 255) << 8 | first << 16;
-    words[1] = first >> 16 | second << 8;
+    ValuePlaces places;
+    place<7>(blocks, ends.low, ends.high, range, places);
+    const Whole asked = touching(blocks, range) & narrow & (places.error > 1e-3F);
+    ValueFit best = {ends.low, ends.high, places.error, places.worst, splat(1e30F), {}};
+    settle<5>(blocks, range, 0, low, high, asked, best);
+    if (any(best.six)) {
+        pack_single(blocks, range, best, words[0], words[1]);
+    }
 }
 
 // blocks[n].v: codes within the range -> the two words of every block. `count` of them, up to N, step by
@@ -65,7 +41,7 @@ PARADIZE_INLINE void pack_eight(const ValueBlocks &blocks, const FastEnds &ends,
 template <std::size_t N>
 PARADIZE_STEP void fast_single(ValueBlocks (&blocks)[N], std::size_t count, CodeRange range,
                                Whole (&words)[N][2]) {
-    FastEnds ends[N];
+    ValueEnds ends[N];
     ValuePlaces places[N];
     for (std::size_t n = 0; n < count; ++n) {
         centre(blocks[n]);
@@ -77,6 +53,9 @@ PARADIZE_STEP void fast_single(ValueBlocks (&blocks)[N], std::size_t count, Code
     }
     for (std::size_t n = 0; n < count; ++n) {
         pack_eight(blocks[n], ends[n], words[n]);
+        if (any(touching(blocks[n], range))) {
+            try_six(blocks[n], range, ends[n], words[n]);
+        }
     }
 }
 

@@ -7,15 +7,14 @@ namespace paradize::bcn::PARADIZE_WIDTH {
 
 // Ends by least squares for `places`, then the places for those ends, `turns` times; the best are kept.
 template <int Options>
-PARADIZE_STEP void settle(const ColorBlocks &blocks, Places &places, int turns, const Whole &asked,
-                          ColorFit &best) {
+PARADIZE_STEP void settle(const ColorBlocks &blocks, Places &places, int turns, ColorFit &best) {
     for (int turn = 0; turn < turns; ++turn) {
         Ends codes;
         Ends ends;
         refit<Options>(blocks, places, codes);
         centred(blocks, codes, ends);
         place<true>(blocks, ends, places);
-        keep(codes, places, asked, best);
+        keep(codes, places, best);
     }
 }
 
@@ -35,12 +34,11 @@ PARADIZE_STEP void box_codes(const ColorBlocks &blocks, const Lanes (&axis)[3], 
     }
 }
 
-PARADIZE_STEP void try_codes(const ColorBlocks &blocks, const Ends &codes, Places &places, const Whole &asked,
-                             ColorFit &best) {
+PARADIZE_STEP void try_codes(const ColorBlocks &blocks, const Ends &codes, Places &places, ColorFit &best) {
     Ends ends;
     centred(blocks, codes, ends);
     place<true>(blocks, ends, places);
-    keep(codes, places, asked, best);
+    keep(codes, places, best);
 }
 
 // Every channel of each end one code up and down, `passes` times.
@@ -53,7 +51,7 @@ PARADIZE_STEP void descend(const ColorBlocks &blocks, int passes, ColorFit &best
             Lanes &code = move & 2 ? codes.b[k] : codes.a[k];
             code = clamped(code + (move & 1 ? 1.0F : -1.0F), code_top[k]);
             Places places;
-            try_codes(blocks, codes, places, Whole{} == 0, best);
+            try_codes(blocks, codes, places, best);
         }
         if (!any(best.error < before)) {
             return;
@@ -71,98 +69,107 @@ PARADIZE_INLINE void start_from(const ColorBlocks &blocks, const Ends &outer, fl
     }
     Places places;
     place<false>(blocks, ends, places);
-    settle<2>(blocks, places, 2, Whole{} == 0, best);
+    settle<2>(blocks, places, 2, best);
 }
 
-// Blocks whose colours stand nearer to each other than codes do: ends a code apart on either side serve them
-// better than the nearest codes to their own.
-constexpr float narrow_square = 16 * 9.0F; // three 8-bit codes from the mean
-
-// Least squares from the nearest ends of one colour, the mean; for the lanes that are asked for.
-PARADIZE_STEP void start_solid(const ColorBlocks &blocks, const Whole &asked, ColorFit &best) {
+// Least squares from the nearest ends of one colour, the mean.
+PARADIZE_STEP void start_solid(const ColorBlocks &blocks, ColorFit &best) {
     Ends codes;
     for (int k = 0; k < 3; ++k) {
         solid_codes(blocks.mean[k], k, codes.a[k], codes.b[k]);
     }
     Places places;
-    try_codes(blocks, codes, places, asked, best);
-    settle<2>(blocks, places, 1, asked, best);
+    try_codes(blocks, codes, places, best);
+    settle<2>(blocks, places, 1, best);
+}
+
+// The two words of a block: its ends, the larger first, and the indices of its texels.
+struct ColorWords {
+    Whole ends;
+    Whole indices;
+};
+
+// The ends that are stored, and what they and the indices leave.
+PARADIZE_STEP void measure(const ColorBlocks &blocks, const ColorWords &words, ColorFit &fit) {
+    constexpr int at[3] = {11, 5, 0};
+    for (int k = 0; k < 3; ++k) {
+        const int mask = k == 1 ? 63 : 31;
+        fit.codes.a[k] = to_float(words.ends >> at[k] & mask);
+        fit.codes.b[k] = to_float(words.ends >> (at[k] + 16) & mask);
+    }
+    Ends ends;
+    centred(blocks, fit.codes, ends);
+    fit.error = fit.worst = Lanes{};
+    for (std::size_t i = 0; i < texels; ++i) {
+        const Whole index = words.indices >> (2 * static_cast<int>(i)) & 3;
+        const Lanes share = to_float(index < 2 ? 3 - 3 * index : 4 - index) * (1.0F / 3.0F); // of a
+        for (int k = 0; k < 3; ++k) {
+            const Lanes off = blocks.v[k][i] - (ends.b[k] + share * (ends.a[k] - ends.b[k]));
+            fit.error += off * off;
+            fit.worst = most(fit.worst, absolute(off));
+        }
+    }
 }
 
 // Least squares ends where it began: what is gained comes from the number of starts. The balanced tier has
 // one near the ends of the cloud, and some that leave one end's outliers to themselves; the exact tier adds
-// further ones, every partition, and a search of each channel. Once the first start is made nothing is taken
-// that leaves more, be it in the sum of squares or at the worst texel, and the exact tier begins with the
-// balanced one's result.
+// further ones, every partition, and a search of each channel. `best` is the fast tier's result; nothing is
+// taken that leaves more, be it in the sum of squares or at the worst texel, and the exact tier goes on so
+// from the balanced one's result.
 PARADIZE_STEP void fit_color(const ColorBlocks &blocks, Quality quality, ColorFit &best) {
-    const Whole all = Whole{} == 0;
-    best.error = best.worst = best.limit = splat(1e30F);
-    for (int k = 0; k < 3; ++k) {
-        best.codes.a[k] = best.codes.b[k] = Lanes{};
-    }
+    best.limit = best.worst;
     Lanes axis[3];
     Ends outer;
     principal_axis(blocks, axis);
     axis_ends(blocks, axis, outer);
     start_from(blocks, outer, 0.875F, 0.875F, best);
-    const Whole narrow = blocks.square < narrow_square;
-    if (any(narrow)) {
-        start_solid(blocks, narrow, best);
-    }
-    best.limit = best.worst;
     start_from(blocks, outer, 1.0F, 0.67F, best);
     start_from(blocks, outer, 0.67F, 1.0F, best);
     Ends codes;
     Places places;
     box_codes(blocks, axis, codes);
-    try_codes(blocks, codes, places, all, best);
+    try_codes(blocks, codes, places, best);
     for (int k = 0; k < 3; ++k) { // the box's grey diagonal, so that the simplest encoder is never better
         const auto falls = axis[k] < Lanes{};
         const Lanes a = codes.a[k];
         codes.a[k] = falls ? codes.b[k] : a;
         codes.b[k] = falls ? a : codes.b[k];
     }
-    try_codes(blocks, codes, places, all, best);
-    start_solid(blocks, ~narrow, best);
+    try_codes(blocks, codes, places, best);
+    start_solid(blocks, best);
     if (quality == Quality::exact) {
         best.limit = best.worst;
         start_from(blocks, outer, 1.0F, 0.4F, best);
         start_from(blocks, outer, 0.4F, 1.0F, best);
         best_partition(blocks, axis, places);
-        settle<4>(blocks, places, 3, all, best);
+        settle<4>(blocks, places, 3, best);
         descend(blocks, 2, best);
     }
 }
 
-// The two words of every block.
-PARADIZE_STEP void pack_color(const ColorBlocks &blocks, const ColorFit &fit, Whole &first, Whole &second) {
+PARADIZE_STEP ColorWords pack_color(const ColorBlocks &blocks, const ColorFit &fit) {
     const Whole a = to_int(fit.codes.a[0] * 2048.0F + fit.codes.a[1] * 32.0F + fit.codes.a[2]);
     const Whole b = to_int(fit.codes.b[0] * 2048.0F + fit.codes.b[1] * 32.0F + fit.codes.b[2]);
-    const auto swap = a < b; // the larger first: four colours
-    Ends codes;
-    for (int k = 0; k < 3; ++k) {
-        codes.a[k] = swap ? fit.codes.b[k] : fit.codes.a[k];
-        codes.b[k] = swap ? fit.codes.a[k] : fit.codes.b[k];
-    }
     Ends ends;
-    centred(blocks, codes, ends);
+    centred(blocks, fit.codes, ends);
     Ruler ruler;
     make_ruler(ends, ruler);
-    // Places counted from a: 0 at a, 3 at b.
-    Whole places = {};
+    Whole from_b = {};
     for (std::size_t i = 0; i < texels; ++i) {
-        places |= nearest_bits(3.0F - along(blocks, ruler, i), 2) << (2 * static_cast<int>(i));
+        from_b |= nearest_bits(along(blocks, ruler, i), 2) << (2 * static_cast<int>(i));
     }
-    // Stored: 0 is a, 1 is b, 2 a third from a, 3 two thirds.
+    const auto swap = a < b; // the larger first: four colours
+    const Whole places = swap ? from_b : ~from_b;
+    // Stored: 0 is the first, 1 the second, 2 a third from the first, 3 two thirds.
     const Whole ones = Whole{} + 0x55555555;
     const Whole high = (places >> 1) & ones;
     const Whole low = places & ones;
     const Whole index = ((high ^ low) << 1) | high;
-    second = a == b ? Whole{} : index;
-    first = swap ? (b | a << 16) : (a | b << 16);
+    return {swap ? (b | a << 16) : (a | b << 16), a == b ? Whole{} : index};
 }
 
-PARADIZE_STEP void encode_color(ColorBlocks &blocks, Quality quality, Whole &first, Whole &second) {
+// blocks.v: codes. words: those of the fast tier, which become the better ones of `quality`.
+PARADIZE_STEP void encode_color(ColorBlocks &blocks, Quality quality, ColorWords &words) {
     blocks.square = Lanes{};
     for (int k = 0; k < 3; ++k) {
         Lanes sum = {};
@@ -176,8 +183,13 @@ PARADIZE_STEP void encode_color(ColorBlocks &blocks, Quality quality, Whole &fir
         }
     }
     ColorFit fit;
+    measure(blocks, words, fit);
+    const Lanes before = fit.error;
     fit_color(blocks, quality, fit);
-    pack_color(blocks, fit, first, second);
+    const ColorWords found = pack_color(blocks, fit);
+    const auto better = fit.error < before;
+    words.ends = better ? found.ends : words.ends;
+    words.indices = better ? found.indices : words.indices;
 }
 
 } // namespace paradize::bcn::PARADIZE_WIDTH

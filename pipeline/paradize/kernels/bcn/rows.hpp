@@ -108,17 +108,22 @@ static void color_row_of(const Texels &from, std::size_t row, Quality quality, s
             blocks.v[1][i] = to_float(words[i] >> 8 & 255);
             blocks.v[2][i] = to_float(words[i] >> 16 & 255);
         }
-        Whole stored[4];
-        encode_color(blocks, quality, stored[2], stored[3]);
+        FastColors colors;
+        find_axis(words, colors);
+        ColorWords found;
+        found.ends = find_ends(colors);
+        found.indices = find_places(colors, found.ends);
+        encode_color(blocks, quality, found);
         if constexpr (WithAlpha) {
             ValueBlocks alpha;
             for (std::size_t i = 0; i < texels; ++i) {
                 alpha.v[i] = to_float(words[i] >> 24 & 255);
             }
-            encode_single(alpha, {0.0F, 255.0F}, quality, stored[0], stored[1]);
-            store_blocks(stored, to);
+            Whole first, second;
+            encode_single(alpha, {0.0F, 255.0F}, quality, first, second);
+            store_blocks({first, second, found.ends, found.indices}, to);
         } else {
-            store_blocks(stored[2], stored[3], to);
+            store_blocks(found.ends, found.indices, to);
         }
     });
 }

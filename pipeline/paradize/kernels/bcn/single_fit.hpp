@@ -1,7 +1,7 @@
-// The slower tiers of one channel of a block: which ends are tried, and how the best become bytes.
+// The slower tiers of one channel of a block: which ends are tried.
 #pragma once
 
-#include "bcn/single.hpp"
+#include "bcn/single_pack.hpp"
 
 namespace paradize::bcn::PARADIZE_WIDTH {
 
@@ -41,8 +41,14 @@ PARADIZE_INLINE void outer_eight(const ValueBlocks &blocks, CodeRange range, Lan
     high = flat & ~below ? high + 1.0F : high;
 }
 
-// The outermost ends of six values: of what lies between the range's own.
-PARADIZE_INLINE void outer_six(const ValueBlocks &blocks, CodeRange range, Lanes &low, Lanes &high) {
+// Blocks that touch the ends of the range.
+PARADIZE_INLINE Whole touching(const ValueBlocks &blocks, CodeRange range) {
+    return (blocks.low < range.bottom + 0.5F) | (blocks.high > range.top - 0.5F);
+}
+
+// The outermost ends of six values: of what lies between the range's own. Returns which blocks have something
+// there, at most a third as wide as the block.
+PARADIZE_STEP Whole outer_six(const ValueBlocks &blocks, CodeRange range, Lanes &low, Lanes &high) {
     const Lanes bottom = range.bottom + 0.5F - blocks.mean;
     const Lanes top = range.top - 0.5F - blocks.mean;
     low = splat(1e30F);
@@ -53,69 +59,10 @@ PARADIZE_INLINE void outer_six(const ValueBlocks &blocks, CodeRange range, Lanes
         high = most(high, inside ? blocks.v[i] : splat(-1e30F));
     }
     const auto some = low <= high;
+    const Whole narrow = some & ((high - low) * 3.0F <= blocks.high - blocks.low);
     low = nearest(some ? low + blocks.mean : splat(range.bottom));
     high = nearest(some ? high + blocks.mean : splat(range.bottom));
-}
-
-// The first start's result, the balanced tier's, and the exact one's if that is asked for. Each begins with
-// the one before and takes nothing that leaves more, be it in the sum of squares or at the worst texel. Six
-// values and the range's own ends are for blocks that touch those.
-PARADIZE_STEP void fit_single(const ValueBlocks &blocks, CodeRange range, Quality quality,
-                              ValueFit (&fits)[3]) {
-    ValueFit best;
-    const Whole all = Whole{} == 0;
-    Lanes low, high, low_six, high_six;
-    outer_eight(blocks, range, low, high);
-    best = {low, high, splat(1e30F), splat(1e30F), splat(1e30F), Whole{}};
-    settle<7>(blocks, range, 1, low, high, all, best);
-    const Whole touches =
-        ((blocks.low < range.bottom + 0.5F) | (blocks.high > range.top - 0.5F)) & (best.error > 1e-3F);
-    const bool some = any(touches);
-    if (some) {
-        outer_six(blocks, range, low_six, high_six);
-        settle<5>(blocks, range, 1, low_six, high_six, touches, best);
-    }
-    fits[0] = best;
-    best.limit = best.worst;
-    settle<7>(blocks, range, 2, low, high, all, best);
-    start_elsewhere<7>(blocks, range, some_insets, 1, best);
-    if (some) {
-        settle<5>(blocks, range, 2, low_six, high_six, touches, best);
-    }
-    fits[1] = best;
-    if (quality == Quality::balanced) {
-        return;
-    }
-    best.limit = best.worst;
-    start_elsewhere<7>(blocks, range, all_insets, 2, best);
-    search<7>(blocks, range, 2, ~best.six, best);
-    if (some) {
-        search<5>(blocks, range, 2, best.six, best);
-    }
-    fits[2] = best;
-}
-
-// Place of a texel -> the index that is stored: 0 and 1 are the ends, then from the first to the second.
-template <int Steps>
-PARADIZE_INLINE Whole stored(const Whole &from_first) {
-    const Whole next = from_first + 1;
-    return from_first == 0 ? Whole{} : (from_first == Steps ? Whole{} + 1 : next);
-}
-
-struct ValueWords {
-    Whole first;
-    Whole second;
-};
-
-PARADIZE_INLINE void add_index(const Whole &index, int i, ValueWords &words) {
-    if (i < 5) {
-        words.first |= index << (16 + 3 * i);
-    } else if (i == 5) {
-        words.first |= index << 31;
-        words.second |= index >> 1;
-    } else {
-        words.second |= index << (3 * i - 16);
-    }
+    return narrow;
 }
 
 // blocks.v: codes within the range. Makes them relative to their mean.
@@ -136,45 +83,46 @@ PARADIZE_INLINE void centre(ValueBlocks &blocks) {
     }
 }
 
-// The two words of every block.
-PARADIZE_STEP void pack_single(const ValueBlocks &blocks, CodeRange range, const ValueFit &fit, Whole &first,
-                               Whole &second) {
-    ValueWords words = {};
-    {
-        const Lanes width = fit.high - fit.low;
-        const Lanes scale = 7.0F / (fit.six ? splat(1.0F) : width);
-        const Lanes offset = (fit.high - blocks.mean) * scale;
-        for (std::size_t i = 0; i < texels; ++i) { // places from the high end, which is stored first
-            const Lanes q = clamped(offset - blocks.v[i] * scale, 7.0F);
-            add_index(stored<7>(nearest_bits(q, 3)), static_cast<int>(i), words);
-        }
-        words.first |= (to_int(fit.high) & 255) | (to_int(fit.low) & 255) << 8;
+// The result of the fast tier, that of the balanced one, and that of the exact one if it is asked for. Each
+// begins with the one before and takes nothing that leaves more, be it in the sum of squares or at the worst
+// texel. Six values and the range's own ends are for blocks that touch those.
+PARADIZE_STEP void fit_single(const ValueBlocks &blocks, CodeRange range, Quality quality,
+                              ValueFit (&fits)[3]) {
+    const Whole all = Whole{} == 0;
+    Lanes low, high, low_six, high_six;
+    outer_eight(blocks, range, low, high);
+    ValueFit best = {low, high, {}, {}, {}, {}};
+    ValuePlaces places;
+    place<7>(blocks, low, high, range, places);
+    refit<7, 2>(blocks, places, range, best.low, best.high);
+    place<7>(blocks, best.low, best.high, range, places);
+    best.error = places.error;
+    best.worst = places.worst;
+    best.limit = splat(1e30F);
+    const Whole touches = touching(blocks, range) & (best.error > 1e-3F);
+    const bool some = any(touches);
+    if (some) {
+        const Whole narrow = outer_six(blocks, range, low_six, high_six);
+        settle<5>(blocks, range, 0, low_six, high_six, touches & narrow, best);
     }
-    if (any(fit.six)) {
-        ValueWords other = {};
-        const Lanes width = fit.high - fit.low;
-        const auto wide = width > Lanes{};
-        const Lanes scale = wide ? 5.0F / (wide ? width : splat(1.0F)) : Lanes{};
-        const Lanes start = fit.low - blocks.mean;
-        const Lanes bottom = range.bottom - blocks.mean;
-        const Lanes top = range.top - blocks.mean;
-        for (std::size_t i = 0; i < texels; ++i) { // places from the low end, which is stored first
-            const Lanes v = blocks.v[i];
-            const Lanes q = clamped((v - start) * scale, 5.0F);
-            const Lanes off = v - (start + nearest(q) * (width * (1.0F / 5.0F)));
-            const Lanes to_bottom = (v - bottom) * (v - bottom);
-            const Lanes to_top = (top - v) * (top - v);
-            const auto end = off * off > least(to_bottom, to_top);
-            const Whole index =
-                end ? (to_bottom <= to_top ? Whole{} + 6 : Whole{} + 7) : stored<5>(nearest_bits(q, 3));
-            add_index(index, static_cast<int>(i), other);
-        }
-        other.first |= (to_int(fit.low) & 255) | (to_int(fit.high) & 255) << 8;
-        words.first = fit.six ? other.first : words.first;
-        words.second = fit.six ? other.second : words.second;
+    fits[0] = best;
+    best.limit = best.worst;
+    settle<7>(blocks, range, 2, low, high, all, best);
+    start_elsewhere<7>(blocks, range, some_insets, 1, best);
+    if (some) {
+        settle<5>(blocks, range, 2, low_six, high_six, touches, best);
     }
-    first = words.first;
-    second = words.second;
+    fits[1] = best;
+    if (quality == Quality::balanced) {
+        return;
+    }
+    best.limit = best.worst;
+    start_elsewhere<7>(blocks, range, all_insets, 2, best);
+    search<7>(blocks, range, 2, ~best.six, best);
+    if (some) {
+        search<5>(blocks, range, 2, best.six, best);
+    }
+    fits[2] = best;
 }
 
 // blocks.v: codes within the range.

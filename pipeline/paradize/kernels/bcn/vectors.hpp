@@ -40,12 +40,13 @@ PARADIZE_STEP void show(const ValueBlocks &blocks, CodeRange range, const ValueF
     const Lanes width = fit.high - fit.low;
     const auto wide = width > Lanes{};
     const Lanes scale = wide ? steps / (wide ? width : splat(1.0F)) : Lanes{};
-    const Lanes step = width / steps;
+    const Lanes offset = low * scale;
+    const Lanes step = width * (fit.six ? splat(1.0F / 5.0F) : splat(1.0F / 7.0F));
     const Lanes bottom = range.bottom - blocks.mean;
     const Lanes top = range.top - blocks.mean;
     for (std::size_t i = 0; i < texels; ++i) {
         const Lanes v = blocks.v[i];
-        const Lanes between = low + nearest(within((v - low) * scale, Lanes{}, steps)) * step;
+        const Lanes between = low + nearest(within(v * scale - offset, Lanes{}, steps)) * step;
         const Lanes end = v - bottom <= top - v ? bottom : top;
         const auto at_end = fit.six & (absolute(v - end) < absolute(v - between));
         out[i] = (at_end ? end : between) + blocks.mean;
