@@ -13,6 +13,11 @@ island := build/assets/island
 jobs ?= $(shell nproc)
 # Under -j ninja would look for the job server of make, which a recipe does not hand on, and complain.
 alone := MAKEFLAGS= MFLAGS=
+# Steps of setup run beside each other: packages are fetched while the player is compiled.
+MAKEFLAGS += -j2
+step := setup/step.sh
+pip := $(bin)/pip --disable-pip-version-check
+wheels := $(pip) install --require-hashes --only-binary :all:
 export PATH := $(CURDIR)/$(bin):$(PATH)
 
 python_files := $(shell find pipeline raw_assets/make tests player -name '*.py' 2>/dev/null)
@@ -85,43 +90,41 @@ $(stamps)/debian-%: setup/debian.txt setup/debian.sh
 $(stamps)/debian-test: | $(stamps)/debian-run
 $(stamps)/python-test: | $(stamps)/kernels
 
-$(stamps)/python-run: setup/python-run.txt setup/python-source.txt $(stamps)/debian-run
+# What is compiled needs these only: the player is built while the other packages are fetched.
+$(stamps)/python-build: setup/python-build.txt $(stamps)/debian-run
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Paradize needs Python 3.11 or newer; name one with make PYTHON=...")'
 	@[ -x $(bin)/python ] || $(PYTHON) -m venv $(venv)
-	@echo "installing the Python packages of setup/python-run.txt"
-	@$(bin)/pip install -q --disable-pip-version-check --require-hashes --only-binary :all: -r setup/python-run.txt
-	@echo "building meshoptimizer"
-	@$(alone) $(bin)/pip install -q --disable-pip-version-check \
-	    --no-build-isolation --no-deps --require-hashes -r setup/python-source.txt
+	@$(step) "installing the build tools" $(wheels) -r setup/python-build.txt
 	@touch $@
 
-$(stamps)/openmesh: setup/openmesh.txt $(stamps)/python-run
-	@echo "fetching the sources of OpenMesh"
+$(stamps)/openmesh: setup/openmesh.txt $(stamps)/python-build
 	@rm -rf build/openmesh
-	@$(alone) $(bin)/pip download -q --disable-pip-version-check --no-build-isolation --no-deps --no-binary :all: \
-	    --require-hashes -r setup/openmesh.txt -d build/openmesh
+	@$(alone) $(step) "fetching the sources of OpenMesh" $(pip) download --no-build-isolation --no-deps \
+	    --no-binary :all: --require-hashes -r setup/openmesh.txt -d build/openmesh
 	@tar -xzf build/openmesh/openmesh-*.tar.gz -C build/openmesh --strip-components=3 --wildcards '*/OpenMesh/src/OpenMesh'
 	@touch $@
 
+$(stamps)/python-run: setup/python-run.txt setup/python-source.txt $(stamps)/python-build | $(stamps)/openmesh
+	@$(step) "installing the Python packages of setup/python-run.txt" $(wheels) -r setup/python-run.txt
+	@$(alone) $(step) "building meshoptimizer" $(pip) install --no-build-isolation --no-deps --require-hashes \
+	    -r setup/python-source.txt
+	@touch $@
+
 $(stamps)/python-test: setup/python-test.txt $(stamps)/python-run
-	@echo "installing the Python packages of setup/python-test.txt"
-	@$(bin)/pip install -q --disable-pip-version-check --require-hashes --only-binary :all: -r setup/python-test.txt
+	@$(step) "installing the Python packages of setup/python-test.txt" $(wheels) -r setup/python-test.txt
 	@touch $@
 
 $(stamps)/python-bench: setup/python-bench.txt $(stamps)/python-test
-	@echo "installing the peers of setup/python-bench.txt"
-	@$(bin)/pip install -q --disable-pip-version-check --require-hashes --only-binary :all: -r setup/python-bench.txt
+	@$(step) "installing the peers of setup/python-bench.txt" $(wheels) -r setup/python-bench.txt
 	@touch $@
 
 $(stamps)/kernels: $(kernel_files) pyproject.toml CMakeLists.txt $(stamps)/python-run $(stamps)/openmesh
-	@echo "building the kernels"
-	@$(alone) $(bin)/pip install -q --disable-pip-version-check --no-build-isolation --no-deps -e .
+	@$(alone) $(step) "building the kernels" $(pip) install -v --no-build-isolation --no-deps -e .
 	@touch $@
 
-$(player): $(player_files) CMakeLists.txt CMakePresets.json $(stamps)/python-run
-	@echo "building the player"
+$(player): $(player_files) CMakeLists.txt CMakePresets.json $(stamps)/python-build
 	@$(bin)/cmake --preset release >build/player-configure.log || { cat build/player-configure.log; exit 1; }
-	@$(alone) $(bin)/cmake --build --preset release --target paradize-player >build/player-build.log || { cat build/player-build.log; exit 1; }
+	@$(alone) $(step) "building the player" $(bin)/cmake --build --preset release --target paradize-player
 	@touch $@
 
 $(stamps)/node: tests/e2e/package.json tests/e2e/package-lock.json $(stamps)/debian-test

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -155,9 +156,42 @@ def test_a_changed_source_rebuilds_its_own_part(touched: str, rebuilt: str, left
 def test_nothing_asks_apt_or_pip_twice_at_once() -> None:
     """Under -j, too: each list of packages waits for the one before."""
     printed = subprocess.run(["make", "-pnq", "setup-test"], cwd=ROOT, capture_output=True, text=True).stdout
-    for later, earlier in (("debian-test", "debian-run"), ("python-test", "kernels")):
+    order = ("python-build", "openmesh", "python-run", "kernels", "python-test")
+    for later, earlier in (("debian-test", "debian-run"), *zip(order[1:], order, strict=False)):
         rule = next(line for line in printed.splitlines() if line.startswith(f"build/stamps/{later}:"))
-        assert f"build/stamps/{earlier}" in rule.split("|")[1]
+        assert f"build/stamps/{earlier}" in rule.split(), f"{later} does not wait for {earlier}"
+
+
+def step(tmp_path: Path, command: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [str(ROOT / "setup/step.sh"), "building of/it", "bash", "-c", command],
+        cwd=tmp_path, capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+
+
+def test_a_step_tells_its_time_and_keeps_its_output_in_a_log(tmp_path: Path) -> None:
+    result = step(tmp_path, "echo '[1/2] one'; echo two >&2")
+    said = result.stdout.splitlines()
+    assert (result.returncode, said[0], result.stderr) == (0, "building of/it", "")
+    assert len(said) == 2 and said[1].startswith("building of/it: done in ") and said[1].endswith(" s")
+    assert (tmp_path / "build/setup/building-of-it.log").read_text() == "[1/2] one\ntwo\n"
+
+
+def test_a_step_that_fails_ends_with_its_code_and_the_end_of_what_it_printed(tmp_path: Path) -> None:
+    result = step(tmp_path, "seq 100; echo 'no such header' >&2; exit 3")
+    assert result.returncode == 3
+    assert "building of/it failed after" in result.stderr
+    assert "build/setup/building-of-it.log" in result.stderr
+    assert result.stderr.endswith("\n99\n100\nno such header\n")
+    assert "\n50\n" not in result.stderr and "done" not in result.stdout
+
+
+def test_the_player_waits_for_the_build_tools_only() -> None:
+    """So that it is compiled while the other packages are fetched."""
+    printed = subprocess.run(["make", "-pnq", "setup"], cwd=ROOT, capture_output=True, text=True).stdout
+    rule = next(line for line in printed.splitlines() if line.startswith("build/bin/paradize-player:"))
+    assert [word for word in rule.split() if "stamps" in word] == ["build/stamps/python-build"]
+    assert re.search("^MAKEFLAGS = .*-j", printed, re.MULTILINE), "steps run one after another"
 
 
 def test_what_builds_with_ninja_does_not_look_for_the_job_server_of_make() -> None:
