@@ -97,14 +97,15 @@ $(stamps)/python-build: setup/python-build.txt $(stamps)/debian-run
 	@$(step) "installing the build tools" $(wheels) -r setup/python-build.txt
 	@touch $@
 
-$(stamps)/openmesh: setup/openmesh.txt $(stamps)/python-build
+# Its package asks for setuptools-scm as soon as it is looked at: of python-run.txt, where it is locked.
+$(stamps)/openmesh: setup/openmesh.txt $(stamps)/python-run
 	@rm -rf build/openmesh
 	@$(alone) $(step) "fetching the sources of OpenMesh" $(pip) download --no-build-isolation --no-deps \
 	    --no-binary :all: --require-hashes -r setup/openmesh.txt -d build/openmesh
 	@tar -xzf build/openmesh/openmesh-*.tar.gz -C build/openmesh --strip-components=3 --wildcards '*/OpenMesh/src/OpenMesh'
 	@touch $@
 
-$(stamps)/python-run: setup/python-run.txt setup/python-source.txt $(stamps)/python-build | $(stamps)/openmesh
+$(stamps)/python-run: setup/python-run.txt setup/python-source.txt $(stamps)/python-build
 	@$(step) "installing the Python packages of setup/python-run.txt" $(wheels) -r setup/python-run.txt
 	@$(alone) $(step) "building meshoptimizer" $(pip) install --no-build-isolation --no-deps --require-hashes \
 	    -r setup/python-source.txt

@@ -156,7 +156,7 @@ def test_a_changed_source_rebuilds_its_own_part(touched: str, rebuilt: str, left
 def test_nothing_asks_apt_or_pip_twice_at_once() -> None:
     """Under -j, too: each list of packages waits for the one before."""
     printed = subprocess.run(["make", "-pnq", "setup-test"], cwd=ROOT, capture_output=True, text=True).stdout
-    order = ("python-build", "openmesh", "python-run", "kernels", "python-test")
+    order = ("python-build", "python-run", "openmesh", "kernels", "python-test")
     for later, earlier in (("debian-test", "debian-run"), *zip(order[1:], order, strict=False)):
         rule = next(line for line in printed.splitlines() if line.startswith(f"build/stamps/{later}:"))
         assert f"build/stamps/{earlier}" in rule.split(), f"{later} does not wait for {earlier}"
