@@ -20,6 +20,7 @@ _FAR_APART = 10.0  # the same of a number that is no marker
 _ALONE = 0.5  # how far a pixel that may be none lies from all others, of their span, where it is the only one
 _TOGETHER = 0.25  # the same where two pixels or more hold the number
 _STEPS = 4.0  # and of the widest gap between others, so that the lowest of some terraces is none of them
+_FEW = 64  # pixels: of fewer, the span of the others says little
 _HIGHEST_M = 9000.0  # nothing on Earth's land is farther from 0
 _BAND = 256
 _ROUNDS = 24
@@ -35,14 +36,13 @@ def suspects(
 
     No height, so that it may be filled, is a number at the lower or upper end of the field that is
     - a marker (-999, -9999, -99999, -999999, -32767, -32768, 1e20, the netCDF fill, beyond 3.4e38) and at
-    least
-      a tenth of the span of all heights outside of them; or
+      least a tenth of the span of all heights outside of them; or
     - held by two pixels or more, beyond 9,000 m, and ten times the span of all others away from them.
     So a real height is taken for a hole only where it equals a marker exactly with nothing near it (the one
     deepest pixel of a chart at -9999.0), and a marker stays where depths around it are real. One that may be
     none, to be told and not filled, is an end that is farther from all others than half of their span (a
     quarter, where two pixels or more hold it) and than four times the widest gap between them: 0 where all
-    else is 400 to 800, but also a real plain under a plateau.
+    else is 400 to 800, but also a real plain under a plateau. Fields of fewer than 64 pixels have none.
     """
     ends = _ends(values, known)
     marks: list[float] = []
@@ -73,7 +73,7 @@ def suspects(
             continue
         if metres and not alone and gap > _FAR_APART * span and abs(end) > _HIGHEST_M:
             sure.append(end)
-        else:
+        elif values.size >= _FEW:
             maybe = end
     return sure, maybe
 

@@ -111,6 +111,13 @@ def test_a_number_apart_from_all_heights_is_told_however_few_pixels_hold_it(
     assert f"{value:g} stands apart" in told and f"--nodata {value:g}" in told
 
 
+def test_of_fewer_than_64_pixels_none_stands_apart(tmp_path: Path) -> None:
+    for side, told in ((7, 0), (8, 1)):
+        heights = hills(400, 900, side).astype(np.float32)
+        heights[2, 3] = 0.0
+        assert len(read(tiff(tmp_path / "h.tif", heights))[1]) == told
+
+
 def test_terraces_and_a_summit_stand_apart_from_nothing(tmp_path: Path) -> None:
     for steps in (3, 4, 5, 9):
         terraces = np.rint(hills(0, steps - 1)) * (1000.0 / (steps - 1))
