@@ -1,6 +1,6 @@
 """Rows of float or code texels -> the bytes of a texture's levels, written band by band.
 
-Which format a map takes is told by FORMATS: the first is the default where level 0 divides by four (WebGL's
+FORMATS names the formats of each map: the first is the default where level 0 divides by four (WebGL's
 rule for blocks), the next are what a budget falls back on.
 """
 

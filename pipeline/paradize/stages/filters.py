@@ -128,7 +128,7 @@ def choose_filter(
     source_bits: 8, 16 or 32, of the file that the heights came from. tier: "fast" is "central" without a
     look; "balanced" the best taps; "exact" of floats "eighth", of codes as "balanced" (whose slopes it then
     holds to what the codes allow, see stages/normal.py). islands: (h, w) int32, and codes: (n,) float32, as
-    of data.Ground. Raises BakeError for a tier that is none.
+    of data.HeightMap. Raises BakeError for a tier that is none.
     """
     if tier not in TIERS:
         raise BakeError(f"no tier {tier!r}", mend=f"one of {', '.join(TIERS)}")

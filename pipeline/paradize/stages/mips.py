@@ -26,18 +26,19 @@ if TYPE_CHECKING:
 
 def color_rows(
     values: npt.NDArray[Any],
-    told: Rows,
+    emit: Rows,
     *,
     encoded: bool,
     alpha_cutoff: float | None = None,
     with_first: bool = True,
 ) -> None:
-    """Tells 8-bit sRGB codes (n, w, 4) of every level of a colour picture (h, w, 1..4), in bands.
+    """Calls emit with 8-bit sRGB values (n, w, 4) of every level of a colour picture (h, w, 1..4), band by
+    band.
 
     values: codes uint8 or uint16, or floats; encoded: sRGB, else linear light. Level 0 keeps its codes; the
     others are means of linear light, weighted by alpha where there is alpha. alpha_cutoff, 0..1: every level
     keeps level 0's share of texels at or above it, by a factor on its alpha (cut-outs do not thin out).
-    with_first: False where the caller holds level 0's codes and need not be told them.
+    with_first: False leaves level 0 out, for a caller that has its values already.
     """
     height, width, channels = values.shape
     keep = alpha_cutoff is not None and channels in (2, 4)
@@ -50,7 +51,7 @@ def color_rows(
         if level and keep:
             levels[level - 1][first : first + len(rows)] = rows
             return
-        told(level, first, maps.rgba_codes(rows, encoded=encoded and not level, threads=1))
+        emit(level, first, maps.rgba_codes(rows, encoded=encoded and not level, threads=1))
 
     def halve(bundle: Bundle, level: int, rows: int, first: int) -> Bundle:
         return {"color": _half_color(bundle["color"], level, rows, first, encoded)}
@@ -59,7 +60,7 @@ def color_rows(
     if keep:
         share = _share(values, float(alpha_cutoff or 0.0))
         for k, level in enumerate(levels):
-            _covered_rows(level, share, float(alpha_cutoff or 0.0), k + 1, told)
+            _covered_rows(level, share, float(alpha_cutoff or 0.0), k + 1, emit)
 
 
 def _half_color(rows: npt.NDArray[Any], level: int, count: int, first: int, encoded: bool) -> F32:
@@ -92,14 +93,14 @@ def _share(values: npt.NDArray[Any], cutoff: float) -> float:
     return int(passing) / alpha.size
 
 
-def _covered_rows(level: F32, share: float, cutoff: float, index: int, told: Rows) -> None:
+def _covered_rows(level: F32, share: float, cutoff: float, index: int, emit: Rows) -> None:
     alpha = np.ascontiguousarray(level[:, :, -1])
     factor = np.float32(maps.coverage_factor(alpha, fraction=share, cutoff=cutoff))
 
     def work(band: tuple[int, int]) -> None:
         rows = level[band[0] : band[1]]
         rows[:, :, -1] *= factor  # codes end at 255
-        told(index, band[0], maps.rgba_codes(rows, encoded=False, threads=1))
+        emit(index, band[0], maps.rgba_codes(rows, encoded=False, threads=1))
 
     run(work, bands_of(*level.shape[:2]))
 

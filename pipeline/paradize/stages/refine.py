@@ -114,20 +114,20 @@ def _samples(original: Mesh, level: Mesh, inward: float) -> _Samples:
 def _one_way(level: Mesh, original: Mesh, inward: float) -> tuple[U32, F64, F64, U32, F64]:
     """Samples of one surface (corners, weights, area) and their places on the other (corners, weights)."""
     cuts = int(np.clip(np.sqrt(_SAMPLES / (3 * max(1, len(level.triangles)))), 1, _MOST_CUTS))
-    lattice = _lattice(cuts, inward)  # (k, 3 corners, 3 weights)
+    grid = _barycentric_grid(cuts, inward)  # (k, 3 corners, 3 weights)
     count = len(level.triangles)
-    weights = np.tile(lattice.reshape(-1, 3), (count, 1))
-    corners = np.repeat(level.triangles, 3 * len(lattice), axis=0)
+    weights = np.tile(grid.reshape(-1, 3), (count, 1))
+    corners = np.repeat(level.triangles, 3 * len(grid), axis=0)
     points = level.positions.astype(np.float64)
     at = _mixed(points, corners, weights)
     charts = topology(original.triangles, len(original.positions)).component
     small = np.arange(len(at), dtype=np.uint32).reshape(-1, 3)
     place, there = project(original.positions, original.triangles, charts, at.astype(np.float32), small)
-    area = np.repeat(_areas(points, level.triangles), 3 * len(lattice)) / (3 * len(lattice))
+    area = np.repeat(_areas(points, level.triangles), 3 * len(grid)) / (3 * len(grid))
     return corners, weights, area, original.triangles[place], there
 
 
-def _lattice(cuts: int, inward: float) -> F64:
+def _barycentric_grid(cuts: int, inward: float) -> F64:
     """A triangle cut into cuts^2 equal ones, (cuts^2, 3, 3): the weights of each one's corners, drawn
     towards its middle by a share."""
     found = []

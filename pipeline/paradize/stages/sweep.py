@@ -1,6 +1,6 @@
-"""One pass over a picture in bands of rows: each band is made, told and halved while it is hot.
+"""One pass over a picture in bands of rows. Each band is made, visited and halved while it is in the cache.
 
-A bundle is what belongs to the same texels, by name: arrays (n, w, c). Bands run in several threads; what
+A bundle holds several arrays (n, w, c) of the same texels, by name. Bands run in several threads; what
 they make does not depend on how many there are, because a band touches its own rows only.
 """
 
@@ -66,8 +66,8 @@ def sweep(
 ) -> None:
     """Makes `count` levels (all, by itself) of a picture of height x width texels.
 
-    visit hears of every band of every level once, in no fixed order; at every level bands begin at multiples
-    of four rows, so that blocks can be made of them. Raises ValueError where there is no texel.
+    visit is called once for every band of every level, in no fixed order. Bands begin at multiples of four
+    rows, so that they can be compressed into blocks. Raises ValueError where there is no texel.
     """
     if height < 1 or width < 1:
         raise ValueError(f"no levels of {height} x {width} texels")
@@ -114,7 +114,7 @@ def _worker(
     level: int,
     gathered: Bundle,
 ) -> Callable[[tuple[int, int]], None]:
-    """What is done with a band: `deep` levels are told, and the one after them is gathered."""
+    """A function that visits `deep` levels of a band and gathers the level after them."""
     end = max(1, height >> deep)
 
     def work(band: tuple[int, int]) -> None:

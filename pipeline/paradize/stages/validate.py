@@ -27,7 +27,7 @@ _MOST_COUNTED_TWICE = 500_000
 
 @dataclass(frozen=True)
 class Report:
-    """What was found and done. Places are triangle numbers of the mesh that came in.
+    """What validation found and dropped. Triangle numbers are those of the input mesh.
 
     kept: (m,) bool, the triangles of the input that are in the output, in their order. euler: vertices -
     edges + triangles by position. topology: of the result, with vertices joined by position.
@@ -53,7 +53,8 @@ class Report:
 
 
 def validate_mesh(mesh: Mesh, file: object = None) -> tuple[Mesh, Report]:
-    """Drops what no tool can use and tells the rest. Positions of the kept triangles are unchanged.
+    """Drops triangles and vertices that no tool can use, and reports the rest. Positions of kept triangles
+    are unchanged.
 
     Dropped: triangles without area (two corners at one position, or all on a line), triangles that repeat the
     vertices of an earlier one in the same direction, vertices that no triangle uses.
@@ -91,23 +92,23 @@ def validate_mesh(mesh: Mesh, file: object = None) -> tuple[Mesh, Report]:
 
 
 def repairs(report: Report, lines: npt.NDArray[np.uint32] | None = None) -> dict[str, dict[str, int | None]]:
-    """What was dropped and what was found, by name: how many, and where the first is. `triangle` is a number
-    of the mesh that came in, `line` its face's line in the source file (lines: (m,) of each triangle)."""
+    """Counts of dropped and odd elements by name, with the place of the first one. `triangle` is a number of
+    the input mesh; `line` is the line of its face in the source file. lines: (m,) line of each triangle."""
     kept = np.flatnonzero(report.kept)
     found = report.topology
 
-    def told(count: int, triangle: int | None) -> dict[str, int | None]:
+    def entry(count: int, triangle: int | None) -> dict[str, int | None]:
         line = None if lines is None or triangle is None else int(lines[triangle])
         return {"count": count, "triangle": triangle, "line": line}
 
     def of_result(place: Occurrences) -> dict[str, int | None]:
-        return told(place.count, None if place.triangle is None else int(kept[place.triangle]))
+        return entry(place.count, None if place.triangle is None else int(kept[place.triangle]))
 
     return {
-        "degenerate": told(report.degenerate, report.first_degenerate),
-        "doubled": told(report.doubled, report.first_doubled),
-        "unused_vertices": told(report.unused_vertices, None),
-        "zero_area_uvs": told(report.zero_area_uvs, report.first_zero_area_uv),
+        "degenerate": entry(report.degenerate, report.first_degenerate),
+        "doubled": entry(report.doubled, report.first_doubled),
+        "unused_vertices": entry(report.unused_vertices, None),
+        "zero_area_uvs": entry(report.zero_area_uvs, report.first_zero_area_uv),
         "non_manifold_edges": of_result(found.non_manifold),
         "turned_edges": of_result(found.turned),
         "bow_ties": of_result(found.bow_tie),
@@ -126,14 +127,14 @@ _SENTENCES = {
 
 
 def messages(report: Report, lines: npt.NDArray[np.uint32] | None = None) -> list[str]:
-    """The report in sentences, what a sound mesh may have (a border, bow ties) left out."""
-    said = []
-    for name, told in repairs(report, lines).items():
-        if name in _SENTENCES and told["count"]:
-            place = f"triangle {told['triangle']}" if told["line"] is None else f"line {told['line']}"
-            first = "" if told["triangle"] is None else f" (first: {place})"
-            said.append(f"{told['count']} {_SENTENCES[name]}{first}")
-    return said
+    """The report as sentences. Leaves out what a sound mesh may have: a border, bow ties."""
+    sentences = []
+    for name, found in repairs(report, lines).items():
+        if name in _SENTENCES and found["count"]:
+            place = f"triangle {found['triangle']}" if found["line"] is None else f"line {found['line']}"
+            first = "" if found["triangle"] is None else f" (first: {place})"
+            sentences.append(f"{found['count']} {_SENTENCES[name]}{first}")
+    return sentences
 
 
 def _first(mask: npt.NDArray[np.bool_]) -> int | None:

@@ -19,7 +19,7 @@ from paradize.stages.split import ATTRIBUTES
 
 @dataclass(frozen=True)
 class Welding:
-    """tolerance_m: what was asked. joined: places that went to another. largest_m: how far at most."""
+    """tolerance_m: as asked for. joined: positions moved onto another. largest_m: the longest move."""
 
     tolerance_m: float
     joined: int
