@@ -1,0 +1,88 @@
+"""`pip install .`, without the Makefile: what the package needs and what its source package holds."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+import tarfile
+import tomllib
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+
+from tests.made import make_sources
+from tests.places import ROOT
+
+PACKAGE = ROOT / "pipeline/paradize"
+
+
+def named(requirement: str) -> str:
+    """The name of a requirement such as `NumPy>=2.0`, as registries compare it."""
+    name = re.match(r"[\w.-]+", requirement)
+    assert name is not None
+    return re.sub(r"[-_.]+", "-", name[0]).lower()
+
+
+def imported() -> set[str]:
+    """The first names of all modules that the package imports, wherever it does."""
+    found = set()
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                found |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                found.add(node.module.partition(".")[0])
+    return found
+
+
+def test_each_package_that_the_code_imports_is_named_as_a_dependency() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    asked = {named(each) for each in project["dependencies"]}
+    optional = {named(each) for extra in project["optional-dependencies"].values() for each in extra}
+    names = packages_distributions() | {"dask": ["distributed"]}  # which needs it
+    others = imported() - set(sys.stdlib_module_names) - {"paradize"}
+    assert {
+        name for name in others if not {named(each) for each in names[name]} & (asked | optional)
+    } == set()
+    used = {named(each) for name in others for each in names[name]}
+    assert asked - used == set(), "named, and nothing imports it"
+
+
+@pytest.fixture(scope="module")
+def source_package(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sdist")
+    build = "import sys; from scikit_build_core.build import build_sdist; build_sdist(sys.argv[1])"
+    subprocess.run([sys.executable, "-c", build, folder], cwd=ROOT, check=True, capture_output=True)
+    (package,) = folder.iterdir()
+    return package
+
+
+def test_the_source_package_holds_the_pipeline_alone_in_less_than_a_megabyte(source_package: Path) -> None:
+    assert source_package.stat().st_size < 1_000_000
+    with tarfile.open(source_package) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    assert {name for name in names if not name.startswith("pipeline/")} == {
+        "pyproject.toml", "CMakeLists.txt", "README.md", "LICENSE", "PKG-INFO",
+    }  # fmt: skip
+    sources = {str(path.relative_to(ROOT)) for path in PACKAGE.rglob("*.[chp]*") if path.suffix != ".pyc"}
+    assert sources and sources - names == set()
+
+
+@pytest.mark.deep
+def test_the_source_package_installs_into_an_empty_environment_and_makes_maps(
+    source_package: Path, tmp_path: Path
+) -> None:
+    """With the newest build tools, and without OpenMesh's sources, which `make setup` fetches."""
+    subprocess.run([sys.executable, "-m", "venv", tmp_path / "venv"], check=True)
+    pip = [tmp_path / "venv/bin/pip", "--disable-pip-version-check", "install"]
+    told = subprocess.run([*pip, "-v", source_package], capture_output=True, text=True, cwd=tmp_path)
+    assert told.returncode == 0, told.stdout[-4000:] + told.stderr
+    assert "OpenMesh is not found: built without it" in told.stdout + told.stderr
+    photo = make_sources(tmp_path / "made") / "textures/photo.png"
+    command = [tmp_path / "venv/bin/paradize", "maps", photo, "-o", tmp_path / "maps"]
+    made = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert made.returncode == 0, made.stdout + made.stderr
+    assert len(list((tmp_path / "maps").glob("*.ktx2"))) == 4
