@@ -29,8 +29,11 @@ player_files := $(shell find player -name '*.cpp' -o -name '*.hpp' -o -name CMak
 define cpp_tests
 	@$(bin)/cmake --preset $1 >build/$1-configure.log || { cat build/$1-configure.log; exit 1; }
 	@$(alone) $(bin)/cmake --build --preset $1
-	@$(bin)/ctest --preset $1 -V -Q -O build/ctest.log || { cat build/ctest.log; exit 1; }
+	@$(bin)/ctest --preset $1 -j $(jobs) -V -Q -O build/ctest.log || { cat build/ctest.log; exit 1; }
 endef
+
+# Tests of one file run in one process, one after another: they share what the file prepares.
+beside := -n $(jobs) --dist loadfile --no-loadscope-reorder --durations=10
 
 .PHONY: help setup setup-test assets run check test extremes bench deep fix clean
 .DEFAULT_GOAL := help
@@ -57,7 +60,7 @@ check: setup-test ## lint, types, formatting, and the island's assets; changes n
 
 test: check ## every check and every test that fits in a quarter of an hour
 	$(call cpp_tests,test)
-	@$(alone) $(bin)/python -m pytest -m "not deep" --ctest=build/ctest.log
+	@$(alone) $(bin)/python -m pytest -m "not deep" $(beside) --ctest=build/ctest.log
 
 extremes: setup-test ## what every stage and metric does with zero, NaN, 1e30 ...: stage, extreme, error, verdict
 	@$(bin)/python -m tests.extremes
@@ -67,7 +70,7 @@ bench: setup-test $(stamps)/python-bench ## speed and error as ratios beside pee
 
 deep: check ## everything: sanitizers, whole flight, whole corpus; hours
 	$(call cpp_tests,sanitize)
-	@$(alone) $(bin)/python -m pytest --ctest=build/ctest.log
+	@$(alone) $(bin)/python -m pytest $(beside) --hypothesis-profile=deep --ctest=build/ctest.log
 
 fix: setup-test ## put formatting and simple lint right
 	@$(bin)/ruff check -q --fix pipeline raw_assets tests player

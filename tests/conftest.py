@@ -36,6 +36,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--ctest", type=Path, metavar="LOG", help="ctest's verbose log: its counts are told too")
 
 
+@pytest.hookimpl(trylast=True)
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
     """Above pytest's closing line: the C++ tests, as doctest counts them, and why tests were skipped."""
     if log := config.getoption("--ctest"):

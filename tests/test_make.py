@@ -84,7 +84,7 @@ def test_no_cpp_test_found_is_a_failure(clone: Path, target: str) -> None:
                 assert told.returncode != 0 and "No tests were found" in told.stdout + told.stderr
 
 
-def closing_lines(folder: Path, log: str) -> subprocess.CompletedProcess[str]:
+def closing_lines(folder: Path, log: str, *more: str) -> subprocess.CompletedProcess[str]:
     """Runs three small tests, of which two are skipped, by the words of `make test`, after a given ctest."""
     (folder / "pyproject.toml").symlink_to(ROOT / "pyproject.toml")
     (folder / "tests").mkdir()
@@ -101,7 +101,7 @@ def closing_lines(folder: Path, log: str) -> subprocess.CompletedProcess[str]:
     line = next(line for line in recipe("test") if "-m pytest" in line)
     options = shlex.split(line.split("-m pytest")[1])
     return subprocess.run(
-        [sys.executable, "-m", "pytest", *options],
+        [sys.executable, "-m", "pytest", *options, *more],
         cwd=folder, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True,
     )  # fmt: skip
 
@@ -113,6 +113,7 @@ def test_the_last_lines_count_cpp_cases_and_skips_by_reason(tmp_path: Path) -> N
         "2: [doctest] test cases:     120 |     120 passed | 0 failed | 0 skipped\n",
     )
     assert told.returncode == 0, told.stdout + told.stderr
+    assert "slowest 10 durations" in told.stdout
     cpp, skips, closing = told.stdout.splitlines()[-3:]
     assert cpp == "2 C++ suites, 200 cases: 198 passed, 1 failed, 1 skipped"
     assert skips == "2 skipped: no moon"
@@ -123,5 +124,5 @@ def test_the_last_lines_count_cpp_cases_and_skips_by_reason(tmp_path: Path) -> N
     "text", ["No tests were found!!!", "test cases: 0 | 0 passed | 0 failed | 0 skipped"]
 )
 def test_a_run_without_cpp_cases_is_a_failure(tmp_path: Path, text: str) -> None:
-    told = closing_lines(tmp_path, text)
+    told = closing_lines(tmp_path, text, "-n0")
     assert told.returncode != 0 and "no C++ suite ran" in told.stdout + told.stderr
