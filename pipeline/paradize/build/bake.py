@@ -19,7 +19,7 @@ from paradize.build.publish import commit, report_of
 from paradize.build.tasks import flight_order, known_tiers, run_tasks, task_of
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
-from paradize.jobs.code import code_files, forget
+from paradize.jobs.code import clear_caches, code_files
 from paradize.jobs.process import WorkerPool
 from paradize.kinds import require_folder
 from paradize.scene.flight import plan_flight
@@ -37,7 +37,7 @@ def bake(scene_path: Path, out: Path | None = None, how: BuildOptions | None = N
     """
     start = time.monotonic()
     how = how or BuildOptions()
-    forget()  # what an earlier bake of this process saw of the code
+    clear_caches()
     name = record_name(scene_path, out, how.tier, how.tiers)
     known = how.usual and not how.force
     report = unchanged_bake(Store(default_root()), name, how.store) if known else None
@@ -49,13 +49,13 @@ def bake(scene_path: Path, out: Path | None = None, how: BuildOptions | None = N
             require_folder(out)
         folder = out or Path("build/assets") / scene.head.name
         lock = key_of(str(resolved(folder)))[:32]
-        crew = how.crew or WorkerPool()  # the same workers bake and measure
+        pool = how.pool or WorkerPool()  # the same workers bake and measure
         try:
             with store.in_use(), store.locked(lock), store.room(lock) as room:
-                report = _bake(store, room, name, scene_path, was, scene, folder, replace(how, crew=crew))
+                report = _bake(store, room, name, scene_path, was, scene, folder, replace(how, pool=pool))
         finally:
-            if crew is not how.crew:
-                crew.stop()
+            if pool is not how.pool:
+                pool.stop()
     report.seconds = time.monotonic() - start
     return report
 

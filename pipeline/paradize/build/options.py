@@ -31,7 +31,7 @@ class Watcher:
 class BuildOptions:
     """How a bake is done. jobs: worker processes (0: one a core). tier: one of scene.TIERS; None: the scene's
     own. force: everything anew, nothing is read from the store. watcher: hears of every job. tiers: the tier
-    of a task, or of the task of an artifact, by name, where it is another than `tier`. crew: workers that are
+    of a task, or of the task of an artifact, by name, where it is another than `tier`. pool: workers that are
     kept (jobs/pool.py). cluster: the address of a Dask scheduler whose workers bake; `jobs` at once
     there, or as many as they have threads. store: the URL of a
     store that is shared (store/shared.py). uncompressed: textures in the most exact of their formats. whole:
@@ -42,7 +42,7 @@ class BuildOptions:
     force: bool = False
     watcher: Watcher | None = None
     tiers: Mapping[str, str] = field(default_factory=dict)
-    crew: WorkerPool | None = None
+    pool: WorkerPool | None = None
     cluster: str | None = None
     store: str | None = None
     uncompressed: bool = False
@@ -54,7 +54,7 @@ class BuildOptions:
         return not (self.uncompressed or self.whole)
 
     @property
-    def hands(self) -> int:
+    def workers(self) -> int:
         """Worker processes."""
         return self.jobs or os.cpu_count() or 1
 

@@ -11,9 +11,9 @@ from paradize.jobs.pool import Job, Outcome, run_jobs
 
 
 def run_work(
-    how: BuildOptions, jobs: list[Job], told: Callable[[Outcome], None] | None = None
+    how: BuildOptions, jobs: list[Job], on_outcome: Callable[[Outcome], None] | None = None
 ) -> list[Outcome]:
-    """The jobs' outcomes, in their order; told hears of each as it ends. Raises ClusterLost where there is
+    """The jobs' outcomes, in their order. on_outcome: called when one ends. Raises ClusterLost where there is
     no cluster to begin with."""
     if not jobs:
         return []
@@ -24,16 +24,18 @@ def run_work(
         watcher.began(job.name)
 
     def ended(outcome: Outcome) -> None:
-        if told:
-            told(outcome)
+        if on_outcome:
+            on_outcome(outcome)
         watcher.ended(outcome.name, outcome.seconds)
 
     if how.cluster is None:
-        return run_jobs(jobs, min(how.hands, len(jobs)), ended, began=began, crew=how.crew)
+        return run_jobs(jobs, min(how.workers, len(jobs)), ended, on_start=began, pool=how.pool)
     from paradize.cluster.scheduler import run_on_cluster  # here: few bakes need it
 
-    most = how.jobs or None
-    return run_on_cluster(how.cluster, jobs, ended, began=began, warn=watcher.warned, most=most)
+    max_parallel = how.jobs or None
+    return run_on_cluster(
+        how.cluster, jobs, ended, on_start=began, warn=watcher.warned, max_parallel=max_parallel
+    )
 
 
 def read_by(sources: Iterable[Path]) -> dict[Path, bool]:

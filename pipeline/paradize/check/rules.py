@@ -266,7 +266,7 @@ def isolated(findings: Iterable[Finding], file: str) -> Iterator[Finding]:
     except OSError as error:
         yield Finding("PZ101", file, f"cannot be read: {error.strerror or error}")
     except Exception as error:
-        yield Finding("PZ105", file, f"unforeseen {type(error).__name__}: {error}")
+        yield Finding("PZ105", file, f"internal error: {type(error).__name__}: {error}")
 
 
 def gathered(findings: Iterable[Finding]) -> list[Finding]:

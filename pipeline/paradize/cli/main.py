@@ -122,7 +122,7 @@ def _run(words: Sequence[str]) -> int:
     except ParadizeError as error:
         errors: Sequence[ParadizeError] = error.errors if isinstance(error, GroupedError) else [error]
     except Exception as unknown:
-        errors = [BakeError(f"unforeseen {type(unknown).__name__}: {unknown}", mend="please report it")]
+        errors = [BakeError(f"internal error: {type(unknown).__name__}: {unknown}", mend="please report it")]
     if interrupted():
         raise KeyboardInterrupt
     complain(errors)

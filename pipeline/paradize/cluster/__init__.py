@@ -1,1 +1,2 @@
-"""Runs jobs on the workers of a Dask cluster: scheduler.py here, dask_worker.py there."""
+"""Runs jobs on the workers of a Dask cluster: scheduler.py runs on this machine, dask_worker.py on the
+others."""

@@ -1,4 +1,4 @@
-"""The line to a Dask scheduler: one clear message where there is none, and no word of Dask's own."""
+"""The connection to a Dask scheduler. Its failures become one clear message; Dask's own log is silent."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ CONNECT_S = 10.0  # until a scheduler must have answered
 HOWTO = "see pipeline/paradize/cluster/README.md"
 
 
-class ClusterLost(BakeError):  # noqa: N818 (what happened)
-    """There is no cluster, or no longer: what was not baked is not."""
+class ClusterLost(BakeError):  # noqa: N818 (an event, not a fault)
+    """There is no cluster, or it has gone. Jobs that have not finished are not run."""
 
 
 def connect(address: str) -> Any:
-    """A Dask client. Raises ClusterLost where no scheduler answers, or where it is not of our version."""
+    """Returns a Dask client. Raises ClusterLost if no scheduler answers or if its version differs, BakeError
+    if `distributed` is not installed."""
     try:
         import distributed
     except ImportError:
@@ -34,14 +35,14 @@ def connect(address: str) -> Any:
     if client is None:
         what = f"no Dask scheduler answers within {CONNECT_S:g} s{why}"
         raise ClusterLost(what, file=address, mend=mend)
-    there = client.get_versions()["scheduler"]["packages"]
-    here = {"python": platform.python_version(), "distributed": distributed.__version__}
-    for name, version in here.items():
-        found = str(there[name])
-        same = found.split(".")[:2] == version.split(".")[:2] if name == "python" else found == version
+    scheduler = client.get_versions()["scheduler"]["packages"]
+    ours = {"python": platform.python_version(), "distributed": distributed.__version__}
+    for name, version in ours.items():
+        theirs = str(scheduler[name])
+        same = theirs.split(".")[:2] == version.split(".")[:2] if name == "python" else theirs == version
         if not same:
             client.close()
-            what = f"the scheduler runs {name} {found}, this bake {version}"
+            what = f"the scheduler runs {name} {theirs}, this bake {version}"
             raise ClusterLost(what, file=address, mend=f"install the same on both; {HOWTO}")
     return client
 
@@ -56,19 +57,19 @@ def _client(address: str) -> Any:
 
 
 def _within(seconds: float, make: Callable[[], Any]) -> tuple[Any, str]:
-    """What `make` gives; None, and why, where it raises or takes longer: Dask waits for ever for one that
-    listens and says nothing."""
-    given: queue.SimpleQueue[tuple[Any, str]] = queue.SimpleQueue()
+    """Returns the result of `make` and ""; None and a reason if it raises or takes longer than `seconds`.
+    Dask waits for ever for a host that accepts the connection and sends nothing."""
+    answers: queue.SimpleQueue[tuple[Any, str]] = queue.SimpleQueue()
 
     def run() -> None:
         try:
-            given.put((make(), ""))
-        except Exception as error:  # whatever answers there: Dask raises many kinds
+            answers.put((make(), ""))
+        except Exception as error:  # Dask raises many kinds
             reason = one_line(str(error)).strip().rstrip(".")[:200]
-            given.put((None, f" ({type(error).__name__}: {reason})"))
+            answers.put((None, f" ({type(error).__name__}: {reason})"))
 
     threading.Thread(target=run, daemon=True).start()
     try:
-        return given.get(timeout=seconds + 1.0)
+        return answers.get(timeout=seconds + 1.0)
     except queue.Empty:
         return None, ""

@@ -1,7 +1,7 @@
-"""What runs in a Dask worker: one of our own worker processes for each of its threads, which bakes.
+"""Runs in a Dask worker. For each of its threads it keeps one of our own worker processes, which bakes.
 
-So a crash, a hang or a hunger for memory spoils one job on another machine too, and what is asked for its
-code is a fresh interpreter of ours. Arguments and results are plain values, which any version understands.
+So a crash, a hang or too much memory fails one job only, here too, and the code is loaded by a fresh
+interpreter of ours. Arguments and results are plain values, which any version can read.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from paradize.cluster.serialization import pack_answer, place_in, run_packed
+from paradize.cluster.serialization import pack_answer, path_in, run_packed
 from paradize.errors import ParadizeError
 from paradize.files import resolved
 from paradize.jobs.limits import cores, memory_limit
@@ -24,20 +24,29 @@ from paradize.jobs.pool import Job, Outcome, WorkerPool, run_jobs
 from paradize.jobs.worker import ForeignCode
 from paradize.kernels.threads import VARIABLE as THREADS
 
-# What the two sides must agree on: the text of the modules that talk to each other, as they were imported.
-_TALK = ("cluster/dask_worker", "cluster/serialization", "jobs/pool", "jobs/process", "jobs/worker")
+# Both sides must have the same text of the modules that talk to each other, as they were imported.
+_PROTOCOL_MODULES = (
+    "cluster/dask_worker",
+    "cluster/serialization",
+    "jobs/pool",
+    "jobs/process",
+    "jobs/worker",
+)
 _PACKAGE = Path(__file__).parents[1]
-PROTOCOL = hashlib.sha256(b"".join((_PACKAGE / f"{name}.py").read_bytes() for name in _TALK)).hexdigest()[:8]
+PROTOCOL = hashlib.sha256(
+    b"".join((_PACKAGE / f"{name}.py").read_bytes() for name in _PROTOCOL_MODULES)
+).hexdigest()[:8]
 
-IDLE_S = 60.0  # so long a process waits for work
-_LOOK_S = 1.0  # how often it is looked whether a result is still asked for
+IDLE_S = 60.0  # an idle process ends after this time
+_POLL_S = 1.0  # how often a running task checks whether it was cancelled
 _LOCK = threading.Lock()
-_IDLE: dict[WorkerPool, threading.Timer] = {}  # those whose process waits for work, and what ends the waiting
-_AT_WORK: dict[str, list[WorkerPool]] = {}  # bake -> those that work for it
+_IDLE: dict[WorkerPool, threading.Timer] = {}  # pools with an idle process, and the timer that ends it
+_BUSY: dict[str, list[WorkerPool]] = {}  # bake -> its pools
 
 
 def greet() -> dict[str, Any]:
-    """Who this is: what the two sides must agree on, and what its machine has."""
+    """Describes this worker: its protocol and Python version, which must match the scheduler's, its host and
+    its memory."""
     try:
         memory = memory_limit()
     except ParadizeError as error:
@@ -53,21 +62,27 @@ def greet() -> dict[str, Any]:
 def bake_here(
     bake: str, task: dict[str, Any], call: bytes, paths: list[str], blobs: list[bytes], threads: int
 ) -> dict[str, Any]:
-    """Runs a job. bake: whose. task: name, file, timeout_s, memory_bytes, code as in a Job; given: as of
-    parcel.pack_call; empty: the files that need only be there. call: packed. paths, blobs: the other files.
-    threads: of the Dask worker, which share the cores. Returns value or error as packed answers, seconds,
-    tries; foreign: the module whose code here is another."""
+    """Runs a job in a worker process of this machine.
+
+    bake: id of the bake. task: name, file, timeout_s, memory_bytes and code as in a Job; originals: as from
+    serialization.pack_call; empty: paths of files that only have to exist. call: the packed call. paths,
+    blobs: the other files and their bytes. threads: number of threads of the Dask worker, which share the
+    cores.
+
+    Returns value or error as packed answers, seconds and tries. foreign: a module whose code differs here, or
+    None.
+    """
     share = None if os.environ.get(THREADS) else max(1, cores() // max(1, threads))
     with tempfile.TemporaryDirectory(prefix="paradize-", dir=_own_folder()) as name:
         folder = resolved(Path(name))
         for path, blob in zip(paths, blobs, strict=True):
-            _write(place_in(folder, path), blob)
+            _write(path_in(folder, path), blob)
         for path in task["empty"]:
-            _write(place_in(folder, path), b"")
+            _write(path_in(folder, path), b"")
         job = Job(
             task["name"],
             run_packed,
-            {"packed": call, "folder": folder, "given": task["given"]},
+            {"packed": call, "folder": folder, "originals": task["originals"]},
             task["timeout_s"],
             task["file"],
             task["memory_bytes"],
@@ -77,72 +92,72 @@ def bake_here(
         error = outcome.error
         return {
             "value": outcome.value,
-            "error": None if error is None else pack_answer(error, folder, task["given"]),
+            "error": None if error is None else pack_answer(error, folder, task["originals"]),
             "foreign": error.module if isinstance(error, ForeignCode) else None,
             "seconds": outcome.seconds,
             "tries": outcome.tries,
         }
 
 
-def leave(bake: str) -> None:
-    """Ends the processes that work for a bake that is over, and those that wait."""
+def end_bake(bake: str) -> None:
+    """Ends the processes of a bake that is over, and all idle ones."""
     with _LOCK:
-        for crew in _AT_WORK.pop(bake, []):
-            _close(crew)
+        for pool in _BUSY.pop(bake, []):
+            _close(pool)
         while _IDLE:
-            crew, timer = _IDLE.popitem()
+            pool, timer = _IDLE.popitem()
             timer.cancel()
-            crew.stop()
+            pool.stop()
 
 
 def _run(bake: str, job: Job, threads: int | None) -> Outcome:
     while True:
         with _LOCK:
             warm = bool(_IDLE)
-            crew = _wake() if warm else WorkerPool()
-            _AT_WORK.setdefault(bake, []).append(crew)
+            pool = _take_warm() if warm else WorkerPool()
+            _BUSY.setdefault(bake, []).append(pool)
         try:
-            with _while_asked(crew):
-                (outcome,) = run_jobs([job], 1, threads=threads, crew=crew)
+            with _stop_when_cancelled(pool):
+                (outcome,) = run_jobs([job], 1, threads=threads, pool=pool)
         finally:
             with _LOCK:
-                if crew in (crews := _AT_WORK.get(bake, [])):
-                    crews.remove(crew)
-                    if not crews:
-                        del _AT_WORK[bake]
-        if warm and isinstance(outcome.error, ForeignCode):  # it began before the code here was changed
-            crew.stop()
+                if pool in (pools := _BUSY.get(bake, [])):
+                    pools.remove(pool)
+                    if not pools:
+                        del _BUSY[bake]
+        if warm and isinstance(outcome.error, ForeignCode):  # it had loaded the code before it was changed
+            pool.stop()
             continue
         with _LOCK:
-            if crew.closed:
-                crew.stop()
+            if pool.closed:
+                pool.stop()
             else:
-                _rest(crew)
+                _keep_warm(pool)
         return outcome
 
 
-def _wake() -> WorkerPool:
-    crew, timer = _IDLE.popitem()
+def _take_warm() -> WorkerPool:
+    pool, timer = _IDLE.popitem()
     timer.cancel()
-    return crew
+    return pool
 
 
-def _rest(crew: WorkerPool) -> None:
-    """Keeps a process for the next job; not for ever: a bake that was killed says no farewell."""
-    timer = _IDLE[crew] = threading.Timer(IDLE_S, _dismiss, [crew])
+def _keep_warm(pool: WorkerPool) -> None:
+    """Keeps a process for the next job for IDLE_S seconds. A bake that was killed cannot end it."""
+    timer = _IDLE[pool] = threading.Timer(IDLE_S, _stop_idle, [pool])
     timer.daemon = True
     timer.start()
 
 
-def _dismiss(crew: WorkerPool) -> None:
+def _stop_idle(pool: WorkerPool) -> None:
     with _LOCK:
-        if _IDLE.pop(crew, None):
-            crew.stop()
+        if _IDLE.pop(pool, None):
+            pool.stop()
 
 
 @contextmanager
-def _while_asked(crew: WorkerPool) -> Iterator[None]:
-    """Ends the crew's process once Dask takes the task back: its bake is gone."""
+def _stop_when_cancelled(pool: WorkerPool) -> Iterator[None]:
+    """Ends the pool's process once Dask cancels the task, because its bake has gone."""
     from distributed import get_worker
 
     try:
@@ -153,14 +168,14 @@ def _while_asked(crew: WorkerPool) -> Iterator[None]:
         return
     over = threading.Event()
 
-    def look() -> None:
-        while not over.wait(_LOOK_S):
+    def poll() -> None:
+        while not over.wait(_POLL_S):
             task = worker.state.tasks.get(key)
             if task is None or task.state == "cancelled":
                 with _LOCK:
-                    _close(crew)
+                    _close(pool)
 
-    thread = threading.Thread(target=look, daemon=True)
+    thread = threading.Thread(target=poll, daemon=True)
     thread.start()
     try:
         yield
@@ -169,15 +184,15 @@ def _while_asked(crew: WorkerPool) -> Iterator[None]:
         thread.join()
 
 
-def _close(crew: WorkerPool) -> None:
-    """Ends what works; whoever works with it hears of that."""
-    crew.closed = True
-    for worker in [*crew.workers]:
+def _close(pool: WorkerPool) -> None:
+    """Kills the pool's processes. The thread that waits for an answer sees that they ended."""
+    pool.closed = True
+    for worker in [*pool.workers]:
         worker.process.kill()
 
 
 def _own_folder() -> str | None:
-    """The Dask worker's folder, which is swept after it even where it is killed."""
+    """The Dask worker's own folder. Dask removes it even if the worker is killed. None outside Dask."""
     from distributed import get_worker
 
     try:

@@ -1,9 +1,9 @@
-"""Runs jobs on the workers of a Dask cluster: the sources travel to them, the results come back as bytes.
+"""Runs jobs on the workers of a Dask cluster. Sources are sent to them, results come back as bytes.
 
-Which job runs where is decided here, as workers.py does for its processes, so that the same rules hold: a job
-is tried twice, at most as many run on a machine as fit its memory, and one that lost its machine goes on
-alone, so that it cannot take others down with it. Dask carries calls, files (each once, however many jobs
-read it) and answers, and tells who is there. What runs there is dask_worker.py.
+This scheduler decides which job runs where, with the rules of jobs/pool.py: a job is tried twice; a machine
+runs as many jobs as its memory allows; a job whose worker died is tried again alone, so that it cannot end
+others. Dask transports calls, files (each once, however many jobs read it) and answers, and lists the
+workers. dask_worker.py is the code that runs there.
 """
 
 from __future__ import annotations
@@ -18,43 +18,48 @@ from secrets import token_hex
 from typing import Any
 
 from paradize.cluster.connection import HOWTO, ClusterLost, connect
-from paradize.cluster.dask_worker import PROTOCOL, bake_here, greet, leave
+from paradize.cluster.dask_worker import PROTOCOL, bake_here, end_bake, greet
 from paradize.cluster.file_transfer import FileTransfer
-from paradize.cluster.serialization import full, pack_call, unpack
-from paradize.cluster.workers import Machine, PendingTask
+from paradize.cluster.serialization import absolute, pack_call, unpack
+from paradize.cluster.workers import DaskWorker, PendingTask
 from paradize.errors import BakeError, ParadizeError, one_line
 from paradize.jobs.pool import Job, Outcome
 
-ABSENT_S = 30.0  # so long a bake waits for a worker to come, or to come back
-LEAVE_S = 5.0  # for what is done last
-ANSWER_S = 60.0  # until a worker must have said who it is
-_LOOK_S = 0.25  # how often it is looked who is there
+ABSENT_S = 30.0  # without any worker for this time the bake fails
+LEAVE_S = 5.0  # limit of the clean-up at the end
+ANSWER_S = 60.0  # a worker must answer the greeting within this time
+_POLL_S = 0.25  # how often the list of workers is read
 _TRIES = 2
-_FETCH_S = 10.0  # a result that takes longer is asked for anew, twice as patiently, if its worker is there
-_LOST = 8  # so often a job is sent anew whose files went with a worker, not the job's own fault
+_FETCH_S = 10.0  # time limit for fetching a result; doubled at each further try while its worker lives
+_LOST = 8  # how often a job is sent again whose files were lost with a worker
 
 
 def run_on_cluster(
     address: str,
     jobs: Sequence[Job],
-    told: Callable[[Outcome], None] | None = None,
+    on_outcome: Callable[[Outcome], None] | None = None,
     *,
-    began: Callable[[Job], None] | None = None,
+    on_start: Callable[[Job], None] | None = None,
     warn: Callable[[str], None] | None = None,
-    most: int | None = None,
+    max_parallel: int | None = None,
 ) -> list[Outcome]:
-    """Runs the jobs on the workers of the Dask scheduler at `address`; outcomes as of workers.run_jobs. warn:
-    hears of workers that are of no use. most: so many at once at most.
+    """Runs the jobs on the workers of the Dask scheduler at `address`. Returns their outcomes in the order of
+    the jobs, as jobs.pool.run_jobs does.
 
-    Raises ClusterLost where there is no cluster to begin with. What a cluster that is lost in between leaves
-    undone is in the outcomes.
+    on_start, on_outcome: called when a job starts and when it ends. warn: called with a message about each
+    worker that cannot be used. max_parallel: largest number of jobs that run at once.
+
+    Raises ClusterLost where no cluster answers. If the cluster disappears later, the outcomes of unfinished
+    jobs hold ClusterLost.
     """
     client = connect(address)
-    tour = _ClusterScheduler(client, address, jobs, told, began, warn, most or len(jobs))
+    scheduler = _ClusterScheduler(
+        client, address, jobs, on_outcome, on_start, warn, max_parallel or len(jobs)
+    )
     try:
-        return tour.run()
+        return scheduler.run()
     finally:
-        tour.leave()
+        scheduler.end_bake()
 
 
 class _ClusterScheduler:
@@ -65,262 +70,272 @@ class _ClusterScheduler:
         client: Any,
         address: str,
         jobs: Sequence[Job],
-        told: Callable[[Outcome], None] | None,
-        began: Callable[[Job], None] | None,
+        on_outcome: Callable[[Outcome], None] | None,
+        on_start: Callable[[Job], None] | None,
         warn: Callable[[str], None] | None,
-        most: int,
+        max_parallel: int,
     ) -> None:
-        self.client, self.address, self.jobs, self.most = client, address, jobs, most
-        self.told, self.began, self.warn = told, began, warn
-        self.name = token_hex(4)  # of this bake, on the machines
+        self.client, self.address, self.jobs, self.max_parallel = client, address, jobs, max_parallel
+        self.on_outcome, self.on_start, self.warn = on_outcome, on_start, warn
+        self.name = token_hex(4)  # id of this bake on the workers
         self.waiting = [PendingTask(job) for job in jobs]
         self.outcomes: dict[str, Outcome] = {}
-        self.machines: dict[str, Machine] = {}
-        self.answers: queue.SimpleQueue[tuple[Machine, PendingTask | None, Any]] = queue.SimpleQueue()
-        self.freight = FileTransfer(client, jobs)
-        self.looked = 0.0
-        self.seen = time.monotonic()  # when there was a worker last
+        self.workers: dict[str, DaskWorker] = {}
+        self.answers: queue.SimpleQueue[tuple[DaskWorker, PendingTask | None, Any]] = queue.SimpleQueue()
+        self.transfer = FileTransfer(client, jobs)
+        self.updated_s = 0.0
+        self.last_worker_s = time.monotonic()  # when a worker was last seen
 
     def run(self) -> list[Outcome]:
         try:
             while len(self.outcomes) < len(self.jobs):
-                self.look()
-                self.hand_out()
+                self.update_workers()
+                self.start_jobs()
                 with suppress(queue.Empty):
-                    self.hear(*self.answers.get(timeout=_LOOK_S))
+                    self.receive(*self.answers.get(timeout=_POLL_S))
         except ClusterLost as lost:
             for job in self.jobs:
                 if job.name not in self.outcomes:
                     self.end(Outcome(job.name, None, lost, 0.0))
         return [self.outcomes[job.name] for job in self.jobs]
 
-    def look(self) -> None:
-        """Who came, who has gone, who takes too long. Raises ClusterLost where nobody is left."""
+    def update_workers(self) -> None:
+        """Adds new workers, removes lost ones, and ends tasks that take too long. Raises ClusterLost after
+        ABSENT_S without a worker."""
         now = time.monotonic()
-        if now - self.looked < _LOOK_S:
+        if now - self.updated_s < _POLL_S:
             return
-        self.looked = now
-        there = self.ask_who()
-        for address, threads in there.items():
-            if address not in self.machines:
-                machine = self.machines[address] = Machine(address, threads, now)
-                self.send(machine, None, self.client.submit(greet, workers=[address], pure=False))
-        for address in [address for address in self.machines if address not in there]:
-            self.bury(self.machines.pop(address))
-        for machine in self.machines.values():
-            if machine.told is None and not machine.refused and now - machine.since > ANSWER_S:
-                self.refuse(machine, f"has not said who it is within {ANSWER_S:g} s")
-            for errand in [*machine.errands]:
-                if now - errand.since > 2.0 * _TRIES * errand.job.most_s + ANSWER_S:
-                    self.again(machine, errand, f"took longer than {errand.job.most_s:g} s on {machine.name}")
-        if self.machines:
-            self.seen = now
-        elif now - self.seen > ABSENT_S:
+        self.updated_s = now
+        threads_by_address = self.threads_of_workers()
+        for address, threads in threads_by_address.items():
+            if address not in self.workers:
+                worker = self.workers[address] = DaskWorker(address, threads, now)
+                self.send(worker, None, self.client.submit(greet, workers=[address], pure=False))
+        for address in [address for address in self.workers if address not in threads_by_address]:
+            self.remove_worker(self.workers.pop(address))
+        for worker in self.workers.values():
+            if worker.info is None and not worker.refused and now - worker.since > ANSWER_S:
+                self.refuse(worker, f"has not answered within {ANSWER_S:g} s")
+            for pending in [*worker.pending]:
+                if now - pending.since > 2.0 * _TRIES * pending.job.most_s + ANSWER_S:
+                    self.retry(worker, pending, f"took longer than {pending.job.most_s:g} s on {worker.name}")
+        if self.workers:
+            self.last_worker_s = now
+        elif now - self.last_worker_s > ABSENT_S:
             what = f"the cluster has had no worker for {ABSENT_S:g} s"
             raise ClusterLost(what, file=self.address, mend=f"start some with `dask worker`; {HOWTO}")
-        self.give_up()
+        self.fail_refused()
 
-    def ask_who(self) -> dict[str, int]:
-        """The threads of each worker, by address."""
+    def threads_of_workers(self) -> dict[str, int]:
+        """The number of threads of each worker, by address."""
         if self.client.status == "running":
-            with suppress(Exception):  # whatever Dask raises of a line that broke: it is gone
-                there: dict[str, int] = self.client.sync(
+            with suppress(Exception):  # any error of Dask means that the connection is lost
+                threads: dict[str, int] = self.client.sync(
                     self.client.scheduler.ncores, workers=None, callback_timeout=ANSWER_S
                 )
-                return there
-        what = "the scheduler has gone; what was baked until then is kept"
+                return threads
+        what = "the connection to the scheduler was lost; finished jobs are kept"
         raise ClusterLost(what, file=self.address, mend="start it again, and bake again")
 
-    def give_up(self) -> None:
-        """Ends the jobs that no machine takes, once all have said who they are."""
-        machines = list(self.machines.values())
-        if not any(one.refused or one.foreign for one in machines):
+    def fail_refused(self) -> None:
+        """Fails the jobs that no worker takes, once all workers have answered the greeting."""
+        workers = list(self.workers.values())
+        if not any(worker.refused or worker.foreign for worker in workers):
             return
-        if any(one.told is None and not one.refused for one in machines):
+        if any(worker.info is None and not worker.refused for worker in workers):
             return
-        for errand in [one for one in self.waiting if not any(on.takes(one.job) for on in machines)]:
-            self.waiting.remove(errand)
-            self.fail(errand, machines[0].refusal(machines[0].why_not(errand.job)), 0.0)
+        for pending in [
+            task for task in self.waiting if not any(worker.takes(task.job) for worker in workers)
+        ]:
+            self.waiting.remove(pending)
+            self.fail(pending, workers[0].error(workers[0].reason(pending.job)), 0.0)
 
-    def hand_out(self) -> None:
-        """Sends what there is room for."""
-        while sum(len(machine.errands) for machine in self.machines.values()) < self.most:
-            free = [one for one in self.machines.values() if one.told and len(one.errands) < one.threads]
-            free.sort(key=Machine.load)
-            pairs = ((on, errand) for errand in self.waiting for on in free if self.fits(on, errand))
-            machine, errand = next(pairs, (None, None)) if free else (None, None)
-            if machine is None or errand is None:
+    def start_jobs(self) -> None:
+        """Sends waiting jobs to free workers."""
+        while sum(len(worker.pending) for worker in self.workers.values()) < self.max_parallel:
+            greeted = [worker for worker in self.workers.values() if worker.info]
+            free = [worker for worker in greeted if len(worker.pending) < worker.threads]
+            free.sort(key=DaskWorker.load)
+            pairs = (
+                (worker, pending) for pending in self.waiting for worker in free if self.fits(worker, pending)
+            )
+            worker, pending = next(pairs, (None, None)) if free else (None, None)
+            if worker is None or pending is None:
                 return
-            self.waiting.remove(errand)
-            if not self.start(machine, errand):
+            self.waiting.remove(pending)
+            if not self.start(worker, pending):
                 return
 
-    def fits(self, machine: Machine, errand: PendingTask) -> bool:
-        """Whether it takes the job, and there is memory for it beside what runs on that computer."""
-        assert machine.told is not None
-        if not machine.takes(errand.job):
+    def fits(self, worker: DaskWorker, pending: PendingTask) -> bool:
+        """Whether the worker takes the job and its machine has memory for it beside the running ones."""
+        assert worker.info is not None
+        if not worker.takes(pending.job):
             return False
-        near = [other for other in self.machines.values() if machine.near(other)]
-        beside = [one for other in near for one in other.errands]
-        if not beside:
+        same_host = [other for other in self.workers.values() if worker.same_host(other)]
+        running = [task for other in same_host for task in other.pending]
+        if not running:
             return True
-        if errand.alone or any(one.alone for one in beside):
+        if pending.alone or any(task.alone for task in running):
             return False
-        limit = machine.told["memory"]
-        return limit is None or sum(one.job.memory_bytes for one in beside) + errand.job.memory_bytes <= limit
+        limit = worker.info["memory"]
+        return (
+            limit is None
+            or sum(task.job.memory_bytes for task in running) + pending.job.memory_bytes <= limit
+        )
 
-    def start(self, machine: Machine, errand: PendingTask) -> bool:
-        """Sends a job; False where the line is at fault."""
-        job = errand.job
-        packed, given = pack_call(job.call, job.arguments)
+    def start(self, worker: DaskWorker, pending: PendingTask) -> bool:
+        """Sends a job. Returns False if the connection failed."""
+        job = pending.job
+        packed, originals = pack_call(job.call, job.arguments)
         task = {
             "name": job.name,
             "file": None if job.file is None else str(job.file),
             "timeout_s": job.most_s,
             "memory_bytes": job.memory_bytes,
             "code": dict(job.code),
-            "given": given,
-            "empty": [full(path) for path, whole in job.files.items() if not whole],
+            "originals": originals,
+            "empty": [absolute(path) for path, whole in job.files.items() if not whole],
         }
         try:
-            paths, blobs = self.freight.files(job, machine.address)
-            call = self.freight.call(packed, machine.address)
+            paths, blobs = self.transfer.files(job, worker.address)
+            call = self.transfer.call(packed, worker.address)
             key = f"paradize {job.name} {token_hex(4)}"
             future = self.client.submit(
-                bake_here, self.name, task, call, paths, blobs, machine.threads,
-                workers=[machine.address], pure=False, key=key,
+                bake_here, self.name, task, call, paths, blobs, worker.threads,
+                workers=[worker.address], pure=False, key=key,
             )  # fmt: skip
         except ParadizeError as error:
-            self.fail(errand, error, 0.0)
+            self.fail(pending, error, 0.0)
             return True
-        except Exception as error:  # of Dask, or of the line
-            self.lose(errand, f"{type(error).__name__}: {error}")
+        except Exception as error:  # of Dask or of the connection
+            self.resend(pending, f"{type(error).__name__}: {error}")
             return False
-        errand.since = time.monotonic()
-        machine.errands.append(errand)
-        if self.began:
-            self.began(job)
-        self.send(machine, errand, future)
+        pending.since = time.monotonic()
+        worker.pending.append(pending)
+        if self.on_start:
+            self.on_start(job)
+        self.send(worker, pending, future)
         return True
 
-    def send(self, machine: Machine, errand: PendingTask | None, future: Any) -> None:
-        """Has the answer come into the queue."""
-        if errand:
-            errand.future = future
+    def send(self, worker: DaskWorker, pending: PendingTask | None, future: Any) -> None:
+        """Puts the answer into the queue when it arrives."""
+        if pending:
+            pending.future = future
         else:
-            machine.greeting = future  # held, or Dask would drop the call
+            worker.greeting = future  # keeps a reference: Dask cancels calls without one
         answers = self.answers
-        future.add_done_callback(lambda done: answers.put((machine, errand, done)))
+        future.add_done_callback(lambda done: answers.put((worker, pending, done)))
 
-    def hear(self, machine: Machine, errand: PendingTask | None, future: Any) -> None:
-        """Takes what came of a call."""
-        if errand and (errand not in machine.errands or errand.future is not future):
-            return  # given to another meanwhile
+    def receive(self, worker: DaskWorker, pending: PendingTask | None, future: Any) -> None:
+        """Handles the end of a call."""
+        if pending and (pending not in worker.pending or pending.future is not future):
+            return  # another worker has it by now
         try:
-            value, wrong = self.fetch(machine, future), ""
-        except Exception as error:  # of the line, of Dask, or of what the other side cannot import
-            value, wrong = None, f"{type(error).__name__}: {one_line(str(error)).strip()[:300]}"
-        if errand is None:
-            self.meet(machine, value, wrong)
+            value, problem = self.fetch(worker, future), ""
+        except Exception as error:  # of the connection, of Dask, or a failed import on the worker
+            value, problem = None, f"{type(error).__name__}: {one_line(str(error)).strip()[:300]}"
+        if pending is None:
+            self.on_greeting(worker, value, problem)
         elif future.status in ("cancelled", "lost"):
-            machine.errands.remove(errand)
-            self.lose(errand, wrong)
+            worker.pending.remove(pending)
+            self.resend(pending, problem)
         elif value is None:
-            self.again(machine, errand, f"could not be baked on {machine.name}: {wrong}")
+            self.retry(worker, pending, f"could not be baked on {worker.name}: {problem}")
         else:
-            machine.errands.remove(errand)
-            self.take(machine, errand, value)
+            worker.pending.remove(pending)
+            self.on_answer(worker, pending, value)
 
-    def fetch(self, machine: Machine, future: Any) -> Any:
-        """The result of a call. Raises what the call raised; TimeoutError where its worker went with it."""
-        patience = _FETCH_S
+    def fetch(self, worker: DaskWorker, future: Any) -> Any:
+        """Returns the result of a call. Raises what the call raised, and TimeoutError where its worker has
+        gone."""
+        timeout_s = _FETCH_S
         while True:
             try:
-                return future.result(timeout=patience)
+                return future.result(timeout=timeout_s)
             except TimeoutError:
-                if machine.address not in self.ask_who():
+                if worker.address not in self.threads_of_workers():
                     raise
-            patience *= 2.0
+            timeout_s *= 2.0
 
-    def meet(self, machine: Machine, told: dict[str, Any] | None, wrong: str) -> None:
-        """A worker has said who it is."""
+    def on_greeting(self, worker: DaskWorker, info: dict[str, Any] | None, problem: str) -> None:
+        """Checks a worker's answer to the greeting: same Python, same protocol."""
         ours = {"python": ".".join(platform.python_version_tuple()[:2]), "engine": PROTOCOL}
-        if told is None:
-            if self.machines.get(machine.address) is machine:
-                self.refuse(machine, f"cannot run this paradize ({wrong})")
+        if info is None:
+            if self.workers.get(worker.address) is worker:
+                self.refuse(worker, f"cannot run this paradize ({problem})")
             return
-        machine.told = told
-        if "error" in told:
-            self.refuse(machine, f"cannot work: {told['error']}")
+        worker.info = info
+        if "error" in info:
+            self.refuse(worker, f"cannot work: {info['error']}")
         for name, value in ours.items():
-            if "error" not in told and told.get(name) != value:
-                self.refuse(machine, f"runs {name} {told.get(name)}, this bake {value}")
+            if "error" not in info and info.get(name) != value:
+                self.refuse(worker, f"runs {name} {info.get(name)}, this bake {value}")
 
-    def take(self, machine: Machine, errand: PendingTask, answer: dict[str, Any]) -> None:
-        """An answer that came whole."""
+    def on_answer(self, worker: DaskWorker, pending: PendingTask, answer: dict[str, Any]) -> None:
+        """Handles a complete answer of a job."""
         if answer["foreign"] is not None:
-            machine.foreign.add(answer["foreign"])
-            self.say(machine, f"runs other code: {answer['foreign']}")
-            self.waiting.insert(0, errand)
+            worker.foreign.add(answer["foreign"])
+            self.report(worker, f"runs other code: {answer['foreign']}")
+            self.waiting.insert(0, pending)
             return
         error = None if answer["error"] is None else unpack(answer["error"])
         value = None if answer["value"] is None else unpack(answer["value"])
-        self.end(Outcome(errand.job.name, value, error, answer["seconds"], answer["tries"]), errand.job)
+        self.end(Outcome(pending.job.name, value, error, answer["seconds"], answer["tries"]), pending.job)
 
-    def again(self, machine: Machine, errand: PendingTask, what: str) -> None:
-        """A call failed on its machine: once more, where it has a try left."""
-        machine.errands.remove(errand)
-        errand.future.cancel()
-        if errand.tries >= _TRIES:
-            error = BakeError(f"{errand.job.name} {what}, twice", file=errand.job.file)
-            self.fail(errand, error, time.monotonic() - errand.since)
+    def retry(self, worker: DaskWorker, pending: PendingTask, what: str) -> None:
+        """A call failed on its worker. It is tried again if it has a try left."""
+        worker.pending.remove(pending)
+        pending.future.cancel()
+        if pending.tries >= _TRIES:
+            error = BakeError(f"{pending.job.name} {what}, twice", file=pending.job.file)
+            self.fail(pending, error, time.monotonic() - pending.since)
             return
-        errand.tries, errand.alone = errand.tries + 1, True
-        self.waiting.append(errand)
+        pending.tries, pending.alone = pending.tries + 1, True
+        self.waiting.append(pending)
 
-    def bury(self, machine: Machine) -> None:
-        """A worker is gone: what ran there is tried once more, with nothing beside it."""
-        for errand in [*machine.errands]:
-            self.again(machine, errand, f"could not be baked: its worker {machine.name} died")
+    def remove_worker(self, worker: DaskWorker) -> None:
+        """A worker has gone. Its tasks are tried once more, each alone on its machine."""
+        for pending in [*worker.pending]:
+            self.retry(worker, pending, f"could not be baked: its worker {worker.name} died")
 
-    def lose(self, errand: PendingTask, why: str) -> None:
-        """A call went down with somebody else's data: sent anew with all its files."""
-        errand.lost += 1
-        self.looked = 0.0  # the worker may have gone
-        self.freight.lost(errand.job)
-        if errand.lost > _LOST:
-            what = f"{errand.job.name} could not be sent: {why}"
-            self.fail(errand, BakeError(what, file=errand.job.file), 0.0)
+    def resend(self, pending: PendingTask, why: str) -> None:
+        """A call was lost with files on another worker. It is sent again with all its files."""
+        pending.lost += 1
+        self.updated_s = 0.0  # the worker may have gone
+        self.transfer.forget(pending.job)
+        if pending.lost > _LOST:
+            what = f"{pending.job.name} could not be sent: {why}"
+            self.fail(pending, BakeError(what, file=pending.job.file), 0.0)
         else:
-            self.waiting.insert(0, errand)
+            self.waiting.insert(0, pending)
 
-    def fail(self, errand: PendingTask, error: ParadizeError, seconds: float) -> None:
-        self.end(Outcome(errand.job.name, None, error, seconds, errand.tries), errand.job)
+    def fail(self, pending: PendingTask, error: ParadizeError, seconds: float) -> None:
+        self.end(Outcome(pending.job.name, None, error, seconds, pending.tries), pending.job)
 
     def end(self, outcome: Outcome, job: Job | None = None) -> None:
-        """Notes what became of a job; what only it read is let go."""
+        """Stores the outcome of a job and releases the files that only it read."""
         self.outcomes[outcome.name] = outcome
         if job:
-            self.freight.done(job)
-        if self.told:
-            self.told(outcome)
+            self.transfer.release(job)
+        if self.on_outcome:
+            self.on_outcome(outcome)
 
-    def refuse(self, machine: Machine, why: str) -> None:
-        machine.refused = why
-        self.say(machine, why)
+    def refuse(self, worker: DaskWorker, why: str) -> None:
+        worker.refused = why
+        self.report(worker, why)
 
-    def say(self, machine: Machine, why: str) -> None:
+    def report(self, worker: DaskWorker, why: str) -> None:
         if self.warn:
-            self.warn(str(machine.refusal(why)))
+            self.warn(str(worker.error(why)))
 
-    def leave(self) -> None:
-        """Ends what still runs there, and the connection."""
+    def end_bake(self) -> None:
+        """Ends what still runs on the workers, and closes the connection."""
 
         def quietly() -> None:
-            with suppress(Exception):  # the cluster may be gone, or some of its workers hang
-                busy = [errand.future for one in self.machines.values() for errand in one.errands]
+            with suppress(Exception):  # the cluster may have gone, or some of its workers hang
+                busy = [task.future for worker in self.workers.values() for task in worker.pending]
                 self.client.cancel(busy, force=True)
-                self.client.run(leave, self.name, on_error="ignore")
+                self.client.run(end_bake, self.name, on_error="ignore")
 
         if self.client.status == "running":
             thread = threading.Thread(target=quietly, daemon=True)

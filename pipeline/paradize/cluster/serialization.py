@@ -1,7 +1,8 @@
-"""A call for another machine: its paths stand for files that travel beside it, and come back as bytes.
+"""Serializes a call for another machine. Its paths stand for files that are sent beside it; result files
+return as bytes.
 
-There each file lies under a folder of the call's own, at the path that it has here, so that files still find
-one another; texts that come back (messages, warnings) name the paths of here.
+On the other machine each file lies in a folder of the call, at the path that it has here, so that relative
+references between files work. Texts that come back (messages, warnings) name the paths of this machine.
 """
 
 from __future__ import annotations
@@ -16,80 +17,82 @@ from typing import Any
 from paradize.files import read_file
 
 
-def place_in(folder: Path, path: str) -> Path:
-    """Where the sender's file `path` lies under `folder`. path: as `full` gives it."""
+def path_in(folder: Path, path: str) -> Path:
+    """The path under `folder` of the sender's file `path`, which is absolute (`absolute`)."""
     return folder / path.lstrip("/")
 
 
-def full(path: Path) -> str:
-    """The path from the root on, without dots; links are not followed."""
+def absolute(path: Path) -> str:
+    """The absolute path without dots; links are not followed."""
     return os.path.abspath(path)  # noqa: PTH100 (resolve would follow links)
 
 
 def pack_call(call: Callable[..., Any], arguments: dict[str, Any]) -> tuple[bytes, dict[str, str]]:
-    """A call to a module-level function, for `run_packed`; and its paths: in full -> as they were given."""
-    given: dict[str, str] = {}
+    """Packs a call to a module-level function for `run_packed`. Also returns its paths: absolute path -> path
+    as it was written."""
+    originals: dict[str, str] = {}
 
-    def away(thing: object) -> str | None:
-        if not isinstance(thing, Path):
+    def replace(value: object) -> str | None:
+        if not isinstance(value, Path):
             return None
-        given.setdefault(full(thing), str(thing))
-        return full(thing)
+        originals.setdefault(absolute(value), str(value))
+        return absolute(value)
 
-    return _pack((call, arguments), away), given
-
-
-def run_packed(packed: bytes, folder: Path, given: Mapping[str, str]) -> bytes:
-    """Runs the call with its paths under `folder`; what it returns, for `unpack`. Raises what it raises."""
-    call, arguments = _unpack(packed, lambda path: place_in(folder, path))
-    return pack_answer(call(**arguments), folder, given)
+    return _pack((call, arguments), replace), originals
 
 
-def pack_answer(value: Any, folder: Path, given: Mapping[str, str]) -> bytes:
-    """What came of a call, for `unpack`: files under `folder` as their bytes, and texts that name some as the
-    sender's paths."""
+def run_packed(packed: bytes, folder: Path, originals: Mapping[str, str]) -> bytes:
+    """Runs a packed call with its paths under `folder`. Returns its packed result for `unpack`; raises what
+    the call raises."""
+    call, arguments = _unpack(packed, lambda path: path_in(folder, path))
+    return pack_answer(call(**arguments), folder, originals)
+
+
+def pack_answer(value: Any, folder: Path, originals: Mapping[str, str]) -> bytes:
+    """Packs the result of a call for `unpack`. Paths of files under `folder` become the files' bytes. In
+    texts, paths under `folder` become the sender's paths."""
     root = str(folder)
 
-    def back(thing: object) -> bytes | str | None:
-        if isinstance(thing, Path) and thing.is_relative_to(folder):
-            return read_file(thing)
-        if type(thing) is not str or root not in thing:
+    def replace(part: object) -> bytes | str | None:
+        if isinstance(part, Path) and part.is_relative_to(folder):
+            return read_file(part)
+        if type(part) is not str or root not in part:
             return None
-        for path in sorted(given, key=len, reverse=True):
-            thing = thing.replace(str(place_in(folder, path)), given[path])
-        return thing.replace(root, "")
+        for path in sorted(originals, key=len, reverse=True):
+            part = part.replace(str(path_in(folder, path)), originals[path])
+        return part.replace(root, "")
 
-    return _pack(value, back)
+    return _pack(value, replace)
 
 
 def unpack(packed: bytes) -> Any:
-    """What `run_packed` or `pack_answer` gave."""
-    return _unpack(packed, lambda thing: thing)
+    """Unpacks what `run_packed` or `pack_answer` returned."""
+    return _unpack(packed, lambda value: value)
 
 
 class _Packer(pickle.Pickler):
-    def __init__(self, stream: io.BytesIO, instead: Callable[[object], Any]) -> None:
+    def __init__(self, stream: io.BytesIO, replace: Callable[[object], Any]) -> None:
         super().__init__(stream, protocol=5)
-        self.instead = instead
+        self.replace = replace
 
     def persistent_id(self, obj: Any) -> Any:
-        return self.instead(obj)
+        return self.replace(obj)
 
 
 class _Unpacker(pickle.Unpickler):
-    def __init__(self, stream: io.BytesIO, meant: Callable[[Any], Any]) -> None:
+    def __init__(self, stream: io.BytesIO, restore: Callable[[Any], Any]) -> None:
         super().__init__(stream)
-        self.meant = meant
+        self.restore = restore
 
     def persistent_load(self, pid: Any) -> Any:
-        return self.meant(pid)
+        return self.restore(pid)
 
 
-def _pack(value: Any, instead: Callable[[object], Any]) -> bytes:
+def _pack(value: Any, replace: Callable[[object], Any]) -> bytes:
     stream = io.BytesIO()
-    _Packer(stream, instead).dump(value)
+    _Packer(stream, replace).dump(value)
     return stream.getvalue()
 
 
-def _unpack(packed: bytes, meant: Callable[[Any], Any]) -> Any:
-    return _Unpacker(io.BytesIO(packed), meant).load()
+def _unpack(packed: bytes, restore: Callable[[Any], Any]) -> Any:
+    return _Unpacker(io.BytesIO(packed), restore).load()

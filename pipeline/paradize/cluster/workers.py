@@ -1,4 +1,4 @@
-"""The workers of a cluster, and the jobs that are on their way to them."""
+"""The workers of a cluster and the jobs that run on them."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from paradize.jobs.pool import Job
 
 @dataclass(eq=False)
 class PendingTask:
-    """A job on its way. tries: which one it is of the job's. lost: how often it went down without a fault of
-    its own. alone: whether it lost its machine before."""
+    """A job that waits or runs on the cluster. tries: number of the current try. lost: how often it was lost
+    through no fault of its own. alone: whether it must run alone on its machine, because it lost a worker
+    before."""
 
     job: Job
     tries: int = 1
@@ -23,43 +24,44 @@ class PendingTask:
 
 
 @dataclass(eq=False)
-class Machine:
-    """A Dask worker: its threads, what it said of itself (None: nothing yet), what runs there."""
+class DaskWorker:
+    """A Dask worker: its threads, its answer to the greeting (info; None: none yet), the tasks that it runs
+    (pending)."""
 
     address: str
     threads: int
     since: float
-    told: dict[str, Any] | None = None
-    refused: str = ""  # why it gets nothing
-    foreign: set[str] = field(default_factory=set)  # modules that it has in other versions
-    errands: list[PendingTask] = field(default_factory=list)
+    info: dict[str, Any] | None = None
+    refused: str = ""  # why it gets no jobs
+    foreign: set[str] = field(default_factory=set)  # modules whose code differs there
+    pending: list[PendingTask] = field(default_factory=list)
     greeting: Any = None
 
     def load(self) -> float:
-        """How many jobs each thread has."""
-        return len(self.errands) / self.threads
+        """Jobs per thread."""
+        return len(self.pending) / self.threads
 
     @property
     def name(self) -> str:
-        host = (self.told or {}).get("host")
+        host = (self.info or {}).get("host")
         return f"{host} ({self.address})" if host else self.address
 
     def foreign_to(self, job: Job) -> str:
-        """A module of the job's that is another version here; empty where there is none."""
+        """A module of the job whose code differs on this worker; "" where there is none."""
         return next(iter(sorted(self.foreign & job.code.keys())), "")
 
     def takes(self, job: Job) -> bool:
         return not self.refused and not self.foreign_to(job)
 
-    def near(self, other: Machine) -> bool:
-        """Whether both run on one computer."""
-        return bool(self.told and other.told and self.told["host"] == other.told["host"])
+    def same_host(self, other: DaskWorker) -> bool:
+        """Whether both run on the same computer."""
+        return bool(self.info and other.info and self.info["host"] == other.info["host"])
 
-    def why_not(self, job: Job) -> str:
+    def reason(self, job: Job) -> str:
         """Why it does not take the job."""
         return self.refused or f"runs other code: {self.foreign_to(job)}"
 
-    def refusal(self, why: str) -> BakeError:
-        """The message about it."""
+    def error(self, why: str) -> BakeError:
+        """The message about a worker that cannot be used."""
         mend = "install the same paradize there, and start the worker again"
         return BakeError(f"the worker {self.name} {why}", mend=mend)

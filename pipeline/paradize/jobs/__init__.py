@@ -1,5 +1,5 @@
 """Worker processes, and digests of the code that they run.
 
-pool.py runs jobs; a crash, a hang or too much memory ends one job and no other. code.py hashes the code
-behind a job, so that a changed stage bakes its artifacts again and no others.
+pool.py runs jobs in worker processes. If a job crashes, hangs or takes too much memory, only that job fails.
+code.py hashes the code behind a job, so that a changed stage bakes only its own artifacts again.
 """

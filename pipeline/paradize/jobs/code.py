@@ -1,9 +1,9 @@
-"""Digests of the code behind a product: a changed stage bakes its products again and no others.
+"""Digests of the code behind a product. When the code of a stage changes, only its products are baked again.
 
-The modules that a product's module imports, directly or through others, are found by reading their import
-lines. Python files are hashed by their text; a native module carries a digest of what it was built of
-(kernels/digest.py); third-party libraries count by name and version. A worker compares the digests of what
-it has really loaded (`foreign_module`), and refuses where they differ: nobody raises a version by hand.
+The imports of a product's module are found by reading the import lines of the sources. Python files are
+hashed by their text. A native module contains a digest of its sources (kernels/digest.py). Third-party
+libraries count by name and version. A worker compares these digests with the code that it has loaded
+(`foreign_module`) and refuses a job if they differ. No version number has to be raised by hand.
 """
 
 from __future__ import annotations
@@ -21,8 +21,12 @@ import paradize
 from paradize.jobs.libraries import library_versions
 
 SUFFIXES = (".py", *EXTENSION_SUFFIXES)
-_ENGINE = ("paradize.cluster", "paradize.jobs", "paradize.store")  # they run jobs and decide no result
-_VERSIONS = "libraries"  # stands in a code's dict beside the modules
+_ENGINE_PACKAGES = (
+    "paradize.cluster",
+    "paradize.jobs",
+    "paradize.store",
+)  # they run jobs and do not affect results
+_VERSIONS = "libraries"  # key of the libraries' digest, beside the modules
 _IMPORT = re.compile(
     rb"^[ \t]*(?:from[ \t]+(paradize[\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)"
     rb"|import[ \t]+(paradize[\w.]*))",
@@ -33,70 +37,75 @@ _SYMBOL, _SYMBOL_BYTES = "paradize_digest", 87
 
 
 def code_files(module: str) -> tuple[Path, ...]:
-    """The Python and native files that `module` loads of this package, sorted."""
+    """The Python and native files of this package that `module` imports, directly or indirectly, sorted."""
     return tuple(sorted(_closure(module).values()))
 
 
 @cache
-def code_of(module: str, *alone: str) -> Mapping[str, str]:
-    """The digests of what `module` loads of this package, by module; of each module of `alone` and its
-    packages, without what those load; and of the libraries' versions. What runs jobs is left out: it decides
-    no result."""
-    named = {".".join(name.split(".")[:k]) for name in alone for k in range(1, name.count(".") + 2)}
-    files = _closure(module) | {name: path for name in named if (path := _find(name))}
-    code = {name: _look(path)[0] for name, path in sorted(files.items()) if not name.startswith(_ENGINE)}
+def code_of(module: str, *extra: str) -> Mapping[str, str]:
+    """Digests of all modules of this package that `module` imports, by module name.
+
+    extra: modules that are added with their packages, but without their imports. The result also holds one
+    digest of the libraries' versions. The packages that run jobs are left out, because they do not affect
+    results.
+    """
+    extra_modules = {".".join(name.split(".")[:k]) for name in extra for k in range(1, name.count(".") + 2)}
+    files = _closure(module) | {name: path for name in extra_modules if (path := _find(name))}
+    code = {
+        name: _scan(path)[0] for name, path in sorted(files.items()) if not name.startswith(_ENGINE_PACKAGES)
+    }
     return code | {_VERSIONS: _versions_digest()}
 
 
-def code_digest(module: str, *alone: str) -> str:
-    """SHA-256 over `code_of`."""
-    items = code_of(module, *alone).items()
+def code_digest(module: str, *extra: str) -> str:
+    """SHA-256 over `code_of`, hexadecimal."""
+    items = code_of(module, *extra).items()
     return hashlib.sha256("\0".join(f"{name} {digest}" for name, digest in items).encode()).hexdigest()
 
 
-def forget() -> None:
-    """Looks at all files anew from here on: for a process that bakes more than once."""
-    for known in (code_of, library_versions, _find, _names, _look):
+def clear_caches() -> None:
+    """Clears all caches. A process that bakes more than once calls it to see changed files."""
+    for known in (code_of, library_versions, _find, _names, _scan):
         known.cache_clear()
 
 
 def foreign_module(code: Mapping[str, str]) -> str | None:
-    """A module that this process has loaded, whose code is not the one in `code`; None where there is none.
-    Modules that `code` does not hold do not count."""
+    """Returns the name of a loaded module whose code differs from its digest in `code`, or None. Modules that
+    are not in `code` are ignored."""
     from paradize.jobs.loader import LOADED  # here: a bake with nothing to do loads less
 
     for name, digest in code.items():
         if name == _VERSIONS:
-            here: str | None = _versions_digest()
+            loaded: str | None = _versions_digest()
         elif name in LOADED:
-            here = LOADED[name]
+            loaded = LOADED[name]
         else:
             file = getattr(sys.modules.get(name), "__file__", None)
-            here = loaded_kernel_digest(file) if file and file.endswith(tuple(EXTENSION_SUFFIXES)) else None
-        if here is not None and here != digest:
+            loaded = loaded_kernel_digest(file) if file and file.endswith(tuple(EXTENSION_SUFFIXES)) else None
+        if loaded is not None and loaded != digest:
             return name
     return None
 
 
 def kernel_digest(path: Path) -> str:
-    """The digest that a native module's file carries; the hash of its bytes where it carries none."""
+    """The digest inside a native module's file, or the SHA-256 of the file where it contains none."""
     data = path.read_bytes()
-    found = _DIGEST.search(data)
-    return found[1].decode() if found else hashlib.sha256(data).hexdigest()
+    match = _DIGEST.search(data)
+    return match[1].decode() if match else hashlib.sha256(data).hexdigest()
 
 
 def loaded_kernel_digest(file: str) -> str:
-    """The same of the native module that was loaded from `file`, whatever that file is now (the loader knows
-    a library that is loaded by its name)."""
+    """The digest of the native module that was loaded from `file`, even if that file has changed since. The
+    dynamic loader finds a loaded library by its name."""
     import ctypes
 
     try:
         library = ctypes.CDLL(file, mode=os.RTLD_NOLOAD | os.RTLD_LAZY)
-        held = (ctypes.c_char * (_SYMBOL_BYTES + 1)).in_dll(library, _SYMBOL)
+        symbol = (ctypes.c_char * (_SYMBOL_BYTES + 1)).in_dll(library, _SYMBOL)
     except (OSError, ValueError):
         return kernel_digest(Path(file))
-    found = _DIGEST.match(held.raw)
-    return found[1].decode() if found else ""
+    match = _DIGEST.match(symbol.raw)
+    return match[1].decode() if match else ""
 
 
 def _versions_digest() -> str:
@@ -105,7 +114,7 @@ def _versions_digest() -> str:
 
 @cache
 def _find(module: str) -> Path | None:
-    """The file of a module of this package, found without importing anything."""
+    """The file of a module of this package, found without importing it."""
     *packages, name = module.split(".")[1:] or [""]
     for root in paradize.__path__:
         folder = os.path.join(root, *packages)  # noqa: PTH118 (hundreds of names are looked for)
@@ -120,7 +129,7 @@ def _find(module: str) -> Path | None:
 
 @cache
 def _names(folder: str) -> frozenset[str]:
-    """What lies in a folder; nothing where it is none."""
+    """The names in a folder; empty where there is no such folder."""
     try:
         return frozenset(os.listdir(folder))  # noqa: PTH208
     except OSError:
@@ -128,20 +137,20 @@ def _names(folder: str) -> frozenset[str]:
 
 
 @cache
-def _look(path: Path) -> tuple[str, tuple[str, ...]]:
-    """A module's digest, and the names that it imports of this package, modules or not."""
+def _scan(path: Path) -> tuple[str, tuple[str, ...]]:
+    """Returns a module's digest and the names that it imports from this package, modules or not."""
     if path.suffix != ".py":
         return kernel_digest(path), ()
     source = path.read_bytes()
-    named = []
+    imports = []
     for package, names, plain in _IMPORT.findall(source):
         base = (package or plain).decode()
-        named += [base, *(f"{base}.{word}" for word in re.findall(r"\w+", names.decode()))]
-    return hashlib.sha256(source).hexdigest(), tuple(named)
+        imports += [base, *(f"{base}.{word}" for word in re.findall(r"\w+", names.decode()))]
+    return hashlib.sha256(source).hexdigest(), tuple(imports)
 
 
 def _closure(module: str) -> dict[str, Path]:
-    """The files of `module` and of all that it imports, by module."""
+    """The files of `module` and of everything that it imports, by module name."""
     todo, seen, files = [module], {module}, {}
     while todo:
         name = todo.pop()
@@ -149,8 +158,8 @@ def _closure(module: str) -> dict[str, Path]:
         if path is None:
             continue
         files[name] = path
-        for found in (name.rpartition(".")[0], *_look(path)[1]):  # a package is loaded before what it holds
-            if found not in seen:
-                seen.add(found)
-                todo.append(found)
+        for imported in (name.rpartition(".")[0], *_scan(path)[1]):  # a package is loaded before its modules
+            if imported not in seen:
+                seen.add(imported)
+                todo.append(imported)
     return files

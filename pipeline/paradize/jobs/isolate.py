@@ -1,4 +1,5 @@
-"""One call in a process of its own, with limits of time and memory: a crash or a hang becomes an error."""
+"""Runs one call in its own process with limits of time and memory, so that a crash or a hang becomes an
+error."""
 
 from __future__ import annotations
 
@@ -18,11 +19,13 @@ def call_isolated(
     timeout_s: float,
     memory_bytes: int | None = None,
 ) -> Any:
-    """`call(**arguments)` in a fresh process, killed after `timeout_s`; memory_bytes bounds its address space
-    (Linux). `call` is a module-level function; arguments and result are pickled; starting costs some 0.3 s.
+    """Returns `call(**arguments)`, run in a fresh process that is killed after `timeout_s`.
 
-    Raises what the call raised where that is a ParadizeError, and BakeError, naming `name`, where the process
-    crashed, took too long, or met its memory limit.
+    call: a module-level function. arguments and result are pickled. memory_bytes: limit of the process's
+    address space (Linux). Starting the process costs about 0.3 s.
+
+    Raises the ParadizeError that the call raised. Raises BakeError, naming `name`, if the process crashed,
+    took too long or reached its memory limit.
     """
     given = {"call": call, "arguments": arguments, "memory_bytes": memory_bytes}
     job = Job(name, _limited, given, timeout_s, code=dict(EXPECTED))

@@ -1,4 +1,4 @@
-"""Third-party libraries: what a product owes to them is told by their names and versions."""
+"""Names and versions of the third-party libraries that affect results."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ LIBRARIES = (
 
 @cache
 def library_versions() -> tuple[str, ...]:
-    """`name-version` of each library that can change an artifact, as its dist-info folder is called."""
-    found = set()
+    """`name-version` of each installed library that can change an artifact, as its dist-info folder is
+    called."""
+    versions = set()
     for folder in sys.path:
         try:
             names = os.listdir(folder)  # noqa: PTH208 (names only, and fast)
@@ -29,5 +30,5 @@ def library_versions() -> tuple[str, ...]:
         for name in names:
             stem, _, kind = name.rpartition(".")
             if kind == "dist-info" and stem.rpartition("-")[0].lower().replace("-", "_") in LIBRARIES:
-                found.add(stem.lower())
-    return tuple(sorted(found))
+                versions.add(stem.lower())
+    return tuple(sorted(versions))

@@ -1,8 +1,8 @@
-"""How much memory jobs may take together, how much a process and its children hold, how long a job may take.
+"""Limits of memory and time for jobs.
 
-Memory: $PARADIZE_MEMORY, else four fifths of what the machine, or the control group that holds this process,
-still has. Measured on Linux; elsewhere nothing is known, and nothing is limited. Time: $PARADIZE_TIMEOUT,
-else half an hour, and more for large inputs.
+Memory: $PARADIZE_MEMORY, else 80 % of the memory that is available on this machine or in the control group of
+this process. Known on Linux only; elsewhere there is no limit. Time: $PARADIZE_TIMEOUT, else half an hour,
+and more for large inputs.
 """
 
 from __future__ import annotations
@@ -22,46 +22,47 @@ _UNITS = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
 _UNITS |= {f"{letter}i": 1024**power for power, letter in enumerate("KMGT", 1)}
 _LIMIT = re.compile(r"(\d+(?:\.\d+)?)(%|[KMGT]i?)?B?", re.ASCII)
 _SECONDS = re.compile(r"\d{1,9}(?:\.\d+)?", re.ASCII)
-_HELD = re.compile(rb"^Rss(?:Anon|Shmem):\s*(\d+) kB", re.MULTILINE)
-_GROUP_FILES = (  # of control groups, version 2 and 1: the most, and what is used
+_RESIDENT = re.compile(rb"^Rss(?:Anon|Shmem):\s*(\d+) kB", re.MULTILINE)
+_GROUP_FILES = (  # limit and usage in control groups of version 2 and 1
     ("memory.max", "memory.current"),
     ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),
 )
 
 
 def memory_limit() -> int | None:
-    """Bytes that all running jobs may take together; None where nothing is known of this machine's memory.
+    """The memory that all running jobs may use together, in bytes; None where it is unknown.
 
-    $PARADIZE_MEMORY: bytes (4G, 500Mi) or a share of what is available (50%). Raises BakeError for others.
+    $PARADIZE_MEMORY is an amount (4G, 500Mi) or a share of the available memory (50%). Raises BakeError for
+    anything else.
     """
-    told = os.environ.get(VARIABLE, "").strip()
-    if not told:
+    text = os.environ.get(VARIABLE, "").strip()
+    if not text:
         free = available()
         return None if free is None else int(SHARE * free)
-    found = _LIMIT.fullmatch(told)
-    if found is None or not (amount := float(found[1])) or (found[2] == "%" and amount > 100.0):
-        mend = "write bytes (4G, 500Mi) or a share of what is available (50%)"
-        raise BakeError(f"is no amount of memory: {told!r}", file=f"${VARIABLE}", mend=mend)
-    if found[2] == "%":
+    match = _LIMIT.fullmatch(text)
+    if match is None or not (amount := float(match[1])) or (match[2] == "%" and amount > 100.0):
+        what = f"is {text!r}; expected bytes or a share of the available memory"
+        raise BakeError(what, file=f"${VARIABLE}", mend="write bytes (4G, 500Mi) or a share (50%)")
+    if match[2] == "%":
         free = available()
         return None if free is None else int(amount / 100.0 * free)
-    return int(amount * _UNITS[found[2] or ""])
+    return int(amount * _UNITS[match[2] or ""])
 
 
 def time_limit(expected_s: float = 0.0) -> float:
-    """Seconds after which a job counts as hanging: $PARADIZE_TIMEOUT, else half an hour or what is expected,
-    whichever is more. Raises BakeError where the variable is no time."""
-    told = os.environ.get(TIME_VARIABLE, "").strip()
-    if not told:
+    """Seconds after which a job counts as hanging: $PARADIZE_TIMEOUT, else the larger of half an hour and
+    expected_s. Raises BakeError where the variable is not a positive number."""
+    text = os.environ.get(TIME_VARIABLE, "").strip()
+    if not text:
         return max(_TIMEOUT_S, expected_s)
-    if not _SECONDS.fullmatch(told) or not float(told):
-        mend = "write seconds, more than 0"
-        raise BakeError(f"is no time: {told!r}", file=f"${TIME_VARIABLE}", mend=mend)
-    return float(told)
+    if not _SECONDS.fullmatch(text) or not float(text):
+        what = f"is {text!r}; expected seconds above 0"
+        raise BakeError(what, file=f"${TIME_VARIABLE}", mend="write a number of seconds, such as 3600")
+    return float(text)
 
 
 def available() -> int | None:
-    """Bytes that a process here can still get without swapping; None where that is not known."""
+    """Bytes that a process can still allocate without swapping; None where that is unknown."""
     try:
         line = re.search(rb"^MemAvailable:\s*(\d+) kB", Path("/proc/meminfo").read_bytes(), re.MULTILINE)
     except OSError:
@@ -79,20 +80,21 @@ def available() -> int | None:
 
 
 def held_bytes(process: int) -> int:
-    """What a process and its children hold that no file backs; 0 where that is not known or it is gone."""
+    """Anonymous and shared memory of a process and its children in bytes (file mappings are not counted). 0
+    where it is unknown or the process has ended."""
     try:
         status = Path(f"/proc/{process}/status").read_bytes()
-        held = 1024 * sum(int(number) for number in _HELD.findall(status))
+        total = 1024 * sum(int(number) for number in _RESIDENT.findall(status))
         for task in os.listdir(f"/proc/{process}/task"):  # noqa: PTH208 (numbers only)
             children = Path(f"/proc/{process}/task/{task}/children").read_bytes()
-            held += sum(held_bytes(int(child)) for child in children.split())
+            total += sum(held_bytes(int(child)) for child in children.split())
     except (OSError, ValueError):
         return 0
-    return held
+    return total
 
 
 def cores() -> int:
-    """The processors that this process may run on."""
+    """The number of processors that this process may use."""
     if sys.platform == "linux":
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -1,7 +1,7 @@
-"""Notes which text of each of our modules the interpreter runs, and where a task must find other code.
+"""Records which source text of each of our modules the interpreter runs.
 
-Python takes a cached bytecode for that of a source when time and size agree; here the source's hash decides.
-Installed in workers, before they import anything of the pipeline.
+Python accepts cached bytecode when time and size of the source agree. Here the source's hash decides. Workers
+install this loader before they import anything of the pipeline.
 """
 
 from __future__ import annotations
@@ -19,31 +19,29 @@ from pathlib import Path
 from types import CodeType, ModuleType
 
 LOADED: dict[str, str] = {}  # module -> SHA-256 of the text that it was compiled from
-EXPECTED: dict[
-    str, str
-] = {}  # of the task that this worker is at: module -> digest of the code it is keyed by
+EXPECTED: dict[str, str] = {}  # module -> digest that the key of the current task was made with
 _HASH_BYTES = 32
 
 
 class CheckedLoader(SourceFileLoader):
-    """Reads a module's text once: what is hashed is what is compiled."""
+    """Reads a module's source once, so that the hashed text is the compiled text."""
 
     def get_code(self, fullname: str) -> CodeType:
         path = self.get_filename(fullname)
         source = self.get_data(path)
         digest = hashlib.sha256(source)
-        kept = Path(importlib.util.cache_from_source(path)).with_suffix(".by-hash.pyc")
-        code = _kept_code(kept, digest.digest())
+        cached = Path(importlib.util.cache_from_source(path)).with_suffix(".by-hash.pyc")
+        code = _cached_code(cached, digest.digest())
         if code is None:
             code = self.source_to_code(source, path)
             if not sys.dont_write_bytecode:
-                _keep(kept, digest.digest(), code)
+                _write_cache(cached, digest.digest(), code)
         LOADED[fullname] = digest.hexdigest()
         return code
 
 
 class _Finder(importlib.abc.MetaPathFinder):
-    """Finds what the others find, and has our sources read by CheckedLoader."""
+    """Delegates to the other finders and loads our sources with CheckedLoader."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
@@ -62,7 +60,7 @@ class _Finder(importlib.abc.MetaPathFinder):
 
 
 def install() -> None:
-    """From here on modules of the package are noted; the few that are loaded already are read again."""
+    """Installs the loader. Modules of the package that are loaded already are hashed from their files."""
     for name, module in list(sys.modules.items()):
         if name.partition(".")[0] == "paradize" and module.__file__:
             LOADED[name] = hashlib.sha256(Path(module.__file__).read_bytes()).hexdigest()
@@ -70,13 +68,13 @@ def install() -> None:
 
 
 def expect(code: Mapping[str, str]) -> None:
-    """Remembers what code the task at hand is keyed by, also for the processes that it starts itself."""
+    """Stores the code digests of the current task, also for processes that the task starts."""
     EXPECTED.clear()
     EXPECTED.update(code)
 
 
-def _kept_code(path: Path, source: bytes) -> CodeType | None:
-    """The bytecode kept for a source with this hash; None where there is none or it is damaged."""
+def _cached_code(path: Path, source: bytes) -> CodeType | None:
+    """The cached bytecode of a source with this hash; None where there is none or it is damaged."""
     try:
         data = path.read_bytes()
     except OSError:
@@ -88,10 +86,10 @@ def _kept_code(path: Path, source: bytes) -> CodeType | None:
     return code if isinstance(code, CodeType) else None
 
 
-def _keep(path: Path, source: bytes, code: CodeType) -> None:
+def _write_cache(path: Path, source: bytes, code: CodeType) -> None:
     body = marshal.dumps(code)
     aside = path.with_name(f"{path.name}.{os.getpid()}")
-    with suppress(OSError):  # a folder that cannot be written: compiled again next time
+    with suppress(OSError):  # in a read-only folder the source is compiled each time
         path.parent.mkdir(exist_ok=True)
         try:
             aside.write_bytes(source + _hash_of(body) + body)
@@ -101,5 +99,5 @@ def _keep(path: Path, source: bytes, code: CodeType) -> None:
 
 
 def _hash_of(body: bytes) -> bytes:
-    """Of a bytecode, and of the interpreter that it is for."""
+    """SHA-256 of bytecode and of the interpreter's magic number."""
     return hashlib.sha256(importlib.util.MAGIC_NUMBER + body).digest()

@@ -1,9 +1,9 @@
-"""Runs jobs in worker processes of our own: a crash, a hang or a hunger for memory spoils one job, no other.
+"""Runs jobs in worker processes. A job that crashes, hangs or runs out of memory does not affect the others.
 
-Workers are fresh interpreters (never forked), talk over a socket pair, and die with their parent. A job whose
-process crashes or hangs is killed and tried once more. The memory of all running jobs stays under a limit: a
-job starts when what it is thought to take fits beside what the others take; one may always run. Results
-come back by job, so their order does not depend on how many workers there were.
+Workers are fresh interpreters (never forked). They talk over a socket pair and die with their parent. A job
+whose process crashes or hangs is killed and tried once more. The memory of all running jobs stays below a
+limit: a job starts when its estimate fits beside what the running jobs use. One job may always run. Outcomes
+are returned in the order of the jobs, so they do not depend on the number of workers.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from paradize.kernels.threads import VARIABLE as THREADS
 __all__ = ["Job", "Outcome", "WorkerPool", "run_jobs"]
 
 _TRIES = 2
-_LOOK_S = 0.05  # how often memory and time are looked at
+_POLL_S = 0.05  # how often memory and time are checked
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a job: its value, or the error that it met; the seconds of the last try; the tries."""
+    """The result of a job: its value or its error. seconds: of the last try. tries: how often the job ran."""
 
     name: str
     value: Any
@@ -41,27 +41,30 @@ class Outcome:
 def run_jobs(
     jobs: Sequence[Job],
     workers: int,
-    told: Callable[[Outcome], None] | None = None,
+    on_outcome: Callable[[Outcome], None] | None = None,
     *,
-    began: Callable[[Job], None] | None = None,
+    on_start: Callable[[Job], None] | None = None,
     threads: int | None = None,
-    crew: WorkerPool | None = None,
+    pool: WorkerPool | None = None,
 ) -> list[Outcome]:
-    """Runs the jobs, at most `workers` at once; returns their outcomes in the order of the jobs. `began` and
-    `told` hear of each as it starts and ends. threads: what native kernels use in each worker (default:
-    $PARADIZE_THREADS, else the cores shared out among the workers). crew: workers to take, and to leave there
-    for the next call (default: new ones, which end with this call). Never raises for a job's own failure:
-    that is in its outcome. Raises BakeError where $PARADIZE_MEMORY is no amount of memory, or
-    $PARADIZE_TIMEOUT no time."""
+    """Runs the jobs, at most `workers` at once. Returns their outcomes in the order of the jobs.
+
+    on_start, on_outcome: called when a job starts and when it ends. threads: native threads of each worker
+    (default: $PARADIZE_THREADS, else the cores divided by the number of workers). pool: workers to use and to
+    keep for the next call (default: new workers, which end with this call).
+
+    A failed job raises nothing: its outcome holds the error. Raises BakeError for an invalid $PARADIZE_MEMORY
+    or $PARADIZE_TIMEOUT.
+    """
     if threads is None and not os.environ.get(THREADS):
         threads = max(1, cores() // max(1, workers))
-    hands = WorkerPool() if crew is None else crew
-    shift = _Scheduler(jobs, max(1, workers), threads, began, told, hands)
+    used = WorkerPool() if pool is None else pool
+    scheduler = _Scheduler(jobs, max(1, workers), threads, on_start, on_outcome, used)
     try:
-        return shift.run()
+        return scheduler.run()
     finally:
-        if crew is None or shift.busy():
-            hands.stop()
+        if pool is None or scheduler.busy():
+            used.stop()
 
 
 class _Scheduler:
@@ -72,30 +75,38 @@ class _Scheduler:
         jobs: Sequence[Job],
         workers: int,
         threads: int | None,
-        began: Callable[[Job], None] | None,
-        told: Callable[[Outcome], None] | None,
-        crew: WorkerPool,
+        on_start: Callable[[Job], None] | None,
+        on_outcome: Callable[[Outcome], None] | None,
+        pool: WorkerPool,
     ) -> None:
-        self.jobs, self.workers, self.threads, self.began, self.told = jobs, workers, threads, began, told
+        self.jobs, self.workers, self.threads, self.on_start, self.on_outcome = (
+            jobs,
+            workers,
+            threads,
+            on_start,
+            on_outcome,
+        )
         self.limit = memory_limit()
-        time_limit()  # a wrong setting is told before anything starts
-        self.waiting = [(job, 1) for job in jobs]  # and which try it would be
-        self.alone: list[tuple[Job, int]] = []  # those that took too much beside others: after all others
+        time_limit()  # raises for an invalid setting before any job starts
+        self.waiting = [(job, 1) for job in jobs]  # jobs, and the number of their next try
+        self.alone: list[
+            tuple[Job, int]
+        ] = []  # jobs that ran out of memory beside others: they run last, alone
         self.outcomes: dict[str, Outcome] = {}
-        self.hands, self.crew, self.answers = crew, crew.workers, crew.answers
+        self.pool = pool
 
     def run(self) -> list[Outcome]:
         while self.waiting or self.alone or self.busy():
-            self.hand_out()
+            self.start_jobs()
             with suppress(queue.Empty):
-                self.hear(self.answers.get(timeout=_LOOK_S))
-            self.look()
+                self.receive(self.pool.answers.get(timeout=_POLL_S))
+            self.enforce_limits()
         return [self.outcomes[job.name] for job in self.jobs]
 
     def busy(self) -> list[Worker]:
-        return [worker for worker in self.crew if worker.job]
+        return [worker for worker in self.pool.workers if worker.job]
 
-    def hand_out(self) -> None:
+    def start_jobs(self) -> None:
         """Gives waiting jobs to workers as long as there is memory for them."""
         while len(busy := self.busy()) < self.workers:
             if self.waiting:
@@ -107,28 +118,30 @@ class _Scheduler:
                 job, tries = self.alone.pop(0)
             else:
                 return
-            idle = [worker for worker in self.crew if worker.job is None]
-            free = next((worker for worker in idle if worker.threads == self.threads), None)
-            if free is None:
-                if len(self.crew) >= 2 * self.workers:  # a crew that is kept: its interpreters take memory
+            idle = [worker for worker in self.pool.workers if worker.job is None]
+            idle_worker = next((worker for worker in idle if worker.threads == self.threads), None)
+            if idle_worker is None:
+                if len(self.pool.workers) >= 2 * self.workers:  # idle interpreters take memory
                     self.dismiss(idle[0])
-                free = start_worker(self.answers, self.threads, self.limit)
-                self.crew.append(free)
-            if self.began:
-                self.began(job)
-            free.give(job, tries)
+                idle_worker = start_worker(self.pool.answers, self.threads, self.limit)
+                self.pool.workers.append(idle_worker)
+            if self.on_start:
+                self.on_start(job)
+            idle_worker.send(job, tries)
 
     def first_fitting(self, busy: list[Worker]) -> int | None:
-        """The first waiting job that fits beside those that run: its place; None where none does."""
+        """Returns the index of the first waiting job that fits beside the running ones, or None."""
         if not busy or self.limit is None:
             return 0
-        room = self.limit - sum(max(worker.job.memory_bytes, worker.held()) for worker in busy if worker.job)
-        return next((i for i, (job, _) in enumerate(self.waiting) if job.memory_bytes <= room), None)
+        free_bytes = self.limit - sum(
+            max(worker.job.memory_bytes, worker.held()) for worker in busy if worker.job
+        )
+        return next((i for i, (job, _) in enumerate(self.waiting) if job.memory_bytes <= free_bytes), None)
 
-    def hear(self, answer: Answer) -> None:
-        """Takes what a worker sent."""
+    def receive(self, answer: Answer) -> None:
+        """Handles an answer of a worker."""
         worker = answer.worker
-        if worker not in self.crew:
+        if worker not in self.pool.workers:
             return  # killed meanwhile
         if answer.dead:
             what = f"could not be baked: {worker.death()}"
@@ -136,29 +149,30 @@ class _Scheduler:
         else:
             self.end(worker, answer.value, answer.error)
 
-    def look(self) -> None:
-        """Kills what takes too long, and what takes more memory than there may be."""
+    def enforce_limits(self) -> None:
+        """Kills workers that exceed the time limit, and the worker that exceeds its memory estimate most when
+        all workers together exceed the memory limit."""
         now = time.monotonic()
         for worker in self.busy():
             if worker.job and now - worker.since > worker.job.most_s:
                 mend = f"where it only needs longer, set ${TIME_VARIABLE} to more seconds"
                 self.fail(worker, f"took longer than {worker.job.most_s:g} s", mend, self.waiting)
-        if self.limit is None or sum(worker.held() for worker in self.crew) <= self.limit:
+        if self.limit is None or sum(worker.held() for worker in self.pool.workers) <= self.limit:
             return
-        for worker in [worker for worker in self.crew if not worker.job]:
+        for worker in [worker for worker in self.pool.workers if not worker.job]:
             self.dismiss(worker)
-        beyond = {worker: worker.held() - worker.job.memory_bytes for worker in self.crew if worker.job}
+        beyond = {worker: worker.held() - worker.job.memory_bytes for worker in self.busy() if worker.job}
         if beyond and sum(worker.held() for worker in beyond) > self.limit:
-            what = f"needs more memory than the {self.limit / 1e6:.0f} MB that there may be"
+            what = f"needs more memory than the limit of {self.limit / 1e6:.0f} MB"
             mend = f"bake a smaller input, or set ${VARIABLE}"
             again = self.alone if len(beyond) > 1 else None
             self.fail(max(beyond, key=beyond.__getitem__), what, mend, again)
 
     def fail(self, worker: Worker, what: str, mend: str | None, again: list[tuple[Job, int]] | None) -> None:
-        """Kills a worker; its job goes to `again` where it has a try left, and is an error else."""
+        """Kills a worker. Its job is appended to `again` if it has a try left; else it ends with an error."""
         job = worker.job
         assert job is not None
-        if again is not None and worker.tries < _TRIES and not self.hands.closed:
+        if again is not None and worker.tries < _TRIES and not self.pool.closed:
             again.append((job, worker.tries + 1))
             worker.job = None
         else:
@@ -167,15 +181,15 @@ class _Scheduler:
         self.dismiss(worker)
 
     def end(self, worker: Worker, value: Any, error: ParadizeError | None) -> None:
-        """Notes what became of a worker's job."""
+        """Stores the outcome of a worker's job."""
         job = worker.job
         assert job is not None
         outcome = Outcome(job.name, value, error, time.monotonic() - worker.since, worker.tries)
         self.outcomes[job.name] = outcome
         worker.job = None
-        if self.told:
-            self.told(outcome)
+        if self.on_outcome:
+            self.on_outcome(outcome)
 
     def dismiss(self, worker: Worker) -> None:
         worker.stop()
-        self.crew.remove(worker)
+        self.pool.workers.remove(worker)

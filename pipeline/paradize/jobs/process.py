@@ -1,6 +1,6 @@
-"""A worker process, seen from its parent: started, given jobs, measured, killed.
+"""A worker process, seen from its parent: start it, send jobs, measure it, kill it.
 
-A thread for each worker sends and waits, so that one that stops in the middle of an answer holds up nobody.
+Each worker has a thread that sends and waits. A worker that stops in the middle of an answer blocks no other.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ _BOOT = (
 
 @dataclass(frozen=True)
 class Job:
-    """A call to a module-level function; arguments and result are pickled. `name` stands in messages.
+    """A call to a module-level function. Arguments and result are pickled. name: used in messages.
 
-    file: the input that messages name. timeout_s: longer is a hang; None: $PARADIZE_TIMEOUT, else half an
-    hour. memory_bytes: what it is thought to take at most; 0: not known. code: the digests of the code that
-    its result is keyed by (code.code_of); a worker that has loaded other code refuses. files: what the call
-    reads, for machines that do not see it; those with False need only be there.
+    file: the input that messages name. timeout_s: after this time the job counts as hanging; None:
+    $PARADIZE_TIMEOUT, else half an hour. memory_bytes: estimate of its peak memory; 0: unknown. code: digests
+    that its key was made with (code.code_of); a worker that has loaded other code refuses the job. files:
+    files that the call reads, for machines without a shared disk; False: the file only has to exist.
     """
 
     name: str
@@ -52,13 +52,13 @@ class Job:
 
     @property
     def most_s(self) -> float:
-        """Longer is a hang. Raises BakeError where $PARADIZE_TIMEOUT is no time."""
+        """The time limit in seconds. Raises BakeError for an invalid $PARADIZE_TIMEOUT."""
         return time_limit() if self.timeout_s is None else self.timeout_s
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a worker sent back for its job. dead: nothing came, its process is gone or talks nonsense."""
+    """The answer of a worker. dead: no valid answer came; the process has ended or sent garbage."""
 
     worker: Worker
     value: Any = None
@@ -68,9 +68,8 @@ class Answer:
 
 @dataclass(eq=False)
 class Worker:
-    """A worker process and what it is at. threads: as it was started with. tries: how often its job was given
-    to any worker, this one included. scratch: its own folder for temporary files, gone with it however it
-    ends."""
+    """A worker process and its current job. threads: its native threads. tries: number of tries of the job,
+    this one included. scratch: its folder for temporary files, removed with it."""
 
     process: subprocess.Popen[bytes]
     link: Connection
@@ -81,24 +80,24 @@ class Worker:
     since: float = 0.0
     work: queue.SimpleQueue[Job | None] = field(default_factory=queue.SimpleQueue)
 
-    def give(self, job: Job, tries: int) -> None:
-        """Sends a job; the answer comes into the queue that the worker was started with."""
+    def send(self, job: Job, tries: int) -> None:
+        """Sends a job. The answer arrives in the queue that the worker was started with."""
         self.job, self.tries, self.since = job, tries, time.monotonic()
         self.work.put(job)
 
     def held(self) -> int:
-        """Bytes of memory that the process and its children hold now."""
+        """Memory of the process and its children in bytes."""
         return held_bytes(self.process.pid)
 
     def stop(self) -> None:
-        """Kills the process, whatever it is at."""
+        """Kills the process."""
         self.process.kill()
         self.process.wait()
         self.scratch.remove()
         self.work.put(None)
 
     def death(self) -> str:
-        """How the process ended, in words; kills it where it did not."""
+        """Says how the process ended. Kills it if it still runs."""
         try:
             code = self.process.wait(timeout=5.0)
         except subprocess.TimeoutExpired:
@@ -113,45 +112,45 @@ class Worker:
 
 @dataclass(eq=False)
 class WorkerPool:
-    """Workers, and the queue that they answer into. One that is kept finds its interpreters warm. closed:
-    nothing is tried again in it."""
+    """Workers and their queue of answers. A kept pool saves the start of interpreters. closed: failed jobs
+    are not tried again."""
 
     workers: list[Worker] = field(default_factory=list)
     answers: queue.SimpleQueue[Answer] = field(default_factory=queue.SimpleQueue)
     closed: bool = False
 
     def stop(self) -> None:
-        """Kills all of them, whatever they are at."""
+        """Kills all workers."""
         for worker in self.workers:
             worker.stop()
         self.workers.clear()
 
 
 def start_worker(answers: queue.SimpleQueue[Answer], threads: int | None, memory_bytes: int | None) -> Worker:
-    """A fresh interpreter that serves jobs, each of which ends in one answer. threads: what native kernels
-    use there (None: as this process). memory_bytes: what it may allocate (Linux)."""
-    ours, theirs = socket.socketpair()
+    """Starts a fresh interpreter that serves jobs; each job ends with one answer. threads: native threads of
+    its kernels (None: as in this process). memory_bytes: limit of its allocations (Linux)."""
+    parent_end, child_end = socket.socketpair()
     scratch = Scratch()
     environment = {**os.environ, "TMPDIR": str(scratch.path)}
-    # An interrupt is our business: Ctrl-C reaches the whole group, and a starting interpreter would print it.
+    # Ctrl-C reaches the whole process group. The parent handles it; a starting interpreter would print it.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         process = subprocess.Popen(
-            [sys.executable, "-c", _BOOT, str(theirs.fileno()), str(os.getpid()), str(memory_bytes or 0)],
-            pass_fds=[theirs.fileno()],
+            [sys.executable, "-c", _BOOT, str(child_end.fileno()), str(os.getpid()), str(memory_bytes or 0)],
+            pass_fds=[child_end.fileno()],
             stdin=subprocess.DEVNULL,
             env=environment if threads is None else {**environment, VARIABLE: str(threads)},
-            stdout=2,  # what libraries print goes to standard error: standard output is the caller's
+            stdout=2,  # output of libraries goes to standard error; standard output belongs to the caller
         )
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        theirs.close()
-    worker = Worker(process, Connection(ours.detach()), scratch, threads)
-    threading.Thread(target=_talk, args=(worker, answers), daemon=True).start()
+        child_end.close()
+    worker = Worker(process, Connection(parent_end.detach()), scratch, threads)
+    threading.Thread(target=_exchange, args=(worker, answers), daemon=True).start()
     return worker
 
 
-def _talk(worker: Worker, answers: queue.SimpleQueue[Answer]) -> None:
+def _exchange(worker: Worker, answers: queue.SimpleQueue[Answer]) -> None:
     with worker.link:
         while (job := worker.work.get()) is not None:
             try:

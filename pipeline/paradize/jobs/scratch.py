@@ -1,6 +1,8 @@
-"""A folder for a worker's temporary files, which goes with the worker however it ends. Where its parent is
-killed too, nobody is left to take it away: the next worker that is started anywhere does, for the lock of a
-process that is gone is free."""
+"""Folders for the temporary files of workers.
+
+A folder is removed with its worker. If the parent was killed as well, the next worker that starts removes it:
+the lock of a process that has ended is free.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,7 @@ _LOCK = "lock"
 
 
 class Scratch:
-    """path: the folder, among the system's temporary files."""
+    """path: the folder, inside the system's folder for temporary files."""
 
     def __init__(self) -> None:
         _sweep(Path(gettempdir()))
@@ -26,7 +28,7 @@ class Scratch:
         fcntl.flock(self._lock, fcntl.LOCK_EX)
 
     def remove(self) -> None:
-        """With all that is in it. May be called again."""
+        """Removes the folder. May be called again."""
         self._lock.close()
         self._folder.cleanup()
 
@@ -38,4 +40,4 @@ def _sweep(temporary: Path) -> None:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 shutil.rmtree(path.parent, ignore_errors=True)
         except OSError:
-            continue  # at work, or another user's
+            continue  # in use, or owned by another user

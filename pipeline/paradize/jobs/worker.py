@@ -1,4 +1,4 @@
-"""The worker's side: waits for calls on a socket, runs them, sends back a value or an error."""
+"""The worker's side: receives calls on a socket, runs them, sends back a value or an error."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ from paradize.jobs.loader import expect
 _PR_SET_PDEATHSIG = 1  # Linux, sys/prctl.h
 
 
-class ForeignCode(BakeError):  # noqa: N818 (what was found)
-    """This process runs other code than the task is keyed by. module: whose."""
+class ForeignCode(BakeError):  # noqa: N818 (a finding, not a fault)
+    """This process has loaded other code than the task's key was made with. module: the module that
+    differs."""
 
     module = ""
 
@@ -27,12 +28,12 @@ class ForeignCode(BakeError):  # noqa: N818 (what was found)
 def _die_with_parent(parent: int) -> None:
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:  # it was gone before
+        if os.getppid() != parent:  # it ended before the call
             os._exit(1)
 
 
 def _limit_memory(most_bytes: int) -> None:
-    """Lets this process allocate no more than that; no limit where it is 0."""
+    """Limits the allocations of this process; 0: no limit."""
     if most_bytes and sys.platform == "linux":
         import resource
 
@@ -41,63 +42,65 @@ def _limit_memory(most_bytes: int) -> None:
         resource.setrlimit(resource.RLIMIT_DATA, (wanted, hard))
 
 
-def _give_back() -> None:
-    """Returns what the last call freed to the system, so that it is not counted as held (glibc)."""
+def _trim_memory() -> None:
+    """Returns freed memory to the system, so that it is not counted as used (glibc)."""
     with contextlib.suppress(AttributeError, OSError):
         ctypes.CDLL(None).malloc_trim(0)
 
 
 def _require_code(code: Mapping[str, str]) -> None:
-    """Raises ForeignCode where this process runs other code than the task is keyed by."""
-    found = foreign_module(code)
-    if found:
-        error = ForeignCode(f"{found} is not the code that this bake began with", mend="bake again")
-        error.module = found
+    """Raises ForeignCode if this process has loaded other code than `code` names."""
+    module = foreign_module(code)
+    if module:
+        error = ForeignCode(f"{module} is not the code that this bake began with", mend="bake again")
+        error.module = module
         raise error
 
 
 def serve(descriptor: int, parent: int, memory_bytes: int = 0) -> None:
-    """Serves calls on the socket until it closes. An interrupt is the parent's business. parent: its process
-    number. memory_bytes: what this process may allocate; 0: no limit."""
+    """Serves calls on the socket until it closes. SIGINT is ignored: the parent handles it. parent: its
+    process number. memory_bytes: limit of this process's allocations; 0: none."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _die_with_parent(parent)
     _limit_memory(memory_bytes)
-    link = Connection(descriptor)
+    connection = Connection(descriptor)
     while True:
         try:
-            call, arguments, file, code = link.recv()
+            call, arguments, file, code = connection.recv()
         except (EOFError, ConnectionError):
             return
         except Exception as broken:  # the module of the call cannot be imported
-            link.send((None, BakeError(f"{type(broken).__name__}: {broken}{_where(broken)}")))
+            connection.send((None, BakeError(f"{type(broken).__name__}: {broken}{_where(broken)}")))
             continue
         value, error = None, None
         try:
             expect(code)
             _require_code(code)
             value = call(**arguments)
-            _require_code(code)  # of what was loaded meanwhile
+            _require_code(code)  # the call may have imported more modules
         except ParadizeError as known:
             value, error = None, known
         except MemoryError:
             mend = f"bake a smaller input, or set ${VARIABLE}"
-            error = SourceError("needs more memory than there may be", file=file, mend=mend)
+            error = SourceError("needs more memory than the limit", file=file, mend=mend)
         except RecursionError:
             error = SourceError("is nested too deeply", file=file)
         except Exception as unknown:
-            what = f"unforeseen {type(unknown).__name__}: {unknown}{_where(unknown)}"
+            what = f"internal error: {type(unknown).__name__}: {unknown}{_where(unknown)}"
             error = BakeError(what, file=file)
         if sys.stdout is not None:
-            with contextlib.suppress(OSError):  # what a library printed is no part of the answer
+            with contextlib.suppress(OSError):  # output of a library is not part of the answer
                 sys.stdout.flush()
         try:
-            link.send((value, error))
+            connection.send((value, error))
         except (BrokenPipeError, ConnectionError):
             return
         except Exception as unsendable:
-            link.send((None, BakeError(f"gave what cannot be sent: {unsendable}", file=file)))
+            connection.send(
+                (None, BakeError(f"returned a value that cannot be sent: {unsendable}", file=file))
+            )
         call = arguments = value = error = None
-        _give_back()
+        _trim_memory()
 
 
 def _where(error: BaseException) -> str:

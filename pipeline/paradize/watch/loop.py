@@ -18,7 +18,7 @@ from typing import Any
 
 from paradize.errors import BakeError
 from paradize.files import resolved
-from paradize.jobs.code import code_files, forget
+from paradize.jobs.code import clear_caches, code_files
 from paradize.jobs.libraries import library_versions
 from paradize.jobs.limits import cores
 from paradize.jobs.process import Answer, Job, Worker, start_worker
@@ -120,7 +120,7 @@ class Watch:
 
     def _bake(self) -> None:
         """Gives the process that bakes its work; the answer comes into the queue."""
-        forget()
+        clear_caches()
         if self._worker and library_versions() != self._libraries:
             self._replace()
         self._libraries = library_versions()
@@ -134,7 +134,7 @@ class Watch:
     def _give(self, job: Job) -> None:
         if self._worker is None:
             self._worker = start_worker(self._queue, None, None)
-        self._worker.give(job, 1)
+        self._worker.send(job, 1)
 
     def _replace(self) -> None:
         """Ends the process that bakes, whatever it is at; the next bake runs in a new one."""
@@ -190,7 +190,7 @@ class Watch:
         paths = {one for path in reads for one in (path, resolved(path))}
         ways = {folder for path in paths for folder in path.parents}
         self._reads = frozenset(paths | ways | (self._reads if keep else set()))
-        forget()
+        clear_caches()
         self._code = frozenset(code_files("paradize.build.bake"))
         near = {place for path in paths | self._code for place in _places(path)}
         folders = frozenset(near | (self._folders if keep else set()))

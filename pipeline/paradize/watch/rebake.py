@@ -19,7 +19,7 @@ from paradize.files import read_file, resolved
 from paradize.jobs.pool import Job, WorkerPool, run_jobs
 from paradize.store.local import Stamp, Store, default_root, stamp
 
-_CREW = WorkerPool()  # this process's workers, kept warm from bake to bake
+_POOL = WorkerPool()  # this process's workers, kept warm from bake to bake
 
 
 @dataclass
@@ -60,7 +60,7 @@ def bake_again(
         return Baked(foreign=found)
     made = Baked()
     try:
-        report = bake(scene, out, BuildOptions(jobs, tier, crew=_CREW, cluster=cluster, store=store_url))
+        report = bake(scene, out, BuildOptions(jobs, tier, pool=_POOL, cluster=cluster, store=store_url))
     except ParadizeError as error:
         made.errors = list(error.errors) if isinstance(error, GroupedError) else [error]
     else:
@@ -75,7 +75,7 @@ def bake_again(
 def warm_up(jobs: int) -> None:
     """Has the workers loaded that a change of a picture needs, one task or two."""
     for count in range(1, min(jobs, 2) + 1):
-        run_jobs([Job(f"warm {i}", load_bakers, {}) for i in range(count)], count, crew=_CREW)
+        run_jobs([Job(f"warm {i}", load_bakers, {}) for i in range(count)], count, pool=_POOL)
 
 
 def load_bakers() -> None:
@@ -84,9 +84,9 @@ def load_bakers() -> None:
 
 
 def _foreign() -> str | None:
-    from paradize.jobs.code import code_of, foreign_module, forget
+    from paradize.jobs.code import clear_caches, code_of, foreign_module
 
-    forget()
+    clear_caches()
     return foreign_module(code_of("paradize.build.bake"))
 
 

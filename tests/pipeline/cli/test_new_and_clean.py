@@ -50,7 +50,7 @@ def test_a_folder_of_too_long_a_name_is_one_message(
 ) -> None:
     assert main(["new", str(tmp_path / ("n" * 300))]) == 1
     told = capsys.readouterr().err
-    assert "cannot be written: File name too long" in told and "unforeseen" not in told
+    assert "cannot be written: File name too long" in told and "internal error" not in told
 
 
 def test_cleaning_tells_what_went_and_what_stays(

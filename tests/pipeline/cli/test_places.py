@@ -32,7 +32,7 @@ def shell(tmp_path: Path, root: Path) -> Shell:
             text=True,
             timeout=60,
         )
-        assert "Traceback" not in result.stderr and "unforeseen" not in result.stderr, result.stderr
+        assert "Traceback" not in result.stderr and "internal error" not in result.stderr, result.stderr
         return result
 
     return call

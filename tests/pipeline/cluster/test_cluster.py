@@ -157,7 +157,7 @@ def test_files_that_go_with_a_worker_are_sent_anew(start: Callable[[int], Cluste
     file.write_bytes(os.urandom(1_000_000))
     jobs = [Job(f"job {i}", read_late, {"paths": [file]}, files={file: True}) for i in range(4)]
     with killing_who_stalls(own) as killed:
-        outcomes = run_on_cluster(own.address, jobs, most=1)
+        outcomes = run_on_cluster(own.address, jobs, max_parallel=1)
     assert killed and [outcome.value for outcome in outcomes] == [[file.read_bytes()]] * 4
 
 
@@ -191,7 +191,10 @@ def test_a_scheduler_that_goes_leaves_the_old_scene_and_what_was_baked(
     report = bake(scene, out, BuildOptions(force=True, cluster=own.address))
     thread.join()
     (said,) = {str(error) for error in report.errors}
-    assert said.startswith(f"{own.address}: the scheduler has gone") and "start it again" in said
+    assert (
+        said.startswith(f"{own.address}: the connection to the scheduler was lost")
+        and "start it again" in said
+    )
     assert contents(out) == before
 
 
@@ -278,9 +281,9 @@ def test_a_bake_that_is_killed_leaves_nothing_running_there(standing: Cluster) -
 
 def test_a_process_waits_for_work_for_a_while_only() -> None:
     outcome = dask_worker._run("a bake", Job("a", double, {"value": 1}), 1)
-    assert outcome.value == 2 and not dask_worker._AT_WORK
-    ((crew, timer),) = dask_worker._IDLE.items()
-    (worker,) = crew.workers
+    assert outcome.value == 2 and not dask_worker._BUSY
+    ((pool, timer),) = dask_worker._IDLE.items()
+    (worker,) = pool.workers
     assert timer.is_alive() and timer.interval == dask_worker.IDLE_S and worker.process.poll() is None
     timer.cancel()
     timer.function(*timer.args)

@@ -147,14 +147,16 @@ def test_keys_cover_all_code_that_a_baker_loads(tmp_path: Path, monkeypatch: pyt
     for maker, job in asked.items():
         (outcome,) = run_jobs([Job(maker, run_and_tell, {"maker": maker, "arguments": job.arguments})], 1)
         assert outcome.error is None
-        loaded = {name for name in outcome.value if not name.startswith(code._ENGINE)}
+        loaded = {name for name in outcome.value if not name.startswith(code._ENGINE_PACKAGES)}
         assert len(loaded) > 2
         assert loaded - job.code.keys() <= {"paradize.errors"}, maker  # which every worker holds
 
 
 def test_the_engine_is_no_part_of_a_key() -> None:
     assert any(path.name == "pool.py" for path in code.code_files("paradize.bakers.mesh.atlas"))
-    assert not [name for name in code_of("paradize.bakers.mesh.atlas") if name.startswith(code._ENGINE)]
+    assert not [
+        name for name in code_of("paradize.bakers.mesh.atlas") if name.startswith(code._ENGINE_PACKAGES)
+    ]
 
 
 def test_a_changed_module_or_kernel_bakes_its_products_and_no_others(tmp_path: Path) -> None:
@@ -200,9 +202,9 @@ def test_a_bake_of_one_process_looks_at_its_code_anew(monkeypatch: pytest.Monkey
     before = code_digest("paradize.bakers.sound")
     monkeypatch.setattr(libraries, "LIBRARIES", ())
     assert code_digest("paradize.bakers.sound") == before
-    code.forget()
+    code.clear_caches()
     try:
         assert code_digest("paradize.bakers.sound") != before
     finally:
         monkeypatch.undo()
-        code.forget()
+        code.clear_caches()

@@ -97,11 +97,11 @@ def tell_process() -> tuple[int, str | None]:
 
 def test_a_crew_that_is_kept_serves_the_next_call(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(THREADS, raising=False)
-    crew = WorkerPool()
+    pool = WorkerPool()
     try:
 
         def told(threads: int) -> tuple[int, str | None]:
-            (outcome,) = run_jobs([Job("job", tell_process, {})], 1, threads=threads, crew=crew)
+            (outcome,) = run_jobs([Job("job", tell_process, {})], 1, threads=threads, pool=pool)
             assert outcome.error is None
             found: tuple[int, str | None] = outcome.value
             return found
@@ -110,25 +110,25 @@ def test_a_crew_that_is_kept_serves_the_next_call(monkeypatch: pytest.MonkeyPatc
         assert first[1] == "3" and told(3) == first
         other = told(1)
         assert other[0] != first[0] and other[1] == "1" and told(3) == first
-        assert {told(2)[0]}.isdisjoint((first[0], other[0])) and len(crew.workers) == 2
-        crew.workers[-1].process.kill()
-        crew.workers[-1].process.wait()
+        assert {told(2)[0]}.isdisjoint((first[0], other[0])) and len(pool.workers) == 2
+        pool.workers[-1].process.kill()
+        pool.workers[-1].process.wait()
         assert told(2)[1] == "2"
     finally:
-        crew.stop()
-    assert crew.workers == []
+        pool.stop()
+    assert pool.workers == []
 
 
 def test_an_interrupted_call_leaves_no_worker_at_work(tmp_path: Path) -> None:
-    crew = WorkerPool()
+    pool = WorkerPool()
 
     def interrupt(outcome: Outcome) -> None:
         raise KeyboardInterrupt
 
     jobs = [Job("hangs", hang, {"tally": tmp_path / "tally", "times": 1}), Job("ends", tell_process, {})]
     with pytest.raises(KeyboardInterrupt):
-        run_jobs(jobs, 2, interrupt, crew=crew)
-    assert crew.workers == []
+        run_jobs(jobs, 2, interrupt, pool=pool)
+    assert pool.workers == []
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -205,7 +205,7 @@ def test_how_long_a_job_may_take_is_a_setting(monkeypatch: pytest.MonkeyPatch, t
     assert "took longer than 1.5 s, twice" in str(hung.error)
     for told in ("0", "-1", "soon", "1e400", "nan"):
         monkeypatch.setenv("PARADIZE_TIMEOUT", told)
-        with pytest.raises(BakeError, match="is no time"):
+        with pytest.raises(BakeError, match="expected seconds above 0"):
             run_jobs([Job("a", double, {"value": 1})], 1)
 
 
@@ -223,7 +223,7 @@ def test_a_worker_allocates_no_more_than_there_may_be(monkeypatch: pytest.Monkey
     monkeypatch.setenv("PARADIZE_MEMORY", "2G")
     (outcome,) = run_beside(Job("huge", allocate, {"amount": 3000 * MB}, file="huge.png"))
     assert isinstance(outcome.error, SourceError)
-    assert str(outcome.error).startswith("huge.png: needs more memory than there may be")
+    assert str(outcome.error).startswith("huge.png: needs more memory than the limit")
     (outcome,) = run_beside(Job("large", allocate, {"amount": 500 * MB}))
     assert outcome.value == 500 * MB
 
@@ -235,7 +235,7 @@ def test_a_job_that_eats_memory_is_killed_at_the_limit(
     glutton = Job("glutton", eat, {"amount": 1000 * MB, "then": tmp_path / "full"}, file="huge.png")
     (outcome,) = run_beside(glutton)
     assert isinstance(outcome.error, BakeError) and not (tmp_path / "full").exists()
-    assert str(outcome.error).startswith("huge.png: glutton needs more memory than the 300 MB")
+    assert str(outcome.error).startswith("huge.png: glutton needs more memory than the limit of 300 MB")
 
 
 def test_two_jobs_that_do_not_fit_together_both_succeed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -300,7 +300,7 @@ def test_the_limit_may_be_a_share_of_what_there_is(monkeypatch: pytest.MonkeyPat
 @pytest.mark.parametrize("told", ["much", "-3G", "0", "120%", "4 G", "\N{SUPERSCRIPT TWO}"])
 def test_a_limit_that_is_none_is_refused(monkeypatch: pytest.MonkeyPatch, told: str) -> None:
     monkeypatch.setenv("PARADIZE_MEMORY", told)
-    with pytest.raises(BakeError, match="is no amount of memory"):
+    with pytest.raises(BakeError, match="expected bytes or a share"):
         run_jobs([Job("a", double, {"value": 1})], 1)
 
 
