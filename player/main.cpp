@@ -2,7 +2,7 @@
 
 #include "app/messages.hpp"
 #include "app/options.hpp"
-#include "app/show.hpp"
+#include "app/playback.hpp"
 #include "error.hpp"
 #include "passes/pass.hpp"
 
@@ -19,10 +19,10 @@ int main(int argc, char **argv) {
         }
         return paradize::run(options);
     } catch (const paradize::UsageError &error) {
-        paradize::say(std::string(error.what()) + "\n`paradize-player --help` lists the options");
+        paradize::log_message(std::string(error.what()) + "\n`paradize-player --help` lists the options");
         return 2;
     } catch (const std::exception &error) {
-        paradize::say(error.what());
+        paradize::log_message(error.what());
         return 1;
     }
 }

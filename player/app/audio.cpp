@@ -16,7 +16,7 @@ namespace paradize {
 
 namespace {
 
-constexpr std::size_t most_samples = std::size_t{1} << 27; // 256 MiB of 16 bits
+constexpr std::size_t max_samples = std::size_t{1} << 27; // 256 MiB of 16 bits
 constexpr sf_count_t block_frames = 16384;
 
 struct CloseFile {
@@ -74,13 +74,13 @@ const char *read_sound(std::span<const std::byte> bytes, SoundSamples &out) {
         return "is not mono or stereo";
     }
     out.channels = info.channels;
-    out.per_s = info.samplerate;
+    out.rate_hz = info.samplerate;
     // As floats, clipped here: libsndfile's conversion of Vorbis to integers wraps what is too loud. Grows as
     // it is read: a header may promise what the file does not hold.
     std::vector<float> block(static_cast<std::size_t>(block_frames * info.channels));
     while (const sf_count_t frames = sf_readf_float(file.get(), block.data(), block_frames)) {
         const auto count = static_cast<std::size_t>(frames * info.channels);
-        if (frames < 0 || out.samples.size() + count > most_samples) {
+        if (frames < 0 || out.samples.size() + count > max_samples) {
             return "is too long";
         }
         for (const float value : std::span(block).first(count)) {
@@ -133,7 +133,7 @@ struct Audio::Impl {
         alGenSources(1, &source);
         alBufferData(buffer, sound.channels == 1 ? AL_FORMAT_MONO16 : AL_FORMAT_STEREO16,
                      sound.samples.data(), static_cast<ALsizei>(sound.samples.size() * sizeof(std::int16_t)),
-                     sound.per_s);
+                     sound.rate_hz);
         alSourcei(source, AL_BUFFER, static_cast<ALint>(buffer));
         alSourcei(source, AL_LOOPING, AL_TRUE);
         alSourcef(source, AL_GAIN, volume);
@@ -153,7 +153,7 @@ bool Audio::load(std::span<const std::byte> bytes, const std::string &name) {
         problem = "is too long for the memory that is left";
     }
     if (problem != nullptr) {
-        say("no sound: " + name + ": " + problem);
+        log_message("no sound: " + name + ": " + problem);
         impl_.reset();
     }
     return impl_ != nullptr;

@@ -13,7 +13,7 @@ namespace paradize {
 struct SoundSamples {
     std::vector<std::int16_t> samples; // channels interleaved; what is louder than full scale is clipped
     int channels = 1;                  // 1 or 2
-    int per_s = 0;                     // samples of one channel in a second
+    int rate_hz = 0;                   // samples of one channel in a second
 };
 
 /// Decodes a file that libsndfile reads, given as its bytes. What went wrong, or nullptr.

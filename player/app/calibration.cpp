@@ -14,17 +14,17 @@ namespace paradize {
 
 namespace {
 
-constexpr int most_places = 3; // the show's moment first, the others evenly over the flight
-constexpr int most_frames = 2; // timed at each, after one that is not; the fastest counts
-constexpr double most_s = 4.0; // that all should take, as far as a balanced frame foretells it
-constexpr double dearer =
+constexpr int max_positions = 3; // the show's moment first, the others evenly over the flight
+constexpr int max_frames = 2;    // timed at each, after one that is not; the fastest counts
+constexpr double max_s = 4.0;    // that all should take, as far as a balanced frame foretells it
+constexpr double cost_margin =
     2.0; // a frame of the costlier tiers, or the first with another tier, against balanced
 
 // Mean FLIP to the reference by trade and tier, the others balanced: the island at seconds 75 and 113, 320 x
 // 180, against
 // --reference 16, on llvmpipe. Parallax (3e-5 apart there) and anisotropy (which does nothing there) were not
 // told apart: of theirs only the declared order counts.
-constexpr std::array<std::array<double, tier_names.size()>, trade_count> shipped_errors{{
+constexpr std::array<std::array<double, tier_names.size()>, feature_count> shipped_errors{{
     {0.03211, 0.03012, 0.02989}, // shadow
     {0.03255, 0.03012, 0.02914}, // reflection
     {0.03152, 0.03012, 0.02941}, // refraction
@@ -41,38 +41,38 @@ double drawn_ms(Renderer &renderer, double elapsed_s, const Pose &pose) {
 }
 
 /// How much is measured of each quality.
-struct Effort {
-    int places = 1;
+struct SamplePlan {
+    int positions = 1;
     int frames = 1;
 };
 
-/// As much as `most_s` allows: frames before places, for noise misleads more.
-Effort effort_for(double balanced_ms, std::size_t qualities) {
-    const auto cost_s = [&](const Effort &effort) {
-        const int frames = effort.places * (1 + effort.frames);
-        return 1e-3 * dearer * balanced_ms * frames * static_cast<double>(qualities);
+/// As much as `max_s` allows: frames before places, for noise misleads more.
+SamplePlan plan_samples(double balanced_ms, std::size_t qualities) {
+    const auto cost_s = [&](const SamplePlan &plan) {
+        const int frames = plan.positions * (1 + plan.frames);
+        return 1e-3 * cost_margin * balanced_ms * frames * static_cast<double>(qualities);
     };
-    Effort out;
-    for (const Effort &more :
-         {Effort{1, most_frames}, Effort{2, most_frames}, Effort{most_places, most_frames}}) {
-        out = cost_s(more) <= most_s ? more : out;
+    SamplePlan out;
+    for (const SamplePlan &more :
+         {SamplePlan{1, max_frames}, SamplePlan{2, max_frames}, SamplePlan{max_positions, max_frames}}) {
+        out = cost_s(more) <= max_s ? more : out;
     }
     return out;
 }
 
 /// Milliseconds of a frame, the mean over the places.
-double frame_ms(Renderer &renderer, const assets::Flight &flight, double elapsed_s, const Effort &effort) {
+double frame_ms(Renderer &renderer, const assets::Flight &flight, double elapsed_s, const SamplePlan &plan) {
     double sum = 0.0;
-    for (int place = 0; place < effort.places; ++place) {
-        const Pose pose = flight_pose(flight, elapsed_s + flight.duration_s * place / effort.places);
+    for (int position = 0; position < plan.positions; ++position) {
+        const Pose pose = flight_pose(flight, elapsed_s + flight.duration_s * position / plan.positions);
         double least = std::numeric_limits<double>::max();
         drawn_ms(renderer, elapsed_s, pose);
-        for (int i = 0; i < effort.frames; ++i) {
+        for (int i = 0; i < plan.frames; ++i) {
             least = std::min(least, drawn_ms(renderer, elapsed_s, pose));
         }
         sum += least;
     }
-    return sum / effort.places;
+    return sum / plan.positions;
 }
 
 std::size_t index_of(std::span<const std::string_view> names, const std::string &name) {
@@ -82,35 +82,36 @@ std::size_t index_of(std::span<const std::string_view> names, const std::string 
 } // namespace
 
 Calibration calibrate(Renderer &renderer, const assets::SceneFile &file,
-                      std::span<const QualityFeature> trades, const Device &device, double elapsed_s,
-                      std::span<const assets::TradeError> errors) {
+                      std::span<const QualityFeature> features, const Device &device, double elapsed_s,
+                      std::span<const assets::FeatureError> errors) {
     const double start = now_ms();
-    renderer.set_detail(detail_of(file, all_at(Tier::balanced), device));
+    renderer.change_settings(render_settings(file, all_at(Tier::balanced), device));
     const Pose here = flight_pose(file.flight, elapsed_s);
     drawn_ms(renderer, elapsed_s, here); // a driver compiles at the first
-    const std::size_t qualities = 2 + 2 * trades.size();
-    const Effort effort = effort_for(drawn_ms(renderer, elapsed_s, here), qualities);
+    const std::size_t qualities = 2 + 2 * features.size();
+    const SamplePlan plan = plan_samples(drawn_ms(renderer, elapsed_s, here), qualities);
     const auto several = [](int count, const std::string &noun) {
         return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
     };
-    say("--fps: measuring " + std::to_string(qualities) + " qualities, " + several(effort.frames, "frame") +
-        " of each from " + several(effort.places, "place") + " of the flight");
+    log_message("--fps: measuring " + std::to_string(qualities) + " qualities, " +
+                several(plan.frames, "frame") + " of each from " + several(plan.positions, "place") +
+                " of the flight");
     const auto measured = [&](const Quality &quality) {
-        renderer.set_detail(detail_of(file, quality, device));
-        return frame_ms(renderer, file.flight, elapsed_s, effort);
+        renderer.change_settings(render_settings(file, quality, device));
+        return frame_ms(renderer, file.flight, elapsed_s, plan);
     };
     constexpr auto balanced = static_cast<std::size_t>(Tier::balanced);
     constexpr auto exact = static_cast<std::size_t>(Tier::exact);
     Calibration out;
     Quality fastest = all_at(Tier::balanced);
-    for (const QualityFeature trade : trades) {
-        fastest[static_cast<std::size_t>(trade)] = Tier::fast;
+    for (const QualityFeature feature : features) {
+        fastest[static_cast<std::size_t>(feature)] = Tier::fast;
     }
     out.base_ms = measured(fastest);
     const double balanced_ms = measured(all_at(Tier::balanced));
     out.base_ms = std::min(out.base_ms, balanced_ms); // what is dearer than a finer quality is noise
-    for (const QualityFeature trade : trades) {
-        const auto t = static_cast<std::size_t>(trade);
+    for (const QualityFeature feature : features) {
+        const auto t = static_cast<std::size_t>(feature);
         Quality quality = all_at(Tier::balanced);
         quality[t] = Tier::fast;
         const double fast_ms = measured(quality);
@@ -122,14 +123,14 @@ Calibration calibrate(Renderer &renderer, const assets::SceneFile &file,
             out.table[t][tier].error = shipped_errors[t][tier];
         }
     }
-    for (const assets::TradeError &error : errors) {
-        const std::size_t t = index_of(trade_names, error.trade);
+    for (const assets::FeatureError &error : errors) {
+        const std::size_t t = index_of(feature_names, error.feature);
         const std::size_t tier = index_of(tier_names, error.tier);
-        if (t < trade_count && tier < tier_names.size()) {
+        if (t < feature_count && tier < tier_names.size()) {
             out.table[t][tier].error = error.flip;
         }
     }
-    say("--fps: measured in " + fixed(1e-3 * (now_ms() - start), 1) + " s");
+    log_message("--fps: measured in " + fixed(1e-3 * (now_ms() - start), 1) + " s");
     return out;
 }
 

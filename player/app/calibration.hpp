@@ -2,7 +2,7 @@
 // What each trade costs on this machine, and what it errs.
 
 #include "app/frame_rate.hpp"
-#include "assets/trade_file.hpp"
+#include "assets/tradeoff_file.hpp"
 #include "render/renderer.hpp"
 
 #include <span>
@@ -11,7 +11,7 @@
 namespace paradize {
 
 struct Calibration {
-    TradeTable table{};
+    FeatureCosts table{};
     double base_ms = 0.0; // of a frame with every trade at `fast`
 };
 
@@ -20,7 +20,7 @@ struct Calibration {
 /// Leaves the renderer with another detail. `errors` that name a trade and a tier replace those that come
 /// with the player.
 Calibration calibrate(Renderer &renderer, const assets::SceneFile &file,
-                      std::span<const QualityFeature> trades, const Device &device, double elapsed_s,
-                      std::span<const assets::TradeError> errors);
+                      std::span<const QualityFeature> features, const Device &device, double elapsed_s,
+                      std::span<const assets::FeatureError> errors);
 
 } // namespace paradize

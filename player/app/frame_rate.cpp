@@ -12,12 +12,12 @@ constexpr double slack = 1.03;    // a median above so much of the budget is too
 constexpr double headroom = 0.85; // a better quality must be predicted below so much of it
 
 /// Only what no other one beats, from the fastest to the most exact.
-void keep_front(std::vector<Choice> &choices) {
-    std::ranges::stable_sort(choices, [](const Choice &a, const Choice &b) {
+void keep_pareto_front(std::vector<PredictedQuality> &choices) {
+    std::ranges::stable_sort(choices, [](const PredictedQuality &a, const PredictedQuality &b) {
         return a.ms != b.ms ? a.ms < b.ms : a.error < b.error;
     });
-    std::vector<Choice> front;
-    for (const Choice &choice : choices) {
+    std::vector<PredictedQuality> front;
+    for (const PredictedQuality &choice : choices) {
         if (front.empty() || choice.error < front.back().error) {
             front.push_back(choice);
         }
@@ -27,46 +27,47 @@ void keep_front(std::vector<Choice> &choices) {
 
 } // namespace
 
-std::vector<Choice> quality_front(const TradeTable &table, std::span<const QualityFeature> trades,
-                                  double base_ms) {
-    std::vector<Choice> front{{all_at(Tier::balanced), base_ms, 0.0}};
-    for (const QualityFeature named : trades) {
-        const auto trade = static_cast<std::size_t>(named);
-        std::vector<Choice> longer;
-        for (const Choice &choice : front) {
+std::vector<PredictedQuality> pareto_front(const FeatureCosts &table,
+                                           std::span<const QualityFeature> features, double base_ms) {
+    std::vector<PredictedQuality> front{{all_at(Tier::balanced), base_ms, 0.0}};
+    for (const QualityFeature named : features) {
+        const auto feature = static_cast<std::size_t>(named);
+        std::vector<PredictedQuality> longer;
+        for (const PredictedQuality &choice : front) {
             for (std::size_t tier = 0; tier < tier_names.size(); ++tier) {
-                Choice &next = longer.emplace_back(choice);
-                next.quality[trade] = static_cast<Tier>(tier);
-                next.ms += table[trade][tier].ms;
-                next.error += table[trade][tier].error;
+                PredictedQuality &next = longer.emplace_back(choice);
+                next.quality[feature] = static_cast<Tier>(tier);
+                next.ms += table[feature][tier].ms;
+                next.error += table[feature][tier].error;
             }
         }
-        keep_front(longer);
+        keep_pareto_front(longer);
         front = std::move(longer);
     }
     return front;
 }
 
-std::size_t choose(const std::vector<Choice> &front, double budget_ms) {
-    const auto above = std::ranges::find_if(front, [&](const Choice &c) { return c.ms > budget_ms; });
+std::size_t choose(const std::vector<PredictedQuality> &front, double budget_ms) {
+    const auto above =
+        std::ranges::find_if(front, [&](const PredictedQuality &c) { return c.ms > budget_ms; });
     const auto count = static_cast<std::size_t>(above - front.begin());
     return count == 0 ? 0 : count - 1;
 }
 
-FrameGovernor::FrameGovernor(std::vector<Choice> front, double budget_ms)
-    : front_(std::move(front)), budget_ms_(budget_ms), at_(choose(front_, budget_ms)) {
+FrameGovernor::FrameGovernor(std::vector<PredictedQuality> front, double budget_ms)
+    : front_(std::move(front)), budget_ms_(budget_ms), index_(choose(front_, budget_ms)) {
     window_.reserve(window_frames);
 }
 
 bool FrameGovernor::out_of_reach() const {
-    return at_ == 0 && front_[0].ms * scale_ > budget_ms_;
+    return index_ == 0 && front_[0].ms * scale_ > budget_ms_;
 }
 
-bool FrameGovernor::move_to(std::size_t place) {
-    const bool moved = place != at_;
-    at_ = place;
+bool FrameGovernor::move_to(std::size_t index) {
+    const bool moved = index != index_;
+    index_ = index;
     changes_ += moved ? 1 : 0;
-    calm_ = 0;
+    fast_windows_ = 0;
     return moved;
 }
 
@@ -77,21 +78,21 @@ bool FrameGovernor::observe(double frame_ms) {
     }
     const double measured_ms = median(window_);
     window_.clear();
-    scale_ = measured_ms / std::max(front_[at_].ms, 1e-6);
+    scale_ = measured_ms / std::max(front_[index_].ms, 1e-6);
     if (measured_ms > slack * budget_ms_) {
-        if (raised_) {
-            patience_ = std::min(2 * patience_, most_patience);
+        if (stepped_up_) {
+            wait_windows_ = std::min(2 * wait_windows_, max_wait_windows);
         }
-        raised_ = false;
+        stepped_up_ = false;
         const std::size_t fits = choose(front_, budget_ms_ / scale_);
-        return move_to(std::min(fits, at_ == 0 ? 0 : at_ - 1));
+        return move_to(std::min(fits, index_ == 0 ? 0 : index_ - 1));
     }
     const std::size_t better = choose(front_, headroom * budget_ms_ / scale_);
-    calm_ = better > at_ ? calm_ + 1 : 0;
-    if (calm_ < patience_) {
+    fast_windows_ = better > index_ ? fast_windows_ + 1 : 0;
+    if (fast_windows_ < wait_windows_) {
         return false;
     }
-    raised_ = true;
+    stepped_up_ = true;
     return move_to(better);
 }
 

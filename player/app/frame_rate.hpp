@@ -12,15 +12,15 @@
 namespace paradize {
 
 /// What a trade costs and errs at one of its tiers.
-struct TradePoint {
+struct FeatureCost {
     double ms = 0.0;    // more than at `fast`; may be below 0
     double error = 0.0; // mean FLIP to the reference, all other trades balanced
 };
 /// By trade and tier.
-using TradeTable = std::array<std::array<TradePoint, tier_names.size()>, trade_count>;
+using FeatureCosts = std::array<std::array<FeatureCost, tier_names.size()>, feature_count>;
 
 /// One quality, as predicted: times and errors add up.
-struct Choice {
+struct PredictedQuality {
     Quality quality{};
     double ms = 0.0;
     double error = 0.0;
@@ -30,11 +30,11 @@ struct Choice {
 /// `base_ms` is the frame with all of `trades` at
 /// `fast`; other trades stay balanced. The front is kept trade by trade (G. Nemhauser, Z.
 /// Ullmann, "Discrete Dynamic Programming and Capital Allocation", 1969), which loses none of them.
-std::vector<Choice> quality_front(const TradeTable &table, std::span<const QualityFeature> trades,
-                                  double base_ms);
+std::vector<PredictedQuality> pareto_front(const FeatureCosts &table,
+                                           std::span<const QualityFeature> features, double base_ms);
 
 /// The one with the least error whose time is at most `budget_ms`; 0, the fastest, when none is.
-std::size_t choose(const std::vector<Choice> &front, double budget_ms);
+std::size_t choose(const std::vector<PredictedQuality> &front, double budget_ms);
 
 /// Holds a frame time. Decides once a window of frames, by their median: slower than the budget, it moves to
 /// what the corrected prediction allows, at least one step down; faster, it moves up only when the better
@@ -43,13 +43,13 @@ std::size_t choose(const std::vector<Choice> &front, double budget_ms);
 class FrameGovernor {
   public:
     static constexpr std::size_t window_frames = 20;
-    static constexpr int first_patience = 3; // windows
-    static constexpr int most_patience = 1 << 20;
+    static constexpr int first_wait_windows = 3; // windows
+    static constexpr int max_wait_windows = 1 << 20;
 
     /// `front` is not empty, from the fastest to the most exact.
-    FrameGovernor(std::vector<Choice> front, double budget_ms);
+    FrameGovernor(std::vector<PredictedQuality> front, double budget_ms);
 
-    const Choice &current() const { return front_[at_]; }
+    const PredictedQuality &current() const { return front_[index_]; }
     double budget_ms() const { return budget_ms_; }
     int changes() const { return changes_; }
     /// Is even the fastest too slow, as far as has been seen?
@@ -58,16 +58,16 @@ class FrameGovernor {
     bool observe(double frame_ms);
 
   private:
-    bool move_to(std::size_t place);
+    bool move_to(std::size_t index);
 
-    std::vector<Choice> front_;
+    std::vector<PredictedQuality> front_;
     double budget_ms_;
-    std::size_t at_;
+    std::size_t index_;
     double scale_ = 1.0; // measured over predicted
     std::vector<double> window_;
-    int calm_ = 0; // windows in which a better quality would have fitted
-    int patience_ = first_patience;
-    bool raised_ = false; // the last change was a step up
+    int fast_windows_ = 0; // windows in which a better quality would have fitted
+    int wait_windows_ = first_wait_windows;
+    bool stepped_up_ = false; // the last change was a step up
     int changes_ = 0;
 };
 

@@ -50,7 +50,7 @@ std::uint32_t code_point(std::string_view sequence) {
 
 /// Control characters, line separators, marks of direction, and characters that show nothing. The pipeline's
 /// errors.py has the same list.
-bool unseen(std::uint32_t code) {
+bool is_invisible(std::uint32_t code) {
     struct Range {
         std::uint32_t first, last;
     };
@@ -90,9 +90,9 @@ std::string printable(std::string_view text) {
         const std::size_t length = sequence(text);
         const std::string_view one = text.substr(0, length == 0 ? 1 : length);
         const std::uint32_t code = code_point(one);
-        if (length == 0 || (length == 1 && unseen(code))) {
+        if (length == 0 || (length == 1 && is_invisible(code))) {
             out += escaped("\\x%02X", static_cast<unsigned char>(one[0]));
-        } else if (unseen(code)) {
+        } else if (is_invisible(code)) {
             out += escaped("\\u{%X}", code);
         } else {
             out += one;
@@ -102,7 +102,7 @@ std::string printable(std::string_view text) {
     return out;
 }
 
-void say(std::string_view text) {
+void log_message(std::string_view text) {
     std::string out = "paradize-player: ";
     for (const char c : printable(text)) {
         out += c;

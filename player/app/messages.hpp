@@ -15,7 +15,7 @@ std::string printable(std::string_view text);
 
 /// Writes `paradize-player: TEXT` to standard error, printable. Lines after the first are indented, so that a
 /// newline in a name makes no message of its own.
-void say(std::string_view text);
+void log_message(std::string_view text);
 
 /// Writes all of the text to standard output, as it is. Throws Error where that is closed or full.
 void print(const std::string &text);

@@ -9,11 +9,11 @@ namespace paradize {
 
 namespace {
 
-constexpr int most_frames = 1000000;
-constexpr int most_px = 16384;
-constexpr double most_s = 1e9;
-constexpr int most_samples = 65536;
-constexpr double most_fps = 1000.0;
+constexpr int max_frames = 1000000;
+constexpr int max_px = 16384;
+constexpr double max_s = 1e9;
+constexpr int max_samples = 65536;
+constexpr double max_fps = 1000.0;
 
 template <typename Number>
 std::optional<Number> parse_number(std::string_view text) {
@@ -32,9 +32,9 @@ void parse_size(std::string_view text, Options &out) {
     const auto width = parse_number<int>(text.substr(0, cross));
     const auto height =
         cross == std::string_view::npos ? std::nullopt : parse_number<int>(text.substr(cross + 1));
-    if (!width || !height || *width < 1 || *height < 1 || *width > most_px || *height > most_px) {
+    if (!width || !height || *width < 1 || *height < 1 || *width > max_px || *height > max_px) {
         refuse("--size", text,
-               "must be WxH in pixels, each 1 to " + std::to_string(most_px) + ", as in 1280x720");
+               "must be WxH in pixels, each 1 to " + std::to_string(max_px) + ", as in 1280x720");
     }
     out.width_px = width;
     out.height_px = height;
@@ -65,8 +65,8 @@ void parse_quality(std::string_view text, Quality &out) {
         if (equals == std::string_view::npos) {
             out.fill(parse_name<Tier>(word, tier_names, "quality"));
         } else {
-            const auto trade = parse_name<QualityFeature>(word.substr(0, equals), trade_names, "trade");
-            out[static_cast<std::size_t>(trade)] =
+            const auto feature = parse_name<QualityFeature>(word.substr(0, equals), feature_names, "trade");
+            out[static_cast<std::size_t>(feature)] =
                 parse_name<Tier>(word.substr(equals + 1), tier_names, "quality");
         }
         if (word.size() == text.size()) {
@@ -141,15 +141,15 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
         } else if (name == "--time") {
             const std::string_view text = value();
             const auto seconds = parse_number<double>(text);
-            if (!seconds || !std::isfinite(*seconds) || *seconds < 0.0 || *seconds > most_s) {
+            if (!seconds || !std::isfinite(*seconds) || *seconds < 0.0 || *seconds > max_s) {
                 refuse(name, text, "must be seconds from the start, 0 to 1e9");
             }
             out.time_s = *seconds;
         } else if (name == "--frames") {
             const std::string_view text = value();
             out.frames = parse_number<int>(text);
-            if (!out.frames || *out.frames < 1 || *out.frames > most_frames) {
-                refuse(name, text, "must be a whole number, 1 to " + std::to_string(most_frames));
+            if (!out.frames || *out.frames < 1 || *out.frames > max_frames) {
+                refuse(name, text, "must be a whole number, 1 to " + std::to_string(max_frames));
             }
         } else if (name == "--size") {
             parse_size(value(), out);
@@ -164,13 +164,13 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
         } else if (name == "--reference") {
             const std::string_view text = value();
             out.reference = parse_number<int>(text);
-            if (!out.reference || *out.reference < 1 || *out.reference > most_samples) {
-                refuse(name, text, "must be a whole number of frames, 1 to " + std::to_string(most_samples));
+            if (!out.reference || *out.reference < 1 || *out.reference > max_samples) {
+                refuse(name, text, "must be a whole number of frames, 1 to " + std::to_string(max_samples));
             }
         } else if (name == "--fps") {
             const std::string_view text = value();
             out.fps = parse_number<double>(text);
-            if (!out.fps || !(*out.fps > 0.0) || *out.fps > most_fps) {
+            if (!out.fps || !(*out.fps > 0.0) || *out.fps > max_fps) {
                 refuse(name, text, "must be frames a second, above 0 and up to 1000");
             }
         } else if (name == "--disable") {
@@ -225,7 +225,7 @@ std::string usage(std::span<const std::string_view> passes) {
            "                     the files F_0000.png, F_0001.png ..., which show how it streams in\n"
            "  --quality T        how fine to draw: " +
            listed(tier_names) + " (default: balanced); or for each of\n                     " +
-           listed(trade_names) +
+           listed(feature_names) +
            ":\n"
            "                     --quality shadow=fast,lod=exact\n"
            "  --reference N      the screenshot is the mean of N frames with everything at its finest: what\n"

@@ -42,14 +42,14 @@ std::string quoted(const std::vector<std::string> &texts) {
 
 std::string quoted(const Quality &quality) {
     std::string out = "{";
-    for (std::size_t i = 0; i < trade_count; ++i) {
-        out += (out.size() == 1 ? "" : ", ") + quoted(std::string(trade_names[i])) + ": " +
+    for (std::size_t i = 0; i < feature_count; ++i) {
+        out += (out.size() == 1 ? "" : ", ") + quoted(std::string(feature_names[i])) + ": " +
                quoted(std::string(tier_names[static_cast<std::size_t>(quality[i])]));
     }
     return out + "}";
 }
 
-std::string fps_json(const FrameRate &fps, std::span<const QualityFeature> trades) {
+std::string fps_json(const FrameRate &fps, std::span<const QualityFeature> features) {
     char numbers[256];
     std::snprintf(
         numbers, sizeof numbers,
@@ -58,10 +58,10 @@ std::string fps_json(const FrameRate &fps, std::span<const QualityFeature> trade
         fps.wanted, 1000.0 / fps.wanted, fps.median_ms, fps.predicted_ms,
         fps.median_ms <= 1000.0 / fps.wanted ? "true" : "false", fps.changes);
     std::string out = numbers;
-    for (const QualityFeature trade : trades) {
-        const auto &row = fps.table[static_cast<std::size_t>(trade)];
+    for (const QualityFeature feature : features) {
+        const auto &row = fps.table[static_cast<std::size_t>(feature)];
         out += (out.back() == '{' ? "\"" : ", \"") +
-               std::string(trade_names[static_cast<std::size_t>(trade)]) + "\": {";
+               std::string(feature_names[static_cast<std::size_t>(feature)]) + "\": {";
         for (std::size_t tier = 0; tier < tier_names.size(); ++tier) {
             std::snprintf(numbers, sizeof numbers, "%s\"%s\": {\"ms\": %.3f, \"flip\": %.5f}",
                           tier == 0 ? "" : ", ", std::string(tier_names[tier]).c_str(), row[tier].ms,
@@ -179,16 +179,16 @@ std::string to_json(const Report &report) {
         }
         out += "]}";
     }
-    std::vector<std::string> trades;
-    for (const QualityFeature trade : report.trades) {
-        trades.emplace_back(trade_names[static_cast<std::size_t>(trade)]);
+    std::vector<std::string> features;
+    for (const QualityFeature feature : report.features) {
+        features.emplace_back(feature_names[static_cast<std::size_t>(feature)]);
     }
-    out += ", \"quality\": " + quoted(report.quality) + ", \"trades\": " + quoted(trades);
+    out += ", \"quality\": " + quoted(report.quality) + ", \"trades\": " + quoted(features);
     if (report.reference) {
         out += ", \"reference\": " + std::to_string(*report.reference);
     }
     if (report.fps) {
-        out += ", \"fps\": " + fps_json(*report.fps, report.trades);
+        out += ", \"fps\": " + fps_json(*report.fps, report.features);
     }
     if (report.terrain) {
         const TerrainCounts &terrain = *report.terrain;
@@ -196,14 +196,15 @@ std::string to_json(const Report &report) {
                ", \"triangles\": " + std::to_string(terrain.triangles) +
                ", \"cut_patches\": " + std::to_string(terrain.cut_patches) +
                ", \"cut_triangles\": " + std::to_string(terrain.cut_triangles) +
-               ", \"arrived\": " + std::to_string(terrain.arrived) +
-               ", \"baked\": " + std::to_string(terrain.baked) +
+               ", \"arrived\": " + std::to_string(terrain.resident_patches) +
+               ", \"baked\": " + std::to_string(terrain.total_patches) +
                ", \"bytes\": " + std::to_string(report.terrain_bytes) + "}";
     }
     out += ", \"program_bytes\": " + std::to_string(program_bytes()) +
            ", \"shared_libraries\": " + quoted(shared_libraries()) +
            ", \"gl_renderer\": " + quoted(report.renderer) + ", \"gl_version\": " + quoted(report.version) +
-           ", \"screenshots\": " + quoted(report.screenshots) + ", \"beyond\": " + quoted(report.beyond);
+           ", \"screenshots\": " + quoted(report.screenshots) +
+           ", \"beyond\": " + quoted(report.exceeded_limits);
     return out + "}";
 }
 

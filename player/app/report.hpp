@@ -19,7 +19,7 @@ struct FrameRate {
     double predicted_ms = 0.0;
     double median_ms = 0.0; // of the frames since the last change
     int changes = 0;        // since the first choice
-    TradeTable table{};     // as calibrated
+    FeatureCosts table{};   // as calibrated
 };
 
 struct Report {
@@ -28,8 +28,8 @@ struct Report {
     bool bench = false;           // they were measured by --bench
     std::vector<std::pair<std::string, double>> passes_ms; // of --bench, in drawing order
     Quality quality = all_at(Tier::balanced);
-    std::vector<QualityFeature> trades; // that do something for this scene on this device
-    std::optional<int> reference;       // frames that each picture averages
+    std::vector<QualityFeature> features; // that do something for this scene on this device
+    std::optional<int> reference;         // frames that each picture averages
     std::optional<FrameRate> fps;
     std::uint64_t resident_bytes = 0;
     std::uint64_t total_bytes = 0;
@@ -37,7 +37,7 @@ struct Report {
     std::optional<TerrainCounts> terrain; // of the last frame
     std::string renderer, version;
     std::vector<std::string> screenshots;
-    std::vector<std::string> beyond; // what of the bake's limits was exceeded, in words
+    std::vector<std::string> exceeded_limits; // what of the bake's limits was exceeded, in words
 };
 
 /// The smallest value that at least this share (above 0, up to 1) of them does not exceed; 0 when there is

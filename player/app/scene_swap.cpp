@@ -8,66 +8,66 @@
 
 namespace paradize {
 
-ComingScene::ComingScene(assets::SceneFile scene_file, const std::filesystem::path &folder,
-                         const Streamer *before)
-    : file(std::make_unique<const assets::SceneFile>(std::move(scene_file))), opening(*file, folder, before) {
-}
+PendingScene::PendingScene(assets::SceneFile scene_file, const std::filesystem::path &folder,
+                           const Streamer *before)
+    : file(std::make_unique<const assets::SceneFile>(std::move(scene_file))), load(*file, folder, before) {}
 
-LoadedScene::LoadedScene(ComingScene coming)
-    : held(std::move(coming.file)), file(*held), streamer(file, std::move(coming.opening)),
+LoadedScene::LoadedScene(PendingScene pending)
+    : owned_file(std::move(pending.file)), file(*owned_file), streamer(file, std::move(pending.load)),
       scene(file, streamer) {}
 
-SceneSwap::SceneSwap(ComingScene first, std::filesystem::path folder, assets::SceneWatcher *rebaked)
-    : folder_(std::move(folder)), rebaked_(rebaked), now_(std::make_unique<LoadedScene>(std::move(first))) {}
+SceneSwap::SceneSwap(PendingScene first, std::filesystem::path folder, assets::SceneWatcher *watcher)
+    : folder_(std::move(folder)), watcher_(watcher),
+      current_(std::make_unique<LoadedScene>(std::move(first))) {}
 
-void SceneSwap::refuse(const char *fault) {
+void SceneSwap::refuse(const char *error) {
     next_.reset();
-    coming_.reset();
+    pending_.reset();
     // Where yet another bake is done, the files of this one may be gone, and its scene is on the way.
-    if (!rebaked_->outdated(stamp_)) {
-        say(std::string("the new scene is not shown, the one before stays: ") + fault);
+    if (!watcher_->outdated(stamp_)) {
+        log_message(std::string("the new scene is not shown, the one before stays: ") + error);
     }
 }
 
 /// Takes a scene that came, and makes an act of it once its files are there.
-void SceneSwap::look(Unready unready) {
+void SceneSwap::poll(NotReady not_ready) {
     try {
-        if (const std::unique_ptr<assets::RebakedScene> found = rebaked_->take()) {
-            stamp_ = found->stamp;
-            if (!found->fault.empty()) {
-                refuse(found->fault.c_str());
+        if (const std::unique_ptr<assets::SceneUpdate> update = watcher_->take()) {
+            stamp_ = update->stamp;
+            if (!update->error.empty()) {
+                refuse(update->error.c_str());
                 return;
             }
             next_.reset();
-            coming_.emplace(std::move(found->file), folder_, &now_->streamer);
+            pending_.emplace(std::move(update->file), folder_, &current_->streamer);
         }
-        if (coming_ && (unready == Unready::wait || coming_->opening.ready())) {
-            next_ = std::make_unique<LoadedScene>(std::move(*coming_));
-            coming_.reset();
+        if (pending_ && (not_ready == NotReady::wait || pending_->load.ready())) {
+            next_ = std::make_unique<LoadedScene>(std::move(*pending_));
+            pending_.reset();
         }
     } catch (const std::exception &error) {
         refuse(error.what());
     }
 }
 
-LoadedScene *SceneSwap::upload(std::size_t budget_bytes, Unready unready) {
-    if (rebaked_ != nullptr) {
-        look(unready);
+LoadedScene *SceneSwap::upload(std::size_t budget_bytes, NotReady not_ready) {
+    if (watcher_ != nullptr) {
+        poll(not_ready);
     }
     if (!next_) {
-        now_->streamer.upload(budget_bytes, unready);
+        current_->streamer.upload(budget_bytes, not_ready);
         return nullptr;
     }
     try {
-        return next_->streamer.upload(budget_bytes, unready) ? next_.get() : nullptr;
+        return next_->streamer.upload(budget_bytes, not_ready) ? next_.get() : nullptr;
     } catch (const std::exception &error) {
         refuse(error.what());
         return nullptr;
     }
 }
 
-std::unique_ptr<LoadedScene> SceneSwap::turn() {
-    return std::exchange(now_, std::move(next_));
+std::unique_ptr<LoadedScene> SceneSwap::activate() {
+    return std::exchange(current_, std::move(next_));
 }
 
 } // namespace paradize

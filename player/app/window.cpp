@@ -34,8 +34,8 @@ struct Window::Impl {
     static void on_mouse(GLFWwindow *window, double x, double y) {
         Impl &self = of(window);
         if (self.mouse_known) {
-            self.input.turn_px += x - self.mouse_x;
-            self.input.tilt_px += y - self.mouse_y;
+            self.input.yaw_px += x - self.mouse_x;
+            self.input.pitch_px += y - self.mouse_y;
         }
         self.mouse_known = true;
         self.mouse_x = x;

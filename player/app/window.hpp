@@ -15,7 +15,7 @@ struct Input {
     // held, -1 to 1
     float right = 0.0F, up = 0.0F, forward = 0.0F, roll = 0.0F;
     bool fast = false;
-    double turn_px = 0.0, tilt_px = 0.0; // mouse, right and down
+    double yaw_px = 0.0, pitch_px = 0.0; // mouse, right and down
 };
 
 class Window {

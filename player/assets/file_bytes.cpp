@@ -59,19 +59,19 @@ std::uint64_t size_of(int file, const std::string &name, FileSize expected) {
     if (size == 0) {
         throw Error(name + ": is empty" + bake_again);
     }
-    if (size > expected.most) {
+    if (size > expected.max) {
         throw Error(name + ": has " + std::to_string(size) + " bytes, at most " +
-                    std::to_string(expected.most) + " are taken");
+                    std::to_string(expected.max) + " are taken");
     }
     return size;
 }
 
 } // namespace
 
-FileBytes::FileBytes(const std::filesystem::path &path, FileSize size, const Each &each) {
+FileBytes::FileBytes(const std::filesystem::path &path, FileSize size, const OnBytes &on_bytes) {
     const Descriptor file(path);
-    room_.emplace(static_cast<std::size_t>(size_of(file.number(), path.string(), size)));
-    read(file, path.string(), each);
+    memory_.emplace(static_cast<std::size_t>(size_of(file.number(), path.string(), size)));
+    read(file, path.string(), on_bytes);
 }
 
 FileBytes::FileBytes() noexcept = default;
@@ -79,13 +79,13 @@ FileBytes::FileBytes(FileBytes &&) noexcept = default;
 FileBytes &FileBytes::operator=(FileBytes &&) noexcept = default;
 FileBytes::~FileBytes() = default;
 
-void FileBytes::read(const Descriptor &file, const std::string &name, const Each &each) {
-    const std::span<std::byte> all = room_->bytes();
-    std::vector<std::byte> unwritten(std::min(kept_, part_bytes));
+void FileBytes::read(const Descriptor &file, const std::string &name, const OnBytes &on_bytes) {
+    const std::span<std::byte> all = memory_->bytes();
+    std::vector<std::byte> unwritten(std::min(keep_bytes_, part_bytes));
     for (std::size_t at = 0; at < all.size();) {
-        const bool kept = at < kept_;
-        const std::size_t most = std::min(part_bytes, (kept ? kept_ : all.size()) - at);
-        const std::span<std::byte> part = kept ? std::span(unwritten).first(most) : all.subspan(at, most);
+        const bool is_kept = at < keep_bytes_;
+        const std::size_t max = std::min(part_bytes, (is_kept ? keep_bytes_ : all.size()) - at);
+        const std::span<std::byte> part = is_kept ? std::span(unwritten).first(max) : all.subspan(at, max);
         const ssize_t got = ::pread(file.number(), part.data(), part.size(), static_cast<off_t>(at));
         if (got < 0 && errno == EINTR) {
             continue;
@@ -97,39 +97,39 @@ void FileBytes::read(const Descriptor &file, const std::string &name, const Each
             throw Error(name + ": ended at byte " + std::to_string(at) + " of " + std::to_string(all.size()) +
                         " while it was read" + bake_again);
         }
-        if (each) {
-            each(part.first(static_cast<std::size_t>(got)));
+        if (on_bytes) {
+            on_bytes(part.first(static_cast<std::size_t>(got)));
         }
         at += static_cast<std::size_t>(got);
     }
 }
 
 void FileBytes::release() {
-    room_.reset();
-    open_.reset();
+    memory_.reset();
+    descriptor_.reset();
 }
 
-bool FileBytes::release_after(const std::filesystem::path &path, std::size_t kept) {
+bool FileBytes::release_from(const std::filesystem::path &path, std::size_t keep_bytes) {
     const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
-    kept = (kept + page - 1) / page * page;
-    if (kept >= room_->bytes().size()) {
+    keep_bytes = (keep_bytes + page - 1) / page * page;
+    if (keep_bytes >= memory_->bytes().size()) {
         return false;
     }
-    open_ = std::make_unique<Descriptor>(path);
-    kept_ = kept;
-    room_->release_after(kept);
+    descriptor_ = std::make_unique<Descriptor>(path);
+    keep_bytes_ = keep_bytes;
+    memory_->release_from(keep_bytes);
     return true;
 }
 
-void FileBytes::fetch(const std::string &name, const Each &each) {
-    if (open_) {
-        read(*open_, name, each);
-        open_.reset();
+void FileBytes::reload(const std::string &name, const OnBytes &on_bytes) {
+    if (descriptor_) {
+        read(*descriptor_, name, on_bytes);
+        descriptor_.reset();
     }
 }
 
 std::span<const std::byte> FileBytes::bytes() const {
-    return room_ ? room_->bytes() : std::span<const std::byte>();
+    return memory_ ? memory_->bytes() : std::span<const std::byte>();
 }
 
 } // namespace paradize::assets

@@ -19,8 +19,8 @@ namespace {
 constexpr std::uint32_t glb_magic = 0x46546C67;  // "glTF"
 constexpr std::uint32_t json_chunk = 0x4E4F534A; // "JSON"
 constexpr std::uint32_t bin_chunk = 0x004E4942;  // "BIN\0"
-constexpr std::size_t most_entries = 1 << 20;    // a tile of the terrain has six accessors a patch
-constexpr long long most_count = 1LL << 31;
+constexpr std::size_t max_entries = 1 << 20;     // a tile of the terrain has six accessors a patch
+constexpr long long max_count = 1LL << 31;
 constexpr long long byte_type = 5120;
 constexpr long long ubyte_type = 5121;
 constexpr long long short_type = 5122;
@@ -28,9 +28,9 @@ constexpr long long ushort_type = 5123;
 constexpr long long float_type = 5126;
 constexpr long long uint_type = 5125;
 
-constexpr double far_m = 1e7;           // no coordinate of a vertex is larger
-constexpr double farthest_m = 1e10;     // no place in an object's space, or in the world, lies farther out
-constexpr std::size_t most_sharing = 4; // all levels together are at most so many times as long as the buffer
+constexpr double max_length_m = 1e7;    // no coordinate of a vertex is larger
+constexpr double max_position_m = 1e10; // no place in an object's space, or in the world, lies farther out
+constexpr std::size_t max_sharing = 4;  // all levels together are at most so many times as long as the buffer
 
 /// Bytes of a component; 0 of what glTF does not know.
 constexpr std::size_t size_of(long long component) {
@@ -51,19 +51,20 @@ constexpr std::size_t size_of(long long component) {
 
 /// Which components an attribute may have besides float32, and whether those are normalized
 /// (KHR_mesh_quantization, as far as the bake uses it).
-struct Codes {
+struct AttributeTypes {
     std::string_view key;
     const char *type;
     std::size_t components;
     long long narrow, wide;
     bool normalized;
 };
-constexpr std::array<Codes, 6> attributes_known{{{"POSITION", "VEC3", 3, ushort_type, ushort_type, false},
-                                                 {"NORMAL", "VEC3", 3, byte_type, short_type, true},
-                                                 {"TANGENT", "VEC4", 4, byte_type, short_type, true},
-                                                 {"TEXCOORD_0", "VEC2", 2, ushort_type, ushort_type, true},
-                                                 {"TEXCOORD_1", "VEC2", 2, ushort_type, ushort_type, true},
-                                                 {"COLOR_0", "VEC4", 4, ubyte_type, ushort_type, true}}};
+constexpr std::array<AttributeTypes, 6> attributes_known{
+    {{"POSITION", "VEC3", 3, ushort_type, ushort_type, false},
+     {"NORMAL", "VEC3", 3, byte_type, short_type, true},
+     {"TANGENT", "VEC4", 4, byte_type, short_type, true},
+     {"TEXCOORD_0", "VEC2", 2, ushort_type, ushort_type, true},
+     {"TEXCOORD_1", "VEC2", 2, ushort_type, ushort_type, true},
+     {"COLOR_0", "VEC4", 4, ubyte_type, ushort_type, true}}};
 
 std::uint32_t word_at(std::span<const std::byte> bytes, std::size_t offset) {
     std::uint32_t value = 0;
@@ -114,8 +115,8 @@ Chunks split(std::span<const std::byte> file, const std::string &name) {
 class Reader {
   public:
     Reader(const JsonObject &root, std::span<const std::byte> bin)
-        : bin_(bin), accessors_(root.array("accessors", most_entries)),
-          views_(root.array("bufferViews", most_entries)), meshes_(root.array("meshes", most_entries)) {
+        : bin_(bin), accessors_(root.array("accessors", max_entries)),
+          views_(root.array("bufferViews", max_entries)), meshes_(root.array("meshes", max_entries)) {
         const std::vector<JsonObject> buffers = root.objects("buffers", 1);
         if (buffers.size() != 1 || buffers[0].has("uri")) {
             root.fail("buffers", "must be the one buffer in the BIN chunk");
@@ -124,7 +125,7 @@ class Reader {
             static_cast<std::size_t>(buffers[0].integer("byteLength", 1, static_cast<long long>(bin.size())));
         bin_ = bin.first(bytes);
         if (root.has("materials")) {
-            for (const JsonObject &material : root.objects("materials", most_entries)) {
+            for (const JsonObject &material : root.objects("materials", max_entries)) {
                 materials_.push_back(material.text_or("name", ""));
             }
         }
@@ -138,12 +139,12 @@ class Reader {
         out.name = node.text_or("name", "");
         const JsonObject mesh = meshes_[index(node, "mesh", meshes_.size())];
         std::optional<long long> vertices_from;
-        for (const JsonObject &primitive : mesh.objects("primitives", most_entries)) {
+        for (const JsonObject &primitive : mesh.objects("primitives", max_entries)) {
             const JsonObject attributes = primitive.object("attributes");
             if (primitive.integer_or("mode", 0, 6, 4) != 4) {
                 primitive.fail("mode", "must be 4 (triangles)");
             }
-            const long long positions = attributes.integer("POSITION", 0, most_count);
+            const long long positions = attributes.integer("POSITION", 0, max_count);
             if (vertices_from.value_or(positions) != positions) {
                 primitive.fail("attributes", "primitives of one level must share their vertices");
             }
@@ -168,36 +169,36 @@ class Reader {
                 node.fail(key, "is not ours: a mesh is moved and stretched only");
             }
         }
-        GlbLattice lattice;
+        QuantizationGrid grid;
         const auto read = [&](const char *key, double low, auto &out) {
             if (node.has(key)) {
-                const std::vector<double> numbers = node.numbers(key, out.size(), low, farthest_m);
+                const std::vector<double> numbers = node.numbers(key, out.size(), low, max_position_m);
                 std::transform(numbers.begin(), numbers.end(), out.begin(), [&](double number) {
                     return static_cast<std::remove_reference_t<decltype(out[0])>>(number);
                 });
             }
         };
-        read("scale", std::numeric_limits<float>::min(), lattice.step);
-        read("translation", -farthest_m, lattice.origin);
-        if (!glb.levels.empty() && lattice != glb.lattice) {
+        read("scale", std::numeric_limits<float>::min(), grid.step);
+        read("translation", -max_position_m, grid.origin);
+        if (!glb.levels.empty() && grid != glb.grid) {
             node.fail("scale", "and translation must be those of the other levels");
         }
-        glb.lattice = lattice;
+        glb.grid = grid;
         glb.levels.push_back(level(node));
-        demand_near(node, lattice, glb.levels.back());
+        check_bounds(node, grid, glb.levels.back());
     }
 
   private:
     /// Where the bounds lie, metres from the origin.
-    static void demand_near(const JsonObject &node, const GlbLattice &lattice, const GlbLevel &level) {
+    static void check_bounds(const JsonObject &node, const QuantizationGrid &grid, const GlbLevel &level) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
             for (const float bound : {level.low[axis], level.high[axis]}) {
-                const double place = lattice.origin[axis] +
-                                     static_cast<double>(lattice.step[axis]) * static_cast<double>(bound);
-                if (std::abs(place) > farthest_m) {
+                const double place =
+                    grid.origin[axis] + static_cast<double>(grid.step[axis]) * static_cast<double>(bound);
+                if (std::abs(place) > max_position_m) {
                     node.fail("scale", "and translation carry a bound of the positions, " + shortest(bound) +
                                            ", to " + shortest(place) + " m, must stay within " +
-                                           shortest(farthest_m) + " m of the origin");
+                                           shortest(max_position_m) + " m of the origin");
                 }
             }
         }
@@ -220,7 +221,7 @@ class Reader {
         const JsonObject entry = accessors_[index(from, key, accessors_.size())];
         Accessor out;
         out.component = entry.integer("componentType", 0, 65535);
-        out.count = static_cast<std::uint32_t>(entry.integer("count", 1, most_count));
+        out.count = static_cast<std::uint32_t>(entry.integer("count", 1, max_count));
         if (entry.text("type") != type || entry.has("sparse")) {
             entry.fail("type", std::string("must be ") + type + ", not sparse");
         }
@@ -239,11 +240,11 @@ class Reader {
         const auto length = static_cast<std::size_t>(view.integer("byteLength", 1, most));
         const auto within = static_cast<std::size_t>(entry.integer_or("byteOffset", 0, most, 0));
         view.integer("buffer", 0, 0);
-        const auto apart =
+        const auto given_stride =
             static_cast<std::size_t>(view.integer_or("byteStride", 0, 252, static_cast<long long>(packed)));
-        if (apart != stride) {
-            view.fail("byteStride", "is " + std::to_string(apart) + ", must be " + std::to_string(stride) +
-                                        ", as near as vertices may lie");
+        if (given_stride != stride) {
+            view.fail("byteStride", "is " + std::to_string(given_stride) + ", must be " +
+                                        std::to_string(stride) + ", as near as vertices may lie");
         }
         if (length > bin_.size() - start) {
             view.fail("byteLength", std::to_string(length) + " bytes from byte " + std::to_string(start) +
@@ -265,18 +266,18 @@ class Reader {
     }
 
     static void bounds(const JsonObject &accessor, std::string_view key, std::array<float, 3> &out) {
-        const std::vector<double> numbers = accessor.numbers(key, out.size(), -far_m, far_m);
+        const std::vector<double> numbers = accessor.numbers(key, out.size(), -max_length_m, max_length_m);
         std::ranges::transform(numbers, out.begin(),
                                [](double number) { return static_cast<float>(number); });
     }
 
     /// Levels and primitives that share their bytes would make a small file a large mesh.
-    void take(const JsonObject &from, std::string_view key, std::size_t bytes) {
-        taken_ += bytes;
-        if (taken_ > most_sharing * bin_.size()) {
-            from.fail(key, "all levels up to here have " + std::to_string(taken_) +
+    void count_bytes(const JsonObject &from, std::string_view key, std::size_t bytes) {
+        used_bytes_ += bytes;
+        if (used_bytes_ > max_sharing * bin_.size()) {
+            from.fail(key, "all levels up to here have " + std::to_string(used_bytes_) +
                                " bytes, the buffer has " + std::to_string(bin_.size()) + ": at most " +
-                               std::to_string(most_sharing) + " times as many may be shared");
+                               std::to_string(max_sharing) + " times as many may be shared");
         }
     }
 
@@ -284,16 +285,16 @@ class Reader {
         const std::array<std::span<const std::byte> *, attributes_known.size()> parts{
             &out.positions, &out.normals, &out.tangents, &out.uvs, &out.uvs1, &out.colors};
         for (std::size_t part = 0; part < parts.size(); ++part) {
-            const Codes &known = attributes_known[part];
+            const AttributeTypes &known = attributes_known[part];
             if (part != 0 && !attributes.has(known.key)) {
                 continue;
             }
             const Accessor found = accessor(attributes, known.key, known.type, known.components);
-            const bool coded = found.component == known.narrow || found.component == known.wide;
-            if (!coded && found.component != float_type) {
+            const bool quantized = found.component == known.narrow || found.component == known.wide;
+            if (!quantized && found.component != float_type) {
                 attributes.fail(known.key, "has the component type " + std::to_string(found.component));
             }
-            if (found.normalized != (coded && known.normalized)) {
+            if (found.normalized != (quantized && known.normalized)) {
                 attributes.fail(known.key,
                                 found.normalized ? "must not be normalized" : "must be normalized");
             }
@@ -306,7 +307,7 @@ class Reader {
                 attributes.fail(known.key, "has " + std::to_string(found.count) + " entries, POSITION has " +
                                                std::to_string(out.vertices));
             }
-            take(attributes, known.key, found.bytes.size());
+            count_bytes(attributes, known.key, found.bytes.size());
             out.vertices = found.count;
             *parts[part] = found.bytes;
             out.formats[part] = {static_cast<std::uint32_t>(found.component), found.normalized,
@@ -325,19 +326,19 @@ class Reader {
             primitive.fail("indices", "must have one type in all primitives of a level");
         }
         out.index_bytes = bytes;
-        take(primitive, "indices", indices.bytes.size());
+        count_bytes(primitive, "indices", indices.bytes.size());
         const long long last = static_cast<long long>(materials_.size()) - 1;
         out.primitives.push_back({static_cast<std::uint32_t>(primitive.integer_or("material", 0, last, 0)),
                                   indices.bytes, indices.count});
     }
 
     std::span<const std::byte> bin_;
-    std::size_t taken_ = 0; // bytes of all levels
+    std::size_t used_bytes_ = 0; // bytes of all levels
     JsonArray accessors_, views_, meshes_;
     std::vector<std::string> materials_;
 };
 
-void demand_version(const JsonObject &root) {
+void check_version(const JsonObject &root) {
     if (root.object("asset").text("version") != "2.0") {
         root.fail("asset", "version must be 2.0");
     }
@@ -350,9 +351,9 @@ Glb read_glb_nodes(std::span<const std::byte> file, const std::string &name,
     const Chunks chunks = split(file, name);
     const JsonDocument document(chunks.json, name);
     const JsonObject root = document.root();
-    demand_version(root);
+    check_version(root);
     Reader reader(root, chunks.bin);
-    const JsonArray all = root.array("nodes", most_entries);
+    const JsonArray all = root.array("nodes", max_entries);
     Glb out;
     out.materials = reader.materials();
     out.levels.reserve(nodes.size());
@@ -370,17 +371,17 @@ Glb read_glb(std::span<const std::byte> file, const std::string &name) {
     const Chunks chunks = split(file, name);
     const JsonDocument document(chunks.json, name);
     const JsonObject root = document.root();
-    demand_version(root);
+    check_version(root);
     Reader reader(root, chunks.bin);
-    const JsonArray nodes = root.array("nodes", most_entries);
+    const JsonArray nodes = root.array("nodes", max_entries);
     const auto last_node = static_cast<long long>(nodes.size()) - 1;
-    const std::vector<JsonObject> scenes = root.objects("scenes", most_entries);
+    const std::vector<JsonObject> scenes = root.objects("scenes", max_entries);
     const auto scene =
         static_cast<std::size_t>(root.integer_or("scene", 0, static_cast<long long>(scenes.size()) - 1, 0));
     if (scenes.empty()) {
         root.fail("scenes", "are missing");
     }
-    const std::vector<long long> roots = scenes[scene].integers("nodes", most_entries, 0, last_node);
+    const std::vector<long long> roots = scenes[scene].integers("nodes", max_entries, 0, last_node);
     if (roots.size() != 1) {
         scenes[scene].fail("nodes", "must name one node, level 0");
     }

@@ -28,11 +28,11 @@ struct GlbFormat {
 
 /// Where a mesh stands in its object or in the world: metres = origin + step * position. Positions are metres
 /// (step 1, origin 0) or codes of a lattice.
-struct GlbLattice {
+struct QuantizationGrid {
     std::array<float, 3> step{1.0F, 1.0F, 1.0F};
     std::array<double, 3> origin{};
 
-    bool operator==(const GlbLattice &) const = default;
+    bool operator==(const QuantizationGrid &) const = default;
 };
 
 /// Attributes as float32, or as codes of 8 and 16 bits (KHR_mesh_quantization); empty when the mesh has none.
@@ -54,7 +54,7 @@ struct GlbLevel {
 struct Glb {
     std::vector<std::string> materials;
     std::vector<GlbLevel> levels; // level 0, the finest, first
-    GlbLattice lattice;           // of all levels
+    QuantizationGrid grid;        // of all levels
 };
 
 /// Spans point into `file`. The numbers in them are not looked at here: check_mesh() does that. Throws Error

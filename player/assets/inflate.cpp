@@ -6,14 +6,14 @@
 
 namespace paradize::assets {
 
-std::string frame_fault(std::span<const std::byte> frame, std::uint64_t expected) {
-    const unsigned long long told = ZSTD_getFrameContentSize(frame.data(), frame.size());
-    if (told == ZSTD_CONTENTSIZE_ERROR) {
+std::string frame_error(std::span<const std::byte> frame, std::uint64_t expected) {
+    const unsigned long long stated_bytes = ZSTD_getFrameContentSize(frame.data(), frame.size());
+    if (stated_bytes == ZSTD_CONTENTSIZE_ERROR) {
         return "is no Zstandard frame";
     }
     // A skippable frame says 0, and no level is empty.
-    if (told != ZSTD_CONTENTSIZE_UNKNOWN && told != expected) {
-        return "its Zstandard frame says " + std::to_string(told) + " bytes, expected " +
+    if (stated_bytes != ZSTD_CONTENTSIZE_UNKNOWN && stated_bytes != expected) {
+        return "its Zstandard frame says " + std::to_string(stated_bytes) + " bytes, expected " +
                std::to_string(expected);
     }
     return {};

@@ -13,7 +13,7 @@ namespace paradize::assets {
 
 /// Empty when a frame may hold `expected` bytes (it says so, or does not say); else what is wrong with it.
 /// Looks at the frame's header only.
-std::string frame_fault(std::span<const std::byte> frame, std::uint64_t expected);
+std::string frame_error(std::span<const std::byte> frame, std::uint64_t expected);
 
 /// Unpacks frames; one thread at a time.
 class Inflater {

@@ -21,7 +21,7 @@ const Json &json(const void *value) {
 }
 
 /// Where a value is, put into words only when it is refused: one document has a million of them.
-struct Place {
+struct JsonPath {
     const std::string &object;
     std::string_view key;
     std::ptrdiff_t row = -1, column = -1; // of an array, and of an array in it; -1: none
@@ -35,48 +35,48 @@ struct Place {
     }
 };
 
-double checked_number(const Json &value, const Place &place, double low, double high) {
+double checked_number(const Json &value, const JsonPath &path, double low, double high) {
     if (!value.is_number()) {
-        throw Error(place.text() + ": must be a number, is " + value.type_name());
+        throw Error(path.text() + ": must be a number, is " + value.type_name());
     }
     const double number = value.get<double>();
     if (!(number >= low && number <= high)) {
-        throw Error(place.text() + ": is " + shortest(number) +
+        throw Error(path.text() + ": is " + shortest(number) +
                     (low <= high ? ", must lie in [" + shortest(low) + ", " + shortest(high) + "]"
                                  : ", but the file holds nothing that it could count"));
     }
     return number;
 }
 
-long long checked_integer(const Json &value, const Place &place, long long low, long long high) {
-    const double number = checked_number(value, place, static_cast<double>(low), static_cast<double>(high));
+long long checked_integer(const Json &value, const JsonPath &path, long long low, long long high) {
+    const double number = checked_number(value, path, static_cast<double>(low), static_cast<double>(high));
     if (number != std::floor(number)) {
-        throw Error(place.text() + ": is " + shortest(number) + ", must be a whole number");
+        throw Error(path.text() + ": is " + shortest(number) + ", must be a whole number");
     }
     return static_cast<long long>(number);
 }
 
-void check_array(const Json &value, const Place &place, std::size_t least, std::size_t most) {
+void check_array(const Json &value, const JsonPath &path, std::size_t least, std::size_t most) {
     if (!value.is_array() || value.size() < least || value.size() > most) {
         const std::string size =
             value.is_array() ? std::to_string(value.size()) + " entries" : value.type_name();
-        throw Error(place.text() + ": must be an array of " + std::to_string(least) +
+        throw Error(path.text() + ": must be an array of " + std::to_string(least) +
                     (least == most ? "" : " to " + std::to_string(most)) + " entries, is " + size);
     }
 }
 
-std::string checked_text(const Json &value, const Place &place) {
+std::string checked_text(const Json &value, const JsonPath &path) {
     if (!value.is_string()) {
-        throw Error(place.text() + ": must be a string, is " + value.type_name());
+        throw Error(path.text() + ": must be a string, is " + value.type_name());
     }
     return value.get<std::string>();
 }
 
 } // namespace
 
-JsonObject::JsonObject(const void *value, std::string place) : value_(value), place_(std::move(place)) {
+JsonObject::JsonObject(const void *value, std::string path) : value_(value), path_(std::move(path)) {
     if (!json(value_).is_object()) {
-        throw Error(place_ + ": must be an object, is " + json(value_).type_name());
+        throw Error(path_ + ": must be an object, is " + json(value_).type_name());
     }
 }
 
@@ -85,10 +85,10 @@ const void *JsonObject::find(std::string_view key) const {
     if (found == json(value_).end()) {
         return nullptr;
     }
-    if (asked_.empty()) {
-        asked_.reserve(8);
+    if (read_members_.empty()) {
+        read_members_.reserve(8);
     }
-    asked_.push_back(&*found);
+    read_members_.push_back(&*found);
     return &*found;
 }
 
@@ -106,25 +106,25 @@ bool JsonObject::has(std::string_view key) const {
 }
 
 double JsonObject::number(std::string_view key, double low, double high) const {
-    return checked_number(json(member(key)), {place_, key}, low, high);
+    return checked_number(json(member(key)), {path_, key}, low, high);
 }
 
-double JsonObject::number_or(std::string_view key, double low, double high, double otherwise) const {
-    return has(key) ? number(key, low, high) : otherwise;
+double JsonObject::number_or(std::string_view key, double low, double high, double fallback) const {
+    return has(key) ? number(key, low, high) : fallback;
 }
 
 long long JsonObject::integer(std::string_view key, long long low, long long high) const {
-    return checked_integer(json(member(key)), {place_, key}, low, high);
+    return checked_integer(json(member(key)), {path_, key}, low, high);
 }
 
 long long JsonObject::integer_or(std::string_view key, long long low, long long high,
-                                 long long otherwise) const {
-    return has(key) ? integer(key, low, high) : otherwise;
+                                 long long fallback) const {
+    return has(key) ? integer(key, low, high) : fallback;
 }
 
-bool JsonObject::boolean_or(std::string_view key, bool otherwise) const {
+bool JsonObject::boolean_or(std::string_view key, bool fallback) const {
     if (!has(key)) {
-        return otherwise;
+        return fallback;
     }
     const Json &value = json(member(key));
     if (!value.is_boolean()) {
@@ -134,27 +134,27 @@ bool JsonObject::boolean_or(std::string_view key, bool otherwise) const {
 }
 
 std::string JsonObject::text(std::string_view key) const {
-    return checked_text(json(member(key)), {place_, key});
+    return checked_text(json(member(key)), {path_, key});
 }
 
-std::string JsonObject::text_or(std::string_view key, std::string otherwise) const {
-    return has(key) ? text(key) : std::move(otherwise);
+std::string JsonObject::text_or(std::string_view key, std::string fallback) const {
+    return has(key) ? text(key) : std::move(fallback);
 }
 
 std::vector<double> JsonObject::numbers(std::string_view key, std::size_t count, double low,
                                         double high) const {
-    check_array(json(member(key)), {place_, key}, count, count);
+    check_array(json(member(key)), {path_, key}, count, count);
     return column(key, count, low, high);
 }
 
 std::vector<double> JsonObject::column(std::string_view key, std::size_t most, double low,
                                        double high) const {
     const Json &array = json(member(key));
-    check_array(array, {place_, key}, 0, most);
+    check_array(array, {path_, key}, 0, most);
     std::vector<double> out;
     out.reserve(array.size());
     for (std::size_t i = 0; i < array.size(); ++i) {
-        out.push_back(checked_number(array[i], {place_, key, static_cast<std::ptrdiff_t>(i)}, low, high));
+        out.push_back(checked_number(array[i], {path_, key, static_cast<std::ptrdiff_t>(i)}, low, high));
     }
     return out;
 }
@@ -162,29 +162,29 @@ std::vector<double> JsonObject::column(std::string_view key, std::size_t most, d
 std::vector<long long> JsonObject::integers(std::string_view key, std::size_t most, long long low,
                                             long long high) const {
     const Json &array = json(member(key));
-    check_array(array, {place_, key}, 0, most);
+    check_array(array, {path_, key}, 0, most);
     std::vector<long long> out;
     out.reserve(array.size());
     for (std::size_t i = 0; i < array.size(); ++i) {
-        out.push_back(checked_integer(array[i], {place_, key, static_cast<std::ptrdiff_t>(i)}, low, high));
+        out.push_back(checked_integer(array[i], {path_, key, static_cast<std::ptrdiff_t>(i)}, low, high));
     }
     return out;
 }
 
 std::vector<std::string> JsonObject::texts(std::string_view key, std::size_t most) const {
     const Json &array = json(member(key));
-    check_array(array, {place_, key}, 0, most);
+    check_array(array, {path_, key}, 0, most);
     std::vector<std::string> out;
     out.reserve(array.size());
     for (std::size_t i = 0; i < array.size(); ++i) {
-        out.push_back(checked_text(array[i], {place_, key, static_cast<std::ptrdiff_t>(i)}));
+        out.push_back(checked_text(array[i], {path_, key, static_cast<std::ptrdiff_t>(i)}));
     }
     return out;
 }
 
 std::vector<std::vector<double>> JsonObject::rows(std::string_view key, std::size_t most, std::size_t count,
                                                   double low, double high) const {
-    check_array(json(member(key)), {place_, key}, 1, most);
+    check_array(json(member(key)), {path_, key}, 1, most);
     const std::vector<double> flat = flat_rows(key, most, count, low, high);
     std::vector<std::vector<double>> out;
     out.reserve(flat.size() / count);
@@ -197,22 +197,22 @@ std::vector<std::vector<double>> JsonObject::rows(std::string_view key, std::siz
 std::vector<double> JsonObject::flat_rows(std::string_view key, std::size_t most, std::size_t count,
                                           double low, double high) const {
     const Json &array = json(member(key));
-    check_array(array, {place_, key}, 0, most);
+    check_array(array, {path_, key}, 0, most);
     std::vector<double> out;
     out.reserve(array.size() * count);
     for (std::size_t i = 0; i < array.size(); ++i) {
         const auto row = static_cast<std::ptrdiff_t>(i);
-        check_array(array[i], {place_, key, row}, count, count);
+        check_array(array[i], {path_, key, row}, count, count);
         for (std::size_t k = 0; k < count; ++k) {
             out.push_back(
-                checked_number(array[i][k], {place_, key, row, static_cast<std::ptrdiff_t>(k)}, low, high));
+                checked_number(array[i][k], {path_, key, row, static_cast<std::ptrdiff_t>(k)}, low, high));
         }
     }
     return out;
 }
 
 JsonObject JsonObject::object(std::string_view key) const {
-    return {member(key), Place{place_, key}.text()};
+    return {member(key), JsonPath{path_, key}.text()};
 }
 
 std::optional<JsonObject> JsonObject::object_or_none(std::string_view key) const {
@@ -221,8 +221,8 @@ std::optional<JsonObject> JsonObject::object_or_none(std::string_view key) const
 
 JsonArray JsonObject::array(std::string_view key, std::size_t most) const {
     const Json &array = json(member(key));
-    check_array(array, {place_, key}, 0, most);
-    return {&array, Place{place_, key}.text()};
+    check_array(array, {path_, key}, 0, most);
+    return {&array, JsonPath{path_, key}.text()};
 }
 
 std::vector<JsonObject> JsonObject::objects(std::string_view key, std::size_t most) const {
@@ -239,7 +239,7 @@ std::vector<std::string> JsonObject::names() const {
     std::vector<std::string> out;
     for (const auto &item : json(value_).items()) {
         out.push_back(item.key());
-        asked_.push_back(&item.value());
+        read_members_.push_back(&item.value());
     }
     return out;
 }
@@ -250,16 +250,16 @@ void JsonObject::ignore(std::initializer_list<std::string_view> keys) const {
     }
 }
 
-void JsonObject::done() const {
+void JsonObject::reject_unknown_keys() const {
     for (const auto &item : json(value_).items()) {
-        if (std::ranges::find(asked_, &item.value()) == asked_.end()) {
+        if (std::ranges::find(read_members_, &item.value()) == read_members_.end()) {
             fail(item.key(), "is not known to this player; bake the scene with the same version of Paradize");
         }
     }
 }
 
 void JsonObject::fail(std::string_view key, const std::string &what) const {
-    throw Error(Place{place_, key}.text() + ": " + what);
+    throw Error(JsonPath{path_, key}.text() + ": " + what);
 }
 
 std::size_t JsonArray::size() const {
@@ -267,7 +267,7 @@ std::size_t JsonArray::size() const {
 }
 
 JsonObject JsonArray::operator[](std::size_t index) const {
-    return {&json(value_)[index], place_ + "[" + std::to_string(index) + "]"};
+    return {&json(value_)[index], path_ + "[" + std::to_string(index) + "]"};
 }
 
 struct JsonDocument::Value {
@@ -276,14 +276,14 @@ struct JsonDocument::Value {
 
 JsonDocument::JsonDocument(std::string_view text, const std::string &file)
     : value_(std::make_unique<Value>()), file_(file) {
-    if (text.size() > most_json_bytes) {
+    if (text.size() > max_json_bytes) {
         throw Error(file + ": " + std::to_string(text.size()) + " bytes of JSON, at most " +
-                    std::to_string(most_json_bytes) + " are taken");
+                    std::to_string(max_json_bytes) + " are taken");
     }
     UniqueTree tree(value_->json);
     if (!Json::sax_parse(text, &tree)) {
-        if (!tree.twice.empty()) {
-            throw Error(file + ": key \"" + tree.twice + "\" appears twice in one object");
+        if (!tree.duplicate_key.empty()) {
+            throw Error(file + ": key \"" + tree.duplicate_key + "\" appears twice in one object");
         }
         // "[json.exception.parse_error.101] parse error at line ..."
         const std::size_t code = tree.problem.starts_with('[') ? tree.problem.find("] ") : std::string::npos;

@@ -14,14 +14,14 @@
 namespace paradize::assets {
 
 /// Of a document; the pipeline writes none that is larger.
-inline constexpr std::size_t most_json_bytes = std::size_t{64} << 20U;
+inline constexpr std::size_t max_json_bytes = std::size_t{64} << 20U;
 
 class JsonObject;
 
 /// An array of objects, which are made when they are asked for.
 class JsonArray {
   public:
-    JsonArray(const void *value, std::string place) : value_(value), place_(std::move(place)) {}
+    JsonArray(const void *value, std::string path) : value_(value), path_(std::move(path)) {}
 
     std::size_t size() const;
     /// Throws Error when the entry is no object.
@@ -29,26 +29,26 @@ class JsonArray {
 
   private:
     const void *value_;
-    std::string place_;
+    std::string path_;
 };
 
 /// One object of a document. Errors name the document's file and the place, as in `file: objects[2].radius_m:
 /// ...`.
 class JsonObject {
   public:
-    JsonObject(const void *value, std::string place);
+    JsonObject(const void *value, std::string path);
 
-    const std::string &place() const { return place_; }
+    const std::string &path() const { return path_; }
     /// Is the member there, and not null? (Counts as asked for.)
     bool has(std::string_view key) const;
     double number(std::string_view key, double low, double high) const;
-    double number_or(std::string_view key, double low, double high, double otherwise) const;
+    double number_or(std::string_view key, double low, double high, double fallback) const;
     /// A whole number; refuses fractions.
     long long integer(std::string_view key, long long low, long long high) const;
-    long long integer_or(std::string_view key, long long low, long long high, long long otherwise) const;
-    bool boolean_or(std::string_view key, bool otherwise) const;
+    long long integer_or(std::string_view key, long long low, long long high, long long fallback) const;
+    bool boolean_or(std::string_view key, bool fallback) const;
     std::string text(std::string_view key) const;
-    std::string text_or(std::string_view key, std::string otherwise) const; // also for null
+    std::string text_or(std::string_view key, std::string fallback) const; // also for null
     /// An array of `count` numbers, each in the range.
     std::vector<double> numbers(std::string_view key, std::size_t count, double low, double high) const;
     /// An array of at most `most` numbers, each in the range.
@@ -71,7 +71,7 @@ class JsonObject {
     /// Members that may be there and are not read.
     void ignore(std::initializer_list<std::string_view> keys) const;
     /// Refuses members that nobody asked for.
-    void done() const;
+    void reject_unknown_keys() const;
     [[noreturn]] void fail(std::string_view key, const std::string &what) const;
 
   private:
@@ -79,8 +79,8 @@ class JsonObject {
     const void *member(std::string_view key) const; // throws Error when it is not there
 
     const void *value_;
-    std::string place_;
-    mutable std::vector<const void *> asked_; // members
+    std::string path_;
+    mutable std::vector<const void *> read_members_; // members
 };
 
 class JsonDocument {

@@ -86,9 +86,9 @@ Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
         refuse("header: vkFormat " + std::to_string(field(12)) +
                " is not among the formats that the player samples");
     }
-    if (width == 0 || height == 0 || width > most_texels_px || height > most_texels_px) {
+    if (width == 0 || height == 0 || width > max_texture_px || height > max_texture_px) {
         refuse("header: " + std::to_string(width) + " x " + std::to_string(height) +
-               " texels, must lie in 1 to " + std::to_string(most_texels_px));
+               " texels, must lie in 1 to " + std::to_string(max_texture_px));
     }
     if (depth != 0 || layers != 0) {
         refuse("header: depth " + std::to_string(depth) + " and layers " + std::to_string(layers) +
@@ -98,10 +98,10 @@ Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
         refuse("header: " + std::to_string(out.faces) + " faces of " + std::to_string(width) + " x " +
                std::to_string(height) + ", must be 1, or 6 square ones");
     }
-    const std::uint32_t most_levels = static_cast<std::uint32_t>(std::bit_width(std::max(width, height)));
-    if (levels == 0 || levels > most_levels) {
+    const std::uint32_t max_levels = static_cast<std::uint32_t>(std::bit_width(std::max(width, height)));
+    if (levels == 0 || levels > max_levels) {
         refuse("header: " + std::to_string(levels) + " levels, must lie in 1 to " +
-               std::to_string(most_levels));
+               std::to_string(max_levels));
     }
     if (supercompression != 0 && supercompression != zstandard) {
         refuse("header: supercompression " + std::to_string(supercompression) +
@@ -124,9 +124,9 @@ Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
         const std::uint64_t across = (level.width_px + block.edge_px - 1) / block.edge_px;
         const std::uint64_t down = (level.height_px + block.edge_px - 1) / block.edge_px;
         const std::uint64_t expected = across * down * block.bytes * out.faces;
-        const bool packed = supercompression == zstandard;
+        const bool compressed = supercompression == zstandard;
         const std::string place = "level " + std::to_string(i) + ": ";
-        if (length != expected && !packed) {
+        if (length != expected && !compressed) {
             refuse(place + "the level index says " + std::to_string(length) + " bytes, " +
                    std::to_string(level.width_px) + " x " + std::to_string(level.height_px) +
                    " texels take " + std::to_string(expected));
@@ -136,22 +136,22 @@ Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
                    " on do not lie in a file of " + std::to_string(file.size()));
         }
         level.bytes = file.subspan(offset, length);
-        if (packed) {
+        if (compressed) {
             const auto inflated = read_at<std::uint64_t>(file, entry + 16);
             if (inflated != expected) {
                 refuse(place + std::to_string(inflated) + " bytes uncompressed, expected " +
                        std::to_string(expected));
             }
             total += expected;
-            if (total > most_inflated_bytes) {
-                refuse(place + "inflates to more than " + std::to_string(most_inflated_bytes) + " bytes");
+            if (total > max_inflated_bytes) {
+                refuse(place + "inflates to more than " + std::to_string(max_inflated_bytes) + " bytes");
             }
-            if (const std::string fault = frame_fault(level.bytes, expected); !fault.empty()) {
-                refuse(place + fault);
+            if (const std::string error = frame_error(level.bytes, expected); !error.empty()) {
+                refuse(place + error);
             }
-            level.packed = level.bytes;
-            level.room = out.rooms.emplace_back(expected).bytes();
-            level.bytes = level.room;
+            level.compressed = level.bytes;
+            level.inflated = out.inflated_memory.emplace_back(expected).bytes();
+            level.bytes = level.inflated;
         }
         out.levels.push_back(level);
     }

@@ -44,9 +44,9 @@ struct BlockShape {
 BlockShape block_shape(PixelFormat format);
 
 struct Ktx2Level {
-    std::span<const std::byte> bytes;  // all faces, one after the other; rows top first, not padded
-    std::span<const std::byte> packed; // the Zstandard frame that `bytes` is inflated from; empty: none
-    std::span<std::byte> room;         // with `packed`: where it is inflated to, the same place as `bytes`
+    std::span<const std::byte> bytes;      // all faces, one after the other; rows top first, not padded
+    std::span<const std::byte> compressed; // the Zstandard frame that `bytes` is inflated from; empty: none
+    std::span<std::byte> inflated; // with `packed`: where it is inflated to, the same place as `bytes`
     std::uint32_t width_px = 0;
     std::uint32_t height_px = 0;
     PixelFormat format = PixelFormat::rgba8_unorm; // of the texture
@@ -55,15 +55,15 @@ struct Ktx2Level {
 
 struct Ktx2 {
     PixelFormat format = PixelFormat::rgba8_unorm;
-    std::uint32_t faces = 1;           // 1, or 6: +X -X +Y -Y +Z -Z
-    std::vector<Ktx2Level> levels;     // level 0, the finest, first
-    std::vector<ReservedMemory> rooms; // of supercompressed files: one a level
+    std::uint32_t faces = 1;                     // 1, or 6: +X -X +Y -Y +Z -Z
+    std::vector<Ktx2Level> levels;               // level 0, the finest, first
+    std::vector<ReservedMemory> inflated_memory; // of supercompressed files: one a level
 };
 
 /// Edge of the largest texture that is taken.
-inline constexpr std::uint32_t most_texels_px = 16384;
+inline constexpr std::uint32_t max_texture_px = 16384;
 /// What a supercompressed file may inflate to.
-inline constexpr std::uint64_t most_inflated_bytes = std::uint64_t{1} << 31U;
+inline constexpr std::uint64_t max_inflated_bytes = std::uint64_t{1} << 31U;
 
 /// Spans point into `file`, or into rooms that are yet to be inflated into. Throws Error with the place, the
 /// value and the limit.

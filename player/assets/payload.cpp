@@ -1,6 +1,6 @@
 #include "assets/payload.hpp"
 
-#include "assets/stream_plan.hpp"
+#include "assets/upload_plan.hpp"
 #include "error.hpp"
 #include "number_text.hpp"
 
@@ -14,11 +14,11 @@ namespace paradize::assets {
 
 namespace {
 
-constexpr float farthest_uv = 1e7F;
-constexpr float largest_texel = 1e7F;
+constexpr float max_uv = 1e7F;
+constexpr float max_texel = 1e7F;
 // Codes of 8 bits are at most 0.7 % off the unit length.
-constexpr float shortest_unit = 0.9F;
-constexpr float longest_unit = 1.1F;
+constexpr float min_unit_length = 0.9F;
+constexpr float max_unit_length = 1.1F;
 
 using Numbers = std::array<float, 4>;
 
@@ -67,7 +67,7 @@ bool within(float value, float low, float high) {
 
 bool unit(const Numbers &v) {
     const float squared = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    return within(squared, shortest_unit * shortest_unit, longest_unit * longest_unit);
+    return within(squared, min_unit_length * min_unit_length, max_unit_length * max_unit_length);
 }
 
 template <std::size_t size>
@@ -104,14 +104,13 @@ std::string broken_rule(const GlbLevel &level, std::uint32_t part, const Numbers
     case 1:
         return unit(v) ? "" : "must have length 1";
     case 2:
-        return unit(v) && within(std::abs(v[3]), shortest_unit, longest_unit)
+        return unit(v) && within(std::abs(v[3]), min_unit_length, max_unit_length)
                    ? ""
                    : "must have length 1 and w 1 or -1";
     case 5:
         return all_within(0.0F, 1.0F) ? "" : "must lie in 0 to 1";
     default:
-        return all_within(-farthest_uv, farthest_uv) ? ""
-                                                     : "must lie within " + shortest(farthest_uv) + " of 0";
+        return all_within(-max_uv, max_uv) ? "" : "must lie within " + shortest(max_uv) + " of 0";
     }
 }
 
@@ -142,7 +141,7 @@ void check_level(const GlbLevel &level, const std::string &place) {
 }
 
 /// Value of a half float (IEEE 754 binary16) whose exponent says that it is no finite number.
-float not_finite(std::uint16_t code) {
+float non_finite_half(std::uint16_t code) {
     const float size = (code & 0x3FFU) == 0 ? std::numeric_limits<float>::infinity()
                                             : std::numeric_limits<float>::quiet_NaN();
     return (code & 0x8000U) != 0 ? -size : size;
@@ -151,7 +150,7 @@ float not_finite(std::uint16_t code) {
 /// Place of the first code that is bad, in codes; their count: none is. A first walk only finds out whether
 /// there is one, without a branch.
 template <typename Code, typename Bad>
-std::size_t first_bad(std::span<const std::byte> bytes, Bad bad) {
+std::size_t first_invalid(std::span<const std::byte> bytes, Bad bad) {
     const std::size_t count = bytes.size() / sizeof(Code);
     const auto code_at = [&](std::size_t i) {
         Code code{};
@@ -169,7 +168,7 @@ std::size_t first_bad(std::span<const std::byte> bytes, Bad bad) {
     return at;
 }
 
-std::string told(const Ktx2Level &level, std::size_t code, std::size_t channels, float value) {
+std::string texel_message(const Ktx2Level &level, std::size_t code, std::size_t channels, float value) {
     const std::size_t texel = code / channels;
     const std::size_t in_face = texel % (std::size_t{level.width_px} * level.height_px);
     return (level.faces == 1
@@ -177,7 +176,7 @@ std::string told(const Ktx2Level &level, std::size_t code, std::size_t channels,
                 : "face " + std::to_string(texel / (std::size_t{level.width_px} * level.height_px)) + ", ") +
            "texel (" + std::to_string(in_face % level.width_px) + ", " +
            std::to_string(in_face / level.width_px) + "), channel " + std::to_string(code % channels) +
-           ": is " + shortest(value) + ", must be finite and within " + shortest(largest_texel) + " of 0" +
+           ": is " + shortest(value) + ", must be finite and within " + shortest(max_texel) + " of 0" +
            bake_again;
 }
 
@@ -189,20 +188,21 @@ void check_mesh(const Glb &glb, const std::string &name) {
     }
 }
 
-std::string texel_fault(const Ktx2Level &level) {
+std::string texel_error(const Ktx2Level &level) {
     if (level.format == PixelFormat::rgba16_float) { // the largest half is 65504
         const auto bad = [](std::uint16_t code) { return (code & 0x7C00U) == 0x7C00U; };
-        if (const std::size_t at = first_bad<std::uint16_t>(level.bytes, bad); at < level.bytes.size() / 2) {
+        if (const std::size_t at = first_invalid<std::uint16_t>(level.bytes, bad);
+            at < level.bytes.size() / 2) {
             std::uint16_t code = 0;
             std::memcpy(&code, level.bytes.data() + at * 2, sizeof code);
-            return told(level, at, 4, not_finite(code));
+            return texel_message(level, at, 4, non_finite_half(code));
         }
     } else if (level.format == PixelFormat::r32_float) {
-        const auto bad = [](float value) { return !(std::abs(value) <= largest_texel); };
-        if (const std::size_t at = first_bad<float>(level.bytes, bad); at < level.bytes.size() / 4) {
+        const auto bad = [](float value) { return !(std::abs(value) <= max_texel); };
+        if (const std::size_t at = first_invalid<float>(level.bytes, bad); at < level.bytes.size() / 4) {
             float value = 0.0F;
             std::memcpy(&value, level.bytes.data() + at * 4, sizeof value);
-            return told(level, at, 1, value);
+            return texel_message(level, at, 1, value);
         }
     }
     return "";
@@ -210,9 +210,9 @@ std::string texel_fault(const Ktx2Level &level) {
 
 void check_texels(const Ktx2 &ktx, const std::string &name) {
     for (std::size_t i = 0; i < ktx.levels.size(); ++i) {
-        if (ktx.levels[i].packed.empty()) {
-            if (const std::string fault = texel_fault(ktx.levels[i]); !fault.empty()) {
-                throw Error(name + ": level " + std::to_string(i) + ", " + fault);
+        if (ktx.levels[i].compressed.empty()) {
+            if (const std::string error = texel_error(ktx.levels[i]); !error.empty()) {
+                throw Error(name + ": level " + std::to_string(i) + ", " + error);
             }
         }
     }

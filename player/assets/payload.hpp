@@ -16,7 +16,7 @@ void check_mesh(const Glb &glb, const std::string &name);
 
 /// What is wrong with the texels of a level, with face, texel and channel; empty: nothing. Only floats can be
 /// wrong: any bits of the other formats are a colour.
-std::string texel_fault(const Ktx2Level &level);
+std::string texel_error(const Ktx2Level &level);
 /// Throws Error for the first fault in the levels that are not supercompressed.
 void check_texels(const Ktx2 &ktx, const std::string &name);
 

@@ -34,9 +34,9 @@ ReservedMemory::~ReservedMemory() {
     }
 }
 
-void ReservedMemory::release_after(std::size_t kept) const {
-    if (kept < size_) {
-        ::madvise(data_ + kept, size_ - kept, MADV_DONTNEED);
+void ReservedMemory::release_from(std::size_t keep_bytes) const {
+    if (keep_bytes < size_) {
+        ::madvise(data_ + keep_bytes, size_ - keep_bytes, MADV_DONTNEED);
     }
 }
 

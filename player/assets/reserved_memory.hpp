@@ -15,9 +15,9 @@ class ReservedMemory {
     ReservedMemory &operator=(ReservedMemory &&other) noexcept;
     std::span<std::byte> bytes() const { return {data_, size_}; }
     /// Gives the memory back; the space stays, and reads as zero.
-    void release() const { release_after(0); }
+    void release() const { release_from(0); }
     /// The same of what lies behind the first `kept` bytes, whole pages.
-    void release_after(std::size_t kept) const;
+    void release_from(std::size_t keep_bytes) const;
 
   private:
     std::byte *data_ = nullptr;

@@ -6,8 +6,8 @@ float real(const JsonObject &from, std::string_view key, double low, double high
     return static_cast<float>(from.number(key, low, high));
 }
 
-float real_or(const JsonObject &from, std::string_view key, double low, double high, float otherwise) {
-    return static_cast<float>(from.number_or(key, low, high, static_cast<double>(otherwise)));
+float real_or(const JsonObject &from, std::string_view key, double low, double high, float fallback) {
+    return static_cast<float>(from.number_or(key, low, high, static_cast<double>(fallback)));
 }
 
 glm::vec2 pair(const JsonObject &from, std::string_view key, double low, double high) {
@@ -20,13 +20,13 @@ glm::vec3 triple(const JsonObject &from, std::string_view key, double low, doubl
     return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
 
-glm::dvec3 place(const JsonObject &from, std::string_view key) {
-    const std::vector<double> v = from.numbers(key, 3, -farthest_m, farthest_m);
+glm::dvec3 position(const JsonObject &from, std::string_view key) {
+    const std::vector<double> v = from.numbers(key, 3, -max_position_m, max_position_m);
     return {v[0], v[1], v[2]};
 }
 
-std::string maybe_artifact(const SceneFile &scene, const JsonObject &from, std::string_view key,
-                           ArtifactKind kind) {
+std::string optional_artifact(const SceneFile &scene, const JsonObject &from, std::string_view key,
+                              ArtifactKind kind) {
     std::string name = from.text_or(key, "");
     if (!name.empty()) {
         const Artifact *artifact = scene.find_artifact(name);
@@ -37,9 +37,9 @@ std::string maybe_artifact(const SceneFile &scene, const JsonObject &from, std::
     return name;
 }
 
-std::string needed_artifact(const SceneFile &scene, const JsonObject &from, std::string_view key,
-                            ArtifactKind kind) {
-    std::string name = maybe_artifact(scene, from, key, kind);
+std::string required_artifact(const SceneFile &scene, const JsonObject &from, std::string_view key,
+                              ArtifactKind kind) {
+    std::string name = optional_artifact(scene, from, key, kind);
     if (name.empty()) {
         from.fail(key, "is missing");
     }

@@ -38,7 +38,7 @@ class SceneReader {
         read_sound(root_, out_);
         read_flight(root_, out_);
         root_.ignore({"budget", "check"}); // for `paradize check`
-        root_.done();
+        root_.reject_unknown_keys();
     }
 
   private:
@@ -58,9 +58,9 @@ class SceneReader {
             out_.largest_height_px = static_cast<int>(size[1]);
         }
         if (const auto region = root_.object_or_none("free_camera")) {
-            out_.free_camera = FreeRegion{place(*region, "low"), place(*region, "high"),
-                                          real(*region, "near_m", 0.0, far_m)};
-            region->done();
+            out_.free_camera = FreeCameraBox{position(*region, "low"), position(*region, "high"),
+                                             real(*region, "near_m", 0.0, max_length_m)};
+            region->reject_unknown_keys();
         }
         out_.lod_error_px = real_or(root_, "lod_error_px", 0.01, 100.0, 1.0F);
         out_.poster_s = root_.number_or("poster_s", 0.0, 86400.0, 0.0);
@@ -74,8 +74,8 @@ class SceneReader {
             artifact.name = name;
             artifact.file = entry.text("file");
             const std::filesystem::path path(artifact.file);
-            const bool leaves = std::find(path.begin(), path.end(), "..") != path.end();
-            if (artifact.file.empty() || path.is_absolute() || leaves ||
+            const bool escapes = std::find(path.begin(), path.end(), "..") != path.end();
+            if (artifact.file.empty() || path.is_absolute() || escapes ||
                 artifact.file.find('\0') != std::string::npos) {
                 entry.fail("file", "\"" + artifact.file + "\" must be a path inside the scene's folder");
             }
@@ -96,25 +96,25 @@ class SceneReader {
                 artifact.sha256.find_first_not_of("0123456789abcdef") != std::string::npos) {
                 entry.fail("sha256", "\"" + artifact.sha256 + "\" must be 64 hex digits in lower case");
             }
-            artifact.bytes = static_cast<std::uint64_t>(
-                entry.integer("bytes", 1, static_cast<long long>(most_file_bytes)));
+            artifact.bytes =
+                static_cast<std::uint64_t>(entry.integer("bytes", 1, static_cast<long long>(max_file_bytes)));
             artifact.first_needed_s = entry.number_or("first_needed_s", 0.0, 86400.0, 0.0);
             if (entry.has("max_level")) {
                 artifact.max_level = static_cast<int>(entry.integer("max_level", 0, 31));
             }
             if (const auto asked = entry.object_or_none("asked")) {
-                artifact.left_out = static_cast<int>(asked->integer("left_out", 0, 31));
+                artifact.trimmed_levels = static_cast<int>(asked->integer("left_out", 0, 31));
                 asked->ignore({"saved_bytes", "texels", "second_s", "view"}); // for `paradize explain`
-                asked->done();
+                asked->reject_unknown_keys();
             }
             entry.ignore({"tier", "errors", "levels", "gutter"}); // for `paradize check`
-            entry.done();
+            entry.reject_unknown_keys();
             out_.artifacts.push_back(std::move(artifact));
         }
         if (!root_.has("streaming")) {
             return;
         }
-        for (const std::string &name : root_.texts("streaming", most_entries)) {
+        for (const std::string &name : root_.texts("streaming", max_entries)) {
             const Artifact *found = out_.find_artifact(name);
             if (found == nullptr) {
                 root_.fail("streaming", "names \"" + name + "\", which is no artifact");
@@ -130,40 +130,40 @@ class SceneReader {
         if (!(std::abs(glm::dot(d, d) - 1.0F) <= 1e-3F)) {
             sun.fail("direction", "has the squared length " + shortest(glm::dot(d, d)) + ", must be 1");
         }
-        out_.sun.color = triple(sun, "color", 0.0, bright);
-        out_.sun.intensity = real(sun, "intensity", 0.0, bright);
+        out_.sun.color = triple(sun, "color", 0.0, max_radiance);
+        out_.sun.intensity = real(sun, "intensity", 0.0, max_radiance);
         out_.sun.angular_diameter_rad = real_or(sun, "angular_diameter_rad", 0.0, 3.2, 0.0093F);
-        sun.done();
+        sun.reject_unknown_keys();
         if (const auto ambient = root_.object_or_none("ambient")) {
-            out_.ambient.color = triple(*ambient, "color", 0.0, bright);
-            out_.ambient.intensity = real(*ambient, "intensity", 0.0, bright);
-            ambient->done();
+            out_.ambient.color = triple(*ambient, "color", 0.0, max_radiance);
+            out_.ambient.intensity = real(*ambient, "intensity", 0.0, max_radiance);
+            ambient->reject_unknown_keys();
         }
         if (const auto fog = root_.object_or_none("fog")) {
-            out_.fog.color = triple(*fog, "color", 0.0, bright);
+            out_.fog.color = triple(*fog, "color", 0.0, max_radiance);
             out_.fog.density_per_m = real(*fog, "density_per_m", 0.0, 1e3);
-            fog->done();
+            fog->reject_unknown_keys();
         }
         if (const auto sky = root_.object_or_none("sky")) {
-            out_.sky = needed_artifact(out_, *sky, "cubemap", ArtifactKind::cubemap);
-            sky->done();
+            out_.sky = required_artifact(out_, *sky, "cubemap", ArtifactKind::cubemap);
+            sky->reject_unknown_keys();
         }
         if (const auto shadow = root_.object_or_none("shadow")) {
             Shadow value;
             value.size_px = static_cast<int>(shadow->integer("size", 1, 16384));
-            value.extent_m = real(*shadow, "extent_m", 1e-3, far_m);
-            value.center = place(*shadow, "center");
-            value.blur_distance_m = real_or(*shadow, "blur_distance_m", 0.0, far_m, 50.0F);
-            shadow->done();
+            value.extent_m = real(*shadow, "extent_m", 1e-3, max_length_m);
+            value.center = position(*shadow, "center");
+            value.blur_distance_m = real_or(*shadow, "blur_distance_m", 0.0, max_length_m, 50.0F);
+            shadow->reject_unknown_keys();
             out_.shadow = value;
         }
         if (const auto mirror = root_.object_or_none("reflection")) {
             out_.reflection_scale = real(*mirror, "scale", 1e-2, 4.0);
-            mirror->done();
+            mirror->reject_unknown_keys();
         }
         if (const auto refraction = root_.object_or_none("refraction")) {
             out_.refraction_scale = real(*refraction, "scale", 1e-2, 4.0);
-            refraction->done();
+            refraction->reject_unknown_keys();
         }
     }
 
@@ -173,20 +173,20 @@ class SceneReader {
             return;
         }
         Water value;
-        value.normal = needed_artifact(out_, *from, "normal", ArtifactKind::texture);
-        value.dudv = needed_artifact(out_, *from, "dudv", ArtifactKind::texture);
-        value.level_m = real(*from, "level_m", -far_m, far_m);
-        value.size_m = real(*from, "size_m", 1e-3, far_m);
+        value.normal = required_artifact(out_, *from, "normal", ArtifactKind::texture);
+        value.dudv = required_artifact(out_, *from, "dudv", ArtifactKind::texture);
+        value.level_m = real(*from, "level_m", -max_length_m, max_length_m);
+        value.size_m = real(*from, "size_m", 1e-3, max_length_m);
         value.tile = real(*from, "tile", 1e-4, 1e6);
         value.k = real(*from, "k", 0.0, 1e3);
         value.scroll_per_s = pair(*from, "scroll_per_s", -1e3, 1e3);
         value.strength = real(*from, "strength", 0.0, 1e3);
-        value.deep_color = triple(*from, "deep_color", 0.0, bright);
-        value.shallow_color = triple(*from, "shallow_color", 0.0, bright);
+        value.deep_color = triple(*from, "deep_color", 0.0, max_radiance);
+        value.shallow_color = triple(*from, "shallow_color", 0.0, max_radiance);
         value.absorption_per_m = triple(*from, "absorption_per_m", 0.0, 1e5);
         value.specular = real(*from, "specular", 0.0, 1e3);
         value.smoothness = real(*from, "smoothness", 0.0, 1.0);
-        from->done();
+        from->reject_unknown_keys();
         out_.water = value;
     }
 
@@ -196,9 +196,10 @@ class SceneReader {
 
 } // namespace
 
-bool SceneFile::leaves_out() const {
-    return (terrain && terrain->left_out > 0) ||
-           std::ranges::any_of(artifacts, [](const Artifact &artifact) { return artifact.left_out > 0; });
+bool SceneFile::is_trimmed() const {
+    return (terrain && terrain->trimmed_patches > 0) ||
+           std::ranges::any_of(artifacts,
+                               [](const Artifact &artifact) { return artifact.trimmed_levels > 0; });
 }
 
 const Artifact *SceneFile::find_artifact(std::string_view artifact) const {
@@ -215,7 +216,7 @@ SceneFile parse_scene(std::string_view text, const std::filesystem::path &file) 
 }
 
 SceneFile read_scene(const std::filesystem::path &file) {
-    const FileBytes held(file, {.most = most_json_bytes});
+    const FileBytes held(file, {.max = max_json_bytes});
     const auto bytes = held.bytes();
     return parse_scene({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, file);
 }

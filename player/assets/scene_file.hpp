@@ -27,11 +27,11 @@ struct Artifact {
     std::uint64_t bytes = 0;
     double first_needed_s = 0.0;
     std::optional<int> max_level; // the coarsest mip to sample; beyond it neighbours bleed in
-    int left_out = 0;             // levels finer than the file's that no view of the flight asks for
+    int trimmed_levels = 0;       // levels finer than the file's that no view of the flight asks for
 };
 
 /// Where a steered camera may be: what is baked is as fine as it needs there.
-struct FreeRegion {
+struct FreeCameraBox {
     glm::dvec3 low{0.0}, high{0.0}; // corners of a box
     float near_m = 0.0F;            // how near it comes to a surface
 };
@@ -63,10 +63,10 @@ struct Shadow {
 /// Right triangles of several sizes that cover the terrain; the coarse levels first. Columns of one length, a
 /// row a patch; spheres are in the world.
 struct TerrainPatches {
-    std::vector<std::uint32_t> tile;      // index into Terrain::tiles, never falling
-    std::vector<std::uint32_t> node;      // of the tile's GLB, rising within a tile
-    std::vector<std::uint32_t> level;     // never falling
-    std::vector<std::int32_t> made_by;    // the diamond whose split shows it; -1: a root
+    std::vector<std::uint32_t> tile;          // index into Terrain::tiles, never falling
+    std::vector<std::uint32_t> node;          // of the tile's GLB, rising within a tile
+    std::vector<std::uint32_t> level;         // never falling
+    std::vector<std::int32_t> parent_diamond; // the diamond whose split shows it; -1: a root
     std::vector<std::int32_t> diamond;    // the diamond whose split replaces it; -1: nothing finer is baked
     std::vector<glm::vec3> center;        // of a sphere around it, metres
     std::vector<float> radius_m, error_m; // error: measured, vertical
@@ -88,7 +88,8 @@ struct Terrain {
     std::vector<std::string> tiles; // artifacts of kind mesh
     TerrainPatches patches;
     TerrainDiamonds diamonds;
-    std::uint64_t left_out = 0; // patches that no moment of the flight asks for and that were not baked
+    std::uint64_t trimmed_patches =
+        0; // patches that no moment of the flight asks for and that were not baked
     std::string sand_color, effect_color, effect_normal, sand_normal; // artifacts; empty: none
     float sand_repeat = 1.0F;                                         // TEXCOORD_0 spans [0, sand_repeat]
     float mix_low_m = 0.0F;                                           // at and below: effect only
@@ -198,7 +199,7 @@ struct SceneFile {
     int height_px = 720;
     int largest_width_px = 1280; // of a picture that the scene was baked for
     int largest_height_px = 720;
-    std::optional<FreeRegion> free_camera;
+    std::optional<FreeCameraBox> free_camera;
     float lod_error_px = 1.0F;
     double poster_s = 0.0;
     std::vector<Artifact> artifacts;      // sorted by name
@@ -218,7 +219,7 @@ struct SceneFile {
     Flight flight;
 
     /// Is there anything finer than what the files hold, because no view of the flight asks for it?
-    bool leaves_out() const;
+    bool is_trimmed() const;
 
     /// nullptr when there is none of that name.
     const Artifact *find_artifact(std::string_view artifact) const;

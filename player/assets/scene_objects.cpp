@@ -8,8 +8,8 @@ namespace paradize::assets {
 
 namespace {
 
-constexpr double most_turn_rad = 1e3;
-constexpr int most_particles = 1000000; // of all fields together
+constexpr double max_turn_rad = 1e3;
+constexpr int max_particles = 1000000; // of all fields together
 
 Material material(const JsonObject &from, const std::string &name) {
     Material value;
@@ -24,7 +24,7 @@ Material material(const JsonObject &from, const std::string &name) {
     value.smoothness = real_or(from, "smoothness", 0.0, 1.0, value.smoothness);
     value.two_sided = from.boolean_or("two_sided", value.two_sided);
     value.alpha_cutoff = real_or(from, "alpha_cutoff", 0.0, 1.0, value.alpha_cutoff);
-    from.done();
+    from.reject_unknown_keys();
     return value;
 }
 
@@ -38,7 +38,7 @@ void read_objects(const JsonObject &root, SceneFile &out) {
     if (!root.has("objects")) {
         return;
     }
-    for (const JsonObject &from : root.objects("objects", most_entries)) {
+    for (const JsonObject &from : root.objects("objects", max_entries)) {
         Object value;
         value.name = from.text("name");
         if (from.has("views")) {
@@ -51,54 +51,54 @@ void read_objects(const JsonObject &root, SceneFile &out) {
             value.reflection = drawn("reflection");
             value.refraction = drawn("refraction");
         }
-        value.mesh = needed_artifact(out, from, "mesh", ArtifactKind::mesh);
-        value.color = maybe_artifact(out, from, "color", ArtifactKind::texture);
-        value.normal = maybe_artifact(out, from, "normal", ArtifactKind::texture);
-        value.height = maybe_artifact(out, from, "height", ArtifactKind::texture);
-        value.gloss = maybe_artifact(out, from, "gloss", ArtifactKind::texture);
+        value.mesh = required_artifact(out, from, "mesh", ArtifactKind::mesh);
+        value.color = optional_artifact(out, from, "color", ArtifactKind::texture);
+        value.normal = optional_artifact(out, from, "normal", ArtifactKind::texture);
+        value.height = optional_artifact(out, from, "height", ArtifactKind::texture);
+        value.gloss = optional_artifact(out, from, "gloss", ArtifactKind::texture);
         value.repeat = from.boolean_or("repeat", value.repeat);
-        value.center = place(from, "center");
-        value.radius_m = real(from, "radius_m", 0.0, far_m);
+        value.center = position(from, "center");
+        value.radius_m = real(from, "radius_m", 0.0, max_length_m);
         for (const JsonObject &lod : from.objects("lods", 64)) {
-            value.lods.push_back({lod.text("node"), real(lod, "error_m", 0.0, far_m)});
-            lod.done();
+            value.lods.push_back({lod.text("node"), real(lod, "error_m", 0.0, max_length_m)});
+            lod.reject_unknown_keys();
         }
         if (const auto materials = from.object_or_none("materials")) {
             for (const std::string &name : materials->names()) {
                 value.materials.push_back(material(materials->object(name), name));
             }
         }
-        for (const JsonObject &at : from.objects("instances", most_entries)) {
+        for (const JsonObject &at : from.objects("instances", max_entries)) {
             Placement placement;
-            placement.position = place(at, "position");
-            placement.yaw_rad = at.number_or("yaw_rad", -most_turn_rad, most_turn_rad, 0.0);
+            placement.position = position(at, "position");
+            placement.yaw_rad = at.number_or("yaw_rad", -max_turn_rad, max_turn_rad, 0.0);
             placement.scale = at.number_or("scale", 1e-6, 1e6, 1.0);
-            at.done();
+            at.reject_unknown_keys();
             value.instances.push_back(placement);
         }
-        from.done();
+        from.reject_unknown_keys();
         out.objects.push_back(std::move(value));
     }
 }
 
 void read_particles(const JsonObject &root, SceneFile &out) {
     if (root.has("particles")) {
-        int left = most_particles;
+        int left = max_particles;
         for (const JsonObject &from : root.objects("particles", 1000)) {
             ParticleField value;
             value.name = from.text("name");
-            value.center = place(from, "center");
-            value.radius_m = real(from, "radius_m", 0.0, far_m);
-            value.count = static_cast<int>(from.integer("count", 1, most_particles));
+            value.center = position(from, "center");
+            value.radius_m = real(from, "radius_m", 0.0, max_length_m);
+            value.count = static_cast<int>(from.integer("count", 1, max_particles));
             if ((left -= value.count) < 0) {
-                from.fail("count", "makes more than " + std::to_string(most_particles) +
+                from.fail("count", "makes more than " + std::to_string(max_particles) +
                                        " particles in all fields together");
             }
             value.size_m = pair(from, "size_m", 0.0, 1e4);
             value.life_per_s = pair(from, "life_per_s", 1e-6, 1e4);
             value.threshold = real(from, "threshold", 0.0, 1.0);
-            value.color = triple(from, "color", 0.0, bright);
-            from.done();
+            value.color = triple(from, "color", 0.0, max_radiance);
+            from.reject_unknown_keys();
             out.particles.push_back(std::move(value));
         }
     }
@@ -106,9 +106,9 @@ void read_particles(const JsonObject &root, SceneFile &out) {
 
 void read_sound(const JsonObject &root, SceneFile &out) {
     if (const auto sound = root.object_or_none("sound")) {
-        out.sound = Sound{needed_artifact(out, *sound, "artifact", ArtifactKind::sound),
+        out.sound = Sound{required_artifact(out, *sound, "artifact", ArtifactKind::sound),
                           real_or(*sound, "volume", 0.0, 1.0, 1.0F)};
-        sound->done();
+        sound->reject_unknown_keys();
     }
 }
 
@@ -117,16 +117,16 @@ void read_flight(const JsonObject &root, SceneFile &out) {
     Flight &value = out.flight;
     value.duration_s = from.number("duration_s", 1e-3, 1e6);
     value.fov_rad = real(from, "fov_rad", 1e-3, 3.1);
-    value.near_m = real(from, "near_m", 1e-5, far_m);
-    value.far_m = real(from, "far_m", 1e-4, 10.0 * far_m);
+    value.near_m = real(from, "near_m", 1e-5, max_length_m);
+    value.far_m = real(from, "far_m", 1e-4, 10.0 * max_length_m);
     if (value.near_m >= value.far_m) {
         from.fail("near_m",
                   "is " + shortest(value.near_m) + ", must be smaller than far_m, " + shortest(value.far_m));
     }
-    for (const JsonObject &part : from.objects("segments", most_entries)) {
+    for (const JsonObject &part : from.objects("segments", max_entries)) {
         FlightSegment segment;
-        const auto eye = part.rows("eye", 3, 4, -farthest_m, farthest_m);
-        const auto target = part.rows("target", 3, 4, -farthest_m, farthest_m);
+        const auto eye = part.rows("eye", 3, 4, -max_position_m, max_position_m);
+        const auto target = part.rows("target", 3, 4, -max_position_m, max_position_m);
         if (eye.size() != 3 || target.size() != 3) {
             part.fail("eye", "and target must have three rows: x, y, z");
         }
@@ -134,8 +134,8 @@ void read_flight(const JsonObject &root, SceneFile &out) {
             segment.eye[axis] = cubic(eye[axis]);
             segment.target[axis] = cubic(target[axis]);
         }
-        segment.roll = cubic(part.numbers("roll", 4, -most_turn_rad, most_turn_rad));
-        part.done();
+        segment.roll = cubic(part.numbers("roll", 4, -max_turn_rad, max_turn_rad));
+        part.reject_unknown_keys();
         value.segments.push_back(segment);
     }
     if (value.segments.empty()) {
@@ -159,7 +159,7 @@ void read_flight(const JsonObject &root, SceneFile &out) {
         from.fail("time_table", "must lead from second 0 to duration_s and stay within the segments");
     }
     from.ignore({"waypoint_u", "errors"}); // how well the path was made
-    from.done();
+    from.reject_unknown_keys();
 }
 
 } // namespace paradize::assets

@@ -20,8 +20,8 @@ class UniqueTree : public nlohmann::json_sax<nlohmann::json> {
     /// The tree is put into `root`, which outlives this.
     explicit UniqueTree(Json &root) : root_(root) {}
 
-    std::string twice;   // the key, when there is one
-    std::string problem; // what the parser complains of
+    std::string duplicate_key; // the key, when there is one
+    std::string problem;       // what the parser complains of
 
     bool null() override { return add(nullptr); }
     bool boolean(bool value) override { return add(value); }
@@ -38,7 +38,7 @@ class UniqueTree : public nlohmann::json_sax<nlohmann::json> {
         const auto [place, fresh] = open_.back()->get_ref<Json::object_t &>().try_emplace(name);
         member_ = &place->second;
         if (!fresh) {
-            twice = name;
+            duplicate_key = name;
         }
         return fresh;
     }

@@ -17,7 +17,7 @@ namespace paradize::assets {
 namespace {
 
 // How often the file is looked at, for file systems that tell nothing (those of other machines).
-constexpr int look_ms = 500;
+constexpr int poll_ms = 500;
 
 std::int64_t nanoseconds(const timespec &time) {
     return static_cast<std::int64_t>(time.tv_sec) * 1000000000 + time.tv_nsec;
@@ -36,16 +36,16 @@ FileStamp stamp_of(const std::filesystem::path &file) {
 }
 
 SceneWatcher::SceneWatcher(std::filesystem::path scene_json)
-    : path_(std::move(scene_json)), seen_(stamp_of(path_)), wake_(::eventfd(0, EFD_CLOEXEC)) {
+    : path_(std::move(scene_json)), last_stamp_(stamp_of(path_)), wake_(::eventfd(0, EFD_CLOEXEC)) {
     if (wake_ < 0) {
         throw Error(path_.string() + ": cannot be followed: " + std::strerror(errno));
     }
     notify_ = ::inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
     if (notify_ >= 0) {
         const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
-        ::inotify_add_watch(notify_, folder.c_str(), IN_MOVED_TO | IN_CLOSE_WRITE); // else: look_ms
+        ::inotify_add_watch(notify_, folder.c_str(), IN_MOVED_TO | IN_CLOSE_WRITE); // else: poll_ms
     }
-    thread_ = std::jthread([this](const std::stop_token &stop) { follow(stop); });
+    thread_ = std::jthread([this](const std::stop_token &stop) { run(stop); });
 }
 
 SceneWatcher::~SceneWatcher() {
@@ -56,42 +56,43 @@ SceneWatcher::~SceneWatcher() {
     if (notify_ >= 0) {
         ::close(notify_);
     }
-    delete ready_.exchange(nullptr);
+    delete update_.exchange(nullptr);
 }
 
-std::unique_ptr<RebakedScene> SceneWatcher::take() {
-    return std::unique_ptr<RebakedScene>(ready_.exchange(nullptr, std::memory_order_acquire));
+std::unique_ptr<SceneUpdate> SceneWatcher::take() {
+    return std::unique_ptr<SceneUpdate>(update_.exchange(nullptr, std::memory_order_acquire));
 }
 
-void SceneWatcher::follow(const std::stop_token &stop) {
+void SceneWatcher::run(const std::stop_token &stop) {
     std::array<char, 4096> events{}; // what happened does not count: the stamp tells
     while (true) {
         std::array<pollfd, 2> waits{{{wake_, POLLIN, 0}, {notify_, POLLIN, 0}}};
-        ::poll(waits.data(), waits.size(), look_ms);
+        ::poll(waits.data(), waits.size(), poll_ms);
         if (stop.stop_requested()) {
             return;
         }
         while (notify_ >= 0 && ::read(notify_, events.data(), events.size()) > 0) {
         }
-        for (FileStamp now = stamp_of(path_); now != FileStamp{} && now != seen_; now = stamp_of(path_)) {
-            seen_ = now;
-            std::unique_ptr<RebakedScene> found = read();
-            if (!outdated(seen_)) {
-                delete ready_.exchange(found.release(), std::memory_order_acq_rel);
+        for (FileStamp now = stamp_of(path_); now != FileStamp{} && now != last_stamp_;
+             now = stamp_of(path_)) {
+            last_stamp_ = now;
+            std::unique_ptr<SceneUpdate> update = read();
+            if (!outdated(last_stamp_)) {
+                delete update_.exchange(update.release(), std::memory_order_acq_rel);
             }
         }
     }
 }
 
-std::unique_ptr<RebakedScene> SceneWatcher::read() const {
-    auto found = std::make_unique<RebakedScene>();
-    found->stamp = seen_;
+std::unique_ptr<SceneUpdate> SceneWatcher::read() const {
+    auto update = std::make_unique<SceneUpdate>();
+    update->stamp = last_stamp_;
     try {
-        found->file = read_scene(path_);
+        update->file = read_scene(path_);
     } catch (const std::exception &error) { // the thread's end: it is told where frames are drawn
-        found->fault = error.what();
+        update->error = error.what();
     }
-    return found;
+    return update;
 }
 
 } // namespace paradize::assets

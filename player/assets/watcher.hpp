@@ -19,10 +19,10 @@ using FileStamp = std::array<std::int64_t, 5>;
 FileStamp stamp_of(const std::filesystem::path &file);
 
 /// A scene.json that took the place of another, or what is wrong with it.
-struct RebakedScene {
+struct SceneUpdate {
     FileStamp stamp{};
     SceneFile file;
-    std::string fault; // empty: none
+    std::string error; // empty: none
 };
 
 class SceneWatcher {
@@ -35,19 +35,19 @@ class SceneWatcher {
     SceneWatcher &operator=(const SceneWatcher &) = delete;
 
     /// The last one that came since the last call; nullptr: none. Neither waits nor allocates.
-    std::unique_ptr<RebakedScene> take();
+    std::unique_ptr<SceneUpdate> take();
     /// Has another one come since this one was read? Its artifacts may be gone then.
     bool outdated(const FileStamp &stamp) const { return stamp_of(path_) != stamp; }
 
   private:
-    void follow(const std::stop_token &stop);
-    std::unique_ptr<RebakedScene> read() const;
+    void run(const std::stop_token &stop);
+    std::unique_ptr<SceneUpdate> read() const;
 
     std::filesystem::path path_;
-    FileStamp seen_;
+    FileStamp last_stamp_;
     int wake_ = -1;   // eventfd: the thread is to end
     int notify_ = -1; // inotify of the folder; -1: the file is looked at now and then
-    std::atomic<RebakedScene *> ready_{nullptr};
+    std::atomic<SceneUpdate *> update_{nullptr};
     std::jthread thread_;
 };
 

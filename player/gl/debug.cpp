@@ -41,7 +41,7 @@ void DebugLog::record(const char *message) {
     }
 }
 
-void DebugLog::demand_clean() {
+void DebugLog::throw_on_error() {
     if (const GLenum code = glGetError(); code != GL_NO_ERROR && errors_ == 0) {
         record(("error " + std::to_string(code)).c_str());
     }
@@ -50,7 +50,7 @@ void DebugLog::demand_clean() {
     }
 }
 
-void demand_memory() {
+void check_memory() {
     if (glGetError() == GL_OUT_OF_MEMORY) {
         throw Error(
             "the graphics driver has no memory left for this scene; bake it with smaller maps, or run "

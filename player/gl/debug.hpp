@@ -17,7 +17,7 @@ class DebugLog {
     bool install();
     std::uint64_t errors() const { return errors_; }
     /// Throws Error with the first complaint since the last call, when there was one.
-    void demand_clean();
+    void throw_on_error();
 
     void record(const char *message);
 
@@ -27,7 +27,7 @@ class DebugLog {
 };
 
 /// Throws Error when an earlier call found no memory. Clears the error flag.
-void demand_memory();
+void check_memory();
 
 /// GL_RENDERER and GL_VERSION of the context that is current.
 std::string renderer_name();

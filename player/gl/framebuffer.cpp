@@ -10,7 +10,7 @@ namespace paradize::gl {
 
 namespace {
 
-void demand_complete() {
+void check_complete() {
     const GLenum status = glCheckFramebufferStatus(GL_FRAMEBUFFER);
     if (status != GL_FRAMEBUFFER_COMPLETE) {
         char code[16];
@@ -34,7 +34,7 @@ Framebuffer make_framebuffer(const Texture &color, const Texture &depth) {
     if (depth) {
         glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth.name(), 0);
     }
-    demand_complete();
+    check_complete();
     return framebuffer;
 }
 
@@ -43,7 +43,7 @@ Framebuffer make_framebuffer(const Renderbuffer &color, const Renderbuffer &dept
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
     glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color.name());
     glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth.name());
-    demand_complete();
+    check_complete();
     return framebuffer;
 }
 

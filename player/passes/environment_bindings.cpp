@@ -39,9 +39,9 @@ Waves waves_at(const assets::Water &water, double elapsed_s, const glm::dvec3 &a
         const double u = layer.scale * layer.speed * (c * water.scroll_per_s.x + s * water.scroll_per_s.y);
         const double v = layer.scale * layer.speed * (c * water.scroll_per_s.y - s * water.scroll_per_s.x);
         // Rounded to float a value just below 1 may become 1, which is 0 again.
-        const double there_u = tile * (c * anchor.x + s * anchor.z);
-        const double there_v = tile * (c * anchor.z - s * anchor.x);
-        waves.offsets[i] = glm::vec2(wrapped(u * elapsed_s + there_u), wrapped(v * elapsed_s + there_v));
+        const double origin_u = tile * (c * anchor.x + s * anchor.z);
+        const double origin_v = tile * (c * anchor.z - s * anchor.x);
+        waves.offsets[i] = glm::vec2(wrapped(u * elapsed_s + origin_u), wrapped(v * elapsed_s + origin_v));
         waves.lengths_m[static_cast<int>(i)] = static_cast<float>(1.0 / std::max(tile, 1e-6));
     }
     return waves;
@@ -67,17 +67,17 @@ EnvironmentBindings::EnvironmentBindings(const PassSetup &setup, const gl::Progr
     program.set_unit("u_sky", unit_sky);
     program.set_unit("u_shadow_map", unit_shadow);
     program.set_unit("u_shadow_depth", unit_shadow_depth);
-    if (setup.detail.shadow_filter >= ShadowFilter::penumbra) {
-        raw_ = gl::make_sampler(gl::Wrap::clamp, gl::Filter::nearest);
+    if (setup.settings.shadow_filter >= ShadowFilter::penumbra) {
+        depth_sampler_ = gl::make_sampler(gl::Wrap::clamp, gl::Filter::nearest);
     }
-    if (setup.detail.mip_bias != 0.0F) {
-        waves_ = gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, 1.0F, std::nullopt,
-                                  setup.detail.mip_bias);
+    if (setup.settings.mip_bias != 0.0F) {
+        wave_sampler_ = gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, 1.0F, std::nullopt,
+                                         setup.settings.mip_bias);
     }
     program.set_unit("u_wave_normal", unit_wave_normal);
     program.set_unit("u_wave_dudv", unit_wave_dudv);
     sky_blur_at_ = program.location("u_sky_blur");
-    sky_left_out_at_ = program.location("u_sky_left_out");
+    sky_trimmed_mips_at_ = program.location("u_sky_left_out");
     shadow_texel_at_ = program.location("u_shadow_texel");
     shadow_texel_m_at_ = program.location("u_shadow_texel_m");
     shadow_radius_at_ = program.location("u_shadow_radius");
@@ -90,13 +90,13 @@ EnvironmentBindings::EnvironmentBindings(const PassSetup &setup, const gl::Progr
     water_glow_at_ = program.location("u_water_glow");
     water_scatter_at_ = program.location("u_water_scatter");
     clip_plane_at_ = program.location("u_clip_plane");
-    index_at_ = program.location("u_index");
+    refraction_index_at_ = program.location("u_index");
     refracting_at_ = program.location("u_refracting");
     if (const StreamedTexture *sky = setup.scene.texture(setup.scene.file().sky)) {
         // The mip with two texels an edge, and a little coarser.
         sky_blur_ = std::max(0.0F, static_cast<float>(sky->levels()) - 2.3F);
         const assets::SceneFile &file = setup.scene.file();
-        sky_left_out_ = static_cast<float>(file.find_artifact(file.sky)->left_out);
+        sky_trimmed_mips_ = static_cast<float>(file.find_artifact(file.sky)->trimmed_levels);
     }
 }
 
@@ -106,16 +106,16 @@ void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
         sky->bind(unit_sky);
     }
     gl::Program::set(sky_blur_at_, sky_blur_);
-    gl::Program::set(sky_left_out_at_, sky_left_out_);
+    gl::Program::set(sky_trimmed_mips_at_, sky_trimmed_mips_);
 
     const gl::Texture *shadow = frame.shared.shadow_map;
     const unsigned shadow_name = shadow != nullptr ? shadow->name() : no_shadow_.name();
     gl::bind_texture(unit_shadow, GL_TEXTURE_2D, shadow_name);
-    if (raw_) {
-        gl::bind_texture(unit_shadow_depth, GL_TEXTURE_2D, shadow_name, raw_.name());
+    if (depth_sampler_) {
+        gl::bind_texture(unit_shadow_depth, GL_TEXTURE_2D, shadow_name, depth_sampler_.name());
     }
     if (file.shadow) {
-        const auto size_px = static_cast<float>(frame.detail.shadow_size_px);
+        const auto size_px = static_cast<float>(frame.settings.shadow_size_px);
         const float texel_m = file.shadow->extent_m / size_px;
         // A disc's edge spreads by its angle over the height of what stands here: some ten metres.
         const float spread_m = std::max(file.sun.angular_diameter_rad, 0.004F) * 14.0F;
@@ -132,10 +132,10 @@ void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
     if (file.water) {
         const assets::Water &water = *file.water;
         if (const StreamedTexture *map = frame.scene.texture(water.normal)) {
-            map->bind(unit_wave_normal, waves_.name());
+            map->bind(unit_wave_normal, wave_sampler_.name());
         }
         if (const StreamedTexture *map = frame.scene.texture(water.dudv)) {
-            map->bind(unit_wave_dudv, waves_.name());
+            map->bind(unit_wave_dudv, wave_sampler_.name());
         }
         const Waves waves = waves_at(water, frame.clock.elapsed_s, view.anchor);
         if (wave_rows_at_ >= 0) {
@@ -148,18 +148,19 @@ void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
         gl::Program::set(water_glow_at_, water_glow(file));
         gl::Program::set(water_scatter_at_, water_scatter(water));
     }
-    glm::vec3 down = frame.to_sun;
-    down.x /= water_refraction;
-    down.z /= water_refraction;
-    down.y = std::sqrt(std::max(0.0F, 1.0F - down.x * down.x - down.z * down.z));
-    gl::Program::set(sun_refracted_at_, down);
+    glm::vec3 refracted_sun = frame.to_sun;
+    refracted_sun.x /= water_refraction;
+    refracted_sun.z /= water_refraction;
+    refracted_sun.y = std::sqrt(
+        std::max(0.0F, 1.0F - refracted_sun.x * refracted_sun.x - refracted_sun.z * refracted_sun.z));
+    gl::Program::set(sun_refracted_at_, refracted_sun);
     gl::Program::set(clip_plane_at_, clip_plane);
-    gl::Program::set(index_at_, refracting ? water_refraction : 1.0F);
+    gl::Program::set(refraction_index_at_, refracting ? water_refraction : 1.0F);
     gl::Program::set(refracting_at_, refracting ? 1.0F : 0.0F);
 }
 
-std::string shadow_define(const RenderSettings &detail) {
-    return "SHADOW_FILTER " + std::to_string(static_cast<int>(detail.shadow_filter));
+std::string shadow_define(const RenderSettings &settings) {
+    return "SHADOW_FILTER " + std::to_string(static_cast<int>(settings.shadow_filter));
 }
 
 void depth_bias(bool on) {

@@ -47,17 +47,17 @@ class EnvironmentBindings {
     void apply(const Frame &frame, const View &view) const;
 
   private:
-    gl::Texture no_shadow_; // 1 x 1, so that the sampler has a depth texture to compare with
-    gl::Sampler raw_;       // reads the shadow map's depth without comparing; empty: nobody does
-    gl::Sampler waves_;     // with the detail's mip bias; empty: the maps' own
+    gl::Texture no_shadow_;     // 1 x 1, so that the sampler has a depth texture to compare with
+    gl::Sampler depth_sampler_; // reads the shadow map's depth without comparing; empty: nobody does
+    gl::Sampler wave_sampler_;  // with the detail's mip bias; empty: the maps' own
     float sky_blur_ = -1.0F;
     int sky_blur_at_ = -1, shadow_texel_at_ = -1, shadow_texel_m_at_ = -1;
     int shadow_radius_at_ = -1, shadow_blur_m_at_ = -1, shadow_range_m_at_ = -1;
     int wave_rows_at_ = -1, wave_offsets_at_ = -1, caustics_at_ = -1;
     int sun_refracted_at_ = -1, water_glow_at_ = -1, water_scatter_at_ = -1;
-    int clip_plane_at_ = -1, index_at_ = -1, refracting_at_ = -1;
-    int sky_left_out_at_ = -1;
-    float sky_left_out_ = 0.0F; // finer mips that the sky could have
+    int clip_plane_at_ = -1, refraction_index_at_ = -1, refracting_at_ = -1;
+    int sky_trimmed_mips_at_ = -1;
+    float sky_trimmed_mips_ = 0.0F; // finer mips that the sky could have
 };
 
 /// Light from all sides inside the water, linear: what an eye below the surface sees far away.
@@ -66,7 +66,7 @@ glm::vec3 water_glow(const assets::SceneFile &file);
 float water_scatter(const assets::Water &water);
 
 /// What makes a program that includes lib/shadow.glsl look the shadow up as the detail says.
-std::string shadow_define(const RenderSettings &detail);
+std::string shadow_define(const RenderSettings &settings);
 
 /// Polygon offset for depth-only views, against a surface shadowing itself; off puts the default back.
 void depth_bias(bool on);

@@ -13,22 +13,23 @@ namespace paradize {
 
 namespace {
 
-constexpr int slots =
+constexpr int uniform_slots =
     24; // enough that the driver never waits for a slot still being read by an earlier frame
 constexpr float no_water = -1e9F;
 
 } // namespace
 
-Frame::Frame(const Scene &shown, std::span<const std::unique_ptr<Pass>> passes)
-    : scene(shown), passes_(passes) {
+Frame::Frame(const Scene &drawn_scene, std::span<const std::unique_ptr<Pass>> passes)
+    : scene(drawn_scene), passes_(passes) {
     GLint alignment = 1;
     glGetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &alignment);
     const auto step = static_cast<std::size_t>(alignment);
     slot_bytes_ = (sizeof(gl::FrameUniforms) + step - 1) / step * step;
     uniforms_ = gl::Buffer::create();
     glBindBuffer(GL_UNIFORM_BUFFER, uniforms_.name());
-    glBufferData(GL_UNIFORM_BUFFER, static_cast<GLsizeiptr>(slot_bytes_ * slots), nullptr, GL_DYNAMIC_DRAW);
-    empty_ = gl::VertexArray::create();
+    glBufferData(GL_UNIFORM_BUFFER, static_cast<GLsizeiptr>(slot_bytes_ * uniform_slots), nullptr,
+                 GL_DYNAMIC_DRAW);
+    empty_vertex_array_ = gl::VertexArray::create();
     if (const assets::SceneFile &file = scene.file(); file.terrain) {
         terrain_ = std::make_unique<TerrainTiles>(*file.terrain, scene.streamer());
         terrain_->set_water(file.water ? file.water->level_m : no_water);
@@ -63,14 +64,14 @@ void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only) {
     block.sun_direction = glm::vec4(to_sun, file.sun.angular_diameter_rad * 0.5F);
     block.sun_radiance =
         glm::vec4(file.sun.color * file.sun.intensity, shared.shadow_map != nullptr ? 1.0F : 0.0F);
-    block.ambient = glm::vec4(file.ambient.color * file.ambient.intensity, detail.footprint);
+    block.ambient = glm::vec4(file.ambient.color * file.ambient.intensity, settings.footprint);
     block.fog = glm::vec4(file.fog.color, file.fog.density_per_m);
     block.water = glm::vec4(file.water ? file.water->absorption_per_m : glm::vec3(0.0F), water_m());
     block.anchor = glm::vec4(view.anchor, 0.0);
     block.clock = glm::vec4(static_cast<float>(clock.flight_s), static_cast<float>(clock.elapsed_s),
                             file.exposure, static_cast<float>(clock.frame % 4096));
 
-    slot_ = (slot_ + 1) % slots;
+    slot_ = (slot_ + 1) % uniform_slots;
     const auto offset = static_cast<GLintptr>(slot_bytes_ * static_cast<std::size_t>(slot_));
     glBindBuffer(GL_UNIFORM_BUFFER, uniforms_.name());
     glBufferSubData(GL_UNIFORM_BUFFER, offset, sizeof block, &block);
@@ -94,7 +95,7 @@ void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only) {
 }
 
 void Frame::draw_fullscreen() const {
-    glBindVertexArray(empty_.name());
+    glBindVertexArray(empty_vertex_array_.name());
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 

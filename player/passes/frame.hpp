@@ -48,7 +48,7 @@ class Frame {
     const Scene &scene;
     Clock clock;
     Shared shared;
-    RenderSettings detail;              // what this frame is drawn with
+    RenderSettings settings;            // what this frame is drawn with
     glm::vec3 to_sun{0.0F, 1.0F, 0.0F}; // unit; in a sample of the reference a place of the sun's disc
     PassMeter *meter = nullptr;         // measures the main view's passes; nullptr: nobody asks
     int width_px = 0, height_px = 0;    // of the picture
@@ -81,7 +81,7 @@ class Frame {
     std::unique_ptr<TerrainTiles> terrain_;
     std::span<const std::unique_ptr<Pass>> passes_;
     gl::Buffer uniforms_;
-    gl::VertexArray empty_;
+    gl::VertexArray empty_vertex_array_;
     std::size_t slot_bytes_ = 0;
     int slot_ = 0;
 };

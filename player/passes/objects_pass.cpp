@@ -13,11 +13,11 @@ enum Unit : unsigned { unit_color, unit_normal, unit_height, unit_gloss };
 /// Leaves are what is seen from both sides; so much of the light behind comes through.
 constexpr float leaf_translucency = 0.55F;
 
-std::string parallax_define(const RenderSettings &detail) {
-    return "PARALLAX_STEPS " + std::to_string(detail.parallax_steps);
+std::string parallax_define(const RenderSettings &settings) {
+    return "PARALLAX_STEPS " + std::to_string(settings.parallax_steps);
 }
 
-void sides(bool both) {
+void set_two_sided(bool both) {
     if (both) {
         glDisable(GL_CULL_FACE);
     } else {
@@ -30,8 +30,8 @@ void sides(bool both) {
 ObjectsPass::ObjectsPass(const PassSetup &setup)
     : depth_(setup.shaders, "depth.vert", "depth.frag"),
       program_(setup.shaders, "object.vert", "object.frag",
-               {shadow_define(setup.detail), parallax_define(setup.detail)}),
-      surroundings_(setup, program_), depth_model_at_(depth_.location("u_model")),
+               {shadow_define(setup.settings), parallax_define(setup.settings)}),
+      environment_(setup, program_), depth_model_at_(depth_.location("u_model")),
       depth_cutoff_at_(depth_.location("u_alpha_cutoff")), model_at_(program_.location("u_model")),
       scale_at_(program_.location("u_scale")), maps_at_(program_.location("u_maps")),
       base_color_at_(program_.location("u_base_color")), parallax_at_(program_.location("u_parallax")),
@@ -48,21 +48,21 @@ ObjectsPass::ObjectsPass(const PassSetup &setup)
         const gl::Wrap wrap = file.repeat ? gl::Wrap::repeat : gl::Wrap::clamp;
         const auto of = [&](const std::string &map) {
             const assets::Artifact *artifact = setup.scene.file().find_artifact(map);
-            return sampler(wrap, artifact != nullptr ? artifact->max_level : std::nullopt, setup.detail);
+            return sampler(wrap, artifact != nullptr ? artifact->max_level : std::nullopt, setup.settings);
         };
         object_samplers_.push_back({of(file.color), of(file.normal), of(file.height), of(file.gloss)});
     }
 }
 
-unsigned ObjectsPass::sampler(gl::Wrap wrap, std::optional<int> max_level, const RenderSettings &detail) {
-    for (const KnownSampler &known : samplers_) {
-        if (known.wrap == wrap && known.max_level == max_level) {
-            return known.sampler.name();
+unsigned ObjectsPass::sampler(gl::Wrap wrap, std::optional<int> max_level, const RenderSettings &settings) {
+    for (const CachedSampler &cached : samplers_) {
+        if (cached.wrap == wrap && cached.max_level == max_level) {
+            return cached.sampler.name();
         }
     }
     samplers_.push_back(
         {wrap, max_level,
-         gl::make_sampler(wrap, gl::Filter::mipmapped, detail.anisotropy, max_level, detail.mip_bias)});
+         gl::make_sampler(wrap, gl::Filter::mipmapped, settings.anisotropy, max_level, settings.mip_bias)});
     return samplers_.back().sampler.name();
 }
 
@@ -81,12 +81,12 @@ void ObjectsPass::draw_depth(const Frame &frame, const View &light) {
         gl::Program::set(depth_model_at_, light.local(item.instance->model));
         for (std::size_t m = 0; m < object.materials.size(); ++m) {
             const assets::Material &material = object.materials[m];
-            sides(material.two_sided);
+            set_two_sided(material.two_sided);
             gl::Program::set(depth_cutoff_at_, object.color != nullptr ? material.alpha_cutoff : 0.0F);
             object.mesh->draw(item.lod, static_cast<int>(m));
         }
     }
-    sides(false);
+    set_two_sided(false);
     depth_bias(false);
 }
 
@@ -96,8 +96,8 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
         return;
     }
     program_.use();
-    surroundings_.apply(frame, view);
-    const bool multisampled = view.kind == ViewKind::main && frame.detail.samples > 1;
+    environment_.apply(frame, view);
+    const bool multisampled = view.kind == ViewKind::main && frame.settings.samples > 1;
     gl::Program::set(multisampled_at_, multisampled ? 1.0F : 0.0F);
     if (multisampled) {
         glEnable(GL_SAMPLE_ALPHA_TO_COVERAGE);
@@ -117,10 +117,10 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
         const float gloss = bind(object.gloss, unit_gloss);
         gl::Program::set(maps_at_, glm::vec4(color, normal, height, gloss));
         gl::Program::set(model_at_, view.local(item.instance->model));
-        gl::Program::set(scale_at_, item.instance->scale * object.mesh->lattice().step[0]);
+        gl::Program::set(scale_at_, item.instance->scale * object.mesh->grid().step[0]);
         for (std::size_t m = 0; m < object.materials.size(); ++m) {
             const assets::Material &material = object.materials[m];
-            sides(material.two_sided);
+            set_two_sided(material.two_sided);
             gl::Program::set(base_color_at_, material.color);
             gl::Program::set(parallax_at_, parallax_of(material));
             gl::Program::set(shine_at_, glm::vec2(material.specular, material.smoothness));
@@ -129,7 +129,7 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
             object.mesh->draw(item.lod, static_cast<int>(m));
         }
     }
-    sides(false);
+    set_two_sided(false);
     if (multisampled) {
         glDisable(GL_SAMPLE_ALPHA_TO_COVERAGE);
     }

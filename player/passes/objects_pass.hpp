@@ -24,18 +24,18 @@ class ObjectsPass : public Pass {
 
     gl::Program depth_;
     gl::Program program_;
-    EnvironmentBindings surroundings_;
+    EnvironmentBindings environment_;
     /// How one object's maps are read: sampler names, as in Unit.
     using MapSamplers = std::array<unsigned, 4>;
     const MapSamplers &samplers_of(const Frame &frame, const Object &object) const;
-    unsigned sampler(gl::Wrap wrap, std::optional<int> max_level, const RenderSettings &detail);
+    unsigned sampler(gl::Wrap wrap, std::optional<int> max_level, const RenderSettings &settings);
 
-    struct KnownSampler {
+    struct CachedSampler {
         gl::Wrap wrap;
         std::optional<int> max_level;
         gl::Sampler sampler;
     };
-    std::vector<KnownSampler> samplers_;
+    std::vector<CachedSampler> samplers_;
     std::vector<MapSamplers> object_samplers_; // by object, in the scene's order
     int depth_model_at_ = -1, depth_cutoff_at_ = -1;
     int model_at_ = -1, scale_at_ = -1, maps_at_ = -1, base_color_at_ = -1, parallax_at_ = -1, shine_at_ = -1,

@@ -14,7 +14,7 @@ namespace paradize {
 namespace {
 
 constexpr int floats_each = 6;
-constexpr float dawn = 0.12F; // share of its life in which a new particle becomes visible
+constexpr float fade_in_share = 0.12F; // share of its life in which a new particle becomes visible
 
 } // namespace
 
@@ -22,11 +22,11 @@ std::uint32_t Pcg::next() {
     const std::uint64_t old = state_;
     state_ = old * 6364136223846793005ULL + increment_;
     const auto shifted = static_cast<std::uint32_t>(((old >> 18U) ^ old) >> 27U);
-    const auto turn = static_cast<std::uint32_t>(old >> 59U);
-    return (shifted >> turn) | (shifted << ((32U - turn) & 31U));
+    const auto rotation = static_cast<std::uint32_t>(old >> 59U);
+    return (shifted >> rotation) | (shifted << ((32U - rotation) & 31U));
 }
 
-float Pcg::between(float low, float high) {
+float Pcg::uniform(float low, float high) {
     const float unit = static_cast<float>(next() >> 8U) * (1.0F / 16777216.0F);
     return low + (high - low) * unit;
 }
@@ -36,23 +36,23 @@ ParticleSwarm::ParticleSwarm(const assets::ParticleField &field, std::uint64_t s
       particles_(static_cast<std::size_t>(std::max(field.count, 0))) {
     for (Particle &particle : particles_) {
         // The first are born at all ages, so that the show does not begin with a flash.
-        birth(particle, random_.between(field_.threshold, 1.0F));
+        respawn(particle, random_.uniform(field_.threshold, 1.0F));
     }
 }
 
-void ParticleSwarm::birth(Particle &particle, float life) {
+void ParticleSwarm::respawn(Particle &particle, float life) {
     // Evenly in a ball: a point of the cube around it, tried again while outside.
     glm::vec3 p;
     do {
-        p = {random_.between(-1.0F, 1.0F), random_.between(-1.0F, 1.0F), random_.between(-1.0F, 1.0F)};
+        p = {random_.uniform(-1.0F, 1.0F), random_.uniform(-1.0F, 1.0F), random_.uniform(-1.0F, 1.0F)};
     } while (p.x * p.x + p.y * p.y + p.z * p.z > 1.0F);
     particle.position = p * field_.radius_m;
     // Few are large.
-    const float large = random_.between(0.0F, 1.0F);
+    const float large = random_.uniform(0.0F, 1.0F);
     particle.size_m = field_.size_m.x + (field_.size_m.y - field_.size_m.x) * large * large * large;
-    particle.turn_rad = random_.between(0.0F, 2.0F * std::numbers::pi_v<float>);
-    particle.life_per_s = random_.between(field_.life_per_s.x, field_.life_per_s.y);
-    particle.drift_m_per_s = random_.between(0.02F, 0.12F);
+    particle.rotation_rad = random_.uniform(0.0F, 2.0F * std::numbers::pi_v<float>);
+    particle.life_per_s = random_.uniform(field_.life_per_s.x, field_.life_per_s.y);
+    particle.drift_m_per_s = random_.uniform(0.02F, 0.12F);
     particle.life = life;
     ++particle.births;
 }
@@ -63,14 +63,14 @@ void ParticleSwarm::step(double seconds) {
         particle.life -= particle.life_per_s * dt;
         particle.position.y += particle.drift_m_per_s * dt;
         if (particle.life < field_.threshold) {
-            birth(particle, 1.0F);
+            respawn(particle, 1.0F);
         }
-        particle.opacity = particle.life * std::clamp((1.0F - particle.life) / dawn, 0.0F, 1.0F);
+        particle.opacity = particle.life * std::clamp((1.0F - particle.life) / fade_in_share, 0.0F, 1.0F);
     }
 }
 
 ParticlesPass::ParticlesPass(const PassSetup &setup)
-    : program_(setup.shaders, "particle.vert", "particle.frag"), surroundings_(setup, program_),
+    : program_(setup.shaders, "particle.vert", "particle.frag"), environment_(setup, program_),
       quads_(gl::VertexArray::create()), color_at_(program_.location("u_color")) {
     std::size_t count = 0;
     std::uint64_t seed = 1;
@@ -92,10 +92,10 @@ void ParticlesPass::step(double /*time_s*/) {
     }
 }
 
-bool ParticlesPass::go_on(std::span<const std::unique_ptr<Pass>> before) {
+bool ParticlesPass::continue_from(std::span<const std::unique_ptr<Pass>> before) {
     for (const std::unique_ptr<Pass> &pass : before) {
         const auto *other = dynamic_cast<const ParticlesPass *>(pass.get());
-        if (other != nullptr && std::ranges::equal(swarms_, other->swarms_, &ParticleSwarm::same_as)) {
+        if (other != nullptr && std::ranges::equal(swarms_, other->swarms_, &ParticleSwarm::matches)) {
             swarms_ = other->swarms_;
             return true;
         }
@@ -109,7 +109,7 @@ void ParticlesPass::prepare(Frame &frame) {
         const glm::vec3 center = frame.view(ViewKind::main).local(swarm.center());
         for (const Particle &p : swarm.particles()) {
             const glm::vec3 place = center + p.position;
-            for (float value : {place.x, place.y, place.z, p.size_m, p.turn_rad, p.opacity}) {
+            for (float value : {place.x, place.y, place.z, p.size_m, p.rotation_rad, p.opacity}) {
                 data_[at++] = value;
             }
         }
@@ -122,7 +122,7 @@ void ParticlesPass::draw(const Frame &frame, const View &view) {
         return;
     }
     program_.use();
-    surroundings_.apply(frame, view);
+    environment_.apply(frame, view);
     glBindVertexArray(quads_.name());
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE); // light is added

@@ -26,7 +26,7 @@ class Pcg {
     }
     std::uint32_t next();
     /// Uniform in [low, high).
-    float between(float low, float high);
+    float uniform(float low, float high);
 
   private:
     std::uint64_t state_ = 0;
@@ -36,7 +36,7 @@ class Pcg {
 struct Particle {
     glm::vec3 position{0.0F}; // metres, from its field's center
     float size_m = 0.0F;
-    float turn_rad = 0.0F;
+    float rotation_rad = 0.0F;
     float life = 1.0F;          // 1 at birth
     float life_per_s = 0.1F;    // its own loss
     float drift_m_per_s = 0.0F; // upwards
@@ -52,10 +52,10 @@ class ParticleSwarm {
     const std::vector<Particle> &particles() const { return particles_; }
     const glm::dvec3 &center() const { return field_.center; } // in the world
     /// Of the same field, begun with the same seed: after as many steps one is what the other is.
-    bool same_as(const ParticleSwarm &other) const { return field_ == other.field_ && seed_ == other.seed_; }
+    bool matches(const ParticleSwarm &other) const { return field_ == other.field_ && seed_ == other.seed_; }
 
   private:
-    void birth(Particle &particle, float life);
+    void respawn(Particle &particle, float life);
 
     assets::ParticleField field_;
     std::uint64_t seed_;
@@ -67,13 +67,13 @@ class ParticlesPass : public Pass {
   public:
     explicit ParticlesPass(const PassSetup &setup);
     void step(double time_s) override;
-    bool go_on(std::span<const std::unique_ptr<Pass>> before) override;
+    bool continue_from(std::span<const std::unique_ptr<Pass>> before) override;
     void prepare(Frame &frame) override;
     void draw(const Frame &frame, const View &view) override;
 
   private:
     gl::Program program_;
-    EnvironmentBindings surroundings_;
+    EnvironmentBindings environment_;
     gl::VertexArray quads_;
     gl::Buffer instances_;
     std::vector<ParticleSwarm> swarms_;

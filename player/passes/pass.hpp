@@ -23,7 +23,7 @@ struct View;
 struct PassSetup {
     const Scene &scene;
     const gl::ShaderLibrary &shaders;
-    RenderSettings detail; // what the pass draws with; another detail is another pass
+    RenderSettings settings; // what the pass draws with; another detail is another pass
 };
 
 /// Constructors load shaders and make GL objects, and may throw; the functions below never throw and never
@@ -46,7 +46,7 @@ class Pass {
     virtual void step(double /*time_s*/) {}
     /// Goes on from where the passes of another renderer have stepped to. False: it cannot, and is to be
     /// stepped from the beginning; true also for a pass that does not step.
-    virtual bool go_on(std::span<const std::unique_ptr<Pass>> /*before*/) { return true; }
+    virtual bool continue_from(std::span<const std::unique_ptr<Pass>> /*before*/) { return true; }
     /// Before the picture: textures that others read (shadow map, reflection, refraction), put into
     /// frame.shared.
     virtual void prepare(Frame & /*frame*/) {}
@@ -61,10 +61,10 @@ class Pass {
 std::span<const std::string_view> pass_names();
 
 /// The passes that the scene asks for, without the disabled ones: indices into pass_names(), rising.
-std::vector<std::size_t> wanted_passes(const assets::SceneFile &file, std::span<const std::string> disabled);
+std::vector<std::size_t> enabled_passes(const assets::SceneFile &file, std::span<const std::string> disabled);
 /// Throws Error.
-std::unique_ptr<Pass> make_pass(std::size_t which, const PassSetup &setup);
+std::unique_ptr<Pass> make_pass(std::size_t index, const PassSetup &setup);
 /// Is a pass made for one detail as good for the other?
-bool suits(std::size_t which, const RenderSettings &made_for, const RenderSettings &wanted);
+bool reusable(std::size_t index, const RenderSettings &made_for, const RenderSettings &wanted);
 
 } // namespace paradize

@@ -13,14 +13,14 @@ namespace paradize {
 
 namespace {
 enum Unit : unsigned { unit_picture, unit_glow };
-constexpr int glow_rows = 180; // about so high is the glow's texture, whatever the picture's size
-constexpr float spill = 0.22F; // share of the light of bright spots that falls around them
+constexpr int glow_rows = 180;         // about so high is the glow's texture, whatever the picture's size
+constexpr float glow_strength = 0.22F; // share of the light of bright spots that falls around them
 } // namespace
 
 PostPass::PostPass(const PassSetup &setup)
     : program_(setup.shaders, "fullscreen.vert", "post.frag"),
-      glow_(setup.shaders, "fullscreen.vert", "glow.frag"), spill_at_(program_.location("u_spill")),
-      step_at_(glow_.location("u_step")), gather_at_(glow_.location("u_gather")),
+      glow_(setup.shaders, "fullscreen.vert", "glow.frag"), glow_strength_at_(program_.location("u_spill")),
+      blur_step_at_(glow_.location("u_step")), downsample_at_(glow_.location("u_gather")),
       exposure_at_(glow_.location("u_exposure")) {
     program_.set_unit("u_picture", unit_picture);
     program_.set_unit("u_glow", unit_glow);
@@ -28,21 +28,21 @@ PostPass::PostPass(const PassSetup &setup)
 }
 
 void PostPass::resize(int width_px, int height_px) {
-    shrink_ = std::max(1, (height_px + glow_rows / 2) / glow_rows);
-    glow_width_px_ = std::max(1, (width_px + shrink_ - 1) / shrink_);
-    glow_height_px_ = std::max(1, (height_px + shrink_ - 1) / shrink_);
+    downsampling_ = std::max(1, (height_px + glow_rows / 2) / glow_rows);
+    glow_width_px_ = std::max(1, (width_px + downsampling_ - 1) / downsampling_);
+    glow_height_px_ = std::max(1, (height_px + downsampling_ - 1) / downsampling_);
     for (int i = 0; i < 2; ++i) {
         glow_color_[i] = gl::make_target(GL_RGBA16F, glow_width_px_, glow_height_px_);
         glow_framebuffer_[i] = gl::make_framebuffer(glow_color_[i], {});
     }
 }
 
-void PostPass::draw_glow(const Frame &frame, unsigned source, unsigned framebuffer, int gather, float step_x,
-                         float step_y) const {
+void PostPass::draw_glow(const Frame &frame, unsigned source, unsigned framebuffer, int downsample,
+                         float step_x, float step_y) const {
     gl::bind_framebuffer(framebuffer, glow_width_px_, glow_height_px_);
     gl::bind_texture(unit_picture, GL_TEXTURE_2D, source);
-    gl::Program::set(gather_at_, gather);
-    gl::Program::set(step_at_, glm::vec2(step_x, step_y));
+    gl::Program::set(downsample_at_, downsample);
+    gl::Program::set(blur_step_at_, glm::vec2(step_x, step_y));
     frame.draw_fullscreen();
 }
 
@@ -54,13 +54,13 @@ void PostPass::finish(Frame &frame) {
     gl::Program::set(exposure_at_, frame.scene.file().exposure);
     const float step_x = 1.0F / static_cast<float>(glow_width_px_);
     const float step_y = 1.0F / static_cast<float>(glow_height_px_);
-    draw_glow(frame, frame.shared.picture->name(), glow_framebuffer_[0].name(), shrink_, 0.0F, 0.0F);
+    draw_glow(frame, frame.shared.picture->name(), glow_framebuffer_[0].name(), downsampling_, 0.0F, 0.0F);
     draw_glow(frame, glow_color_[0].name(), glow_framebuffer_[1].name(), 0, step_x, 0.0F);
     draw_glow(frame, glow_color_[1].name(), glow_framebuffer_[0].name(), 0, 0.0F, step_y);
 
     gl::bind_framebuffer(frame.output, frame.width_px, frame.height_px);
     program_.use();
-    gl::Program::set(spill_at_, spill);
+    gl::Program::set(glow_strength_at_, glow_strength);
     gl::bind_texture(unit_picture, GL_TEXTURE_2D, frame.shared.picture->name());
     gl::bind_texture(unit_glow, GL_TEXTURE_2D, glow_color_[0].name());
     frame.draw_fullscreen();

@@ -15,16 +15,16 @@ class PostPass : public Pass {
 
   private:
     /// Draws the glow's program from one texture into a framebuffer of the glow's size.
-    void draw_glow(const Frame &frame, unsigned source, unsigned framebuffer, int gather, float step_x,
+    void draw_glow(const Frame &frame, unsigned source, unsigned framebuffer, int downsample, float step_x,
                    float step_y) const;
 
     gl::Program program_;
     gl::Program glow_;
     gl::Texture glow_color_[2]; // bright parts, blurred in turn
     gl::Framebuffer glow_framebuffer_[2];
-    int shrink_ = 1; // texels of the picture along an edge of one of the glow's
+    int downsampling_ = 1; // texels of the picture along an edge of one of the glow's
     int glow_width_px_ = 1, glow_height_px_ = 1;
-    int spill_at_ = -1, step_at_ = -1, gather_at_ = -1, exposure_at_ = -1;
+    int glow_strength_at_ = -1, blur_step_at_ = -1, downsample_at_ = -1, exposure_at_ = -1;
 };
 
 } // namespace paradize

@@ -22,8 +22,8 @@ using assets::SceneFile;
 
 struct Entry {
     std::string_view name;
-    bool (*wanted)(const SceneFile &file);
-    bool (*suits)(const RenderSettings &a, const RenderSettings &b);
+    bool (*needed)(const SceneFile &file);
+    bool (*reusable)(const RenderSettings &a, const RenderSettings &b);
     std::unique_ptr<Pass> (*make)(const PassSetup &setup);
 };
 
@@ -82,28 +82,29 @@ std::span<const std::string_view> pass_names() {
     return names;
 }
 
-std::vector<std::size_t> wanted_passes(const SceneFile &file, std::span<const std::string> disabled) {
-    const auto left_out = [&](std::string_view name) {
+std::vector<std::size_t> enabled_passes(const SceneFile &file, std::span<const std::string> disabled) {
+    const auto is_disabled = [&](std::string_view name) {
         return std::ranges::find(disabled, name) != disabled.end();
     };
-    std::vector<std::size_t> wanted;
+    std::vector<std::size_t> needed;
     for (std::size_t i = 0; i < entries.size(); ++i) {
         const Entry &entry = entries[i];
         // Without the water nobody looks at what it would show.
-        const bool unseen = left_out("water") && (entry.name == "reflection" || entry.name == "refraction");
-        if (entry.wanted(file) && !left_out(entry.name) && !unseen) {
-            wanted.push_back(i);
+        const bool unused =
+            is_disabled("water") && (entry.name == "reflection" || entry.name == "refraction");
+        if (entry.needed(file) && !is_disabled(entry.name) && !unused) {
+            needed.push_back(i);
         }
     }
-    return wanted;
+    return needed;
 }
 
-std::unique_ptr<Pass> make_pass(std::size_t which, const PassSetup &setup) {
-    return entries[which].make(setup);
+std::unique_ptr<Pass> make_pass(std::size_t index, const PassSetup &setup) {
+    return entries[index].make(setup);
 }
 
-bool suits(std::size_t which, const RenderSettings &made_for, const RenderSettings &wanted) {
-    return entries[which].suits(made_for, wanted);
+bool reusable(std::size_t index, const RenderSettings &made_for, const RenderSettings &needed) {
+    return entries[index].reusable(made_for, needed);
 }
 
 } // namespace paradize

@@ -41,17 +41,17 @@ std::uint64_t fingerprint(const Frame &frame, const View &light) {
 } // namespace
 
 ShadowPass::ShadowPass(const PassSetup &setup)
-    : map_(gl::make_depth_comparison_target(setup.detail.shadow_size_px)),
-      framebuffer_(gl::make_framebuffer({}, map_)), size_px_(setup.detail.shadow_size_px) {}
+    : map_(gl::make_depth_comparison_target(setup.settings.shadow_size_px)),
+      framebuffer_(gl::make_framebuffer({}, map_)), size_px_(setup.settings.shadow_size_px) {}
 
 void ShadowPass::prepare(Frame &frame) {
     View light = frame.view(ViewKind::light);
     light.width_px = size_px_;
     light.height_px = size_px_;
     const std::uint64_t now = fingerprint(frame, light);
-    if (now != drawn_) {
+    if (now != drawn_fingerprint_) {
         frame.draw_view(light, framebuffer_.name(), true);
-        drawn_ = now;
+        drawn_fingerprint_ = now;
     }
     frame.shared.shadow_map = &map_;
 }

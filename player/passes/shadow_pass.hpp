@@ -18,7 +18,7 @@ class ShadowPass : public Pass {
     gl::Texture map_; // depth, compared on lookup: 1 is lit
     gl::Framebuffer framebuffer_;
     int size_px_ = 0;
-    std::uint64_t drawn_ = 0; // fingerprint of what the map shows; 0: nothing yet
+    std::uint64_t drawn_fingerprint_ = 0; // fingerprint of what the map shows; 0: nothing yet
 };
 
 } // namespace paradize

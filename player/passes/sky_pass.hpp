@@ -14,8 +14,8 @@ class SkyPass : public Pass {
 
   private:
     gl::Program program_;
-    EnvironmentBindings surroundings_;
-    int limit_at_ = -1;
+    EnvironmentBindings environment_;
+    int max_radiance_at_ = -1;
 };
 
 } // namespace paradize

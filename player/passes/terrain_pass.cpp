@@ -14,18 +14,18 @@ constexpr float grain_shift_m = 0.12F; // at a slope of one, in pictures of the 
 
 TerrainPass::TerrainPass(const PassSetup &setup)
     : depth_(setup.shaders, "depth.vert", "depth.frag"),
-      program_(setup.shaders, "terrain.vert", "terrain.frag", {shadow_define(setup.detail)}),
-      surroundings_(setup, program_),
-      sampler_(gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, setup.detail.anisotropy,
-                                std::nullopt, setup.detail.mip_bias)),
-      once_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::mipmapped, setup.detail.anisotropy)),
+      program_(setup.shaders, "terrain.vert", "terrain.frag", {shadow_define(setup.settings)}),
+      environment_(setup, program_),
+      repeat_sampler_(gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, setup.settings.anisotropy,
+                                       std::nullopt, setup.settings.mip_bias)),
+      clamp_sampler_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::mipmapped, setup.settings.anisotropy)),
       depth_model_at_(depth_.location("u_model")), depth_cutoff_at_(depth_.location("u_alpha_cutoff")),
       has_sand_normal_at_(program_.location("u_has_sand_normal")),
       has_effect_at_(program_.location("u_has_effect")),
-      sand_reference_at_(program_.location("u_sand_reference_m")), edge_at_(program_.location("u_edge")),
-      mix_at_(program_.location("u_mix")), wet_at_(program_.location("u_wet")),
-      clip_at_(program_.location("u_clip_plane")), model_at_(program_.location("u_model")),
-      normals_at_(program_.location("u_normals")) {
+      sand_reference_at_(program_.location("u_sand_reference_m")),
+      grain_offset_at_(program_.location("u_edge")), mix_at_(program_.location("u_mix")),
+      wet_at_(program_.location("u_wet")), clip_at_(program_.location("u_clip_plane")),
+      model_at_(program_.location("u_model")), normals_at_(program_.location("u_normals")) {
     program_.set_unit("u_sand_color", unit_sand_color);
     program_.set_unit("u_sand_normal", unit_sand_normal);
     program_.set_unit("u_effect_color", unit_effect_color);
@@ -44,7 +44,7 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
         return;
     }
     program_.use();
-    surroundings_.apply(frame, view);
+    environment_.apply(frame, view);
     const auto bind = [&](const std::string &name, unsigned unit, const gl::Sampler &sampler) {
         const StreamedTexture *texture = frame.scene.texture(name);
         if (texture != nullptr) {
@@ -52,24 +52,24 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
         }
         return texture != nullptr;
     };
-    bind(terrain.sand_color, unit_sand_color, sampler_);
-    const bool has_sand_normal = bind(terrain.sand_normal, unit_sand_normal, sampler_);
-    const bool has_effect = bind(terrain.effect_color, unit_effect_color, once_) &&
-                            bind(terrain.effect_normal, unit_effect_normal, once_);
+    bind(terrain.sand_color, unit_sand_color, repeat_sampler_);
+    const bool has_sand_normal = bind(terrain.sand_normal, unit_sand_normal, repeat_sampler_);
+    const bool has_effect = bind(terrain.effect_color, unit_effect_color, clamp_sampler_) &&
+                            bind(terrain.effect_normal, unit_effect_normal, clamp_sampler_);
     gl::Program::set(has_sand_normal_at_, has_sand_normal ? 1.0F : 0.0F);
     gl::Program::set(has_effect_at_, has_effect ? 1.0F : 0.0F);
     const float repeat_m = terrain.size_m.x / std::max(terrain.sand_repeat, 1e-3F);
     gl::Program::set(sand_reference_at_, 4.0F * repeat_m);
-    gl::Program::set(edge_at_, grain_shift_m / glm::vec2(terrain.size_m));
+    gl::Program::set(grain_offset_at_, grain_shift_m / glm::vec2(terrain.size_m));
     gl::Program::set(mix_at_,
                      glm::vec4(terrain.mix_low_m, terrain.mix_high_m, terrain.specular, terrain.smoothness));
     gl::Program::set(wet_at_, glm::vec3(terrain.wet_high_m, terrain.wet_darkness, terrain.wet_smoothness));
 
     // Under water the refraction's picture shows the floor: the main view need not draw it twice.
-    const bool hidden = view.kind == ViewKind::main && frame.shared.refraction != nullptr && file.water &&
-                        view.eye.y > frame.water_m();
+    const bool clipped_at_water = view.kind == ViewKind::main && frame.shared.refraction != nullptr &&
+                                  file.water && view.eye.y > frame.water_m();
     glm::vec4 plane = view.clipped ? view.clip_plane : no_plane;
-    if (hidden) {
+    if (clipped_at_water) {
         glEnable(GL_CLIP_DISTANCE0);
         plane = glm::vec4(0.0F, 1.0F, 0.0F, 0.3F - frame.water_m());
     }
@@ -80,7 +80,7 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
     }
     gl::Program::set(clip_at_, plane);
     frame.terrain()->draw(view, plane, {model_at_, normals_at_});
-    if (hidden) {
+    if (clipped_at_water) {
         glDisable(GL_CLIP_DISTANCE0);
     }
 }

@@ -16,12 +16,13 @@ class TerrainPass : public Pass {
   private:
     gl::Program depth_;
     gl::Program program_;
-    EnvironmentBindings surroundings_;
-    gl::Sampler sampler_; // repeats
-    gl::Sampler once_;    // clamps: the effect map covers the terrain once; sharpened by its mips, which stay
+    EnvironmentBindings environment_;
+    gl::Sampler repeat_sampler_; // repeats
+    gl::Sampler
+        clamp_sampler_; // clamps: the effect map covers the terrain once; sharpened by its mips, which stay
     int depth_model_at_ = -1, depth_cutoff_at_ = -1;
-    int has_sand_normal_at_ = -1, has_effect_at_ = -1, sand_reference_at_ = -1, edge_at_ = -1, mix_at_ = -1,
-        wet_at_ = -1, clip_at_ = -1, model_at_ = -1, normals_at_ = -1;
+    int has_sand_normal_at_ = -1, has_effect_at_ = -1, sand_reference_at_ = -1, grain_offset_at_ = -1,
+        mix_at_ = -1, wet_at_ = -1, clip_at_ = -1, model_at_ = -1, normals_at_ = -1;
 };
 
 } // namespace paradize

@@ -29,13 +29,13 @@ float grid_line(int index, float reach_m) {
 } // namespace
 
 WaterPass::WaterPass(const PassSetup &setup)
-    : program_(setup.shaders, "water.vert", "water.frag", {shadow_define(setup.detail)}),
-      surroundings_(setup, program_), clamped_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::linear)),
-      grid_(gl::VertexArray::create()), half_at_(program_.location("u_half_m")),
-      textures_at_(program_.location("u_textures")), shake_at_(program_.location("u_shake")),
+    : program_(setup.shaders, "water.vert", "water.frag", {shadow_define(setup.settings)}),
+      environment_(setup, program_), clamped_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::linear)),
+      grid_(gl::VertexArray::create()), half_size_at_(program_.location("u_half_m")),
+      has_textures_at_(program_.location("u_textures")), distortion_at_(program_.location("u_shake")),
       deep_at_(program_.location("u_deep_color")), shallow_at_(program_.location("u_shallow_color")),
       shine_at_(program_.location("u_shine")), wave_length_at_(program_.location("u_wave_length_m")),
-      fade_at_(program_.location("u_fade_m")), swash_at_(program_.location("u_swash")) {
+      fade_distance_at_(program_.location("u_fade_m")), swash_at_(program_.location("u_swash")) {
     program_.set_unit("u_reflection", unit_reflection);
     program_.set_unit("u_refraction", unit_refraction);
 
@@ -72,21 +72,21 @@ void WaterPass::draw(const Frame &frame, const View &view) {
     const assets::SceneFile &file = frame.scene.file();
     const assets::Water &water = *file.water;
     program_.use();
-    surroundings_.apply(frame, view);
+    environment_.apply(frame, view);
     const gl::Texture *reflection = frame.shared.reflection;
     const gl::Texture *refraction = frame.shared.refraction;
     gl::bind_texture(unit_reflection, GL_TEXTURE_2D, reflection != nullptr ? reflection->name() : 0,
                      clamped_.name());
     gl::bind_texture(unit_refraction, GL_TEXTURE_2D, refraction != nullptr ? refraction->name() : 0,
                      clamped_.name());
-    gl::Program::set(textures_at_,
+    gl::Program::set(has_textures_at_,
                      glm::vec2(reflection != nullptr ? 1.0F : 0.0F, refraction != nullptr ? 1.0F : 0.0F));
     const float half_m = 0.5F * water.size_m;
-    gl::Program::set(half_at_, half_m);
+    gl::Program::set(half_size_at_, half_m);
     // The sea's edge lies in haze, be it the far plane's or its own.
     const float far_m = 0.69F * view.far_m;
-    gl::Program::set(fade_at_, far_m);
-    gl::Program::set(shake_at_, glm::vec2(water.strength, water.k));
+    gl::Program::set(fade_distance_at_, far_m);
+    gl::Program::set(distortion_at_, glm::vec2(water.strength, water.k));
     gl::Program::set(deep_at_, water.deep_color);
     gl::Program::set(shallow_at_, water.shallow_color);
     gl::Program::set(shine_at_, glm::vec2(water.specular, water.smoothness));

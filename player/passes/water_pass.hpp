@@ -15,13 +15,14 @@ class WaterPass : public Pass {
 
   private:
     gl::Program program_;
-    EnvironmentBindings surroundings_;
+    EnvironmentBindings environment_;
     gl::Sampler clamped_;
     gl::VertexArray grid_;
     gl::Buffer vertices_, indices_;
     int index_count_ = 0;
-    int half_at_ = -1, textures_at_ = -1, shake_at_ = -1, deep_at_ = -1, shallow_at_ = -1, shine_at_ = -1;
-    int wave_length_at_ = -1, fade_at_ = -1, swash_at_ = -1;
+    int half_size_at_ = -1, has_textures_at_ = -1, distortion_at_ = -1, deep_at_ = -1, shallow_at_ = -1,
+        shine_at_ = -1;
+    int wave_length_at_ = -1, fade_distance_at_ = -1, swash_at_ = -1;
 };
 
 } // namespace paradize

@@ -26,7 +26,7 @@ void WaterView::draw_into(Frame &frame) {
 }
 
 ReflectionPass::ReflectionPass(const PassSetup &setup)
-    : WaterView(ViewKind::mirror, setup.detail.reflection_scale) {}
+    : WaterView(ViewKind::mirror, setup.settings.reflection_scale) {}
 
 void ReflectionPass::prepare(Frame &frame) {
     const assets::SceneFile &file = frame.scene.file();
@@ -38,7 +38,7 @@ void ReflectionPass::prepare(Frame &frame) {
 }
 
 RefractionPass::RefractionPass(const PassSetup &setup)
-    : WaterView(ViewKind::refraction, setup.detail.refraction_scale) {}
+    : WaterView(ViewKind::refraction, setup.settings.refraction_scale) {}
 
 void RefractionPass::prepare(Frame &frame) {
     const assets::SceneFile &file = frame.scene.file();

@@ -16,10 +16,10 @@ namespace paradize {
 namespace {
 
 // A show that begins later than this begins its simulation this long before, so that --time never takes long.
-constexpr std::uint64_t most_steps = 600 * 120;
-std::vector<std::unique_ptr<Pass>> build(std::span<const std::size_t> which, const PassSetup &setup) {
+constexpr std::uint64_t max_steps = 600 * 120;
+std::vector<std::unique_ptr<Pass>> make_passes(std::span<const std::size_t> index, const PassSetup &setup) {
     std::vector<std::unique_ptr<Pass>> passes;
-    for (const std::size_t pass : which) {
+    for (const std::size_t pass : index) {
         passes.push_back(make_pass(pass, setup));
     }
     return passes;
@@ -40,14 +40,14 @@ void set_default_state() {
 
 } // namespace
 
-Renderer::Renderer(const Scene &scene, const gl::ShaderLibrary &shaders, const RendererSettings &settings)
-    : scene_(scene), shaders_(shaders), which_(wanted_passes(scene.file(), settings.disabled)),
-      passes_(build(which_, {scene, shaders, settings.detail})),
-      has_post_(std::ranges::find(settings.disabled, "post") == settings.disabled.end()),
+Renderer::Renderer(const Scene &scene, const gl::ShaderLibrary &shaders, const RendererOptions &options)
+    : scene_(scene), shaders_(shaders), pass_indices_(enabled_passes(scene.file(), options.disabled)),
+      passes_(make_passes(pass_indices_, {scene, shaders, options.settings})),
+      has_post_(std::ranges::find(options.disabled, "post") == options.disabled.end()),
       frame_(scene, passes_) {
-    frame_.detail = settings.detail;
+    frame_.settings = options.settings;
     set_default_state();
-    resize(settings.width_px, settings.height_px);
+    resize(options.width_px, options.height_px);
 }
 
 Renderer::~Renderer() = default;
@@ -55,7 +55,7 @@ Renderer::~Renderer() = default;
 void Renderer::make_targets() {
     GLint most = 1;
     glGetIntegerv(GL_MAX_SAMPLES, &most);
-    const int samples = std::min(frame_.detail.samples, most);
+    const int samples = std::min(frame_.settings.samples, most);
     color_ = gl::make_renderbuffer(GL_RGBA16F, width_px_, height_px_, samples);
     depth_ = gl::make_renderbuffer(GL_DEPTH_COMPONENT24, width_px_, height_px_, samples);
     drawn_ = gl::make_framebuffer(color_, depth_);
@@ -72,7 +72,7 @@ void Renderer::resize(int width_px, int height_px) {
     final_ = gl::make_target(GL_RGBA8, width_px, height_px);
     resolved_ = gl::make_framebuffer(picture_, {});
     output_ = gl::make_framebuffer(final_, {});
-    spares_.clear(); // theirs is another size
+    cached_passes_.clear(); // theirs is another size
     for (const std::unique_ptr<Pass> &pass : passes_) {
         pass->resize(width_px, height_px);
     }
@@ -81,35 +81,35 @@ void Renderer::resize(int width_px, int height_px) {
     frame_.output = output_.name();
 }
 
-void Renderer::set_detail(const RenderSettings &detail) {
-    const RenderSettings before = std::exchange(frame_.detail, detail);
+void Renderer::change_settings(const RenderSettings &settings) {
+    const RenderSettings before = std::exchange(frame_.settings, settings);
     for (std::size_t i = 0; i < passes_.size(); ++i) {
-        const std::size_t which = which_[i];
-        if (suits(which, before, detail)) {
+        const std::size_t index = pass_indices_[i];
+        if (reusable(index, before, settings)) {
             continue;
         }
         std::unique_ptr<Pass> pass;
-        const auto spare = std::ranges::find_if(spares_, [&](const Spare &kept) {
-            return kept.which == which && suits(which, kept.detail, detail);
+        const auto cached = std::ranges::find_if(cached_passes_, [&](const CachedPass &kept) {
+            return kept.index == index && reusable(index, kept.settings, settings);
         });
-        if (spare != spares_.end()) {
-            pass = std::move(spare->pass);
-            spares_.erase(spare);
+        if (cached != cached_passes_.end()) {
+            pass = std::move(cached->pass);
+            cached_passes_.erase(cached);
         } else {
-            pass = make_pass(which, {scene_, shaders_, detail});
+            pass = make_pass(index, {scene_, shaders_, settings});
             pass->resize(width_px_, height_px_);
         }
-        spares_.push_back({which, before, std::exchange(passes_[i], std::move(pass))});
+        cached_passes_.push_back({index, before, std::exchange(passes_[i], std::move(pass))});
     }
-    if (before.samples != detail.samples) {
+    if (before.samples != settings.samples) {
         make_targets();
     }
 }
 
-void Renderer::go_on(const Renderer &before) {
+void Renderer::continue_from(const Renderer &before) {
     bool all = true;
     for (const std::unique_ptr<Pass> &pass : passes_) {
-        all = pass->go_on(before.passes_) && all;
+        all = pass->continue_from(before.passes_) && all;
     }
     if (all) {
         steps_ = before.steps_;
@@ -120,8 +120,8 @@ void Renderer::go_on(const Renderer &before) {
 
 void Renderer::step_to(double elapsed_s) {
     const auto wanted = static_cast<std::uint64_t>(std::floor(elapsed_s / step_s + 1e-6));
-    if (wanted > steps_ + most_steps) {
-        steps_ = wanted - most_steps;
+    if (wanted > steps_ + max_steps) {
+        steps_ = wanted - max_steps;
     }
     for (; steps_ < wanted; ++steps_) {
         const double time_s = static_cast<double>(steps_) * step_s;
@@ -133,35 +133,37 @@ void Renderer::step_to(double elapsed_s) {
 
 void Renderer::set_views(const Pose &pose, const Sample &sample) {
     const assets::SceneFile &file = scene_.file();
-    const auto place = [&](const View &view) { frame_.views_[static_cast<std::size_t>(view.kind)] = view; };
-    const RenderSettings &detail = frame_.detail;
+    const auto set_view = [&](const View &view) {
+        frame_.views_[static_cast<std::size_t>(view.kind)] = view;
+    };
+    const RenderSettings &settings = frame_.settings;
     View main = main_view(pose, file.flight, width_px_, height_px_);
-    move_in_pixel(main, sample.pixel);
+    jitter(main, sample.pixel);
     const double level = file.water ? file.water->level_m : 0.0;
-    place(main);
-    place(mirror_view(main, level, detail.reflection_scale));
-    place(refraction_view(main, level, detail.refraction_scale));
+    set_view(main);
+    set_view(mirror_view(main, level, settings.reflection_scale));
+    set_view(refraction_view(main, level, settings.refraction_scale));
     assets::Shadow shadow = file.shadow.value_or(assets::Shadow());
-    shadow.size_px = detail.shadow_size_px;
+    shadow.size_px = settings.shadow_size_px;
     frame_.to_sun = sample.sun == glm::vec2(0.0F)
                         ? file.sun.direction
                         : sun_direction(file.sun.direction, 0.5F * file.sun.angular_diameter_rad, sample.sun);
     View light = light_view(shadow, frame_.to_sun, main.anchor);
-    move_in_pixel(light, sample.pixel);
-    place(light);
+    jitter(light, sample.pixel);
+    set_view(light);
     if (frame_.terrain_) {
-        frame_.terrain_->update(main, detail.lod_error_px);
+        frame_.terrain_->update(main, settings.lod_error_px);
     }
     for (std::size_t i = 0; i < view_kinds; ++i) {
         const View &view = frame_.views_[i];
         const bool is_light = view.kind == ViewKind::light;
         frame_.visible_[i].clear();
         scene_.collect(view, is_light ? main.eye : view.eye, is_light ? main.pixels_at_1m : view.pixels_at_1m,
-                       detail.lod_error_px, frame_.visible_[i]);
+                       settings.lod_error_px, frame_.visible_[i]);
     }
 }
 
-void Renderer::start(double elapsed_s) {
+void Renderer::begin_frame(double elapsed_s) {
     step_to(elapsed_s);
     frame_.clock.delta_s = frame_.clock.frame == 0 ? 0.0 : elapsed_s - last_s_;
     frame_.clock.elapsed_s = elapsed_s;
@@ -199,13 +201,13 @@ void Renderer::finish() {
 }
 
 void Renderer::draw(double elapsed_s, const Pose &pose) {
-    start(elapsed_s);
+    begin_frame(elapsed_s);
     draw_linear(pose, {});
     finish();
 }
 
 void Renderer::draw_mean(double elapsed_s, const Pose &pose, const std::vector<Sample> &samples) {
-    start(elapsed_s);
+    begin_frame(elapsed_s);
     std::vector<float> pixels;
     std::vector<double> sum;
     for (const Sample &sample : samples) {
@@ -225,7 +227,7 @@ void Renderer::draw_mean(double elapsed_s, const Pose &pose, const std::vector<S
 std::vector<std::pair<std::string_view, double>> Renderer::measure_passes(double elapsed_s,
                                                                           const Pose &pose) {
     PassMeter meter(passes_.size());
-    start(elapsed_s);
+    begin_frame(elapsed_s);
     frame_.meter = &meter;
     meter.start();
     draw_linear(pose, {});
@@ -233,7 +235,7 @@ std::vector<std::pair<std::string_view, double>> Renderer::measure_passes(double
     frame_.meter = nullptr;
     std::vector<std::pair<std::string_view, double>> out;
     for (std::size_t i = 0; i < passes_.size(); ++i) {
-        out.emplace_back(pass_names()[which_[i]], meter.ms()[i]);
+        out.emplace_back(pass_names()[pass_indices_[i]], meter.ms()[i]);
     }
     return out;
 }

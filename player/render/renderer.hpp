@@ -18,10 +18,10 @@
 
 namespace paradize {
 
-struct RendererSettings {
+struct RendererOptions {
     int width_px = 0;
     int height_px = 0;
-    RenderSettings detail;
+    RenderSettings settings;
     std::vector<std::string> disabled; // names of passes
 };
 
@@ -34,16 +34,16 @@ struct BadPixel {
 class Renderer {
   public:
     /// Builds the passes. Throws Error.
-    Renderer(const Scene &scene, const gl::ShaderLibrary &shaders, const RendererSettings &settings);
+    Renderer(const Scene &scene, const gl::ShaderLibrary &shaders, const RendererOptions &options);
     ~Renderer();
     Renderer(const Renderer &) = delete;
     Renderer &operator=(const Renderer &) = delete;
 
     void resize(int width_px, int height_px);
     /// Goes on from the moment that another renderer has drawn, with its simulation where that is the same.
-    void go_on(const Renderer &before);
+    void continue_from(const Renderer &before);
     /// From the next frame on; the first with a detail that was not drawn with yet builds what it needs.
-    void set_detail(const RenderSettings &detail);
+    void change_settings(const RenderSettings &settings);
     /// Draws the moment `elapsed_s` of the show, seen from `pose`. Steps the simulation up to it first.
     void draw(double elapsed_s, const Pose &pose);
     /// The same moment as the mean of several frames' linear light, each seen through another place of the
@@ -65,7 +65,7 @@ class Renderer {
     std::optional<BadPixel> find_bad_pixel() const;
 
   private:
-    void start(double elapsed_s);
+    void begin_frame(double elapsed_s);
     void step_to(double elapsed_s);
     void set_views(const Pose &pose, const Sample &sample);
     void draw_linear(const Pose &pose, const Sample &sample);
@@ -76,14 +76,14 @@ class Renderer {
     const Scene &scene_;
     const gl::ShaderLibrary &shaders_;
     int width_px_ = 0, height_px_ = 0;
-    std::vector<std::size_t> which_; // indices into pass_names(), one per pass
+    std::vector<std::size_t> pass_indices_; // indices into pass_names(), one per pass
     std::vector<std::unique_ptr<Pass>> passes_;
-    struct Spare {
-        std::size_t which;
-        RenderSettings detail;
+    struct CachedPass {
+        std::size_t index;
+        RenderSettings settings;
         std::unique_ptr<Pass> pass;
     };
-    std::vector<Spare> spares_; // made for details that were drawn with before
+    std::vector<CachedPass> cached_passes_; // made for details that were drawn with before
     bool has_post_ = false;
     Frame frame_;
     gl::Renderbuffer color_, depth_;

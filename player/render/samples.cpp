@@ -52,13 +52,13 @@ std::vector<Sample> reference_samples(int count) {
     return out;
 }
 
-glm::vec3 sun_direction(const glm::vec3 &to_sun, float angular_radius_rad, const glm::vec2 &place) {
+glm::vec3 sun_direction(const glm::vec3 &to_sun, float angular_radius_rad, const glm::vec2 &disc_point) {
     const glm::vec3 side =
         std::abs(to_sun.y) < 0.9F ? glm::vec3(0.0F, 1.0F, 0.0F) : glm::vec3(1.0F, 0.0F, 0.0F);
     const glm::vec3 right = glm::normalize(glm::cross(side, to_sun));
     const glm::vec3 up = glm::cross(to_sun, right);
     const float reach = std::tan(angular_radius_rad);
-    return glm::normalize(to_sun + (right * place.x + up * place.y) * reach);
+    return glm::normalize(to_sun + (right * disc_point.x + up * disc_point.y) * reach);
 }
 
 } // namespace paradize

@@ -20,6 +20,6 @@ struct Sample {
 std::vector<Sample> reference_samples(int count);
 
 /// Unit, towards a place of the sun's disc (radius 1) whose middle is towards `to_sun`.
-glm::vec3 sun_direction(const glm::vec3 &to_sun, float angular_radius_rad, const glm::vec2 &place);
+glm::vec3 sun_direction(const glm::vec3 &to_sun, float angular_radius_rad, const glm::vec2 &disc_point);
 
 } // namespace paradize

@@ -4,40 +4,41 @@
 
 namespace paradize {
 
-std::string BakeLimits::say(bool &told, std::string text) {
-    if (told || silent_) {
+std::string BakeLimits::report_once(bool &reported, std::string text) {
+    if (reported || untrimmed_) {
         return "";
     }
-    told = true;
-    return said_.emplace_back(std::move(text));
+    reported = true;
+    return messages_.emplace_back(std::move(text));
 }
 
-std::string BakeLimits::picture(int width_px, int height_px) {
+std::string BakeLimits::check_size(int width_px, int height_px) {
     if (width_px <= file_.largest_width_px && height_px <= file_.largest_height_px) {
         return "";
     }
     const auto size = [](int width, int height) {
         return std::to_string(width) + " x " + std::to_string(height);
     };
-    return say(told_picture_,
-               "the picture is " + size(width_px, height_px) + " pixels, the scene was baked for " +
-                   size(file_.largest_width_px, file_.largest_height_px) +
-                   " at most: what is finer was not baked, the finest there is is shown; raise "
-                   "`largest_viewport` in the scene and bake it again");
+    return report_once(reported_size_,
+                       "the picture is " + size(width_px, height_px) + " pixels, the scene was baked for " +
+                           size(file_.largest_width_px, file_.largest_height_px) +
+                           " at most: what is finer was not baked, the finest there is is shown; raise "
+                           "`largest_viewport` in the scene and bake it again");
 }
 
-std::string BakeLimits::steered(const glm::dvec3 &eye) {
+std::string BakeLimits::check_camera(const glm::dvec3 &eye) {
     if (!file_.free_camera) {
-        return say(told_steered_,
-                   "the scene declares no [free_camera]: beyond its flight things may be coarse, the "
-                   "finest there is is shown");
+        return report_once(reported_camera_,
+                           "the scene declares no [free_camera]: beyond its flight things may be coarse, the "
+                           "finest there is is shown");
     }
-    const assets::FreeRegion &region = *file_.free_camera;
+    const assets::FreeCameraBox &region = *file_.free_camera;
     for (int axis = 0; axis < 3; ++axis) {
         if (eye[axis] < region.low[axis] || eye[axis] > region.high[axis]) {
-            return say(told_steered_,
-                       "the camera has left the region that the scene was baked for: the finest there "
-                       "is is shown; widen [free_camera] in the scene and bake it again");
+            return report_once(
+                reported_camera_,
+                "the camera has left the region that the scene was baked for: the finest there "
+                "is is shown; widen [free_camera] in the scene and bake it again");
         }
     }
     return "";

@@ -14,22 +14,22 @@ namespace paradize {
 /// region. Then the finest there is is shown. Nothing is said of a bake that left nothing out.
 class BakeLimits {
   public:
-    explicit BakeLimits(const assets::SceneFile &file) : file_(file), silent_(!file.leaves_out()) {}
+    explicit BakeLimits(const assets::SceneFile &file) : file_(file), untrimmed_(!file.is_trimmed()) {}
 
     /// What is to be said of a picture of this size; empty: nothing, or it was said.
-    std::string picture(int width_px, int height_px);
+    std::string check_size(int width_px, int height_px);
     /// The same of a steered camera, at its eye.
-    std::string steered(const glm::dvec3 &eye);
+    std::string check_camera(const glm::dvec3 &eye);
 
     /// All that was said.
-    const std::vector<std::string> &said() const { return said_; }
+    const std::vector<std::string> &messages() const { return messages_; }
 
   private:
-    std::string say(bool &told, std::string text);
+    std::string report_once(bool &reported, std::string text);
 
     const assets::SceneFile &file_;
-    bool silent_ = true, told_picture_ = false, told_steered_ = false;
-    std::vector<std::string> said_;
+    bool untrimmed_ = true, reported_size_ = false, reported_camera_ = false;
+    std::vector<std::string> messages_;
 };
 
 } // namespace paradize

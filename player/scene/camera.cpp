@@ -43,7 +43,7 @@ View main_view(const Pose &pose, const assets::Flight &flight, int width_px, int
     out.far_m = flight.far_m;
     out.anchor = anchor_of(pose.eye);
     out.eye = out.local(pose.eye);
-    out.view = look({pose.eye - out.anchor, pose.target - out.anchor, pose.roll_rad});
+    out.view = view_matrix({pose.eye - out.anchor, pose.target - out.anchor, pose.roll_rad});
     const float aspect = static_cast<float>(width_px) / static_cast<float>(height_px);
     out.projection = glm::perspective(flight.fov_rad, aspect, flight.near_m, flight.far_m);
     out.pixels_at_1m = static_cast<float>(height_px) / (2.0F * std::tan(flight.fov_rad * 0.5F));
@@ -110,7 +110,7 @@ View light_view(const assets::Shadow &shadow, const glm::vec3 &to_sun, const glm
     return out;
 }
 
-void move_in_pixel(View &view, const glm::vec2 &pixels) {
+void jitter(View &view, const glm::vec2 &pixels) {
     if (pixels == glm::vec2(0.0F)) {
         return;
     }

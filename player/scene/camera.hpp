@@ -32,7 +32,7 @@ View light_view(const assets::Shadow &shadow, const glm::vec3 &to_sun,
 glm::mat4 texture_from_clip();
 
 /// Moves what a view sees by a part of its own pixel, x to the right and y up.
-void move_in_pixel(View &view, const glm::vec2 &pixels);
+void jitter(View &view, const glm::vec2 &pixels);
 
 /// Fills view_projection and the frustum's planes from view and projection.
 void finish_view(View &view);

@@ -29,9 +29,9 @@ double spline_position(const assets::Flight &flight, double second) {
     const double u = std::clamp((second - a.time_s) / h, 0.0, 1.0);
     const double u2 = u * u;
     const double u3 = u2 * u;
-    const double place = (2.0 * u3 - 3.0 * u2 + 1.0) * a.position + (u3 - 2.0 * u2 + u) * h * a.speed +
-                         (3.0 * u2 - 2.0 * u3) * b.position + (u3 - u2) * h * b.speed;
-    return std::clamp(place, 0.0, static_cast<double>(flight.segments.size()));
+    const double spline_u = (2.0 * u3 - 3.0 * u2 + 1.0) * a.position + (u3 - 2.0 * u2 + u) * h * a.speed +
+                            (3.0 * u2 - 2.0 * u3) * b.position + (u3 - u2) * h * b.speed;
+    return std::clamp(spline_u, 0.0, static_cast<double>(flight.segments.size()));
 }
 
 } // namespace
@@ -45,14 +45,14 @@ double flight_second(double elapsed_s, double duration_s) {
 }
 
 Pose flight_pose(const assets::Flight &flight, double time_s) {
-    const double place = spline_position(flight, flight_second(time_s, flight.duration_s));
-    const std::size_t index = std::min(static_cast<std::size_t>(place), flight.segments.size() - 1);
-    const double u = place - static_cast<double>(index);
+    const double spline_u = spline_position(flight, flight_second(time_s, flight.duration_s));
+    const std::size_t index = std::min(static_cast<std::size_t>(spline_u), flight.segments.size() - 1);
+    const double u = spline_u - static_cast<double>(index);
     const assets::FlightSegment &segment = flight.segments[index];
     return {cubic(segment.eye, u), cubic(segment.target, u), cubic(segment.roll, u)};
 }
 
-glm::mat4 look(const Pose &pose) {
+glm::mat4 view_matrix(const Pose &pose) {
     glm::dvec3 forward = pose.target - pose.eye;
     const double distance = glm::length(forward);
     forward = distance > 1e-9 ? forward / distance : glm::dvec3(0.0, 0.0, -1.0);

@@ -23,6 +23,6 @@ Pose flight_pose(const assets::Flight &flight, double time_s);
 
 /// Eye from world. Guards: an eye on its target looks along -Z, a look straight up or down takes -Z / +Z as
 /// up.
-glm::mat4 look(const Pose &pose);
+glm::mat4 view_matrix(const Pose &pose);
 
 } // namespace paradize

@@ -11,13 +11,13 @@ constexpr int smallest_shadow_px = 64;
 constexpr int exact_parallax_steps = 24;
 constexpr int reference_parallax_steps = 128;
 constexpr float graphics_anisotropy = 4.0F;
-constexpr float most_anisotropy = 16.0F;
+constexpr float max_anisotropy = 16.0F;
 constexpr float finest_mip_bias = -3.0F; // eight samples along a pixel's edge
 
 template <typename T>
-T pick(const Quality &quality, QualityFeature trade, T fast, T balanced, T exact) {
+T pick(const Quality &quality, QualityFeature feature, T fast, T balanced, T exact) {
     const std::array<T, 3> values{fast, balanced, exact};
-    return values[static_cast<std::size_t>(quality[static_cast<std::size_t>(trade)])];
+    return values[static_cast<std::size_t>(quality[static_cast<std::size_t>(feature)])];
 }
 
 bool has_relief(const assets::SceneFile &file) {
@@ -30,8 +30,8 @@ bool has_relief(const assets::SceneFile &file) {
 
 } // namespace
 
-bool has_trade(const assets::SceneFile &file, QualityFeature trade, const Device &device) {
-    switch (trade) {
+bool has_feature(const assets::SceneFile &file, QualityFeature feature, const Device &device) {
+    switch (feature) {
     case QualityFeature::shadow:
         return file.shadow.has_value();
     case QualityFeature::reflection:
@@ -48,32 +48,31 @@ bool has_trade(const assets::SceneFile &file, QualityFeature trade, const Device
     return false;
 }
 
-RenderSettings detail_of(const assets::SceneFile &file, const Quality &quality, const Device &device) {
+RenderSettings render_settings(const assets::SceneFile &file, const Quality &quality, const Device &device) {
     RenderSettings out;
     const int size = file.shadow ? file.shadow->size_px : out.shadow_size_px;
     out.shadow_size_px =
         pick(quality, QualityFeature::shadow, std::max(size / 2, std::min(size, smallest_shadow_px)), size,
-             std::max(size, std::min(2 * size, device.most_texture_px)));
+             std::max(size, std::min(2 * size, device.max_texture_px)));
     out.shadow_filter =
         pick(quality, QualityFeature::shadow, ShadowFilter::hard, ShadowFilter::disc, ShadowFilter::penumbra);
-    const auto scale = [&](QualityFeature trade, std::optional<float> asked) {
-        const float balanced = asked.value_or(1.0F);
-        return pick(quality, trade, 0.5F * balanced, balanced, std::max(balanced, 1.0F));
+    const auto scale = [&](QualityFeature feature, std::optional<float> scene_scale) {
+        const float balanced = scene_scale.value_or(1.0F);
+        return pick(quality, feature, 0.5F * balanced, balanced, std::max(balanced, 1.0F));
     };
     out.reflection_scale = scale(QualityFeature::reflection, file.reflection_scale);
     out.refraction_scale = scale(QualityFeature::refraction, file.refraction_scale);
     out.parallax_steps = pick(quality, QualityFeature::parallax, 0, 2, exact_parallax_steps);
     if (!device.software) {
-        out.anisotropy =
-            pick(quality, QualityFeature::anisotropy, 1.0F, graphics_anisotropy, most_anisotropy);
+        out.anisotropy = pick(quality, QualityFeature::anisotropy, 1.0F, graphics_anisotropy, max_anisotropy);
     }
     out.lod_error_px = pick(quality, QualityFeature::lod, 3.0F * file.lod_error_px, file.lod_error_px,
                             0.25F * file.lod_error_px);
     return out;
 }
 
-RenderSettings reference_detail(const assets::SceneFile &file, int frames, const Device &device) {
-    RenderSettings out = detail_of(file, all_at(Tier::exact), device);
+RenderSettings reference_settings(const assets::SceneFile &file, int frames, const Device &device) {
+    RenderSettings out = render_settings(file, all_at(Tier::exact), device);
     out.shadow_filter = ShadowFilter::nearest;
     out.parallax_steps = reference_parallax_steps;
     out.lod_error_px = 0.0F;
@@ -85,8 +84,8 @@ RenderSettings reference_detail(const assets::SceneFile &file, int frames, const
 
 std::string to_text(const Quality &quality) {
     std::string out;
-    for (std::size_t i = 0; i < trade_count; ++i) {
-        out += (out.empty() ? "" : ", ") + std::string(trade_names[i]) + "=" +
+    for (std::size_t i = 0; i < feature_count; ++i) {
+        out += (out.empty() ? "" : ", ") + std::string(feature_names[i]) + "=" +
                std::string(tier_names[static_cast<std::size_t>(quality[i])]);
     }
     return out;

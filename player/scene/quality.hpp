@@ -15,12 +15,12 @@ inline constexpr std::array<std::string_view, 3> tier_names{"fast", "balanced", 
 
 /// What --quality names. How textures are stored is no trade of the player's: the bake's tiers decide it.
 enum class QualityFeature : unsigned char { shadow, reflection, refraction, parallax, anisotropy, lod };
-inline constexpr std::array<std::string_view, 6> trade_names{"shadow",   "reflection", "refraction",
-                                                             "parallax", "anisotropy", "lod"};
-inline constexpr std::size_t trade_count = trade_names.size();
+inline constexpr std::array<std::string_view, 6> feature_names{"shadow",   "reflection", "refraction",
+                                                               "parallax", "anisotropy", "lod"};
+inline constexpr std::size_t feature_count = feature_names.size();
 
 /// A tier for each trade. `balanced` is what the scene asks for.
-using Quality = std::array<Tier, trade_count>;
+using Quality = std::array<Tier, feature_count>;
 constexpr Quality all_at(Tier tier) {
     Quality out{};
     out.fill(tier);
@@ -51,15 +51,15 @@ struct Device {
     /// Rasterised on the CPU: anisotropic filtering is off at every tier. llvmpipe (Mesa 22.3), which walks
     /// over the ellipse texel by texel, does not come back from some frames, even with 2 x.
     bool software = false;
-    int most_texture_px = 16384;
+    int max_texture_px = 16384;
 };
 
 /// Does the trade change anything of this scene on this device?
-bool has_trade(const assets::SceneFile &file, QualityFeature trade, const Device &device);
+bool has_feature(const assets::SceneFile &file, QualityFeature feature, const Device &device);
 
-RenderSettings detail_of(const assets::SceneFile &file, const Quality &quality, const Device &device);
+RenderSettings render_settings(const assets::SceneFile &file, const Quality &quality, const Device &device);
 /// Of one of the frames that --reference averages: no approximation that a tier has.
-RenderSettings reference_detail(const assets::SceneFile &file, int frames, const Device &device);
+RenderSettings reference_settings(const assets::SceneFile &file, int frames, const Device &device);
 
 /// As --quality takes it: `shadow=fast, lod=exact ...`.
 std::string to_text(const Quality &quality);

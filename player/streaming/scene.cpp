@@ -72,7 +72,7 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
             glm::dmat4 stand = glm::translate(glm::dmat4(1.0), placement.position);
             stand = glm::rotate(stand, placement.yaw_rad, glm::dvec3(0.0, 1.0, 0.0));
             stand = glm::scale(stand, glm::dvec3(placement.scale));
-            instance.model = stand * model_of(object.mesh->lattice());
+            instance.model = stand * model_of(object.mesh->grid());
             instance.center = glm::dvec3(stand * glm::dvec4(entry.center, 1.0));
             instance.scale = static_cast<float>(placement.scale);
             instance.radius_m = entry.radius_m * instance.scale;
@@ -91,13 +91,13 @@ const StreamedMesh *Scene::mesh(std::string_view artifact) const {
 
 void Scene::collect(const View &view, const glm::vec3 &eye, float pixels_at_1m, float error_px,
                     std::vector<DrawItem> &items) const {
-    constexpr std::size_t most_levels = 64;
+    constexpr std::size_t max_levels = 64;
     for (const Object &object : objects_) {
         if (!drawn_in(*object.file, view.kind)) {
             continue;
         }
-        std::array<float, most_levels> errors{};
-        const std::size_t levels = std::min(object.file->lods.size(), most_levels);
+        std::array<float, max_levels> errors{};
+        const std::size_t levels = std::min(object.file->lods.size(), max_levels);
         for (const Instance &instance : object.instances) {
             if (items.size() == items.capacity() ||
                 !view.sees(view.local(instance.center), instance.radius_m)) {

@@ -25,9 +25,9 @@ void attach_attribute(const assets::GlbLevel &level, std::uint32_t part, const g
     }
 }
 
-glm::dmat4 model_of(const assets::GlbLattice &lattice) {
-    const glm::dvec3 step(lattice.step[0], lattice.step[1], lattice.step[2]);
-    const glm::dvec3 origin(lattice.origin[0], lattice.origin[1], lattice.origin[2]);
+glm::dmat4 model_of(const assets::QuantizationGrid &grid) {
+    const glm::dvec3 step(grid.step[0], grid.step[1], grid.step[2]);
+    const glm::dvec3 origin(grid.origin[0], grid.origin[1], grid.origin[2]);
     return glm::scale(glm::translate(glm::dmat4(1.0), origin), step);
 }
 
@@ -35,7 +35,7 @@ std::size_t attribute_end(std::size_t offset_bytes, std::size_t bytes) {
     return (offset_bytes + bytes + 15) & ~std::size_t{15};
 }
 
-StreamedMesh::StreamedMesh(const assets::Glb &glb) : materials_(glb.materials), lattice_(glb.lattice) {
+StreamedMesh::StreamedMesh(const assets::Glb &glb) : materials_(glb.materials), grid_(glb.grid) {
     for (const assets::GlbLevel &level : glb.levels) {
         MeshLevel &made = levels_.emplace_back();
         std::vector<std::size_t> &offsets = offsets_.emplace_back();
@@ -64,13 +64,13 @@ StreamedMesh::StreamedMesh(const assets::Glb &glb) : materials_(glb.materials), 
     }
 }
 
-void StreamedMesh::upload(const assets::StreamPiece &piece) {
-    MeshLevel &made = levels_[piece.level];
-    const bool indices = piece.part >= assets::mesh_attributes;
+void StreamedMesh::upload(const assets::UploadChunk &chunk) {
+    MeshLevel &made = levels_[chunk.level];
+    const bool indices = chunk.part >= assets::mesh_attributes;
     // A copy target, so that no vertex array's element buffer is disturbed.
     gl::write_buffer(GL_COPY_WRITE_BUFFER, indices ? made.indices : made.vertices,
-                     offsets_[piece.level][piece.part] + piece.offset, piece.bytes);
-    made.resident = made.resident || piece.last;
+                     offsets_[chunk.level][chunk.part] + chunk.offset, chunk.bytes);
+    made.resident = made.resident || chunk.last;
 }
 
 int StreamedMesh::best_level(int wanted) const {

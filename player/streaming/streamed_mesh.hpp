@@ -2,7 +2,7 @@
 // An object's mesh on the GPU: a vertex array per level of detail.
 
 #include "assets/glb.hpp"
-#include "assets/stream_plan.hpp"
+#include "assets/upload_plan.hpp"
 #include "gl/handle.hpp"
 
 #include <glm/mat4x4.hpp>
@@ -39,24 +39,24 @@ class StreamedMesh {
     std::span<const MeshLevel> levels() const { return levels_; } // level 0, the finest, first
     std::span<const std::string> materials() const { return materials_; }
     /// Where its positions stand in the object's space; the steps are the same along all axes.
-    const assets::GlbLattice &lattice() const { return lattice_; }
+    const assets::QuantizationGrid &grid() const { return grid_; }
     /// The resident level nearest to `wanted`, coarser ones first; -1 when none is there.
     int best_level(int wanted) const;
     /// Draws all primitives of a material, or of all (-1). Leaves the vertex array bound.
     void draw(int level, int material = -1) const;
 
     /// Writes a piece of plan_mesh().
-    void upload(const assets::StreamPiece &piece);
+    void upload(const assets::UploadChunk &chunk);
 
   private:
     std::vector<MeshLevel> levels_;
     std::vector<std::string> materials_;
-    assets::GlbLattice lattice_;
+    assets::QuantizationGrid grid_;
     std::vector<std::vector<std::size_t>> offsets_; // per level and part, byte in its buffer
 };
 
 /// What makes metres of a lattice's codes.
-glm::dmat4 model_of(const assets::GlbLattice &lattice);
+glm::dmat4 model_of(const assets::QuantizationGrid &grid);
 /// Enables attribute `part` of the vertex array that is bound, unless the level has none such: read from
 /// `vertices` at `offset_bytes`.
 void attach_attribute(const assets::GlbLevel &level, std::uint32_t part, const gl::Buffer &vertices,

@@ -14,7 +14,7 @@ std::size_t vertex_bytes(const assets::GlbLevel &level, std::uint32_t part) {
     return mesh_attribute(level, part).size() / level.vertices;
 }
 
-void demand_like_first(const assets::Glb &glb, const assets::GlbLevel &level, const std::string &path) {
+void check_same_layout(const assets::Glb &glb, const assets::GlbLevel &level, const std::string &path) {
     const assets::GlbLevel &first = glb.levels.front();
     const auto refuse = [&](const std::string &what) {
         throw Error(path + ": node " + level.name + ": " + what);
@@ -40,7 +40,7 @@ StreamedTile::StreamedTile(const assets::Glb &glb, const std::string &path) {
     std::size_t index_bytes = 0;
     ranges_.reserve(glb.levels.size());
     for (const assets::GlbLevel &level : glb.levels) {
-        demand_like_first(glb, level, path);
+        check_same_layout(glb, level, path);
         const assets::GlbPrimitive &primitive = level.primitives.front();
         ranges_.push_back({static_cast<int>(primitive.count), index_bytes, static_cast<int>(vertices)});
         vertices += level.vertices;
@@ -52,7 +52,7 @@ StreamedTile::StreamedTile(const assets::Glb &glb, const std::string &path) {
         attribute_offsets_.push_back(bytes);
         bytes = attribute_end(bytes, vertices * vertex_bytes(first, part));
     }
-    model_ = model_of(glb.lattice);
+    model_ = model_of(glb.grid);
     vertex_array_ = gl::VertexArray::create();
     glBindVertexArray(vertex_array_.name());
     vertices_ = gl::make_buffer(GL_ARRAY_BUFFER, bytes, gl::Usage::fixed);
@@ -64,20 +64,20 @@ StreamedTile::StreamedTile(const assets::Glb &glb, const std::string &path) {
     glBindVertexArray(0);
 }
 
-void StreamedTile::upload(const assets::Glb &glb, const assets::StreamPiece &piece) {
-    const assets::GlbLevel &level = glb.levels[piece.level];
-    const PatchRange &range = ranges_[piece.level];
-    if (piece.part >= assets::mesh_attributes) {
+void StreamedTile::upload(const assets::Glb &glb, const assets::UploadChunk &chunk) {
+    const assets::GlbLevel &level = glb.levels[chunk.level];
+    const PatchRange &range = ranges_[chunk.level];
+    if (chunk.part >= assets::mesh_attributes) {
         // A copy target, so that no vertex array's element buffer is disturbed.
-        gl::write_buffer(GL_COPY_WRITE_BUFFER, indices_, range.index_offset + piece.offset, piece.bytes);
+        gl::write_buffer(GL_COPY_WRITE_BUFFER, indices_, range.index_offset + chunk.offset, chunk.bytes);
     } else {
         const std::size_t before =
-            static_cast<std::size_t>(range.base_vertex) * vertex_bytes(level, piece.part);
+            static_cast<std::size_t>(range.base_vertex) * vertex_bytes(level, chunk.part);
         gl::write_buffer(GL_COPY_WRITE_BUFFER, vertices_,
-                         attribute_offsets_[piece.part] + before + piece.offset, piece.bytes);
+                         attribute_offsets_[chunk.part] + before + chunk.offset, chunk.bytes);
     }
-    if (piece.last) {
-        arrived_ = piece.level + 1;
+    if (chunk.last) {
+        resident_patches_ = chunk.level + 1;
     }
 }
 

@@ -2,7 +2,7 @@
 // One tile of the terrain on the GPU: all its patches in one vertex array.
 
 #include "assets/glb.hpp"
-#include "assets/stream_plan.hpp"
+#include "assets/upload_plan.hpp"
 #include "gl/handle.hpp"
 
 #include <glm/mat4x4.hpp>
@@ -29,7 +29,7 @@ class StreamedTile {
     StreamedTile(const assets::Glb &glb, const std::string &path);
 
     /// Patches that can be drawn: the first so many.
-    std::uint32_t arrived() const { return arrived_; }
+    std::uint32_t resident_patches() const { return resident_patches_; }
     std::uint32_t size() const { return static_cast<std::uint32_t>(ranges_.size()); }
     const PatchRange &range(std::uint32_t patch) const { return ranges_[patch]; }
     const gl::VertexArray &vertex_array() const { return vertex_array_; }
@@ -37,7 +37,7 @@ class StreamedTile {
     const glm::dmat4 &model() const { return model_; } // world from mesh, of all its patches
 
     /// Pieces come in the order of plan_patches().
-    void upload(const assets::Glb &glb, const assets::StreamPiece &piece);
+    void upload(const assets::Glb &glb, const assets::UploadChunk &chunk);
 
   private:
     gl::VertexArray vertex_array_;
@@ -46,7 +46,7 @@ class StreamedTile {
     std::vector<std::size_t> attribute_offsets_; // where each attribute of all patches begins, bytes
     glm::dmat4 model_{1.0};
     unsigned index_type_ = 0;
-    std::uint32_t arrived_ = 0;
+    std::uint32_t resident_patches_ = 0;
 };
 
 } // namespace paradize

@@ -1,8 +1,8 @@
 #include "streaming/streamer.hpp"
 
-#include "assets/loader.hpp"
-#include "assets/opener.hpp"
-#include "assets/stream_plan.hpp"
+#include "assets/artifact_loader.hpp"
+#include "assets/prefetcher.hpp"
+#include "assets/upload_plan.hpp"
 #include "error.hpp"
 #include "gl/buffer.hpp"
 #include "gl/texture.hpp"
@@ -22,13 +22,13 @@ void StreamedTexture::bind(unsigned unit, unsigned sampler) const {
 
 /// One artifact on its way.
 struct StreamItem {
-    assets::OpenedArtifact opened; // its file until all of it is uploaded
+    assets::LoadedArtifact loaded; // its file until all of it is uploaded
     StreamedTexture texture;
     StreamedMesh mesh;
     StreamedTile tile;
     assets::ArtifactKind kind = assets::ArtifactKind::sound;
     std::string sha256;
-    std::size_t pieces_left = 0;
+    std::size_t chunks_left = 0;
     std::uint64_t bytes = 0; // of all its pieces
 };
 
@@ -36,14 +36,14 @@ struct Streamer::Impl {
     const assets::SceneFile &scene;
     std::vector<std::shared_ptr<StreamItem>> items; // one per artifact, same order; of several scenes
     std::vector<std::uint32_t> tiles;               // the items that are the terrain's
-    std::vector<assets::StreamPiece> pieces;
+    std::vector<assets::UploadChunk> chunks;
     std::size_t next = 0;
     std::uint64_t resident = 0;
     std::uint64_t total = 0;
     std::uint64_t terrain = 0;
-    std::unique_ptr<assets::Loader> loader;
+    std::unique_ptr<assets::Prefetcher> prefetcher;
 
-    std::size_t kept = 0; // items of the scene before
+    std::size_t reused = 0; // items of the scene before
 
     explicit Impl(const assets::SceneFile &file) : scene(file) {
         if (scene.terrain) {
@@ -55,104 +55,105 @@ struct Streamer::Impl {
     }
 
     /// Makes the device's objects for an artifact that was opened.
-    void add(std::uint32_t index, assets::OpenedArtifact opened) {
+    void add(std::uint32_t index, assets::LoadedArtifact loaded) {
         items[index] = std::make_shared<StreamItem>();
         StreamItem &item = *items[index];
         item.kind = scene.artifacts[index].kind;
         item.sha256 = scene.artifacts[index].sha256;
-        item.opened = std::move(opened);
-        if (item.opened.tile) {
-            item.tile = StreamedTile(item.opened.glb, item.opened.path);
+        item.loaded = std::move(loaded);
+        if (item.loaded.tile) {
+            item.tile = StreamedTile(item.loaded.glb, item.loaded.path);
         } else if (item.kind == assets::ArtifactKind::mesh) {
-            item.mesh = StreamedMesh(item.opened.glb);
+            item.mesh = StreamedMesh(item.loaded.glb);
         } else if (item.kind != assets::ArtifactKind::sound) {
             make_texture(item);
         }
-        item.pieces_left = item.opened.pieces.size();
-        for (const assets::StreamPiece &piece : item.opened.pieces) {
-            item.bytes += piece.bytes.size();
+        item.chunks_left = item.loaded.chunks.size();
+        for (const assets::UploadChunk &chunk : item.loaded.chunks) {
+            item.bytes += chunk.bytes.size();
         }
-        pieces.insert(pieces.end(), item.opened.pieces.begin(), item.opened.pieces.end());
-        item.opened.pieces = {};
+        chunks.insert(chunks.end(), item.loaded.chunks.begin(), item.loaded.chunks.end());
+        item.loaded.chunks = {};
     }
 
     /// What this scene has whole of an artifact of another; nullptr: nothing.
-    std::shared_ptr<StreamItem> find(const assets::SceneFile &other, const assets::Artifact &artifact) const {
+    std::shared_ptr<StreamItem> find_reusable(const assets::SceneFile &other,
+                                              const assets::Artifact &artifact) const {
         const std::optional<std::uint32_t> tile = tile_of(other, artifact);
         const auto same = std::ranges::find_if(items, [&](const std::shared_ptr<StreamItem> &item) {
-            return item->sha256 == artifact.sha256 && item->kind == artifact.kind && item->pieces_left == 0 &&
-                   item->opened.tile.has_value() == tile.has_value() &&
-                   (!tile || fits_tile(item->opened.glb, *other.terrain, *tile));
+            return item->sha256 == artifact.sha256 && item->kind == artifact.kind && item->chunks_left == 0 &&
+                   item->loaded.tile.has_value() == tile.has_value() &&
+                   (!tile || fits_tile(item->loaded.glb, *other.terrain, *tile));
         });
         return same == items.end() ? nullptr : *same;
     }
 
     static void make_texture(StreamItem &item) {
         StreamedTexture &out = item.texture;
-        const assets::Ktx2 &ktx = item.opened.ktx;
+        const assets::Ktx2 &ktx = item.loaded.ktx;
         out.target_ = ktx.faces == 6 ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
         out.width_px_ = static_cast<int>(ktx.levels[0].width_px);
         out.height_px_ = static_cast<int>(ktx.levels[0].height_px);
         out.levels_ = static_cast<int>(ktx.levels.size());
         out.finest_ = out.levels_;
-        out.texture_ = allocate_texture(ktx, item.opened.path, best_storage());
+        out.texture_ = allocate_texture(ktx, item.loaded.path, best_storage());
         out.fallback_ = neutral_texture(ktx);
     }
 
-    void upload_texture(const assets::StreamPiece &piece) {
-        StreamItem &item = *items[piece.artifact];
+    void upload_texture(const assets::UploadChunk &chunk) {
+        StreamItem &item = *items[chunk.artifact];
         StreamedTexture &texture = item.texture;
-        upload_rows(texture.texture_, item.opened.ktx, piece);
-        if (piece.last) {
-            texture.finest_ = static_cast<int>(piece.level);
+        upload_rows(texture.texture_, item.loaded.ktx, chunk);
+        if (chunk.last) {
+            texture.finest_ = static_cast<int>(chunk.level);
             glTexParameteri(texture.target_, GL_TEXTURE_BASE_LEVEL, texture.finest_);
-            if (piece.inflated) {
-                item.opened.ktx.rooms[piece.level].release();
+            if (chunk.inflated) {
+                item.loaded.ktx.inflated_memory[chunk.level].release();
             }
         }
     }
 
     /// Is the next piece there? Throws Error when it never will be.
-    bool next_ready(Unready unready) {
-        if (!pieces[next].inflated && !pieces[next].absent) {
+    bool next_is_ready(NotReady not_ready) {
+        if (!chunks[next].inflated && !chunks[next].released) {
             return true; // in memory
         }
-        if (!loader->ready(next)) {
-            if (unready == Unready::leave) {
+        if (!prefetcher->ready(next)) {
+            if (not_ready == NotReady::skip) {
                 return false;
             }
-            loader->advance(next);
-            loader->wait(next);
+            prefetcher->advance(next);
+            prefetcher->wait(next);
         }
-        if (const std::string &fault = loader->fault(next); !fault.empty()) {
-            const std::string &path = items[pieces[next].artifact]->opened.path;
-            throw Error(fault.starts_with(path)
-                            ? fault // of the file as a whole
-                            : path + ": level " + std::to_string(pieces[next].level) + ": " + fault);
+        if (const std::string &error = prefetcher->error(next); !error.empty()) {
+            const std::string &path = items[chunks[next].artifact]->loaded.path;
+            throw Error(error.starts_with(path)
+                            ? error // of the file as a whole
+                            : path + ": level " + std::to_string(chunks[next].level) + ": " + error);
         }
         return true;
     }
 
-    void upload_one() {
-        const assets::StreamPiece &piece = pieces[next++];
-        StreamItem &item = *items[piece.artifact];
-        if (item.opened.tile) {
-            item.tile.upload(item.opened.glb, piece);
+    void upload_next() {
+        const assets::UploadChunk &chunk = chunks[next++];
+        StreamItem &item = *items[chunk.artifact];
+        if (item.loaded.tile) {
+            item.tile.upload(item.loaded.glb, chunk);
         } else if (item.kind == assets::ArtifactKind::mesh) {
-            item.mesh.upload(piece);
+            item.mesh.upload(chunk);
         } else {
-            upload_texture(piece);
+            upload_texture(chunk);
         }
-        resident += piece.bytes.size();
-        if (--item.pieces_left == 0) {
-            item.opened.file.release();
+        resident += chunk.bytes.size();
+        if (--item.chunks_left == 0) {
+            item.loaded.file.release();
         }
     }
 };
 
-Opening::Opening(const assets::SceneFile &file, const std::filesystem::path &folder, const Streamer *before,
-                 std::uint64_t most_held)
-    : kept_(file.artifacts.size()) {
+SceneLoad::SceneLoad(const assets::SceneFile &file, const std::filesystem::path &folder,
+                     const Streamer *before, std::uint64_t max_waiting)
+    : reused_(file.artifacts.size()) {
     std::vector<std::uint32_t> order = file.streaming; // and after it what it does not name
     for (std::uint32_t i = 0; i < file.artifacts.size(); ++i) {
         order.push_back(i);
@@ -165,48 +166,48 @@ Opening::Opening(const assets::SceneFile &file, const std::filesystem::path &fol
         }
         seen[index] = true;
         if (before != nullptr) {
-            kept_[index] = before->impl_->find(file, file.artifacts[index]);
+            reused_[index] = before->impl_->find_reusable(file, file.artifacts[index]);
         }
-        if (!kept_[index]) {
+        if (!reused_[index]) {
             wanted.push_back(index);
         }
     }
-    opener_ = std::make_unique<assets::Opener>(file, folder, std::move(wanted), most_held);
+    loader_ = std::make_unique<assets::ArtifactLoader>(file, folder, std::move(wanted), max_waiting);
 }
 
-Opening::Opening(Opening &&) noexcept = default;
-Opening::~Opening() = default;
+SceneLoad::SceneLoad(SceneLoad &&) noexcept = default;
+SceneLoad::~SceneLoad() = default;
 
-bool Opening::ready() const {
-    return opener_->ready();
+bool SceneLoad::ready() const {
+    return loader_->ready();
 }
 
 Streamer::Streamer(const assets::SceneFile &file, const std::filesystem::path &folder, const Streamer *before)
-    : Streamer(file, Opening(file, folder, before)) {}
+    : Streamer(file, SceneLoad(file, folder, before)) {}
 
-Streamer::Streamer(const assets::SceneFile &file, Opening opening) : impl_(std::make_unique<Impl>(file)) {
-    std::vector<assets::OpenedArtifact> opened = opening.opener_->take();
+Streamer::Streamer(const assets::SceneFile &file, SceneLoad load) : impl_(std::make_unique<Impl>(file)) {
+    std::vector<assets::LoadedArtifact> loaded = load.loader_->take();
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     // What a mesh does not have: a normal upwards, a tangent along X, white.
     glVertexAttrib3f(gl::attribute_normal, 0.0F, 1.0F, 0.0F);
     glVertexAttrib4f(gl::attribute_tangent, 1.0F, 0.0F, 0.0F, 1.0F);
     glVertexAttrib4f(gl::attribute_color, 1.0F, 1.0F, 1.0F, 1.0F);
-    impl_->items = std::move(opening.kept_);
+    impl_->items = std::move(load.reused_);
     for (const std::shared_ptr<StreamItem> &item : impl_->items) {
-        impl_->kept += item ? 1 : 0;
+        impl_->reused += item ? 1 : 0;
         impl_->resident += item ? item->bytes : 0;
     }
-    for (std::size_t i = 0; i < opened.size(); ++i) {
-        impl_->add(opening.opener_->wanted()[i], std::move(opened[i]));
+    for (std::size_t i = 0; i < loaded.size(); ++i) {
+        impl_->add(load.loader_->wanted()[i], std::move(loaded[i]));
     }
-    assets::order_pieces(impl_->pieces);
+    assets::order_chunks(impl_->chunks);
     for (const std::shared_ptr<StreamItem> &item : impl_->items) {
         impl_->total += item->bytes;
-        impl_->terrain += item->opened.tile ? item->bytes : 0;
+        impl_->terrain += item->loaded.tile ? item->bytes : 0;
     }
-    impl_->loader =
-        std::make_unique<assets::Loader>(impl_->pieces, [impl = impl_.get()](std::uint32_t artifact) {
-            return fetch_fine(impl->items[artifact]->opened);
+    impl_->prefetcher =
+        std::make_unique<assets::Prefetcher>(impl_->chunks, [impl = impl_.get()](std::uint32_t artifact) {
+            return reload_fine(impl->items[artifact]->loaded);
         });
 }
 
@@ -230,19 +231,19 @@ const StreamedTile &Streamer::tile(std::size_t index) const {
     return impl_->items[impl_->tiles[index]]->tile;
 }
 
-bool Streamer::upload(std::size_t budget_bytes, Unready unready) {
+bool Streamer::upload(std::size_t budget_bytes, NotReady not_ready) {
     std::size_t used = 0;
-    while (!complete() && (used == 0 || used + impl_->pieces[impl_->next].bytes.size() <= budget_bytes) &&
-           impl_->next_ready(unready)) {
-        used += impl_->pieces[impl_->next].bytes.size();
-        impl_->upload_one();
+    while (!complete() && (used == 0 || used + impl_->chunks[impl_->next].bytes.size() <= budget_bytes) &&
+           impl_->next_is_ready(not_ready)) {
+        used += impl_->chunks[impl_->next].bytes.size();
+        impl_->upload_next();
     }
-    impl_->loader->advance(impl_->next);
+    impl_->prefetcher->advance(impl_->next);
     return complete();
 }
 
 bool Streamer::complete() const {
-    return impl_->next == impl_->pieces.size();
+    return impl_->next == impl_->chunks.size();
 }
 
 std::uint64_t Streamer::resident_bytes() const {
@@ -253,8 +254,8 @@ std::uint64_t Streamer::total_bytes() const {
     return impl_->total;
 }
 
-std::size_t Streamer::kept() const {
-    return impl_->kept;
+std::size_t Streamer::reused() const {
+    return impl_->reused;
 }
 
 std::uint64_t Streamer::terrain_bytes() const {

@@ -17,7 +17,7 @@
 #include <vector>
 
 namespace paradize::assets {
-class Opener;
+class ArtifactLoader;
 }
 
 namespace paradize {
@@ -44,31 +44,31 @@ class StreamedTexture {
     int finest_ = 0; // the finest level that is resident; levels_: none
 };
 
-enum class Unready { wait, leave };
+enum class NotReady { wait, skip };
 
 class Streamer;
 struct StreamItem;
 
 /// How many bytes of files wait in memory for their upload, besides what is coarse and the file that is
 /// uploaded.
-inline constexpr std::uint64_t most_held_bytes = std::uint64_t{256} << 20U;
+inline constexpr std::uint64_t max_waiting_bytes = std::uint64_t{256} << 20U;
 
 /// A scene's files while threads read and check them. What `before` has whole (by its SHA-256) is kept.
-class Opening {
+class SceneLoad {
   public:
     /// `file` outlives this.
-    Opening(const assets::SceneFile &file, const std::filesystem::path &folder,
-            const Streamer *before = nullptr, std::uint64_t most_held = most_held_bytes);
-    Opening(Opening &&) noexcept;
-    Opening &operator=(Opening &&) = delete;
-    ~Opening();
+    SceneLoad(const assets::SceneFile &file, const std::filesystem::path &folder,
+              const Streamer *before = nullptr, std::uint64_t max_waiting = max_waiting_bytes);
+    SceneLoad(SceneLoad &&) noexcept;
+    SceneLoad &operator=(SceneLoad &&) = delete;
+    ~SceneLoad();
     /// Can a Streamer be made of it without a wait?
     bool ready() const;
 
   private:
     friend class Streamer;
-    std::vector<std::shared_ptr<StreamItem>> kept_; // one per artifact; nullptr: it is opened
-    std::unique_ptr<assets::Opener> opener_;
+    std::vector<std::shared_ptr<StreamItem>> reused_; // one per artifact; nullptr: it is opened
+    std::unique_ptr<assets::ArtifactLoader> loader_;
 };
 
 class Streamer {
@@ -76,7 +76,7 @@ class Streamer {
     /// Makes the device's objects of every mesh, texture and cube map of the scene, which `opening` is of; it
     /// is waited for. What was kept shares its objects with the streamer before; both may end in any order.
     /// Throws Error naming file and place.
-    Streamer(const assets::SceneFile &file, Opening opening);
+    Streamer(const assets::SceneFile &file, SceneLoad load);
     Streamer(const assets::SceneFile &file, const std::filesystem::path &folder,
              const Streamer *before = nullptr);
     ~Streamer();
@@ -90,15 +90,15 @@ class Streamer {
     /// Uploads at most `budget_bytes` (at least one step, so that it always gets on). True when all is
     /// resident. What another thread has not inflated yet is waited for, or left for a later frame: then no
     /// step may be made. Throws Error for a level that cannot be inflated.
-    bool upload(std::size_t budget_bytes, Unready unready = Unready::wait);
+    bool upload(std::size_t budget_bytes, NotReady not_ready = NotReady::wait);
     bool complete() const;
     std::uint64_t resident_bytes() const;
     std::uint64_t total_bytes() const;
     std::uint64_t terrain_bytes() const; // of the total
-    std::size_t kept() const;            // artifacts that were taken from the scene before
+    std::size_t reused() const;          // artifacts that were taken from the scene before
 
   private:
-    friend class Opening;
+    friend class SceneLoad;
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };

@@ -7,37 +7,38 @@
 namespace paradize {
 
 TerrainCut::TerrainCut(const assets::TerrainPatches &patches, const assets::TerrainDiamonds &diamonds)
-    : patches_(patches), diamonds_(diamonds), first_made_(diamonds.size() + 1), width_(diamonds.size()),
-      missing_(diamonds.size()), here_(patches.size()), split_(diamonds.size()), shown_(diamonds.size()) {
+    : patches_(patches), diamonds_(diamonds), first_child_(diamonds.size() + 1),
+      patch_count_(diamonds.size()), missing_children_(diamonds.size()), is_resident_(patches.size()),
+      split_(diamonds.size()), reached_count_(diamonds.size()) {
     for (std::uint32_t patch = 0; patch < patches.size(); ++patch) {
         if (patches.diamond[patch] >= 0) {
-            ++width_[static_cast<std::size_t>(patches.diamond[patch])];
+            ++patch_count_[static_cast<std::size_t>(patches.diamond[patch])];
         }
-        if (patches.made_by[patch] < 0) {
+        if (patches.parent_diamond[patch] < 0) {
             roots_.push_back(patch);
         } else {
-            ++missing_[static_cast<std::size_t>(patches.made_by[patch])];
+            ++missing_children_[static_cast<std::size_t>(patches.parent_diamond[patch])];
         }
     }
     for (std::size_t diamond = 0; diamond < diamonds.size(); ++diamond) {
-        first_made_[diamond + 1] = first_made_[diamond] + missing_[diamond];
+        first_child_[diamond + 1] = first_child_[diamond] + missing_children_[diamond];
     }
-    made_.resize(first_made_.back());
-    std::vector<std::uint32_t> next(first_made_.begin(), first_made_.end() - 1);
+    children_.resize(first_child_.back());
+    std::vector<std::uint32_t> next(first_child_.begin(), first_child_.end() - 1);
     for (std::uint32_t patch = 0; patch < patches.size(); ++patch) {
-        if (patches.made_by[patch] >= 0) {
-            made_[next[static_cast<std::size_t>(patches.made_by[patch])]++] = patch;
+        if (patches.parent_diamond[patch] >= 0) {
+            children_[next[static_cast<std::size_t>(patches.parent_diamond[patch])]++] = patch;
         }
     }
     reached_.reserve(patches.size());
     cut_.reserve(patches.size());
 }
 
-void TerrainCut::arrived(std::uint32_t patch) {
-    here_[patch] = 1;
-    ++arrived_count_;
-    if (patches_.made_by[patch] >= 0) {
-        --missing_[static_cast<std::size_t>(patches_.made_by[patch])];
+void TerrainCut::mark_resident(std::uint32_t patch) {
+    is_resident_[patch] = 1;
+    ++resident_count_;
+    if (patches_.parent_diamond[patch] >= 0) {
+        --missing_children_[static_cast<std::size_t>(patches_.parent_diamond[patch])];
     }
 }
 
@@ -51,7 +52,7 @@ void TerrainCut::update(const CutEye &eye) {
     for (const std::uint32_t patch : reached_) {
         if (patches_.diamond[patch] >= 0) {
             split_[static_cast<std::size_t>(patches_.diamond[patch])] = 0;
-            shown_[static_cast<std::size_t>(patches_.diamond[patch])] = 0;
+            reached_count_[static_cast<std::size_t>(patches_.diamond[patch])] = 0;
         }
     }
     reached_.assign(roots_.begin(), roots_.end());
@@ -62,16 +63,16 @@ void TerrainCut::update(const CutEye &eye) {
         }
         const auto d = static_cast<std::uint32_t>(diamond);
         // The last of its patches to be shown decides: by then all that made them are split.
-        if (++shown_[d] == width_[d] && missing_[d] == 0 && wants_split(d, eye)) {
+        if (++reached_count_[d] == patch_count_[d] && missing_children_[d] == 0 && wants_split(d, eye)) {
             split_[d] = 1;
-            reached_.insert(reached_.end(), made_.begin() + first_made_[d],
-                            made_.begin() + first_made_[d + 1]);
+            reached_.insert(reached_.end(), children_.begin() + first_child_[d],
+                            children_.begin() + first_child_[d + 1]);
         }
     }
     cut_.clear();
     for (const std::uint32_t patch : reached_) {
         const std::int32_t diamond = patches_.diamond[patch];
-        if (here_[patch] != 0 && (diamond < 0 || split_[static_cast<std::size_t>(diamond)] == 0)) {
+        if (is_resident_[patch] != 0 && (diamond < 0 || split_[static_cast<std::size_t>(diamond)] == 0)) {
             cut_.push_back(patch);
         }
     }

@@ -28,7 +28,7 @@ class TerrainCut {
     TerrainCut(const assets::TerrainPatches &patches, const assets::TerrainDiamonds &diamonds);
 
     /// The patch can be drawn from now on. Once for each.
-    void arrived(std::uint32_t patch);
+    void mark_resident(std::uint32_t patch);
 
     /// Finds the cut of an eye; its cost is that of the patches in it. A diamond is split when all that made
     /// its patches are split, all patches that it makes have arrived, and its error is seen. Allocates
@@ -39,24 +39,25 @@ class TerrainCut {
     /// as soon as the roots have arrived.
     std::span<const std::uint32_t> patches() const { return cut_; }
     bool split(std::uint32_t diamond) const { return split_[diamond] != 0; }
-    std::uint32_t arrived_count() const { return arrived_count_; }
+    std::uint32_t resident_count() const { return resident_count_; }
 
   private:
     bool wants_split(std::uint32_t diamond, const CutEye &eye) const;
 
     const assets::TerrainPatches &patches_;
     const assets::TerrainDiamonds &diamonds_;
-    // Patches by the diamond that makes them; those of diamond d begin at first_made_[d].
-    std::vector<std::uint32_t> made_, first_made_;
+    // Patches by the diamond that makes them; those of diamond d begin at first_child_[d].
+    std::vector<std::uint32_t> children_, first_child_;
     std::vector<std::uint32_t> roots_;
-    std::vector<std::uint8_t> width_;   // per diamond: patches that it replaces, 1 or 2
-    std::vector<std::uint8_t> missing_; // per diamond: patches that it makes and that have not arrived
-    std::vector<std::uint8_t> here_;    // per patch: it has arrived
-    std::uint32_t arrived_count_ = 0;
+    std::vector<std::uint8_t> patch_count_; // per diamond: patches that it replaces, 1 or 2
+    std::vector<std::uint8_t>
+        missing_children_;                  // per diamond: patches that it makes and that have not arrived
+    std::vector<std::uint8_t> is_resident_; // per patch: it has arrived
+    std::uint32_t resident_count_ = 0;
     // Of the cut that was found last.
-    std::vector<std::uint8_t> split_;    // per diamond
-    std::vector<std::uint8_t> shown_;    // per diamond: patches of it that a split, or the root, shows
-    std::vector<std::uint32_t> reached_; // those patches
+    std::vector<std::uint8_t> split_;         // per diamond
+    std::vector<std::uint8_t> reached_count_; // per diamond: patches of it that a split, or the root, shows
+    std::vector<std::uint32_t> reached_;      // those patches
     std::vector<std::uint32_t> cut_;
 };
 

@@ -21,7 +21,7 @@ float above(const glm::vec4 &plane, const glm::vec3 &point) {
 
 TerrainTiles::TerrainTiles(const assets::Terrain &terrain, const Streamer &streamer)
     : terrain_(terrain), streamer_(streamer), cut_(terrain.patches, terrain.diamonds),
-      taken_(terrain.tiles.size()) {
+      known_resident_(terrain.tiles.size()) {
     const std::vector<std::uint32_t> &tile = terrain.patches.tile;
     for (std::uint32_t i = 0; i <= terrain.tiles.size(); ++i) {
         first_patch_.push_back(static_cast<std::uint32_t>(std::ranges::lower_bound(tile, i) - tile.begin()));
@@ -32,10 +32,10 @@ TerrainTiles::TerrainTiles(const assets::Terrain &terrain, const Streamer &strea
 }
 
 void TerrainTiles::update(const View &main, float error_px) {
-    for (std::size_t tile = 0; tile < taken_.size(); ++tile) {
-        for (const std::uint32_t arrived = streamer_.tile(tile).arrived(); taken_[tile] < arrived;
-             ++taken_[tile]) {
-            cut_.arrived(first_patch_[tile] + taken_[tile]);
+    for (std::size_t tile = 0; tile < known_resident_.size(); ++tile) {
+        for (const std::uint32_t resident_patches = streamer_.tile(tile).resident_patches();
+             known_resident_[tile] < resident_patches; ++known_resident_[tile]) {
+            cut_.mark_resident(first_patch_[tile] + known_resident_[tile]);
         }
     }
     cut_.update({glm::vec3(glm::dvec3(main.eye) + main.anchor), main.pixels_at_1m, main.near_m, error_px});
@@ -59,7 +59,7 @@ bool TerrainTiles::sees(const View &view, const glm::vec4 &plane, std::uint32_t 
     });
 }
 
-void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainPlaces &places) {
+void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainUniforms &uniforms) {
     const std::span<const std::uint32_t> patches = cut_.patches();
     std::uint32_t drawn = 0;
     std::uint64_t triangles = 0;
@@ -83,8 +83,8 @@ void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainP
             continue;
         }
         drawn += static_cast<std::uint32_t>(count);
-        gl::Program::set(places.model, view.local(tile.model()));
-        gl::Program::set(places.normals, glm::mat3(glm::transpose(glm::inverse(glm::dmat3(tile.model())))));
+        gl::Program::set(uniforms.model, view.local(tile.model()));
+        gl::Program::set(uniforms.normals, glm::mat3(glm::transpose(glm::inverse(glm::dmat3(tile.model())))));
         glBindVertexArray(tile.vertex_array().name());
         glMultiDrawElementsBaseVertex(GL_TRIANGLES, counts_.data(), tile.index_type(), offsets_.data(),
                                       static_cast<GLsizei>(count), base_vertices_.data());
@@ -105,8 +105,8 @@ TerrainCounts TerrainTiles::counts() const {
         out.cut_triangles += static_cast<std::uint64_t>(
             streamer_.tile(tile).range(patch - first_patch_[tile]).index_count / 3);
     }
-    out.arrived = cut_.arrived_count();
-    out.baked = static_cast<std::uint32_t>(terrain_.patches.size());
+    out.resident_patches = cut_.resident_count();
+    out.total_patches = static_cast<std::uint32_t>(terrain_.patches.size());
     return out;
 }
 

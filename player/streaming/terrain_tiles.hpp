@@ -21,15 +21,15 @@ struct TerrainCounts {
     std::uint64_t triangles = 0;   // of them
     std::uint32_t cut_patches = 0; // of the frame's cut, seen or not
     std::uint64_t cut_triangles = 0;
-    std::uint32_t arrived = 0; // patches that are on the device
-    std::uint32_t baked = 0;   // patches of the scene
+    std::uint32_t resident_patches = 0; // patches that are on the device
+    std::uint32_t total_patches = 0;    // patches of the scene
 };
 
 /// A plane that keeps everything.
 inline constexpr glm::vec4 no_plane{0.0F, 0.0F, 0.0F, 1.0F};
 
 /// Uniforms of the program that draws; -1: it has none such.
-struct TerrainPlaces {
+struct TerrainUniforms {
     int model = -1;   // mat4, world from mesh
     int normals = -1; // mat3, of normals
 };
@@ -49,7 +49,7 @@ class TerrainTiles {
     /// height.
     void set_water(double level_m) { water_m_ = level_m; }
     /// Draws what sees() says with the program in use. Leaves a vertex array bound.
-    void draw(const View &view, const glm::vec4 &plane, const TerrainPlaces &places);
+    void draw(const View &view, const glm::vec4 &plane, const TerrainUniforms &uniforms);
     TerrainCounts counts() const;
 
   private:
@@ -57,8 +57,8 @@ class TerrainTiles {
     const Streamer &streamer_;
     TerrainCut cut_;
     double water_m_ = -1e30;
-    std::vector<std::uint32_t> first_patch_; // per tile, and one more
-    std::vector<std::uint32_t> taken_;       // per tile: patches that the cut knows to have arrived
+    std::vector<std::uint32_t> first_patch_;    // per tile, and one more
+    std::vector<std::uint32_t> known_resident_; // per tile: patches that the cut knows to have arrived
     // One draw call, as glMultiDrawElementsBaseVertex takes it.
     std::vector<int> counts_, base_vertices_;
     std::vector<const void *> offsets_;

@@ -174,19 +174,19 @@ gl::Texture neutral_texture(const assets::Ktx2 &ktx) {
     return texture;
 }
 
-void upload_rows(const gl::Texture &texture, const assets::Ktx2 &ktx, const assets::StreamPiece &piece) {
+void upload_rows(const gl::Texture &texture, const assets::Ktx2 &ktx, const assets::UploadChunk &chunk) {
     const Format format = gl_format(ktx.format);
-    const auto level = static_cast<GLint>(piece.level);
-    const auto width = static_cast<GLsizei>(ktx.levels[piece.level].width_px);
-    const auto row = static_cast<GLint>(piece.offset);
-    const auto rows = static_cast<GLsizei>(piece.rows);
-    const GLenum image = image_target(ktx, piece.part);
+    const auto level = static_cast<GLint>(chunk.level);
+    const auto width = static_cast<GLsizei>(ktx.levels[chunk.level].width_px);
+    const auto row = static_cast<GLint>(chunk.offset);
+    const auto rows = static_cast<GLsizei>(chunk.rows);
+    const GLenum image = image_target(ktx, chunk.part);
     glBindTexture(target_of(ktx), texture.name());
     if (format.format == 0) {
         glCompressedTexSubImage2D(image, level, 0, row, width, rows, format.internal,
-                                  static_cast<GLsizei>(piece.bytes.size()), piece.bytes.data());
+                                  static_cast<GLsizei>(chunk.bytes.size()), chunk.bytes.data());
     } else {
-        glTexSubImage2D(image, level, 0, row, width, rows, format.format, format.type, piece.bytes.data());
+        glTexSubImage2D(image, level, 0, row, width, rows, format.format, format.type, chunk.bytes.data());
     }
 }
 

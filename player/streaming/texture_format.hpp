@@ -2,7 +2,7 @@
 // From what KTX2 says to what GL takes.
 
 #include "assets/ktx2.hpp"
-#include "assets/stream_plan.hpp"
+#include "assets/upload_plan.hpp"
 #include "gl/handle.hpp"
 
 #include <string>
@@ -21,6 +21,6 @@ gl::Texture allocate_texture(const assets::Ktx2 &ktx, const std::string &file, S
 gl::Texture neutral_texture(const assets::Ktx2 &ktx);
 
 /// Uploads rows of one level and face. Leaves the texture bound to the active unit.
-void upload_rows(const gl::Texture &texture, const assets::Ktx2 &ktx, const assets::StreamPiece &piece);
+void upload_rows(const gl::Texture &texture, const assets::Ktx2 &ktx, const assets::UploadChunk &chunk);
 
 } // namespace paradize

@@ -37,13 +37,13 @@ bool have_context() {
     return shared().context != nullptr;
 }
 
-void demand_clean() {
-    CHECK_NOTHROW(shared().log.demand_clean());
+void throw_on_error() {
+    CHECK_NOTHROW(shared().log.throw_on_error());
 }
 
 void forget() {
     try {
-        shared().log.demand_clean();
+        shared().log.throw_on_error();
     } catch (const Error &) { // as announced
     }
 }

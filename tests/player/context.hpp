@@ -7,7 +7,7 @@ namespace paradize::test {
 /// driver.
 bool have_context();
 /// Fails the test when the driver complained since the last call.
-void demand_clean();
+void throw_on_error();
 /// Forgets complaints, as of a shader that a test breaks.
 void forget();
 

@@ -12,7 +12,7 @@ assets::SceneFile scene_with(int left_out) {
     scene.largest_width_px = 320;
     scene.largest_height_px = 180;
     assets::Artifact artifact;
-    artifact.left_out = left_out;
+    artifact.trimmed_levels = left_out;
     scene.artifacts.push_back(artifact);
     return scene;
 }
@@ -23,38 +23,38 @@ TEST_CASE("baked for: a picture above the largest is told once, whichever side i
     const assets::SceneFile scene = scene_with(1);
     for (const auto &[width, height] : {std::pair(321, 180), std::pair(320, 181)}) {
         BakeLimits baked(scene);
-        CHECK(baked.picture(320, 180).empty());
-        const std::string text = baked.picture(width, height);
+        CHECK(baked.check_size(320, 180).empty());
+        const std::string text = baked.check_size(width, height);
         CHECK(text.find(std::to_string(width) + " x " + std::to_string(height)) != std::string::npos);
         CHECK(text.find("baked for 320 x 180 at most") != std::string::npos);
         CHECK(text.find('\n') == std::string::npos);
-        CHECK(baked.picture(4000, 4000).empty());
-        CHECK(baked.said() == std::vector<std::string>{text});
+        CHECK(baked.check_size(4000, 4000).empty());
+        CHECK(baked.messages() == std::vector<std::string>{text});
     }
 }
 
 TEST_CASE("baked for: a camera that leaves its region is told once, and not before") {
     assets::SceneFile scene = scene_with(2);
-    scene.free_camera = assets::FreeRegion{{-1.0, 0.0, -2.0}, {1.0, 3.0, 2.0}, 0.5F};
+    scene.free_camera = assets::FreeCameraBox{{-1.0, 0.0, -2.0}, {1.0, 3.0, 2.0}, 0.5F};
     BakeLimits baked(scene);
-    CHECK(baked.steered({-1.0, 0.0, 2.0}).empty());
-    CHECK(baked.steered({0.0, 3.1, 0.0}).find("has left the region") != std::string::npos);
-    CHECK(baked.steered({9.0, 9.0, 9.0}).empty());
-    CHECK(baked.said().size() == 1);
+    CHECK(baked.check_camera({-1.0, 0.0, 2.0}).empty());
+    CHECK(baked.check_camera({0.0, 3.1, 0.0}).find("has left the region") != std::string::npos);
+    CHECK(baked.check_camera({9.0, 9.0, 9.0}).empty());
+    CHECK(baked.messages().size() == 1);
 }
 
 TEST_CASE("baked for: steering in a scene without a region is told once") {
     const assets::SceneFile scene = scene_with(1);
     BakeLimits baked(scene);
-    CHECK(baked.steered({0.0, 0.0, 0.0}).find("declares no [free_camera]") != std::string::npos);
-    CHECK(baked.steered({0.0, 0.0, 0.0}).empty());
+    CHECK(baked.check_camera({0.0, 0.0, 0.0}).find("declares no [free_camera]") != std::string::npos);
+    CHECK(baked.check_camera({0.0, 0.0, 0.0}).empty());
 }
 
 TEST_CASE("baked for: nothing is said of a bake that left nothing out") {
     assets::SceneFile scene = scene_with(0);
     BakeLimits baked(scene);
-    CHECK(baked.picture(4000, 4000).empty());
-    CHECK(baked.steered({0.0, 0.0, 0.0}).empty());
-    scene.terrain.emplace().left_out = 1;
-    CHECK_FALSE(BakeLimits(scene).picture(4000, 4000).empty());
+    CHECK(baked.check_size(4000, 4000).empty());
+    CHECK(baked.check_camera({0.0, 0.0, 0.0}).empty());
+    scene.terrain.emplace().trimmed_patches = 1;
+    CHECK_FALSE(BakeLimits(scene).check_size(4000, 4000).empty());
 }

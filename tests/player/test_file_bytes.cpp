@@ -14,7 +14,7 @@ using namespace paradize;
 
 namespace {
 
-std::string fault(const std::filesystem::path &path, assets::FileSize size = {}) {
+std::string error(const std::filesystem::path &path, assets::FileSize size = {}) {
     try {
         const assets::FileBytes bytes(path, size);
     } catch (const Error &error) {
@@ -70,14 +70,14 @@ TEST_CASE("files: what is given back is read again part by part, and what is kep
     }
     const std::filesystem::path path = folder.write("a", bytes);
     assets::FileBytes file(path);
-    CHECK_FALSE(file.release_after(path, bytes.size() - page + 1)); // kept in whole pages: all of it
-    CHECK(file.release_after(path, (std::size_t{1} << 20U) + 1));
+    CHECK_FALSE(file.release_from(path, bytes.size() - page + 1)); // kept in whole pages: all of it
+    CHECK(file.release_from(path, (std::size_t{1} << 20U) + 1));
     const std::size_t kept = (std::size_t{1} << 20U) + page;
     CHECK(std::ranges::equal(file.bytes().first(kept), std::span(bytes).first(kept)));
     std::filesystem::remove(path); // it stays open
     test::Bytes parts;
-    file.fetch("a",
-               [&](std::span<const std::byte> part) { parts.insert(parts.end(), part.begin(), part.end()); });
+    file.reload(
+        "a", [&](std::span<const std::byte> part) { parts.insert(parts.end(), part.begin(), part.end()); });
     CHECK(parts == bytes);
     CHECK(std::ranges::equal(file.bytes(), bytes));
 }
@@ -85,27 +85,27 @@ TEST_CASE("files: what is given back is read again part by part, and what is kep
 TEST_CASE(
     "files: what is no regular file, empty, or of another size is refused, and a pipe is not waited for") {
     const test::Folder folder;
-    CHECK(tells(fault(folder.path() / "none"), "none: No such file"));
-    CHECK(tells(fault(folder.path()), "is a folder; move it away; bake the scene again"));
-    CHECK(tells(fault("/dev/zero"), "is no regular file"));
+    CHECK(tells(error(folder.path() / "none"), "none: No such file"));
+    CHECK(tells(error(folder.path()), "is a folder; move it away; bake the scene again"));
+    CHECK(tells(error("/dev/zero"), "is no regular file"));
     const auto pipe = folder.path() / "pipe";
     REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
-    CHECK(tells(fault(pipe), "is no regular file"));
-    CHECK(tells(fault(folder.write("empty", std::string())), "is empty"));
+    CHECK(tells(error(pipe), "is no regular file"));
+    CHECK(tells(error(folder.write("empty", std::string())), "is empty"));
     const auto file = folder.write("file", std::string("1234"));
-    CHECK(tells(fault(file, {.exactly = 5}), "has 4 bytes, scene.json says 5; bake the scene again"));
-    CHECK(tells(fault(file, {.exactly = 3}), "has 4 bytes, scene.json says 3; bake the scene again"));
-    CHECK(fault(file, {.exactly = 4}).empty());
-    CHECK(fault(file, {.most = 4}).empty());
-    CHECK(tells(fault(file, {.most = 3}), "has 4 bytes, at most 3 are taken"));
+    CHECK(tells(error(file, {.exactly = 5}), "has 4 bytes, scene.json says 5; bake the scene again"));
+    CHECK(tells(error(file, {.exactly = 3}), "has 4 bytes, scene.json says 3; bake the scene again"));
+    CHECK(error(file, {.exactly = 4}).empty());
+    CHECK(error(file, {.max = 4}).empty());
+    CHECK(tells(error(file, {.max = 3}), "has 4 bytes, at most 3 are taken"));
     std::filesystem::resize_file(file, (std::uint64_t{1} << 32U) + 1); // takes no room on the disk
-    CHECK(tells(fault(file), "has 4294967297 bytes, at most 4294967296 are taken"));
+    CHECK(tells(error(file), "has 4294967297 bytes, at most 4294967296 are taken"));
 }
 
 TEST_CASE("A scene.json that is larger than any is refused before it is read") {
     const test::Folder folder;
     const auto file = folder.write("scene.json", std::string("{"));
-    std::filesystem::resize_file(file, assets::most_json_bytes + 1);
+    std::filesystem::resize_file(file, assets::max_json_bytes + 1);
     CHECK_THROWS_WITH_AS(assets::read_scene(file),
                          doctest::Contains("has 67108865 bytes, at most 67108864 are taken"), Error);
 }

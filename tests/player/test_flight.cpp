@@ -61,7 +61,7 @@ TEST_CASE("flight: each sample lies near the one before, through every knot") {
 
 TEST_CASE("look: the target is in the middle and up is up") {
     const Pose pose{{1.0, 2.0, 3.0}, {4.0, 1.0, -5.0}, 0.0};
-    const glm::mat4 view = look(pose);
+    const glm::mat4 view = view_matrix(pose);
     const glm::vec4 target = view * glm::vec4(pose.target, 1.0);
     CHECK(std::abs(target.x) < 1e-5F);
     CHECK(std::abs(target.y) < 1e-5F);
@@ -73,13 +73,13 @@ TEST_CASE("look: the target is in the middle and up is up") {
 TEST_CASE("look: roll turns the picture about its middle") {
     Pose pose{{0.0, 0.0, 0.0}, {0.0, 0.0, -1.0}, 0.0};
     pose.roll_rad = 0.5;
-    const glm::vec4 right = look(pose) * glm::vec4(1.0F, 0.0F, 0.0F, 0.0F);
+    const glm::vec4 right = view_matrix(pose) * glm::vec4(1.0F, 0.0F, 0.0F, 0.0F);
     CHECK(right.x == doctest::Approx(std::cos(0.5)));
     CHECK(right.y == doctest::Approx(-std::sin(0.5)));
 }
 
 TEST_CASE("look: an eye on its target and a look straight up or down stay finite") {
-    CHECK(finite(look({{1.0, 2.0, 3.0}, {1.0, 2.0, 3.0}, 0.0})));
-    CHECK(finite(look({{1.0, 2.0, 3.0}, {1.0, 9.0, 3.0}, 0.3})));
-    CHECK(finite(look({{1.0, 2.0, 3.0}, {1.0, -9.0, 3.0}, 0.0})));
+    CHECK(finite(view_matrix({{1.0, 2.0, 3.0}, {1.0, 2.0, 3.0}, 0.0})));
+    CHECK(finite(view_matrix({{1.0, 2.0, 3.0}, {1.0, 9.0, 3.0}, 0.3})));
+    CHECK(finite(view_matrix({{1.0, 2.0, 3.0}, {1.0, -9.0, 3.0}, 0.0})));
 }

@@ -13,18 +13,18 @@ using namespace paradize;
 
 namespace {
 
-constexpr std::array<QualityFeature, 6> all_trades{QualityFeature::shadow,     QualityFeature::reflection,
-                                                   QualityFeature::refraction, QualityFeature::parallax,
-                                                   QualityFeature::anisotropy, QualityFeature::lod};
+constexpr std::array<QualityFeature, 6> all_features{QualityFeature::shadow,     QualityFeature::reflection,
+                                                     QualityFeature::refraction, QualityFeature::parallax,
+                                                     QualityFeature::anisotropy, QualityFeature::lod};
 
 /// Costs that mostly rise and errors that mostly fall, with ties and trades that are not worth their time.
-TradeTable random_table(std::uint64_t seed) {
+FeatureCosts random_table(std::uint64_t seed) {
     Pcg random(seed);
-    TradeTable table{};
+    FeatureCosts table{};
     for (auto &row : table) {
         for (std::size_t tier = 1; tier < row.size(); ++tier) {
-            row[tier].ms = row[tier - 1].ms + std::floor(static_cast<double>(random.between(-1.0F, 5.0F)));
-            row[tier].error = std::floor(static_cast<double>(random.between(0.0F, 9.0F))) * 0.01;
+            row[tier].ms = row[tier - 1].ms + std::floor(static_cast<double>(random.uniform(-1.0F, 5.0F)));
+            row[tier].error = std::floor(static_cast<double>(random.uniform(0.0F, 9.0F))) * 0.01;
         }
         row[0].error = 0.05;
     }
@@ -32,14 +32,14 @@ TradeTable random_table(std::uint64_t seed) {
 }
 
 /// The least error of all 729 qualities inside the budget; infinity when none is.
-double brute_force(const TradeTable &table, double base_ms, double budget_ms) {
+double brute_force(const FeatureCosts &table, double base_ms, double budget_ms) {
     double best = std::numeric_limits<double>::infinity();
     for (int code = 0; code < 729; ++code) {
         double ms = base_ms;
         double error = 0.0;
-        for (int trade = 0, rest = code; trade < 6; ++trade, rest /= 3) {
-            const TradePoint &point =
-                table[static_cast<std::size_t>(trade)][static_cast<std::size_t>(rest % 3)];
+        for (int feature = 0, rest = code; feature < 6; ++feature, rest /= 3) {
+            const FeatureCost &point =
+                table[static_cast<std::size_t>(feature)][static_cast<std::size_t>(rest % 3)];
             ms += point.ms;
             error += point.error;
         }
@@ -49,10 +49,10 @@ double brute_force(const TradeTable &table, double base_ms, double budget_ms) {
 }
 
 /// Three steps: 4, 8 and 12 ms.
-std::vector<Choice> ladder() {
-    TradeTable table{};
+std::vector<PredictedQuality> ladder() {
+    FeatureCosts table{};
     table[0] = {{{0.0, 0.3}, {4.0, 0.2}, {8.0, 0.1}}};
-    return quality_front(table, std::array{QualityFeature::shadow}, 4.0);
+    return pareto_front(table, std::array{QualityFeature::shadow}, 4.0);
 }
 
 /// Frames of one length until the governor has decided `windows` times; how often it changed.
@@ -68,11 +68,11 @@ int run(FrameGovernor &governor, int windows, double frame_ms) {
 
 TEST_CASE("fps: the choice is the one that brute force finds") {
     for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-        const TradeTable table = random_table(seed);
-        const std::vector<Choice> front = quality_front(table, all_trades, 5.0);
+        const FeatureCosts table = random_table(seed);
+        const std::vector<PredictedQuality> front = pareto_front(table, all_features, 5.0);
         for (double budget = 2.0; budget < 40.0; budget += 1.5) {
             const double best = brute_force(table, 5.0, budget);
-            const Choice &chosen = front[choose(front, budget)];
+            const PredictedQuality &chosen = front[choose(front, budget)];
             if (std::isinf(best)) {
                 CHECK(chosen.ms > budget); // the fastest, which is too slow as well
             } else {
@@ -84,12 +84,12 @@ TEST_CASE("fps: the choice is the one that brute force finds") {
 }
 
 TEST_CASE("fps: the front rises in time, falls in error, and adds up what it says") {
-    const TradeTable table = random_table(7);
-    const std::vector<Choice> front = quality_front(table, all_trades, 5.0);
+    const FeatureCosts table = random_table(7);
+    const std::vector<PredictedQuality> front = pareto_front(table, all_features, 5.0);
     for (std::size_t i = 0; i < front.size(); ++i) {
         double ms = 5.0;
-        for (std::size_t trade = 0; trade < trade_count; ++trade) {
-            ms += table[trade][static_cast<std::size_t>(front[i].quality[trade])].ms;
+        for (std::size_t feature = 0; feature < feature_count; ++feature) {
+            ms += table[feature][static_cast<std::size_t>(front[i].quality[feature])].ms;
         }
         CHECK(front[i].ms == doctest::Approx(ms));
         if (i > 0) {
@@ -100,11 +100,11 @@ TEST_CASE("fps: the front rises in time, falls in error, and adds up what it say
 }
 
 TEST_CASE("fps: a trade that the scene does not have stays balanced") {
-    const TradeTable table = random_table(3);
-    for (const Choice &choice : quality_front(table, std::array{QualityFeature::lod}, 1.0)) {
+    const FeatureCosts table = random_table(3);
+    for (const PredictedQuality &choice : pareto_front(table, std::array{QualityFeature::lod}, 1.0)) {
         CHECK(choice.quality[0] == Tier::balanced);
     }
-    CHECK(quality_front(table, {}, 1.0).size() == 1);
+    CHECK(pareto_front(table, {}, 1.0).size() == 1);
 }
 
 TEST_CASE("fps: a steady time inside the budget changes nothing") {
@@ -134,7 +134,7 @@ TEST_CASE("fps: what even the fastest cannot reach is said") {
 
 TEST_CASE("fps: room to spare is used only after it has lasted") {
     FrameGovernor governor(ladder(), 9.0);
-    CHECK(run(governor, FrameGovernor::first_patience - 1, 4.0) == 0);
+    CHECK(run(governor, FrameGovernor::first_wait_windows - 1, 4.0) == 0);
     CHECK(run(governor, 1, 4.0) == 1); // half as slow as predicted: 12 ms will be 6
     CHECK(governor.current().ms == 12.0);
 }

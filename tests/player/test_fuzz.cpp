@@ -1,7 +1,7 @@
 // Thousands of seeded mutations of every kind of file that the player reads: each is refused by name or read
 // whole, inside its bytes, as numbers that can be drawn. The sanitizers watch.
 #include "assets/inflate.hpp"
-#include "assets/opened_artifact.hpp"
+#include "assets/loaded_artifact.hpp"
 #include "assets/payload.hpp"
 #include "assets/sha256.hpp"
 #include "error.hpp"
@@ -114,16 +114,17 @@ struct OneFile {
         scene.artifacts[0].bytes = bytes.size();
         scene.artifacts[0].sha256 = assets::sha256_of(bytes);
         try {
-            const assets::OpenedArtifact opened = assets::open_artifact(scene, 0, folder.path());
+            const assets::LoadedArtifact loaded = assets::load_artifact(scene, 0, folder.path());
             assets::Inflater inflater;
-            for (const assets::StreamPiece &piece : opened.pieces) {
-                if (piece.inflate != nullptr) {
-                    const std::string fault = inflater.inflate(piece.inflate->packed, piece.inflate->room);
-                    if (!fault.empty() || !texel_fault(*piece.inflate).empty()) {
+            for (const assets::UploadChunk &chunk : loaded.chunks) {
+                if (chunk.inflate != nullptr) {
+                    const std::string error =
+                        inflater.inflate(chunk.inflate->compressed, chunk.inflate->inflated);
+                    if (!error.empty() || !texel_error(*chunk.inflate).empty()) {
                         return false;
                     }
                 }
-                touch(piece.bytes);
+                touch(chunk.bytes);
             }
         } catch (const Error &error) {
             CHECK(std::string(error.what()).find(folder.path().string() + "/a: ") == 0);
@@ -193,7 +194,7 @@ TEST_CASE("fuzz: a mutated scene.json is refused or holds numbers that lead a ca
         try {
             const assets::SceneFile scene = assets::parse_scene(wrong, "scene.json");
             for (const double second : {0.0, 2.5, 1e9}) {
-                const glm::mat4 view = look(flight_pose(scene.flight, second));
+                const glm::mat4 view = view_matrix(flight_pose(scene.flight, second));
                 for (int column = 0; column < 4; ++column) {
                     for (int row = 0; row < 4; ++row) {
                         CHECK(std::isfinite(view[column][row]));

@@ -161,9 +161,9 @@ TEST_CASE("GLB: codes come with their types, their strides and their lattice") {
     CHECK(level.formats[0] == assets::GlbFormat{5123, false, 8});
     CHECK(level.formats[1] == assets::GlbFormat{5120, true, 4});
     CHECK(level.formats[3] == assets::GlbFormat{5123, true, 4});
-    CHECK(glb.lattice.step == std::array<float, 3>{0.5F, 0.25F, 0.125F});
-    CHECK(glb.lattice.origin == std::array<double, 3>{1.0, 2.0, 3.0});
-    CHECK(assets::read_glb(test::glb_file(test::glb_json()), "b.glb").lattice == assets::GlbLattice());
+    CHECK(glb.grid.step == std::array<float, 3>{0.5F, 0.25F, 0.125F});
+    CHECK(glb.grid.origin == std::array<double, 3>{1.0, 2.0, 3.0});
+    CHECK(assets::read_glb(test::glb_file(test::glb_json()), "b.glb").grid == assets::QuantizationGrid());
 }
 
 TEST_CASE("GLB: codes that the player cannot draw are refused with their place") {

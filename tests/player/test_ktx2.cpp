@@ -16,8 +16,8 @@ namespace {
 std::string inflate_all(const assets::Ktx2 &ktx) {
     assets::Inflater inflater;
     for (const assets::Ktx2Level &level : ktx.levels) {
-        if (const std::string fault = inflater.inflate(level.packed, level.room); !fault.empty()) {
-            return fault;
+        if (const std::string error = inflater.inflate(level.compressed, level.inflated); !error.empty()) {
+            return error;
         }
     }
     return {};
@@ -115,10 +115,10 @@ TEST_CASE("KTX2: every level of a supercompressed file holds what the plain file
          {PixelFormat::bc7_srgb, PixelFormat::rg16_snorm, PixelFormat::r8_unorm, PixelFormat::rgba16_float}) {
         for (const std::uint32_t faces : {1U, 6U}) {
             const test::Bytes plain = test::ktx2_file(format, 36, 36, faces);
-            const test::Bytes packed = test::zstd_ktx2_file(format, 36, 36, faces);
-            CHECK(packed.size() < plain.size());
+            const test::Bytes compressed = test::zstd_ktx2_file(format, 36, 36, faces);
+            CHECK(compressed.size() < plain.size());
             const assets::Ktx2 expected = assets::read_ktx2(plain, "plain.ktx2");
-            const assets::Ktx2 ktx = assets::read_ktx2(packed, "packed.ktx2");
+            const assets::Ktx2 ktx = assets::read_ktx2(compressed, "packed.ktx2");
             REQUIRE(inflate_all(ktx).empty());
             REQUIRE(ktx.levels.size() == expected.levels.size());
             for (std::size_t i = 0; i < ktx.levels.size(); ++i) {
@@ -151,8 +151,8 @@ TEST_CASE("KTX2: a frame that holds another size than its level is refused, bomb
         const test::Bytes bad = test::with_frame(file, frame); // outlives the spans
         assets::Inflater inflater;
         const assets::Ktx2 ktx = assets::read_ktx2(bad, "bad.ktx2");
-        test::Bytes out(ktx.levels[0].room.size()); // ASan watches its end
-        return inflater.inflate(ktx.levels[0].packed, out);
+        test::Bytes out(ktx.levels[0].inflated.size()); // ASan watches its end
+        return inflater.inflate(ktx.levels[0].compressed, out);
     };
     const std::span<const std::byte> all(level);
     CHECK(inflate(test::zstd_frame(all, false)).empty());

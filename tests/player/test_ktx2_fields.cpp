@@ -42,11 +42,11 @@ void survives(const test::Bytes &wrong) {
         const assets::Ktx2 ktx = assets::read_ktx2(wrong, "wrong.ktx2");
         assets::Inflater inflater;
         for (const assets::Ktx2Level &level : ktx.levels) {
-            const auto held = level.packed.empty() ? level.bytes : level.packed;
+            const auto held = level.compressed.empty() ? level.bytes : level.compressed;
             CHECK(held.data() >= wrong.data());
             CHECK(held.data() + held.size() <= wrong.data() + wrong.size());
-            if (!level.packed.empty()) {
-                static_cast<void>(inflater.inflate(level.packed, level.room)); // ASan watches
+            if (!level.compressed.empty()) {
+                static_cast<void>(inflater.inflate(level.compressed, level.inflated)); // ASan watches
             }
         }
     } catch (const Error &error) {

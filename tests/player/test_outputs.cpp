@@ -79,7 +79,7 @@ TEST_CASE("sound: what is louder than full scale is clipped, not wrapped; floats
     SoundSamples sound;
     CHECK(read_sound(assets::FileBytes(path).bytes(), sound) == nullptr);
     CHECK(sound.channels == 2);
-    CHECK(sound.per_s == 8000);
+    CHECK(sound.rate_hz == 8000);
     CHECK(sound.samples == std::vector<std::int16_t>{16384, -16384, 32767, -32767, 0, 0});
 }
 
@@ -191,7 +191,7 @@ TEST_CASE("free camera: starts where the flight is, walks where it looks") {
     camera.move(input, 0.5);
     CHECK(camera.pose().eye.z == doctest::Approx(1.0)); // 4 m/s
     input = Input();
-    input.tilt_px = -100000.0;
+    input.pitch_px = -100000.0;
     camera.move(input, 0.1);
     CHECK(camera.pose().target.y - camera.pose().eye.y > 0.99);
     CHECK(camera.pose().target.y - camera.pose().eye.y < 1.0); // never quite upright

@@ -134,7 +134,7 @@ TEST_CASE(
             CHECK(before[p].life < field.threshold + 2.0F * field.life_per_s.y * static_cast<float>(step_s));
             CHECK(now.position != before[p].position);
             CHECK(now.size_m != before[p].size_m);
-            CHECK(now.turn_rad != before[p].turn_rad);
+            CHECK(now.rotation_rad != before[p].rotation_rad);
             const glm::vec3 away = now.position;
             CHECK(away.x * away.x + away.y * away.y + away.z * away.z <=
                   1.01F * field.radius_m * field.radius_m);
@@ -156,11 +156,11 @@ TEST_CASE("sparkle: the same seed is the same swarm, another is another") {
     }
     CHECK(one.particles()[5].position == same.particles()[5].position);
     CHECK(one.particles()[5].position != other.particles()[5].position);
-    CHECK(one.same_as(same));
-    CHECK_FALSE(one.same_as(other));
+    CHECK(one.matches(same));
+    CHECK_FALSE(one.matches(other));
     assets::ParticleField fewer = sparkle();
     fewer.threshold = 0.06F;
-    CHECK_FALSE(one.same_as(ParticleSwarm(fewer, 7)));
+    CHECK_FALSE(one.matches(ParticleSwarm(fewer, 7)));
 }
 
 TEST_CASE("sparkle: a field without particles, and one whose life does not fall") {
@@ -182,7 +182,7 @@ TEST_CASE("random numbers are uniform in [0, 1)") {
     Pcg random(54);
     double sum = 0.0;
     for (int i = 0; i < 100000; ++i) {
-        const float value = random.between(0.0F, 1.0F);
+        const float value = random.uniform(0.0F, 1.0F);
         CHECK_UNARY(value >= 0.0F && value < 1.0F);
         sum += static_cast<double>(value);
     }

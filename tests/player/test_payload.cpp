@@ -1,6 +1,6 @@
 // Numbers that cannot be drawn are refused where they stand, whichever way they are stored.
-#include "assets/loader.hpp"
 #include "assets/payload.hpp"
+#include "assets/prefetcher.hpp"
 #include "error.hpp"
 #include "files.hpp"
 
@@ -21,7 +21,7 @@ namespace {
 constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-std::string fault(const assets::Glb &glb) {
+std::string error(const assets::Glb &glb) {
     try {
         assets::check_mesh(glb, "a.glb");
     } catch (const Error &error) {
@@ -84,14 +84,14 @@ constexpr std::array<Named, assets::mesh_attributes> names{
 
 /// Every level of the file is inflated and looked at by the loader's thread; its fault.
 std::string loaded(const assets::Ktx2 &ktx) {
-    std::vector<assets::StreamPiece> pieces;
-    plan_texture(ktx, 0, pieces);
-    assets::Loader loader(pieces);
-    for (std::size_t i = 0; i < pieces.size(); ++i) {
-        loader.advance(i);
-        loader.wait(i);
-        if (!loader.fault(i).empty()) {
-            return "level " + std::to_string(pieces[i].level) + ": " + loader.fault(i);
+    std::vector<assets::UploadChunk> chunks;
+    plan_texture(ktx, 0, chunks);
+    assets::Prefetcher prefetcher(chunks);
+    for (std::size_t i = 0; i < chunks.size(); ++i) {
+        prefetcher.advance(i);
+        prefetcher.wait(i);
+        if (!prefetcher.error(i).empty()) {
+            return "level " + std::to_string(chunks[i].level) + ": " + prefetcher.error(i);
         }
     }
     return "";
@@ -127,7 +127,7 @@ test::Bytes zeros(PixelFormat format, std::uint32_t width, std::uint32_t height,
 
 TEST_CASE("payload: a number that is not finite or far too large is refused in every attribute, vertex and "
           "channel") {
-    CHECK(fault(Triangle<float>(5126).glb()).empty());
+    CHECK(error(Triangle<float>(5126).glb()).empty());
     for (std::size_t part = 0; part < names.size(); ++part) {
         for (std::size_t vertex = 0; vertex < 3; ++vertex) {
             for (std::size_t channel = 0; channel < names[part].channels; ++channel) {
@@ -135,7 +135,7 @@ TEST_CASE("payload: a number that is not finite or far too large is refused in e
                      {not_a_number, -not_a_number, infinity, -infinity, 1e30F, -1e30F, 3e38F}) {
                     Triangle<float> triangle(5126);
                     triangle.at(part, vertex, channel) = value;
-                    const std::string message = fault(triangle.glb());
+                    const std::string message = error(triangle.glb());
                     const std::string place = std::string("a.glb: node lod0, ") + names[part].name +
                                               ", vertex " + std::to_string(vertex) + ": is (";
                     CHECK_MESSAGE(message.starts_with(place), message);
@@ -150,16 +150,16 @@ TEST_CASE("payload: positions hold to their accessor's bounds, normals and tange
           "last bit") {
     Triangle<float> triangle(5126);
     triangle.at(0, 2, 1) = 1.0F;
-    CHECK(fault(triangle.glb()).empty());
+    CHECK(error(triangle.glb()).empty());
     triangle.at(0, 2, 1) = std::nextafter(1.0F, 2.0F);
-    CHECK(fault(triangle.glb()) ==
+    CHECK(error(triangle.glb()) ==
           "a.glb: node lod0, POSITION, vertex 2: is (0, 1.0000001, 0), must lie within its "
           "accessor's min (-1, -1, -1) and max (1, 1, 1); bake the scene again: paradize bake "
           "SCENE.toml");
     const auto refuses = [](std::size_t part, std::size_t channel, float value) {
         Triangle<float> wrong(5126);
         wrong.at(part, 1, channel) = value;
-        return !fault(wrong.glb()).empty();
+        return !error(wrong.glb()).empty();
     };
     CHECK(refuses(1, 1, 0.0F));
     CHECK(refuses(1, 1, 0.5F));
@@ -182,33 +182,33 @@ TEST_CASE("payload: positions hold to their accessor's bounds, normals and tange
 TEST_CASE("payload: codes are held to the same rules as floats") {
     Triangle<std::int8_t> bytes(5120);
     bytes.at(0, 0, 0) = 0;
-    CHECK(fault(bytes.glb()).empty());
+    CHECK(error(bytes.glb()).empty());
     bytes.at(1, 1, 1) = 64;
-    CHECK(fault(bytes.glb()).find("NORMAL, vertex 1: is (0, 0.503937, 0), must have length 1") !=
+    CHECK(error(bytes.glb()).find("NORMAL, vertex 1: is (0, 0.503937, 0), must have length 1") !=
           std::string::npos);
     Triangle<std::int16_t> shorts(5122);
     shorts.at(2, 2, 3) = 0;
-    CHECK(fault(shorts.glb()).find("TANGENT, vertex 2: is (1, 0, 0, 0), must have length 1 and w 1 or -1") !=
+    CHECK(error(shorts.glb()).find("TANGENT, vertex 2: is (1, 0, 0, 0), must have length 1 and w 1 or -1") !=
           std::string::npos);
     Triangle<std::uint8_t> colors(5121);
     colors.at(5, 2, 3) = 255;
-    CHECK(fault(colors.glb()).empty());
+    CHECK(error(colors.glb()).empty());
     bytes.at(1, 1, 1) = 127;
     bytes.at(0, 2, 0) = -128; // stands for -1, as -127 does
     assets::Glb lowest = bytes.glb();
     lowest.levels[0].formats[0].normalized = true;
-    CHECK(fault(lowest).empty());
+    CHECK(error(lowest).empty());
     Triangle<std::uint16_t> places(5123);
     places.at(0, 1, 2) = 1;
-    CHECK(fault(places.glb()).empty());
+    CHECK(error(places.glb()).empty());
     places.at(0, 1, 2) = 2; // its bounds end at 1
-    CHECK(fault(places.glb()).find("POSITION, vertex 1: is (0, 0, 2), must lie within") != std::string::npos);
+    CHECK(error(places.glb()).find("POSITION, vertex 1: is (0, 0, 2), must lie within") != std::string::npos);
 }
 
 TEST_CASE("payload: an index beyond the vertices is told with its place and value") {
     Triangle<float> triangle(5126);
     triangle.indices[2] = 3;
-    CHECK(fault(triangle.glb()) ==
+    CHECK(error(triangle.glb()) ==
           "a.glb: node lod0, primitive 0, index 2: is 3, must be below the 3 vertices; bake the "
           "scene again: paradize bake SCENE.toml");
 }
@@ -219,7 +219,7 @@ TEST_CASE("payload: of an index of four bytes all four count, and its place is t
     assets::Glb glb = triangle.glb();
     glb.levels[0].index_bytes = 4;
     glb.levels[0].primitives[0].indices = std::as_bytes(std::span(indices));
-    CHECK(fault(glb).starts_with("a.glb: node lod0, primitive 0, index 1: is 65537, must be below the 3 "));
+    CHECK(error(glb).starts_with("a.glb: node lod0, primitive 0, index 1: is 65537, must be below the 3 "));
 }
 
 TEST_CASE("payload: half floats that are NaN or infinite are found in every texel, face and channel") {
@@ -251,10 +251,10 @@ TEST_CASE("payload: float texels are finite and near, in levels that are inflate
         const test::Bytes wrong = with_code(file, 32, 13, value);
         const std::string message = texel_message(wrong);
         CHECK_MESSAGE(message.starts_with("a.ktx2: level 0, texel (5, 1), channel 0: is "), message);
-        const test::Bytes packed = test::zstd_of(wrong);
-        CHECK(texel_message(packed).empty()); // not yet inflated
-        CHECK(
-            loaded(assets::read_ktx2(packed, "a.ktx2")).starts_with("level 0: texel (5, 1), channel 0: is "));
+        const test::Bytes compressed = test::zstd_of(wrong);
+        CHECK(texel_message(compressed).empty()); // not yet inflated
+        CHECK(loaded(assets::read_ktx2(compressed, "a.ktx2"))
+                  .starts_with("level 0: texel (5, 1), channel 0: is "));
     }
     CHECK(loaded(assets::read_ktx2(test::zstd_of(file), "a.ktx2")).empty());
 }

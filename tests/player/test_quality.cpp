@@ -1,6 +1,6 @@
 // What a quality draws with, and the samples of the reference.
 
-#include "assets/trade_file.hpp"
+#include "assets/tradeoff_file.hpp"
 #include "error.hpp"
 #include "render/samples.hpp"
 #include "scene/quality.hpp"
@@ -26,71 +26,71 @@ assets::SceneFile island() {
     return file;
 }
 
-Quality only(QualityFeature trade, Tier tier) {
+Quality only(QualityFeature feature, Tier tier) {
     Quality out = all_at(Tier::balanced);
-    out[static_cast<std::size_t>(trade)] = tier;
+    out[static_cast<std::size_t>(feature)] = tier;
     return out;
 }
 
 } // namespace
 
 TEST_CASE("quality: balanced is what the scene asks for") {
-    const RenderSettings detail = detail_of(island(), all_at(Tier::balanced), Device());
+    const RenderSettings settings = render_settings(island(), all_at(Tier::balanced), Device());
     RenderSettings asked;
     asked.shadow_size_px = 2048;
     asked.reflection_scale = 0.5F;
     asked.refraction_scale = 0.25F;
     asked.anisotropy = 4.0F;
     asked.lod_error_px = 2.0F;
-    CHECK(detail == asked);
+    CHECK(settings == asked);
 }
 
 TEST_CASE("quality: each trade moves its own setting and nothing else") {
     const assets::SceneFile file = island();
-    const RenderSettings balanced = detail_of(file, all_at(Tier::balanced), Device());
-    for (std::size_t i = 0; i < trade_count; ++i) {
+    const RenderSettings balanced = render_settings(file, all_at(Tier::balanced), Device());
+    for (std::size_t i = 0; i < feature_count; ++i) {
         for (const Tier tier : {Tier::fast, Tier::exact}) {
-            const auto trade = static_cast<QualityFeature>(i);
-            RenderSettings detail = detail_of(file, only(trade, tier), Device());
-            CHECK(detail != balanced);
-            switch (trade) {
+            const auto feature = static_cast<QualityFeature>(i);
+            RenderSettings settings = render_settings(file, only(feature, tier), Device());
+            CHECK(settings != balanced);
+            switch (feature) {
             case QualityFeature::shadow:
-                detail.shadow_size_px = balanced.shadow_size_px;
-                detail.shadow_filter = balanced.shadow_filter;
+                settings.shadow_size_px = balanced.shadow_size_px;
+                settings.shadow_filter = balanced.shadow_filter;
                 break;
             case QualityFeature::reflection:
-                detail.reflection_scale = balanced.reflection_scale;
+                settings.reflection_scale = balanced.reflection_scale;
                 break;
             case QualityFeature::refraction:
-                detail.refraction_scale = balanced.refraction_scale;
+                settings.refraction_scale = balanced.refraction_scale;
                 break;
             case QualityFeature::parallax:
-                detail.parallax_steps = balanced.parallax_steps;
+                settings.parallax_steps = balanced.parallax_steps;
                 break;
             case QualityFeature::anisotropy:
-                detail.anisotropy = balanced.anisotropy;
+                settings.anisotropy = balanced.anisotropy;
                 break;
             case QualityFeature::lod:
-                detail.lod_error_px = balanced.lod_error_px;
+                settings.lod_error_px = balanced.lod_error_px;
                 break;
             }
-            CHECK(detail == balanced);
+            CHECK(settings == balanced);
         }
     }
 }
 
 TEST_CASE("quality: a device has its limits, and a scene not every trade") {
     Device small{true, 2048};
-    CHECK(detail_of(island(), all_at(Tier::exact), small).shadow_size_px == 2048);
+    CHECK(render_settings(island(), all_at(Tier::exact), small).shadow_size_px == 2048);
     for (const Tier tier : {Tier::fast, Tier::exact}) {
-        CHECK(detail_of(island(), all_at(tier), small).anisotropy == 1.0F);
+        CHECK(render_settings(island(), all_at(tier), small).anisotropy == 1.0F);
     }
-    CHECK_FALSE(has_trade(island(), QualityFeature::anisotropy, small));
-    CHECK(has_trade(island(), QualityFeature::anisotropy, Device()));
-    CHECK(has_trade(island(), QualityFeature::shadow, small));
-    CHECK_FALSE(has_trade(island(), QualityFeature::parallax, small)); // no object has a relief
-    CHECK_FALSE(has_trade(assets::SceneFile(), QualityFeature::shadow, small));
-    CHECK_FALSE(has_trade(assets::SceneFile(), QualityFeature::lod, small));
+    CHECK_FALSE(has_feature(island(), QualityFeature::anisotropy, small));
+    CHECK(has_feature(island(), QualityFeature::anisotropy, Device()));
+    CHECK(has_feature(island(), QualityFeature::shadow, small));
+    CHECK_FALSE(has_feature(island(), QualityFeature::parallax, small)); // no object has a relief
+    CHECK_FALSE(has_feature(assets::SceneFile(), QualityFeature::shadow, small));
+    CHECK_FALSE(has_feature(assets::SceneFile(), QualityFeature::lod, small));
 }
 
 TEST_CASE("reference: its samples lie in the pixel and on the sun, with the middle as their mean") {
@@ -123,18 +123,18 @@ TEST_CASE("reference: a place of the sun's disc is as far from its middle as the
 }
 
 TEST_CASE("trade file: groups of frame time are read, others are not, and nonsense is refused") {
-    const auto read = assets::parse_trades(
+    const auto read = assets::parse_tradeoff(
         R"({"groups": [{"time": "stage", "name": "mesh"}, {"time": "frame", "name": "shadow", "points":
             [{"tier": "fast", "error": {"mean": 0.25, "max": 1}}]}]})",
         "t.json");
     REQUIRE(read.size() == 1);
-    CHECK(read[0].trade == "shadow");
+    CHECK(read[0].feature == "shadow");
     CHECK(read[0].tier == "fast");
     CHECK(read[0].flip == 0.25);
-    CHECK_THROWS_AS(assets::parse_trades("{}", "t.json"), Error);
+    CHECK_THROWS_AS(assets::parse_tradeoff("{}", "t.json"), Error);
     CHECK_THROWS_AS(
-        assets::parse_trades(R"({"groups": [{"time": "frame", "name": "a", "points": [{"tier": "fast",
+        assets::parse_tradeoff(R"({"groups": [{"time": "frame", "name": "a", "points": [{"tier": "fast",
         "error": {"mean": 7}}]}]})",
-                             "t.json"),
+                               "t.json"),
         Error);
 }

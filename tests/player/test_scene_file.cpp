@@ -44,7 +44,7 @@ TEST_CASE("scene.json: what it says is what the player holds") {
 TEST_CASE("scene.json: the largest picture, the free camera's region and what was left out") {
     test::SceneText text;
     CHECK(assets::parse_scene(text.str(), "scene.json").largest_width_px == 64);
-    CHECK_FALSE(assets::parse_scene(text.str(), "scene.json").leaves_out());
+    CHECK_FALSE(assets::parse_scene(text.str(), "scene.json").is_trimmed());
     text.extra = R"("largest_viewport": [640, 480],
         "free_camera": {"low": [-1, 0, -2], "high": [1, 3, 2], "near_m": 0.5},)";
     const assets::SceneFile scene = assets::parse_scene(text.str(), "scene.json");

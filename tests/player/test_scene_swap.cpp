@@ -45,19 +45,19 @@ struct BakedFolder {
     void bake() {
         const std::string before = scene().color_name;
         ++color;
-        const test::SceneText now = scene();
+        const test::SceneText current = scene();
         if (color == 1) {
-            test::write_scene(folder, now);
+            test::write_scene(folder, current);
         }
-        folder.write(now.color_name, now.color_file);
-        publish(now.str());
+        folder.write(current.color_name, current.color_file);
+        publish(current.str());
         std::filesystem::remove(folder.path() / before);
     }
 };
 
-std::unique_ptr<assets::RebakedScene> wait_for(assets::SceneWatcher &rebaked) {
-    std::unique_ptr<assets::RebakedScene> found;
-    while (!(found = rebaked.take())) {
+std::unique_ptr<assets::SceneUpdate> wait_for(assets::SceneWatcher &watcher) {
+    std::unique_ptr<assets::SceneUpdate> found;
+    while (!(found = watcher.take())) {
         std::this_thread::yield();
     }
     return found;
@@ -66,7 +66,7 @@ std::unique_ptr<assets::RebakedScene> wait_for(assets::SceneWatcher &rebaked) {
 /// Uploads until a new scene is resident.
 LoadedScene *wait_for(SceneSwap &acts) {
     LoadedScene *next = nullptr;
-    while ((next = acts.upload(everything, Unready::wait)) == nullptr) {
+    while ((next = acts.upload(everything, NotReady::wait)) == nullptr) {
         std::this_thread::yield();
     }
     return next;
@@ -90,29 +90,29 @@ std::array<int, 7> objects() {
 
 TEST_CASE("rebaked: a scene.json that takes another's place comes once, a broken one with its fault") {
     BakedFolder baked;
-    assets::SceneWatcher rebaked(baked.scene_json());
-    CHECK(rebaked.take() == nullptr);
+    assets::SceneWatcher watcher(baked.scene_json());
+    CHECK(watcher.take() == nullptr);
     baked.bake();
-    std::unique_ptr<assets::RebakedScene> found = wait_for(rebaked);
-    CHECK(found->fault.empty());
+    std::unique_ptr<assets::SceneUpdate> found = wait_for(watcher);
+    CHECK(found->error.empty());
     CHECK(found->file.find_artifact("quad_color")->file == "quad_color-2.ktx2");
-    CHECK_FALSE(rebaked.outdated(found->stamp));
-    CHECK(rebaked.take() == nullptr);
+    CHECK_FALSE(watcher.outdated(found->stamp));
+    CHECK(watcher.take() == nullptr);
     baked.publish("{");
-    CHECK(wait_for(rebaked)->fault.find("scene.json: is no JSON") != std::string::npos);
-    CHECK(rebaked.outdated(found->stamp));
+    CHECK(wait_for(watcher)->error.find("scene.json: is no JSON") != std::string::npos);
+    CHECK(watcher.outdated(found->stamp));
     baked.publish(R"({"format": "paradize-scene", "version": 99})");
-    CHECK(wait_for(rebaked)->fault.find("version: is 99") != std::string::npos);
+    CHECK(wait_for(watcher)->error.find("version: is 99") != std::string::npos);
     baked.bake();
-    CHECK(wait_for(rebaked)->fault.empty());
+    CHECK(wait_for(watcher)->error.empty());
 }
 
 TEST_CASE("rebaked: what was replaced before the first scene.json was read is not missed") {
     BakedFolder baked;
-    assets::SceneWatcher rebaked(baked.scene_json());
+    assets::SceneWatcher watcher(baked.scene_json());
     baked.bake();
     const assets::SceneFile first = assets::read_scene(baked.scene_json());
-    CHECK(wait_for(rebaked)->file.find_artifact("quad_color")->sha256 ==
+    CHECK(wait_for(watcher)->file.find_artifact("quad_color")->sha256 ==
           first.find_artifact("quad_color")->sha256);
 }
 
@@ -121,29 +121,29 @@ TEST_CASE("acts: a new scene keeps what did not change, and shows when it is who
         return;
     }
     BakedFolder baked;
-    assets::SceneWatcher rebaked(baked.scene_json());
-    SceneSwap acts(ComingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
-                   baked.folder.path(), &rebaked);
-    while (!acts.now().streamer.complete()) {
-        CHECK(acts.upload(everything, Unready::wait) == nullptr);
+    assets::SceneWatcher watcher(baked.scene_json());
+    SceneSwap acts(PendingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
+                   baked.folder.path(), &watcher);
+    while (!acts.current().streamer.complete()) {
+        CHECK(acts.upload(everything, NotReady::wait) == nullptr);
     }
-    const StreamedMesh *mesh = acts.now().streamer.mesh("quad_mesh");
-    const StreamedTexture *sky = acts.now().streamer.texture("sky");
-    const StreamedTexture *color = acts.now().streamer.texture("quad_color");
+    const StreamedMesh *mesh = acts.current().streamer.mesh("quad_mesh");
+    const StreamedTexture *sky = acts.current().streamer.texture("sky");
+    const StreamedTexture *color = acts.current().streamer.texture("quad_color");
     baked.bake();
     const LoadedScene *next = wait_for(acts);
-    CHECK(acts.now().streamer.texture("quad_color") == color);
-    CHECK(next->streamer.kept() == 2);
+    CHECK(acts.current().streamer.texture("quad_color") == color);
+    CHECK(next->streamer.reused() == 2);
     CHECK(next->streamer.complete());
     CHECK(next->streamer.resident_bytes() == next->streamer.total_bytes());
-    { const std::unique_ptr<LoadedScene> before = acts.turn(); }
-    CHECK(&acts.now() == next);
-    CHECK(acts.now().streamer.mesh("quad_mesh") == mesh);
-    CHECK(acts.now().streamer.texture("sky") == sky);
+    { const std::unique_ptr<LoadedScene> before = acts.activate(); }
+    CHECK(&acts.current() == next);
+    CHECK(acts.current().streamer.mesh("quad_mesh") == mesh);
+    CHECK(acts.current().streamer.texture("sky") == sky);
     CHECK(sky->complete());
-    CHECK(acts.now().streamer.texture("quad_color") != color);
-    CHECK(acts.now().streamer.texture("quad_color")->width_px() == 128);
-    test::demand_clean();
+    CHECK(acts.current().streamer.texture("quad_color") != color);
+    CHECK(acts.current().streamer.texture("quad_color")->width_px() == 128);
+    test::throw_on_error();
 }
 
 TEST_CASE("acts: a scene that cannot be shown leaves the one before, and the next takes its place") {
@@ -151,20 +151,20 @@ TEST_CASE("acts: a scene that cannot be shown leaves the one before, and the nex
         return;
     }
     BakedFolder baked;
-    assets::SceneWatcher rebaked(baked.scene_json());
-    SceneSwap acts(ComingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
-                   baked.folder.path(), &rebaked);
-    const LoadedScene *first = &acts.now();
+    assets::SceneWatcher watcher(baked.scene_json());
+    SceneSwap acts(PendingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
+                   baked.folder.path(), &watcher);
+    const LoadedScene *first = &acts.current();
     std::string text = baked.scene().str();
     text.replace(text.find("quad_color-1.ktx2"), 17, "quad_color-0.ktx2"); // which is not there
     baked.publish(text);
     baked.publish("[");
     baked.bake();
     wait_for(acts);
-    CHECK(&acts.now() == first);
-    acts.turn();
-    CHECK(acts.now().file.find_artifact("quad_color")->file == "quad_color-2.ktx2");
-    test::demand_clean();
+    CHECK(&acts.current() == first);
+    acts.activate();
+    CHECK(acts.current().file.find_artifact("quad_color")->file == "quad_color-2.ktx2");
+    test::throw_on_error();
 }
 
 TEST_CASE("acts: fifty scenes leave no object behind") {
@@ -173,34 +173,34 @@ TEST_CASE("acts: fifty scenes leave no object behind") {
     }
     BakedFolder baked;
     const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
-    RendererSettings settings;
-    settings.width_px = 64;
-    settings.height_px = 36;
+    RendererOptions options;
+    options.width_px = 64;
+    options.height_px = 36;
     glUseProgram(0);
     const std::array<int, 7> none = objects();
     {
-        assets::SceneWatcher rebaked(baked.scene_json());
-        SceneSwap acts(ComingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
-                       baked.folder.path(), &rebaked);
-        auto renderer = std::make_unique<Renderer>(acts.now().scene, shaders, settings);
-        while (!acts.now().streamer.complete()) {
-            acts.upload(everything, Unready::wait);
+        assets::SceneWatcher watcher(baked.scene_json());
+        SceneSwap acts(PendingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
+                       baked.folder.path(), &watcher);
+        auto renderer = std::make_unique<Renderer>(acts.current().scene, shaders, options);
+        while (!acts.current().streamer.complete()) {
+            acts.upload(everything, NotReady::wait);
         }
-        renderer->draw(0.0, flight_pose(acts.now().file.flight, 0.0));
+        renderer->draw(0.0, flight_pose(acts.current().file.flight, 0.0));
         const std::array<int, 7> first = objects();
-        const std::uint64_t bytes = acts.now().streamer.resident_bytes();
+        const std::uint64_t bytes = acts.current().streamer.resident_bytes();
         for (int i = 0; i < 50; ++i) {
             baked.bake();
             const LoadedScene *next = wait_for(acts);
-            auto other = std::make_unique<Renderer>(next->scene, shaders, settings);
-            const std::unique_ptr<LoadedScene> before = acts.turn();
+            auto other = std::make_unique<Renderer>(next->scene, shaders, options);
+            const std::unique_ptr<LoadedScene> before = acts.activate();
             renderer = std::move(other);
-            renderer->draw(0.1 * i, flight_pose(acts.now().file.flight, 0.1 * i));
+            renderer->draw(0.1 * i, flight_pose(acts.current().file.flight, 0.1 * i));
         }
         CHECK(objects() == first);
-        CHECK(acts.now().streamer.resident_bytes() == bytes); // of the same size again
+        CHECK(acts.current().streamer.resident_bytes() == bytes); // of the same size again
     }
     glUseProgram(0); // one in use stays until then
     CHECK(objects() == none);
-    test::demand_clean();
+    test::throw_on_error();
 }

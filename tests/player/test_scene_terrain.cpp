@@ -46,13 +46,13 @@ TEST_CASE("terrain: its tables are what the player holds") {
     CHECK(terrain.patches.size() == 6);
     CHECK(terrain.patches.tile[3] == 1);
     CHECK(terrain.patches.node[5] == 2);
-    CHECK(terrain.patches.made_by[1] == -1);
+    CHECK(terrain.patches.parent_diamond[1] == -1);
     CHECK(terrain.patches.diamond[1] == 0);
     CHECK(terrain.patches.center[4] == glm::vec3(4.0F, 0.0F, 0.0F));
     CHECK(terrain.patches.error_m[1] == 0.4F);
     CHECK(terrain.diamonds.size() == 1);
     CHECK(terrain.diamonds.radius_m[0] == 8.0F);
-    CHECK(terrain.left_out == 3);
+    CHECK(terrain.trimmed_patches == 3);
 }
 
 TEST_CASE("terrain: tables that make no tree are refused with their place") {

@@ -1,6 +1,6 @@
 #include "assets/scene_file.hpp"
 #include "assets/sha256.hpp"
-#include "assets/stream_plan.hpp"
+#include "assets/upload_plan.hpp"
 #include "context.hpp"
 #include "error.hpp"
 #include "files.hpp"
@@ -52,10 +52,10 @@ int wrong_bytes(const Streamer &streamer) {
 }
 
 // What is said of a scene that is uploaded whole; nothing where nothing is wrong.
-std::string complaint(const SmallScene &scene, Unready unready) {
+std::string complaint(const SmallScene &scene, NotReady not_ready) {
     try {
         Streamer streamer = scene.streamer();
-        while (!streamer.upload(1 << 20, unready)) {
+        while (!streamer.upload(1 << 20, not_ready)) {
             std::this_thread::yield();
         }
     } catch (const Error &error) {
@@ -99,7 +99,7 @@ TEST_CASE("streamer: coarse first, within the budget, complete at last") {
     CHECK(mesh->best_level(0) == 0);
     CHECK(mesh->best_level(1) == 1);
     CHECK(streamer.resident_bytes() == streamer.total_bytes());
-    test::demand_clean();
+    test::throw_on_error();
 }
 
 TEST_CASE("streamer: the texels that arrive are those of the file") {
@@ -111,7 +111,7 @@ TEST_CASE("streamer: the texels that arrive are those of the file") {
     while (!streamer.upload(1 << 20)) {
     }
     CHECK(wrong_bytes(streamer) == 0);
-    test::demand_clean();
+    test::throw_on_error();
 }
 
 TEST_CASE("streamer: files that shrink, grow or go while they stream in are shown as they were") {
@@ -119,8 +119,8 @@ TEST_CASE("streamer: files that shrink, grow or go while they stream in are show
         return;
     }
     SmallScene scene;
-    for (const bool packed : {false, true}) {
-        if (packed) {
+    for (const bool compressed : {false, true}) {
+        if (compressed) {
             scene.put("quad_color", test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
         }
         Streamer streamer = scene.streamer();
@@ -135,7 +135,7 @@ TEST_CASE("streamer: files that shrink, grow or go while they stream in are show
         CHECK(wrong_bytes(streamer) == 0);
         test::write_scene(scene.folder);
     }
-    test::demand_clean();
+    test::throw_on_error();
 }
 
 TEST_CASE(
@@ -144,11 +144,11 @@ TEST_CASE(
         return;
     }
     SmallScene scene;
-    for (const bool packed : {false, true}) {
-        if (packed) {
+    for (const bool compressed : {false, true}) {
+        if (compressed) {
             scene.put("quad_color", test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
         }
-        Streamer streamer(scene.file, Opening(scene.file, scene.folder.path(), nullptr, 0));
+        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, 0));
         for (const assets::Artifact &artifact : scene.file.artifacts) {
             std::filesystem::remove(scene.folder.path() / artifact.file);
         }
@@ -158,7 +158,7 @@ TEST_CASE(
         CHECK(streamer.resident_bytes() == streamer.total_bytes());
         test::write_scene(scene.folder);
     }
-    test::demand_clean();
+    test::throw_on_error();
 }
 
 TEST_CASE("streamer: what is read a second time is compared a second time, and a file that shrank is told") {
@@ -168,8 +168,8 @@ TEST_CASE("streamer: what is read a second time is compared a second time, and a
     const SmallScene scene;
     const std::filesystem::path color = scene.folder.path() / "quad_color.ktx2";
     for (const std::string part : {"was damaged or exchanged: its SHA-256 is ", "ended at byte 100 of "}) {
-        Opening opening(scene.file, scene.folder.path(), nullptr, 0);
-        while (!opening.ready()) { // nothing is read again before there is a streamer
+        SceneLoad load(scene.file, scene.folder.path(), nullptr, 0);
+        while (!load.ready()) { // nothing is read again before there is a streamer
             std::this_thread::yield();
         }
         if (part.starts_with("ended")) {
@@ -181,7 +181,7 @@ TEST_CASE("streamer: what is read a second time is compared a second time, and a
         }
         std::string message;
         try {
-            Streamer streamer(scene.file, std::move(opening));
+            Streamer streamer(scene.file, std::move(load));
             while (!streamer.upload(30000)) {
             }
         } catch (const Error &error) {
@@ -199,10 +199,10 @@ TEST_CASE("streamer: a supercompressed texture arrives as the plain one does, an
     SmallScene scene;
     scene.put("quad_color", test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
     scene.put("sky", test::zstd_ktx2_file(assets::PixelFormat::rgba8_unorm, 8, 8, 6));
-    for (const Unready unready : {Unready::wait, Unready::leave}) {
+    for (const NotReady not_ready : {NotReady::wait, NotReady::skip}) {
         Streamer streamer = scene.streamer();
         int frames = 0;
-        while (!streamer.upload(100000, unready)) {
+        while (!streamer.upload(100000, not_ready)) {
             ++frames;
             std::this_thread::yield();
         }
@@ -211,7 +211,7 @@ TEST_CASE("streamer: a supercompressed texture arrives as the plain one does, an
         CHECK(streamer.total_bytes() > 256 * 256 * 4);
         CHECK(wrong_bytes(streamer) == 0);
     }
-    test::demand_clean();
+    test::throw_on_error();
 }
 
 TEST_CASE("streamer: a level that does not inflate is told by file and level, and stops the show") {
@@ -222,8 +222,8 @@ TEST_CASE("streamer: a level that does not inflate is told by file and level, an
     const test::Bytes whole = test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
     const test::Bytes short_one = test::zstd_frame(test::Bytes(256 * 256 * 4 - 1), false);
     scene.put("quad_color", test::with_frame(whole, short_one));
-    for (const Unready unready : {Unready::wait, Unready::leave}) {
-        const std::string message = complaint(scene, unready);
+    for (const NotReady not_ready : {NotReady::wait, NotReady::skip}) {
+        const std::string message = complaint(scene, not_ready);
         CHECK_MESSAGE(
             message.find(
                 "quad_color.ktx2: level 0: its Zstandard frame holds 262143 bytes, expected 262144") !=
@@ -243,13 +243,13 @@ TEST_CASE("textures: storage of a plain 3.3 driver holds the same texels as immu
           assets::PixelFormat::bc7_srgb}) {
         const test::Bytes bytes = test::ktx2_file(format, 16, 8);
         const assets::Ktx2 ktx = assets::read_ktx2(bytes, "a.ktx2");
-        std::vector<assets::StreamPiece> pieces;
-        plan_texture(ktx, 0, pieces);
+        std::vector<assets::UploadChunk> chunks;
+        plan_texture(ktx, 0, chunks);
         std::array<std::vector<float>, 2> texels;
         for (const Storage storage : {Storage::immutable, Storage::mutable_levels}) {
             const gl::Texture texture = allocate_texture(ktx, "a.ktx2", storage);
-            for (const assets::StreamPiece &piece : pieces) {
-                upload_rows(texture, ktx, piece);
+            for (const assets::UploadChunk &chunk : chunks) {
+                upload_rows(texture, ktx, chunk);
             }
             std::vector<float> &out = texels[storage == Storage::immutable ? 0 : 1];
             out.resize(8 * 4 * 2);
@@ -258,7 +258,7 @@ TEST_CASE("textures: storage of a plain 3.3 driver holds the same texels as immu
         CHECK(texels[0] == texels[1]);
         CHECK(texels[0][0] != texels[0][2 * 5]); // there is something in it
     }
-    test::demand_clean();
+    test::throw_on_error();
 }
 
 TEST_CASE("streamer: an index beyond the vertices, a wrong size and a flat sky are refused by name") {
@@ -267,7 +267,7 @@ TEST_CASE("streamer: an index beyond the vertices, a wrong size and a flat sky a
     }
     SmallScene scene;
     scene.put("quad_mesh", test::glb_file(test::glb_json(), 4));
-    const std::string message = complaint(scene, Unready::wait);
+    const std::string message = complaint(scene, NotReady::wait);
     CHECK_MESSAGE(
         message.find("quad_mesh.glb: node lod0, primitive 1, index 2: is 4, must be below the 4 vertices") !=
             std::string::npos,

@@ -91,7 +91,7 @@ struct Tree {
         patches.tile.push_back(0);
         patches.node.push_back(static_cast<std::uint32_t>(patches.node.size()));
         patches.level.push_back(depth);
-        patches.made_by.push_back(maker);
+        patches.parent_diamond.push_back(maker);
         patches.diamond.push_back(diamond);
         patches.center.emplace_back(at[0][1], 0.0F, at[0][0]);
         patches.radius_m.push_back(1.0F);
@@ -103,7 +103,7 @@ struct Tree {
 
 /// The rule as FORMAT.md has it, diamond after diamond.
 std::vector<std::uint32_t> by_the_rule(const Tree &tree, const CutEye &eye,
-                                       const std::vector<bool> &arrived) {
+                                       const std::vector<bool> &mark_resident) {
     const auto &[patches, diamonds, corners, side] =
         std::tie(tree.patches, tree.diamonds, tree.corners, tree.side);
     std::vector<bool> split(diamonds.size());
@@ -112,19 +112,19 @@ std::vector<std::uint32_t> by_the_rule(const Tree &tree, const CutEye &eye,
                    eye.error_px * std::max(eye.near_m, glm::distance(eye.position, diamonds.center[d]) -
                                                            diamonds.radius_m[d]);
         for (std::size_t p = 0; p < patches.size(); ++p) {
-            const int maker = patches.made_by[p];
+            const int maker = patches.parent_diamond[p];
             if (patches.diamond[p] == static_cast<int>(d) && maker >= 0) {
                 may = may && split[static_cast<std::size_t>(maker)];
             }
-            may = may && (maker != static_cast<int>(d) || arrived[p]);
+            may = may && (maker != static_cast<int>(d) || mark_resident[p]);
         }
         split[d] = may;
     }
     std::vector<std::uint32_t> out;
     for (std::size_t p = 0; p < patches.size(); ++p) {
-        const int maker = patches.made_by[p];
+        const int maker = patches.parent_diamond[p];
         const int diamond = patches.diamond[p];
-        if (arrived[p] && (maker < 0 || split[static_cast<std::size_t>(maker)]) &&
+        if (mark_resident[p] && (maker < 0 || split[static_cast<std::size_t>(maker)]) &&
             (diamond < 0 || !split[static_cast<std::size_t>(diamond)])) {
             out.push_back(static_cast<std::uint32_t>(p));
         }
@@ -199,7 +199,7 @@ TEST_CASE("terrain cut: covers every place once, conforms, and is what the rule 
         const auto count = static_cast<std::uint32_t>(tree.patches.size());
         REQUIRE(count > 500);
         TerrainCut cut(tree.patches, tree.diamonds);
-        std::vector<bool> arrived(count);
+        std::vector<bool> mark_resident(count);
         std::mt19937 random(seed);
         std::set<std::size_t> sizes;
         std::uint32_t next = 0;
@@ -210,7 +210,7 @@ TEST_CASE("terrain cut: covers every place once, conforms, and is what the rule 
                                 static_cast<float>(random() % 48) - 8.0F};
                 eye.pixels_at_1m = static_cast<float>(1U << (random() % 8));
                 cut.update(eye);
-                const std::vector<std::uint32_t> expected = by_the_rule(tree, eye, arrived);
+                const std::vector<std::uint32_t> expected = by_the_rule(tree, eye, mark_resident);
                 REQUIRE(std::ranges::equal(cut.patches(), expected));
                 sizes.insert(expected.size());
                 if (next >= 2) {
@@ -224,11 +224,11 @@ TEST_CASE("terrain cut: covers every place once, conforms, and is what the rule 
                 break;
             }
             for (std::uint32_t few = next < 2 ? 1 : count / 9; few > 0 && next < count; --few) {
-                arrived[next] = true;
-                cut.arrived(next++);
+                mark_resident[next] = true;
+                cut.mark_resident(next++);
             }
         }
-        CHECK(cut.arrived_count() == count);
+        CHECK(cut.resident_count() == count);
         CHECK(sizes.size() > 8); // the eyes and what had arrived did make a difference
     }
 }
@@ -255,7 +255,7 @@ TEST_CASE("terrain cut: from far away the roots, from near the finest, and the e
     const Tree tree(32, 3);
     TerrainCut cut(tree.patches, tree.diamonds);
     for (std::uint32_t patch = 0; patch < tree.patches.size(); ++patch) {
-        cut.arrived(patch);
+        cut.mark_resident(patch);
     }
     cut.update({{0.0F, 1e6F, 0.0F}, 500.0F, 0.5F, 1.0F});
     CHECK(cut.patches().size() == 2);
@@ -271,7 +271,7 @@ TEST_CASE("terrain cut: from far away the roots, from near the finest, and the e
     for (std::uint32_t d = 0; d < tree.diamonds.size(); ++d) {
         bool shown = true;
         for (std::size_t p = 0; p < tree.patches.size(); ++p) {
-            const int maker = tree.patches.made_by[p];
+            const int maker = tree.patches.parent_diamond[p];
             shown = shown && (tree.patches.diamond[p] != static_cast<int>(d) || maker < 0 ||
                               cut.split(static_cast<std::uint32_t>(maker)));
         }

@@ -182,6 +182,6 @@ def test_a_line_is_read_as_finely_as_the_longest_footprint_that_the_player_filte
     formula = 0.8 * 1024 / finest_mip.MOST_SAMPLES
     assert formula / finest_mip.SLACK == pytest.approx(density, rel=1e-5)
     assert (
-        f"most_anisotropy = {finest_mip.MOST_SAMPLES:.1f}F" in (ROOT / "player/scene/quality.cpp").read_text()
+        f"max_anisotropy = {finest_mip.MOST_SAMPLES:.1f}F" in (ROOT / "player/scene/quality.cpp").read_text()
     )
     assert len(surface_of(mesh, uvs, 1024, 1024, flat=False).corners) == 0

@@ -275,7 +275,7 @@ def test_the_finest_quality_of_the_player_is_the_one_that_is_asked_for() -> None
     lods = f"{require.COARSEST_LOD}F * file.lod_error_px, file.lod_error_px, {require.FINEST_LOD}F"
     assert f"{lods} * file.lod_error_px)" in " ".join(quality.split())
     assert f"0.5F * balanced, balanced, std::max(balanced, {require.FINEST_SCALE}F))" in quality
-    assert f"std::min({require.FINEST_SHADOW} * size, device.most_texture_px)" in quality
+    assert f"std::min({require.FINEST_SHADOW} * size, device.max_texture_px)" in quality
 
 
 @pytest.fixture(scope="module", params=[50.0, 90.0], ids=["narrow", "wide"])

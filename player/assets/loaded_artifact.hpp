@@ -5,7 +5,7 @@
 #include "assets/glb.hpp"
 #include "assets/ktx2.hpp"
 #include "assets/scene_file.hpp"
-#include "assets/stream_plan.hpp"
+#include "assets/upload_plan.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -16,14 +16,14 @@
 
 namespace paradize::assets {
 
-struct OpenedArtifact {
+struct LoadedArtifact {
     std::string path;
     std::string sha256;                // that scene.json states
     FileBytes file;                    // what the rest points into; of a sound released
     Ktx2 ktx;                          // of a texture or cube map
     Glb glb;                           // of a mesh or tile
     std::optional<std::uint32_t> tile; // index into Terrain::tiles
-    std::vector<StreamPiece> pieces;
+    std::vector<UploadChunk> chunks;
 };
 
 /// Reads the file whole and compares its SHA-256 with scene.json's. Throws Error; also when it is asked to
@@ -32,13 +32,13 @@ FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &f
                         const std::stop_token &stop = {});
 
 /// The same, and reads and checks what it holds. Throws Error.
-OpenedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
+LoadedArtifact load_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
                              const std::stop_token &stop = {});
 
-/// Gives back the memory of everything fine: its pieces are absent until fetch_fine().
-void release_fine(OpenedArtifact &opened);
+/// Gives back the memory of everything fine: its pieces are absent until reload_fine().
+void release_fine(LoadedArtifact &loaded);
 /// Reads that again, and compares the whole file with its SHA-256 once more. What is wrong; empty: nothing.
-std::string fetch_fine(OpenedArtifact &opened);
+std::string reload_fine(LoadedArtifact &loaded);
 
 /// Are the tile's levels the patches that scene.json has in this tile, in their order?
 bool fits_tile(const Glb &glb, const Terrain &terrain, std::uint32_t tile);

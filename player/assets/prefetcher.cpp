@@ -1,4 +1,4 @@
-#include "assets/loader.hpp"
+#include "assets/prefetcher.hpp"
 
 #include "assets/payload.hpp"
 
@@ -10,26 +10,26 @@ namespace paradize::assets {
 
 namespace {
 
-constexpr std::size_t pieces_ahead = 16; // of at most 1 MiB: bounds the memory that waits
+constexpr std::size_t chunks_ahead = 16; // of at most 1 MiB: bounds the memory that waits
 constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
 
 } // namespace
 
-Loader::Loader(std::span<const StreamPiece> pieces, Fetch fetch)
-    : fetch_(std::move(fetch)), thread_([this, pieces](const std::stop_token &stop) { load(pieces, stop); }) {
-}
+Prefetcher::Prefetcher(std::span<const UploadChunk> chunks, Reload reload)
+    : reload_(std::move(reload)),
+      thread_([this, chunks](const std::stop_token &stop) { load(chunks, stop); }) {}
 
-Loader::~Loader() {
+Prefetcher::~Prefetcher() {
     thread_.request_stop();
     advance(all);
 }
 
-void Loader::advance(std::size_t used) {
+void Prefetcher::advance(std::size_t used) {
     used_.store(used, std::memory_order_release);
     used_.notify_one();
 }
 
-void Loader::wait(std::size_t index) const {
+void Prefetcher::wait(std::size_t index) const {
     std::size_t ready = ready_.load(std::memory_order_acquire);
     while (ready <= index) {
         ready_.wait(ready, std::memory_order_acquire);
@@ -37,28 +37,28 @@ void Loader::wait(std::size_t index) const {
     }
 }
 
-void Loader::load(std::span<const StreamPiece> pieces, const std::stop_token &stop) {
-    for (std::size_t i = 0; i < pieces.size(); ++i) {
+void Prefetcher::load(std::span<const UploadChunk> chunks, const std::stop_token &stop) {
+    for (std::size_t i = 0; i < chunks.size(); ++i) {
         std::size_t used = used_.load(std::memory_order_acquire);
-        while (used < i && i - used > pieces_ahead) {
+        while (used < i && i - used > chunks_ahead) {
             used_.wait(used, std::memory_order_acquire);
             used = used_.load(std::memory_order_acquire);
         }
         if (stop.stop_requested()) {
             return;
         }
-        const StreamPiece &piece = pieces[i];
-        if (piece.fetch) {
-            fault_ = fetch_(piece.artifact);
+        const UploadChunk &chunk = chunks[i];
+        if (chunk.reload) {
+            error_ = reload_(chunk.artifact);
         }
-        if (piece.inflate != nullptr && fault_.empty()) {
-            fault_ = inflater_.inflate(piece.inflate->packed, piece.inflate->room);
-            if (fault_.empty()) {
-                fault_ = texel_fault(*piece.inflate);
+        if (chunk.inflate != nullptr && error_.empty()) {
+            error_ = inflater_.inflate(chunk.inflate->compressed, chunk.inflate->inflated);
+            if (error_.empty()) {
+                error_ = texel_error(*chunk.inflate);
             }
         }
-        if (!fault_.empty()) {
-            faulty_.store(i, std::memory_order_release);
+        if (!error_.empty()) {
+            failed_chunk_.store(i, std::memory_order_release);
             ready_.store(all, std::memory_order_release);
             ready_.notify_all();
             return;

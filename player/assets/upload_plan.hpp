@@ -12,7 +12,7 @@
 namespace paradize::assets {
 
 /// A piece is at most this long, unless one row of blocks is longer.
-inline constexpr std::size_t piece_bytes = std::size_t{1} << 20U;
+inline constexpr std::size_t chunk_bytes = std::size_t{1} << 20U;
 /// Mips up to this edge count as coarse and go before everything fine.
 inline constexpr std::uint32_t coarse_edge_px = 64;
 
@@ -20,7 +20,7 @@ inline constexpr std::uint32_t coarse_edge_px = 64;
 inline constexpr std::uint32_t mesh_attributes = 6;
 std::span<const std::byte> mesh_attribute(const GlbLevel &level, std::uint32_t attribute);
 
-struct StreamPiece {
+struct UploadChunk {
     std::uint32_t artifact = 0; // index into SceneFile::artifacts
     std::uint32_t level = 0;
     std::uint32_t part = 0;   // texture: face; mesh: attribute, or mesh_attributes + primitive
@@ -31,18 +31,18 @@ struct StreamPiece {
     std::span<const std::byte> bytes;
     const Ktx2Level *inflate = nullptr; // the supercompressed level that begins with this piece
     bool inflated = false;              // the piece is of a supercompressed level
-    bool absent = false;                // its bytes were given back, and are read again before it
-    bool fetch = false;                 // the first of its file that is absent
+    bool released = false;              // its bytes were given back, and are read again before it
+    bool reload = false;                // the first of its file that is absent
 };
 
 /// Append an artifact's pieces, coarsest level first; they point into the texture or mesh, which outlives
 /// them.
-void plan_texture(const Ktx2 &texture, std::uint32_t artifact, std::vector<StreamPiece> &pieces);
-void plan_mesh(const Glb &mesh, std::uint32_t artifact, std::vector<StreamPiece> &pieces);
+void plan_texture(const Ktx2 &texture, std::uint32_t artifact, std::vector<UploadChunk> &chunks);
+void plan_mesh(const Glb &mesh, std::uint32_t artifact, std::vector<UploadChunk> &chunks);
 /// A tile of the terrain, its patches in the order of the file; the first `coarse` of them count as coarse.
 void plan_patches(const Glb &tile, std::size_t coarse, std::uint32_t artifact,
-                  std::vector<StreamPiece> &pieces);
+                  std::vector<UploadChunk> &chunks);
 /// Coarse pieces first; otherwise the order stays.
-void order_pieces(std::vector<StreamPiece> &pieces);
+void order_chunks(std::vector<UploadChunk> &chunks);
 
 } // namespace paradize::assets

@@ -1,22 +1,22 @@
-#include "assets/trade_file.hpp"
+#include "assets/tradeoff_file.hpp"
 
 #include "assets/json_reader.hpp"
 
 namespace paradize::assets {
 
 namespace {
-constexpr std::size_t most_groups = 100000;
-constexpr std::size_t most_points = 1000;
+constexpr std::size_t max_groups = 100000;
+constexpr std::size_t max_points = 1000;
 } // namespace
 
-std::vector<TradeError> parse_trades(std::string_view text, const std::filesystem::path &file) {
+std::vector<FeatureError> parse_tradeoff(std::string_view text, const std::filesystem::path &file) {
     const JsonDocument document(text, file.string());
-    std::vector<TradeError> out;
-    for (const JsonObject &group : document.root().objects("groups", most_groups)) {
+    std::vector<FeatureError> out;
+    for (const JsonObject &group : document.root().objects("groups", max_groups)) {
         if (group.text_or("time", "") != "frame") {
             continue;
         }
-        for (const JsonObject &point : group.objects("points", most_points)) {
+        for (const JsonObject &point : group.objects("points", max_points)) {
             out.push_back(
                 {group.text("name"), point.text("tier"), point.object("error").number("mean", 0.0, 1.0)});
         }

@@ -1,4 +1,4 @@
-#include "assets/opened_artifact.hpp"
+#include "assets/loaded_artifact.hpp"
 
 #include "assets/payload.hpp"
 #include "assets/sha256.hpp"
@@ -31,7 +31,7 @@ std::size_t first_other(const Glb &glb, const Rows &rows) {
     return i;
 }
 
-void open_tile(const Terrain &terrain, std::uint32_t index, OpenedArtifact &out) {
+void open_tile(const Terrain &terrain, std::uint32_t index, LoadedArtifact &out) {
     const TerrainPatches &patches = terrain.patches;
     const Rows rows = rows_of(terrain, *out.tile);
     if (rows.count == 0) {
@@ -43,13 +43,14 @@ void open_tile(const Terrain &terrain, std::uint32_t index, OpenedArtifact &out)
         throw Error(out.path + ": node " + out.glb.levels[i].name + ": scene.json says that it is patch" +
                     std::to_string(rows.first + i) + bake_again);
     }
-    const std::span<const std::int32_t> made_by = std::span(patches.made_by).subspan(rows.first, rows.count);
-    const auto roots = static_cast<std::size_t>(std::ranges::count(made_by, std::int32_t{-1}));
-    plan_patches(out.glb, roots, index, out.pieces);
+    const std::span<const std::int32_t> parent_diamond =
+        std::span(patches.parent_diamond).subspan(rows.first, rows.count);
+    const auto roots = static_cast<std::size_t>(std::ranges::count(parent_diamond, std::int32_t{-1}));
+    plan_patches(out.glb, roots, index, out.chunks);
 }
 
 /// Throws Error when the hashes differ.
-void demand_hash(const std::string &found, const std::string &expected, const std::string &path) {
+void check_hash(const std::string &found, const std::string &expected, const std::string &path) {
     if (found != expected) {
         constexpr std::size_t digits = 12; // enough to tell two files apart, unless someone made them alike
         const bool alike = found.starts_with(expected.substr(0, digits));
@@ -73,35 +74,35 @@ FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &f
         }
         hash.add(part);
     });
-    demand_hash(hash.hex(), artifact.sha256, path.string());
+    check_hash(hash.hex(), artifact.sha256, path.string());
     return out;
 }
 
-void release_fine(OpenedArtifact &opened) {
-    const std::byte *const start = opened.file.bytes().data();
-    std::size_t kept = 0;
-    for (const StreamPiece &piece : opened.pieces) {
-        if (piece.coarse && (!piece.inflated || piece.inflate != nullptr)) {
-            const std::span<const std::byte> bytes = piece.inflated ? piece.inflate->packed : piece.bytes;
-            kept = std::max(kept, static_cast<std::size_t>(bytes.data() + bytes.size() - start));
+void release_fine(LoadedArtifact &loaded) {
+    const std::byte *const start = loaded.file.bytes().data();
+    std::size_t keep_bytes = 0;
+    for (const UploadChunk &chunk : loaded.chunks) {
+        if (chunk.coarse && (!chunk.inflated || chunk.inflate != nullptr)) {
+            const std::span<const std::byte> bytes = chunk.inflated ? chunk.inflate->compressed : chunk.bytes;
+            keep_bytes = std::max(keep_bytes, static_cast<std::size_t>(bytes.data() + bytes.size() - start));
         }
     }
-    const auto first = std::ranges::find(opened.pieces, false, &StreamPiece::coarse);
+    const auto first = std::ranges::find(loaded.chunks, false, &UploadChunk::coarse);
     // A sound, or a file that is coarse as a whole, has nothing that is fine.
-    if (first == opened.pieces.end() || !opened.file.release_after(opened.path, kept)) {
+    if (first == loaded.chunks.end() || !loaded.file.release_from(loaded.path, keep_bytes)) {
         return;
     }
-    first->fetch = true;
-    for (StreamPiece &piece : opened.pieces) {
-        piece.absent = !piece.coarse;
+    first->reload = true;
+    for (UploadChunk &chunk : loaded.chunks) {
+        chunk.released = !chunk.coarse;
     }
 }
 
-std::string fetch_fine(OpenedArtifact &opened) {
+std::string reload_fine(LoadedArtifact &loaded) {
     try {
         Sha256 hash;
-        opened.file.fetch(opened.path, [&](std::span<const std::byte> part) { hash.add(part); });
-        demand_hash(hash.hex(), opened.sha256, opened.path);
+        loaded.file.reload(loaded.path, [&](std::span<const std::byte> part) { hash.add(part); });
+        check_hash(hash.hex(), loaded.sha256, loaded.path);
     } catch (const Error &error) {
         return error.what();
     }
@@ -123,10 +124,10 @@ std::optional<std::uint32_t> tile_of(const SceneFile &scene, const Artifact &art
                                 : std::optional(static_cast<std::uint32_t>(found - tiles.begin()));
 }
 
-OpenedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
+LoadedArtifact load_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
                              const std::stop_token &stop) {
     const Artifact &artifact = scene.artifacts[index];
-    OpenedArtifact out;
+    LoadedArtifact out;
     out.path = (folder / artifact.file).string();
     out.sha256 = artifact.sha256;
     out.file = read_artifact(artifact, folder, stop);
@@ -137,7 +138,7 @@ OpenedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const 
     } else if (artifact.kind == ArtifactKind::mesh) {
         out.glb = read_glb(out.file.bytes(), out.path);
         check_mesh(out.glb, out.path);
-        plan_mesh(out.glb, index, out.pieces);
+        plan_mesh(out.glb, index, out.chunks);
     } else if (artifact.kind == ArtifactKind::sound) {
         out.file.release(); // it is heard later, or not at all
     } else {
@@ -148,7 +149,7 @@ OpenedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const 
                         (cube ? "cube map" : "flat texture"));
         }
         check_texels(out.ktx, out.path);
-        plan_texture(out.ktx, index, out.pieces);
+        plan_texture(out.ktx, index, out.chunks);
     }
     return out;
 }

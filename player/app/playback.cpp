@@ -1,4 +1,4 @@
-#include "app/show.hpp"
+#include "app/playback.hpp"
 
 #include "app/audio.hpp"
 #include "app/calibration.hpp"
@@ -10,9 +10,9 @@
 #include "app/window.hpp"
 #include "assets/file_bytes.hpp"
 #include "assets/json_reader.hpp"
-#include "assets/opened_artifact.hpp"
+#include "assets/loaded_artifact.hpp"
 #include "assets/scene_file.hpp"
-#include "assets/trade_file.hpp"
+#include "assets/tradeoff_file.hpp"
 #include "assets/watcher.hpp"
 #include "error.hpp"
 #include "gl/debug.hpp"
@@ -37,12 +37,12 @@ namespace paradize {
 namespace {
 
 constexpr std::size_t upload_bytes_per_frame = std::size_t{4} << 20U;
-constexpr double frame_s = 1.0 / 30.0;         // between the frames of --frames
-constexpr int bench_frames = 100;              // of --bench, unless --frames says otherwise
-constexpr int unmeasured_frames = 5;           // of --bench before them: a driver compiles at the first draw
-constexpr int pass_frames = 10;                // of --bench, in which each pass is waited for
-constexpr std::size_t most_held_frames = 4096; // of --fps, remembered
-constexpr double longest_s = 0.25; // a longer pause (a sleeping machine) does not move the show further
+constexpr double frame_s = 1.0 / 30.0;          // between the frames of --frames
+constexpr int bench_frames = 100;               // of --bench, unless --frames says otherwise
+constexpr int warm_up_frames = 5;               // of --bench before them: a driver compiles at the first draw
+constexpr int pass_frames = 10;                 // of --bench, in which each pass is waited for
+constexpr std::size_t max_recent_frames = 4096; // of --fps, remembered
+constexpr double max_delta_s = 0.25; // a longer pause (a sleeping machine) does not move the show further
 constexpr float volume_step = 0.1F;
 
 assets::SceneFile load_scene(const std::filesystem::path &folder) {
@@ -58,19 +58,19 @@ assets::SceneFile load_scene(const std::filesystem::path &folder) {
 Device device() {
     Device out;
     out.software = gl::software_renderer();
-    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &out.most_texture_px);
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &out.max_texture_px);
     return out;
 }
 
-RenderSettings detail(const Options &options, const assets::SceneFile &file) {
-    return options.reference ? reference_detail(file, *options.reference, device())
-                             : detail_of(file, options.quality, device());
+RenderSettings chosen_settings(const Options &options, const assets::SceneFile &file) {
+    return options.reference ? reference_settings(file, *options.reference, device())
+                             : render_settings(file, options.quality, device());
 }
 
-std::vector<QualityFeature> present_trades(const assets::SceneFile &file, const Device &device) {
+std::vector<QualityFeature> available_features(const assets::SceneFile &file, const Device &device) {
     std::vector<QualityFeature> out;
-    for (std::size_t i = 0; i < trade_count; ++i) {
-        if (has_trade(file, static_cast<QualityFeature>(i), device)) {
+    for (std::size_t i = 0; i < feature_count; ++i) {
+        if (has_feature(file, static_cast<QualityFeature>(i), device)) {
             out.push_back(static_cast<QualityFeature>(i));
         }
     }
@@ -79,7 +79,7 @@ std::vector<QualityFeature> present_trades(const assets::SceneFile &file, const 
 
 /// What the player's trades err in this scene: `paradize measure` may have left it beside the folder, as
 /// island.tradeoff.json beside island/.
-std::vector<assets::TradeError> load_trades(const std::filesystem::path &folder) {
+std::vector<assets::FeatureError> load_tradeoff(const std::filesystem::path &folder) {
     std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
     path = path.has_filename() ? path : path.parent_path();
     path += ".tradeoff.json";
@@ -87,56 +87,56 @@ std::vector<assets::TradeError> load_trades(const std::filesystem::path &folder)
     if (!std::filesystem::exists(path, unknown)) {
         return {};
     }
-    const assets::FileBytes file(path, {.most = assets::most_json_bytes});
+    const assets::FileBytes file(path, {.max = assets::max_json_bytes});
     const auto bytes = file.bytes();
-    return assets::parse_trades({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, path);
+    return assets::parse_tradeoff({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, path);
 }
 
 /// Everything of one run that lives as long as the GL context.
-class Show {
+class Playback {
   public:
     /// rebaked: where scenes come from that replace the first; nullptr: none will.
-    Show(const Options &options, ComingScene coming, const RendererSettings &settings,
-         assets::SceneWatcher *rebaked)
-        : options_(options), settings_(settings), acts_(std::move(coming), options.folder, rebaked),
-          shaders_(gl::ShaderLibrary::find()),
-          renderer_(std::make_unique<Renderer>(acts_.now().scene, shaders_, settings)) {
-        tell_terrain();
+    Playback(const Options &options, PendingScene pending, const RendererOptions &renderer_options,
+             assets::SceneWatcher *watcher)
+        : options_(options), renderer_options_(renderer_options),
+          scenes_(std::move(pending), options.folder, watcher), shaders_(gl::ShaderLibrary::find()),
+          renderer_(std::make_unique<Renderer>(scenes_.current().scene, shaders_, renderer_options)) {
+        warn_of_terrain_size();
         if (options.wait_resident || options.bench || options.fps ||
             (!options.screenshot.empty() && !options.frames)) {
-            acts_.now().streamer.upload(std::numeric_limits<std::size_t>::max());
+            scenes_.current().streamer.upload(std::numeric_limits<std::size_t>::max());
         }
         if (options.reference) {
             samples_ = reference_samples(*options.reference);
         }
-        gl::demand_memory();
+        gl::check_memory();
         if (options.fps) {
-            hold_rate(*options.fps);
+            start_frame_governor(*options.fps);
         }
     }
 
     /// Says once what a steered camera at this place goes beyond.
-    void tell_steered(const glm::dvec3 &eye) { tell(baked_for_->steered(eye)); }
+    void check_free_camera(const glm::dvec3 &eye) { log_unless_empty(bake_limits_->check_camera(eye)); }
 
-    const assets::SceneFile &file() const { return acts_.now().file; }
+    const assets::SceneFile &file() const { return scenes_.current().file; }
     Renderer &renderer() { return *renderer_; }
     std::vector<double> &frame_ms() { return frame_ms_; }
 
     /// A frame took so long until the device had finished it.
-    void spent(double ms) {
+    void record_frame_time(double ms) {
         if (frame_ms_.size() < frame_ms_.capacity()) {
             frame_ms_.push_back(ms);
         }
         if (!governor_) {
             return;
         }
-        held_ms_.push_back(ms);
+        recent_ms_.push_back(ms);
         if (governor_->observe(ms)) {
-            held_ms_.clear();
+            recent_ms_.clear();
             apply(governor_->current().quality);
         }
-        if (held_ms_.size() == most_held_frames) {
-            held_ms_.erase(held_ms_.begin(), held_ms_.begin() + most_held_frames / 2);
+        if (recent_ms_.size() == max_recent_frames) {
+            recent_ms_.erase(recent_ms_.begin(), recent_ms_.begin() + max_recent_frames / 2);
         }
     }
 
@@ -156,10 +156,10 @@ class Show {
 
     void frame(double elapsed_s, const Pose &pose, gl::DebugLog &log) {
         // Headless frames do not depend on the clock; those for the eye do not wait.
-        tell(baked_for_->picture(renderer_->width_px(), renderer_->height_px()));
-        const Unready unready = options_.headless ? Unready::wait : Unready::leave;
-        if (LoadedScene *next = acts_.upload(upload_bytes_per_frame, unready)) {
-            turn(*next, elapsed_s);
+        log_unless_empty(bake_limits_->check_size(renderer_->width_px(), renderer_->height_px()));
+        const NotReady not_ready = options_.headless ? NotReady::wait : NotReady::skip;
+        if (LoadedScene *next = scenes_.upload(upload_bytes_per_frame, not_ready)) {
+            activate(*next, elapsed_s);
         }
         if (samples_.empty()) {
             renderer_->draw(elapsed_s, pose);
@@ -167,7 +167,7 @@ class Show {
             renderer_->draw_mean(elapsed_s, pose, samples_);
         }
         if (options_.debug) {
-            log.demand_clean();
+            log.throw_on_error();
         }
         if (options_.check_finite) {
             if (const auto bad = renderer_->find_bad_pixel()) {
@@ -196,84 +196,89 @@ class Show {
         out.bench = options_.bench;
         out.passes_ms = passes_ms_;
         out.quality = governor_ ? governor_->current().quality : options_.quality;
-        out.trades = trades_;
+        out.features = features_;
         out.reference = options_.reference;
         if (governor_) {
             out.fps = FrameRate{*options_.fps,           governor_->current().quality,
-                                governor_->current().ms, median(held_ms_.empty() ? frame_ms_ : held_ms_),
+                                governor_->current().ms, median(recent_ms_.empty() ? frame_ms_ : recent_ms_),
                                 governor_->changes(),    calibration_.table};
         }
-        out.resident_bytes = acts_.now().streamer.resident_bytes();
-        out.total_bytes = acts_.now().streamer.total_bytes();
-        out.terrain_bytes = acts_.now().streamer.terrain_bytes();
+        out.resident_bytes = scenes_.current().streamer.resident_bytes();
+        out.total_bytes = scenes_.current().streamer.total_bytes();
+        out.terrain_bytes = scenes_.current().streamer.terrain_bytes();
         out.terrain = renderer_->terrain_counts();
         out.renderer = gl::renderer_name();
         out.version = gl::version_name();
         out.screenshots = screenshots_;
-        out.beyond = baked_for_->said();
+        out.exceeded_limits = bake_limits_->messages();
         return out;
     }
 
   private:
     void apply(const Quality &quality) {
-        settings_.detail = detail_of(file(), quality, device_);
-        renderer_->set_detail(settings_.detail);
+        renderer_options_.settings = render_settings(file(), quality, device_);
+        renderer_->change_settings(renderer_options_.settings);
     }
 
     /// Measures, chooses, says what came of it.
-    void hold_rate(double fps) {
-        calibration_ =
-            calibrate(*renderer_, file(), trades_, device_, options_.time_s, load_trades(options_.folder));
-        governor_.emplace(quality_front(calibration_.table, trades_, calibration_.base_ms), 1000.0 / fps);
-        held_ms_.reserve(most_held_frames);
+    void start_frame_governor(double fps) {
+        calibration_ = calibrate(*renderer_, file(), features_, device_, options_.time_s,
+                                 load_tradeoff(options_.folder));
+        governor_.emplace(pareto_front(calibration_.table, features_, calibration_.base_ms), 1000.0 / fps);
+        recent_ms_.reserve(max_recent_frames);
         apply(governor_->current().quality);
         const std::string wanted = "--fps " + shortest(fps) + ": ";
         const std::string expected = fixed(governor_->current().ms, 3) + " ms";
-        say(wanted + to_text(governor_->current().quality) + "; " + expected + " a frame are expected");
+        log_message(wanted + to_text(governor_->current().quality) + "; " + expected +
+                    " a frame are expected");
         if (governor_->out_of_reach()) {
-            say(wanted + "a frame may take " + fixed(governor_->budget_ms(), 3) + " ms, and takes " +
-                expected + " even at the cheapest qualities; give a smaller --size");
+            log_message(wanted + "a frame may take " + fixed(governor_->budget_ms(), 3) + " ms, and takes " +
+                        expected + " even at the cheapest qualities; give a smaller --size");
         }
     }
 
-    static void tell(const std::string &text) {
+    static void log_unless_empty(const std::string &text) {
         if (!text.empty()) {
-            say(text);
+            log_message(text);
         }
     }
 
-    void tell_terrain() const { tell(terrain_warning(acts_.now().streamer.terrain_bytes())); }
+    void warn_of_terrain_size() const {
+        log_unless_empty(terrain_warning(scenes_.current().streamer.terrain_bytes()));
+    }
 
     /// Shows a new scene from here on. The moment of the show and its camera stay.
-    void turn(LoadedScene &next, double elapsed_s) {
-        const std::uint64_t terrain_bytes = acts_.now().streamer.terrain_bytes();
-        settings_.width_px = renderer_->width_px();
-        settings_.height_px = renderer_->height_px();
-        settings_.detail = governor_ ? detail_of(next.file, governor_->current().quality, device_)
-                                     : detail(options_, next.file);
+    void activate(LoadedScene &next, double elapsed_s) {
+        const std::uint64_t terrain_bytes = scenes_.current().streamer.terrain_bytes();
+        renderer_options_.width_px = renderer_->width_px();
+        renderer_options_.height_px = renderer_->height_px();
+        renderer_options_.settings = governor_
+                                         ? render_settings(next.file, governor_->current().quality, device_)
+                                         : chosen_settings(options_, next.file);
         try {
-            auto renderer = std::make_unique<Renderer>(next.scene, shaders_, settings_);
-            gl::demand_memory();
-            renderer->go_on(*renderer_);
-            const std::unique_ptr<LoadedScene> before = acts_.turn();
+            auto renderer = std::make_unique<Renderer>(next.scene, shaders_, renderer_options_);
+            gl::check_memory();
+            renderer->continue_from(*renderer_);
+            const std::unique_ptr<LoadedScene> before = scenes_.activate();
             renderer_ = std::move(renderer); // the one before ends here, and then its act
-            baked_for_ = std::make_unique<BakeLimits>(file());
+            bake_limits_ = std::make_unique<BakeLimits>(file());
         } catch (const Error &error) {
-            acts_.refuse(error.what());
+            scenes_.refuse(error.what());
             return;
         }
-        if (acts_.now().streamer.terrain_bytes() > terrain_bytes) {
-            tell_terrain();
+        if (scenes_.current().streamer.terrain_bytes() > terrain_bytes) {
+            warn_of_terrain_size();
         }
         const std::size_t all = file().artifacts.size();
-        say("scene.json was replaced: " + std::to_string(all - acts_.now().streamer.kept()) + " of " +
-            std::to_string(all) + " artifacts are new; shown from second " + fixed(elapsed_s, 3) + " on");
+        log_message("scene.json was replaced: " + std::to_string(all - scenes_.current().streamer.reused()) +
+                    " of " + std::to_string(all) + " artifacts are new; shown from second " +
+                    fixed(elapsed_s, 3) + " on");
     }
 
     const Options &options_;
-    RendererSettings settings_;
-    SceneSwap acts_;
-    std::unique_ptr<BakeLimits> baked_for_ = std::make_unique<BakeLimits>(file());
+    RendererOptions renderer_options_;
+    SceneSwap scenes_;
+    std::unique_ptr<BakeLimits> bake_limits_ = std::make_unique<BakeLimits>(file());
     gl::ShaderLibrary shaders_;
     std::unique_ptr<Renderer> renderer_;
     std::vector<Sample> samples_; // of --reference; else none
@@ -281,10 +286,10 @@ class Show {
     std::vector<std::uint8_t> pixels_;
     std::vector<std::string> screenshots_;
     Device device_ = device();
-    std::vector<QualityFeature> trades_ = present_trades(file(), device_);
+    std::vector<QualityFeature> features_ = available_features(file(), device_);
     Calibration calibration_; // of --fps; as are the next
     std::optional<FrameGovernor> governor_;
-    std::vector<double> held_ms_; // frames since the last change
+    std::vector<double> recent_ms_; // frames since the last change
     std::vector<std::pair<std::string, double>> passes_ms_;
 };
 
@@ -298,30 +303,30 @@ std::filesystem::path numbered(const std::filesystem::path &path, int number) {
 }
 
 /// A fixed number of frames, 1/30 s apart.
-void play_frames(Show &show, const Options &options, gl::DebugLog &log, Window *window) {
-    const int before = options.bench ? unmeasured_frames : 0;
+void play_frames(Playback &playback, const Options &options, gl::DebugLog &log, Window *window) {
+    const int before = options.bench ? warm_up_frames : 0;
     const int frames = before + options.frames.value_or(options.bench ? bench_frames : 1);
-    show.frame_ms().reserve(static_cast<std::size_t>(frames));
+    playback.frame_ms().reserve(static_cast<std::size_t>(frames));
     for (int i = 0; i < frames; ++i) {
         const double elapsed_s = options.time_s + i * frame_s;
         if (options.bench) {
             glFinish(); // what a window still does of the last frame
         }
         const double start = now_ms();
-        show.frame(elapsed_s, flight_pose(show.file().flight, elapsed_s), log);
+        playback.frame(elapsed_s, flight_pose(playback.file().flight, elapsed_s), log);
         glFinish();
         if (i >= before) {
-            show.spent(now_ms() - start);
+            playback.record_frame_time(now_ms() - start);
         }
         if (!options.screenshot.empty()) {
-            show.save(options.frames ? numbered(options.screenshot, i) : options.screenshot);
+            playback.save(options.frames ? numbered(options.screenshot, i) : options.screenshot);
         }
         if (window != nullptr) {
             int width = 0;
             int height = 0;
             window->size(width, height);
-            gl::blit_color(show.renderer().output(), show.renderer().width_px(), show.renderer().height_px(),
-                           0, width, height);
+            gl::blit_color(playback.renderer().output(), playback.renderer().width_px(),
+                           playback.renderer().height_px(), 0, width, height);
             window->swap();
             const Input input = window->poll();
             if (input.close || input.any_key) {
@@ -332,23 +337,23 @@ void play_frames(Show &show, const Options &options, gl::DebugLog &log, Window *
 }
 
 /// Plays the scene's sound; one that is played already goes on.
-void start_sound(const assets::SceneFile &file, const Options &options, Audio &audio, std::string &heard,
-                 bool &muted) {
+void start_sound(const assets::SceneFile &file, const Options &options, Audio &audio,
+                 std::string &loaded_sha256, bool &muted) {
     const assets::Artifact *sound = file.sound ? file.find_artifact(file.sound->artifact) : nullptr;
     if (sound == nullptr) {
         audio.stop();
-        heard.clear();
+        loaded_sha256.clear();
         return;
     }
-    if (options.mute || (sound->sha256 == heard && !heard.empty())) {
+    if (options.mute || (sound->sha256 == loaded_sha256 && !loaded_sha256.empty())) {
         return;
     }
-    heard = sound->sha256;
+    loaded_sha256 = sound->sha256;
     try {
         const assets::FileBytes bytes = assets::read_artifact(*sound, options.folder);
         muted = !audio.load(bytes.bytes(), sound->file);
     } catch (const Error &error) { // it was right when the scene was opened
-        say(std::string("no sound: ") + error.what());
+        log_message(std::string("no sound: ") + error.what());
         audio.stop();
         muted = true;
     }
@@ -357,13 +362,13 @@ void start_sound(const assets::SceneFile &file, const Options &options, Audio &a
 }
 
 /// Until a key, Escape or the window's button ends it.
-void play_window(Show &show, const Options &options, gl::DebugLog &log, Window &window) {
+void play_window(Playback &playback, const Options &options, gl::DebugLog &log, Window &window) {
     Audio audio;
     bool muted = true;
-    std::string heard; // SHA-256
-    start_sound(show.file(), options, audio, heard, muted);
-    show.frame_ms().reserve(1U << 20U);
-    FreeCamera camera(flight_pose(show.file().flight, options.time_s));
+    std::string loaded_sha256; // SHA-256
+    start_sound(playback.file(), options, audio, loaded_sha256, muted);
+    playback.frame_ms().reserve(1U << 20U);
+    FreeCamera camera(flight_pose(playback.file().flight, options.time_s));
     double elapsed_s = options.time_s;
     double last_s = window.seconds();
     bool paused = false;
@@ -374,11 +379,11 @@ void play_window(Show &show, const Options &options, gl::DebugLog &log, Window &
             return;
         }
         const double now_s = window.seconds();
-        const double delta_s = std::clamp(now_s - last_s, 0.0, longest_s);
+        const double delta_s = std::clamp(now_s - last_s, 0.0, max_delta_s);
         last_s = now_s;
         if (options.interactive) {
             camera.move(input, delta_s);
-            show.tell_steered(camera.pose().eye);
+            playback.check_free_camera(camera.pose().eye);
             if (input.pause) {
                 paused = !paused;
             }
@@ -397,24 +402,25 @@ void play_window(Show &show, const Options &options, gl::DebugLog &log, Window &
         int height = 0;
         window.size(width, height);
         if (!window.minimised()) {
-            show.renderer().resize(width, height);
+            playback.renderer().resize(width, height);
         }
         const double start = now_ms();
-        const assets::SceneFile *shown = &show.file();
-        show.frame(elapsed_s,
-                   options.interactive ? camera.pose() : flight_pose(show.file().flight, elapsed_s), log);
-        gl::blit_color(show.renderer().output(), show.renderer().width_px(), show.renderer().height_px(), 0,
-                       width, height);
+        const assets::SceneFile *shown = &playback.file();
+        playback.frame(elapsed_s,
+                       options.interactive ? camera.pose() : flight_pose(playback.file().flight, elapsed_s),
+                       log);
+        gl::blit_color(playback.renderer().output(), playback.renderer().width_px(),
+                       playback.renderer().height_px(), 0, width, height);
         if (options.fps) {
             glFinish(); // what is held is the drawing, not the wait for the screen
-            show.spent(now_ms() - start);
+            playback.record_frame_time(now_ms() - start);
         }
         window.swap();
-        if (shown != &show.file()) {
-            start_sound(show.file(), options, audio, heard, muted);
+        if (shown != &playback.file()) {
+            start_sound(playback.file(), options, audio, loaded_sha256, muted);
         }
         if (!options.fps) {
-            show.spent(now_ms() - start);
+            playback.record_frame_time(now_ms() - start);
         }
     }
 }
@@ -423,50 +429,50 @@ void play_window(Show &show, const Options &options, gl::DebugLog &log, Window &
 
 int run(const Options &options) {
     const bool counted = options.headless || options.bench || options.frames || !options.screenshot.empty();
-    std::optional<assets::SceneWatcher> rebaked; // before scene.json is read, so that none is missed
+    std::optional<assets::SceneWatcher> watcher; // before scene.json is read, so that none is missed
     if (!options.bench && !options.reference && (!counted || options.frames)) {
-        rebaked.emplace(options.folder / "scene.json");
+        watcher.emplace(options.folder / "scene.json");
     }
     // Its files are read while the context is made.
-    ComingScene coming(load_scene(options.folder), options.folder);
-    const assets::SceneFile &file = *coming.file;
-    RendererSettings settings;
-    settings.width_px = options.width_px.value_or(file.width_px);
-    settings.height_px = options.height_px.value_or(file.height_px);
-    settings.disabled = options.disabled;
+    PendingScene pending(load_scene(options.folder), options.folder);
+    const assets::SceneFile &file = *pending.file;
+    RendererOptions renderer_options;
+    renderer_options.width_px = options.width_px.value_or(file.width_px);
+    renderer_options.height_px = options.height_px.value_or(file.height_px);
+    renderer_options.disabled = options.disabled;
 
     std::unique_ptr<gl::HeadlessContext> headless;
     std::unique_ptr<Window> window;
     if (options.headless) {
         headless = std::make_unique<gl::HeadlessContext>(options.debug);
     } else {
-        window = std::make_unique<Window>(Window::Settings{printable(file.name), settings.width_px,
-                                                           settings.height_px, options.screenshot.empty(),
-                                                           options.interactive, options.debug});
+        window = std::make_unique<Window>(
+            Window::Settings{printable(file.name), renderer_options.width_px, renderer_options.height_px,
+                             options.screenshot.empty(), options.interactive, options.debug});
     }
-    settings.detail = detail(options, file);
+    renderer_options.settings = chosen_settings(options, file);
     gl::DebugLog log;
     if (options.debug) {
         log.install();
     }
-    Show show(options, std::move(coming), settings, rebaked ? &*rebaked : nullptr);
+    Playback playback(options, std::move(pending), renderer_options, watcher ? &*watcher : nullptr);
     if (options.debug) {
-        log.demand_clean();
+        log.throw_on_error();
     }
     if (counted) {
-        play_frames(show, options, log, window.get());
+        play_frames(playback, options, log, window.get());
     } else {
-        play_window(show, options, log, *window);
+        play_window(playback, options, log, *window);
     }
     if (options.bench) {
-        show.measure_passes(options.time_s);
+        playback.measure_passes(options.time_s);
     }
     if (options.json) {
-        print(to_json(show.report()) + "\n");
+        print(to_json(playback.report()) + "\n");
     } else if (options.bench) {
-        print(bench_line(show.report()) + "\n");
+        print(bench_line(playback.report()) + "\n");
     } else if (options.fps) {
-        print(fps_line(*show.report().fps) + "\n");
+        print(fps_line(*playback.report().fps) + "\n");
     }
     return 0;
 }

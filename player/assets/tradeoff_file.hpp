@@ -9,12 +9,12 @@
 
 namespace paradize::assets {
 
-struct TradeError {
-    std::string trade, tier;
+struct FeatureError {
+    std::string feature, tier;
     double flip = 0.0; // mean over the pictures, 0 to 1
 };
 
 /// The points of all groups of frame time. Throws Error with file, place and value.
-std::vector<TradeError> parse_trades(std::string_view text, const std::filesystem::path &file);
+std::vector<FeatureError> parse_tradeoff(std::string_view text, const std::filesystem::path &file);
 
 } // namespace paradize::assets
