@@ -92,17 +92,24 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         crease_deg=settings["crease_deg"],
         tangents=settings["tangents"],
         simplifier=settings["simplifier"],
+        unwrapper=settings["unwrapper"],
         quantise_deg=direction_deg_of(settings["quantise"]) if "quantise" in settings else None,
         attributes=settings["attributes"],
     )
     levels = made.report["lods"]
     errors = mesh_errors(levels, "TANGENT" in settings["attributes"])
     used = str(made.report.get("tier", tier))
-    library = made.report["simplifier"], made.report["simplifier_version"]
-    reason = None if library[1] is None else f"levels by {library[0]} {library[1]}"
+    libraries = "; ".join(
+        f"{what} by {made.report[key]} {made.report[f'{key}_version']}"
+        for what, key in (("levels", "simplifier"), ("UV layout", "unwrapper"))
+        if made.report[f"{key}_version"] is not None
+    )
+    reason = libraries or None
     told = [{key: level[key] for key in LOD_FACTS if key in level} for level in levels]
     return [
-        Product("mesh", made.glb, "glb", used, errors, list(made.report["warnings"]), told, reason=reason)
+        Product(
+            "mesh", made.glb, "glb", used, errors, list(made.report["warnings"]), told, reason=reason or None
+        )
     ]
 
 

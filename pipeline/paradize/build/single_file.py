@@ -108,6 +108,7 @@ def solo_mesh(
     tangents: str = "mikktspace",
     quantise: bool = False,
     simplifier: str = "paradize",
+    unwrapper: str = "paradize",
 ) -> BakedFiles:
     """`paradize mesh`: the file is named after the input's stem; the caller renames it."""
     from paradize.bakers.mesh.bake import bake_mesh
@@ -127,6 +128,7 @@ def solo_mesh(
         tangents=tangents,
         quantise_deg=DIRECTION_DEG if quantise else None,
         simplifier=simplifier,
+        unwrapper=unwrapper,
     )
     if atlas and not made.report["atlas"]:
         what = "has texture coordinates that its maps may be painted for; no atlas made"

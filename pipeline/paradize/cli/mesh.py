@@ -7,7 +7,7 @@ from pathlib import Path
 
 from paradize.cli.single_file import add_common, bake_file
 from paradize.cli.values import number, rising, whole
-from paradize.scene.settings import SIMPLIFIERS
+from paradize.scene.settings import SIMPLIFIERS, UNWRAPPERS
 
 
 def add(sub: argparse.ArgumentParser) -> None:
@@ -50,6 +50,11 @@ def add(sub: argparse.ArgumentParser) -> None:
     )
     sub.add_argument("--atlas", action="store_true", help="make a UV layout")
     sub.add_argument(
+        "--unwrapper",
+        choices=UNWRAPPERS,
+        help="what makes the UV layout (paradize); as --atlas, by that one",
+    )
+    sub.add_argument(
         "--quantise", action="store_true", help="vertices as 16-bit codes; what that costs is told"
     )
     sub.add_argument(
@@ -69,7 +74,9 @@ def run(arguments: argparse.Namespace) -> int:
     """The exit code."""
     settings = {
         key: getattr(arguments, key)
-        for key in ("lods", "max_error", "atlas", "ratio", "errors", "tangents", "quantise", "simplifier")
+        for key in ("lods", "max_error", "ratio", "errors", "tangents", "quantise", "simplifier")
     }
+    settings["atlas"] = arguments.atlas or arguments.unwrapper is not None
+    settings["unwrapper"] = arguments.unwrapper or UNWRAPPERS[0]
     settings |= {"weld_m": arguments.weld, "crease_deg": arguments.crease}
     return bake_file(arguments, "mesh", settings, arguments.out)

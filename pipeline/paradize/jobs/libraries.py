@@ -13,6 +13,7 @@ LIBRARIES = (
     "numpy",
     "openimageio",
     "soundfile",
+    "xatlas",
     "zstandard",
 )
 

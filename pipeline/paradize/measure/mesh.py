@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from paradize.bakers.mesh.atlas import sound_quality
 from paradize.bakers.mesh.bake import by_material
 from paradize.bakers.mesh.lods import DEFAULT_MAX_ERROR, TIERS, Plan, make_levels
 from paradize.bakers.mesh.lods_from_path import sight_plan
@@ -14,7 +15,6 @@ from paradize.data import Lod, Mesh
 from paradize.errors import BakeError
 from paradize.formats.glb.encode import encode_glb
 from paradize.measure.timing import Trial, TrialGroup, TrialResult, timed
-from paradize.metrics.atlas import atlas_quality
 from paradize.metrics.draw import draw_costs
 from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.tangent import frame_errors
@@ -29,6 +29,7 @@ from paradize.stages.simplifiers import require_simplifier
 from paradize.stages.tangents import METHODS as TANGENTS
 from paradize.stages.tangents import TIERS as FRAMES
 from paradize.stages.tangents import tangent_frames
+from paradize.stages.unwrappers import UNWRAPPERS, require_unwrapper
 from paradize.stages.validate import validate_mesh
 from paradize.stages.weld import weld
 
@@ -45,9 +46,9 @@ def mesh_groups(order: BakeJob) -> list[TrialGroup]:
     bare = _mended(path, settings)
     found = []
     if bare.uvs is None and settings["atlas"]:
-        found.append(
-            _asked(name, "atlas", artifact, ("atlas_seam_length",), tuple(atlas.TIERS), given, atlas_tier)
-        )
+        metrics = ("atlas_seam_length", "atlas_stretch", "atlas_packing")
+        layouts = _asked(name, "atlas", artifact, metrics, tuple(atlas.TIERS), given, atlas_tier)
+        found.append(_with_unwrappers(layouts, settings["unwrapper"], given))
     levels = _asked(
         name,
         "levels of detail",
@@ -119,6 +120,21 @@ def _with_simplifiers(group: TrialGroup, mesh: Mesh, used: str, given: Any) -> T
     return replace(group, tries=tuple(tries), note=" ".join(notes))
 
 
+def _with_unwrappers(group: TrialGroup, used: str, given: Any) -> TrialGroup:
+    """The UV layout, by our tiers and by each other unwrapper that is installed."""
+    tries = [attempt if used == UNWRAPPERS[0] else replace(attempt, row=None) for attempt in group.tries]
+    notes = []
+    for name in UNWRAPPERS[1:]:
+        try:
+            require_unwrapper(name)
+        except BakeError as error:
+            notes.append(f"{error.what.removeprefix('unwrapper: ')}.")
+            continue
+        more = given | {"tier": "balanced", "unwrapper": name}
+        tries.append(Trial(name, atlas_tier, more, name, {} if used == name else None))
+    return replace(group, tries=tuple(tries), note=" ".join(notes))
+
+
 def _mended(path: Path, settings: Settings) -> Mesh:
     """The source as bake_mesh hands it to its stages."""
     read = read_obj(path)
@@ -130,7 +146,9 @@ def _mended(path: Path, settings: Settings) -> Mesh:
 
 def _laid_out(path: Path, settings: Settings) -> Mesh:
     mesh = _mended(path, settings)
-    return atlas.make_atlas(mesh) if mesh.uvs is None and settings["atlas"] else mesh
+    if mesh.uvs is not None or not settings["atlas"]:
+        return mesh
+    return atlas.make_atlas(mesh, unwrapper=settings["unwrapper"])
 
 
 def _framed(mesh: Mesh, tangents: str) -> Mesh:
@@ -141,11 +159,14 @@ def _size(meshes: list[Mesh], tangents: str) -> int:
     return len(encode_glb([Lod(_framed(mesh, tangents), 0.0, 0.0) for mesh in meshes], "measured"))
 
 
-def atlas_tier(path: Path, settings: Settings, tier: str, runs: int | None) -> TrialResult:
-    """seam_length (in square roots of the surface's area), stretch (L2, 1 at best), packing."""
+def atlas_tier(
+    path: Path, settings: Settings, tier: str, runs: int | None, unwrapper: str = UNWRAPPERS[0]
+) -> TrialResult:
+    """seam_length (in square roots of the surface's area), stretch (L2, 1 at best), packing. Raises BakeError
+    for a layout that a bake would refuse."""
     mesh = _mended(path, settings)
-    seconds, made = timed(lambda: atlas.make_atlas(mesh, tier=tier), runs)
-    told = atlas_quality(made, resolution=atlas.RESOLUTION, padding=atlas.PADDING)
+    seconds, made = timed(lambda: atlas.make_atlas(mesh, tier=tier, unwrapper=unwrapper), runs)
+    told = sound_quality(made, path, unwrapper)
     errors = {f"atlas_{key}": float(told[key]) for key in ("seam_length", "stretch", "packing", "charts")}
     return TrialResult(seconds, [errors], _size([made], settings["tangents"]), f"{told['charts']} charts")
 

@@ -92,6 +92,7 @@ def _mesh_order(path: Path) -> BakeJob:
     """As `paradize mesh --atlas` has it."""
     settings: dict[str, Any] = {"lods": 4, "max_error": None, "ratio": 0.5, "lod_errors": [], "weld_m": 0.0}
     settings |= {"crease_deg": 45.0, "tangents": "mikktspace", "atlas": True, "simplifier": "paradize"}
+    settings["unwrapper"] = "paradize"
     return BakeJob(
         f"{path.stem} mesh", "mesh", {"mesh": path}, settings, (Output(path.stem, "mesh", "mesh", ""),)
     )

@@ -313,6 +313,7 @@ def _object(
         crease_deg=item.crease_deg,
         tangents=item.tangents,
         simplifier=item.simplifier,
+        unwrapper=item.unwrapper,
         attributes=[key for key in read if key.isupper()],
         **({"quantise": accepted} if item.quantise else {}),
         **({"instances": [asdict(instance) for instance in item.instances]} | seen if seen else {}),

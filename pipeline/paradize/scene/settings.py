@@ -56,6 +56,7 @@ TIERS = ("fast", "balanced", "exact", "auto")  # the cheapest first; auto picks 
 SEVERITIES = ("error", "warning", "off")  # of a rule of `paradize check`
 
 SIMPLIFIERS = ("paradize", "meshoptimizer", "fast-simplification", "openmesh")  # stages/lod.py
+UNWRAPPERS = ("paradize", "xatlas")  # stages/unwrappers.py
 
 # The derivative filters of normal maps (stages/filters.py); "auto" looks at the heights and picks one.
 FILTERS = (
@@ -230,6 +231,7 @@ class SceneObject:
     lod_ratio: float = number(0.5, low=0.05, high=0.95)  # triangles of a level, of those of the one before
     lod_errors: tuple[float, ...] = numbers((), low=0.0, high=1.0, unit="of the diagonal")  # by error; rising
     simplifier: str = choice("paradize", among=SIMPLIFIERS)  # what makes the levels
+    unwrapper: str = choice("paradize", among=UNWRAPPERS)  # what makes a UV layout where the mesh has none
     weld_m: float = number(0.0, low=0.0, high=FAR, unit="m")  # places this near are joined; 0: none
     crease_deg: float = number(45.0, low=0.0, high=180.0, unit="degrees")  # where normals are missing
     tangents: str = choice("mikktspace", among=("face", "vertex", "mikktspace"))  # face is vertex

@@ -1,10 +1,10 @@
 """Texture coordinates for a mesh without any: one square, no chart over another, none mirrored.
 
-Triangles are joined into charts as flat as a tier allows, each chart is laid into the plane as rigidly as
-it goes (one that would fold or stretch is cut in two), and the charts are packed beside each other with a
-gutter. The input is centred and scaled first, so that neither its size nor its place matters. xatlas, which
-most tools use, was slower by an order of magnitude and mirrored charts (`tests/bench/rows_atlas.py`).
-Sources: named in `atlas/charts.hpp` and `atlas/pack.hpp`.
+Charts are those of the unwrapper that is named: `paradize`, our own, or `xatlas` (`unwrappers.py`). Ours:
+triangles are joined into charts as flat as a tier allows, and each chart is laid into the plane as rigidly as
+it goes (one that would fold or stretch is cut in two). The charts of either are packed beside each other with
+a gutter. The input is centred and scaled first, so that neither its size nor its place matters.
+Sources: named in `atlas/charts.hpp` and `atlas/pack.hpp`. `tests/bench/rows_atlas.py` measures both.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from paradize.errors import BakeError
 from paradize.kernels.atlas import make_charts, most_charts, pack
 from paradize.kernels.mesh import number_rows
 from paradize.stages.split import split_by
+from paradize.stages.unwrappers import UNWRAPPERS, require_unwrapper, xatlas_charts
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -31,18 +32,26 @@ TIERS = {"fast": (0.2,), "balanced": (0.5,), "exact": (0.5, 0.35, 0.65, 0.8)}
 
 
 def make_atlas(
-    mesh: Mesh, *, resolution: int = RESOLUTION, padding: int = PADDING, tier: str = "balanced"
+    mesh: Mesh,
+    *,
+    resolution: int = RESOLUTION,
+    padding: int = PADDING,
+    tier: str = "balanced",
+    unwrapper: str = UNWRAPPERS[0],
 ) -> Mesh:
     """The mesh with new uvs (n, 2) in 0..1, top-left origin; vertices are split along the charts' borders.
 
     mesh: validated. resolution: 64 to 8192 texels, for which `padding` texels (0 to 64) lie between charts.
     tier: `fast` has flatter charts, and so more seams; `exact` cuts the surface in several ways and keeps the
-    one with the shortest seams. Raises BakeError where the charts do not fit.
+    one with the shortest seams. unwrapper: one of UNWRAPPERS; xatlas has one way, whatever the tier, and may
+    crash or never return: run it in a process of its own. Raises BakeError where the charts do not fit, or
+    the unwrapper is not there or makes no layout.
     """
     if not 64 <= resolution <= 8192 or not 0 <= padding <= 64:
         raise BakeError(f"{resolution} texels with {padding} between, expected 64 to 8192 and 0 to 64")
     if tier not in TIERS:
         raise BakeError(f"unknown tier {tier!r} for the atlas", mend=f"use one of {', '.join(TIERS)}")
+    require_unwrapper(unwrapper)
     wide = mesh.positions.astype(np.float64)
     low, high = wide.min(axis=0), wide.max(axis=0)
     size = float((high - low).max())
@@ -50,7 +59,10 @@ def make_atlas(
     places, first = number_rows(mesh.positions)
     points, faces = points[first], places[mesh.triangles]
     most = most_charts(resolution=resolution, padding=padding)
-    ways = [make_charts(points, faces, deviation=deviation, most=most) for deviation in TIERS[tier]]
+    if unwrapper == "xatlas":
+        ways = [xatlas_charts(points, faces)]
+    else:
+        ways = [make_charts(points, faces, deviation=deviation, most=most) for deviation in TIERS[tier]]
     fitting = [way for way in ways if way[2] <= most]
     if fitting[1:]:
         fitting.sort(key=lambda way: seam_length(points, faces, way[0]))

@@ -50,6 +50,7 @@ from paradize.bakers.color import bake_color
 from paradize.bakers.maps.bake import bake_maps
 from paradize.bakers.mesh.bake import bake_mesh
 from paradize.bakers.terrain.mesh import bake_terrain
+from paradize.stages.unwrappers import UNWRAPPERS, unwrapper_version
 
 folder, told = Path(sys.argv[1]), {}
 for tier in ("fast", "balanced", "exact"):
@@ -66,10 +67,12 @@ for tier in ("fast", "balanced", "exact"):
     made["color"] = bake_color(folder / "wood.png", tier=tier)
     for name, map in made.items():
         told[f"{name} {tier}"] = map.data, [map.filter if name == "normal" else "", map.levels]
-bare = bake_mesh(folder / "bare.obj", atlas=True, lods=2)
-bare.report.pop("seconds", None)
-told["atlas"] = bare.glb, bare.report
-assert len(told) == 3 * (2 + 4 + 4 + 1) + 1
+unwrappers = [name for name in UNWRAPPERS if name == "paradize" or unwrapper_version(name)]
+for name in unwrappers:
+    bare = bake_mesh(folder / "bare.obj", atlas=True, lods=2, unwrapper=name)
+    bare.report.pop("seconds", None)
+    told[f"atlas {name}"] = bare.glb, bare.report
+assert len(told) == 3 * (2 + 4 + 4 + 1) + len(unwrappers)
 print(json.dumps({k: [hashlib.sha256(data).hexdigest(), rest] for k, (data, rest) in told.items()}))
 """
 SCENE = """

@@ -19,6 +19,7 @@ from paradize.formats.glb.tiles import decode_tile
 from paradize.scene.flight import plan_flight, sight
 from paradize.scene.requirements import BakeJob, ObjectSighting, meet, read_of, require, sun_direction
 from paradize.scene.settings import VIEWS, Instance, ObjectMaterial, SceneObject, View, load_scene
+from paradize.stages.unwrappers import unwrapper_version
 from tests.pipeline.glb_json import document
 from tests.pipeline.scenes import make_cove
 from tests.places import ROOT
@@ -252,6 +253,25 @@ def test_what_cannot_be_is_told_with_its_place(tmp_path: Path, old: str, new: st
     scene = edited(tmp_path, (old, new), ("lods = 3\n", 'lods = 3\nviews = ["shadow"]\n'))
     with pytest.raises(ParadizeError, match=re.escape(told)):
         load_scene(scene)
+
+
+@pytest.mark.skipif(unwrapper_version("xatlas") is None, reason="xatlas is not installed")
+def test_an_object_names_its_unwrapper_and_its_row_tells_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    named = ('name = "post"\n', 'name = "post"\nunwrapper = "xatlas"\n')
+    with pytest.raises(ParadizeError, match=r"object\[0\].unwrapper: .*'magic'.*paradize, xatlas"):
+        load_scene(edited(tmp_path / "magic", (named[0], named[1].replace("xatlas", "magic"))))
+    scene = edited(tmp_path / "bare", named)
+    post = scene.parent / "post.obj"
+    lines = [line for line in post.read_text().splitlines() if not line.startswith("vt ")]
+    post.write_text("\n".join(re.sub(r"/\d+", "", line) for line in lines) + "\n")
+    report = bake(scene, tmp_path / "out", BuildOptions(jobs=2))
+    assert not report.errors
+    row = next(row for row in report.artifacts if row["name"] == "post_mesh")
+    assert row["reason"] == f"UV layout by xatlas {unwrapper_version('xatlas')}"
+    assert not [one for one in check_paths([tmp_path / "out"]) if one.severity == "error"]
 
 
 def test_an_object_names_its_simplifier_and_its_row_tells_it(

@@ -12,6 +12,7 @@ from paradize.errors import BakeError
 from paradize.jobs.isolate import call_isolated
 from paradize.metrics.atlas import atlas_quality
 from paradize.stages.atlas import PADDING, RESOLUTION, TIERS, make_atlas
+from paradize.stages.unwrappers import UNWRAPPERS, require_unwrapper
 
 _TIMEOUT_S = 120.0
 _MEMORY_BYTES = 8 << 30
@@ -30,23 +31,33 @@ def overlaps(mesh: Mesh) -> bool:
     return bool(atlas_quality(mesh, resolution=512, padding=0)["overlap"] > _OVERLAPPING)
 
 
-def with_atlas(mesh: Mesh, path: Path, tier: str) -> tuple[Mesh, dict[str, Any] | None, list[str]]:
+def with_atlas(
+    mesh: Mesh, path: Path, tier: str, unwrapper: str = UNWRAPPERS[0]
+) -> tuple[Mesh, dict[str, Any] | None, list[str]]:
     """The mesh with a new layout where it needs one; what was measured of that, and warnings.
 
-    Raises BakeError where the layout takes too long, or where it is not sound: charts over one another,
-    nearer than the gutter, mirrored, or a triangle without an area in the image.
+    unwrapper: one of UNWRAPPERS. Raises BakeError where it is not there, where the layout takes too long, or
+    where it is not sound: see sound_quality.
     """
+    require_unwrapper(unwrapper)
     if mesh.uvs is not None and not overlaps(mesh):
         return mesh, None, []
     why = "no texture coordinates" if mesh.uvs is None else "texture coordinates that lie over one another"
+    by = "" if unwrapper == UNWRAPPERS[0] else f" by {unwrapper}"
     made = call_isolated(
-        f"the atlas of {path}",
+        f"the atlas of {path}{by}",
         make_atlas,
-        {"mesh": mesh, "tier": tier if tier in TIERS else "balanced"},
+        {"mesh": mesh, "tier": tier if tier in TIERS else "balanced", "unwrapper": unwrapper},
         timeout_s=_TIMEOUT_S,
         memory_bytes=_MEMORY_BYTES,
     )
-    told = atlas_quality(made, resolution=RESOLUTION, padding=PADDING)
+    return made, sound_quality(made, path, unwrapper), [f"{path}: {why}, so a UV layout was made{by}"]
+
+
+def sound_quality(mesh: Mesh, path: Path, unwrapper: str) -> dict[str, Any]:
+    """atlas_quality of a layout that was made. Raises BakeError where it is not sound: charts over one
+    another, nearer than the gutter, mirrored, or a triangle without an area in the image."""
+    told = atlas_quality(mesh, resolution=RESOLUTION, padding=PADDING)
     for key, what in (
         ("overlap", "of the texels are covered twice"),
         ("near", "texels have another chart within the gutter"),
@@ -54,5 +65,7 @@ def with_atlas(mesh: Mesh, path: Path, tier: str) -> tuple[Mesh, dict[str, Any] 
         ("without", "triangles have no area in the image"),
     ):
         if told[key] > 0:
-            raise BakeError(f"the atlas is not sound: {told[key]:g} {what}", file=path)
-    return made, told, [f"{path}: {why}, so a UV layout was made"]
+            mend = None if unwrapper == UNWRAPPERS[0] else f"take the unwrapper {UNWRAPPERS[0]!r}"
+            whose = "" if mend is None else f" of {unwrapper}"
+            raise BakeError(f"the atlas{whose} is not sound: {told[key]:g} {what}", file=path, mend=mend)
+    return told

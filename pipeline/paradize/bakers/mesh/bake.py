@@ -29,6 +29,7 @@ from paradize.stages.reproject import take_attributes
 from paradize.stages.simplifiers import simplifier_version
 from paradize.stages.tangents import METHODS, tangent_frames
 from paradize.stages.tangents import TIERS as FRAMES
+from paradize.stages.unwrappers import UNWRAPPERS, unwrapper_version
 from paradize.stages.validate import messages, repairs, validate_mesh
 from paradize.stages.weld import weld, welded_messages
 
@@ -66,6 +67,7 @@ def bake_mesh(
     quantise_deg: float | None = None,
     tangent_tiers: bool = True,
     simplifier: str = SIMPLIFIERS[0],
+    unwrapper: str = UNWRAPPERS[0],
 ) -> MeshProduct:
     """Reads an OBJ, mends it, gives it normals, tangent frames and levels of detail, and measures each level.
 
@@ -84,8 +86,8 @@ def bake_mesh(
     drawn with, so that levels are judged with it too. quantise_deg: vertices as codes that turn no normal or
     tangent by more than this; None: as floats. tangent_tiers: report what each tier of
     tangent frames would be off. simplifier: what makes the levels, one of SIMPLIFIERS; another than ours has
-    tier balanced alone. Raises SourceError (of several faults GroupedError) for
-    an input that cannot be baked, BakeError where a stage fails.
+    tier balanced alone. unwrapper: what makes the atlas, one of UNWRAPPERS. Raises SourceError (of several
+    faults GroupedError) for an input that cannot be baked, BakeError where a stage fails.
     """
     started = time.monotonic()
     path = Path(path)
@@ -112,7 +114,7 @@ def bake_mesh(
     try:
         return _bake(
             *(path, asked, plan, tier, atlas, painted, root, base_colors, weld_m, crease_deg),
-            *(tangents, quantise_deg, tangent_tiers, started),
+            *(tangents, quantise_deg, tangent_tiers, unwrapper, started),
         )
     except MemoryError as error:
         raise SourceError("too large for this machine's memory", file=path) from error
@@ -138,6 +140,7 @@ def _bake(
     tangents: str,
     quantise_deg: float | None,
     tangent_tiers: bool,
+    unwrapper: str,
     started: float,
 ) -> MeshProduct:
     read = read_obj(path, root)
@@ -168,7 +171,7 @@ def _bake(
     mesh = by_material(complete_normals(mesh, smoothing, crease_deg=crease_deg)[0])
     layout = None
     if atlas and not (painted and mesh.uvs is not None):
-        mesh, layout, notes = with_atlas(mesh, path, tier)
+        mesh, layout, notes = with_atlas(mesh, path, tier, unwrapper)
         warnings += notes
     if mesh.uvs is None:
         warnings.append(f"{path}: no texture coordinates, so no tangent frames; mesh --atlas makes some")
@@ -208,6 +211,8 @@ def _bake(
         "simplifier_version": simplifier_version(asked.simplifier),
         "atlas": layout is not None,
         "layout": layout,
+        "unwrapper": None if layout is None else unwrapper,
+        "unwrapper_version": None if layout is None else unwrapper_version(unwrapper),
         "closed": found.closed,
         "components": found.topology.components,
         "tangents": frames if framed[0][0].tangents is not None else None,
