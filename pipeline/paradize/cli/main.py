@@ -67,7 +67,7 @@ COMMANDS = {
 
 
 def parser(only: str | None = None) -> argparse.ArgumentParser:
-    """The command line, as DESIGN's contract has it: the whole, or one command of it."""
+    """The command line, with all commands, or with one."""
     top = _Parser(
         prog="paradize",
         description="Bakes OBJ models, colour maps and heightmaps into measured, engine-ready assets.",

@@ -18,7 +18,7 @@ from paradize.kernels.reference import loading
 
 # Above this share of the diagonal the rounding of the text to float64 is counted: below, six digits hide it.
 _TEXT_ROUNDING = 1e-10
-# DESIGN's promise: more than this share of the diagonal is told.
+# Rounding that moves a vertex by more than this share of the diagonal is reported.
 KEPT = 1e-6
 # The same of a connected part and its diagonal; parts of models near the origin lose a third of it at most.
 PART_KEPT = 1e-4
