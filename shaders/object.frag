@@ -9,7 +9,10 @@ uniform sampler2D u_normal;
 uniform sampler2D u_height;
 uniform sampler2D u_gloss;      // R specular intensity, G smoothness
 uniform vec3 u_base_color;      // linear, times the colour map
-uniform vec4 u_maps;            // which of color, normal, height, gloss there are: 0 or 1
+uniform float u_has_color;      // 1: there is such a map; 0: there is none
+uniform float u_has_normal;
+uniform float u_has_height;
+uniform float u_has_gloss;
 uniform vec2 u_parallax;        // scale, bias
 uniform vec2 u_shine;           // specular, smoothness: factors of the gloss map, or alone without one
 uniform float u_alpha_cutoff;   // 0: opaque
@@ -37,17 +40,17 @@ void main() {
     vec3 geometric = safe_normalize(v_normal, vec3(0.0, 1.0, 0.0)) * side;
 
     vec2 uv = v_uv;
-    if (u_maps.z > 0.5 && u_parallax.x > 0.0) {
+    if (u_has_height > 0.5 && u_parallax.x > 0.0) {
         vec3 v = safe_normalize(to_eye, geometric);
         vec3 bitangent = v_tangent.w * cross(v_normal, v_tangent.xyz);
         uv = parallax_uv(u_height, v_uv, vec3(dot(v, v_tangent.xyz), dot(v, bitangent), dot(v, v_normal)),
                          u_parallax.x, u_parallax.y);
     }
 
-    vec4 texel = u_maps.x > 0.5 ? FETCH(u_color) : vec4(1.0);
+    vec4 texel = u_has_color > 0.5 ? FETCH(u_color) : vec4(1.0);
     // Every fetch stands before the discard: derivatives are undefined after it.
-    vec3 relief = u_maps.y > 0.5 ? decode_normal(FETCH(u_normal).rg, 1.0) : vec3(0.0, 0.0, 1.0);
-    vec2 gloss = u_maps.w > 0.5 ? FETCH(u_gloss).rg : vec2(1.0);
+    vec3 relief = u_has_normal > 0.5 ? decode_normal(FETCH(u_normal).rg, 1.0) : vec3(0.0, 0.0, 1.0);
+    vec2 gloss = u_has_gloss > 0.5 ? FETCH(u_gloss).rg : vec2(1.0);
     vec3 shaded = tangent_to_world(relief, v_normal, v_tangent) * side;
     float alpha = filtered_alpha(shaded, alpha_of_smoothness(gloss.g * u_shine.y));
     float texel_step = fwidth(texel.a);

@@ -2,6 +2,8 @@
 // scene.json, version 3, as plain values. Knows no GL. What a name means is in
 // pipeline/paradize/formats/FORMAT.md.
 
+#include "assets/object_maps.hpp"
+
 #include <glm/mat4x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -142,8 +144,9 @@ struct Placement {
 };
 
 struct Object {
-    std::string name, mesh, color, normal, height, gloss; // artifacts; empty: none
-    glm::dvec3 center{0.0};                               // bounding sphere in the mesh's space
+    std::string name, mesh;   // mesh: an artifact
+    PerMap<std::string> maps; // artifacts; empty: none
+    glm::dvec3 center{0.0};   // bounding sphere in the mesh's space
     float radius_m = 1.0F;
     bool camera = true, shadow = true, reflection = true, refraction = true; // the views that draw it
     bool repeat = true;          // its maps tile, else they end at their edges

@@ -52,10 +52,9 @@ void read_objects(const JsonObject &root, SceneFile &out) {
             value.refraction = drawn("refraction");
         }
         value.mesh = required_artifact(out, from, "mesh", ArtifactKind::mesh);
-        value.color = optional_artifact(out, from, "color", ArtifactKind::texture);
-        value.normal = optional_artifact(out, from, "normal", ArtifactKind::texture);
-        value.height = optional_artifact(out, from, "height", ArtifactKind::texture);
-        value.gloss = optional_artifact(out, from, "gloss", ArtifactKind::texture);
+        for_each_map([&](ObjectMap map, std::string_view name) {
+            value.maps[map] = optional_artifact(out, from, name, ArtifactKind::texture);
+        });
         value.repeat = from.boolean_or("repeat", value.repeat);
         value.center = position(from, "center");
         value.radius_m = real(from, "radius_m", 0.0, max_length_m);

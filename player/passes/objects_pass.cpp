@@ -8,7 +8,11 @@ namespace paradize {
 
 namespace {
 
-enum Unit : unsigned { unit_color, unit_normal, unit_height, unit_gloss };
+using assets::ObjectMap;
+
+unsigned unit_of(ObjectMap map) {
+    return static_cast<unsigned>(map);
+}
 
 /// Leaves are what is seen from both sides; so much of the light behind comes through.
 constexpr float leaf_translucency = 0.55F;
@@ -33,24 +37,24 @@ ObjectsPass::ObjectsPass(const PassSetup &setup)
                {shadow_define(setup.settings), parallax_define(setup.settings)}),
       environment_(setup, program_), depth_model_at_(depth_.location("u_model")),
       depth_cutoff_at_(depth_.location("u_alpha_cutoff")), model_at_(program_.location("u_model")),
-      scale_at_(program_.location("u_scale")), maps_at_(program_.location("u_maps")),
-      base_color_at_(program_.location("u_base_color")), parallax_at_(program_.location("u_parallax")),
-      shine_at_(program_.location("u_shine")), cutoff_at_(program_.location("u_alpha_cutoff")),
-      translucency_at_(program_.location("u_translucency")),
+      scale_at_(program_.location("u_scale")), base_color_at_(program_.location("u_base_color")),
+      parallax_at_(program_.location("u_parallax")), shine_at_(program_.location("u_shine")),
+      cutoff_at_(program_.location("u_alpha_cutoff")), translucency_at_(program_.location("u_translucency")),
       multisampled_at_(program_.location("u_multisampled")) {
-    depth_.set_unit("u_color", unit_color);
-    program_.set_unit("u_color", unit_color);
-    program_.set_unit("u_normal", unit_normal);
-    program_.set_unit("u_height", unit_height);
-    program_.set_unit("u_gloss", unit_gloss);
+    depth_.set_unit("u_color", unit_of(ObjectMap::color));
+    assets::for_each_map([&](ObjectMap map, std::string_view name) {
+        program_.set_unit(("u_" + std::string(name)).c_str(), unit_of(map));
+        has_at_[map] = program_.location(("u_has_" + std::string(name)).c_str());
+    });
     for (const Object &object : setup.scene.objects()) {
         const assets::Object &file = *object.file;
         const gl::Wrap wrap = file.repeat ? gl::Wrap::repeat : gl::Wrap::clamp;
-        const auto of = [&](const std::string &map) {
-            const assets::Artifact *artifact = setup.scene.file().find_artifact(map);
-            return sampler(wrap, artifact != nullptr ? artifact->max_level : std::nullopt, setup.settings);
-        };
-        object_samplers_.push_back({of(file.color), of(file.normal), of(file.height), of(file.gloss)});
+        assets::PerMap<unsigned> &samplers = object_samplers_.emplace_back();
+        assets::for_each_map([&](ObjectMap map, std::string_view) {
+            const assets::Artifact *artifact = setup.scene.file().find_artifact(file.maps[map]);
+            const std::optional<int> max_level = artifact != nullptr ? artifact->max_level : std::nullopt;
+            samplers[map] = sampler(wrap, max_level, setup.settings);
+        });
     }
 }
 
@@ -66,7 +70,7 @@ unsigned ObjectsPass::sampler(gl::Wrap wrap, std::optional<int> max_level, const
     return samplers_.back().sampler.name();
 }
 
-const ObjectsPass::MapSamplers &ObjectsPass::samplers_of(const Frame &frame, const Object &object) const {
+const assets::PerMap<unsigned> &ObjectsPass::samplers_of(const Frame &frame, const Object &object) const {
     return object_samplers_[static_cast<std::size_t>(&object - frame.scene.objects().data())];
 }
 
@@ -75,14 +79,15 @@ void ObjectsPass::draw_depth(const Frame &frame, const View &light) {
     depth_bias(true);
     for (const DrawItem &item : frame.visible(ViewKind::light)) {
         const Object &object = *item.object;
-        if (object.color != nullptr) {
-            object.color->bind(unit_color, samplers_of(frame, object)[unit_color]);
+        const StreamedTexture *color = object.maps[ObjectMap::color];
+        if (color != nullptr) {
+            color->bind(unit_of(ObjectMap::color), samplers_of(frame, object)[ObjectMap::color]);
         }
         gl::Program::set(depth_model_at_, light.local(item.instance->model));
         for (std::size_t m = 0; m < object.materials.size(); ++m) {
             const assets::Material &material = object.materials[m];
             set_two_sided(material.two_sided);
-            gl::Program::set(depth_cutoff_at_, object.color != nullptr ? material.alpha_cutoff : 0.0F);
+            gl::Program::set(depth_cutoff_at_, color != nullptr ? material.alpha_cutoff : 0.0F);
             object.mesh->draw(item.lod, static_cast<int>(m));
         }
     }
@@ -104,18 +109,13 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
     }
     for (const DrawItem &item : frame.visible(view.kind)) {
         const Object &object = *item.object;
-        const MapSamplers &samplers = samplers_of(frame, object);
-        const auto bind = [&](const StreamedTexture *texture, unsigned unit) {
-            if (texture != nullptr) {
-                texture->bind(unit, samplers[unit]);
+        const assets::PerMap<unsigned> &samplers = samplers_of(frame, object);
+        assets::for_each_map([&](ObjectMap map, std::string_view) {
+            if (object.maps[map] != nullptr) {
+                object.maps[map]->bind(unit_of(map), samplers[map]);
             }
-            return texture != nullptr ? 1.0F : 0.0F;
-        };
-        const float color = bind(object.color, unit_color);
-        const float normal = bind(object.normal, unit_normal);
-        const float height = bind(object.height, unit_height);
-        const float gloss = bind(object.gloss, unit_gloss);
-        gl::Program::set(maps_at_, glm::vec4(color, normal, height, gloss));
+            gl::Program::set(has_at_[map], object.maps[map] != nullptr ? 1.0F : 0.0F);
+        });
         gl::Program::set(model_at_, view.local(item.instance->model));
         gl::Program::set(scale_at_, item.instance->scale * object.mesh->grid().step[0]);
         for (std::size_t m = 0; m < object.materials.size(); ++m) {

@@ -8,7 +8,6 @@
 #include "passes/pass.hpp"
 #include "streaming/scene.hpp"
 
-#include <array>
 #include <optional>
 #include <vector>
 
@@ -25,9 +24,8 @@ class ObjectsPass : public Pass {
     gl::Program depth_;
     gl::Program program_;
     EnvironmentBindings environment_;
-    /// How one object's maps are read: sampler names, as in Unit.
-    using MapSamplers = std::array<unsigned, 4>;
-    const MapSamplers &samplers_of(const Frame &frame, const Object &object) const;
+    /// How one object's maps are read: the names of samplers.
+    const assets::PerMap<unsigned> &samplers_of(const Frame &frame, const Object &object) const;
     unsigned sampler(gl::Wrap wrap, std::optional<int> max_level, const RenderSettings &settings);
 
     struct CachedSampler {
@@ -36,9 +34,10 @@ class ObjectsPass : public Pass {
         gl::Sampler sampler;
     };
     std::vector<CachedSampler> samplers_;
-    std::vector<MapSamplers> object_samplers_; // by object, in the scene's order
+    std::vector<assets::PerMap<unsigned>> object_samplers_; // by object, in the scene's order
+    assets::PerMap<int> has_at_;                            // uniforms
     int depth_model_at_ = -1, depth_cutoff_at_ = -1;
-    int model_at_ = -1, scale_at_ = -1, maps_at_ = -1, base_color_at_ = -1, parallax_at_ = -1, shine_at_ = -1,
+    int model_at_ = -1, scale_at_ = -1, base_color_at_ = -1, parallax_at_ = -1, shine_at_ = -1,
         cutoff_at_ = -1;
     int translucency_at_ = -1, multisampled_at_ = -1;
 };

@@ -26,7 +26,8 @@ std::uint64_t fingerprint(const Frame &frame, const View &light) {
     for (const DrawItem &item : frame.visible(ViewKind::light)) {
         mix(hash, std::bit_cast<std::uintptr_t>(item.instance));
         mix(hash, static_cast<std::uint64_t>(item.lod));
-        mix(hash, item.object->color != nullptr && item.object->color->complete() ? 1U : 0U);
+        const StreamedTexture *color = item.object->maps[assets::ObjectMap::color];
+        mix(hash, color != nullptr && color->complete() ? 1U : 0U);
     }
     if (const TerrainTiles *terrain = frame.terrain()) {
         for (const std::uint32_t patch : terrain->cut().patches()) {

@@ -52,10 +52,8 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
         Object &object = objects_.emplace_back();
         object.file = &entry;
         object.mesh = mesh(entry.mesh);
-        object.color = texture(entry.color);
-        object.normal = texture(entry.normal);
-        object.height = texture(entry.height);
-        object.gloss = texture(entry.gloss);
+        assets::for_each_map(
+            [&](assets::ObjectMap map, std::string_view) { object.maps[map] = texture(entry.maps[map]); });
         if (object.mesh->levels().size() != entry.lods.size()) {
             throw Error("scene.json: object " + entry.name + " has " + std::to_string(entry.lods.size()) +
                         " lods, its mesh " + entry.mesh + " has " +

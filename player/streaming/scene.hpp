@@ -26,12 +26,8 @@ struct Instance {
 struct Object {
     const assets::Object *file = nullptr;
     const StreamedMesh *mesh = nullptr;
-    // nullptr: the object has no such map
-    const StreamedTexture *color = nullptr;
-    const StreamedTexture *normal = nullptr;
-    const StreamedTexture *height = nullptr;
-    const StreamedTexture *gloss = nullptr;
-    std::vector<assets::Material> materials; // one per name in mesh->materials(), same order
+    assets::PerMap<const StreamedTexture *> maps; // nullptr: the object has no such map
+    std::vector<assets::Material> materials;      // one per name in mesh->materials(), same order
     std::vector<Instance> instances;
 };
 

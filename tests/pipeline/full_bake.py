@@ -17,11 +17,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from paradize.bakers.maps.bake import MAPS, bake_maps
+from paradize.bakers.maps.bake import bake_maps
 from paradize.build import publish
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
+from paradize.maps import DERIVED
 from paradize.scene import requirements as require
 from paradize.scene.requirements import Requirements
 from paradize.scene.settings import Scene, load_scene
@@ -80,7 +81,7 @@ def measure_sizes(scene_path: Path, path_aware: Path, full: Path) -> Sizes:
     scene = load_scene(scene_path)
     parts = artifact_bytes(full)
     for owner, picture, source in pictures_of(scene):
-        absent = [name for name in MAPS if f"{owner}_{name}" not in parts]
+        absent = [name for name in DERIVED if f"{owner}_{name}" not in parts]
         if absent:
             made = bake_maps(picture, only=absent, source=source, tier="fast", measure=False)
             parts |= {f"{owner}_{name}": len(product.data) for name, product in made.items()}

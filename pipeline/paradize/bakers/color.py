@@ -126,16 +126,16 @@ def color_formats(
     `measure` shows them; why that is not the one that the tier declares; and the weight of alpha in BC7 where
     it was looked for."""
     rows, columns, channels = values.shape
-    name = "color with alpha" if channels == 4 else "color"
-    formats = formats_of(name, rows, columns, tier=tier)
-    if channels != 4 or formats[0] != "BC7_SRGB":
+    alpha = channels == 4
+    formats = formats_of("color", rows, columns, tier=tier, alpha=alpha)
+    if not alpha or formats[0] != "BC7_SRGB":
         return formats, None, None
     finest = _Finest(values, encoded)
     weight = finest.alpha_weight(tier)
     below, found = finest.errors("BC3_SRGB", "balanced"), finest.errors("BC7_SRGB", tier, weight)
     worse = [f"{key} {found[key]:g} for {below[key]:g}" for key in below if found[key] < below[key]]
     reason = f"BC7 leaves more than BC3 of tier balanced: {', '.join(worse)}" if worse else None
-    return formats_of(name, rows, columns) if worse else formats, reason, weight
+    return formats_of("color", rows, columns, alpha=alpha) if worse else formats, reason, weight
 
 
 class _Finest:

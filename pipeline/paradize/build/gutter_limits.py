@@ -19,6 +19,7 @@ from paradize.data import Mesh, Texture, six
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.kernels.gutter import Bleed, linear_light, walk
+from paradize.maps import MAPS
 from paradize.metrics.texels import decode_texels
 from paradize.stages import gutter
 
@@ -26,7 +27,6 @@ F32 = npt.NDArray[np.float32]
 
 # What `paradize check` walks with.
 __all__ = [
-    "KINDS",
     "Borders",
     "find_borders",
     "is_safe",
@@ -38,7 +38,6 @@ __all__ = [
 
 is_safe, reach_of = gutter.is_safe, gutter.parallax_reach
 
-KINDS = {"color": "color", "normal": "normal", "height": "value", "gloss": "value"}
 _STEPS = 6  # bisections: the reach given is within 1/64 of what there is
 
 
@@ -96,7 +95,7 @@ def measure_gutters(
     repeat: bool,
     pixel_m: float | None,
 ) -> dict[str, Any]:
-    """What an object's maps allow. textures: KTX2 by map ("color", "normal", "height", "gloss"). parallax:
+    """What an object's maps allow. textures: KTX2 by map. parallax:
     (scale, bias) by material. bleed: the bound, a share of the range. pixel_m: how many metres of the
     object the largest pixel of the flight covers; None where it is never seen.
 
@@ -135,7 +134,7 @@ def measure_gutters(
     for key, chain in chains.items():
         at = of_map[key]
         size = max(at.width, at.height)
-        found = walk(chain, KINDS[key], at.islands.layout, at.reach(given))
+        found = walk(chain, MAPS[key].kind, at.islands.layout, at.reach(given))
         level = _level_in_use(mesh, at.width, at.height, pixel_m, len(chain) - 1)
         maps[key] = _facts(found, at.islands, level, max(given.values(), default=0.0), size, bleed)
     return {"repeat": around, "limits": limits, "maps": maps}
@@ -149,7 +148,7 @@ def _safe_reach(
     def level_0(key: str, tried: float) -> Bleed:
         at = of_map[key]
         far = at.reach({material: tried}, only=material)
-        return walk(chains[key][:1], KINDS[key], at.islands.layout, far)[0]
+        return walk(chains[key][:1], MAPS[key].kind, at.islands.layout, far)[0]
 
     def safe(tried: float) -> bool:
         return all(gutter.is_safe(level_0(key, tried), bleed, known[key]) for key in chains)

@@ -9,12 +9,14 @@ from typing import Any
 from paradize.errors import FormatError
 from paradize.formats.glb.document import glb_document
 from paradize.formats.scene_manifest import FORMAT, VERSION
+from paradize.maps import MAPS, maps_of
 from paradize.scene.flight import PI, Flight, Vec
 from paradize.scene.requirements import ObjectSighting, sun_direction
 from paradize.scene.settings import ObjectMaterial, Scene, SceneObject, Waiver
 
 # What the first frames need first: the sky, then the ground, then things; colour before relief.
-_STREAMING = ("cubemap", "mesh", "color", "normal", "dudv", "gloss", "height", "sound")
+_BY_RANK = sorted(MAPS, key=lambda name: MAPS[name].stream_rank)
+_STREAMING = ("cubemap", "mesh", *_BY_RANK, "sound")
 
 
 @dataclass(frozen=True)
@@ -186,10 +188,11 @@ def _terrain(scene: Scene, entries: dict[str, Any], ground: dict[str, Any] | Non
     told: dict[str, Any] = ground["tables"]
     return {
         "tiles": list(_tiles(ground)),
-        "sand_color": "sand_color",
-        "sand_normal": _present("sand_normal", entries),
-        "effect_color": _present("effect_color", entries),
-        "effect_normal": _present("effect_normal", entries),
+        **{
+            f"{stem}_{key}": _present(f"{stem}_{key}", entries)
+            for stem in ("sand", "effect")
+            for key in maps_of("ground")
+        },
         "sand_repeat": terrain.sand_repeat,
         "mix_low_m": terrain.mix_low_m,
         "mix_high_m": terrain.mix_high_m,
@@ -208,7 +211,7 @@ def _water(scene: Scene) -> dict[str, Any] | None:
         return None
     told = _plain(water)
     told["scroll_per_s"] = told.pop("scroll")
-    return {"normal": "water_normal", "dudv": "water_dudv"} | {
+    return {key: f"water_{key}" for key in maps_of("water")} | {
         key: value for key, value in told.items() if key not in {"waves", "wave_strength", "wave_relief"}
     }
 
@@ -227,10 +230,7 @@ def _object(
         "name": item.name,
         "views": list(item.views),
         "mesh": f"{item.name}_mesh",
-        "color": _present(f"{item.name}_color", entries),
-        "normal": _present(f"{item.name}_normal", entries),
-        "height": _present(f"{item.name}_height", entries),
-        "gloss": _present(f"{item.name}_gloss", entries),
+        **{key: _present(f"{item.name}_{key}", entries) for key in maps_of("object")},
         "repeat": bool(gutters["repeat"]) if gutters else True,
         "center": list(facts.center),
         "radius_m": facts.radius_m,

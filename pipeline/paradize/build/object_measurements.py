@@ -18,11 +18,11 @@ from paradize.build.work import run_work
 from paradize.errors import ParadizeError
 from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.pool import Job
+from paradize.maps import maps_of
 from paradize.scene.requirements import ObjectSighting
 from paradize.scene.settings import ObjectMaterial, Scene, SceneObject
 from paradize.store.local import Store, key_of
 
-MAPS = ("color", "normal", "height", "gloss")
 _HOLDS = {"gutters": GUTTERS, "bumps": BUMPS}
 
 
@@ -69,7 +69,7 @@ def measure_objects(
     asked: list[_Measurement] = []
     found: dict[str, dict[str, dict[str, Any]]] = {what: {} for what in _HOLDS}
     for item in scene.objects:
-        textures = {key: f"{item.name}_{key}" for key in MAPS if f"{item.name}_{key}" in data}
+        textures = {key: f"{item.name}_{key}" for key in maps_of("object") if f"{item.name}_{key}" in data}
         known = {name: item.materials.get(name, ObjectMaterial()) for name in materials[item.name]}
         parallax = {name: (one.parallax_scale, one.parallax_bias) for name, one in known.items()}
         repeat = item.wrap == "repeat"

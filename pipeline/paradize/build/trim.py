@@ -21,6 +21,7 @@ from paradize.formats.ktx2.size import ktx2_size
 from paradize.formats.scene_fields import Check
 from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.pool import Job
+from paradize.maps import maps_of
 from paradize.scene.requirements import finest_scales, finest_shadow_texel_m, ground_sight
 from paradize.scene.settings import Scene, SceneObject
 from paradize.store.local import Store, key_of
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
 
 _MODULE, _FLAT = "paradize.build.required_detail", "paradize.build.flat_colors"
 _MOST_TILES_BYTES = 64_000_000  # larger terrains keep their textures whole
-_MAPS = ("color", "normal", "height", "gloss")
 Asked = dict[str, dict[str, Any]]  # by artifact, as required_detail.measure_required_detail returns it
 
 
@@ -71,7 +71,7 @@ def ask(
         found |= told
     objects, work = [], []
     for item in scene.objects:
-        names = [f"{item.name}_{key}" for key in _MAPS]
+        names = [f"{item.name}_{key}" for key in maps_of("object")]
         names = [name for name in names if "others" in found.get(name, {})]
         if names:
             levels = {name.rpartition("_")[2]: found[name]["others"]["level"] for name in names}
@@ -138,7 +138,7 @@ def _parts(scene: Scene, data: Mapping[str, bytes | Path], facts: Mapping[str, M
     tiles = [name for name in data if name.startswith("terrain_mesh")] if scene.terrain else []
     if scene.terrain and sum(_size(data[name]) for name in tiles) <= _MOST_TILES_BYTES:
         meshes = tiles
-        names = [f"{stem}_{key}" for stem in ("sand", "effect") for key in ("color", "normal")]
+        names = [f"{stem}_{key}" for stem in ("sand", "effect") for key in maps_of("ground")]
         repeat_m = scene.terrain.size_m[0] / scene.terrain.sand_repeat
         decides["ground"] = {"textures": _sizes(names, data), "repeat_m": repeat_m}
         held = [data[name] for name in tiles]
@@ -147,7 +147,7 @@ def _parts(scene: Scene, data: Mapping[str, bytes | Path], facts: Mapping[str, M
     if scene.water:
         water = scene.water
         told = {"level_m": water.level_m, "size_m": water.size_m, "tile": water.tile}
-        decides["water"] = {"textures": _sizes(["water_normal", "water_dudv"], data)} | told
+        decides["water"] = {"textures": _sizes([f"water_{key}" for key in maps_of("water")], data)} | told
     if scene.sky and isinstance(cube := data["sky"], bytes):
         side, _, levels = ktx2_size(cube)
         decides["sky"] = {"side": side, "levels": levels, "smoothest": _smoothest(scene)}
@@ -157,7 +157,7 @@ def _parts(scene: Scene, data: Mapping[str, bytes | Path], facts: Mapping[str, M
 
 def _thing(item: SceneObject, known: MeshFacts, data: Mapping[str, bytes | Path]) -> dict[str, Any]:
     """bake_asked.Thing's fields, but for the GLB."""
-    sizes = _sizes([f"{item.name}_{key}" for key in _MAPS], data)
+    sizes = _sizes([f"{item.name}_{key}" for key in maps_of("object")], data)
     materials = item.materials.values()
     deep = f"{item.name}_height" in sizes
     return {

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.build.gutter_limits import KINDS, Borders, find_borders, is_safe, reach_of, sampled_levels, walk
+from paradize.build.gutter_limits import Borders, find_borders, is_safe, reach_of, sampled_levels, walk
 from paradize.check.rules import Finding, isolated
 from paradize.data import Texture
 from paradize.documents import SCENE_FILE
@@ -19,6 +19,7 @@ from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.layout import MAX_SIZE
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene_manifest import read_entry
+from paradize.maps import MAPS, maps_of
 
 F32 = npt.NDArray[np.float32]
 _DIGITS = 1e-5  # scene.json holds six
@@ -32,7 +33,7 @@ def check_gutters(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
 
 
 def _object(manifest: dict[str, Any], folder: Path, item: dict[str, Any]) -> Iterator[Finding]:
-    names = {key: item[key] for key in KINDS if item[key] is not None}
+    names = {key: item[key] for key in maps_of("object") if item[key] is not None}
     names = {key: name for key, name in names.items() if manifest["artifacts"][name]["gutter"]}
     if not names:
         return
@@ -106,11 +107,11 @@ def _walk(
     count = len(texture.levels) if artifact["max_level"] is None else artifact["max_level"] + 1
     levels = _padded(sampled_levels(texture, key)[:count], left)
     far = borders.reach(given)
-    steep = walk(levels, KINDS[key], borders.islands.layout, far)
+    steep = walk(levels, MAPS[key].kind, borders.islands.layout, far)
     flat = steep
     bad = any(not is_safe(found, bound, at) for found, at in zip(steep, known, strict=False))
     if bad and (far > 0.0).any():
-        flat = walk(levels, KINDS[key], borders.islands.layout, far.clip(max=0.0))
+        flat = walk(levels, MAPS[key].kind, borders.islands.layout, far.clip(max=0.0))
     for level, (here, moved) in enumerate(zip(flat, steep, strict=True)):
         if level < left:
             continue

@@ -23,13 +23,13 @@ from paradize.data import Texture
 from paradize.errors import FormatError
 from paradize.files import MAX_BYTES, read_file
 from paradize.formats.ktx2.reader import decode_ktx2
+from paradize.maps import MAPS, maps_of
 from paradize.metrics.texels import decode_texels, rebuilt
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
 
-KINDS = ("normal", "dudv", "gloss", "height", "color")
-_NAMED = re.compile(r"(.+)_(normal|dudv|gloss|height|color)\.ktx2")
+_NAMED = re.compile(rf"(.+)_({'|'.join(MAPS)})\.ktx2")
 _CODES: dict[str, tuple[Any, int]] = {"RG8_SNORM": (np.int8, -127), "RG16_SNORM": (np.dtype("<i2"), -32767)}
 _FEW = 0.02  # of a level's texels: fewer that are off may be the blocks' noise
 _APART = 0.03  # of the range, beside a part of the level's own contrast: how far areas of two levels may be
@@ -64,10 +64,10 @@ def scene_maps(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
     surfaces: list[dict[str, str | None]] = []
     if terrain:
         for ground in ("sand", "effect"):
-            surfaces.append({kind: terrain[f"{ground}_{kind}"] for kind in ("color", "normal")})
+            surfaces.append({kind: terrain[f"{ground}_{kind}"] for kind in maps_of("ground")})
     if water:
-        surfaces.append({kind: water[kind] for kind in ("normal", "dudv")})
-    surfaces += [{kind: item[kind] for kind in KINDS if kind in item} for item in manifest["objects"]]
+        surfaces.append({kind: water[kind] for kind in maps_of("water")})
+    surfaces += [{kind: item[kind] for kind in maps_of("object")} for item in manifest["objects"]]
     for surface in surfaces:
         entries = {kind: manifest["artifacts"][name] for kind, name in surface.items() if name}
         files = {kind: (folder / entry["file"], entry["bytes"]) for kind, entry in entries.items()}
@@ -103,7 +103,7 @@ def _read(files: Mapping[str, tuple[Path, int]]) -> dict[str, Map]:
 
 
 def check_maps(maps: Mapping[str, Map], *, green_up: bool = False) -> Iterator[Finding]:
-    """The findings in the maps of one surface, by kind (those of KINDS that there are), all made of one
+    """The findings in the maps of one surface, by kind (those that there are), all made of one
     source. green_up: whether normals are known to be so; files alone do not tell."""
     for kind, found in maps.items():
         srgb = found.texture.format.endswith("_SRGB")  # of any other map: another rule's finding

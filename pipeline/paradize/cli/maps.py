@@ -8,8 +8,8 @@ from pathlib import Path
 from paradize.cli.single_file import add_common, add_nodata, bake_file
 from paradize.cli.values import number, whole
 from paradize.errors import BakeError
+from paradize.maps import DERIVED
 
-MAPS = ("normal", "height", "gloss", "dudv")
 _FILTER_HELP = (
     "auto (looks at the heights), central, scharr, fourth, eighth, smooth2 to smooth16, "
     "quintic3 to quintic16, septic4 to septic16, spectral"
@@ -19,9 +19,9 @@ _FILTER_HELP = (
 def _maps(text: str) -> list[str]:
     names = [name.strip() for name in text.split(",")]
     for name in names:
-        if name not in MAPS:
-            raise argparse.ArgumentTypeError(f"{name!r} is no map; allowed: {', '.join(MAPS)}")
-    return [name for name in MAPS if name in names]
+        if name not in DERIVED:
+            raise argparse.ArgumentTypeError(f"{name!r} is no map; allowed: {', '.join(DERIVED)}")
+    return [name for name in DERIVED if name in names]
 
 
 def _names(text: str) -> list[str]:
@@ -43,7 +43,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     """What `paradize maps` takes."""
     sub.add_argument("input", type=Path, metavar="IN.png")
     sub.add_argument("-o", "--out", type=Path, metavar="DIR", required=True)
-    sub.add_argument("--only", type=_maps, default=list(MAPS), metavar="A,B", help=", ".join(MAPS))
+    sub.add_argument("--only", type=_maps, default=list(DERIVED), metavar="A,B", help=", ".join(DERIVED))
     sub.add_argument(
         "--from",
         dest="source",

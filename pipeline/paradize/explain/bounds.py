@@ -12,17 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from paradize.explain.bound import SIX, bound
+from paradize.maps import MAPS, maps_of
 
 # What mixing linear light adds to the largest error of sRGB codes: a share of it, and a share of the range.
 MIXED, MIXED_MOST = 0.32, 1.25 / 255.0
-_MAPS = ("color", "normal", "height", "gloss")
-_OPEN = {
-    "color": ["light"],
-    "normal": ["mixes of texels", "light"],
-    "height": ["what parallax makes of it"],
-    "gloss": ["light"],
-    "dudv": ["mixes of texels", "what the water makes of it"],
-}
 
 
 def bounds_of(manifest: dict[str, Any], folder: Path) -> dict[str, dict[str, Any]]:
@@ -40,7 +33,7 @@ def bounds_of(manifest: dict[str, Any], folder: Path) -> dict[str, dict[str, Any
     deep = {
         item[key]
         for item in manifest["objects"]
-        for key in _MAPS
+        for key in maps_of("object")
         if item["height"] is not None
         and any(material["parallax_scale"] != 0.0 for material in item["materials"].values())
     }
@@ -66,8 +59,8 @@ def mixed(share: float) -> float:
 def _texture(key: str, entry: dict[str, Any], *, moved: bool) -> dict[str, Any]:
     last = entry["max_level"]
     levels = entry["levels"] if last is None else entry["levels"][: last + 1]
-    measure = "max_deg" if key in ("normal", "dudv") else "max"
-    unbounded = list(_OPEN[key])
+    measure = MAPS[key].worst
+    unbounded = list(MAPS[key].not_bounded)
     if moved and key != "height":
         unbounded.insert(0, "where parallax moves its samples")
     gutter = entry["gutter"]

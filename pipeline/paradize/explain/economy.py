@@ -9,11 +9,9 @@ from typing import Any
 
 from paradize.errors import FormatError
 from paradize.files import open_file
+from paradize.formats.ktx2.layout import full_level_count, level_bytes
 from paradize.formats.ktx2.size import SIZE_BYTES, ktx2_size
-
-# Bytes of a block of four by four texels, and of a texel: of the smallest format of each map.
-_BLOCK = {"normal": 16, "height": 8, "gloss": 16}
-_TEXEL = {"dudv": 2}
+from paradize.maps import DERIVED, MAPS
 
 
 def textures_by_owner(manifest: dict[str, Any]) -> dict[str, list[str]]:
@@ -44,7 +42,7 @@ def economy(
         side = _size(folder / manifest["artifacts"][artifact]["file"])
         if side is not None:
             width, height = (size << asked["left_out"] for size in side)
-            absent = [name for name in (*_BLOCK, *_TEXEL) if f"{owner}_{name}" not in maps]
+            absent = [name for name in DERIVED if f"{owner}_{name}" not in maps]
             told["maps"] = {name: chain_bytes(name, width, height) for name in absent}
     return told
 
@@ -83,16 +81,9 @@ def saved_words(saved: dict[str, int]) -> str:
 
 
 def chain_bytes(name: str, width: int, height: int) -> int:
-    """Bytes of all levels of a map of this size."""
-    total = 0
-    while True:
-        if name in _TEXEL:
-            total += width * height * _TEXEL[name]
-        else:
-            total += -(-width // 4) * -(-height // 4) * _BLOCK[name]
-        if width == height == 1:
-            return total
-        width, height = max(1, width // 2), max(1, height // 2)
+    """Bytes of all levels of a map of this size in its smallest format."""
+    fmt = MAPS[name].formats[0]
+    return sum(level_bytes(fmt, width, height, level) for level in range(full_level_count(width, height)))
 
 
 def _size(path: Path) -> tuple[int, int] | None:

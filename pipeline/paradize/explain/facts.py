@@ -22,6 +22,7 @@ from paradize.explain.bounds import bounds_of
 from paradize.explain.economy import economy, saved_bytes, textures_by_owner
 from paradize.explain.gutters import decides
 from paradize.formats.scene_manifest import read_scene
+from paradize.maps import maps_of
 from paradize.scene.requirements import BakeJob, Output, require
 from paradize.scene.settings import Scene, load_scene
 
@@ -101,7 +102,7 @@ class _Known:
         self.manifest, self.inputs = manifest, inputs
         self.textures = textures_by_owner(manifest)
         self.bounds = bounds_of(manifest, folder)
-        names = ("mesh", "color", "normal", "height", "gloss")
+        names = ("mesh", *maps_of("object"))
         self.owners = {item[name]: item for item in reversed(manifest["objects"]) for name in names}
 
 

@@ -31,6 +31,7 @@ from paradize.formats.scene_fields import (
     whole,
 )
 from paradize.formats.terrain_tables import check_tree
+from paradize.maps import maps_of
 
 FORMAT = "paradize-scene"
 VERSION = 3
@@ -75,6 +76,9 @@ GUTTER: dict[str, Check] = {
     "bleed_max": list_of(_positive, least=1),
 }
 _gutter = table(**GUTTER)
+_GROUND_MAPS: dict[str, Check] = {
+    f"{stem}_{key}": or_null(text) for stem in ("sand", "effect") for key in maps_of("ground")
+} | {"sand_color": text}
 
 _asked = table(
     left_out=_level,
@@ -152,10 +156,7 @@ _manifest = table(
                 left_out=_row,
                 left_out_bytes=whole(0, 1 << 60),
             ),
-            sand_color=text,
-            sand_normal=or_null(text),
-            effect_color=or_null(text),
-            effect_normal=or_null(text),
+            **_GROUND_MAPS,
             sand_repeat=_positive,
             mix_low_m=_real,
             mix_high_m=_real,
@@ -170,8 +171,7 @@ _manifest = table(
     ),
     water=or_null(
         table(
-            normal=text,
-            dudv=text,
+            **dict.fromkeys(maps_of("water"), text),
             level_m=_real,
             size_m=_positive,
             tile=_positive,
@@ -190,10 +190,7 @@ _manifest = table(
             name=text,
             views=list_of(_view_name, least=1),
             mesh=text,
-            color=or_null(text),
-            normal=or_null(text),
-            height=or_null(text),
-            gloss=or_null(text),
+            **dict.fromkeys(maps_of("object"), or_null(text)),
             repeat=flag,
             center=_vec3,
             radius_m=_positive,
@@ -239,13 +236,13 @@ def references(manifest: dict[str, Any]) -> list[tuple[str, str, tuple[str, ...]
         found.append(("sky.cubemap", manifest["sky"]["cubemap"], ("cubemap",)))
     if terrain := manifest["terrain"]:
         found += [(f"terrain.tiles[{i}]", name, ("mesh",)) for i, name in enumerate(terrain["tiles"])]
-        for key in ("sand_color", "sand_normal", "effect_color", "effect_normal"):
+        for key in _GROUND_MAPS:
             found.append((f"terrain.{key}", terrain[key], ("texture",)))
     if water := manifest["water"]:
-        found += [(f"water.{key}", water[key], ("texture",)) for key in ("normal", "dudv")]
+        found += [(f"water.{key}", water[key], ("texture",)) for key in maps_of("water")]
     for i, item in enumerate(manifest["objects"]):
         found.append((f"objects[{i}].mesh", item["mesh"], ("mesh",)))
-        for key in ("color", "normal", "height", "gloss"):
+        for key in maps_of("object"):
             found.append((f"objects[{i}].{key}", item[key], ("texture",)))
     if manifest["sound"]:
         found.append(("sound.artifact", manifest["sound"]["artifact"], ("sound",)))

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from paradize.errors import BakeError
+from paradize.maps import DERIVED
 from paradize.measure.mesh import mesh_groups
 from paradize.measure.terrain import field_groups, path_groups, tree_groups
 from paradize.measure.texture import color_groups, map_groups, sky_groups
@@ -101,8 +102,7 @@ def _mesh_order(path: Path) -> BakeJob:
 def _map_order(path: Path, source: str) -> BakeJob:
     """As `paradize maps` has it."""
     settings = {"source": source, "strength": 1.0, "relief": asdict(Relief()), "wrap": "clamp"}
-    names = ("normal", "height", "gloss", "dudv")
-    wants = tuple(Output(f"{path.stem}_{name}", "texture", name, "") for name in names)
+    wants = tuple(Output(f"{path.stem}_{name}", "texture", name, "") for name in DERIVED)
     return BakeJob(f"{path.stem} maps", "maps", {"image": path}, settings, wants)
 
 

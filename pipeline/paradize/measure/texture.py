@@ -16,25 +16,19 @@ from paradize.bakers.product import flat_errors, wraps_of
 from paradize.bakers.registry import layout_of
 from paradize.data import HeightMap, Texture
 from paradize.formats.ktx2.encode import encode_ktx2
+from paradize.maps import MAPS
 from paradize.measure.timing import Trial, TrialGroup, TrialResult, timed
 from paradize.metrics.levels import color_levels
 from paradize.metrics.source import sky_error
 from paradize.readers.image import read_image
 from paradize.scene.requirements import BakeJob
 from paradize.stages import cubemap
-from paradize.stages.compress import FORMATS, TIERS, formats_of
+from paradize.stages.compress import TIERS, formats_of
 from paradize.stages.filters import choose_filter
 from paradize.stages.normal import prepare
 from paradize.stages.sweep import bands_of, run
 
 Settings = dict[str, Any]
-_METRICS = {
-    "color": ("color_psnr_db",),
-    "normal": ("normal_p99_deg", "normal_mean_deg", "normal_max_deg"),
-    "height": ("height_psnr_db",),
-    "gloss": ("gloss_psnr_db",),
-    "dudv": ("dudv_p99_deg", "dudv_mean_deg", "dudv_max_deg"),
-}
 
 
 def color_groups(order: BakeJob) -> list[TrialGroup]:
@@ -45,7 +39,7 @@ def color_groups(order: BakeJob) -> list[TrialGroup]:
     tries = _format_tries(own, color_tier, given)
     note = "The time holds the mips, in linear light."
     artifact = order.wants[0].artifact
-    return [TrialGroup(order.name, "block compression", artifact, _METRICS["color"], tries, TIERS, note)]
+    return [TrialGroup(order.name, "block compression", artifact, MAPS["color"].metrics, tries, TIERS, note)]
 
 
 def map_groups(order: BakeJob) -> list[TrialGroup]:
@@ -60,13 +54,13 @@ def map_groups(order: BakeJob) -> list[TrialGroup]:
             found.append(_filter_group(order, base, want.artifact))
         own = {tier: formats_of(want.product, height, width, tier=tier) for tier in TIERS}
         tries = _format_tries(own, map_tier, given)
-        if len(FORMATS[want.product]) == 1:
+        if len(MAPS[want.product].formats) == 1:
             tries = (
                 Trial(
                     tries[0].tier, map_tier, given | {"fmt": tries[0].series, "tier": "balanced"}, None, {}
                 ),
             )
-        metrics = _METRICS[want.product]
+        metrics = MAPS[want.product].metrics
         note = "The time holds the map's rows and its mips."
         found.append(TrialGroup(title, "block compression", want.artifact, metrics, tries, TIERS, note))
     return found

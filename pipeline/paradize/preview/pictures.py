@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from paradize.maps import MAPS
 from paradize.metrics.texels import decode_texels
 from paradize.preview.shade import Material, flat_preview, sphere_preview, to_light
 
@@ -71,19 +72,19 @@ def _grey(values: F32) -> U8:
     return np.repeat(codes[:, :, None], 3, axis=2)
 
 
-def picture_of(kind: str, decoded: F32) -> U8:
-    """How a map is shown: colour and grey as they are, signed values with zero in the middle."""
+def picture_of(name: str, decoded: F32, channel: int | None = None) -> U8:
+    """How a map is shown, or one channel of it as grey: colour and grey as they are, signed values with zero
+    in the middle."""
+    kind = MAPS[name].kind
+    if channel is not None or kind == "value":
+        return _grey(decoded[:, :, channel or 0])
     if kind == "color":
         return to_bytes(decoded[:, :, :3])
     if kind == "normal":
         return to_bytes(rebuilt(decoded[:, :, :2]) * 0.5 + 0.5)
-    if kind == "dudv":
-        most = max(1e-6, float(np.abs(decoded[:, :, :2]).max()))
-        signed = decoded[:, :, :2] / most * 0.5 + 0.5
-        return to_bytes(np.dstack([signed, np.full(signed.shape[:2], 0.5, np.float32)]))
-    if kind == "alpha":
-        return _grey(decoded[:, :, 3])
-    return _grey(decoded[:, :, 1 if kind == "smoothness" else 0])
+    most = max(1e-6, float(np.abs(decoded[:, :, :2]).max()))
+    signed = decoded[:, :, :2] / most * 0.5 + 0.5
+    return to_bytes(np.dstack([signed, np.full(signed.shape[:2], 0.5, np.float32)]))
 
 
 def has_holes(texture: Texture) -> bool:

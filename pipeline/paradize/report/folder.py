@@ -16,14 +16,14 @@ from paradize.errors import FormatError, ParadizeError
 from paradize.files import read_file
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene_manifest import read_entry, read_scene
+from paradize.maps import MAPS
 from paradize.preview.pictures import MaterialDefaults, SheetMap
 from paradize.report.levels import draw_object
-from paradize.report.sheet import draw_sheet, draw_sky
+from paradize.report.sheet import SHEET_ORDER, draw_sheet, draw_sky
 from paradize.store.atomic import write_whole
 
 RECORD = "sheets.json"
 MOST_SHEETS = 100  # on a page
-MAPS = ("color", "height", "normal", "gloss", "dudv")
 
 
 @dataclass
@@ -116,7 +116,7 @@ def draw_maps(files: dict[str, bytes], title: str, told: dict[str, Any], folder:
 
     def draw() -> bytes:
         maps = {}
-        for name in (name for name in MAPS if name in told["maps"]):
+        for name in (name for name in SHEET_ORDER if name in told["maps"]):
             entry = told["maps"][name]
             data = files[Path(entry["file"]).name]
             errors = entry.get("errors") or {entry["metric"]: entry["error"]}
@@ -168,7 +168,7 @@ def _materials(scene: dict[str, Any]) -> dict[str, dict[str, dict[str, Any]]]:
             found.setdefault(material, {})[kind] = entry
         elif entry["kind"] == "cubemap":
             found[name] = {"cubemap": entry}
-    order = (*MAPS, "cubemap")
+    order = (*SHEET_ORDER, "cubemap")
     materials = {name: {k: maps[k] for k in order if k in maps} for name, maps in found.items()}
     for item in scene.get("objects", ()):
         color = {"color": scene["artifacts"][item["color"]]} if item["color"] else {}

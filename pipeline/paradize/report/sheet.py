@@ -6,11 +6,13 @@ Pillow draws; nothing here reaches an artifact.
 from __future__ import annotations
 
 import io
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from paradize.maps import MAPS, maps_of
 from paradize.metrics.texels import decode_texels
 from paradize.preview.pictures import (
     LARGEST,
@@ -43,29 +45,30 @@ def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
     return ImageFont.load_default(size)
 
 
-_TITLES = {
-    "color": "colour",
-    "alpha": "alpha",
-    "normal": "normal, green up",
-    "height": "height",
-    "specular": "gloss R: specular intensity",
-    "smoothness": "gloss G: smoothness",
-    "dudv": "du/dv, stretched",
-}
+# Colour and shape first, then what follows from them.
+SHEET_ORDER = tuple(dict.fromkeys(("color", "height", *MAPS)))
 
 
-def _panels(maps: dict[str, SheetMap]) -> list[tuple[str, str]]:
-    """(map, how it is shown) in the order of the sheet."""
-    out: list[tuple[str, str]] = []
-    for name in ("color", "height", "normal", "gloss", "dudv"):
-        if name not in maps:
-            continue
-        if name == "gloss":
-            out += [(name, "specular"), (name, "smoothness")]
-        else:
-            out.append((name, name))
+@dataclass(frozen=True)
+class _Panel:
+    """One picture of a map: of all its channels, or of one alone."""
+
+    map: str
+    title: str
+    channel: int | None = None
+
+    def picture(self, decoded: F32) -> U8:
+        return picture_of(self.map, decoded, self.channel)
+
+
+def _panels(maps: dict[str, SheetMap]) -> list[_Panel]:
+    """What is shown, in the order of the sheet."""
+    out: list[_Panel] = []
+    for name in (name for name in SHEET_ORDER if name in maps):
+        many = len(MAPS[name].panels) > 1
+        out += [_Panel(name, title, k if many else None) for k, title in enumerate(MAPS[name].panels)]
         if name == "color" and has_holes(maps[name].texture):
-            out.append((name, "alpha"))
+            out.append(_Panel(name, "alpha", 3))
     return out
 
 
@@ -149,30 +152,30 @@ class _Sheet:
 
 
 def _draw_panel(
-    sheet: _Sheet, at: tuple[int, int], kind: str, entry: SheetMap, wide: int, shape: float
+    sheet: _Sheet, at: tuple[int, int], panel: _Panel, entry: SheetMap, wide: int, shape: float
 ) -> None:
     """wide: width of the boxes; shape: their height over it."""
     texture = entry.texture
     x, y = at
-    y = sheet.text((x, y), _TITLES[kind], 19)
+    y = sheet.text((x, y), panel.title, 19)
     size = f"{texture.width} x {texture.height}"
     told = f"{entry.bytes / (1 << 20):.2f} MiB" if entry.bytes >= 1 << 19 else f"{entry.bytes / 1024:.1f} KiB"
     y = sheet.text((x, y), f"{texture.format}   {size}   {told}", 14, _PALE) + 4
     first = shown_level(texture, LARGEST // 2)
     tall = round(wide * shape)
-    sheet.paste(_fit(picture_of(kind, decode_texels(texture, first)), wide, tall), (x, y), (wide, tall))
+    sheet.paste(_fit(panel.picture(decode_texels(texture, first)), wide, tall), (x, y), (wide, tall))
     y += tall + 8
     edge = (wide - 4 * (_THUMBS - 1)) // _THUMBS
     low = max(1, round(edge * shape))
     finest = shown_level(texture, 128)
     for index, level in enumerate(range(finest, min(finest + _THUMBS, len(texture.levels)))):
         left = x + index * (edge + 4)
-        sheet.paste(_fit(picture_of(kind, decode_texels(texture, level)), edge, low), (left, y), (edge, low))
+        sheet.paste(_fit(panel.picture(decode_texels(texture, level)), edge, low), (left, y), (edge, low))
         sheet.text((left, y + low + 1), str(level), 11, _PALE)
 
 
 def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], ground: MaterialDefaults) -> bytes:
-    """The sheet of one material as PNG. maps: any of color, normal, height, gloss, dudv."""
+    """The sheet of one material as PNG. maps: any of paradize.maps."""
     panels = _panels(maps)
     columns = max(1, min(_COLUMNS, len(panels)))
     left = _MARGIN + PREVIEW + 2 * _GAP
@@ -188,17 +191,15 @@ def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], ground: Mat
 
     shape = max(min(1.0, m.texture.height / m.texture.width) for m in maps.values())
     height = round((wide + wide / _THUMBS) * shape) + 96
-    for index, (name, kind) in enumerate(panels):
+    for index, panel in enumerate(panels):
         at = left + index % columns * (wide + _GAP), top - 8 + index // columns * height
-        _draw_panel(sheet, at, kind, maps[name], wide, shape)
+        _draw_panel(sheet, at, panel, maps[panel.map], wide, shape)
     low = top - 8 + -(-len(panels) // columns) * height + 12
     for index, (name, entry) in enumerate(maps.items()):
         if index % columns == 0 and index:
             low = sheet.lowest + 16
         x = left + index % columns * (wide + _GAP)
-        y = sheet.text(
-            (x, low), ", ".join(filter(None, (_TITLES.get(name, name).split(",")[0], entry.tier))), 17
-        )
+        y = sheet.text((x, low), ", ".join(filter(None, (MAPS[name].label, entry.tier))), 17)
         for line in error_lines(name, entry):
             y = sheet.text((x, y), line, 15, _PALE, wide)
         sheet.lowest = max(sheet.lowest, y)
@@ -208,7 +209,7 @@ def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], ground: Mat
 def _draw_close(sheet: _Sheet, top: int, maps: dict[str, SheetMap]) -> None:
     """Two maps from so near that each texel is seen."""
     half = (PREVIEW - _GAP) // 2
-    close = [name for name in ("color", "normal", "height", "gloss") if name in maps][:2]
+    close = [name for name in maps_of("object") if name in maps][:2]
     for index, name in enumerate(close):
         x = _MARGIN + index * (half + _GAP)
         view = picture_of(name, close_view(maps[name].texture, half // _ZOOM))
@@ -216,8 +217,9 @@ def _draw_close(sheet: _Sheet, top: int, maps: dict[str, SheetMap]) -> None:
             (view.shape[1] * _ZOOM, view.shape[0] * _ZOOM), Image.Resampling.NEAREST
         )
         sheet.paste(enlarged, (x, top), (half, half))
-        title = _TITLES.get(name, _TITLES["specular"])
-        sheet.text((x, top + half + 6), f"{title}: the middle of level 0, {_ZOOM} x", 14, _PALE)
+        sheet.text(
+            (x, top + half + 6), f"{MAPS[name].panels[0]}: the middle of level 0, {_ZOOM} x", 14, _PALE
+        )
 
 
 def _about(ground: MaterialDefaults) -> str:

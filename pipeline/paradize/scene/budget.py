@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from paradize.maps import MAPS
 from paradize.scene.schema import Limit, Limits
 
 FAR = 1e6
@@ -43,13 +44,15 @@ METRICS = {
     "dudv_p99_deg": Limit("degrees", True, 180.0, "99 of 100 du/dv texels are this near to the reference"),
     "dudv_mean_deg": Limit("degrees", True, 180.0, "mean angle of the du/dv texels from the reference"),
     "dudv_max_deg": Limit("degrees", True, 180.0, "largest angle of a du/dv texel from the reference"),
-    "color_psnr_db": Limit("dB", False, 1000.0, "PSNR of a colour texture against its source"),
+    **{
+        f"{name}_psnr_db": Limit("dB", False, 1000.0, f"PSNR of a {one.label} texture against its reference")
+        for name, one in MAPS.items()
+        if not one.is_direction
+    },
     "alpha_psnr_db": Limit("dB", False, 1000.0, "PSNR of a texture's alpha against its source"),
-    "height_psnr_db": Limit("dB", False, 1000.0, "PSNR of a height texture against its reference"),
     "gloss_width_p99_deg": Limit("degrees", True, 33.0, "99 of 100 highlights are this near in width"),
     "gloss_width_mean_deg": Limit("degrees", True, 33.0, "mean error of a highlight's half-width"),
     "gloss_width_max_deg": Limit("degrees", True, 33.0, "largest error of a highlight's half-width"),
-    "gloss_psnr_db": Limit("dB", False, 1000.0, "PSNR of a gloss texture against its reference"),
     "sky_max_relative": Limit("of the texel", True, 1.0, "largest error of a sky texel"),
     "path_miss_m": Limit("m", True, FAR, "farthest that the camera passes from a waypoint"),
     "path_ripple_max": Limit("of the speed", True, 10.0, "largest deviation of 20,000 moments' speed"),

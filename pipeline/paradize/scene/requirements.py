@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from paradize.maps import DERIVED
 from paradize.scene.flight import Flight, Vec, sight, sine_cosine
 from paradize.scene.placement import placed
 from paradize.scene.settings import VIEWS, Scene, SceneObject, Terrain, Water
@@ -326,11 +327,7 @@ def _object(
     cutoffs = [material.alpha_cutoff for material in item.materials.values() if material.alpha_cutoff > 0.0]
     sources = {"image": look.color_map, **alpha, **layout}
     _color(found, name, sources, item.wrap, read["color"], drawn, min(cutoffs, default=0.5))
-    maps = [
-        Output(f"{name}_{key}", "texture", key, read[key], shaded)
-        for key in ("normal", "height", "gloss")
-        if key in read
-    ]
+    maps = [Output(f"{name}_{key}", "texture", key, read[key], shaded) for key in DERIVED if key in read]
     found.add(
         f"{name} maps",
         "maps",

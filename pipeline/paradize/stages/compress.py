@@ -1,7 +1,7 @@
 """Rows of float or code texels -> the bytes of a texture's levels, written band by band.
 
-FORMATS names the formats of each map: the first is the default where level 0 divides by four (WebGL's
-rule for blocks), the next are what a budget falls back on.
+`paradize/maps.py` says which formats a map may take: the first is the default where level 0 divides by four
+(WebGL's rule for blocks), the next are what a budget falls back on.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 from paradize.data import Texture
 from paradize.kernels import bcn, maps
 from paradize.kernels.bc7 import encode_bc7
+from paradize.maps import MAPS
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -20,24 +21,17 @@ if TYPE_CHECKING:
     F32 = npt.NDArray[np.float32]
 
 _Quality = Literal["fast", "balanced", "exact"]
-# Map -> its formats, from the smallest to the most exact.
-FORMATS: dict[str, tuple[str, ...]] = {
-    "color": ("BC1_RGB_SRGB", "BC7_SRGB", "RGBA8_SRGB"),
-    "color with alpha": ("BC3_SRGB", "BC7_SRGB", "RGBA8_SRGB"),
-    "normal": ("BC5_SNORM", "RG8_SNORM", "RG16_SNORM"),
-    "height": ("BC4_UNORM", "R8_UNORM", "R16_UNORM"),
-    "gloss": ("BC5_UNORM", "RG8_UNORM", "RG16_UNORM"),
-    "dudv": ("RG8_SNORM",),
-}
 TIERS = ("fast", "balanced", "exact")  # how long encoders search; kernels/bcn, kernels/bc7
 _BLOCK_BYTES = {"BC1": 8, "BC3": 16, "BC4": 8, "BC5": 16, "BC7": 16}
 _TEXEL_BYTES = {"R8": 1, "RG8": 2, "R16": 2, "RG16": 4, "RGBA8": 4}
 
 
-def formats_of(name: str, height: int, width: int, *, tier: str = "balanced") -> tuple[str, ...]:
+def formats_of(
+    name: str, height: int, width: int, *, tier: str = "balanced", alpha: bool = False
+) -> tuple[str, ...]:
     """The formats that a map of this size may take, the one of the tier first; no blocks where level 0 does
     not divide by four."""
-    known = FORMATS[name]
+    known = MAPS[name].alpha_formats if alpha else MAPS[name].formats
     if tier == "exact" and "BC7_SRGB" in known:
         known = known[known.index("BC7_SRGB") :]
     if height % 4 or width % 4:

@@ -12,10 +12,10 @@ import pytest
 
 from paradize.build.single_file import BakedFiles, solo_maps, solo_mesh, solo_terrain
 from paradize.cli import main as cli
-from paradize.cli.maps import MAPS
 from paradize.jobs.pool import Job, Outcome, run_jobs
 from paradize.kernels import maps
 from paradize.kernels.threads import VARIABLE, default_threads
+from paradize.maps import DERIVED
 from paradize.scene.settings import Relief
 from tests.pipeline.scenes import make_cove
 
@@ -64,7 +64,7 @@ def test_the_same_bytes_and_measures_with_any_number_of_threads(sources: Path) -
                 solo_maps,
                 {
                     "path": sources / "wood.png",
-                    "only": list(MAPS),
+                    "only": list(DERIVED),
                     "source": "color",
                     "strength": 5.0,
                     "wrap": "repeat",

@@ -120,7 +120,8 @@ def series_of(pixels: Pixels) -> Series:
         rgba = np.ascontiguousarray(np.concatenate([pixels[:, :, :3], alpha], axis=2))
         kind = "color with alpha" if alpha.min() < 255 else "color"
         found[f"{kind}, baked"] = [baked_errors(rgba, tier) for tier in TIERS]
-        for fmt in {formats_of(kind, *pixels.shape[:2], tier=tier)[0] for tier in TIERS}:
+        known = [formats_of("color", *pixels.shape[:2], tier=tier, alpha=kind != "color") for tier in TIERS]
+        for fmt in {formats[0] for formats in known}:
             add(f"{kind}, {fmt}", lambda fmt, tier: color_errors(rgba, fmt, tier), *[fmt] * 3)
     add("BC4_UNORM", lambda fmt, tier: value_errors(grey[:, :, None], fmt, tier), *["BC4_UNORM"] * 3)
     two = np.dstack([grey, np.sqrt(grey)])

@@ -23,6 +23,7 @@ from paradize.bakers.product import MapProduct, one_of, wraps_of
 from paradize.data import HeightMap, Image
 from paradize.errors import BakeError
 from paradize.kernels.maps import Levels
+from paradize.maps import DERIVED
 from paradize.metrics.source import true_heights
 from paradize.readers.heightmap import Nodata, guessed_source, with_heights
 from paradize.readers.image import read_image, require_finite
@@ -36,14 +37,13 @@ from paradize.stages.height import height_from_color, height_from_height
 from paradize.stages.sweep import bands_of, run
 
 F32 = npt.NDArray[np.float32]
-MAPS = ("normal", "height", "gloss", "dudv")
 MAX_STRENGTH = 1e6
 
 
 def bake_maps(
     path: Path,
     *,
-    only: Sequence[str] = MAPS,
+    only: Sequence[str] = DERIVED,
     source: str = "auto",
     nodata: Nodata = "auto",
     strength: float = 1.0,
@@ -64,7 +64,7 @@ def bake_maps(
     measure: bool = True,
     uncompressed: bool = False,
 ) -> dict[str, MapProduct]:
-    """The maps named by `only` ("normal", "height", "gloss", "dudv") of the picture at `path`.
+    """The maps named by `only` (of paradize.maps.DERIVED) of the picture at `path`.
 
     source: "color" (heights are the luminance), "height", or "auto" as readers/heightmap guesses. nodata: as
     there, of heights. strength: full white stands so many percent of the map's width high, -1e6..1e6; where
@@ -81,7 +81,7 @@ def bake_maps(
     the most exact formats.
     Raises SourceError for what cannot be read, BakeError for settings that cannot be met.
     """
-    one_of("map", [name for name in only if name not in MAPS], MAPS)
+    one_of("map", [name for name in only if name not in DERIVED], DERIVED)
     _check(path, source, strength, green, fmt, tier)
     names = ("auto", *FILTER_NAMES)
     one_of("filter", [] if filter_name in names else [filter_name], names)

@@ -12,6 +12,7 @@ from paradize.bakers.maps.rows import MapRows, encoding_errors, filter_errors, o
 from paradize.bakers.product import MapProduct, flat_errors
 from paradize.data import Texture
 from paradize.formats.png import encode_png
+from paradize.maps import MAPS
 from paradize.metrics.levels import gloss_levels, value_levels, vector_error
 from paradize.stages.compress import unorm
 from paradize.stages.sweep import bands_of, level_count, run, sweep
@@ -55,20 +56,20 @@ def png_maps(rows: MapRows, *, tier: str, warnings: Sequence[str], measure: bool
 
 
 def _codes(name: str, rows: MapRows) -> Codes:
-    """The picture's codes: height (h, w, 1) 16 bits, all else (h, w, 3) 8 bits."""
+    """The picture's codes: of one channel (h, w, 1) 16 bits, all else (h, w, 3) 8 bits."""
     height, width = rows.ground.heights.shape
+    kind, channels = MAPS[name].kind, MAPS[name].channels
     codes: Codes = np.zeros(
-        (height, width, 1 if name == "height" else 3), np.uint16 if name == "height" else np.uint8
+        (height, width, 1 if channels == 1 else 3), np.uint16 if channels == 1 else np.uint8
     )
-    mean = _mean(rows) if name == "dudv" else np.zeros(2)
+    top = int(np.iinfo(codes.dtype).max)
+    mean = _mean(rows) if kind == "offset" else np.zeros(2)
 
     def work(band: tuple[int, int]) -> None:
         first, last = band
-        if name == "height":
-            codes[first:last] = unorm(rows.rows("height", first, last), 65535)
-        elif name == "gloss":
-            codes[first:last, :, :2] = unorm(rows.rows("gloss", first, last), 255)
-        elif name == "normal":
+        if kind == "value":
+            codes[first:last, :, :channels] = unorm(rows.rows(name, first, last), top)
+        elif kind == "normal":
             codes[first:last] = signed_codes(rows.rows("normal", first, last))
         else:
             xy = rows.rows("normal", first, last)[:, :, :2] - mean
@@ -98,10 +99,11 @@ def signed_codes(values: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
 
 
 def _read(name: str, codes: Codes) -> Texture | F32:
-    """Height and gloss as a texture of the same codes; of normals and du/dv what glTF's 2v / 255 - 1 reads of
+    """Values as a texture of the same codes; of normals and du/dv what glTF's 2v / 255 - 1 reads of
     x and y (h, w, 2), with 127 and 128 both exactly 0."""
-    if name in ("height", "gloss"):
-        fmt, channels = ("R16_UNORM", 1) if name == "height" else ("RG8_UNORM", 2)
+    channels = MAPS[name].channels
+    if MAPS[name].kind == "value":
+        fmt = {1: "R16_UNORM", 2: "RG8_UNORM"}[channels]
         return Texture(fmt, codes.shape[1], codes.shape[0], (codes[:, :, :channels].tobytes(),))
     table = np.arange(256, dtype=np.float32) * np.float32(2.0 / 255.0) - np.float32(1)
     table[127:129] = 0
@@ -117,4 +119,4 @@ def _measured(name: str, rows: MapRows, shown: Texture | F32) -> dict[str, float
         if name == "gloss":
             return gloss_levels(shown, rows.truth(name), rows.ground)[0]
         return value_levels(shown, rows.truth(name))[0]
-    return vector_error(shown, rows.ground, less_mean=name == "dudv")
+    return vector_error(shown, rows.ground, less_mean=MAPS[name].kind == "offset")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from paradize.maps import MAPS
 from paradize.metrics.levels import encoding_error, filter_error, open_error
 from paradize.metrics.source import true_gloss
 from paradize.stages import gutter
@@ -106,7 +107,7 @@ class MapRows:
             self._border = gutter.Border(layout.islands, self._normals.rows)
 
     def rows(self, name: str, first: int, last: int) -> F32:
-        """Rows of "normal" (n, w, 3), unit; "height" (n, w, 1), 0..1; or "gloss" (n, w, 2)."""
+        """Rows of "normal" (n, w, 3), unit; of a map of values (n, w, its channels), 0..1."""
         if name == "normal":
             return self._normal_rows(first, last)
         if name == "height":
@@ -117,12 +118,12 @@ class MapRows:
         return gloss_map(self._brightness(first, last), self._gloss, mask)
 
     def truth(self, name: str) -> F32:
-        """What all rows of "height" or "gloss" are held to, of the picture itself (metrics/source.py)."""
+        """What all rows of a map of values are held to, of the picture itself (metrics/source.py)."""
         ground, (low, span), look = self.ground, self._unit, self._gloss
         heights = ground.heights if ground.truth is None else ground.truth
         mask = None if self._layout is None else self._layout.mask
         light = None if name == "height" or self._picture is None else self._truth
-        out = np.empty((*heights.shape, 1 if name == "height" else 2), np.float32)
+        out = np.empty((*heights.shape, MAPS[name].channels), np.float32)
         for first, last in bands_of(*heights.shape):
             shown = self._part(heights if light is None else light, first, last)
             if light is None and (low, span) != (0.0, 1.0):
@@ -140,8 +141,9 @@ class MapRows:
         bundle: Bundle = {}
         if "normal" in names or "gloss" in names:
             bundle["normal"] = self.rows("normal", first, last)
-        if "height" in names:
-            bundle["height"] = self.rows("height", first, last)
+        for name in names:
+            if MAPS[name].kind == "value" and name != "gloss":
+                bundle[name] = self.rows(name, first, last)
         if "gloss" in names:
             bundle |= gloss_bundle(self.rows("gloss", first, last))
         return bundle

@@ -12,6 +12,7 @@ from paradize.bakers.maps.rows import MapRows, encoding_errors, filter_errors, o
 from paradize.bakers.product import LevelErrors, MapProduct, beyond, flat_errors
 from paradize.data import Texture
 from paradize.formats.ktx2.encode import encode_ktx2
+from paradize.maps import MAPS
 from paradize.metrics.levels import dudv_levels, gloss_levels, normal_levels, value_levels
 from paradize.stages.compress import LevelWriter, encode_rows, formats_of
 from paradize.stages.dudv import DudvLevels
@@ -36,7 +37,7 @@ def ktx2_maps(
     uncompressed: bool = False,
 ) -> dict[str, MapProduct]:
     """The maps that `rows` was made for. budget: where the errors of a map's format exceed it, the next of
-    its formats (stages.compress.FORMATS) is taken. measure: False leaves out errors and budget. uncompressed:
+    its formats (paradize/maps.py) is taken. measure: False leaves out errors and budget. uncompressed:
     only the most exact formats will do. No larger format is taken for what the slope filter alone has beyond
     its limit."""
     height, width = rows.ground.heights.shape
@@ -44,7 +45,8 @@ def ktx2_maps(
     formats = {name: formats_of(name, height, width)[first:] for name in rows.names}
     textures, mean = map_textures(rows, {name: known[0] for name, known in formats.items()}, tier)
     done: dict[str, MapProduct] = {}
-    for name in [*textures, *(["dudv"] if "dudv" in rows.names else [])]:
+    offsets = [name for name in rows.names if _is_offset(name)]
+    for name in [*textures, *offsets]:
         texture = textures.pop(name) if name in textures else dudv_texture(rows, mean)
         levels: LevelErrors = []
         errors: dict[str, float] = {}
@@ -106,7 +108,7 @@ def map_textures(rows: MapRows, formats: dict[str, str], tier: str) -> tuple[dic
     height, width = rows.ground.heights.shape
     count = level_count(height, width)
     writers = {
-        name: LevelWriter(fmt, height, width, count) for name, fmt in formats.items() if name != "dudv"
+        name: LevelWriter(fmt, height, width, count) for name, fmt in formats.items() if not _is_offset(name)
     }
     top = np.zeros(2)
 
@@ -116,7 +118,7 @@ def map_textures(rows: MapRows, formats: dict[str, str], tier: str) -> tuple[dic
         if level == count - 1 and "normal" in bundle:
             top[:] = bundle["normal"][0, 0, :2]
 
-    names = (*writers, *(["normal"] if "dudv" in formats else []))
+    names = (*writers, *(["normal"] if any(map(_is_offset, formats)) else []))
     sweep(height, width, lambda first, last: rows.bundle(names, first, last), visit, halve=half_maps)
     return {name: writer.texture() for name, writer in writers.items()}, (float(top[0]), float(top[1]))
 
@@ -125,7 +127,7 @@ def _values(name: str, bundle: Bundle, level: int) -> F32:
     """What a band of a map's level holds."""
     if name == "normal":
         return unit_rows(bundle, level)
-    return gloss_rows(bundle, level) if name == "gloss" else bundle["height"]
+    return gloss_rows(bundle, level) if name == "gloss" else bundle[name]
 
 
 def dudv_texture(rows: MapRows, mean: Mean) -> Texture:
@@ -137,14 +139,19 @@ def dudv_texture(rows: MapRows, mean: Mean) -> Texture:
         made.put(level, first, bundle["normal"])
 
     sweep(height, width, lambda first, last: rows.bundle(("normal",), first, last), visit)
-    return Texture("RG8_SNORM", width, height, tuple(made.levels()))
+    return Texture(MAPS["dudv"].formats[0], width, height, tuple(made.levels()))
 
 
 def map_errors(name: str, rows: MapRows, texture: Texture) -> LevelErrors:
     """What was measured of every level."""
-    if name == "height":
-        return value_levels(texture, rows.truth("height"))
     if name == "gloss":
         return gloss_levels(texture, rows.truth("gloss"), rows.ground)
-    measured = dudv_levels if name == "dudv" else normal_levels
+    if MAPS[name].kind == "value":
+        return value_levels(texture, rows.truth(name))
+    measured = dudv_levels if _is_offset(name) else normal_levels
     return measured(texture, rows.ground)
+
+
+def _is_offset(name: str) -> bool:
+    """Whether a map is made of another's mean: after the others, in a sweep of its own."""
+    return MAPS[name].kind == "offset"
