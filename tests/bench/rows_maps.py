@@ -121,12 +121,12 @@ def bench_png(runs: int, path: Path, codes: np.ndarray) -> Iterator[Row]:
     )  # fmt: skip
 
 
-def bench_maps(runs: int, path: Path) -> Iterator[Row]:
-    """Whole bakes of a 16-bit height map, with and without errors."""
-    work = f"PNG of {SIZE // 2}^2, 16 bits -> normal, height, gloss, du/dv KTX2"
+def bench_maps(runs: int, path: Path, what: str, source: str) -> Iterator[Row]:
+    """Whole bakes as `paradize maps` makes them, with and without errors."""
+    work = f"{what} -> normal, height, gloss, du/dv KTX2"
     for measure, more in ((False, ""), (True, ", every level measured")):
         ours, peer = pair_ms(
-            lambda measure=measure: bake_maps(path, source="height", wrap="repeat", measure=measure),
+            lambda measure=measure: bake_maps(path, source=source, wrap="repeat", measure=measure),
             lambda: decoded(path),
             runs,
         )
@@ -139,6 +139,9 @@ def bench_maps(runs: int, path: Path) -> Iterator[Row]:
 def rows(runs: int, folder: Path) -> Iterator[Row]:
     codes = picture(SIZE)
     yield bench_mips(runs, codes)
-    yield from bench_png(runs, save(folder / "color.png", codes), codes)
+    color = save(folder / "color.png", codes)
+    yield from bench_png(runs, color, codes)
+    yield from bench_maps(max(1, runs // 3), color, f"PNG of {SIZE}^2, 8-bit colour", "color")
     heights = codes[: SIZE // 2, : SIZE // 2, :1].astype(np.uint16) * 256
-    yield from bench_maps(max(1, runs // 3), save(folder / "height.png", heights))
+    height = save(folder / "height.png", heights)
+    yield from bench_maps(max(1, runs // 3), height, f"PNG of {SIZE // 2}^2, 16-bit heights", "height")

@@ -9,7 +9,7 @@ so, and true to the codes where not. A user may name any filter instead.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -40,13 +40,11 @@ class Normals:
         first: int,
         last: int,
         *,
-        encoding: str = "float",
-        out: npt.NDArray[Any] | None = None,
         threads: int = 1,
-    ) -> npt.NDArray[Any]:
-        """Normals of the rows first..last: "float" (n, w, 3) unit float32, "rgb8" (n, w, 3) uint8 or "snorm8"
-        (n, w, 2) int8; see kernels.normals. Flat ground gives exactly (0, 0, 1). One thread by itself: bands
-        of rows run side by side. Raises SourceError for a height that is not finite."""
+    ) -> F32:
+        """Unit normals (n, w, 3) float32 of the rows first..last; of flat ground exactly (0, 0, 1). One
+        thread by default, because bands of rows run side by side. Raises SourceError for a height that is not
+        finite."""
         ground = self.ground
         if ground.held and ground.filter_name != EXACT:  # whose slopes are in the middle of what is open
             dx, dy = _held_slopes(ground, first, last)
@@ -55,8 +53,6 @@ class Normals:
                 dy,
                 scale=ground.slope_scale,
                 green_down=ground.green_down,
-                encoding=encoding,
-                out=out,
                 threads=threads,
             )
         if self.slopes is not None:
@@ -66,8 +62,6 @@ class Normals:
                 dy[first:last],
                 scale=ground.slope_scale,
                 green_down=ground.green_down,
-                encoding=encoding,
-                out=out,
                 threads=threads,
             )
         taps = taps_of(ground.filter_name)
@@ -80,8 +74,6 @@ class Normals:
             green_down=ground.green_down,
             islands=ground.islands,
             rows=(first, last),
-            encoding=encoding,
-            out=out,
             threads=threads,
         )
 

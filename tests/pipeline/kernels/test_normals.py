@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from paradize.errors import SourceError
 from paradize.kernels import normals
-from paradize.kernels.normals import material_maps, normals_from_heights, normals_from_slopes
+from paradize.kernels.normals import normals_from_heights, normals_from_slopes
 from tests.pipeline.heights import angles_between, waves
 from tests.pipeline.map_truth import normals as true_normals
 
@@ -73,8 +73,6 @@ def test_flat_ground_is_exactly_up(
     flat = np.full(shape, level, np.float32)
     found = made(flat, name, scale=(scale, scale), wrap=wrap)
     assert found.tobytes() == np.broadcast_to(np.float32([0, 0, 1]), (*shape, 3)).tobytes()
-    assert (made(flat, name, scale=(scale, scale), encoding="rgb8") == [128, 128, 255]).all()
-    assert not made(flat, name, scale=(scale, scale), encoding="snorm8").any()
 
 
 @pytest.mark.parametrize("name", TAPS)
@@ -158,47 +156,20 @@ def test_scaling_heights_is_scaling_slopes_bit_for_bit(seed: int, name: str, pow
 
 
 @pytest.mark.parametrize("name", TAPS)
-@pytest.mark.parametrize("encoding", ["float", "rgb8", "snorm8"])
-def test_rows_threads_and_instruction_sets_do_not_change_a_bit(name: str, encoding: str) -> None:
+def test_rows_threads_and_instruction_sets_do_not_change_a_bit(name: str) -> None:
     rng = np.random.default_rng(5)
     heights = rng.random((23, 75), np.float32)
     heights[7, 30] = 3e37  # a steep row among the others
     islands = (rng.random((23, 75)) * 1.05).astype(np.int32)
     for more in ({}, {"islands": islands}, {"wrap": (True, True)}):
-        whole = made(heights, name, encoding=encoding, threads=1, **more)
+        whole = made(heights, name, threads=1, **more)
         for threads in (2, 7):
-            assert np.array_equal(whole, made(heights, name, encoding=encoding, threads=threads, **more))
+            assert np.array_equal(whole, made(heights, name, threads=threads, **more))
         for width in normals.widths():
-            assert np.array_equal(whole, made(heights, name, encoding=encoding, width=width, **more))
+            assert np.array_equal(whole, made(heights, name, width=width, **more))
         for first, last in ((0, 5), (5, 20), (20, 23), (4, 4)):
-            part = made(heights, name, encoding=encoding, rows=(first, last), **more)
+            part = made(heights, name, rows=(first, last), **more)
             assert np.array_equal(whole[first:last], part)
-        room = np.empty_like(whole)
-        assert made(heights, name, encoding=encoding, out=room, **more) is room
-        assert np.array_equal(whole, room)
-
-
-def test_codes_are_the_nearest_of_the_floats() -> None:
-    """At the floats on both sides of every border between two codes too."""
-    middle = [2 * c / 255 for c in range(-127, 128)] + [(c + 0.5) / 127 for c in range(-127, 127)]
-    near = np.float32(middle)
-    values = np.concatenate([np.nextafter(near, np.float32(-2)), near, np.nextafter(near, np.float32(2))])
-    values = np.concatenate([values, np.random.default_rng(0).uniform(-1, 1, 4000).astype(np.float32)])
-    slope = values.astype(np.float64) / np.sqrt(np.maximum(1 - values.astype(np.float64) ** 2, 1e-12))
-    slopes = np.concatenate(
-        [slope, [np.nextafter(np.float32(1 / np.sqrt(3)), np.float32(0)), 1 / np.sqrt(3)]]
-    )
-    dx = slopes.astype(np.float32)[None, :].repeat(3, 0)
-    dy = np.random.default_rng(1).uniform(0, 2, dx.shape).astype(np.float32)
-    dy[1], dy[2] = 0, dx[2]
-    for width in normals.widths():
-        shared = {"scale": (1.0, 1.0), "width": width}
-        unit = normals_from_slopes(dx, dy, **shared).astype(np.float64)
-        rgb = normals_from_slopes(dx, dy, encoding="rgb8", **shared)
-        assert np.array_equal(rgb, np.floor(unit * 127.5 + 128).clip(0, 255))
-        snorm = normals_from_slopes(dx, dy, encoding="snorm8", **shared)
-        nearest = np.sign(unit) * np.floor(np.abs(unit) * 127 + 0.5)
-        assert np.array_equal(snorm, nearest[:, :, :2])
 
 
 def test_normals_from_slopes_are_those_of_the_heights_they_came_from() -> None:
@@ -218,10 +189,9 @@ def test_no_slope_crosses_from_one_island_to_another(name: str) -> None:
     islands[:, 12:] = 1
     y, x = np.mgrid[0:16, 0:24].astype(np.float32)
     left, right = 0.25 * x - 0.125 * y, 100 - 0.5 * y
-    for encoding in ("float", "rgb8", "snorm8"):
-        found = made(np.where(islands == 0, left, right), name, islands=islands, encoding=encoding)
-        for part, plane in ((np.s_[:, :12], left), (np.s_[:, 12:], right)):
-            assert np.abs(found[part] - made(plane, name, encoding=encoding)[part].astype(float)).max() < 1e-6
+    found = made(np.where(islands == 0, left, right), name, islands=islands)
+    for part, plane in ((np.s_[:, :12], left), (np.s_[:, 12:], right)):
+        assert np.abs(found[part] - made(plane, name)[part].astype(float)).max() < 1e-6
 
 
 def test_texels_alone_on_their_island_are_flat_and_pairs_take_what_they_have() -> None:
@@ -244,9 +214,6 @@ def test_a_height_that_is_not_finite_is_refused_with_its_place(bad: float, place
             made(heights, threads=threads, wrap=(wrap, wrap), islands=islands)
     with pytest.raises(SourceError, match=f"row {place[0]}, column {place[1]}: a slope is"):
         normals_from_slopes(np.zeros_like(heights), heights, scale=(1, 1))
-    colors = np.repeat(heights[:, :, None], 3, 2)
-    with pytest.raises(SourceError, match=f"row {place[0]}, column {place[1]}"):
-        material_maps(colors, derivative=[0.5], scale=(1, 1), wrap=(True, True), encoded=False)
 
 
 def test_wrong_arrays_are_refused() -> None:
@@ -259,7 +226,6 @@ def test_wrong_arrays_are_refused() -> None:
         {"smooth": np.ones(100)},
         {"islands": np.zeros((4, 4), np.int32)},
         {"rows": (2, 5)},
-        {"out": np.empty((4, 5, 3), np.uint8)},
         {"scale": (np.inf, 1.0)},
     ]
     right = {"heights": heights, "derivative": [0.5], "scale": (1.0, 1.0), "wrap": (True, True)}

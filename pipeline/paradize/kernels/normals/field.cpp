@@ -54,50 +54,44 @@ const Kernels &need_kernels(Width width) {
 
 void normals_from_heights(std::span<const float> heights, std::size_t rows, std::size_t columns,
                           std::span<const std::int32_t> islands, const Settings &settings, std::size_t first,
-                          std::size_t last, Encoding encoding, std::span<std::uint8_t> out, int threads,
-                          Width width) {
+                          std::size_t last, std::span<float> out, int threads, Width width) {
     const Kernels &kernels = need_kernels(width);
-    const std::size_t bytes = columns * texel_bytes(encoding);
     for_rows(last - first, threads, [&](std::size_t from, std::size_t to) {
         HeightRows source(heights.data(), columns, kernels);
         Sweep sweep(source, rows, columns, settings, kernels);
-        RowStore store(bytes, out.size(), kernels);
+        RowStore store(columns, out.size(), kernels);
         std::unique_ptr<IslandRows> patches;
         if (!islands.empty()) {
             patches = std::make_unique<IslandRows>(heights, islands, rows, columns, settings);
         }
         for (std::size_t i = from; i < to; ++i) {
-            sweep.row(first + i, encoding, {store.row(), nullptr, nullptr});
+            sweep.row(first + i, store.row());
             if (patches) {
-                patches->patch(first + i, encoding, store.row());
+                patches->patch(first + i, store.row());
             }
-            store.flush(out.data() + i * bytes);
+            store.flush(out.data() + 3 * i * columns);
         }
     });
 }
 
 void normals_from_slopes(std::span<const float> dx, std::span<const float> dy, std::size_t rows,
                          std::size_t columns, double scale_x, double scale_y, bool green_down,
-                         Encoding encoding, std::span<std::uint8_t> out, int threads, Width width) {
+                         std::span<float> out, int threads, Width width) {
     const Kernels &kernels = need_kernels(width);
-    const std::size_t bytes = columns * texel_bytes(encoding);
     const double down = green_down ? -scale_y : scale_y;
     const bool steep = !fits_float(scale_x) || !fits_float(scale_y);
     for_rows(rows, threads, [&](std::size_t from, std::size_t to) {
-        RowStore store(bytes, out.size(), kernels);
+        RowStore store(columns, out.size(), kernels);
         std::vector<float> x(columns + margin);
         std::vector<float> y(columns + margin);
-        std::vector<float> xyz(3 * columns);
         for (std::size_t i = from; i < to; ++i) {
-            const RowOut row{store.row(), nullptr, nullptr};
             std::copy_n(&dx[i * columns], columns, x.data());
             std::copy_n(&dy[i * columns], columns, y.data());
             if (steep || !kernels.from_slopes(x.data(), y.data(), columns, static_cast<float>(-scale_x),
-                                              static_cast<float>(down), encoding, row)) {
-                steep_slopes(x.data(), y.data(), columns, -scale_x, down, xyz.data());
-                encode_row(xyz.data(), columns, encoding, row);
+                                              static_cast<float>(down), store.row())) {
+                steep_slopes(x.data(), y.data(), columns, -scale_x, down, store.row());
             }
-            store.flush(out.data() + i * bytes);
+            store.flush(out.data() + 3 * i * columns);
         }
     });
 }

@@ -10,7 +10,7 @@
 namespace paradize::normals {
 
 // Rows [first, last) of the normals of heights (rows * columns), written one after the other to `out`
-// (texel_bytes each).
+// (x y z each).
 //   islands: empty, or one id per texel, negative outside. A texel of whose taps any lies on another island
 //   takes each such tap, and those outside the map, from the odd reflection about itself:
 //   h = 2 h[here] - h[opposite]; where a pair of taps is lost as a whole the axis takes the difference of the
@@ -19,15 +19,13 @@ namespace paradize::normals {
 // `width`.
 void normals_from_heights(std::span<const float> heights, std::size_t rows, std::size_t columns,
                           std::span<const std::int32_t> islands, const Settings &settings, std::size_t first,
-                          std::size_t last, Encoding encoding, std::span<std::uint8_t> out, int threads,
-                          Width width = Width::widest);
+                          std::size_t last, std::span<float> out, int threads, Width width = Width::widest);
 
 // The normals of slopes dx and dy (rows * columns), per texel along the rows and down the columns, times
 // their scale.
 void normals_from_slopes(std::span<const float> dx, std::span<const float> dy, std::size_t rows,
                          std::size_t columns, double scale_x, double scale_y, bool green_down,
-                         Encoding encoding, std::span<std::uint8_t> out, int threads,
-                         Width width = Width::widest);
+                         std::span<float> out, int threads, Width width = Width::widest);
 
 // The table of `width`; throws std::invalid_argument where this CPU lacks it.
 const Kernels &need_kernels(Width width);

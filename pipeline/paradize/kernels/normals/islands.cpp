@@ -175,7 +175,7 @@ void IslandRows::pair_up(std::vector<Pair> &pairs) const {
     }
 }
 
-void IslandRows::patch(std::size_t y, Encoding encoding, std::uint8_t *codes) {
+void IslandRows::patch(std::size_t y, float *xyz) {
     mark(y);
     for (std::size_t i = 0; i < around_.size(); ++i) {
         around_[i] = &line(static_cast<std::ptrdiff_t>(y + i) - static_cast<std::ptrdiff_t>(depth_));
@@ -203,9 +203,7 @@ void IslandRows::patch(std::size_t y, Encoding encoding, std::uint8_t *codes) {
             }
             const double nx = -settings_.scale_x * along[i];
             const double ny = sy * down[i];
-            float xyz[3];
-            steep_normals(&nx, &ny, 1, xyz);
-            encode_row(xyz, 1, encoding, {codes + (x + i) * texel_bytes(encoding), nullptr, nullptr});
+            steep_normals(&nx, &ny, 1, xyz + 3 * (x + i));
         }
         x += end;
     }

@@ -29,8 +29,8 @@ class IslandRows {
     IslandRows(std::span<const float> heights, std::span<const std::int32_t> islands, std::size_t rows,
                std::size_t columns, const Settings &settings);
 
-    // Writes over the texels of row y that have such taps.
-    void patch(std::size_t y, Encoding encoding, std::uint8_t *codes);
+    // Writes over the normals (x y z) of row y that have such taps.
+    void patch(std::size_t y, float *xyz);
 
   private:
     // A row, extended by the depth on both sides.

@@ -17,8 +17,6 @@ class Source {
     virtual ~Source() = default;
     // Writes row y, as many heights as there are columns; `margin` more may be overwritten.
     virtual void read(std::size_t y, float *to) = 0;
-    // The same when row y is asked for as itself, not as what lies beyond an edge: once per sweep.
-    virtual void read_own(std::size_t y, float *to) { read(y, to); }
 };
 
 // A place along one axis, possibly outside: the texel to read, and for an odd reflection the texel about
@@ -89,9 +87,9 @@ class Lines {
     std::size_t before() const { return before_; }
 
   private:
-    void read(std::size_t y, bool own, Real *to) {
+    void read(std::size_t y, Real *to) {
         if constexpr (sizeof(Real) == sizeof(float)) {
-            own ? source_.read_own(y, to) : source_.read(y, to);
+            source_.read(y, to);
         } else {
             row_.resize(columns_ + margin);
             source_.read(y, row_.data());
@@ -101,10 +99,10 @@ class Lines {
 
     void fill(std::ptrdiff_t y, Real *to) {
         const Tap source = tap(y, rows_, wrap_y_);
-        read(source.at, y >= 0 && y < static_cast<std::ptrdiff_t>(rows_), to);
+        read(source.at, to);
         if (source.reflected) {
             about_.resize(columns_ + margin);
-            read(source.about, false, about_.data());
+            read(source.about, about_.data());
             for (std::size_t x = 0; x < columns_; ++x) {
                 to[x] = Real(2) * about_[x] - to[x];
             }

@@ -113,66 +113,11 @@ struct GivenSlopes {
     }
 };
 
-// i - i / 2^n, rounded down. Of rows that are too steep i is anything, so that it must wrap around.
-PARADIZE_INLINE Bits less_part(const Whole &i, int n) {
-    return (Bits)i + (Bits)((Whole)(0U - (Bits)i) >> n);
-}
-
-// floor(127.5 v) + 128 of v 2^30; see normals/codes.hpp.
-PARADIZE_INLINE Bits unorm_codes(const Whole &i) {
-    return (less_part(i, 8) + (1U << 30)) >> 23;
-}
-
-PARADIZE_INLINE Whole fine_codes(const Whole &i) {
-    return (Whole)(less_part(i, 7) + (1U << 14)) >> 15;
-}
-
-// 127 v of v 2^30, nearest. -|v| 2^31 is a whole number for every v up to 1, and beyond 1 becomes that of 1.
-PARADIZE_INLINE Whole snorm_codes(const Lanes &v) {
-    const Whole negative = (Whole)v >> 31;
-    const Lanes below = (Lanes)((Bits)v | 0x80000000U);
-    const Lanes limit = Lanes{} - 0x1p30F;
-    const Whole n = __builtin_convertvector((below < limit ? limit : below) * 2.0F, Whole);
-    const Whole code = ((n >> 7) - n + (1 << 23)) >> 24;
-    return (code ^ negative) - negative;
-}
-
-struct FineLanes {
-    Whole whole = {};
-    Whole low = Whole{} + std::numeric_limits<std::int32_t>::max();
-    Whole high = Whole{} + std::numeric_limits<std::int32_t>::min();
-
-    template <bool all>
-    __attribute__((always_inline)) inline void add(const Whole &code, const Whole &keep) {
-        if constexpr (all) {
-            whole += code >> 8;
-            low = code < low ? code : low;
-            high = code > high ? code : high;
-        } else {
-            whole += (code >> 8) & keep;
-            const Whole lower = keep & (code < low);
-            low = lower ? code : low;
-            const Whole higher = keep & (code > high);
-            high = higher ? code : high;
-        }
-    }
-
-    __attribute__((always_inline)) inline void into(FineSums &sums, int channel) const {
-        for (std::size_t i = 0; i < lanes; ++i) {
-            sums.whole[channel] += whole[i];
-            sums.low[channel] = low[i] < sums.low[channel] ? low[i] : sums.low[channel];
-            sums.high[channel] = high[i] > sums.high[channel] ? high[i] : sums.high[channel];
-        }
-    }
-};
-
-template <Encoding encoding>
 struct Writer {
-    explicit Writer(const RowOut &wanted) : out(wanted) {}
+    explicit Writer(float *to) : xyz(to) {}
 
-    const RowOut out;
+    float *xyz;
     Bits worst = {};
-    FineLanes fine[encoding == Encoding::fine ? 2 : 1];
 
     // all: every lane is a texel; else those that `keep` says.
     template <bool all>
@@ -182,30 +127,7 @@ struct Writer {
         const Bits bits = all ? (Bits)square : (Bits)square & (Bits)keep;
         worst = bits > worst ? bits : worst;
         const Lanes inverse = 1.0F / root(square);
-        if constexpr (encoding == Encoding::float3) {
-            store_xyz(static_cast<float *>(out.codes) + 3 * x, nx * inverse + 0.0F, ny * inverse + 0.0F,
-                      inverse);
-            return;
-        }
-        const Lanes scaled = inverse * 0x1p30F; // exact: what follows are the float's own bits
-        const Lanes x30 = nx * scaled;
-        const Lanes y30 = ny * scaled;
-        auto *codes = static_cast<std::uint8_t *>(out.codes);
-        if constexpr (encoding == Encoding::snorm8) {
-            store_pairs(codes + 2 * x, ((Bits)snorm_codes(x30) & 255U) | ((Bits)snorm_codes(y30) << 8));
-            return;
-        }
-        const Whole ix = __builtin_convertvector(x30, Whole);
-        const Whole iy = __builtin_convertvector(y30, Whole);
-        const Whole iz = __builtin_convertvector(scaled, Whole);
-        store_rgb(codes + 3 * x, unorm_codes(ix) | unorm_codes(iy) << 8 | unorm_codes(iz) << 16);
-        if constexpr (encoding == Encoding::fine) {
-            const Whole fx = fine_codes(ix);
-            const Whole fy = fine_codes(iy);
-            fine[0].template add<all>(fx, keep);
-            fine[1].template add<all>(fy, keep);
-            store_pairs(out.fine + 2 * x, ((Bits)fx & 255U) | ((Bits)fy << 8));
-        }
+        store_xyz(xyz + 3 * x, nx * inverse + 0.0F, ny * inverse + 0.0F, inverse);
     }
 
     // Inlined, so that nobody else knows the address of what is summed up, and it stays in registers.
@@ -214,17 +136,13 @@ struct Writer {
         for (std::size_t i = 0; i < lanes; ++i) {
             most = worst[i] > most ? worst[i] : most;
         }
-        if constexpr (encoding == Encoding::fine) {
-            fine[0].into(*out.sums, 0);
-            fine[1].into(*out.sums, 1);
-        }
         return most <= steep_bits;
     }
 };
 
-template <Encoding encoding, typename Slopes>
-static bool run_row(const Slopes &slopes, std::size_t columns, const RowOut &out) {
-    Writer<encoding> writer(out);
+template <typename Slopes>
+static bool run_row(const Slopes &slopes, std::size_t columns, float *xyz) {
+    Writer writer(xyz);
     Lanes nx;
     Lanes ny;
     std::size_t x = 0;
@@ -239,44 +157,34 @@ static bool run_row(const Slopes &slopes, std::size_t columns, const RowOut &out
     return writer.end();
 }
 
-template <typename Slopes>
-static bool any_encoding(const Slopes &slopes, std::size_t columns, Encoding encoding, const RowOut &out) {
-    switch (encoding) {
-    case Encoding::float3:
-        return run_row<Encoding::float3>(slopes, columns, out);
-    case Encoding::rgb8:
-        return run_row<Encoding::rgb8>(slopes, columns, out);
-    case Encoding::snorm8:
-        return run_row<Encoding::snorm8>(slopes, columns, out);
-    default:
-        return run_row<Encoding::fine>(slopes, columns, out);
-    }
-}
-
 template <int across>
-static bool by_reach(const RowJob &job, Encoding encoding, const RowOut &out) {
+static bool by_reach(const RowJob &job, float *xyz) {
     switch (job.reach) {
     case 1:
-        return any_encoding(Taps<1, across>(job), job.columns, encoding, out);
+        return run_row(Taps<1, across>(job), job.columns, xyz);
     case 2:
-        return any_encoding(Taps<2, across>(job), job.columns, encoding, out);
+        return run_row(Taps<2, across>(job), job.columns, xyz);
     case 3:
-        return any_encoding(Taps<3, across>(job), job.columns, encoding, out);
+        return run_row(Taps<3, across>(job), job.columns, xyz);
     default:
-        return any_encoding(Taps<4, across>(job), job.columns, encoding, out);
+        return run_row(Taps<4, across>(job), job.columns, xyz);
     }
 }
 
-static bool row(const RowJob &job, Encoding encoding, const RowOut &out) {
+static bool row(const RowJob &job, float *xyz) {
     if (job.reach > 4 || job.across > 1) {
-        return any_encoding(Taps<0, 0>(job), job.columns, encoding, out);
+        return run_row(Taps<0, 0>(job), job.columns, xyz);
     }
-    return job.across == 0 ? by_reach<0>(job, encoding, out) : by_reach<1>(job, encoding, out);
+    return job.across == 0 ? by_reach<0>(job, xyz) : by_reach<1>(job, xyz);
 }
 
-static bool from_slopes(const float *dx, const float *dy, std::size_t n, float left, float down,
-                        Encoding encoding, const RowOut &out) {
-    return any_encoding(GivenSlopes{dx, dy, left, down}, n, encoding, out);
+static bool from_slopes(const float *dx, const float *dy, std::size_t n, float left, float down, float *xyz) {
+    return run_row(GivenSlopes{dx, dy, left, down}, n, xyz);
+}
+
+const Kernels *kernels() {
+    static constexpr Kernels table{&copy, &along, &row, &from_slopes, &stream, &fence};
+    return &table;
 }
 
 } // namespace paradize::normals::PARADIZE_WIDTH

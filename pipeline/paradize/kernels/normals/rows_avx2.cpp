@@ -4,6 +4,6 @@
 #ifdef PARADIZE_WIDE
 #include "simd/begin_avx2.hpp"
 
-#include "normals/code_rows.hpp"
+#include "normals/rows.hpp"
 #pragma GCC pop_options
 #endif

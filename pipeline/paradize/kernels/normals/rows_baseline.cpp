@@ -1,4 +1,4 @@
 // Rows of normals for the instruction set that every x86-64 (or other) CPU has.
 #define PARADIZE_WIDTH baseline
 #define PARADIZE_LANES 4
-#include "normals/code_rows.hpp"
+#include "normals/rows.hpp"

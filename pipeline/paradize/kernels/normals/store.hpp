@@ -14,11 +14,13 @@ namespace paradize::normals {
 // that a plain write makes of every line.
 constexpr std::size_t stream_from = std::size_t{4} << 20;
 
-// A row is made in a small buffer of its own, with room for what whole vectors write beyond the end.
+// A row of normals is made in a small buffer of its own, with room for what whole vectors write beyond the
+// end.
 class RowStore {
   public:
-    RowStore(std::size_t row_bytes, std::size_t all_bytes, const Kernels &kernels)
-        : row_(row_bytes + slack), bytes_(row_bytes), kernels_(kernels), past_(all_bytes >= stream_from) {}
+    RowStore(std::size_t columns, std::size_t all_floats, const Kernels &kernels)
+        : row_(3 * columns + slack / sizeof(float)), bytes_(3 * columns * sizeof(float)), kernels_(kernels),
+          past_(all_floats * sizeof(float) >= stream_from) {}
     ~RowStore() {
         if (past_) {
             kernels_.fence();
@@ -27,18 +29,19 @@ class RowStore {
     RowStore(const RowStore &) = delete;
     RowStore &operator=(const RowStore &) = delete;
 
-    std::uint8_t *row() { return row_.data(); }
+    float *row() { return row_.data(); }
 
-    void flush(std::uint8_t *to) {
+    void flush(float *to) {
         if (past_) {
-            kernels_.stream(to, row_.data(), bytes_);
+            kernels_.stream(reinterpret_cast<std::uint8_t *>(to),
+                            reinterpret_cast<const std::uint8_t *>(row_.data()), bytes_);
         } else {
             std::memcpy(to, row_.data(), bytes_);
         }
     }
 
   private:
-    std::vector<std::uint8_t> row_;
+    std::vector<float> row_;
     std::size_t bytes_;
     const Kernels &kernels_;
     bool past_;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "normals/codes.hpp"
 #include "simd/cpu.hpp"
 
 namespace paradize::normals {
@@ -45,32 +44,6 @@ void steep_normals(const double *nx, const double *ny, std::size_t n, float *xyz
         xyz[3 * i] = static_cast<float>(x * inverse + 0.0);
         xyz[3 * i + 1] = static_cast<float>(y * inverse + 0.0);
         xyz[3 * i + 2] = static_cast<float>(z * inverse);
-    }
-}
-
-void encode_row(const float *xyz, std::size_t n, Encoding encoding, const RowOut &out) {
-    auto *codes = static_cast<std::uint8_t *>(out.codes);
-    if (encoding == Encoding::float3) {
-        std::copy(xyz, xyz + 3 * n, static_cast<float *>(out.codes));
-        return;
-    }
-    for (std::size_t i = 0; i < n; ++i) {
-        const float *v = xyz + 3 * i;
-        if (encoding == Encoding::snorm8) {
-            codes[2 * i] = static_cast<std::uint8_t>(snorm_code(v[0]));
-            codes[2 * i + 1] = static_cast<std::uint8_t>(snorm_code(v[1]));
-            continue;
-        }
-        for (std::size_t c = 0; c < 3; ++c) {
-            codes[3 * i + c] = unorm_code(v[c]);
-        }
-        for (std::size_t c = 0; c < 2 && encoding == Encoding::fine; ++c) {
-            const std::int32_t fine = fine_code(v[c]);
-            out.fine[2 * i + c] = static_cast<std::uint8_t>(fine & 255);
-            out.sums->whole[c] += fine >> 8;
-            out.sums->low[c] = std::min(out.sums->low[c], fine);
-            out.sums->high[c] = std::max(out.sums->high[c], fine);
-        }
     }
 }
 
@@ -158,10 +131,6 @@ Sweep::Sweep(Source &source, std::size_t rows, std::size_t columns, const Settin
 
 Sweep::~Sweep() = default;
 
-const float *Sweep::heights(std::size_t y) {
-    return lines_.line(static_cast<std::ptrdiff_t>(y));
-}
-
 void Sweep::prepare(std::ptrdiff_t y) {
     for (std::ptrdiff_t j = -depth_; j <= depth_; ++j) {
         bool fresh = false;
@@ -178,18 +147,15 @@ void Sweep::prepare(std::ptrdiff_t y) {
     }
 }
 
-void Sweep::steep_row(std::size_t y, Encoding encoding, const RowOut &out) {
+void Sweep::steep_row(std::size_t y, float *xyz) {
     if (!steep_) {
         steep_ = std::make_unique<Steep>(source_, rows_, columns_, settings_);
-        xyz_.resize(3 * columns_);
     }
-    steep_->row(y, xyz_.data());
-    encode_row(xyz_.data(), columns_, encoding, out);
+    steep_->row(y, xyz);
 }
 
-void Sweep::row(std::size_t y, Encoding encoding, const RowOut &out) {
+void Sweep::row(std::size_t y, float *xyz) {
     prepare(static_cast<std::ptrdiff_t>(y));
-    FineSums sums;
     if (!all_steep_) {
         const RowJob job{at_.data() + depth_,
                          along_at_.data() + depth_,
@@ -200,15 +166,11 @@ void Sweep::row(std::size_t y, Encoding encoding, const RowOut &out) {
                          smooth_.data(),
                          settings_.reach,
                          settings_.across};
-        const RowOut here{out.codes, out.fine, &sums};
-        if (kernels_.row(job, encoding, here)) {
-            if (out.sums != nullptr) {
-                out.sums->add(sums);
-            }
+        if (kernels_.row(job, xyz)) {
             return;
         }
     }
-    steep_row(y, encoding, out);
+    steep_row(y, xyz);
 }
 
 } // namespace paradize::normals

@@ -17,14 +17,6 @@ struct NotFinite {};
 // Unit normals of slopes already times their scale, in double: right for any finite slope.
 void steep_normals(const double *nx, const double *ny, std::size_t n, float *xyz);
 
-// n normals (x y z) as codes, as the rows of Kernels write them.
-void encode_row(const float *xyz, std::size_t n, Encoding encoding, const RowOut &out);
-
-// Bytes of one texel.
-constexpr std::size_t texel_bytes(Encoding encoding) {
-    return encoding == Encoding::float3 ? 12 : (encoding == Encoding::snorm8 ? 2 : 3);
-}
-
 // Goes down a map; rows are asked for in rising order. One per thread.
 class Sweep {
   public:
@@ -32,16 +24,13 @@ class Sweep {
           const Kernels &kernels);
     ~Sweep();
 
-    // Row y as codes, with up to `slack` bytes more.
-    void row(std::size_t y, Encoding encoding, const RowOut &out);
-
-    // Row y of the heights.
-    const float *heights(std::size_t y);
+    // Unit normals of row y, with up to `slack` bytes more.
+    void row(std::size_t y, float *xyz);
 
   private:
     class Steep;
     void prepare(std::ptrdiff_t y);
-    void steep_row(std::size_t y, Encoding encoding, const RowOut &out);
+    void steep_row(std::size_t y, float *xyz);
 
     std::size_t rows_;
     std::size_t columns_;
@@ -60,7 +49,6 @@ class Sweep {
     std::vector<float> along_;
     std::vector<float> scratch_;
     std::unique_ptr<Steep> steep_;
-    std::vector<float> xyz_;
 };
 
 // Whether float holds a weight with all its digits, or it is zero.
