@@ -142,7 +142,7 @@ class HeightMap:
 
     heights: (h, w) float32. slope_scale: slope of one unit of height between neighbours along (x, y):
     amplitude over texel size. wrap: whether the map repeats along (x, y); where it does not, the slope at an
-    edge goes on as it came. filter_name: one of stages.filters.FILTER_NAMES. islands: (h, w) int32, an id per
+    edge goes on as it came. filter_name: one of stages.filters.FILTERS. islands: (h, w) int32, an id per
     UV island and below zero outside; no slope crosses a border. codes: (n,) float32, rising: the heights that
     the codes of the source stand for, so that a height is known to half of the gap beside it; None where the
     source holds floats. held: whether slopes are held to what those half steps allow. truth: (h, w) float32,

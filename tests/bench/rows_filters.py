@@ -1,4 +1,4 @@
-"""What picking a derivative filter costs and brings, the spectral derivative, and de-stepping."""
+"""What picking a derivative filter costs and brings, and de-stepping."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from paradize.kernels.filter import spectral_slopes
 from paradize.kernels.normals import normals_from_heights
 from paradize.stages.destep import destep
 from paradize.stages.filters import FILTERS, choose_filter
@@ -84,26 +83,6 @@ def bench_look(runs: int) -> Row:
     )
 
 
-def bench_spectral(runs: int) -> Row:
-    heights, span, truth = field((4, 16), 32)
-    turns = 2j * np.pi * np.fft.fftfreq(SIZE)
-
-    def peer() -> tuple[np.ndarray, np.ndarray]:
-        spectrum = np.fft.fft2(heights)
-        return np.fft.ifft2(spectrum * turns).real, np.fft.ifft2(spectrum * turns[:, None]).real
-
-    def error(slopes: tuple[np.ndarray, np.ndarray]) -> str:
-        dx, dy = (slope * span for slope in slopes)
-        return f"mean {mean_deg(up(dx, dy), truth):.5f} deg"
-
-    times = pair_ms(lambda: spectral_slopes(heights), peer, runs)
-    return Row(
-        f"spectral slopes of {SIZE}^2 heights of 4 to 16 texels", times[0], "numpy, Fourier transform",
-        times[1], error(spectral_slopes(heights)), error(peer()),
-        inside="heights in memory to two slopes", ours_on=on(CORES), peer_on=on(1),
-    )  # fmt: skip
-
-
 def bench_destep(runs: int) -> Row:
     steps, span, truth = field((32, 256), 8)
 
@@ -126,5 +105,4 @@ def bench_destep(runs: int) -> Row:
 def rows(runs: int, folder: Path) -> Iterator[Row]:
     yield from bench_auto(runs)
     yield bench_look(runs)
-    yield bench_spectral(runs)
     yield bench_destep(max(1, runs // 3))

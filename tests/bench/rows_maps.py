@@ -122,13 +122,14 @@ def bench_png(runs: int, path: Path, codes: np.ndarray) -> Iterator[Row]:
 
 
 def bench_maps(runs: int, path: Path, what: str, source: str) -> Iterator[Row]:
-    """Whole bakes as `paradize maps` makes them, with and without errors."""
-    work = f"{what} -> normal, height, gloss, du/dv KTX2"
+    """Whole bakes as `paradize maps` makes them, with and without errors, in processor time."""
+    work = f"{what} -> normal, height, gloss, du/dv KTX2, processor time"
     for measure, more in ((False, ""), (True, ", every level measured")):
         ours, peer = pair_ms(
             lambda measure=measure: bake_maps(path, source=source, wrap="repeat", measure=measure),
             lambda: decoded(path),
             runs,
+            time.process_time,
         )
         yield Row(
             work + more, ours, peer_ms=peer, ours_error="", peer_error="",

@@ -11,7 +11,7 @@ from paradize.data import Heightfield, Lod, Mesh
 from paradize.formats.glb.encode import encode_glb
 from paradize.metrics.atlas import atlas_quality
 from paradize.metrics.draw import draw_costs, overdraw_of
-from paradize.metrics.filters import SPECTRAL, taps
+from paradize.metrics.filters import taps
 from paradize.metrics.flight import flight_error
 from paradize.metrics.mapped_normal import normal_error, uv_shift
 from paradize.metrics.quantised import quantised_errors
@@ -225,8 +225,6 @@ def _weights(name: str) -> Any:
 
 def _weight_error(name: str, made: Any) -> float:
     """Taps differentiate every monomial that they are made for, and a wave as their symbol says."""
-    if made is None:
-        return float(name != SPECTRAL)
     derivative, smooth = (np.array(values) for values in made)
     k = np.arange(1, len(derivative) + 1)
     slope = abs(2 * (k * derivative).sum() - 1)
@@ -301,13 +299,23 @@ ROWS = [
         inputs={
             "one": lambda: "central",
             "many": lambda: "septic16",
-            "zero": lambda: SPECTRAL,
             "degenerate": lambda: "smooth2",
             "largest": lambda: "quintic16",
         },
         absent=dict.fromkeys(
             (
-                *("constant", "tiny", "huge", "far", "denormal", "nan", "inf", "parallel", "opposite"),
+                *(
+                    "zero",
+                    "constant",
+                    "tiny",
+                    "huge",
+                    "far",
+                    "denormal",
+                    "nan",
+                    "inf",
+                    "parallel",
+                    "opposite",
+                ),
                 *("mirrored", "sliver"),
             ),
             _ONLY_ONE,

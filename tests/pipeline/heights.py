@@ -9,7 +9,7 @@ import OpenImageIO as oiio
 
 from paradize.data import HeightMap
 from paradize.kernels.normals import THREADS
-from paradize.stages.normal import prepare
+from paradize.stages.normal import normal_rows
 
 FILTERS = ("central", "scharr", "fourth")
 
@@ -25,7 +25,7 @@ def normals(
 ) -> np.ndarray:
     rows = np.ascontiguousarray(heights, np.float32)
     ground = HeightMap(rows, scale, wrap, filter_name, green_down, islands)
-    return prepare(ground).rows(0, len(rows), threads=THREADS)
+    return normal_rows(ground, 0, len(rows), threads=THREADS)
 
 
 def waves(rows: int, columns: int, seed: int, wavelength: float = 12.0) -> np.ndarray:

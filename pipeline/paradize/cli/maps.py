@@ -9,11 +9,7 @@ from paradize.cli.single_file import add_common, add_nodata, bake_file
 from paradize.cli.values import number, whole
 from paradize.errors import BakeError
 from paradize.maps import DERIVED
-
-_FILTER_HELP = (
-    "auto (looks at the heights), central, scharr, fourth, eighth, smooth2 to smooth16, "
-    "quintic3 to quintic16, septic4 to septic16, spectral"
-)
+from paradize.scene.settings import FILTERS
 
 
 def _maps(text: str) -> list[str]:
@@ -29,14 +25,6 @@ def _names(text: str) -> list[str]:
     if not names:
         raise argparse.ArgumentTypeError(f"{text!r} names nothing")
     return names
-
-
-def _filter(text: str) -> str:
-    from paradize.scene.settings import FILTERS
-
-    if text not in FILTERS:
-        raise argparse.ArgumentTypeError(f"{text!r} is no filter; {_FILTER_HELP}")
-    return text
 
 
 def add(sub: argparse.ArgumentParser) -> None:
@@ -71,7 +59,9 @@ def add(sub: argparse.ArgumentParser) -> None:
         "--gloss-groups", type=_names, metavar="A,B", help="only these groups of the layout shine"
     )
     sub.add_argument("--report", type=Path, metavar="DIR", help="draw a contact sheet there, as <IN>.png")
-    sub.add_argument("--filter", type=_filter, default="auto", metavar="F", help=_FILTER_HELP)
+    sub.add_argument(
+        "--filter", choices=FILTERS, default="auto", help="how slopes are taken (auto: looks at the heights)"
+    )
     sub.add_argument(
         "--destep", action="store_true", help="smooth the steps of an 8-bit source, within half a step"
     )

@@ -25,7 +25,7 @@ from paradize.scene.requirements import BakeJob
 from paradize.stages import cubemap
 from paradize.stages.compress import TIERS, formats_of
 from paradize.stages.filters import choose_filter
-from paradize.stages.normal import prepare
+from paradize.stages.normal import normal_rows
 from paradize.stages.sweep import bands_of, run
 
 Settings = dict[str, Any]
@@ -181,8 +181,7 @@ def filter_tier(sources: dict[str, Path], settings: Settings, tier: str, runs: i
             name = choose_filter(first.heights, bits, first.wrap, tier, first.islands, first.codes)
             held = tier == "exact" and first.codes is not None
             ground = no_worse_than_fast(replace(first, filter_name=name, held=held))
-        normals = prepare(ground)
-        run(lambda band: _drop(normals.rows(*band)), bands_of(height, width))
+        run(lambda band: _drop(normal_rows(ground, *band)), bands_of(height, width))
         return ground
 
     seconds, ground = timed(make, runs)

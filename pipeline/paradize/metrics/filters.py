@@ -14,7 +14,6 @@ from typing import TypeAlias
 
 Taps: TypeAlias = tuple[tuple[float, ...], tuple[float, ...]]
 
-SPECTRAL = "spectral"
 EXACT = "eighth"  # its error is below a thousandth of a degree from a wavelength of 8 texels on
 _ORDERS = {"central": 1, "fourth": 2, EXACT: 4}
 _FITS = {"smooth": 3, "quintic": 5, "septic": 7}  # degrees of the polynomials that are fitted
@@ -22,10 +21,8 @@ _FIT = re.compile(f"({'|'.join(_FITS)})([1-9][0-9]?)")
 
 
 @cache
-def taps(name: str) -> Taps | None:
-    """The taps of a filter by its name; None for the spectral one. Raises KeyError for a name unknown."""
-    if name == SPECTRAL:
-        return None
+def taps(name: str) -> Taps:
+    """The taps of a filter by its name. Raises KeyError for a name unknown."""
     if name == "scharr":
         return central_weights(1), (10 / 16, 3 / 16)
     fit = _FIT.fullmatch(name)

@@ -92,7 +92,6 @@ def _psnr(squares: float, count: int) -> float:
 def _truth(ground: HeightMap) -> reference_maps.HeightMap:
     """What every tier's normals are held to."""
     taps_of_truth = taps(EXACT)
-    assert taps_of_truth is not None
     return reference_maps.HeightMap(
         ground.heights if ground.truth is None else ground.truth,
         taps=taps_of_truth,

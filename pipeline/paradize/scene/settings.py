@@ -58,18 +58,9 @@ SEVERITIES = ("error", "warning", "off")  # of a rule of `paradize check`
 SIMPLIFIERS = ("paradize", "meshoptimizer", "fast-simplification", "openmesh")  # stages/lod.py
 UNWRAPPERS = ("paradize", "xatlas")  # stages/unwrappers.py
 
-# The derivative filters of normal maps (stages/filters.py); "auto" looks at the heights and picks one.
-FILTERS = (
-    "auto",
-    "central",
-    "scharr",
-    "fourth",
-    "eighth",
-    *(f"smooth{radius}" for radius in range(2, 17)),
-    *(f"quintic{radius}" for radius in range(3, 17)),
-    *(f"septic{radius}" for radius in range(4, 17)),
-    "spectral",
-)
+# The derivative filters of normal maps that a user may name; "auto" looks at the heights and picks one of
+# those in stages/filters.py.
+FILTERS = ("auto", "central", "scharr", "fourth", "eighth")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,10 +1,10 @@
-"""Derivative filters: separable taps by name, the spectral one, and `auto`, which looks at a map and picks.
+"""Derivative filters: separable taps by name, and `auto`, which looks at a map and picks.
 
 "central", "fourth", "eighth": central differences of that order. "scharr": H. Scharr, "Optimale Operatoren in
 der digitalen Bildverarbeitung", 2000. "smooth<r>", "quintic<r>", "septic<r>": the slope at the centre of the
 polynomial of degree 3, 5 or 7 that fits the 2 r + 1 texels along it best, smoothed across by the same fit,
 for heights with coarse steps: A. Savitzky and M. J. E. Golay, "Smoothing and differentiation of data by
-simplified least squares procedures", 1964. "spectral": kernels/filter/spectral.hpp; it has no taps.
+simplified least squares procedures", 1964.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     F64 = npt.NDArray[np.float64]
     I32 = npt.NDArray[np.int32]
 
-SPECTRAL = "spectral"
 FAST = "central"
 EXACT = "eighth"
 TIERS = ("fast", "balanced", "exact")
@@ -91,28 +90,15 @@ def _all_filters() -> dict[str, Taps]:
 
 
 FILTERS: dict[str, Taps] = _all_filters()
-FILTER_NAMES = (*FILTERS, SPECTRAL)
 # In the order in which `auto` tries them: the fewest texels first.
 _BY_REACH = sorted(FILTERS, key=lambda name: len(FILTERS[name].derivative) * len(FILTERS[name].smooth))
 
 
 def taps_of(name: str) -> Taps:
-    """The taps of a filter by name. Raises BakeError for a name that is none, and for "spectral"."""
+    """The taps of a filter by name. Raises BakeError for a name that is none."""
     if name not in FILTERS:
-        what = f"no derivative filter {name!r}" if name != SPECTRAL else "the spectral filter has no taps"
-        raise BakeError(what, mend=f"one of {', '.join(FILTER_NAMES)}")
+        raise BakeError(f"no derivative filter {name!r}", mend=f"one of {', '.join(FILTERS)}")
     return FILTERS[name]
-
-
-def need_repeats(wrap: tuple[bool, bool], islands: I32 | None) -> None:
-    """Raises BakeError where a map has no spectrum of its own: it must repeat both ways, without islands."""
-    if not all(wrap):
-        ends = " and ".join(axis for axis, repeats in zip("xy", wrap, strict=True) if not repeats)
-        what = f"the spectral filter wants a map that repeats on both axes; it ends along {ends}"
-        raise BakeError(what, mend="say that it repeats, or take the filter 'eighth'")
-    if islands is not None:
-        what = "the spectral filter reads whole lines; a map with UV islands has borders in them"
-        raise BakeError(what, mend="take the filter 'auto' or 'eighth'")
 
 
 def choose_filter(

@@ -8,14 +8,12 @@ so, and true to the codes where not. A user may name any filter instead.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from paradize.kernels import filter as filter_kernel
 from paradize.kernels import normals
-from paradize.stages.filters import EXACT, SPECTRAL, need_repeats, taps_of
+from paradize.stages.filters import EXACT, taps_of
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -25,57 +23,29 @@ if TYPE_CHECKING:
     F32 = npt.NDArray[np.float32]
 
 
-@dataclass(frozen=True)
-class Normals:
-    """What normals of any rows of a ground are made from; `prepare` makes it.
+def normal_rows(ground: HeightMap, first: int, last: int, *, threads: int = 1) -> F32:
+    """Unit normals (n, w, 3) float32 of the rows first..last; of flat ground exactly (0, 0, 1).
 
-    slopes: (h, w) float32 along x and down y, heights per texel, of the spectral filter, else None.
+    One thread by default, because bands of rows run side by side. Raises SourceError for a height that is not
+    finite, BakeError for an unknown filter.
     """
-
-    ground: HeightMap
-    slopes: tuple[F32, F32] | None
-
-    def rows(
-        self,
-        first: int,
-        last: int,
-        *,
-        threads: int = 1,
-    ) -> F32:
-        """Unit normals (n, w, 3) float32 of the rows first..last; of flat ground exactly (0, 0, 1). One
-        thread by default, because bands of rows run side by side. Raises SourceError for a height that is not
-        finite."""
-        ground = self.ground
-        if ground.held and ground.filter_name != EXACT:  # whose slopes are in the middle of what is open
-            dx, dy = _held_slopes(ground, first, last)
-            return normals.normals_from_slopes(
-                dx,
-                dy,
-                scale=ground.slope_scale,
-                green_down=ground.green_down,
-                threads=threads,
-            )
-        if self.slopes is not None:
-            dx, dy = self.slopes
-            return normals.normals_from_slopes(
-                dx[first:last],
-                dy[first:last],
-                scale=ground.slope_scale,
-                green_down=ground.green_down,
-                threads=threads,
-            )
-        taps = taps_of(ground.filter_name)
-        return normals.normals_from_heights(
-            ground.heights,
-            derivative=taps.derivative,
-            smooth=taps.smooth,
-            scale=ground.slope_scale,
-            wrap=ground.wrap,
-            green_down=ground.green_down,
-            islands=ground.islands,
-            rows=(first, last),
-            threads=threads,
+    if ground.held and ground.filter_name != EXACT:  # whose slopes are in the middle of what is open
+        dx, dy = _held_slopes(ground, first, last)
+        return normals.normals_from_slopes(
+            dx, dy, scale=ground.slope_scale, green_down=ground.green_down, threads=threads
         )
+    taps = taps_of(ground.filter_name)
+    return normals.normals_from_heights(
+        ground.heights,
+        derivative=taps.derivative,
+        smooth=taps.smooth,
+        scale=ground.slope_scale,
+        wrap=ground.wrap,
+        green_down=ground.green_down,
+        islands=ground.islands,
+        rows=(first, last),
+        threads=threads,
+    )
 
 
 def _slopes(ground: HeightMap, name: str, first: int, last: int) -> tuple[F32, F32]:
@@ -141,20 +111,3 @@ def _half_steps(heights: F32, codes: F32) -> F32:
     at = np.searchsorted(codes, heights)
     narrow = np.minimum(gaps[np.clip(at - 1, 0, len(gaps) - 1)], gaps[np.clip(at, 0, len(gaps) - 1)])
     return np.float32(0.5) * narrow
-
-
-def prepare(ground: HeightMap) -> Normals:
-    """What the ground's normals are made from, row by row.
-
-    With the filter "spectral" the slopes of the whole map are made here, once: two planes of its size.
-    Raises BakeError for an unknown filter, and for "spectral" where the map does not repeat on both axes;
-    SourceError where "spectral" meets a height that is not finite.
-    """
-    slopes = None
-    if ground.filter_name == SPECTRAL:
-        need_repeats(ground.wrap, ground.islands)
-        normals.require_finite(ground.heights)  # a spectrum spreads what is not over the whole map
-        slopes = filter_kernel.spectral_slopes(ground.heights)
-    else:
-        taps_of(ground.filter_name)
-    return Normals(ground, slopes)

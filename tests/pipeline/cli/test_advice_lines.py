@@ -78,11 +78,6 @@ LINES: dict[str, tuple[str, str, Callable[[str, str], str]]] = {
         "leave out --format png or --report",
         lambda line, said: words_without(line, first_option(said)),
     ),
-    "a filter that needs a tile": (
-        "maps wood.png -o m --filter spectral --only normal",
-        "take the filter 'eighth'",
-        lambda line, said: line.replace("spectral", re.findall(r"'(\w+)'", said)[-1]),
-    ),
     "a layout that a model lacks": (
         "maps wood.png -o m --uv bare.obj",
         "leave out --uv",

@@ -99,8 +99,6 @@ rng = np.random.default_rng(0)
 heights = (rng.integers(0, 256, (150, 131)) / 255).astype(np.float32)
 taps = [(t.derivative, t.smooth) for t in FILTERS.values()]
 print(kernel.predict_errors(heights, taps, source_bits=8, wrap=(True, True)))
-slopes = kernel.spectral_slopes(heights)
-print([hashlib.sha256(plane.tobytes()).hexdigest() for plane in slopes])
 print(hashlib.sha256(kernel.destep(heights, step=1 / 255, wrap=(True, False)).tobytes()).hexdigest())
 print(measured(2))
 """

@@ -119,7 +119,7 @@ def test_slopes_of_eighth_order_are_not_held_to_themselves(monkeypatch: pytest.M
         for held in (False, True)
     ]
     monkeypatch.setattr(normal, "_held_slopes", lambda *_: pytest.fail("held"))
-    free, held = (normal.prepare(ground).rows(0, 12) for ground in grounds)
+    free, held = (normal.normal_rows(ground, 0, 12) for ground in grounds)
     assert (free == held).all()
 
 

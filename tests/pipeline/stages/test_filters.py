@@ -1,4 +1,4 @@
-"""Promises of the derivative filters, of `auto` that picks among them, and of the spectral one."""
+"""Promises of the derivative filters and of `auto` that picks among them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from paradize.errors import BakeError
 from paradize.kernels import filter as kernel
 from paradize.kernels.normals import normals_from_heights
 from paradize.stages.destep import destep
-from paradize.stages.filters import FILTER_NAMES, FILTERS, Taps, choose_filter, taps_of
+from paradize.stages.filters import FILTERS, Taps, choose_filter, taps_of
 from tests.pipeline.heights import angles_between, normals, rounded, sinusoids, up
 
 BOTH = (True, True)
@@ -85,9 +85,6 @@ def test_filters_have_the_order_that_their_names_say(name: str, degree: int) -> 
 def test_an_unknown_filter_names_those_that_are_known() -> None:
     with pytest.raises(BakeError, match=r"'sobel'.*eighth"):
         taps_of("sobel")
-    with pytest.raises(BakeError, match="no taps"):
-        taps_of("spectral")
-    assert set(FILTER_NAMES) == {*FILTERS, "spectral"}
 
 
 # auto
@@ -283,7 +280,7 @@ def test_a_filter_that_reads_more_is_taken_where_it_errs_less_by_a_fiftieth(
             names = [
                 next(n for n, f in FILTERS.items() if f.derivative is d and f.smooth is s) for d, s in taps
             ]
-            return kernel.Prediction(tuple(reach.get(n, 2.0) for n in names), 9.0, 0.0, True)
+            return kernel.Prediction(tuple(reach.get(n, 2.0) for n in names), 0.0)
 
         monkeypatch.setattr(kernel, "predict_errors", told)
         assert choose_filter(heights, 16, (True, True)) == name
@@ -350,57 +347,6 @@ def test_a_look_costs_the_same_whatever_the_size() -> None:
     assert min(times) < 0.05  # some 3 ms on an idle machine; looking at all texels would take a second
 
 
-# Spectral
-
-
-def fourier_slopes(heights: np.ndarray, axis: int) -> np.ndarray:
-    n = heights.shape[axis]
-    k = np.fft.fftfreq(n) * 2 * np.pi
-    if n % 2 == 0:
-        k[n // 2] = 0
-    shape = [1, 1]
-    shape[axis] = n
-    spectrum = np.fft.fft(heights.astype(np.float64), axis=axis)
-    return np.asarray(np.fft.ifft(spectrum * 1j * k.reshape(shape), axis=axis).real)
-
-
-@settings(deadline=None, max_examples=60)
-@given(st.integers(1, 140), st.integers(1, 140), st.integers(0, 100))
-def test_spectral_slopes_are_those_of_a_fourier_transform_of_any_length(
-    rows: int, columns: int, seed: int
-) -> None:
-    heights = np.random.default_rng(seed).random((rows, columns), np.float32)
-    dx, dy = kernel.spectral_slopes(heights)
-    for found, axis in ((dx, 1), (dy, 0)):
-        assert np.abs(found - fourier_slopes(heights, axis)).max() < 1e-6
-
-
-@pytest.mark.parametrize("n", [127, 509, 1021, 1024, 2 * 509, 3 * 5 * 7 * 11, 31 * 31, 37 * 16])
-def test_spectral_slopes_of_long_lines_keep_double_precision(n: int) -> None:
-    heights = np.random.default_rng(n).random((3, n), np.float32)
-    dx, _ = kernel.spectral_slopes(heights)
-    truth = fourier_slopes(heights, 1)
-    assert np.abs(dx - truth).max() <= np.abs(truth).max() * 2.0**-23
-
-
-@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (6, 35), (37, 41), (64, 64)])
-@pytest.mark.parametrize("level", [0.1, 1e30, -3e-30])
-def test_spectral_slopes_of_flat_ground_are_exactly_zero(shape: tuple[int, int], level: float) -> None:
-    dx, dy = kernel.spectral_slopes(np.full(shape, level, np.float32))
-    assert not dx.any()
-    assert not dy.any()
-
-
-def test_spectral_slopes_do_not_depend_on_threads_and_leave_the_heights() -> None:
-    heights = np.random.default_rng(2).random((77, 130), np.float32)
-    kept = heights.copy()
-    one = kernel.spectral_slopes(heights, threads=1)
-    for threads in (2, 3, 5):
-        many = kernel.spectral_slopes(heights, threads=threads)
-        assert all(np.array_equal(a, b) for a, b in zip(one, many, strict=True))
-    assert np.array_equal(heights, kept)
-
-
 @pytest.mark.parametrize(
     ("array", "what"),
     [
@@ -410,8 +356,6 @@ def test_spectral_slopes_do_not_depend_on_threads_and_leave_the_heights() -> Non
     ],
 )
 def test_arrays_of_another_kind_are_refused(array: np.ndarray, what: str) -> None:
-    with pytest.raises(ValueError, match=what):
-        kernel.spectral_slopes(array)
     with pytest.raises(ValueError, match=what):
         kernel.predict_errors(array, [], source_bits=8, wrap=BOTH)
     with pytest.raises(ValueError, match=what):

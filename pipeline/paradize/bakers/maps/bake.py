@@ -28,10 +28,11 @@ from paradize.metrics.source import true_heights
 from paradize.readers.heightmap import Nodata, guessed_source, with_heights
 from paradize.readers.image import read_image, require_finite
 from paradize.readers.obj import read_obj
+from paradize.scene.settings import FILTERS
 from paradize.stages import gutter
 from paradize.stages.compress import TIERS
 from paradize.stages.destep import destep_pixels
-from paradize.stages.filters import FILTER_NAMES, choose_filter
+from paradize.stages.filters import choose_filter
 from paradize.stages.gloss import GlossSettings
 from paradize.stages.height import height_from_color, height_from_height
 from paradize.stages.sweep import bands_of, run
@@ -83,8 +84,7 @@ def bake_maps(
     """
     one_of("map", [name for name in only if name not in DERIVED], DERIVED)
     _check(path, source, strength, green, fmt, tier)
-    names = ("auto", *FILTER_NAMES)
-    one_of("filter", [] if filter_name in names else [filter_name], names)
+    one_of("filter", [] if filter_name in FILTERS else [filter_name], FILTERS)
     made, picture = map_rows(
         path,
         only=only,

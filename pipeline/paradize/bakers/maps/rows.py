@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from paradize.stages.filters import EXACT, FAST
 from paradize.stages.gloss import GlossSettings, gloss_map
 from paradize.stages.height import luminance_plane
 from paradize.stages.mips import gloss_bundle
-from paradize.stages.normal import prepare
+from paradize.stages.normal import normal_rows
 from paradize.stages.sweep import bands_of
 
 if TYPE_CHECKING:
@@ -101,10 +102,9 @@ class MapRows:
         self.ground, self.names = ground, names
         self._unit, self._picture, self._gloss, self._layout = unit, picture, gloss, layout
         self._truth = truth
-        self._normals = prepare(ground)
         self._border: gutter.Border | None = None
         if layout is not None and layout.filled and names != ("height",):
-            self._border = gutter.Border(layout.islands, self._normals.rows)
+            self._border = gutter.Border(layout.islands, partial(normal_rows, ground))
 
     def rows(self, name: str, first: int, last: int) -> F32:
         """Rows of "normal" (n, w, 3), unit; of a map of values (n, w, its channels), 0..1."""
@@ -155,7 +155,7 @@ class MapRows:
         return gutter.gathered(texels, self._layout.source(first, last))
 
     def _normal_rows(self, first: int, last: int) -> F32:
-        normals: F32 = self._normals.rows(first, last)
+        normals = normal_rows(self.ground, first, last)
         if self._border is not None:
             self._border.fill(normals, first)
         return normals

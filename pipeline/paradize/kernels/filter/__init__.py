@@ -32,30 +32,16 @@ def _plane(array: npt.NDArray[Any]) -> F32:
     return np.ascontiguousarray(array)
 
 
-def spectral_slopes(heights: F32, *, threads: int = THREADS) -> tuple[F32, F32]:
-    """Slopes (h, w) float32 along x and down y, in heights per texel, of heights that repeat both ways.
-
-    Exact for every wavelength above two texels; what alternates from texel to texel has slope zero.
-    """
-    heights = _plane(heights)
-    dx, dy = np.empty_like(heights), np.empty_like(heights)
-    _filter.spectral_slopes(heights, dx, dy, threads)
-    return dx, dy
-
-
 @dataclass(frozen=True)
 class Prediction:
     """What filters would err by on a map: root mean square errors of the slope, in heights per texel.
 
-    errors: one per filter; spectral: the spectral derivative's. step: the distance between neighbouring
-    values that the map was found to have, 0 for none. repeats: whether it goes on over its wrapped edges as
-    it does within.
+    errors: one per filter. step: the distance between neighbouring values that the map was found to have, 0
+    for none.
     """
 
     errors: tuple[float, ...]
-    spectral: float
     step: float
-    repeats: bool
 
 
 def predict_errors(
@@ -85,11 +71,11 @@ def predict_errors(
     for row, (derivative, smooth) in enumerate(filters):
         derivatives[row, : len(derivative)] = derivative
         smooths[row, : len(smooth)] = smooth
-    errors, spectral, step, repeats = _filter.predict_errors(
+    errors, step = _filter.predict_errors(
         heights, np.ascontiguousarray(islands), source_bits, wrap[0], wrap[1], derivatives, smooths, codes
     )
     roots = tuple(float(root) for root in np.sqrt(np.maximum(np.array(errors), 0.0)))
-    return Prediction(roots, float(np.sqrt(spectral)), float(step), bool(repeats))
+    return Prediction(roots, float(step))
 
 
 def destep(heights: F32, *, step: float, wrap: tuple[bool, bool], threads: int = THREADS) -> F32:

@@ -6,7 +6,6 @@ import numpy.typing as npt
 
 Array: TypeAlias = npt.NDArray[Any]
 
-def spectral_slopes(heights: Array, dx: Array, dy: Array, threads: int) -> None: ...
 def predict_errors(
     heights: Array,
     islands: Array,
@@ -16,5 +15,5 @@ def predict_errors(
     derivative: Array,
     smooth: Array,
     codes: Array,
-) -> tuple[list[float], float, float, bool]: ...
+) -> tuple[list[float], float]: ...
 def destep(heights: Array, step: float, wrap_x: bool, wrap_y: bool, out: Array, threads: int) -> None: ...

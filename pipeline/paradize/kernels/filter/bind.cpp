@@ -8,7 +8,6 @@
 #include "bind.hpp"
 #include "filter/choose.hpp"
 #include "filter/destep.hpp"
-#include "filter/spectral.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
@@ -16,16 +15,10 @@ using namespace paradize::bind;
 
 namespace {
 
-void spectral_slopes(const In<float> &heights, const Out<float> &dx, const Out<float> &dy, int threads) {
-    need(heights.ndim() == 2, "heights are not two-dimensional");
-    need(dx.size() == heights.size() && dy.size() == heights.size(), "an output array has the wrong size");
-    nb::gil_scoped_release unlocked;
-    filter::spectral_slopes(flat(heights), heights.shape(0), heights.shape(1), flat(dx), flat(dy), threads);
-}
-
-std::tuple<std::vector<double>, double, double, bool>
-predict_errors(const In<float> &heights, const In<std::int32_t> &islands, int source_bits, bool wrap_x,
-               bool wrap_y, const In<double> &derivative, const In<double> &smooth, const In<float> &codes) {
+std::tuple<std::vector<double>, double> predict_errors(const In<float> &heights,
+                                                       const In<std::int32_t> &islands, int source_bits,
+                                                       bool wrap_x, bool wrap_y, const In<double> &derivative,
+                                                       const In<double> &smooth, const In<float> &codes) {
     need(heights.ndim() == 2, "heights are not two-dimensional");
     need(islands.size() == 0 || islands.size() == heights.size(), "islands and heights differ in size");
     need(derivative.size() % filter::reach == 0 &&
@@ -38,7 +31,7 @@ predict_errors(const In<float> &heights, const In<std::int32_t> &islands, int so
         nb::gil_scoped_release unlocked;
         found = filter::predict_errors(map, flat(derivative), flat(smooth));
     }
-    return {found.errors, found.spectral, found.step, found.repeats};
+    return {found.errors, found.step};
 }
 
 void destep(const In<float> &heights, double step, bool wrap_x, bool wrap_y, const Out<float> &result,
@@ -54,7 +47,6 @@ void destep(const In<float> &heights, double step, bool wrap_x, bool wrap_y, con
 } // namespace
 
 NB_MODULE(_filter, module) {
-    module.def("spectral_slopes", &spectral_slopes);
     module.def("predict_errors", &predict_errors);
     module.def("destep", &destep);
 }

@@ -182,46 +182,12 @@ double square_error(const Spectrum &spectrum, const Waves &wx, const Waves &wy, 
     return ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]));
 }
 
-// Whether lines of n texels go on over their ends as they do within: by fourth differences, which a jump of
-// height or of slope makes large.
-bool goes_on(const Map &map, bool along_x) {
-    const std::size_t n = along_x ? map.columns : map.rows;
-    const std::size_t count = along_x ? map.rows : map.columns;
-    const std::size_t apart = along_x ? 1 : map.columns;
-    const std::size_t step = along_x ? map.columns : 1;
-    if (n < 16) {
-        return true;
-    }
-    const std::size_t used = std::min<std::size_t>(count, 256);
-    double seam = 0.0;
-    double within = 0.0;
-    double largest = 0.0;
-    for (std::size_t i = 0; i < used; ++i) {
-        const float *line = map.heights.data() + (count * i / used) * step;
-        const auto square = [&](std::size_t at) {
-            const auto h = [&](std::size_t j) { return static_cast<double>(line[(at + j) % n * apart]); };
-            const double d = h(0) + h(4) - 4.0 * (h(1) + h(3)) + 6.0 * h(2);
-            return d * d;
-        };
-        for (const std::size_t back : {3, 2}) { // centred on the last texel but one, and on the last
-            seam += square(n - back - 1) / 2.0;
-        }
-        for (std::size_t k = 0; k < 8; ++k) {
-            within += square((n - 5) * k / 8) / 8.0;
-        }
-        largest = std::max(largest, std::abs(static_cast<double>(line[0])));
-    }
-    const double rounding = largest * 0x1p-20;
-    return seam <= 9.0 * within + rounding * rounding * static_cast<double>(used);
-}
-
 } // namespace
 
 Prediction predict_errors(const Map &map, std::span<const double> derivative,
                           std::span<const double> smooth) {
     const std::size_t filters = derivative.size() / reach;
-    Prediction out{std::vector<double>(filters, 0.0), 0.0, 0.0, true};
-    out.repeats = (!map.wrap_x || goes_on(map, true)) && (!map.wrap_y || goes_on(map, false));
+    Prediction out{std::vector<double>(filters, 0.0), 0.0};
     const Patches patches = patches_of(map);
     const std::size_t rows = patches.height;
     const std::size_t columns = patches.width;
@@ -256,10 +222,6 @@ Prediction predict_errors(const Map &map, std::span<const double> derivative,
         out.errors[f] = square_error(spectrum, wx, wy, response(d, s, columns, wx.sines, wx.cosines),
                                      response(d, s, rows, wy.sines, wy.cosines));
     }
-    const auto perfect = [](const Waves &waves) {
-        return Response{waves.number, std::vector<double>(waves.number.size(), 1.0)};
-    };
-    out.spectral = square_error(spectrum, wx, wy, perfect(wx), perfect(wy));
     return out;
 }
 

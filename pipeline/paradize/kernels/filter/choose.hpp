@@ -31,9 +31,7 @@ struct Map {
 
 struct Prediction {
     std::vector<double> errors; // mean square error of the slope in units of height per texel, per filter
-    double spectral;            // the same of the spectral derivative
     double step;                // the step of the heights as found, 0 where they have none
-    bool repeats;               // whether the map goes on over the edges where it wraps as it does within
 };
 
 // derivative: `reach` weights of h[+k] - h[-k] per filter, k from 1; smooth: reach + 1 weights of the centre

@@ -159,7 +159,7 @@ std::vector<double> power_spectrum(const Map &map, const Patches &patches) {
     const Fft fft_y(rows);
     std::vector<double> data(bins * element);
     std::vector<double> line(rows * element);
-    std::vector<double> scratch(std::max(fft_x.scratch_size(), fft_y.scratch_size()));
+    std::vector<double> scratch(std::max(rows, columns) * element);
     std::vector<double> power(bins, 0.0);
     for (std::size_t first = 0; first < patches.at.size(); first += batch) {
         const std::size_t used = std::min(batch, patches.at.size() - first);

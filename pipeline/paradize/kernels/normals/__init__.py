@@ -55,12 +55,6 @@ def _refuse(planes: Sequence[F32], what: str) -> SourceError:
     return SourceError(f"{what} is not a finite number")
 
 
-def require_finite(heights: F32) -> None:
-    """Raises SourceError with the first place of heights (h, w) that is not finite."""
-    if not np.isfinite(heights).all():
-        raise _refuse([heights], "a height")
-
-
 def normals_from_heights(
     heights: F32,
     *,

@@ -196,7 +196,6 @@ reference::Ground ground(const Rows<float> &heights, std::vector<double> derivat
     reference::Ground out;
     out.heights = flat(heights);
     out.size = {heights.shape(0), heights.shape(1)};
-    out.spectral = derivative.empty();
     out.taps = {std::move(derivative), std::move(smooth)};
     out.exact = {std::move(exact), {1.0}};
     out.held = held;

@@ -78,19 +78,19 @@ class Texture:
 class HeightMap:
     """Heights (h, w) float32, finite, and how their slopes are taken.
 
-    taps: (derivative, smooth) as kernels/reference/maps/ground.hpp tells; None: by the spectrum, for which
-    both axes repeat. scale: slope of one unit of height from a texel to the next along (x, y). wrap: whether
-    the map repeats along (x, y). islands: (h, w) int32, negative outside. codes: (n,) float32, rising: the
-    heights that neighbouring codes of the source stand for; None where it holds floats. exact: the
-    derivative around whose slopes lies what the half steps allow. held: slopes are held to that. cones:
-    angles that the half steps leave open are no error. Raises ValueError.
+    taps: (derivative, smooth) as kernels/reference/maps/ground.hpp tells. scale: slope of one unit of
+    height from a texel to the next along (x, y). wrap: whether the map repeats along (x, y). islands: (h,
+    w) int32, negative outside. codes: (n,) float32, rising: the heights that neighbouring codes of the
+    source stand for; None where it holds floats. exact: the derivative around whose slopes lies what the
+    half steps allow. held: slopes are held to that. cones: angles that the half steps leave open are no
+    error. Raises ValueError.
     """
 
     def __init__(
         self,
         heights: npt.ArrayLike,
         *,
-        taps: Taps | None,
+        taps: Taps,
         scale: tuple[float, float],
         wrap: tuple[bool, bool],
         green_down: bool = False,
@@ -106,11 +106,9 @@ class HeightMap:
         _require_finite(rows, "heights")
         if not np.isfinite([*scale]).all():
             raise ValueError(f"a scale of {scale}")
-        if taps is None and not all(wrap):
-            raise ValueError("the spectrum is that of a map that repeats along both axes")
-        derivative, smooth = ([], [1.0]) if taps is None else ([*map(float, taps[0])], [*map(float, taps[1])])
+        derivative, smooth = [*map(float, taps[0])], [*map(float, taps[1])]
         longest = max(len(derivative), len(smooth) - 1, len(exact))
-        if not smooth or (taps is not None and not derivative) or longest > MAX_REACH:
+        if not smooth or not derivative or longest > MAX_REACH:
             raise ValueError(f"{len(derivative)} and {len(smooth)} taps")
         ids = None if islands is None else np.ascontiguousarray(islands, np.int32)
         if ids is not None and ids.shape != rows.shape:

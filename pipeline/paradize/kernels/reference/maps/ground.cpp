@@ -176,7 +176,7 @@ class HalfSteps {
     std::vector<std::uint32_t> first_;
 };
 
-GroundRows::GroundRows(const Ground &ground, int threads)
+GroundRows::GroundRows(const Ground &ground)
     : ground_(ground),
       reach_(std::max(ground.taps.reach(), ground.codes.empty() ? 0 : ground.exact.reach())) {
     const std::size_t columns = ground.size.columns;
@@ -193,10 +193,6 @@ GroundRows::GroundRows(const Ground &ground, int threads)
     corner_z_.resize(columns);
     if (!ground.codes.empty()) {
         half_steps_ = std::make_shared<const HalfSteps>(ground.codes);
-    }
-    if (ground.spectral) {
-        slopes_ = std::make_shared<const Slopes>(
-            spectral_slopes(ground.heights, ground.size.rows, columns, threads));
     }
 }
 
@@ -336,12 +332,7 @@ void GroundRows::cone(double *normals, double *degrees) {
 void GroundRows::row(std::size_t y, double *out) {
     const std::size_t columns = ground_.size.columns;
     const auto at = static_cast<std::ptrdiff_t>(y);
-    if (ground_.spectral) {
-        widen(&slopes_->x[y * columns], columns, slope_.x.data());
-        widen(&slopes_->y[y * columns], columns, slope_.y.data());
-    } else {
-        filtered(at, ground_.taps, slope_);
-    }
+    filtered(at, ground_.taps, slope_);
     const bool open = !ground_.codes.empty() && (ground_.held || ground_.cones);
     if (open) {
         reached(at);

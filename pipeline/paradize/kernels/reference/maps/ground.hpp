@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "reference/maps/chain.hpp"
-#include "reference/maps/fourier.hpp"
 
 namespace paradize::reference {
 
@@ -26,8 +25,7 @@ struct Ground {
     std::span<const float> heights; // rows * columns, finite
     Size size;
     Taps taps;
-    bool spectral = false; // instead: the exact slope of the band-limited periodic interpolant
-    double scale_x = 1.0;  // slope of one unit of height from one texel to the next
+    double scale_x = 1.0; // slope of one unit of height from one texel to the next
     double scale_y = 1.0;
     bool wrap_x = false; // where it does not repeat, heights are reflected oddly about the edge texel
     bool wrap_y = false;
@@ -48,8 +46,7 @@ class HalfSteps;
 // and the farthest whose slopes along x and y lie within the reach of the half steps (0 without codes).
 class GroundRows final : public Rows {
   public:
-    // threads: of the transforms, where the filter is the spectral one.
-    GroundRows(const Ground &ground, int threads);
+    explicit GroundRows(const Ground &ground);
     std::size_t channels() const override { return cone_plane() + (ground_.cones ? 1 : 0); }
     std::size_t cone_plane() const { return ground_.islands.empty() ? 3 : 4; }
     void row(std::size_t y, double *out) override;
@@ -87,7 +84,6 @@ class GroundRows final : public Rows {
     Steepness corner_;
     std::vector<double> corner_z_;
     std::shared_ptr<const HalfSteps> half_steps_; // where there are codes
-    std::shared_ptr<const Slopes> slopes_;        // where the filter is the spectral one
 };
 
 } // namespace paradize::reference

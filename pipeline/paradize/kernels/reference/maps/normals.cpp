@@ -164,7 +164,7 @@ LevelError tallied(Size size, int threads, Make &&make) {
 } // namespace
 
 std::vector<LevelError> normal_levels(const TextureView &texture, const Ground &ground, int threads) {
-    const GroundRows truth(ground, threads);
+    const GroundRows truth(ground);
     const bool masked = !ground.islands.empty();
     return judged(texture, truth, threads, [&](RowSums &sums) {
         return std::make_unique<AngleJudge>(texture, false, masked, ground.cones, sums);
@@ -172,7 +172,7 @@ std::vector<LevelError> normal_levels(const TextureView &texture, const Ground &
 }
 
 std::vector<LevelError> offset_levels(const TextureView &texture, const Ground &ground, int threads) {
-    const GroundRows normals(ground, threads);
+    const GroundRows normals(ground);
     const bool masked = !ground.islands.empty();
     const Mean mean = mean_of(normals, ground.size, masked, threads);
     const OffsetRows truth(normals, ground.size.columns, mean.x, mean.y);
@@ -182,8 +182,8 @@ std::vector<LevelError> offset_levels(const TextureView &texture, const Ground &
 }
 
 LevelError filter_angles(const Ground &ground, const Ground &other, int threads) {
-    const GroundRows one(ground, threads);
-    const GroundRows two(other, threads);
+    const GroundRows one(ground);
+    const GroundRows two(other);
     const std::size_t columns = ground.size.columns;
     const bool masked = !ground.islands.empty() && !other.islands.empty();
     return tallied(ground.size, threads, [&] {
@@ -211,7 +211,7 @@ LevelError filter_angles(const Ground &ground, const Ground &other, int threads)
 }
 
 LevelError open_angles(const Ground &ground, int threads) {
-    const GroundRows truth(ground, threads);
+    const GroundRows truth(ground);
     const std::size_t columns = ground.size.columns;
     return tallied(ground.size, threads, [&] {
         return [&, rows = truth.fresh(), planes = std::vector<double>(truth.channels() * columns)](

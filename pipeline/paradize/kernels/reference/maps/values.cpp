@@ -222,7 +222,7 @@ class HighlightJudge final : public MapJudge {
 template <typename GlossLike>
 std::vector<LevelError> judged_gloss(const TextureView &texture, std::span<const float> gloss,
                                      const Ground &ground, int threads) {
-    const GroundRows normals(ground, threads);
+    const GroundRows normals(ground);
     const GlossRows truth(gloss, normals, texture.size.columns);
     return judged(texture, truth, threads,
                   [&](RowSums &sums) { return std::make_unique<GlossLike>(texture, ground, sums); });
