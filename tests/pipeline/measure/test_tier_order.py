@@ -12,14 +12,14 @@ import statistics
 import sys
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from paradize.bakers.maps.bake import bake_maps
-from paradize.bakers.maps.rows import SMALL, no_worse_than_fast
+from paradize.bakers.maps.rows import filter_errors, no_worse_than_fast
 from paradize.bakers.product import MapProduct
 from paradize.data import HeightMap
 from paradize.errors import ParadizeError
@@ -136,7 +136,7 @@ MISJUDGED = {
 
 
 @pytest.mark.parametrize("name", MISJUDGED)
-def test_a_small_map_has_its_tiers_in_order_where_auto_misjudges_it(name: str, tmp_path: Path) -> None:
+def test_tiers_are_in_order_where_auto_misjudges_the_map(name: str, tmp_path: Path) -> None:
     path = save(tmp_path / name, MISJUDGED[name][:, :, None])
 
     def baked(tier: str, measure: bool = True) -> MapProduct:
@@ -152,11 +152,14 @@ def test_a_small_map_has_its_tiers_in_order_where_auto_misjudges_it(name: str, t
     assert baked("balanced", measure=False).data == tiers[1].data
 
 
-def test_the_filter_of_a_large_map_is_not_measured() -> None:
-    heights = np.resize(_STAIR[0] / np.float32(16), (SMALL // 256 + 1, 256)).astype(np.float32)
-    grounds = [HeightMap(part, (20.0, 20.0), (False, False), "smooth6") for part in (heights, heights[:-1])]
-    assert no_worse_than_fast(grounds[0]) is grounds[0]
-    assert no_worse_than_fast(grounds[1]).filter_name == "eighth"
+def test_large_maps_and_uv_islands_keep_no_filter_that_errs_more_than_that_of_fast() -> None:
+    heights = np.resize(_STAIR[0] / np.float32(16), (300, 256)).astype(np.float32)
+    islands = np.where(np.arange(256) % 64 < 60, np.arange(256) // 64, -1)[None, :].astype(np.int32)
+    for layout in (None, np.repeat(islands, 300, axis=0)):
+        large = HeightMap(heights, (20.0, 20.0), (False, False), "smooth6", islands=layout)
+        fast = filter_errors(replace(large, filter_name="central"))
+        assert any(error > fast[name] for name, error in filter_errors(large).items())
+        assert all(error <= fast[name] for name, error in filter_errors(no_worse_than_fast(large)).items())
 
 
 @pytest.mark.deep

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from paradize.bakers.color import spread
 from paradize.bakers.maps.png import png_maps
-from paradize.bakers.maps.rows import SMALL, Layout, MapRows, no_worse_than_fast
+from paradize.bakers.maps.rows import Layout, MapRows, no_worse_than_fast
 from paradize.bakers.maps.textures import ktx2_maps
 from paradize.bakers.product import MapProduct, one_of, wraps_of
 from paradize.data import HeightMap, Image
@@ -174,7 +174,7 @@ def map_rows(
         image = replace(image, values=spread(image.values, wraps))
     heights = _heights(image, source, levels)
     islands = None if layout is None else layout.islands
-    known = measure or heights.size <= SMALL  # there the filter is measured too
+    known = measure or filter_name == "auto"  # what `auto` chooses is measured too
     truth = true_heights(image, source, levels) if known else None
     codes, held = _code_heights(image, partial(_heights, source=source, levels=levels)), False
     true_codes = _code_heights(image, partial(true_heights, source=source, levels=levels)) if known else None

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 F32 = npt.NDArray[np.float32]
 I32 = npt.NDArray[np.int32]
-SMALL = 256 * 256  # texels: up to there a filter is measured within milliseconds
 
 
 @dataclass(frozen=True)
@@ -51,10 +50,11 @@ def filter_errors(ground: HeightMap) -> dict[str, float]:
 
 
 def no_worse_than_fast(ground: HeightMap) -> HeightMap:
-    """The ground with the filter that `auto` chose for it. Where on up to SMALL texels that errs more than
-    tier `fast`'s, by any of filter_errors, slopes become those of tier `exact`: of codes held to what these
-    leave open, of floats EXACT's. `auto` predicts by a spectrum, of which small maps hold little."""
-    if ground.heights.size > SMALL or ground.filter_name in (FAST, EXACT):
+    """The height map with the filter that `auto` chose, if that errs no more than tier `fast`'s filter by
+    any of filter_errors. Otherwise with the slopes of tier `exact`: of 8- and 16-bit heights held to what
+    their rounding leaves open, of floats EXACT's. `auto` predicts from a spectrum, which says little of small
+    maps and of UV islands."""
+    if ground.filter_name in (FAST, EXACT):
         return ground
     own, fast = filter_errors(ground), filter_errors(replace(ground, filter_name=FAST, held=False))
     if all(own[name] <= fast[name] for name in own):
