@@ -11,15 +11,15 @@ import gc
 import json
 import math
 import re
+import tomllib
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from paradize.errors import FormatError, ParadizeError
 from paradize.files import read_file
 
-TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
-    from typing import Any, NoReturn
 
 SCENE_FILE = "scene.json"  # the document of a baked folder
 JSON_BYTES = 64 << 20  # the player's limit as well
@@ -75,8 +75,6 @@ def parse_toml(
     data: bytes, file: object, error: type[ParadizeError] = FormatError, *, mend: str | None = None
 ) -> dict[str, Any]:
     """What TOML in UTF-8 holds. Raises `error` (file, place, limit); mend: of what is no TOML."""
-    import tomllib  # here: a bake with nothing to do needs none
-
     if len(data) > TOML_BYTES:
         raise error(f"holds {len(data)} bytes, limit {TOML_BYTES}", file=file)
     try:

@@ -11,11 +11,10 @@ ParadizeError
 from __future__ import annotations
 
 import re
+from typing import TYPE_CHECKING, Any
 
-TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
     from collections.abc import Iterable
-    from typing import Any
 
 # Control characters, line separators, marks of direction, and characters that show nothing. The player's
 # app/messages.cpp has the same list.

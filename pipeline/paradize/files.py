@@ -11,12 +11,11 @@ import errno
 import os
 import stat
 from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
 
-TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from contextlib import AbstractContextManager
-    from typing import BinaryIO
 
 MAX_BYTES = 4 << 30  # a GLB cannot be larger, and no texture that we write is
 _CHUNK = 1 << 20

@@ -11,12 +11,12 @@ import re
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from paradize.documents import SCENE_FILE
 from paradize.errors import BakeError, ParadizeError, SceneError, SourceError
 from paradize.files import absence, open_file
 
-TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
     from collections.abc import Iterator
 

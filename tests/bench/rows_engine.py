@@ -82,7 +82,7 @@ def bench_no_op(runs: int, folder: Path) -> Row:
         times[1],
         kept,
         "-",
-        1 / 5,
+        1 / 8,
         inside="a process from its start to its end",
         ours_on=on(1),
         peer_on=on(1),

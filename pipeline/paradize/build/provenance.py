@@ -9,19 +9,18 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from paradize.documents import SCENE_FILE
 from paradize.errors import ParadizeError
 from paradize.files import resolved
+from paradize.jobs.code import code_files
 from paradize.jobs.libraries import library_versions
 from paradize.store.atomic import is_aside
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Store, key_of, stamp
-
-TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
-if TYPE_CHECKING:
-    from typing import Any
 
 _NONE = type(None)
 _ROW: dict[str, tuple[type, ...]] = {  # of an artifact, as a record holds it
@@ -32,27 +31,21 @@ _ROW: dict[str, tuple[type, ...]] = {  # of an artifact, as a record holds it
 OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only whole files that a sweep may remove
 
 
+@dataclass
 class BakeReport:
     """What a bake did. artifacts: rows {name, file, sha256, bytes, tier, errors, status, seconds, over, and
     of textures levels, format, reason, filter}; status: baked, reused or failed; over: the metrics beyond
     their budget, as text; levels, reason: as of product.MapProduct. fetched, pushed:
     how many of the artifacts came from a shared store, and went there."""
 
-    def __init__(  # no dataclass: importing that is a quarter of a bake with nothing to do
-        self,
-        out: Path,
-        artifacts: list[dict[str, Any]] | None = None,
-        warnings: list[str] | None = None,
-        *,
-        budget: dict[str, float] | None = None,
-    ) -> None:
-        self.out = out
-        self.artifacts = artifacts or []
-        self.warnings = warnings or []
-        self.errors: list[ParadizeError] = []
-        self.seconds = 0.0
-        self.fetched = self.pushed = 0
-        self.budget = budget or {}
+    out: Path
+    artifacts: list[dict[str, Any]] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    errors: list[ParadizeError] = field(default_factory=list)
+    seconds: float = 0.0
+    fetched: int = 0
+    pushed: int = 0
+    budget: dict[str, float] = field(default_factory=dict)
 
     def count(self, status: str) -> int:
         """How many artifacts were baked, reused or failed."""
@@ -168,8 +161,6 @@ def remember(
     memory: FileHashCache,
 ) -> None:
     """Keeps what a finished bake read, ran and wrote. absent: files that it looked for in vain."""
-    from paradize.jobs.code import code_files  # here: a bake with nothing to do loads less
-
     outputs = [report.out / SCENE_FILE, *(report.out / row["file"] for row in report.artifacts)]
     files = list(dict.fromkeys([*inputs, *code_files("paradize.build.bake"), *outputs]))
     record = {

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from paradize.cli.options import add_common, add_elsewhere, add_scene
 from paradize.cli.output import complain, say, show, show_json
@@ -16,10 +17,7 @@ from paradize.cli.values import percent
 from paradize.errors import ParadizeError, one_line
 from paradize.files import resolved
 
-TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
-    from typing import Any
-
     from paradize.build.options import BuildOptions
 
 

@@ -11,11 +11,10 @@ import os
 import signal
 import sys
 from contextlib import suppress
+from typing import TYPE_CHECKING, Any, NoReturn
 
-TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from typing import Any, NoReturn
 
 WHAT = "interrupted; nothing half-written stays"
 AT_ONCE = "ended at once; files that were being written aside may stay"

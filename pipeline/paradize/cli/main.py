@@ -14,14 +14,11 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 from importlib import import_module
+from typing import Any, NoReturn
 
 from paradize.cli.interrupt import EXIT_CODE, WHAT, interrupted, interruptible
 from paradize.cli.output import OutputLost, complain, say, show, show_json
 from paradize.errors import BakeError, GroupedError, ParadizeError, bounded
-
-TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
-if TYPE_CHECKING:
-    from typing import Any, NoReturn
 
 
 class _WrongUsage(Exception):  # noqa: N818 (never leaves this module)

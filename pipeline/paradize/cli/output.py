@@ -6,12 +6,9 @@ import json
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from typing import Any
 
 from paradize.errors import ParadizeError, bounded
-
-TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
-if TYPE_CHECKING:
-    from typing import Any
 
 MOST_LINE = 8000  # characters: a path of 4096 and every part of a message
 

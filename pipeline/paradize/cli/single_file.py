@@ -7,6 +7,7 @@ import os
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 from paradize.cli import options
 from paradize.cli.output import say, show, show_json
@@ -14,10 +15,6 @@ from paradize.cli.table import HEAD, errors_text, table
 from paradize.cli.values import number
 from paradize.errors import BakeError
 from paradize.kinds import require_folder, require_glb
-
-TYPE_CHECKING = False  # not of `typing`: help loads less
-if TYPE_CHECKING:
-    from typing import Any
 
 
 def _budget(text: str) -> dict[str, float]:

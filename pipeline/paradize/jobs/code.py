@@ -19,6 +19,7 @@ from pathlib import Path
 
 import paradize
 from paradize.jobs.libraries import library_versions
+from paradize.jobs.loader import LOADED
 
 SUFFIXES = (".py", *EXTENSION_SUFFIXES)
 _ENGINE_PACKAGES = (
@@ -72,8 +73,6 @@ def clear_caches() -> None:
 def foreign_module(code: Mapping[str, str]) -> str | None:
     """Returns the name of a loaded module whose code differs from its digest in `code`, or None. Modules that
     are not in `code` are ignored."""
-    from paradize.jobs.loader import LOADED  # here: a bake with nothing to do loads less
-
     for name, digest in code.items():
         if name == _VERSIONS:
             loaded: str | None = _versions_digest()

@@ -5,13 +5,10 @@ from __future__ import annotations
 import hashlib
 import os
 from pathlib import Path
+from typing import BinaryIO
 
 from paradize.errors import BakeError
 from paradize.files import read_parts
-
-TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
-if TYPE_CHECKING:
-    from typing import BinaryIO
 
 ASIDE = ".part-"  # marks a file that is being written; a sweep may remove what a kill left behind
 

@@ -9,13 +9,10 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from paradize.errors import BakeError
 from paradize.store.local import Stamp, hash_file, stamp
-
-TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
-if TYPE_CHECKING:
-    from typing import Any
 
 _REST_NS = 2_000_000_000  # coarse file systems keep times of two seconds
 

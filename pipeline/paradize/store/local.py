@@ -17,18 +17,16 @@ import fcntl
 import hashlib
 import json
 import os
+import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from paradize.documents import parse_json
 from paradize.errors import BakeError, FormatError
 from paradize.files import open_lock, read_file, read_parts
 from paradize.store.atomic import write_whole
-
-TYPE_CHECKING = False  # not of `typing`: a bake with nothing to do loads less
-if TYPE_CHECKING:
-    from typing import Any
 
 Stamp = list[int]  # size, mtime_ns, ctime_ns, inode: a file whose stamp is the same is taken for unchanged
 
@@ -204,7 +202,6 @@ class Store:
     def room(self, name: str) -> Iterator[Path]:
         """An empty folder for the holder of the lock called `name`, removed afterwards; what a kill left in
         it is removed before."""
-        import shutil  # here: a bake with nothing to do loads less
 
         path = self.root / "rooms" / name
         shutil.rmtree(path, ignore_errors=True)
