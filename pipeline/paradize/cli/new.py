@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import os
 import shlex
+import sys
 from pathlib import Path
+from shutil import which
 
 from paradize.cli.options import add_json
 from paradize.cli.output import say, show, show_json
 from paradize.errors import one_line
+from paradize.files import resolved
 
 
 def add(sub: argparse.ArgumentParser) -> None:
@@ -19,7 +23,7 @@ def add(sub: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Makes a scene; says how to bake and play it."""
+    """Makes a scene; prints the commands that bake it and show it."""
     from paradize.new.scene import new_scene
 
     made = new_scene(arguments.folder, arguments.model)
@@ -29,8 +33,26 @@ def run(arguments: argparse.Namespace) -> int:
         show_json({"scene": str(made.scene), "files": made.files, "warnings": made.notes})
         return 0
     show(one_line(f"{len(made.files)} files in {made.scene.parent}"))
-    baked = f"{made.scene.parent.name}-baked"
-    to = shlex.quote(f"./{baked}" if baked.startswith("-") else baked)
-    show(one_line(f"bake it:  paradize bake {shlex.quote(str(made.scene))} -o {to}"))
-    show(one_line(f"play it:  paradize-player {to}"))
+    show(one_line(f"bake it:  {shlex.join([*_paradize(), 'bake', str(made.scene)])}"))
+    player = _player()
+    if player is not None:
+        screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+        how = [] if screen else ["--headless", "--screenshot", f"{made.name}.png"]
+        show(one_line(f"show it:  {shlex.join([player, f'build/assets/{made.name}', *how])}"))
     return 0
+
+
+def _paradize() -> list[str]:
+    """The words that call this program from here."""
+    if which("paradize"):
+        return ["paradize"]
+    program = Path(sys.argv[0])
+    return [str(resolved(program))] if os.access(program, os.X_OK) else [sys.executable, "-m", "paradize"]
+
+
+def _player() -> str | None:
+    """The word that calls the player from here; None where it is not built."""
+    from paradize.measure.scene import PLAYER, find_player
+
+    found = PLAYER if which(PLAYER) else find_player()
+    return None if found is None else str(found)

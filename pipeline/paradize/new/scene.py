@@ -33,9 +33,11 @@ RESERVED = {"terrain", "sand", "effect", "water", "sky", "sound"}
 
 @dataclass(frozen=True)
 class NewScene:
-    """scene: the TOML. files: all that were written, seen from its folder. notes: what one should know."""
+    """scene: the TOML. name: the scene's, as it has it. files: all that were written, seen from its folder.
+    notes: what one should know."""
 
     scene: Path
+    name: str
     files: list[str]
     notes: list[str]
 
@@ -81,9 +83,8 @@ def new_scene(folder: Path, model: Path | None = None) -> NewScene:
             write_sky(aside / "sky", sun)
             write_ground(aside / "ground.png")
             write_sand(aside / "sand.png")
-            (aside / "scene.toml").write_text(
-                _toml(_identifier(folder.name, "scene"), found), encoding="utf-8"
-            )
+            name = _identifier(folder.name, "scene")
+            (aside / "scene.toml").write_text(_toml(name, found), encoding="utf-8")
             files = sorted(path.relative_to(aside).as_posix() for path in aside.rglob("*") if path.is_file())
             aside.rename(folder)
         except BaseException:
@@ -92,7 +93,7 @@ def new_scene(folder: Path, model: Path | None = None) -> NewScene:
     except OSError as error:
         what = f"cannot be written: {error.strerror or error}"
         raise BakeError(what, file=folder, mend="free the place or name another folder") from None
-    return NewScene(folder / "scene.toml", files, found.notes)
+    return NewScene(folder / "scene.toml", name, files, found.notes)
 
 
 def _identifier(text: str, otherwise: str) -> str:

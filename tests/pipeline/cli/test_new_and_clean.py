@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,8 @@ import pytest
 from paradize.cli.main import main
 from paradize.cli.values import age, size
 from paradize.store.local import Store
+from tests.conftest import RENDER_ENVIRONMENT
+from tests.places import ROOT
 
 
 @pytest.fixture(autouse=True)
@@ -22,27 +26,38 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Store:
 
 def test_a_new_scene_says_how_to_go_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["new", str(tmp_path / "mine")]) == 0
-    told = capsys.readouterr().out
-    assert f"paradize bake {tmp_path}/mine/scene.toml" in told
+    assert f" bake {tmp_path}/mine/scene.toml" in capsys.readouterr().out
     assert main(["new", str(tmp_path / "mine")]) == 1
     assert "not empty" in capsys.readouterr().err
     assert main(["new", str(tmp_path / "other"), "--from", str(tmp_path / "none.obj"), "--json"]) == 1
     assert "none.obj" in json.loads(capsys.readouterr().out)["error"][0]
 
 
-def test_what_a_new_scene_says_can_be_pasted_into_a_shell(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("on_path", [True, False])
+def test_the_commands_that_new_prints_bake_and_show_the_scene_as_they_stand(
+    tmp_path: Path, on_path: bool
 ) -> None:
-    assert main(["new", str(tmp_path / "my scenes" / "-it's mine")]) == 0
-    told = capsys.readouterr().out.splitlines()
-    assert shlex.split(told[1])[2:] == [
-        "paradize",
-        "bake",
-        f"{tmp_path}/my scenes/-it's mine/scene.toml",
-        "-o",
-        "./-it's mine-baked",
-    ]
-    assert shlex.split(told[2])[-1] == "./-it's mine-baked"
+    """In any folder, whatever the scene's own is called, and where the programs are not on the path."""
+    programs = f"{ROOT}/build/venv/bin:{ROOT}/build/bin"
+    environment = {**os.environ, **RENDER_ENVIRONMENT, "PARADIZE_STORE": str(tmp_path / "store")}
+    environment["PATH"] = f"{programs if on_path else ''}:/usr/bin:/bin"
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        environment.pop(name, None)
+    told = subprocess.run(
+        [f"{ROOT}/build/venv/bin/paradize", "new", "my scenes/-it's mine"],
+        cwd=tmp_path, env=environment, capture_output=True, text=True, check=True,
+    ).stdout.splitlines()  # fmt: skip
+    lines = [line.partition(":")[2] for line in told[1:]]
+    assert [shlex.split(line)[0] in ("paradize", "paradize-player") for line in lines] == [on_path] * 2
+    for line in lines:
+        ran = subprocess.run(
+            ["sh", "-euc", line], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+        )
+        assert ran.returncode == 0, ran.stderr
+    assert (tmp_path / "it_s_mine.png").stat().st_size > 1000
+    explained = [f"{ROOT}/build/venv/bin/paradize", "explain", "my scenes/-it's mine/scene.toml", "--json"]
+    found = subprocess.run(explained, cwd=tmp_path, env=environment, capture_output=True, check=True).stdout
+    assert json.loads(found)
 
 
 def test_a_folder_of_too_long_a_name_is_one_message(
