@@ -16,7 +16,7 @@ import pydelatin
 import pymartini
 
 from paradize.data import Heightfield
-from paradize.kernels.reference.terrain import ground_error
+from paradize.kernels.reference.terrain import terrain_error
 from paradize.kernels.terrain import refine
 from paradize.stages.terrain import terrain_mesh
 from row import BASELINE, CORES, Row, on, pair_ms
@@ -55,7 +55,7 @@ def true_error(
     positions[:, 2] = pixels[:, 0] - size / 2
     positions[:, 1] = heights[pixels[:, 0], pixels[:, 1]]
     both = np.concatenate([triangles, triangles[:, ::-1]]).astype(np.uint32)
-    return ground_error(positions, both, heights, (size, size))[0]
+    return terrain_error(positions, both, heights, (size, size))[0]
 
 
 def told(count: int, error: float) -> str:

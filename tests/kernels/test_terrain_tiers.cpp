@@ -72,7 +72,7 @@ TEST_CASE("right triangles keep any bound and cover the grid exactly once") {
             CHECK(doubled_area(grid, found) == 2 * std::int64_t{width - 1} * (height - 1));
             const Placed mesh = placed(grid, found);
             const auto error =
-                paradize::reference::ground_error(mesh.positions, mesh.triangles, field_of(grid), 2);
+                paradize::reference::terrain_error(mesh.positions, mesh.triangles, field_of(grid), 2);
             CHECK(error.holes == 0);
             CHECK(error.flipped == 0);
             CHECK(error.max_m <= tolerance + 1e-6);
@@ -112,7 +112,7 @@ TEST_CASE("the reference rasteriser measures what is known") {
     Placed mesh{{-2, 0, -2, 2, 0, -2, -2, 0, 2, 2, 0, 2}, {0, 2, 3, 0, 3, 1}};
     for (const int threads : {1, 3}) {
         const auto error =
-            paradize::reference::ground_error(mesh.positions, mesh.triangles, field_of(grid), threads);
+            paradize::reference::terrain_error(mesh.positions, mesh.triangles, field_of(grid), threads);
         CHECK(error.max_m == 3.0);
         CHECK(error.worst == 12);
         CHECK(error.squares == 10.0);
@@ -121,9 +121,9 @@ TEST_CASE("the reference rasteriser measures what is known") {
         CHECK(error.flipped == 0);
     }
     mesh.triangles = {0, 2, 3};
-    CHECK(paradize::reference::ground_error(mesh.positions, mesh.triangles, field_of(grid), 1).holes == 10);
+    CHECK(paradize::reference::terrain_error(mesh.positions, mesh.triangles, field_of(grid), 1).holes == 10);
     mesh.triangles = {0, 3, 2, 0, 1, 3};
-    CHECK(paradize::reference::ground_error(mesh.positions, mesh.triangles, field_of(grid), 1).flipped == 2);
+    CHECK(paradize::reference::terrain_error(mesh.positions, mesh.triangles, field_of(grid), 1).flipped == 2);
     mesh.triangles = {0, 2, 3, 0, 3, 1};
     const auto half = paradize::reference::patch_error(mesh.positions, mesh.triangles, field_of(grid),
                                                        {{{0, 0}, {0, 4}, {4, 0}}});
@@ -136,7 +136,7 @@ TEST_CASE("the reference rasteriser takes the worst of two surfaces, one above t
     const Grid grid{3, 3, std::vector<float>(9, 0.0F)};
     const Placed mesh{{-1, 0, -1, 1, 0, -1, -1, 0, 1, 1, 0, 1, -1, 2, -1, 1, 2, -1, -1, 2, 1},
                       {0, 2, 3, 0, 3, 1, 4, 6, 5}};
-    const auto error = paradize::reference::ground_error(mesh.positions, mesh.triangles, field_of(grid), 1);
+    const auto error = paradize::reference::terrain_error(mesh.positions, mesh.triangles, field_of(grid), 1);
     CHECK(error.max_m == 2.0);
     CHECK(error.squares == 6 * 4.0);
 }

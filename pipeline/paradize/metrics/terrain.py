@@ -12,8 +12,8 @@ import math
 from dataclasses import dataclass
 
 from paradize.data import Heightfield, Mesh
-from paradize.kernels.reference.terrain import ground_error
 from paradize.kernels.reference.terrain import patch_error as _patch_error
+from paradize.kernels.reference.terrain import terrain_error as _terrain_error
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class TerrainError:
 
 def terrain_error(mesh: Mesh, field: Heightfield) -> TerrainError:
     """Measures a terrain mesh against its height field (rows x columns pixels over the field's size)."""
-    largest, squares, covered, holes, flipped, worst = ground_error(
+    largest, squares, covered, holes, flipped, worst = _terrain_error(
         mesh.positions, mesh.triangles, field.heights_m, (field.size_x_m, field.size_z_m)
     )
     return TerrainError(

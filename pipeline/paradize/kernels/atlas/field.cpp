@@ -15,7 +15,7 @@ std::uint64_t down(const std::uint64_t *bits, std::size_t i, std::int32_t by) {
 
 } // namespace
 
-bool Field::find(const Shape &shape, std::int32_t from, std::int32_t below, Place &place) {
+bool Field::find(const Shape &shape, std::int32_t from, std::int32_t below, Placement &place) {
     const auto height = static_cast<std::int32_t>(shape.rows.size());
     if (shape.width > width_) {
         return false;

@@ -17,7 +17,7 @@ struct Span {
     bool operator==(const Span &) const = default;
 };
 
-struct Place {
+struct Placement {
     std::int32_t x = 0, y = 0, turn = 0;
 };
 
@@ -37,7 +37,7 @@ class Field {
 
     // The lowest place from row `from`, of these the leftmost, where a widened shape meets nothing and whose
     // top stays below `below`; false where there is none.
-    bool find(const Shape &shape, std::int32_t from, std::int32_t below, Place &place);
+    bool find(const Shape &shape, std::int32_t from, std::int32_t below, Placement &place);
 
     void take(const Shape &shape, std::int32_t x, std::int32_t y);
 

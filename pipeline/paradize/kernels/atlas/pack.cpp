@@ -94,16 +94,16 @@ Shape shape_of(const Chart &chart, int turn, double scale) {
     return shape;
 }
 
-// The shape with `room` cells around it; its rows and columns start `room` earlier.
-Shape widened(const Shape &shape, std::int32_t room) {
+// The shape with `spacing` cells around it; its rows and columns start `spacing` earlier.
+Shape widened(const Shape &shape, std::int32_t spacing) {
     const auto height = static_cast<std::int32_t>(shape.rows.size());
     Shape out;
-    out.width = shape.width + 2 * room;
-    for (std::int32_t row = -room; row < height + room; ++row) {
+    out.width = shape.width + 2 * spacing;
+    for (std::int32_t row = -spacing; row < height + spacing; ++row) {
         Span span{std::numeric_limits<std::int32_t>::max(), 0};
-        for (std::int32_t r = std::max(0, row - room); r <= std::min(height - 1, row + room); ++r) {
+        for (std::int32_t r = std::max(0, row - spacing); r <= std::min(height - 1, row + spacing); ++r) {
             span.low = std::min(span.low, shape.rows[static_cast<std::size_t>(r)].low);
-            span.high = std::max(span.high, shape.rows[static_cast<std::size_t>(r)].high + 2 * room);
+            span.high = std::max(span.high, shape.rows[static_cast<std::size_t>(r)].high + 2 * spacing);
         }
         out.rows.push_back(span);
     }
@@ -115,10 +115,11 @@ constexpr std::int32_t too_high = std::numeric_limits<std::int32_t>::max();
 // Puts all charts into a strip `side` cells wide; how high it became, or `too_high` where they need more than
 // `most`.
 std::int32_t lay_out(const std::vector<Chart> &charts, const std::vector<std::size_t> &order, double scale,
-                     std::int32_t side, std::int32_t room, std::int32_t most, std::vector<Place> &places) {
-    Field field(side + room, most + room);
+                     std::int32_t side, std::int32_t spacing, std::int32_t most,
+                     std::vector<Placement> &places) {
+    Field field(side + spacing, most + spacing);
     std::int32_t height = 0;
-    // By turn: the shape that was placed last, and below which row there is no room for another like it.
+    // By turn: the shape that was placed last, and below which row another like it does not fit.
     std::array<Shape, 4> last;
     std::array<std::int32_t, 4> from{};
     std::array<std::int32_t, looked_back> rows{};
@@ -130,8 +131,8 @@ std::int32_t lay_out(const std::vector<Chart> &charts, const std::vector<std::si
             rows.fill(0);
         }
         const std::int32_t lowest = *std::ranges::min_element(rows);
-        Place best;
-        std::int32_t below = most + room + 2;
+        Placement best;
+        std::int32_t below = most + spacing + 2;
         Shape kept;
         std::array<Shape, 4> shapes;
         for (int turn = 0; turn < 4; ++turn) {
@@ -145,35 +146,35 @@ std::int32_t lay_out(const std::vector<Chart> &charts, const std::vector<std::si
                 last[at] = shape;
                 from[at] = 0;
             }
-            Place found;
-            if (field.find(widened(shape, room), std::max(from[at], lowest), below, found)) {
+            Placement found;
+            if (field.find(widened(shape, spacing), std::max(from[at], lowest), below, found)) {
                 from[at] = found.y;
-                best = {found.x + room, found.y + room, turn};
+                best = {found.x + spacing, found.y + spacing, turn};
                 kept = shape;
-                below = found.y + static_cast<std::int32_t>(shape.rows.size()) + 2 * room;
+                below = found.y + static_cast<std::int32_t>(shape.rows.size()) + 2 * spacing;
             }
         }
         if (kept.rows.empty()) {
             return too_high;
         }
         field.take(kept, best.x, best.y);
-        rows[placed++ % looked_back] = best.y - room;
+        rows[placed++ % looked_back] = best.y - spacing;
         places[index] = best;
         height = std::max(height, best.y + static_cast<std::int32_t>(kept.rows.size()));
     }
     return height;
 }
 
-// How many cells charts take with half the room around each, by their scale.
+// How many cells charts take with half the spacing around each, by their scale.
 struct Need {
     double area = 0;   // of a chart: grows with the square of the scale
     double around = 0; // along its outline, about 1.6 times as long as a width and a height
     double gutter = 0; // however small it is
 
-    void add(const Chart &chart, std::int32_t room) {
+    void add(const Chart &chart, std::int32_t spacing) {
         area += chart.area;
-        around += 0.8 * room * (chart.high[0] - chart.low[0] + chart.high[1] - chart.low[1]);
-        gutter += (room + 1) * (room + 1);
+        around += 0.8 * spacing * (chart.high[0] - chart.low[0] + chart.high[1] - chart.low[1]);
+        gutter += (spacing + 1) * (spacing + 1);
     }
     double cells(double scale) const { return (area * scale + around) * scale + gutter; }
     double scale(double cells) const {
@@ -188,17 +189,19 @@ struct Need {
 // The square in cells.
 struct Square {
     std::uint32_t cell; // texels
-    std::int32_t room, margin, side;
-    // The field starts at the widened shapes' border: the first `room` rows and columns are the margin's.
+    std::int32_t spacing, margin, side;
+    // The field starts at the widened shapes' border: the first `spacing` rows and columns are the margin's.
     std::int32_t inner;
 
     Square(std::uint32_t resolution, std::uint32_t padding)
         : cell((resolution + std::uint32_t{most_cells} - 1) / std::uint32_t{most_cells}),
-          room(static_cast<std::int32_t>((padding + cell - 1) / cell)), margin((room + 1) / 2),
-          side(static_cast<std::int32_t>(resolution / cell) - 2 * margin), inner(side + room) {}
+          spacing(static_cast<std::int32_t>((padding + cell - 1) / cell)), margin((spacing + 1) / 2),
+          side(static_cast<std::int32_t>(resolution / cell) - 2 * margin), inner(side + spacing) {}
 
-    // However small, each takes a cell and the room beside and above it.
-    std::int32_t most_charts() const { return side < 1 ? 0 : inner / (room + 1) * (inner / (room + 1)); }
+    // However small, each takes a cell and the gap beside and above it.
+    std::int32_t most_charts() const {
+        return side < 1 ? 0 : inner / (spacing + 1) * (inner / (spacing + 1));
+    }
 };
 
 } // namespace
@@ -230,7 +233,7 @@ Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart
     std::ranges::stable_sort(order, std::greater{}, [&](std::size_t i) { return charts[i].longest(); });
 
     const Square square(resolution, padding);
-    const auto [cell, room, margin, side, inner] = square;
+    const auto [cell, spacing, margin, side, inner] = square;
     Packed out;
     if (count > square.most_charts()) {
         return out;
@@ -238,16 +241,16 @@ Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart
     Need need;
     double longest = 0;
     for (const Chart &one : charts) {
-        need.add(one, room);
+        need.add(one, spacing);
         longest = std::max(longest, one.longest());
     }
     const double most = longest > 0 ? side / longest : 1;
     double good = 0, bad = infinite;
     double scale = std::min(most, need.scale(0.75 * side * side));
-    std::vector<Place> places(charts.size()), best;
+    std::vector<Placement> places(charts.size()), best;
     const int enough = charts.size() > many_charts ? attempts_with_many : attempts;
     for (int attempt = 0; attempt < 6 * attempts; ++attempt) {
-        const std::int32_t height = lay_out(charts, order, scale, inner, room, 2 * side, places) - room;
+        const std::int32_t height = lay_out(charts, order, scale, inner, spacing, 2 * side, places) - spacing;
         if (height <= side) {
             good = scale;
             best = places;
@@ -273,8 +276,8 @@ Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart
         for (std::size_t k = 0; k < 3; ++k) {
             const auto p =
                 turned(corners[6 * t + 2 * k], corners[6 * t + 2 * k + 1], charts[index], best[index].turn);
-            out.corners[6 * t + 2 * k] = (p[0] * good + best[index].x - room + margin) * cell;
-            out.corners[6 * t + 2 * k + 1] = (p[1] * good + best[index].y - room + margin) * cell;
+            out.corners[6 * t + 2 * k] = (p[0] * good + best[index].x - spacing + margin) * cell;
+            out.corners[6 * t + 2 * k + 1] = (p[1] * good + best[index].y - spacing + margin) * cell;
         }
     }
     return out;

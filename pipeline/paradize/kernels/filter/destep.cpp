@@ -35,16 +35,16 @@ struct Grid {
 };
 
 // The line with `pad` texels more at both ends; index 0 of the result is its first texel.
-const float *padded(const float *line, const Grid &grid, std::vector<float> &room) {
-    room.resize(grid.columns + 2 * pad);
-    std::copy(line, line + grid.columns, room.begin() + pad);
+const float *padded(const float *line, const Grid &grid, std::vector<float> &scratch) {
+    scratch.resize(grid.columns + 2 * pad);
+    std::copy(line, line + grid.columns, scratch.begin() + pad);
     for (std::size_t k = 1; k <= pad; ++k) {
         const auto left = -static_cast<std::ptrdiff_t>(k);
         const auto right = static_cast<std::ptrdiff_t>(grid.columns + k - 1);
-        room[pad - k] = line[Grid::place(left, grid.columns, grid.wrap_x)];
-        room[pad + grid.columns + k - 1] = line[Grid::place(right, grid.columns, grid.wrap_x)];
+        scratch[pad - k] = line[Grid::place(left, grid.columns, grid.wrap_x)];
+        scratch[pad + grid.columns + k - 1] = line[Grid::place(right, grid.columns, grid.wrap_x)];
     }
-    return room.data() + pad;
+    return scratch.data() + pad;
 }
 
 // Five texels weighted a b c b a, from five lines or from one line at five offsets.
@@ -142,9 +142,9 @@ class Level {
     // x 5.
     void weigh_bends() {
         const std::size_t n = grid_.columns;
-        const auto across = [&](const float *from, float a, float b, float c, std::vector<float> &room,
+        const auto across = [&](const float *from, float a, float b, float c, std::vector<float> &scratch,
                                 float *to) {
-            const float *line = padded(from, grid_, room);
+            const float *line = padded(from, grid_, scratch);
             five(line - 2, line - 1, line, line + 1, line + 2, a, b, c, n, to);
         };
         const auto down = [&](const std::vector<float> &from, std::ptrdiff_t y, float a, float b, float c,
@@ -154,25 +154,25 @@ class Level {
         };
         const auto each_row = [&](const auto &work) {
             for_rows(grid_.rows, threads_, [&](std::size_t first, std::size_t last) {
-                std::vector<float> room;
+                std::vector<float> scratch;
                 for (std::size_t y = first; y < last; ++y) {
-                    work(y, room);
+                    work(y, scratch);
                 }
             });
         };
-        each_row([&](std::size_t y, std::vector<float> &room) {
-            across(&source_[y * n], 0.0625F, 0.25F, 0.375F, room, &y_[y * n]);
+        each_row([&](std::size_t y, std::vector<float> &scratch) {
+            across(&source_[y * n], 0.0625F, 0.25F, 0.375F, scratch, &y_[y * n]);
         });
         each_row([&](std::size_t y, std::vector<float> &) {
             down(y_, static_cast<std::ptrdiff_t>(y), 0.0625F, 0.25F, 0.375F, &next_[y * n]);
         });
-        each_row([&](std::size_t y, std::vector<float> &room) {
+        each_row([&](std::size_t y, std::vector<float> &scratch) {
             const auto at = static_cast<std::ptrdiff_t>(y);
-            const float *here = padded(row(next_, at), grid_, room);
+            const float *here = padded(row(next_, at), grid_, scratch);
             bend_squares(row(next_, at - 1), here, row(next_, at + 1), 1.0F / step_, n, &y_[y * n]);
         });
-        each_row([&](std::size_t y, std::vector<float> &room) {
-            across(&y_[y * n], 0.2F, 0.2F, 0.2F, room, &next_[y * n]);
+        each_row([&](std::size_t y, std::vector<float> &scratch) {
+            across(&y_[y * n], 0.2F, 0.2F, 0.2F, scratch, &next_[y * n]);
         });
         each_row([&](std::size_t y, std::vector<float> &) {
             float *to = &weight_[y * n];
@@ -197,7 +197,7 @@ class Level {
         std::vector<float> by1(n);
         std::vector<float> by2(n);
         std::vector<float> bx(n);
-        std::vector<float> room;
+        std::vector<float> scratch;
         std::vector<float> bent;
         const auto start = static_cast<std::ptrdiff_t>(first);
         bend_along_y(start - 1, by1);
@@ -206,7 +206,7 @@ class Level {
             by0.swap(by1);
             by1.swap(by2);
             bend_along_y(static_cast<std::ptrdiff_t>(y) + 1, by2);
-            const float *here = padded(&y_[y * n], grid_, room);
+            const float *here = padded(&y_[y * n], grid_, scratch);
             bend(here - 1, here, here + 1, &weight_[y * n], n, bx.data());
             if (!grid_.wrap_x) {
                 bx.front() = 0.0F;
@@ -218,11 +218,11 @@ class Level {
     }
 
     // Bends along x with one more at each end: round the map, or zero.
-    const float *line_of_bends(const std::vector<float> &bx, std::vector<float> &room) const {
-        const float *line = padded(bx.data(), grid_, room);
+    const float *line_of_bends(const std::vector<float> &bx, std::vector<float> &scratch) const {
+        const float *line = padded(bx.data(), grid_, scratch);
         if (!grid_.wrap_x) {
-            room[pad - 1] = 0.0F;
-            room[pad + grid_.columns] = 0.0F;
+            scratch[pad - 1] = 0.0F;
+            scratch[pad + grid_.columns] = 0.0F;
         }
         return line;
     }
@@ -262,7 +262,7 @@ void expand(std::span<const float> from, const Grid &coarse, const Grid &fine, s
             int threads) {
     for_rows(fine.rows, threads, [&](std::size_t first, std::size_t last) {
         std::vector<float> mixed(coarse.columns);
-        std::vector<float> room;
+        std::vector<float> scratch;
         for (std::size_t y = first; y < last; ++y) {
             const auto near = static_cast<std::ptrdiff_t>(y / 2);
             const float *a = &from[coarse.row(near) * coarse.columns];
@@ -270,7 +270,7 @@ void expand(std::span<const float> from, const Grid &coarse, const Grid &fine, s
             for (std::size_t x = 0; x < coarse.columns; ++x) {
                 mixed[x] = 0.75F * a[x] + 0.25F * b[x];
             }
-            const float *line = padded(mixed.data(), coarse, room);
+            const float *line = padded(mixed.data(), coarse, scratch);
             for (std::size_t x = 0; x < fine.columns; ++x) {
                 const float *c = line + x / 2;
                 to[y * fine.columns + x] = 0.75F * c[0] + 0.25F * ((x & 1) != 0 ? c[1] : *(c - 1));

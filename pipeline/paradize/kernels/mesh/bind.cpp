@@ -108,13 +108,15 @@ nb::dict topology(Rows<std::uint32_t> triangles, std::uint32_t vertices) {
         nb::gil_scoped_release unlocked;
         found = mesh::topology(flat(triangles), vertices);
     }
-    const auto told = [](const mesh::Found &kind) { return nb::make_tuple(kind.count, kind.first_triangle); };
+    const auto as_tuple = [](const mesh::Found &kind) {
+        return nb::make_tuple(kind.count, kind.first_triangle);
+    };
     nb::dict out;
     out["edges"] = found.edges;
-    out["border"] = told(found.border);
-    out["non_manifold"] = told(found.non_manifold);
-    out["turned"] = told(found.turned);
-    out["bow_tie"] = told(found.bow_tie);
+    out["border"] = as_tuple(found.border);
+    out["non_manifold"] = as_tuple(found.non_manifold);
+    out["turned"] = as_tuple(found.turned);
+    out["bow_tie"] = as_tuple(found.bow_tie);
     out["components"] = found.components;
     out["component"] = give(std::move(found.component));
     out["island"] = give(std::move(found.island));

@@ -97,15 +97,15 @@ Topology topology(std::span<const std::uint32_t> triangles, std::uint32_t vertic
     for (std::uint32_t v = 0; v < vertices; ++v)
         out.island[v] = parts.root(v);
     std::vector<std::uint32_t> fan_of(vertices, nowhere);
-    std::vector<std::uint8_t> told(vertices, 0);
+    std::vector<std::uint8_t> counted(vertices, 0);
     for (std::uint32_t c = 0; c < corners; ++c) {
         const std::uint32_t v = triangles[c];
         const std::uint32_t fan = fans.root(c);
         if (fan_of[v] == nowhere)
             fan_of[v] = fan;
-        else if (fan_of[v] != fan && !told[v]) {
+        else if (fan_of[v] != fan && !counted[v]) {
             tell(out.bow_tie, c / 3);
-            told[v] = 1;
+            counted[v] = 1;
         }
     }
     return out;

@@ -21,8 +21,8 @@ class Assembler {
     void run() {
         const std::size_t corners = elements_.corners.size(), faces = elements_.faces.size();
         const std::size_t triangles = corners - 2 * faces;
-        std::uint32_t *into = out_.triangles.room(triangles * 3);
-        std::uint32_t *line = out_.triangle_lines.room(triangles);
+        std::uint32_t *into = out_.triangles.extend(triangles * 3);
+        std::uint32_t *line = out_.triangle_lines.extend(triangles);
         const Corner *corner = elements_.corners.data();
         std::size_t run = 0;
         for (std::size_t f = 0; f < faces; ++f) {

@@ -18,7 +18,7 @@ nb::bytes as_bytes(const std::string &text) {
     return nb::bytes(text.data(), text.size());
 }
 
-nb::dict told(obj::Parsed &&parsed) {
+nb::dict as_dict(obj::Parsed &&parsed) {
     nb::dict out;
     nb::list faults, notes, names, libraries, runs;
     for (const auto &fault : parsed.faults)
@@ -69,7 +69,7 @@ nb::dict parse_text(nb::bytes text, std::uint64_t elements, std::uint64_t ear_te
         nb::gil_scoped_release unlocked;
         parsed = obj::parse(view, limits_of(elements, ear_tests));
     }
-    return told(std::move(parsed));
+    return as_dict(std::move(parsed));
 }
 
 // Raises OSError where reading fails, ESTALE where the file grows or shrinks meanwhile.
@@ -87,7 +87,7 @@ nb::dict parse_file(int descriptor, std::uint64_t elements, std::uint64_t ear_te
         PyErr_SetFromErrno(PyExc_OSError);
         throw nb::python_error();
     }
-    return told(std::move(parsed));
+    return as_dict(std::move(parsed));
 }
 
 } // namespace

@@ -51,7 +51,7 @@ class Buffer {
             data_ = static_cast<T *>(grow_bytes(data_, size_ * sizeof(T), count * sizeof(T), held_));
     }
     // Room for `more` values behind the last; they count only after `resize` or `push`.
-    T *room(std::size_t more) {
+    T *extend(std::size_t more) {
         if ((size_ + more) * sizeof(T) > held_)
             reserve(size_ + more > 2 * size_ ? size_ + more : 2 * size_);
         return data_ + size_;
@@ -69,12 +69,12 @@ class Buffer {
         size_ = count;
     }
     void push_back(const T &value) {
-        *room(1) = value;
+        *extend(1) = value;
         ++size_;
     }
     void append(std::span<const T> values) {
         if (!values.empty())
-            std::memcpy(static_cast<void *>(room(values.size())), values.data(), values.size_bytes());
+            std::memcpy(static_cast<void *>(extend(values.size())), values.data(), values.size_bytes());
         size_ += values.size();
     }
     void append(std::initializer_list<T> values) {

@@ -21,7 +21,7 @@ std::size_t take(Take &&some) {
 template <std::size_t width, typename Real>
 std::size_t take_numbers(NumberReader<Real> *LineReaders::*kind, Lines &lines, Buffer<Real> &into,
                          std::size_t most) {
-    Real *out = into.room(width * most + 1);
+    Real *out = into.extend(width * most + 1);
     const std::size_t found = take([&](const LineReaders &readers, std::size_t lines_most) {
         const std::size_t here = (readers.*kind)(lines, lines_most, out);
         out += width * here;
@@ -36,8 +36,8 @@ std::size_t take_faces(Lines &lines, std::uint64_t line, Elements &elements, std
                                    static_cast<std::uint32_t>(elements.uvs.size() / 2),
                                    static_cast<std::uint32_t>(elements.normals.size() / 3)};
     // A corner has 2 bytes at least, a face 8.
-    Corner *corners = elements.corners.room(bytes / 2 + 2);
-    Face *faces = elements.faces.room(bytes / 8 + 1);
+    Corner *corners = elements.corners.extend(bytes / 2 + 2);
+    Face *faces = elements.faces.extend(bytes / 8 + 1);
     const std::size_t found = take([&](const LineReaders &readers, std::size_t most) {
         const std::size_t here = readers.faces(lines, most, have, line, corners, faces);
         faces += here;

@@ -99,14 +99,14 @@ nb::tuple uv_shift(const Measured &from, const reference::Shading &seen, const M
     return nb::make_tuple(found.mean, found.p99, found.max);
 }
 
-nb::tuple ground_error(Rows<float> positions, Rows<std::uint32_t> triangles, Rows<float> heights,
-                       double size_x_m, double size_z_m, int threads) {
-    const reference::HeightField ground{flat(heights), heights.shape(0), heights.shape(1), size_x_m,
-                                        size_z_m};
-    reference::GroundError found;
+nb::tuple terrain_error(Rows<float> positions, Rows<std::uint32_t> triangles, Rows<float> heights,
+                        double size_x_m, double size_z_m, int threads) {
+    const reference::HeightField height_field{flat(heights), heights.shape(0), heights.shape(1), size_x_m,
+                                              size_z_m};
+    reference::TerrainError found;
     {
         nb::gil_scoped_release unlocked;
-        found = reference::ground_error(flat(positions), flat(triangles), ground, threads);
+        found = reference::terrain_error(flat(positions), flat(triangles), height_field, threads);
     }
     return nb::make_tuple(found.max_m, found.squares, found.covered, found.holes, found.flipped, found.worst);
 }
@@ -114,18 +114,18 @@ nb::tuple ground_error(Rows<float> positions, Rows<std::uint32_t> triangles, Row
 nb::tuple patch_error(Rows<float> positions, Rows<std::uint32_t> triangles, Rows<float> heights,
                       double size_x_m, double size_z_m,
                       const std::vector<std::vector<std::int64_t>> &corners) {
-    const reference::HeightField ground{flat(heights), heights.shape(0), heights.shape(1), size_x_m,
-                                        size_z_m};
-    std::array<reference::Place, 3> places{};
+    const reference::HeightField height_field{flat(heights), heights.shape(0), heights.shape(1), size_x_m,
+                                              size_z_m};
+    std::array<reference::GridPoint, 3> places{};
     for (std::size_t k = 0; k < 3; ++k) {
         places[k] = {corners.at(k).at(0), corners.at(k).at(1)};
     }
     reference::PatchError found;
     {
         nb::gil_scoped_release unlocked;
-        found = reference::patch_error(flat(positions), flat(triangles), ground, places);
+        found = reference::patch_error(flat(positions), flat(triangles), height_field, places);
     }
-    const reference::GroundError &inside = found.inside;
+    const reference::TerrainError &inside = found.inside;
     return nb::make_tuple(inside.max_m, inside.squares, inside.covered, inside.holes, inside.flipped,
                           inside.worst, found.strays);
 }
@@ -189,11 +189,11 @@ struct Texture {
 };
 
 // codes: None, or rising heights with the derivative of the exact taps; then whether the slopes are held.
-reference::Ground ground(const Rows<float> &heights, std::vector<double> derivative,
-                         std::vector<double> smooth, std::pair<double, double> scale,
-                         std::pair<bool, bool> wrap, bool green_down, const nb::object &islands,
-                         const nb::object &codes, std::vector<double> exact, bool held, bool cones) {
-    reference::Ground out;
+reference::HeightMap ground(const Rows<float> &heights, std::vector<double> derivative,
+                            std::vector<double> smooth, std::pair<double, double> scale,
+                            std::pair<bool, bool> wrap, bool green_down, const nb::object &islands,
+                            const nb::object &codes, std::vector<double> exact, bool held, bool cones) {
+    reference::HeightMap out;
     out.heights = flat(heights);
     out.size = {heights.shape(0), heights.shape(1)};
     out.taps = {std::move(derivative), std::move(smooth)};
@@ -218,7 +218,7 @@ reference::Ground ground(const Rows<float> &heights, std::vector<double> derivat
 using Found = std::vector<reference::LevelError>;
 
 // One tuple a level: count, sum, p99, max, sum of alpha's squares, count of alpha's texels.
-nb::list told(const Found &found) {
+nb::list as_list(const Found &found) {
     nb::list out;
     for (const reference::LevelError &level : found) {
         out.append(nb::make_tuple(level.count, level.sum, level.p99, level.max, level.alpha_squares,
@@ -227,32 +227,32 @@ nb::list told(const Found &found) {
     return out;
 }
 
-nb::list normal_levels(const Texture &texture, const reference::Ground &truth, bool offsets, int threads) {
+nb::list normal_levels(const Texture &texture, const reference::HeightMap &truth, bool offsets, int threads) {
     Found found;
     {
         nb::gil_scoped_release unlocked;
         found = offsets ? reference::offset_levels(texture.view, truth, threads)
                         : reference::normal_levels(texture.view, truth, threads);
     }
-    return told(found);
+    return as_list(found);
 }
 
-nb::list filter_angles(const reference::Ground &a, const reference::Ground &b, int threads) {
+nb::list filter_angles(const reference::HeightMap &a, const reference::HeightMap &b, int threads) {
     Found found;
     {
         nb::gil_scoped_release unlocked;
         found = {reference::filter_angles(a, b, threads)};
     }
-    return told(found);
+    return as_list(found);
 }
 
-nb::list open_angles(const reference::Ground &ground, int threads) {
+nb::list open_angles(const reference::HeightMap &ground, int threads) {
     Found found;
     {
         nb::gil_scoped_release unlocked;
         found = {reference::open_angles(ground, threads)};
     }
-    return told(found);
+    return as_list(found);
 }
 
 nb::list value_levels(const Texture &texture, Values values, int threads) {
@@ -261,25 +261,26 @@ nb::list value_levels(const Texture &texture, Values values, int threads) {
         nb::gil_scoped_release unlocked;
         found = reference::value_levels(texture.view, flat(values), values.shape(2), threads);
     }
-    return told(found);
+    return as_list(found);
 }
 
-nb::list gloss_levels(const Texture &texture, Values gloss, const reference::Ground &truth, int threads) {
+nb::list gloss_levels(const Texture &texture, Values gloss, const reference::HeightMap &truth, int threads) {
     Found found;
     {
         nb::gil_scoped_release unlocked;
         found = reference::gloss_levels(texture.view, flat(gloss), truth, threads);
     }
-    return told(found);
+    return as_list(found);
 }
 
-nb::list highlight_levels(const Texture &texture, Values gloss, const reference::Ground &truth, int threads) {
+nb::list highlight_levels(const Texture &texture, Values gloss, const reference::HeightMap &truth,
+                          int threads) {
     Found found;
     {
         nb::gil_scoped_release unlocked;
         found = reference::highlight_levels(texture.view, flat(gloss), truth, threads);
     }
-    return told(found);
+    return as_list(found);
 }
 
 nb::list color_levels(const Texture &texture, Any pixels, bool encoded, double cutoff, int threads) {
@@ -298,7 +299,7 @@ nb::list color_levels(const Texture &texture, Any pixels, bool encoded, double c
         nb::gil_scoped_release unlocked;
         found = reference::color_levels(texture.view, view, cutoff, threads);
     }
-    return told(found);
+    return as_list(found);
 }
 
 } // namespace
@@ -316,7 +317,7 @@ NB_MODULE(_reference, m) {
     m.def("normal_angles", &normal_angles, nb::arg("from"), nb::arg("seen"), nb::arg("to"), nb::arg("truth"),
           nb::arg("map").none(), nb::arg("repeat"), nb::arg("near"), nb::arg("samples"), nb::arg("threads"));
     m.def("uv_shift", &uv_shift);
-    m.def("ground_error", &ground_error);
+    m.def("terrain_error", &terrain_error);
     m.def("patch_error", &patch_error);
     m.def("loading", &loading);
     m.def("angles_deg", &angles_deg);
@@ -325,7 +326,7 @@ NB_MODULE(_reference, m) {
     nb::class_<Texture>(m, "Texture")
         .def(nb::init<int, std::size_t, std::size_t, std::size_t, const std::vector<Bytes> &>(),
              nb::keep_alive<1, 6>());
-    nb::class_<reference::Ground>(m, "Ground");
+    nb::class_<reference::HeightMap>(m, "HeightMap");
     m.def("ground", &ground, nb::arg("heights"), nb::arg("derivative"), nb::arg("smooth"), nb::arg("scale"),
           nb::arg("wrap"), nb::arg("green_down"), nb::arg("islands").none(), nb::arg("codes").none(),
           nb::arg("exact"), nb::arg("held"), nb::arg("cones"), nb::keep_alive<0, 1>(), nb::keep_alive<0, 7>(),

@@ -1,4 +1,4 @@
-// Python face of the reference kernels that judge orders of triangles and UV layouts.
+// Python face of the reference kernels that measure orders of triangles and UV layouts.
 // kernels/reference/draw.py and kernels/reference/atlas.py check what goes in.
 #include "reference/bind_layout.hpp"
 
@@ -41,17 +41,17 @@ nb::dict layout_quality(Rows<double> positions, Rows<std::uint32_t> triangles, R
         nb::gil_scoped_release unlocked;
         found = reference::layout_quality({flat(positions), flat(triangles), flat(corners)});
     }
-    nb::dict told;
-    told["stretch"] = found.stretch;
-    told["seam_length"] = found.seam_length;
-    told["packing"] = found.packing;
-    told["flipped"] = found.flipped;
-    told["without"] = found.without;
-    told["charts"] = found.charts;
+    nb::dict out;
+    out["stretch"] = found.stretch;
+    out["seam_length"] = found.seam_length;
+    out["packing"] = found.packing;
+    out["flipped"] = found.flipped;
+    out["without"] = found.without;
+    out["charts"] = found.charts;
     auto *density = new std::vector<double>(std::move(found.density));
     nb::capsule owner(density, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
-    told["density"] = nb::ndarray<nb::numpy, double>(density->data(), {density->size()}, owner);
-    return told;
+    out["density"] = nb::ndarray<nb::numpy, double>(density->data(), {density->size()}, owner);
+    return out;
 }
 
 nb::tuple layout_raster(Rows<double> positions, Rows<std::uint32_t> triangles, Rows<double> corners,

@@ -126,7 +126,7 @@ double degrees(const Point &a, const Point &b) {
     return mathx::atan2(std::sqrt(dot(c, c)), dot(a, b)) * (180 / mathx::pi);
 }
 
-Spread told(const std::vector<double> &values, const Shares &shares) {
+Spread spread_of(const std::vector<double> &values, const Shares &shares) {
     Spread out;
     std::vector<std::uint32_t> owner(values.size());
     double sum = 0, area = 0;
@@ -229,8 +229,8 @@ Angles normal_angles(const Tree &from, const Shading &seen, const Tree &to, cons
         if (filled > 0)
             flush();
     });
-    Angles out{told(plain, shares), {}};
-    out.mapped = mapped ? told(turned_too, shares) : out.plain;
+    Angles out{spread_of(plain, shares), {}};
+    out.mapped = mapped ? spread_of(turned_too, shares) : out.plain;
     return out;
 }
 

@@ -13,13 +13,13 @@ namespace {
 
 constexpr std::size_t band_rows = 64;
 
-GroundError judged(const Field &field, std::span<const std::uint32_t> faces, const Window &band,
-                   std::vector<double> &error) {
+TerrainError band_error(const Field &field, std::span<const std::uint32_t> faces, const Window &band,
+                        std::vector<double> &error) {
     error.assign(band.count(), -1.0);
     for (const std::uint32_t triangle : faces) {
         field.meet(field.face(triangle), band, error);
     }
-    GroundError found;
+    TerrainError found;
     for (std::size_t row = 0; row < band.bottom - band.top; ++row) {
         double squares = 0.0;
         for (std::size_t k = row * band.right; k < (row + 1) * band.right; ++k) {
@@ -41,11 +41,11 @@ GroundError judged(const Field &field, std::span<const std::uint32_t> faces, con
 
 } // namespace
 
-GroundError ground_error(std::span<const float> positions, std::span<const std::uint32_t> triangles,
-                         const HeightField &ground, int threads) {
-    const Field field(positions, triangles, ground);
-    const std::size_t bands = (ground.rows + band_rows - 1) / band_rows, count = triangles.size() / 3;
-    GroundError whole;
+TerrainError terrain_error(std::span<const float> positions, std::span<const std::uint32_t> triangles,
+                           const HeightField &height_field, int threads) {
+    const Field field(positions, triangles, height_field);
+    const std::size_t bands = (height_field.rows + band_rows - 1) / band_rows, count = triangles.size() / 3;
+    TerrainError whole;
     std::vector<std::size_t> starts(bands + 1, 0); // of each band's triangles in `order`
     const auto for_bands = [&](auto &&act) {
         for (std::size_t triangle = 0; triangle < count; ++triangle) {
@@ -71,16 +71,16 @@ GroundError ground_error(std::span<const float> positions, std::span<const std::
         order[ends[band]++] = static_cast<std::uint32_t>(triangle);
     });
 
-    std::vector<GroundError> found(bands);
+    std::vector<TerrainError> found(bands);
     const auto hands = static_cast<std::size_t>(std::max(1, std::min(threads, static_cast<int>(bands))));
     const auto work = [&](std::size_t hand) {
         std::vector<double> error;
         for (std::size_t band = hand; band < bands; band += hands) {
             const std::span<const std::uint32_t> faces(order.data() + starts[band],
                                                        starts[band + 1] - starts[band]);
-            const Window window{band * band_rows, std::min(ground.rows, (band + 1) * band_rows), 0,
-                                ground.columns};
-            found[band] = judged(field, faces, window, error);
+            const Window window{band * band_rows, std::min(height_field.rows, (band + 1) * band_rows), 0,
+                                height_field.columns};
+            found[band] = band_error(field, faces, window, error);
         }
     };
     std::vector<std::thread> others;
@@ -91,7 +91,7 @@ GroundError ground_error(std::span<const float> positions, std::span<const std::
     for (std::thread &other : others) {
         other.join();
     }
-    for (const GroundError &band : found) {
+    for (const TerrainError &band : found) {
         if (band.max_m > whole.max_m) {
             whole.max_m = band.max_m;
             whole.worst = band.worst;

@@ -18,25 +18,25 @@ struct HeightField {
 // max_m, squares: over the covered pixels, the farthest triangle at each. worst: the first pixel (row *
 // columns + column) with the largest error. holes: pixels without a triangle. flipped: triangles that face
 // down or have no area.
-struct GroundError {
+struct TerrainError {
     double max_m = -1.0, squares = 0.0;
     std::uint64_t covered = 0, holes = 0, flipped = 0, worst = 0;
 };
 
 // positions: n x 3; triangles: m x 3 indices below n. Works in bands of rows, so that no array of the whole
 // field's size is made; the bits do not depend on `threads`.
-GroundError ground_error(std::span<const float> positions, std::span<const std::uint32_t> triangles,
-                         const HeightField &ground, int threads);
+TerrainError terrain_error(std::span<const float> positions, std::span<const std::uint32_t> triangles,
+                           const HeightField &height_field, int threads);
 
 // A pixel, also outside the field.
-struct Place {
+struct GridPoint {
     std::int64_t row, column;
 };
 
-// As GroundError, of the pixels of the field that lie in a closed triangle. strays: pixels outside it that
+// As TerrainError, of the pixels of the field that lie in a closed triangle. strays: pixels outside it that
 // the mesh covers.
 struct PatchError {
-    GroundError inside;
+    TerrainError inside;
     std::uint64_t strays = 0;
 };
 
@@ -45,6 +45,6 @@ struct PatchError {
 // (within a millionth of the field's side), as it belongs to the patch, whatever float32 did to the
 // positions.
 PatchError patch_error(std::span<const float> positions, std::span<const std::uint32_t> triangles,
-                       const HeightField &ground, const std::array<Place, 3> &corners);
+                       const HeightField &height_field, const std::array<GridPoint, 3> &corners);
 
 } // namespace paradize::reference

@@ -9,7 +9,7 @@ import paradize.kernels.reference._reference as _reference
 from paradize.kernels.threads import default_threads
 
 
-def ground_error(
+def terrain_error(
     positions: npt.NDArray[np.float32],
     triangles: npt.NDArray[np.uint32],
     heights_m: npt.NDArray[np.float32],
@@ -25,7 +25,7 @@ def ground_error(
     """
     arrays = _checked(positions, triangles, heights_m)
     hands = default_threads(8) if threads is None else max(1, threads)
-    found: tuple[float, float, int, int, int, int] = _reference.ground_error(*arrays, *size_m, hands)
+    found: tuple[float, float, int, int, int, int] = _reference.terrain_error(*arrays, *size_m, hands)
     return found
 
 
@@ -36,7 +36,7 @@ def patch_error(
     size_m: tuple[float, float],
     corners: tuple[tuple[int, int], tuple[int, int], tuple[int, int]],
 ) -> tuple[float, float, int, int, int, int, int]:
-    """As `ground_error`, of the mesh of one patch at every pixel of the closed triangle `corners`, (row,
+    """As `terrain_error`, of the mesh of one patch at every pixel of the closed triangle `corners`, (row,
     column) each, also outside the field; last the number of pixels outside it that the mesh covers (looked
     for one pixel round its box). One thread, free of Python's lock.
     """

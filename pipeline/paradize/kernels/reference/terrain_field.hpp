@@ -1,5 +1,5 @@
 // A terrain mesh in the pixels of its height field, a face at a time: what the reference rasteriser and its
-// judge of single patches share.
+// error of single patches share.
 #pragma once
 
 #include <algorithm>
@@ -31,17 +31,17 @@ struct Face {
 class Field {
   public:
     Field(std::span<const float> positions, std::span<const std::uint32_t> triangles,
-          const HeightField &ground)
-        : positions_(positions), triangles_(triangles), ground_(ground),
-          slack_(1e-6 * static_cast<double>(std::max(ground.rows, ground.columns))) {}
+          const HeightField &height_field)
+        : positions_(positions), triangles_(triangles), height_field_(height_field),
+          slack_(1e-6 * static_cast<double>(std::max(height_field.rows, height_field.columns))) {}
 
     Face face(std::size_t triangle) const {
         Face found{};
         for (std::size_t k = 0; k < 3; ++k) {
             const float *at = &positions_[3 * static_cast<std::size_t>(triangles_[3 * triangle + k])];
-            found.x[k] = place(at[0], ground_.size_x_m, ground_.columns);
+            found.x[k] = place(at[0], height_field_.size_x_m, height_field_.columns);
             found.y[k] = static_cast<double>(at[1]);
-            found.z[k] = place(at[2], ground_.size_z_m, ground_.rows);
+            found.z[k] = place(at[2], height_field_.size_z_m, height_field_.rows);
         }
         found.area = (found.x[2] - found.x[0]) * (found.z[1] - found.z[0]) -
                      (found.x[1] - found.x[0]) * (found.z[2] - found.z[0]);
@@ -53,7 +53,7 @@ class Field {
     // Rows of pixels that a face may meet: [first, last), empty where there are none.
     std::pair<std::size_t, std::size_t> rows(const Face &face) const {
         return range(std::min({face.z[0], face.z[1], face.z[2]}), std::max({face.z[0], face.z[1], face.z[2]}),
-                     ground_.rows);
+                     height_field_.rows);
     }
 
     // Raises `error`, one value a pixel of the window, to the face's distance where it covers them.
@@ -61,7 +61,7 @@ class Field {
         const auto [first, last] = rows(face);
         for (std::size_t row = std::max(first, window.top); row < std::min(last, window.bottom); ++row) {
             const double z = static_cast<double>(row);
-            double left = static_cast<double>(ground_.columns), right = -1.0;
+            double left = static_cast<double>(height_field_.columns), right = -1.0;
             for (int k = 0; k < 3; ++k) { // where the row's line, widened by the slack, meets the borders
                 const double za = face.z[k], zb = face.z[(k + 1) % 3], xa = face.x[k],
                              xb = face.x[(k + 1) % 3];
@@ -76,8 +76,8 @@ class Field {
                     right = std::max({right, x, za == zb ? xb : x});
                 }
             }
-            const auto [from, to] = range(left, right, ground_.columns);
-            const float *heights = &ground_.heights[row * ground_.columns];
+            const auto [from, to] = range(left, right, height_field_.columns);
+            const float *heights = &height_field_.heights[row * height_field_.columns];
             for (std::size_t column = std::max(from, window.left); column < std::min(to, window.right);
                  ++column) {
                 const double x = static_cast<double>(column);
@@ -101,7 +101,7 @@ class Field {
   private:
     std::span<const float> positions_;
     std::span<const std::uint32_t> triangles_;
-    const HeightField &ground_;
+    const HeightField &height_field_;
     double slack_;
 
     // Into pixels: a whole number but for the rounding of float32; the rim is where its pixels are.

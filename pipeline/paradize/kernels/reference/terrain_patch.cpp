@@ -15,10 +15,10 @@ struct Line { // a * x + b * y + c: 0 on a side of the patch, positive inside
     double at(double x, double y) const { return a * x + b * y + c; }
 };
 
-std::array<Line, 3> sides(const std::array<Place, 3> &corners) {
+std::array<Line, 3> sides(const std::array<GridPoint, 3> &corners) {
     std::array<Line, 3> found{};
     for (std::size_t k = 0; k < 3; ++k) {
-        const Place &p = corners[k], &q = corners[(k + 1) % 3], &r = corners[(k + 2) % 3];
+        const GridPoint &p = corners[k], &q = corners[(k + 1) % 3], &r = corners[(k + 2) % 3];
         const auto a = static_cast<double>(p.row - q.row), b = static_cast<double>(q.column - p.column);
         Line line{a, b, -a * static_cast<double>(p.column) - b * static_cast<double>(p.row)};
         if (line.at(static_cast<double>(r.column), static_cast<double>(r.row)) < 0.0) {
@@ -30,7 +30,7 @@ std::array<Line, 3> sides(const std::array<Place, 3> &corners) {
 }
 
 // The side of a face from corner k on, which lies on a side of the patch: its distance at the pixels between.
-void along(const Face &face, int k, double slack, const HeightField &ground, const Window &window,
+void along(const Face &face, int k, double slack, const HeightField &height_field, const Window &window,
            std::vector<double> &error) {
     const int n = (k + 1) % 3;
     const double dx = face.x[n] - face.x[k], dz = face.z[n] - face.z[k];
@@ -53,22 +53,23 @@ void along(const Face &face, int k, double slack, const HeightField &ground, con
         const double height = face.y[k] + share * (face.y[n] - face.y[k]);
         double &found = error[window.index(row, column)];
         found = std::max(
-            found, std::fabs(height - static_cast<double>(ground.heights[row * ground.columns + column])));
+            found, std::fabs(height -
+                             static_cast<double>(height_field.heights[row * height_field.columns + column])));
     }
 }
 
 } // namespace
 
 PatchError patch_error(std::span<const float> positions, std::span<const std::uint32_t> triangles,
-                       const HeightField &ground, const std::array<Place, 3> &corners) {
-    const Field field(positions, triangles, ground);
+                       const HeightField &height_field, const std::array<GridPoint, 3> &corners) {
+    const Field field(positions, triangles, height_field);
     const std::array<Line, 3> lines = sides(corners);
     PatchError found;
     // The window holds the patch and one pixel more, where strays show.
-    const auto last_row = static_cast<std::int64_t>(ground.rows) - 1,
-               last_column = static_cast<std::int64_t>(ground.columns) - 1;
-    Place low = corners[0], high = low;
-    for (const Place &corner : corners) {
+    const auto last_row = static_cast<std::int64_t>(height_field.rows) - 1,
+               last_column = static_cast<std::int64_t>(height_field.columns) - 1;
+    GridPoint low = corners[0], high = low;
+    for (const GridPoint &corner : corners) {
         low = {std::min(low.row, corner.row), std::min(low.column, corner.column)};
         high = {std::max(high.row, corner.row), std::max(high.column, corner.column)};
     }
@@ -91,12 +92,12 @@ PatchError patch_error(std::span<const float> positions, std::span<const std::ui
                 const double near = field.slack() * std::max(std::fabs(line.a), std::fabs(line.b));
                 if (std::fabs(line.at(face.x[k], face.z[k])) <= near &&
                     std::fabs(line.at(face.x[n], face.z[n])) <= near) {
-                    along(face, k, field.slack(), ground, window, error);
+                    along(face, k, field.slack(), height_field, window, error);
                 }
             }
         }
     }
-    GroundError &inside = found.inside;
+    TerrainError &inside = found.inside;
     for (std::size_t row = window.top; row < window.bottom; ++row) {
         double squares = 0.0;
         for (std::size_t column = window.left; column < window.right; ++column) {
@@ -111,7 +112,7 @@ PatchError patch_error(std::span<const float> positions, std::span<const std::ui
                 squares += off * off;
                 if (off > inside.max_m) {
                     inside.max_m = off;
-                    inside.worst = row * ground.columns + column;
+                    inside.worst = row * height_field.columns + column;
                 }
             }
         }

@@ -80,7 +80,7 @@ nb::tuple patch(const Heights &heights, const std::array<std::array<std::int32_t
 // An array that is not filled yet; `data` becomes its first element. Large ones ask for large pages: a grid
 // of 16 million vertices is mostly the kernel's work of making them.
 template <typename Value>
-nb::ndarray<nb::numpy, Value> room(std::size_t count, std::size_t width, Value *&data) {
+nb::ndarray<nb::numpy, Value> new_array(std::size_t count, std::size_t width, Value *&data) {
     constexpr std::size_t page = std::size_t{1} << 21;
     const std::size_t bytes = std::max<std::size_t>(count * width, 1) * sizeof(Value);
     const std::size_t unit = bytes < page ? 64 : page, whole = (bytes + unit - 1) / unit * unit;
@@ -109,21 +109,21 @@ nb::tuple vertices(const Heights &heights, const std::optional<Pixels> &pixels, 
         if (pixels->data()[2 * k] >= rows || pixels->data()[2 * k + 1] >= columns)
             throw nb::value_error("a vertex is no pixel of the field");
     }
-    const paradize::terrain::Ground ground{
+    const paradize::terrain::HeightField height_field{
         {heights.data(), rows * columns}, rows, columns, size_x_m, size_z_m, sand_repeat};
     const std::size_t count = pixels ? pixels->shape(0) : rows * columns;
     paradize::terrain::VertexArrays out{};
-    auto positions = room(count, 3, out.positions), normals = room(count, 3, out.normals),
-         tangents = room(count, 4, out.tangents), uvs = room(count, 2, out.uvs),
-         uvs1 = room(count, 2, out.uvs1);
+    auto positions = new_array(count, 3, out.positions), normals = new_array(count, 3, out.normals),
+         tangents = new_array(count, 4, out.tangents), uvs = new_array(count, 2, out.uvs),
+         uvs1 = new_array(count, 2, out.uvs1);
     std::uint32_t *indices = nullptr;
-    auto triangles = room(pixels ? 0 : 2 * (rows - 1) * (columns - 1), 3, indices);
+    auto triangles = new_array(pixels ? 0 : 2 * (rows - 1) * (columns - 1), 3, indices);
     {
         nb::gil_scoped_release release;
         if (pixels) {
-            paradize::terrain::vertices_of(ground, {pixels->data(), 2 * count}, out, threads);
+            paradize::terrain::vertices_of(height_field, {pixels->data(), 2 * count}, out, threads);
         } else {
-            paradize::terrain::whole_grid(ground, out, indices, threads);
+            paradize::terrain::whole_grid(height_field, out, indices, threads);
         }
     }
     return nb::make_tuple(positions, normals, tangents, uvs, uvs1, triangles);

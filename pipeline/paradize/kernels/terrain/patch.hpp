@@ -13,7 +13,7 @@
 
 namespace paradize::terrain {
 
-struct Point { // of the lattice of pixels, also outside the field
+struct Point { // of the grid of pixels, also outside the field
     std::int32_t x, y;
 };
 

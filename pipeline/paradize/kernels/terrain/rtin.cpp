@@ -12,13 +12,13 @@
 namespace paradize::terrain {
 namespace {
 
-struct Node { // of the lattice
+struct Node { // of the grid
     std::uint32_t x, y;
 };
 
-class Lattice {
+class Grid {
   public:
-    Lattice(View view, std::uint32_t width, std::uint32_t height, double tolerance)
+    Grid(View view, std::uint32_t width, std::uint32_t height, double tolerance)
         : view_(view), tolerance_(tolerance),
           root_(std::bit_floor(std::min(width, height) - 1)), last_{(width - 1) / root_ * root_,
                                                                     (height - 1) / root_ * root_} {
@@ -78,7 +78,7 @@ class Lattice {
     double tolerance_;
     std::uint32_t root_; // side of the largest squares, a power of two
     Node last_;
-    std::vector<std::uint16_t> columns_, rows_; // of the pixels, per lattice column and row
+    std::vector<std::uint16_t> columns_, rows_; // of the pixels, per grid column and row
     bool even_;                                 // every pixel is a node
     std::vector<std::uint8_t> active_;
 
@@ -219,10 +219,10 @@ class Lattice {
 
 Triangulation bisect(std::span<const float> heights, std::uint32_t width, std::uint32_t height,
                      double tolerance, int threads) {
-    Lattice lattice({heights.data(), width, heights.data() + heights.size()}, width, height, tolerance);
-    lattice.mark(threads);
+    Grid grid({heights.data(), width, heights.data() + heights.size()}, width, height, tolerance);
+    grid.mark(threads);
     Triangulation found;
-    found.triangles = lattice.triangles(width);
+    found.triangles = grid.triangles(width);
     // Vertices are numbered in reading order: the rank of a pixel among those that are used.
     std::vector<std::uint64_t> used((heights.size() + 63) / 64, 0);
     for (const std::uint32_t pixel : found.triangles) {

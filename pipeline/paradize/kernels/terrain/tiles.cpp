@@ -179,13 +179,13 @@ std::vector<std::uint32_t> Tiles::removal_order() const {
                    c = static_cast<std::uint32_t>(k % columns_.size());
         return std::countr_zero(r | c | 1U << 16);
     };
-    std::vector<std::uint32_t> lattice(crossings);
+    std::vector<std::uint32_t> grid(crossings);
     for (std::uint32_t k = 0; k < crossings; ++k) {
-        lattice[k] = k;
+        grid[k] = k;
     }
-    std::stable_sort(lattice.begin(), lattice.end(),
+    std::stable_sort(grid.begin(), grid.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return level(a) < level(b); });
-    order.insert(order.end(), lattice.begin(), lattice.end());
+    order.insert(order.end(), grid.begin(), grid.end());
     return order;
 }
 

@@ -29,7 +29,7 @@ class Tiles {
     Net sew(int threads, std::vector<std::uint32_t> &seams);
 
     // The border vertices in the order in which to try to remove them: those between crossings, then the
-    // crossings, the coarsest lattice last, so that a hole never grows far beyond its neighbours.
+    // crossings, the coarsest grid last, so that a hole never grows far beyond its neighbours.
     std::vector<std::uint32_t> removal_order() const;
     std::uint32_t tracked() const { return tracked_; }
 

@@ -10,17 +10,17 @@ namespace {
 
 class Maker {
   public:
-    Maker(const Ground &ground, const VertexArrays &out)
-        : ground_(ground), out_(out), last_row_(static_cast<double>(ground.rows - 1)),
-          last_column_(static_cast<double>(ground.columns - 1)), step_x_(ground.size_x_m / last_column_),
-          step_z_(ground.size_z_m / last_row_),
-          repeat_z_(ground.sand_repeat * (ground.size_z_m / ground.size_x_m)) {}
+    Maker(const HeightField &height_field, const VertexArrays &out)
+        : height_field_(height_field), out_(out), last_row_(static_cast<double>(height_field.rows - 1)),
+          last_column_(static_cast<double>(height_field.columns - 1)),
+          step_x_(height_field.size_x_m / last_column_), step_z_(height_field.size_z_m / last_row_),
+          repeat_z_(height_field.sand_repeat * (height_field.size_z_m / height_field.size_x_m)) {}
 
     void make(std::size_t row, std::size_t column, std::size_t vertex) const {
         const std::size_t left = std::max<std::size_t>(column, 1) - 1,
-                          right = std::min(column + 1, ground_.columns - 1);
+                          right = std::min(column + 1, height_field_.columns - 1);
         const std::size_t above = std::max<std::size_t>(row, 1) - 1,
-                          below = std::min(row + 1, ground_.rows - 1);
+                          below = std::min(row + 1, height_field_.rows - 1);
         const double along_x =
             (height(row, right) - height(row, left)) / (static_cast<double>(right - left) * step_x_);
         const double along_z =
@@ -29,9 +29,9 @@ class Maker {
         float *position = out_.positions + 3 * vertex, *normal = out_.normals + 3 * vertex,
               *tangent = out_.tangents + 4 * vertex, *uv = out_.uvs + 2 * vertex,
               *uv1 = out_.uvs1 + 2 * vertex;
-        position[0] = static_cast<float>((u - 0.5) * ground_.size_x_m);
-        position[1] = ground_.heights[row * ground_.columns + column];
-        position[2] = static_cast<float>((v - 0.5) * ground_.size_z_m);
+        position[0] = static_cast<float>((u - 0.5) * height_field_.size_x_m);
+        position[1] = height_field_.heights[row * height_field_.columns + column];
+        position[2] = static_cast<float>((v - 0.5) * height_field_.size_z_m);
         const double length = std::sqrt(along_x * along_x + along_z * along_z + 1.0);
         normal[0] = static_cast<float>(-along_x / length);
         normal[1] = static_cast<float>(1.0 / length);
@@ -41,27 +41,27 @@ class Maker {
         tangent[1] = static_cast<float>(along_x / run);
         tangent[2] = 0.0F;
         tangent[3] = 1.0F;
-        uv[0] = static_cast<float>(u * ground_.sand_repeat);
+        uv[0] = static_cast<float>(u * height_field_.sand_repeat);
         uv[1] = static_cast<float>(v * repeat_z_);
         uv1[0] = static_cast<float>(u);
         uv1[1] = static_cast<float>(v);
     }
 
   private:
-    const Ground &ground_;
+    const HeightField &height_field_;
     VertexArrays out_;
     double last_row_, last_column_, step_x_, step_z_, repeat_z_;
 
     double height(std::size_t row, std::size_t column) const {
-        return static_cast<double>(ground_.heights[row * ground_.columns + column]);
+        return static_cast<double>(height_field_.heights[row * height_field_.columns + column]);
     }
 };
 
 } // namespace
 
-void vertices_of(const Ground &ground, std::span<const std::uint32_t> pixels, const VertexArrays &out,
-                 int threads) {
-    const Maker maker(ground, out);
+void vertices_of(const HeightField &height_field, std::span<const std::uint32_t> pixels,
+                 const VertexArrays &out, int threads) {
+    const Maker maker(height_field, out);
     constexpr std::size_t share = 1 << 14;
     const std::size_t count = pixels.size() / 2;
     for_each_job((count + share - 1) / share, threads, [&](std::size_t job) {
@@ -71,19 +71,20 @@ void vertices_of(const Ground &ground, std::span<const std::uint32_t> pixels, co
     });
 }
 
-void whole_grid(const Ground &ground, const VertexArrays &out, std::uint32_t *triangles, int threads) {
-    const Maker maker(ground, out);
-    for_each_job(ground.rows, threads, [&](std::size_t row) {
-        for (std::size_t column = 0; column < ground.columns; ++column) {
-            maker.make(row, column, row * ground.columns + column);
+void whole_grid(const HeightField &height_field, const VertexArrays &out, std::uint32_t *triangles,
+                int threads) {
+    const Maker maker(height_field, out);
+    for_each_job(height_field.rows, threads, [&](std::size_t row) {
+        for (std::size_t column = 0; column < height_field.columns; ++column) {
+            maker.make(row, column, row * height_field.columns + column);
         }
-        if (row + 1 == ground.rows) {
+        if (row + 1 == height_field.rows) {
             return;
         }
-        std::uint32_t *next = triangles + 6 * row * (ground.columns - 1);
-        auto corner = static_cast<std::uint32_t>(row * ground.columns);
-        for (std::size_t column = 0; column + 1 < ground.columns; ++column, ++corner, next += 6) {
-            const auto below = static_cast<std::uint32_t>(corner + ground.columns);
+        std::uint32_t *next = triangles + 6 * row * (height_field.columns - 1);
+        auto corner = static_cast<std::uint32_t>(row * height_field.columns);
+        for (std::size_t column = 0; column + 1 < height_field.columns; ++column, ++corner, next += 6) {
+            const auto below = static_cast<std::uint32_t>(corner + height_field.columns);
             next[0] = corner;
             next[1] = below + 1;
             next[2] = corner + 1;

@@ -8,7 +8,7 @@
 
 namespace paradize::terrain {
 
-struct Ground {
+struct HeightField {
     std::span<const float> heights; // rows x columns, metres; 2 or more each way
     std::size_t rows, columns;
     double size_x_m, size_z_m; // first to last pixel
@@ -22,11 +22,12 @@ struct VertexArrays {
 
 // pixels: (row, column) of each vertex, in the field. Normals and tangents by central differences, one-sided
 // on the rim, in float64; T along +X, w = +1. The bits do not depend on `threads`.
-void vertices_of(const Ground &ground, std::span<const std::uint32_t> pixels, const VertexArrays &out,
-                 int threads);
+void vertices_of(const HeightField &height_field, std::span<const std::uint32_t> pixels,
+                 const VertexArrays &out, int threads);
 
 // Every pixel a vertex, row by row, and two triangles a cell, facing up: 6 * (rows - 1) * (columns - 1)
 // indices.
-void whole_grid(const Ground &ground, const VertexArrays &out, std::uint32_t *triangles, int threads);
+void whole_grid(const HeightField &height_field, const VertexArrays &out, std::uint32_t *triangles,
+                int threads);
 
 } // namespace paradize::terrain

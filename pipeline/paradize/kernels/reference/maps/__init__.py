@@ -78,7 +78,7 @@ class Texture:
 class HeightMap:
     """Heights (h, w) float32, finite, and how their slopes are taken.
 
-    taps: (derivative, smooth) as kernels/reference/maps/ground.hpp tells. scale: slope of one unit of
+    taps: (derivative, smooth) as kernels/reference/maps/height_map.hpp tells. scale: slope of one unit of
     height from a texel to the next along (x, y). wrap: whether the map repeats along (x, y). islands: (h,
     w) int32, negative outside. codes: (n,) float32, rising: the heights that neighbouring codes of the
     source stand for; None where it holds floats. exact: the derivative around whose slopes lies what the

@@ -117,8 +117,9 @@ Run run_from(Size size, std::size_t levels, std::size_t first, bool shown) {
 // One thread's rows of a run: each row is made of those of the level before when it is asked for.
 class Cascade {
   public:
-    Cascade(Size size, Run run, const Rows &source, Judge &judge)
-        : size_(size), run_(run), source_(source.fresh()), judge_(&judge), lines_(run.last - run.first + 1) {
+    Cascade(Size size, Run run, const Rows &source, Comparer &comparer)
+        : size_(size), run_(run), source_(source.fresh()), comparer_(&comparer),
+          lines_(run.last - run.first + 1) {
         for (std::size_t k = run.first; k <= run.last; ++k) {
             lines_[k - run.first].resize(source_->channels() * level_size(size, k).columns);
         }
@@ -132,7 +133,7 @@ class Cascade {
             gather(level, y, line);
         }
         if (level > run_.first || !run_.shown) {
-            judge_->row(level, y, line.data());
+            comparer_->row(level, y, line.data());
         }
         return line;
     }
@@ -162,12 +163,12 @@ class Cascade {
     Size size_;
     Run run_;
     std::unique_ptr<Rows> source_;
-    Judge *judge_;
+    Comparer *comparer_;
     std::vector<std::vector<double>> lines_;
 };
 
 // All rows of a run; those of its last level are kept where `held` is given.
-void show_run(Size size, Run run, const Rows &source, std::span<const std::unique_ptr<Judge>> judges,
+void feed_run(Size size, Run run, const Rows &source, std::span<const std::unique_ptr<Comparer>> comparers,
               std::vector<double> *held) {
     const Size end = level_size(size, run.last);
     const std::size_t count = source.channels() * end.columns;
@@ -175,10 +176,10 @@ void show_run(Size size, Run run, const Rows &source, std::span<const std::uniqu
         held->resize(count * end.rows);
     }
     std::atomic<std::size_t> next = 0;
-    for_rows(std::min(judges.size(), end.rows), static_cast<int>(judges.size()),
+    for_rows(std::min(comparers.size(), end.rows), static_cast<int>(comparers.size()),
              [&](std::size_t first, std::size_t last) {
                  for (std::size_t thread = first; thread < last; ++thread) {
-                     Cascade cascade(size, run, source, *judges[thread]);
+                     Cascade cascade(size, run, source, *comparers[thread]);
                      for (std::size_t y = next++; y < end.rows; y = next++) {
                          const std::vector<double> &row = cascade.row(run.last, y);
                          if (held != nullptr) {
@@ -192,8 +193,8 @@ void show_run(Size size, Run run, const Rows &source, std::span<const std::uniqu
 
 } // namespace
 
-void show_levels(Size size, std::size_t levels, const Rows &level0,
-                 std::span<const std::unique_ptr<Judge>> judges) {
+void feed_levels(Size size, std::size_t levels, const Rows &level0,
+                 std::span<const std::unique_ptr<Comparer>> comparers) {
     std::vector<double> held;
     std::vector<double> kept;
     std::unique_ptr<Rows> source = level0.fresh();
@@ -202,7 +203,7 @@ void show_levels(Size size, std::size_t levels, const Rows &level0,
         const std::size_t after = run.last + 1;
         const bool more = after < levels;
         const bool divides = more && whole(level_size(size, run.last), level_size(size, after));
-        show_run(size, run, *source, judges, divides ? &kept : nullptr);
+        feed_run(size, run, *source, comparers, divides ? &kept : nullptr);
         if (!more) {
             return;
         }

@@ -26,17 +26,17 @@ class Rows {
 };
 
 // Is shown every row of every level once, in an order that depends on the threads.
-class Judge {
+class Comparer {
   public:
-    Judge() = default;
-    Judge(const Judge &) = delete;
-    Judge &operator=(const Judge &) = delete;
-    virtual ~Judge() = default;
+    Comparer() = default;
+    Comparer(const Comparer &) = delete;
+    Comparer &operator=(const Comparer &) = delete;
+    virtual ~Comparer() = default;
     virtual void row(std::size_t level, std::size_t y, const double *truth) = 0;
 };
 
-// Shows the means of levels [0, levels) of level 0's rows to judges, one per thread.
-void show_levels(Size size, std::size_t levels, const Rows &level0,
-                 std::span<const std::unique_ptr<Judge>> judges);
+// Shows the means of levels [0, levels) of level 0's rows to comparers, one per thread.
+void feed_levels(Size size, std::size_t levels, const Rows &level0,
+                 std::span<const std::unique_ptr<Comparer>> comparers);
 
 } // namespace paradize::reference

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <functional>
 
+#include "reference/maps/comparers.hpp"
 #include "reference/maps/curve.hpp"
-#include "reference/maps/judges.hpp"
 #include "simd/cpu.hpp"
 
 namespace paradize::reference {
@@ -114,11 +114,11 @@ class ColorRows final : public Rows {
 
 using Planes = std::vector<std::vector<double>>; // the averaged alpha of each level but the first
 
-class ColorJudge final : public MapJudge {
+class ColorComparer final : public MapComparer {
   public:
     // alphas: where to keep averaged alpha until a whole level is known; empty where there is no cutoff.
-    ColorJudge(const TextureView &texture, const PixelRows &pixels, Planes &alphas, RowSums &sums)
-        : MapJudge(texture, 3, sums), pixels_(pixels), alphas_(alphas), truth_(3 * texture.size.columns),
+    ColorComparer(const TextureView &texture, const PixelRows &pixels, Planes &alphas, RowSums &sums)
+        : MapComparer(texture, 3, sums), pixels_(pixels), alphas_(alphas), truth_(3 * texture.size.columns),
           found_(3 * texture.size.columns), errors_(found_.size()), squares_(found_.size()) {}
 
     void row(std::size_t level, std::size_t y, const double *light) override {
@@ -217,13 +217,13 @@ std::vector<LevelError> color_levels(const TextureView &texture, const Pixels &p
     const PixelRows source(pixels, texture.size.columns);
     const ColorRows truth(source, texture.size.columns);
     RowSums sums(texture);
-    std::vector<std::unique_ptr<Judge>> judges;
+    std::vector<std::unique_ptr<Comparer>> comparers;
     for (int k = 0; k < std::max(1, threads); ++k) {
-        judges.push_back(std::make_unique<ColorJudge>(texture, source, alphas, sums));
+        comparers.push_back(std::make_unique<ColorComparer>(texture, source, alphas, sums));
     }
-    show_levels(texture.size, texture.levels.size(), truth, judges);
+    feed_levels(texture.size, texture.levels.size(), truth, comparers);
     const double share = alphas.empty() ? 0.0 : share_of(pixels, texture.size, cutoff);
-    auto &judge = static_cast<ColorJudge &>(*judges[0]);
+    auto &comparer = static_cast<ColorComparer &>(*comparers[0]);
     for (std::size_t k = 1; k < alphas.size(); ++k) {
         const Size size = level_size(texture.size, k);
         const double factor = factor_of(alphas[k], share, cutoff);
@@ -231,10 +231,10 @@ std::vector<LevelError> color_levels(const TextureView &texture, const Pixels &p
             value = std::min(1.0, value * factor);
         }
         for (std::size_t y = 0; y < size.rows; ++y) {
-            judge.compare_alpha(k, y, &alphas[k][y * size.columns]);
+            comparer.compare_alpha(k, y, &alphas[k][y * size.columns]);
         }
     }
-    std::vector<LevelError> out = MapJudge::results(judges, sums);
+    std::vector<LevelError> out = MapComparer::results(comparers, sums);
     for (std::size_t k = 0; alpha && k < out.size(); ++k) {
         const Size size = level_size(texture.size, k);
         out[k].alpha_count = size.rows * size.columns;

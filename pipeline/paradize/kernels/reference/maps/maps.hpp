@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "reference/maps/ground.hpp"
+#include "reference/maps/height_map.hpp"
 #include "reference/maps/tally.hpp"
 #include "reference/maps/texels.hpp"
 
@@ -24,18 +24,18 @@ struct TextureView {
 };
 
 // Angles in degrees between the normals that a shader rebuilds from the texture's first two channels and the
-// normals of the ground, averaged and normalised. Texels near borders of islands are left out. Where the
-// ground has cones, an angle counts as far as it exceeds the mean of a texel's cones.
-std::vector<LevelError> normal_levels(const TextureView &texture, const Ground &ground, int threads);
+// normals of the height map, averaged and normalised. Texels near borders of islands are left out. Where the
+// height map has cones, an angle counts as far as it exceeds the mean of a texel's cones.
+std::vector<LevelError> normal_levels(const TextureView &texture, const HeightMap &height_map, int threads);
 
-// The same of du/dv: x and y of the ground's normals less their mean over the map (over the islands).
-std::vector<LevelError> offset_levels(const TextureView &texture, const Ground &ground, int threads);
+// The same of du/dv: x and y of the height map's normals less their mean over the map (over the islands).
+std::vector<LevelError> offset_levels(const TextureView &texture, const HeightMap &height_map, int threads);
 
-// Angles between the normals of one ground by two filters, less the other's cones: of level 0 alone.
-LevelError filter_angles(const Ground &ground, const Ground &other, int threads);
+// Angles between the normals of one height map by two filters, less the other's cones: of level 0 alone.
+LevelError filter_angles(const HeightMap &height_map, const HeightMap &other, int threads);
 
-// The angles, degrees, that the half steps of a ground with cones leave open around its normals.
-LevelError open_angles(const Ground &ground, int threads);
+// The angles, degrees, that the half steps of a height map with cones leave open around its normals.
+LevelError open_angles(const HeightMap &height_map, int threads);
 
 // Squared and absolute differences from values (rows, columns, channels).
 std::vector<LevelError> value_levels(const TextureView &texture, std::span<const float> values,
@@ -44,16 +44,16 @@ std::vector<LevelError> value_levels(const TextureView &texture, std::span<const
 // The same of gloss (rows, columns, 2): channel 0 averaged; channel 1, smoothness s of roughness
 // alpha = (1 - s)^2, by averaging alpha^2 and adding 2 (1 - r^2) / (r (3 - r^2)), r the length of the
 // averaged normal, up to 1. Source: D. Neubelt and M. Pettineo, "Crafting a next-gen material pipeline for
-// The Order: 1886", 2013. Where the ground has cones, r may be longer or shorter by their mean.
+// The Order: 1886", 2013. Where the height map has cones, r may be longer or shorter by their mean.
 std::vector<LevelError> gloss_levels(const TextureView &texture, std::span<const float> gloss,
-                                     const Ground &ground, int threads);
+                                     const HeightMap &height_map, int threads);
 
 // Angles, degrees, by which gloss makes highlights too wide or too narrow: from the normal, where the
 // distribution of slopes of GGX with the truth's roughness (as above) and with the texture's falls to a half:
 // tan^2 = (sqrt(2) - 1) alpha^2, so at most 32.8. Source of GGX: B. Walter et al., "Microfacet Models for
 // Refraction through Rough Surfaces", 2007.
 std::vector<LevelError> highlight_levels(const TextureView &texture, std::span<const float> gloss,
-                                         const Ground &ground, int threads);
+                                         const HeightMap &height_map, int threads);
 
 struct Pixels {
     enum class Kind { u8, u16, f32 };

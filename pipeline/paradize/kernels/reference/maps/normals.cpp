@@ -2,7 +2,7 @@
 
 #include "parallel.hpp"
 #include "reference/maps/angle.hpp"
-#include "reference/maps/judges.hpp"
+#include "reference/maps/comparers.hpp"
 #include "simd/cpu.hpp"
 
 namespace paradize::reference {
@@ -30,10 +30,10 @@ PARADIZE_CLONES void beyond(const double *__restrict open, std::size_t count, do
 
 // Truth: planes x, y, z of averaged normals; or, of du/dv, x and y. Then a mask, where there are islands.
 // Then the mean of the cones, where there are: so far a normal is no error.
-class AngleJudge final : public MapJudge {
+class AngleComparer final : public MapComparer {
   public:
-    AngleJudge(const TextureView &texture, bool offsets, bool masked, bool cones, RowSums &sums)
-        : MapJudge(texture, 1, sums), offsets_(offsets), masked_(masked), cones_(cones),
+    AngleComparer(const TextureView &texture, bool offsets, bool masked, bool cones, RowSums &sums)
+        : MapComparer(texture, 1, sums), offsets_(offsets), masked_(masked), cones_(cones),
           truth_(texture.size.columns), found_(texture.size.columns), xy_(2 * texture.size.columns),
           angles_(texture.size.columns) {}
 
@@ -71,13 +71,13 @@ class AngleJudge final : public MapJudge {
 // x and y of normals less a mean, and what follows the normals.
 class OffsetRows final : public Rows {
   public:
-    OffsetRows(const GroundRows &ground, std::size_t columns, double mean_x, double mean_y)
-        : ground_(ground), columns_(columns), mean_x_(mean_x), mean_y_(mean_y),
-          planes_(ground.channels() * columns) {}
-    std::size_t channels() const override { return ground_.channels() - 1; }
+    OffsetRows(const NormalRows &height_map, std::size_t columns, double mean_x, double mean_y)
+        : height_map_(height_map), columns_(columns), mean_x_(mean_x), mean_y_(mean_y),
+          planes_(height_map.channels() * columns) {}
+    std::size_t channels() const override { return height_map_.channels() - 1; }
     std::unique_ptr<Rows> fresh() const override { return std::make_unique<OffsetRows>(*this); }
     void row(std::size_t y, double *out) override {
-        ground_.row(y, planes_.data());
+        height_map_.row(y, planes_.data());
         for (std::size_t i = 0; i < columns_; ++i) {
             out[i] = planes_[i] - mean_x_;
             out[columns_ + i] = planes_[columns_ + i] - mean_y_;
@@ -87,7 +87,7 @@ class OffsetRows final : public Rows {
     }
 
   private:
-    GroundRows ground_;
+    NormalRows height_map_;
     std::size_t columns_;
     double mean_x_;
     double mean_y_;
@@ -100,12 +100,12 @@ struct Mean {
 };
 
 // The mean x and y of normals, over the islands' insides where there are islands.
-Mean mean_of(const GroundRows &ground, Size size, bool masked, int threads) {
+Mean mean_of(const NormalRows &height_map, Size size, bool masked, int threads) {
     std::vector<double> sum_x(size.rows);
     std::vector<double> sum_y(size.rows);
     std::vector<double> counts(size.rows);
     for_rows(size.rows, threads, [&](std::size_t first, std::size_t last) {
-        const std::unique_ptr<Rows> rows = ground.fresh();
+        const std::unique_ptr<Rows> rows = height_map.fresh();
         std::vector<double> planes(rows->channels() * size.columns);
         for (std::size_t y = first; y < last; ++y) {
             rows->row(y, planes.data());
@@ -163,30 +163,30 @@ LevelError tallied(Size size, int threads, Make &&make) {
 
 } // namespace
 
-std::vector<LevelError> normal_levels(const TextureView &texture, const Ground &ground, int threads) {
-    const GroundRows truth(ground);
-    const bool masked = !ground.islands.empty();
-    return judged(texture, truth, threads, [&](RowSums &sums) {
-        return std::make_unique<AngleJudge>(texture, false, masked, ground.cones, sums);
+std::vector<LevelError> normal_levels(const TextureView &texture, const HeightMap &height_map, int threads) {
+    const NormalRows truth(height_map);
+    const bool masked = !height_map.islands.empty();
+    return compare_levels(texture, truth, threads, [&](RowSums &sums) {
+        return std::make_unique<AngleComparer>(texture, false, masked, height_map.cones, sums);
     });
 }
 
-std::vector<LevelError> offset_levels(const TextureView &texture, const Ground &ground, int threads) {
-    const GroundRows normals(ground);
-    const bool masked = !ground.islands.empty();
-    const Mean mean = mean_of(normals, ground.size, masked, threads);
-    const OffsetRows truth(normals, ground.size.columns, mean.x, mean.y);
-    return judged(texture, truth, threads, [&](RowSums &sums) {
-        return std::make_unique<AngleJudge>(texture, true, masked, ground.cones, sums);
+std::vector<LevelError> offset_levels(const TextureView &texture, const HeightMap &height_map, int threads) {
+    const NormalRows normals(height_map);
+    const bool masked = !height_map.islands.empty();
+    const Mean mean = mean_of(normals, height_map.size, masked, threads);
+    const OffsetRows truth(normals, height_map.size.columns, mean.x, mean.y);
+    return compare_levels(texture, truth, threads, [&](RowSums &sums) {
+        return std::make_unique<AngleComparer>(texture, true, masked, height_map.cones, sums);
     });
 }
 
-LevelError filter_angles(const Ground &ground, const Ground &other, int threads) {
-    const GroundRows one(ground);
-    const GroundRows two(other);
-    const std::size_t columns = ground.size.columns;
-    const bool masked = !ground.islands.empty() && !other.islands.empty();
-    return tallied(ground.size, threads, [&] {
+LevelError filter_angles(const HeightMap &height_map, const HeightMap &other, int threads) {
+    const NormalRows one(height_map);
+    const NormalRows two(other);
+    const std::size_t columns = height_map.size.columns;
+    const bool masked = !height_map.islands.empty() && !other.islands.empty();
+    return tallied(height_map.size, threads, [&] {
         return
             [&, a = one.fresh(), b = two.fresh(), first = std::vector<double>(one.channels() * columns),
              second = std::vector<double>(two.channels() * columns)](std::size_t y, double *angles) mutable {
@@ -210,17 +210,17 @@ LevelError filter_angles(const Ground &ground, const Ground &other, int threads)
     });
 }
 
-LevelError open_angles(const Ground &ground, int threads) {
-    const GroundRows truth(ground);
-    const std::size_t columns = ground.size.columns;
-    return tallied(ground.size, threads, [&] {
+LevelError open_angles(const HeightMap &height_map, int threads) {
+    const NormalRows truth(height_map);
+    const std::size_t columns = height_map.size.columns;
+    return tallied(height_map.size, threads, [&] {
         return [&, rows = truth.fresh(), planes = std::vector<double>(truth.channels() * columns)](
                    std::size_t y, double *angles) mutable {
             rows->row(y, planes.data());
             const double *cones = planes.data() + truth.cone_plane() * columns;
             std::copy(cones, cones + columns, angles);
-            return ground.islands.empty() ? columns
-                                          : only_inside(angles, planes.data() + 3 * columns, columns);
+            return height_map.islands.empty() ? columns
+                                              : only_inside(angles, planes.data() + 3 * columns, columns);
         };
     });
 }

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "reference/maps/angle.hpp"
-#include "reference/maps/judges.hpp"
+#include "reference/maps/comparers.hpp"
 #include "simd/cpu.hpp"
 
 namespace paradize::reference {
@@ -30,10 +30,10 @@ class ValueRows final : public Rows {
     std::size_t channels_;
 };
 
-class ValueJudge final : public MapJudge {
+class ValueComparer final : public MapComparer {
   public:
-    ValueJudge(const TextureView &texture, std::size_t channels, RowSums &sums)
-        : MapJudge(texture, channels, sums), channels_(channels), found_(channels * texture.size.columns),
+    ValueComparer(const TextureView &texture, std::size_t channels, RowSums &sums)
+        : MapComparer(texture, channels, sums), channels_(channels), found_(channels * texture.size.columns),
           errors_(found_.size()), squares_(found_.size()) {}
 
     void row(std::size_t level, std::size_t y, const double *truth) override {
@@ -77,12 +77,13 @@ PARADIZE_CLONES void to_smoothness(const double *__restrict variance, const doub
 
 constexpr double radians_of_degree = 0x1.1df46a2529d39p-6;
 
-// The smoothness that a level should hold, from planes of squared roughness and the ground's normals. Where
-// the ground has cones, the mean normal may be longer or shorter by their mean: a range of smoothness.
+// The smoothness that a level should hold, from planes of squared roughness and the height map's normals.
+// Where the height map has cones, the mean normal may be longer or shorter by their mean: a range of
+// smoothness.
 class Smoothness {
   public:
-    Smoothness(const Ground &ground, std::size_t columns)
-        : cones_(ground.cones), cone_plane_(ground.islands.empty() ? 3 : 4), shortest_(columns),
+    Smoothness(const HeightMap &height_map, std::size_t columns)
+        : cones_(height_map.cones), cone_plane_(height_map.islands.empty() ? 3 : 4), shortest_(columns),
           longest_(columns), low_(columns), high_(columns) {}
 
     // Per texel the smoothness nearest to `found` that is right. planes: of squared roughness and what
@@ -113,32 +114,32 @@ class Smoothness {
     std::vector<double> shortest_, longest_, low_, high_;
 };
 
-// Planes of intensity, squared roughness, and what the ground gives.
+// Planes of intensity, squared roughness, and what the height map gives.
 class GlossRows final : public Rows {
   public:
-    GlossRows(std::span<const float> gloss, const GroundRows &ground, std::size_t columns)
-        : gloss_(gloss, columns, 2), ground_(ground), columns_(columns), smoothness_(columns) {}
-    std::size_t channels() const override { return 2 + ground_.channels(); }
+    GlossRows(std::span<const float> gloss, const NormalRows &height_map, std::size_t columns)
+        : gloss_(gloss, columns, 2), height_map_(height_map), columns_(columns), smoothness_(columns) {}
+    std::size_t channels() const override { return 2 + height_map_.channels(); }
     std::unique_ptr<Rows> fresh() const override { return std::make_unique<GlossRows>(*this); }
     void row(std::size_t y, double *out) override {
         gloss_.row(y, out);
         std::copy_n(out + columns_, columns_, smoothness_.begin());
         to_variance(smoothness_.data(), columns_, out + columns_);
-        ground_.row(y, out + 2 * columns_);
+        height_map_.row(y, out + 2 * columns_);
     }
 
   private:
     ValueRows gloss_;
-    GroundRows ground_;
+    NormalRows height_map_;
     std::size_t columns_;
     std::vector<double> smoothness_;
 };
 
-class GlossJudge final : public MapJudge {
+class GlossComparer final : public MapComparer {
   public:
-    GlossJudge(const TextureView &texture, const Ground &ground, RowSums &sums)
-        : MapJudge(texture, 2, sums), masked_(!ground.islands.empty()),
-          smoothness_(ground, texture.size.columns), truth_(texture.size.columns),
+    GlossComparer(const TextureView &texture, const HeightMap &height_map, RowSums &sums)
+        : MapComparer(texture, 2, sums), masked_(!height_map.islands.empty()),
+          smoothness_(height_map, texture.size.columns), truth_(texture.size.columns),
           found_(texture.size.columns), errors_(2 * texture.size.columns), squares_(texture.size.columns) {}
 
     void row(std::size_t level, std::size_t y, const double *truth) override {
@@ -186,11 +187,11 @@ PARADIZE_CLONES void to_rims(const double *__restrict smoothness, std::size_t co
     }
 }
 
-class HighlightJudge final : public MapJudge {
+class HighlightComparer final : public MapComparer {
   public:
-    HighlightJudge(const TextureView &texture, const Ground &ground, RowSums &sums)
-        : MapJudge(texture, 1, sums), masked_(!ground.islands.empty()),
-          smoothness_(ground, texture.size.columns), shown_(texture.size.columns),
+    HighlightComparer(const TextureView &texture, const HeightMap &height_map, RowSums &sums)
+        : MapComparer(texture, 1, sums), masked_(!height_map.islands.empty()),
+          smoothness_(height_map, texture.size.columns), shown_(texture.size.columns),
           meant_(texture.size.columns), zeros_(texture.size.columns), degrees_(texture.size.columns) {
         for (std::vector<double> *plane : {&truth_x_, &truth_z_, &found_x_, &found_z_}) {
             plane->resize(texture.size.columns);
@@ -220,12 +221,13 @@ class HighlightJudge final : public MapJudge {
 };
 
 template <typename GlossLike>
-std::vector<LevelError> judged_gloss(const TextureView &texture, std::span<const float> gloss,
-                                     const Ground &ground, int threads) {
-    const GroundRows normals(ground);
+std::vector<LevelError> compare_gloss(const TextureView &texture, std::span<const float> gloss,
+                                      const HeightMap &height_map, int threads) {
+    const NormalRows normals(height_map);
     const GlossRows truth(gloss, normals, texture.size.columns);
-    return judged(texture, truth, threads,
-                  [&](RowSums &sums) { return std::make_unique<GlossLike>(texture, ground, sums); });
+    return compare_levels(texture, truth, threads, [&](RowSums &sums) {
+        return std::make_unique<GlossLike>(texture, height_map, sums);
+    });
 }
 
 } // namespace
@@ -233,18 +235,19 @@ std::vector<LevelError> judged_gloss(const TextureView &texture, std::span<const
 std::vector<LevelError> value_levels(const TextureView &texture, std::span<const float> values,
                                      std::size_t channels, int threads) {
     const ValueRows truth(values, texture.size.columns, channels);
-    return judged(texture, truth, threads,
-                  [&](RowSums &sums) { return std::make_unique<ValueJudge>(texture, channels, sums); });
+    return compare_levels(texture, truth, threads, [&](RowSums &sums) {
+        return std::make_unique<ValueComparer>(texture, channels, sums);
+    });
 }
 
 std::vector<LevelError> gloss_levels(const TextureView &texture, std::span<const float> gloss,
-                                     const Ground &ground, int threads) {
-    return judged_gloss<GlossJudge>(texture, gloss, ground, threads);
+                                     const HeightMap &height_map, int threads) {
+    return compare_gloss<GlossComparer>(texture, gloss, height_map, threads);
 }
 
 std::vector<LevelError> highlight_levels(const TextureView &texture, std::span<const float> gloss,
-                                         const Ground &ground, int threads) {
-    return judged_gloss<HighlightJudge>(texture, gloss, ground, threads);
+                                         const HeightMap &height_map, int threads) {
+    return compare_gloss<HighlightComparer>(texture, gloss, height_map, threads);
 }
 
 } // namespace paradize::reference

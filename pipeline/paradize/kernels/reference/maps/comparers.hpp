@@ -22,14 +22,15 @@ struct RowSums {
     std::vector<Level> levels;
 };
 
-// A judge with a thread's own decoders and its own largest errors of every level.
-class MapJudge : public Judge {
+// A comparer with a thread's own decoders and its own largest errors of every level.
+class MapComparer : public Comparer {
   public:
     // errors_per_texel: how many numbers a texel gives.
-    MapJudge(const TextureView &texture, std::size_t errors_per_texel, RowSums &sums);
+    MapComparer(const TextureView &texture, std::size_t errors_per_texel, RowSums &sums);
 
-    // The results of all judges of one kind as one. Reorders what they hold.
-    static std::vector<LevelError> results(std::vector<std::unique_ptr<Judge>> &judges, const RowSums &sums);
+    // The results of all comparers of one kind as one. Reorders what they hold.
+    static std::vector<LevelError> results(std::vector<std::unique_ptr<Comparer>> &comparers,
+                                           const RowSums &sums);
 
   protected:
     // Channel c of a decoded row, as doubles, in `to`.
@@ -54,16 +55,17 @@ std::size_t only_inside(double *errors, const double *mask, std::size_t count);
 double differences(const double *truth, const double *found, std::size_t count, double *errors,
                    double *squares);
 
-// Shows all levels to `threads` judges that `make` makes, and returns what they found.
+// Shows all levels to `threads` comparers that `make` makes, and returns what they found.
 template <typename Make>
-std::vector<LevelError> judged(const TextureView &texture, const Rows &truth, int threads, const Make &make) {
+std::vector<LevelError> compare_levels(const TextureView &texture, const Rows &truth, int threads,
+                                       const Make &make) {
     RowSums sums(texture);
-    std::vector<std::unique_ptr<Judge>> judges;
+    std::vector<std::unique_ptr<Comparer>> comparers;
     for (int k = 0; k < (threads < 1 ? 1 : threads); ++k) {
-        judges.push_back(make(sums));
+        comparers.push_back(make(sums));
     }
-    show_levels(texture.size, texture.levels.size(), truth, judges);
-    return MapJudge::results(judges, sums);
+    feed_levels(texture.size, texture.levels.size(), truth, comparers);
+    return MapComparer::results(comparers, sums);
 }
 
 } // namespace paradize::reference

@@ -1,4 +1,4 @@
-#include "reference/maps/judges.hpp"
+#include "reference/maps/comparers.hpp"
 
 #include <cmath>
 
@@ -37,7 +37,7 @@ RowSums::RowSums(const TextureView &texture) : levels(texture.levels.size()) {
     }
 }
 
-MapJudge::MapJudge(const TextureView &texture, std::size_t errors_per_texel, RowSums &sums)
+MapComparer::MapComparer(const TextureView &texture, std::size_t errors_per_texel, RowSums &sums)
     : sums_(sums), size_(texture.size) {
     for (std::size_t k = 0; k < texture.levels.size(); ++k) {
         const Size size = level_size(size_, k);
@@ -46,11 +46,11 @@ MapJudge::MapJudge(const TextureView &texture, std::size_t errors_per_texel, Row
     }
 }
 
-void MapJudge::decoded(std::size_t level, std::size_t y, std::size_t c, double *to) {
+void MapComparer::decoded(std::size_t level, std::size_t y, std::size_t c, double *to) {
     widen(texels_[level].row(y, c), columns(level), to);
 }
 
-void MapJudge::take(std::size_t level, std::size_t y, std::span<const double> errors, double sum) {
+void MapComparer::take(std::size_t level, std::size_t y, std::span<const double> errors, double sum) {
     sums_.levels[level].sums[y] = sum;
     sums_.levels[level].counts[y] = errors.size();
     largest_[level].add(errors);
@@ -66,12 +66,13 @@ std::size_t only_inside(double *errors, const double *mask, std::size_t count) {
     return kept;
 }
 
-std::vector<LevelError> MapJudge::results(std::vector<std::unique_ptr<Judge>> &judges, const RowSums &sums) {
+std::vector<LevelError> MapComparer::results(std::vector<std::unique_ptr<Comparer>> &comparers,
+                                             const RowSums &sums) {
     std::vector<LevelError> out(sums.levels.size());
-    auto &first = static_cast<MapJudge &>(*judges[0]);
+    auto &first = static_cast<MapComparer &>(*comparers[0]);
     for (std::size_t k = 0; k < out.size(); ++k) {
-        for (std::size_t j = 1; j < judges.size(); ++j) {
-            first.largest_[k].join(static_cast<MapJudge &>(*judges[j]).largest_[k]);
+        for (std::size_t j = 1; j < comparers.size(); ++j) {
+            first.largest_[k].join(static_cast<MapComparer &>(*comparers[j]).largest_[k]);
         }
         const RowSums::Level &level = sums.levels[k];
         out[k].sum = ordered_sum(level.sums);

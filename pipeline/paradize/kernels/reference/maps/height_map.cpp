@@ -1,4 +1,4 @@
-#include "reference/maps/ground.hpp"
+#include "reference/maps/height_map.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -176,10 +176,10 @@ class HalfSteps {
     std::vector<std::uint32_t> first_;
 };
 
-GroundRows::GroundRows(const Ground &ground)
-    : ground_(ground),
-      reach_(std::max(ground.taps.reach(), ground.codes.empty() ? 0 : ground.exact.reach())) {
-    const std::size_t columns = ground.size.columns;
+NormalRows::NormalRows(const HeightMap &height_map)
+    : height_map_(height_map),
+      reach_(std::max(height_map.taps.reach(), height_map.codes.empty() ? 0 : height_map.exact.reach())) {
+    const std::size_t columns = height_map.size.columns;
     const std::size_t wide = columns + 2 * reach_;
     for (Window *window : {&heights_, &halves_}) {
         window->lines.assign(2 * reach_ + 1, std::vector<double>(wide));
@@ -191,17 +191,17 @@ GroundRows::GroundRows(const Ground &ground)
         steepness->y.resize(columns);
     }
     corner_z_.resize(columns);
-    if (!ground.codes.empty()) {
-        half_steps_ = std::make_shared<const HalfSteps>(ground.codes);
+    if (!height_map.codes.empty()) {
+        half_steps_ = std::make_shared<const HalfSteps>(height_map.codes);
     }
 }
 
-std::unique_ptr<Rows> GroundRows::fresh() const {
-    return std::make_unique<GroundRows>(*this);
+std::unique_ptr<Rows> NormalRows::fresh() const {
+    return std::make_unique<NormalRows>(*this);
 }
 
 // The line of a window that row y, possibly outside, takes; fresh: whether it holds another row yet.
-std::vector<double> *GroundRows::line(Window &window, std::ptrdiff_t y, bool &fresh) const {
+std::vector<double> *NormalRows::line(Window &window, std::ptrdiff_t y, bool &fresh) const {
     const auto count = static_cast<std::ptrdiff_t>(window.lines.size());
     const auto slot = static_cast<std::size_t>((y % count + count) % count);
     fresh = window.held[slot] != y;
@@ -211,14 +211,14 @@ std::vector<double> *GroundRows::line(Window &window, std::ptrdiff_t y, bool &fr
 
 // Fills what is beyond both ends of a line from its middle; of a reflection the mirrored part counts by
 // `sign`.
-void GroundRows::pad(std::vector<double> &line, double sign) const {
-    const std::size_t columns = ground_.size.columns;
+void NormalRows::pad(std::vector<double> &line, double sign) const {
+    const std::size_t columns = height_map_.size.columns;
     double *middle = line.data() + reach_;
     for (std::size_t k = 1; k <= reach_; ++k) {
         const auto left = -static_cast<std::ptrdiff_t>(k);
         const auto right = static_cast<std::ptrdiff_t>(columns + k - 1);
         for (const std::ptrdiff_t x : {left, right}) {
-            const Place p = place(x, columns, ground_.wrap_x);
+            const Place p = place(x, columns, height_map_.wrap_x);
             line[static_cast<std::size_t>(x + static_cast<std::ptrdiff_t>(reach_))] =
                 p.reflected ? 2.0 * middle[p.about] + sign * middle[p.at] : middle[p.at];
         }
@@ -226,18 +226,18 @@ void GroundRows::pad(std::vector<double> &line, double sign) const {
 }
 
 // Row y, possibly outside, in float64; index 0 is column -reach.
-const double *GroundRows::padded(std::ptrdiff_t y) {
+const double *NormalRows::padded(std::ptrdiff_t y) {
     bool fresh = false;
     std::vector<double> &line = *this->line(heights_, y, fresh);
     if (!fresh) {
         return line.data();
     }
-    const std::size_t columns = ground_.size.columns;
+    const std::size_t columns = height_map_.size.columns;
     double *middle = line.data() + reach_;
-    const Place from = place(y, ground_.size.rows, ground_.wrap_y);
-    widen(&ground_.heights[from.at * columns], columns, middle);
+    const Place from = place(y, height_map_.size.rows, height_map_.wrap_y);
+    widen(&height_map_.heights[from.at * columns], columns, middle);
     if (from.reflected) {
-        const float *about = &ground_.heights[from.about * columns];
+        const float *about = &height_map_.heights[from.about * columns];
         for (std::size_t x = 0; x < columns; ++x) {
             middle[x] = 2.0 * about[x] - middle[x];
         }
@@ -248,19 +248,19 @@ const double *GroundRows::padded(std::ptrdiff_t y) {
 
 // How far each height of row y may be off: half of the widest gap between codes beside it. Beyond an edge the
 // parts of a reflection add up.
-const double *GroundRows::half_steps(std::ptrdiff_t y) {
+const double *NormalRows::half_steps(std::ptrdiff_t y) {
     bool fresh = false;
     std::vector<double> &line = *this->line(halves_, y, fresh);
     if (!fresh) {
         return line.data();
     }
-    const std::size_t columns = ground_.size.columns;
+    const std::size_t columns = height_map_.size.columns;
     double *middle = line.data() + reach_;
-    const Place from = place(y, ground_.size.rows, ground_.wrap_y);
+    const Place from = place(y, height_map_.size.rows, height_map_.wrap_y);
     for (std::size_t x = 0; x < columns; ++x) {
-        middle[x] = half_steps_->of(ground_.heights[from.at * columns + x]);
+        middle[x] = half_steps_->of(height_map_.heights[from.at * columns + x]);
         if (from.reflected) {
-            middle[x] += 2.0 * half_steps_->of(ground_.heights[from.about * columns + x]);
+            middle[x] += 2.0 * half_steps_->of(height_map_.heights[from.about * columns + x]);
         }
     }
     pad(line, 1.0);
@@ -268,8 +268,8 @@ const double *GroundRows::half_steps(std::ptrdiff_t y) {
 }
 
 // Slopes of row y by taps.
-void GroundRows::filtered(std::ptrdiff_t y, const Taps &taps, Steepness &out) {
-    const std::size_t columns = ground_.size.columns;
+void NormalRows::filtered(std::ptrdiff_t y, const Taps &taps, Steepness &out) {
+    const std::size_t columns = height_map_.size.columns;
     const std::size_t wide = work_.size();
     const std::vector<double> &smooth = taps.smooth;
     scaled(padded(y), wide, smooth[0], work_.data());
@@ -295,13 +295,13 @@ void GroundRows::filtered(std::ptrdiff_t y, const Taps &taps, Steepness &out) {
 }
 
 // How far the exact taps' slopes of row y may be off: every tap by its weight times its height's half step.
-void GroundRows::reached(std::ptrdiff_t y) {
-    const std::size_t columns = ground_.size.columns;
+void NormalRows::reached(std::ptrdiff_t y) {
+    const std::size_t columns = height_map_.size.columns;
     const double *here = half_steps(y) + reach_;
     std::fill(open_.x.begin(), open_.x.end(), 0.0);
     std::fill(open_.y.begin(), open_.y.end(), 0.0);
-    for (std::size_t k = 1; k <= ground_.exact.derivative.size(); ++k) {
-        const double weight = std::abs(ground_.exact.derivative[k - 1]);
+    for (std::size_t k = 1; k <= height_map_.exact.derivative.size(); ++k) {
+        const double weight = std::abs(height_map_.exact.derivative[k - 1]);
         const auto step = static_cast<std::ptrdiff_t>(k);
         add_sum(here + k, here - k, columns, weight, open_.x.data());
         add_sum(half_steps(y + step) + reach_, half_steps(y - step) + reach_, columns, weight,
@@ -310,65 +310,66 @@ void GroundRows::reached(std::ptrdiff_t y) {
 }
 
 // Slopes no farther from the exact ones than the half steps let them be.
-void GroundRows::hold() {
-    for (std::size_t x = 0; x < ground_.size.columns; ++x) {
+void NormalRows::hold() {
+    for (std::size_t x = 0; x < height_map_.size.columns; ++x) {
         slope_.x[x] = std::clamp(slope_.x[x], exact_.x[x] - open_.x[x], exact_.x[x] + open_.x[x]);
         slope_.y[x] = std::clamp(slope_.y[x], exact_.y[x] - open_.y[x], exact_.y[x] + open_.y[x]);
     }
 }
 
 // Of the four normals whose slopes lie farthest along both axes, the angle to the farthest.
-void GroundRows::cone(double *normals, double *degrees) {
-    const std::size_t columns = ground_.size.columns;
-    farthest({slope_.x.data(), open_.x.data(), ground_.scale_x},
+void NormalRows::cone(double *normals, double *degrees) {
+    const std::size_t columns = height_map_.size.columns;
+    farthest({slope_.x.data(), open_.x.data(), height_map_.scale_x},
              {slope_.y.data(), open_.y.data(), signed_scale_y()}, normals, normals + columns,
              normals + 2 * columns, columns, corner_.x.data(), corner_.y.data());
-    unit(corner_.x.data(), corner_.y.data(), columns, ground_.scale_x, signed_scale_y(), exact_.x.data(),
+    unit(corner_.x.data(), corner_.y.data(), columns, height_map_.scale_x, signed_scale_y(), exact_.x.data(),
          exact_.y.data(), corner_z_.data());
     angles_between({normals, normals + columns, normals + 2 * columns},
                    {exact_.x.data(), exact_.y.data(), corner_z_.data()}, columns, degrees);
 }
 
-void GroundRows::row(std::size_t y, double *out) {
-    const std::size_t columns = ground_.size.columns;
+void NormalRows::row(std::size_t y, double *out) {
+    const std::size_t columns = height_map_.size.columns;
     const auto at = static_cast<std::ptrdiff_t>(y);
-    filtered(at, ground_.taps, slope_);
-    const bool open = !ground_.codes.empty() && (ground_.held || ground_.cones);
+    filtered(at, height_map_.taps, slope_);
+    const bool open = !height_map_.codes.empty() && (height_map_.held || height_map_.cones);
     if (open) {
         reached(at);
     }
-    if (open && ground_.held) {
-        filtered(at, ground_.exact, exact_);
+    if (open && height_map_.held) {
+        filtered(at, height_map_.exact, exact_);
         hold();
     }
-    unit(slope_.x.data(), slope_.y.data(), columns, ground_.scale_x, signed_scale_y(), out, out + columns,
+    unit(slope_.x.data(), slope_.y.data(), columns, height_map_.scale_x, signed_scale_y(), out, out + columns,
          out + 2 * columns);
-    if (!ground_.islands.empty()) {
+    if (!height_map_.islands.empty()) {
         inside(y, out + 3 * columns);
     }
-    if (ground_.cones && open) {
+    if (height_map_.cones && open) {
         cone(out, out + cone_plane() * columns);
-    } else if (ground_.cones) {
+    } else if (height_map_.cones) {
         std::fill_n(out + cone_plane() * columns, columns, 0.0);
     }
 }
 
-void GroundRows::inside(std::size_t y, double *out) const {
-    const std::size_t columns = ground_.size.columns;
+void NormalRows::inside(std::size_t y, double *out) const {
+    const std::size_t columns = height_map_.size.columns;
     const auto reach = static_cast<std::ptrdiff_t>(reach_);
-    const std::int32_t *here = &ground_.islands[y * columns];
+    const std::int32_t *here = &height_map_.islands[y * columns];
     for (std::size_t x = 0; x < columns; ++x) {
         out[x] = here[x] >= 0 ? 1.0 : 0.0;
     }
     for (std::ptrdiff_t j = -reach; j <= reach; ++j) {
-        const Place row = place(static_cast<std::ptrdiff_t>(y) + j, ground_.size.rows, ground_.wrap_y);
-        const std::int32_t *there = &ground_.islands[row.at * columns];
+        const Place row =
+            place(static_cast<std::ptrdiff_t>(y) + j, height_map_.size.rows, height_map_.wrap_y);
+        const std::int32_t *there = &height_map_.islands[row.at * columns];
         // How far back the ids of the other row were last unlike: one walk along it, not one per texel.
         std::ptrdiff_t same = 0; // columns up to this one that hold one id
-        std::int32_t id = there[place(-reach, columns, ground_.wrap_x).at];
+        std::int32_t id = there[place(-reach, columns, height_map_.wrap_x).at];
         const auto end = static_cast<std::ptrdiff_t>(columns) + reach;
         for (std::ptrdiff_t x = -reach; x < end; ++x) {
-            const std::int32_t next = there[place(x, columns, ground_.wrap_x).at];
+            const std::int32_t next = there[place(x, columns, height_map_.wrap_x).at];
             same = next == id ? same + 1 : 1;
             id = next;
             const std::ptrdiff_t centre = x - reach;

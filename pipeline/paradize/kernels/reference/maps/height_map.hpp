@@ -21,7 +21,7 @@ struct Taps {
     std::size_t reach() const { return std::max(derivative.size(), smooth.size() - 1); }
 };
 
-struct Ground {
+struct HeightMap {
     std::span<const float> heights; // rows * columns, finite
     Size size;
     Taps taps;
@@ -44,11 +44,11 @@ class HalfSteps;
 // Planes x, y and z of unit normals. Then, where there are islands, one that is 1 where the texel is on an
 // island together with all that its taps touch, else 0. Then, with cones, one of degrees: between the normal
 // and the farthest whose slopes along x and y lie within the reach of the half steps (0 without codes).
-class GroundRows final : public Rows {
+class NormalRows final : public Rows {
   public:
-    explicit GroundRows(const Ground &ground);
-    std::size_t channels() const override { return cone_plane() + (ground_.cones ? 1 : 0); }
-    std::size_t cone_plane() const { return ground_.islands.empty() ? 3 : 4; }
+    explicit NormalRows(const HeightMap &height_map);
+    std::size_t channels() const override { return cone_plane() + (height_map_.cones ? 1 : 0); }
+    std::size_t cone_plane() const { return height_map_.islands.empty() ? 3 : 4; }
     void row(std::size_t y, double *out) override;
     std::unique_ptr<Rows> fresh() const override;
 
@@ -71,9 +71,11 @@ class GroundRows final : public Rows {
     void hold();
     void cone(double *normals, double *degrees);
     void inside(std::size_t y, double *out) const;
-    double signed_scale_y() const { return ground_.green_down ? -ground_.scale_y : ground_.scale_y; }
+    double signed_scale_y() const {
+        return height_map_.green_down ? -height_map_.scale_y : height_map_.scale_y;
+    }
 
-    Ground ground_;
+    HeightMap height_map_;
     std::size_t reach_;
     Window heights_;
     Window halves_;
