@@ -29,7 +29,7 @@ FLOORS = (
     {"kinds"},
     {"documents"},
     {"files"},
-    {"kernels", "data", "maps"},
+    {"kernels", "data", "maps", "artifact"},
     {"errors"},
 )
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}

@@ -34,7 +34,7 @@ def test_a_swapped_stage_changes_the_picture_and_none_changes_nothing(
     used = bake(path, tmp_path / "used", BuildOptions(tier="fast"))
     assert not used.errors
     orders = require(scene, material_colors_of(scene, path)[0]).orders
-    stages = swaps(orders, {row["name"]: row["tier"] for row in used.artifacts})
+    stages = swaps(orders, {row["name"]: row["tier"] for row in used.rows})
     names = [stage for stage, _ in stages]
     assert names[:3] == ["levels of detail", "terrain", "colour textures"]
     colors = next(tasks for stage, tasks in stages if stage == "colour textures")

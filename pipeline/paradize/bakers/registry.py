@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from paradize.artifact import Artifact
 
 Sources = dict[str, Path]
 Settings = dict[str, Any]
@@ -18,20 +20,11 @@ Settings = dict[str, Any]
 
 @dataclass(frozen=True)
 class Product:
-    """One artifact's bytes, or the file that holds them, in the room that the maker was given. name: which of
-    its order's products. errors: metric -> value, six digits. Of textures levels, format, reason and filter
-    are as in product.MapProduct."""
+    """One of a job's products: the bytes, or the file that holds them, in the room that the maker was given;
+    and what was measured of it, under the product's name."""
 
-    name: str
+    artifact: Artifact
     data: bytes | Path
-    suffix: str
-    tier: str
-    errors: dict[str, float]
-    warnings: list[str] = field(default_factory=list)
-    levels: list[dict[str, float]] = field(default_factory=list)
-    format: str | None = None
-    reason: str | None = None
-    filter: str | None = None
 
 
 # What is told of vertices as codes, where they are.
@@ -106,11 +99,11 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     )
     reason = libraries or None
     told = [{key: level[key] for key in LOD_FACTS if key in level} for level in levels]
-    return [
-        Product(
-            "mesh", made.glb, "glb", used, errors, list(made.report["warnings"]), told, reason=reason or None
-        )
-    ]
+    warnings = list(made.report["warnings"])
+    artifact = Artifact(
+        "mesh", suffix="glb", tier=used, errors=errors, levels=told, reason=reason, warnings=warnings
+    )
+    return [Product(artifact, made.glb)]
 
 
 def make_terrain(sources: Sources, settings: Settings, tier: str, room: Path) -> list[Product]:
@@ -119,11 +112,11 @@ def make_terrain(sources: Sources, settings: Settings, tier: str, room: Path) ->
 
     made = bake_tiles(sources["heightmap"], room, tier=tier, **settings)
     tree = {"tables": made.tables, "first_s": [tile.first_s for tile in made.tiles]}
-    found = [
-        Product("tree", json.dumps(tree, allow_nan=False).encode(), "json", made.tier, {}, made.warnings)
-    ]
+    record = Artifact("tree", suffix="json", tier=made.tier, warnings=made.warnings)
+    found = [Product(record, json.dumps(tree, allow_nan=False).encode())]
     for k, tile in enumerate(made.tiles):
-        found.append(Product(f"mesh_{k}" if k else "mesh", tile.file, "glb", made.tier, tile.errors))
+        name = f"mesh_{k}" if k else "mesh"
+        found.append(Product(Artifact(name, suffix="glb", tier=made.tier, errors=tile.errors), tile.file))
     return found
 
 
@@ -200,7 +193,7 @@ def make_sound(sources: Sources, settings: Settings, tier: str) -> list[Product]
     from paradize.bakers.sound import bake_sound
 
     made = bake_sound(sources["file"])
-    return [Product("sound", made.data, made.suffix, "exact", {})]
+    return [Product(Artifact("sound", suffix=made.suffix, tier="exact"), made.data)]
 
 
 def make_flight(sources: Sources, settings: Settings, tier: str) -> list[Product]:
@@ -208,14 +201,22 @@ def make_flight(sources: Sources, settings: Settings, tier: str) -> list[Product
     from paradize.metrics.flight import flight_error
 
     errors = flight_error(settings["flight"], settings["eye"], settings["target"], settings["speed"])
-    return [Product("flight", b"", "", tier, errors)]
+    return [Product(Artifact("flight", tier=tier, errors=errors), b"")]
 
 
 def _texture(name: str, made: Any) -> Product:
-    return Product(
-        name, made.data, "ktx2", made.tier, dict(made.errors), list(made.warnings),
-        made.levels, made.format, made.reason, made.filter,
-    )  # fmt: skip
+    artifact = Artifact(
+        name,
+        suffix="ktx2",
+        tier=made.tier,
+        errors=dict(made.errors),
+        levels=made.levels,
+        format=made.format,
+        reason=made.reason,
+        filter=made.filter,
+        warnings=list(made.warnings),
+    )
+    return Product(artifact, made.data)
 
 
 Maker = Callable[..., list[Product]]  # of sources, settings and tier; those of ROOMS of a folder too

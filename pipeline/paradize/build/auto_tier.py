@@ -13,15 +13,14 @@ from pathlib import Path
 from typing import Any
 
 from paradize.build.dial import next_label, setting_of
-from paradize.build.options import BuildOptions
+from paradize.build.options import BuildContext
 from paradize.build.tasks import Task, known, recall, run_tasks, task_of
 from paradize.build.tier_choice import AUTO, GROWN, LABELS, ORDER, cheapest, inside, limited, misses
 from paradize.errors import GroupedError, ParadizeError
 from paradize.scene.requirements import BakeJob
 from paradize.scene.schema import Limits
-from paradize.scene.settings import Scene
 from paradize.store.file_hashes import FileHashCache
-from paradize.store.local import Stamp, Store
+from paradize.store.local import Stamp
 
 FORMATTED = ("color", "maps")  # the makers whose formats a budget decides
 
@@ -38,33 +37,34 @@ class Bench:
     """What tasks are made with: see tasks.run_tasks. made: the seconds of those that it has baked, by
     key; what is baked once is not baked again."""
 
-    store: Store
-    room: Path
-    scene: Scene
+    context: BuildContext
     memory: FileHashCache
     stamps: Mapping[Path, Stamp | None]
-    how: BuildOptions
     made: dict[str, float] = field(default_factory=dict)
 
     def task(self, choice: _Choice, label: str) -> Task:
         tier = setting_of(label)[0] if label in GROWN else label
         grow = choice.asked != AUTO or label in GROWN
-        raw = self.how.uncompressed
-        return task_of(choice.order, self.memory, tier, self.scene, grow=grow, uncompressed=raw)
+        raw = self.context.how.uncompressed
+        return task_of(choice.order, self.memory, tier, self.context.scene, grow=grow, uncompressed=raw)
 
     def measure(self, tasks: list[Task]) -> None:
         """Finds out the tasks' errors: the store knows them, or the tasks are baked."""
-        if not self.how.force:
-            self.store.expect(task.key for task in tasks)
+        if not self.context.how.force:
+            self.context.store.expect(task.key for task in tasks)
         for task in tasks:
-            told = known(self.store, task) if not self.how.force or task.key in self.made else None
+            told = (
+                known(self.context.store, task)
+                if not self.context.how.force or task.key in self.made
+                else None
+            )
             task.products, task.status = told or {}, "reused" if told else "baked"
         self.bake(task for task in tasks if task.status == "baked")
 
     def take(self, tasks: list[Task]) -> None:
         """Sees to it that the tasks have what they made: from the store, or baked."""
         for task in tasks:
-            if task.status == "reused" and not recall(self.store, task):
+            if task.status == "reused" and not recall(self.context.store, task):
                 task.status = "baked"
         self.bake(task for task in tasks if task.status == "baked" and not task.data and not task.error)
         for task in tasks:
@@ -73,7 +73,7 @@ class Bench:
 
     def bake(self, tasks: Iterable[Task]) -> None:
         asked = list(tasks)
-        run_tasks(self.store, self.room, asked, self.stamps, self.how)
+        run_tasks(self.context.store, self.context.room, asked, self.stamps, self.context.how)
         self.made.update({task.key: task.seconds for task in asked if not task.error})
 
 
@@ -123,8 +123,8 @@ def bake_orders(bench: Bench, orders: list[BakeJob], later: Later) -> tuple[list
     """A task of each order, in the tier that is asked for or that `auto` finds; and what was tried, of those
     that `auto` decided and those beyond their budget, whose other tiers are measured too. Errors are in the
     tasks. later: what an earlier choice turned out to give."""
-    budget = bench.scene.budget
-    choices = [_Choice(order, bench.how.tier_of(order, bench.scene)) for order in orders]
+    budget = bench.context.scene.budget
+    choices = [_Choice(order, bench.context.how.tier_of(order, bench.context.scene)) for order in orders]
     for choice in choices:
         first = ORDER[0] if choice.asked == AUTO else choice.asked
         choice.tasks[first] = bench.task(choice, first)
@@ -136,7 +136,7 @@ def bake_orders(bench: Bench, orders: list[BakeJob], later: Later) -> tuple[list
                 products = choice.tasks[tier].products
                 names = {want.product: want.artifact for want in choice.order.wants}
                 errors = {
-                    key: product["errors"] | later.get(names.get(key, ""), {}).get(tier, {})
+                    key: product.errors | later.get(names.get(key, ""), {}).get(tier, {})
                     for key, product in products.items()
                 }
                 choice.measured[tier] = limited(errors, budget)

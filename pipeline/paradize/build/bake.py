@@ -1,4 +1,4 @@
-"""Requirements -> tasks -> artifacts, published with one commit (publish.py).
+"""Requirements -> tasks -> artifacts, published as one (publish.py).
 
 What a bake reads and where it keeps what it makes is here; tasks and their keys are in tasks.py.
 """
@@ -13,9 +13,9 @@ from paradize.build.auto_tier import Bench, Later, bake_orders
 from paradize.build.budget_metrics import measured_by, unmeasured
 from paradize.build.job_inputs import keep_inputs
 from paradize.build.material_colors import material_colors_of
-from paradize.build.options import BuildOptions
+from paradize.build.options import BuildContext, BuildOptions
 from paradize.build.provenance import BakeReport, record_name, remember, unchanged_bake
-from paradize.build.publish import commit, report_of
+from paradize.build.publish import publish, report_of
 from paradize.build.tasks import flight_order, known_tiers, run_tasks, task_of
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
@@ -52,7 +52,10 @@ def bake(scene_path: Path, out: Path | None = None, how: BuildOptions | None = N
         pool = how.pool or WorkerPool()  # the same workers bake and measure
         try:
             with store.in_use(), store.locked(lock), store.room(lock) as room:
-                report = _bake(store, room, name, scene_path, was, scene, folder, replace(how, pool=pool))
+                flight = plan_flight(scene.flight)
+                used = replace(how, pool=pool)
+                context = BuildContext(store, room, scene_path, scene, flight, folder, used)
+                report = _bake(context, name, was)
         finally:
             if pool is not how.pool:
                 pool.stop()
@@ -68,20 +71,12 @@ def _store(how: BuildOptions) -> Store:
     return SharedStore(default_root(), how.store)
 
 
-def _bake(
-    store: Store,
-    room: Path,
-    name: str,
-    scene_path: Path,
-    was: Stamp | None,
-    scene: Scene,
-    out: Path,
-    how: BuildOptions,
-) -> BakeReport:
+def _bake(context: BuildContext, name: str, was: Stamp | None) -> BakeReport:
+    """name: under which the bake is remembered. was: the scene file's stamp before it was read."""
+    store, scene, scene_path, how = context.store, context.scene, context.scene_path, context.how
     code = code_files("paradize.build.bake")
-    flight = plan_flight(scene.flight)
     looks, libraries, absent = material_colors_of(scene, scene_path)
-    orders = [*require(scene, looks).orders, flight_order(scene, flight)]
+    orders = [*require(scene, looks).orders, flight_order(scene, context.flight)]
     for order in orders:
         if how.whole and order.maker == "terrain":
             order.settings["sight"] = None
@@ -91,20 +86,20 @@ def _bake(
     memory = FileHashCache.from_json(last["memory"] if isinstance(last, dict) and "memory" in last else None)
     inputs = [*libraries, *(path for order in orders for path in order.sources.values())]
     stamps = {path: stamp(path) for path in [*inputs, *code]} | {resolved(scene_path): was}
-    bench = Bench(store, room, scene, memory, stamps, how)
+    bench = Bench(context, memory, stamps)
     later: Later = {}
     while True:
         tasks, tried = bake_orders(bench, orders, later)
-        report = report_of(scene, out, tasks, tried)
-        if report.errors or commit(store, scene, scene_path, flight, out, tasks, report, how, later):
+        report = report_of(context, tasks, tried)
+        if report.errors or publish(context, tasks, report, later):
             break
     told = store.settle()
-    reused = [row for row in report.artifacts if row["status"] == "reused"]
-    report.fetched = sum(row["sha256"] in store.fetched for row in reused)
-    report.pushed = sum(row["sha256"] in store.pushed for row in report.artifacts)
+    reused = [one for one in report.artifacts if one.status == "reused"]
+    report.fetched = sum(one.sha256 in store.fetched for one in reused)
+    report.pushed = sum(one.sha256 in store.pushed for one in report.artifacts)
     # What was edited meanwhile is not remembered, so that the next bake looks at everything anew.
     if how.usual and not report.errors and all(stamp(path) == old for path, old in stamps.items()):
-        keep_inputs(store, out, scene, tasks, memory, how)
+        keep_inputs(store, context.out, scene, tasks, memory, how)
         remember(store, name, report, list(stamps), absent, memory)
     report.warnings += told
     return report
@@ -141,7 +136,7 @@ def derive(
     stamps = {path: stamp(path) for order in orders for path in order.sources.values()}
     run_tasks(store, store.root / "rooms", tasks, stamps, how)
     made = {
-        want.artifact: str(task.products[want.product]["sha256"])
+        want.artifact: str(task.products[want.product].sha256)
         for task in tasks
         for want in task.wants
         if want.kind and want.product in task.products

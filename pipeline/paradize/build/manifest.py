@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from math import sqrt
 from typing import Any
 
+from paradize.artifact import PUBLISHED, Artifact
 from paradize.errors import FormatError
 from paradize.formats.glb.document import glb_document
 from paradize.formats.scene_manifest import FORMAT, VERSION
@@ -71,39 +72,24 @@ def build_manifest(
     scene: Scene,
     flight: Flight,
     flight_errors: dict[str, float],
-    artifacts: dict[str, dict[str, Any]],
+    artifacts: dict[str, Artifact],
     facts: dict[str, MeshFacts],
     met: dict[str, ObjectSighting],
     gutters: dict[str, dict[str, Any]],
     pixels: dict[str, float],
     ground: dict[str, Any] | None,
-    tried: dict[str, Any],
-    asked: dict[str, dict[str, Any]],
 ) -> dict[str, Any]:
-    """The manifest. artifacts: name -> its entry, as build/bake.py has it; facts: by the artifact's name;
-    met, gutters (as gutter_limits.measure_gutters returns them) and pixels (as nearest_view.least_pixels
-    does): by the object's name. ground: the terrain's tables and when each of its tiles is first needed, as
-    registry.make_terrain tells them. tried: by the artifact's name, as auto_tier.Tried.
-    asked: by the artifact's name, as trim.cut tells it."""
+    """The manifest. artifacts, facts: by the artifact's name; met, gutters (as gutter_limits.measure_gutters
+    returns them) and pixels (as nearest_view.least_pixels does): by the object's name. ground: the terrain's
+    tables and when each of its tiles is first needed, as registry.make_terrain tells them."""
     tiles = _tiles(ground)
     entries = {}
-    for name, entry in artifacts.items():
-        owner, _, key = name.rpartition("_")
-        gutter = gutters[owner]["maps"].get(key) if owner in gutters else None
-        entries[name] = (
-            {"levels": []}
-            | entry
-            | {
-                "first_needed_s": met[owner].first_s if owner in met else tiles.get(name, 0.0),
-                "max_level": gutter["max_level"] if gutter else None,
-                "asked": asked.get(name),
-                "gutter": {fact: value for fact, value in gutter.items() if fact != "max_level"}
-                if gutter
-                else None,
-            }
-        )
-        if name in facts and owner in pixels:
-            entries[name]["levels"] = _seen(entry.get("levels", []), facts[name], pixels[owner])
+    for name, one in artifacts.items():
+        owner = name.rpartition("_")[0]
+        first_s = met[owner].first_s if owner in met else tiles.get(name, 0.0)
+        seen = name in facts and owner in pixels
+        levels = _seen(one.levels, facts[name], pixels[owner]) if seen else one.levels
+        entries[name] = replace(one, first_needed_s=first_s, levels=levels).to_json(PUBLISHED)
     head = scene.head
     return {
         "format": FORMAT,
@@ -119,7 +105,7 @@ def build_manifest(
         "streaming": sorted(entries, key=lambda name: _rank(name, entries)),
         "budget": _plain(scene.budget),
         "check": {"severity": scene.check, "waivers": [_waiver(item) for item in scene.waivers]}
-        | {"tried": tried},
+        | {"tried": {name: one.tried for name, one in artifacts.items() if one.tried}},
         "sun": {
             "direction": sun_direction(scene.sun.azimuth_deg, scene.sun.elevation_deg),
             "color": list(scene.sun.color),

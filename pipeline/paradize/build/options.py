@@ -5,10 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from paradize.jobs.pool import WorkerPool
+from paradize.scene.flight import Flight
 from paradize.scene.requirements import BakeJob
 from paradize.scene.settings import Scene
+from paradize.store.local import Store
 
 
 class Watcher:
@@ -63,3 +66,17 @@ class BuildOptions:
         names = [order.name, *(want.artifact for want in order.wants)]
         named = (self.tiers[name] for name in names if name in self.tiers)
         return next(named, self.tier or scene.head.tier)
+
+
+@dataclass(frozen=True)
+class BuildContext:
+    """A scene that is being baked. room: a folder for what workers write. scene_path: its file. out: where
+    the artifacts go."""
+
+    store: Store
+    room: Path
+    scene_path: Path
+    scene: Scene
+    flight: Flight
+    out: Path
+    how: BuildOptions

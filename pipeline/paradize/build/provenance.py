@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from paradize.artifact import REPORTED, Artifact
 from paradize.documents import SCENE_FILE
 from paradize.errors import ParadizeError
 from paradize.files import resolved
@@ -33,13 +34,11 @@ OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only whole f
 
 @dataclass
 class BakeReport:
-    """What a bake did. artifacts: rows {name, file, sha256, bytes, tier, errors, status, seconds, over, and
-    of textures levels, format, reason, filter}; status: baked, reused or failed; over: the metrics beyond
-    their budget, as text; levels, reason: as of product.MapProduct. fetched, pushed:
-    how many of the artifacts came from a shared store, and went there."""
+    """What a bake did. fetched, pushed: how many of the artifacts came from a shared store, and went
+    there."""
 
     out: Path
-    artifacts: list[dict[str, Any]] = field(default_factory=list)
+    artifacts: list[Artifact] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     errors: list[ParadizeError] = field(default_factory=list)
     seconds: float = 0.0
@@ -49,12 +48,17 @@ class BakeReport:
 
     def count(self, status: str) -> int:
         """How many artifacts were baked, reused or failed."""
-        return sum(row["status"] == status for row in self.artifacts)
+        return sum(one.status == status for one in self.artifacts)
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """The artifacts as `bake --json` prints them."""
+        return [one.to_json(REPORTED) for one in self.artifacts]
 
     def as_json(self) -> dict[str, Any]:
         """The object that `bake --json` prints."""
         told: dict[str, Any] = {
-            "artifacts": self.artifacts,
+            "artifacts": self.rows,
             "baked": self.count("baked"),
             "reused": self.count("reused"),
             "failed": self.count("failed"),
@@ -101,10 +105,10 @@ def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeRepor
         return None
     if any(stamp(Path(path)) for path in record["absent"]):
         return None
-    rows = [row | {"status": "reused", "seconds": 0.0} for row in record["artifacts"]]
+    rows = [Artifact.from_json(row | {"status": "reused", "seconds": 0.0}) for row in record["artifacts"]]
     report = BakeReport(Path(record["out"]), rows, list(record["warnings"]), budget=dict(record["budget"]))
     try:
-        if strays(report.out, {row["file"] for row in rows}):
+        if strays(report.out, {str(one.file) for one in rows}):
             return None  # the next commit sweeps them
     except OSError:
         return None
@@ -161,12 +165,12 @@ def remember(
     memory: FileHashCache,
 ) -> None:
     """Keeps what a finished bake read, ran and wrote. absent: files that it looked for in vain."""
-    outputs = [report.out / SCENE_FILE, *(report.out / row["file"] for row in report.artifacts)]
+    outputs = [report.out / SCENE_FILE, *(report.out / str(one.file) for one in report.artifacts)]
     files = list(dict.fromkeys([*inputs, *code_files("paradize.build.bake"), *outputs]))
     record = {
         "out": str(report.out),
         "libraries": list(library_versions()),
-        "artifacts": report.artifacts,
+        "artifacts": report.rows,
         "warnings": report.warnings,
         "budget": report.budget,
         "absent": [str(path) for path in absent],

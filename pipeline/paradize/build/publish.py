@@ -2,230 +2,263 @@
 
 Artifacts carry their hash in the name, so the old scene.json and its files stay whole until the new one
 stands; files that it no longer names are swept afterwards. If anything fails, the old scene.json stays.
+
+`publish` reads in order: collect, compare with the scene, measure, learn, trim, limit, write.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from paradize.artifact import Artifact
 from paradize.build.artifacts import Artifacts, keep_artifact, read_artifact
 from paradize.build.auto_tier import Later, Tried
 from paradize.build.manifest import MeshFacts, build_manifest, mesh_facts
 from paradize.build.nearest_view import known_pixels
 from paradize.build.object_measurements import measure_objects
-from paradize.build.options import BuildOptions
+from paradize.build.options import BuildContext
 from paradize.build.provenance import BakeReport, strays
-from paradize.build.tasks import MEASURED, Task
+from paradize.build.tasks import Task
 from paradize.build.tier_choice import AUTO
-from paradize.build.trim import Asked, ask, cut, cut_gutter, cut_row
+from paradize.build.trim import ask, trimmed
 from paradize.documents import SCENE_FILE, parse_json
 from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError
 from paradize.files import read_file
 from paradize.formats.device import device_bytes
 from paradize.formats.scene_manifest import encode_scene
 from paradize.scene.budget import excesses
-from paradize.scene.flight import Flight
-from paradize.scene.requirements import meet
+from paradize.scene.requirements import ObjectSighting, meet
 from paradize.scene.settings import Scene
 from paradize.store.atomic import flush_folder, write_whole
-from paradize.store.local import Store, hash_file, stamp
+from paradize.store.local import hash_file, stamp
 
 
-def report_of(scene: Scene, out: Path, tasks: list[Task], tried: Tried) -> BakeReport:
+@dataclass
+class _Made:
+    """What the tasks made, by artifact; each step below replaces what it changes. data: where the bytes are.
+    meshes: what is read of each object's. flight_errors, tree: of the camera's path and of the terrain.
+    gutters: by object, as gutter_limits.measure_gutters returns them."""
+
+    artifacts: dict[str, Artifact]
+    data: dict[str, Path] = field(default_factory=dict)
+    meshes: dict[str, MeshFacts] = field(default_factory=dict)
+    flight_errors: dict[str, float] = field(default_factory=dict)
+    tree: dict[str, Any] | None = None
+    gutters: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    @property
+    def hashes(self) -> dict[str, str]:
+        return {name: str(one.sha256) for name, one in self.artifacts.items()}
+
+    @property
+    def tiles(self) -> set[str]:
+        """The terrain's meshes, of which there may be more than memory holds."""
+        return {name for name, one in self.artifacts.items() if one.kind == "mesh"} - self.meshes.keys()
+
+
+def report_of(context: BuildContext, tasks: list[Task], tried: Tried) -> BakeReport:
     """What was baked, and what is beyond its budget. tried: as auto_tier.bake_orders tells it."""
-    report = BakeReport(out, budget=scene.budget.soft | scene.budget.hard)
+    budget = context.scene.budget
+    report = BakeReport(context.out, budget=budget.soft | budget.hard)
     for task in tasks:
         if task.error:
             report.errors += task.error.errors if isinstance(task.error, GroupedError) else [task.error]
         for want in task.wants:
-            product = task.products.get(want.product)
-            report.warnings += product["warnings"] if product else []
-            if not want.kind:
-                continue
-            row: dict[str, Any] = {"name": want.artifact, "file": None, "sha256": None, "bytes": 0}
-            row |= {"tier": None, "errors": {}, "status": task.status, "seconds": round(task.seconds, 3)}
-            row |= {"levels": [], "format": None, "reason": None, "filter": None}
-            row["tried"] = tried.get(want.artifact)
-            if product:
-                file = f"{want.artifact}-{product['sha256'][:8]}.{product['suffix']}"
-                size = task.data[want.product].stat().st_size
-                row |= {"file": file, "sha256": product["sha256"], "bytes": size}
-                row |= {key: product[key] for key in MEASURED}
-            row["over"] = [str(excess) for excess in excesses(scene.budget, row["errors"])]
-            report.warnings += [f"{want.artifact}: {text}" for text in row["over"]]
-            report.artifacts.append(row)
+            made = task.products.get(want.product, Artifact(want.product))
+            report.warnings += made.warnings
+            if want.kind:
+                size = task.data[want.product].stat().st_size if made.sha256 else 0
+                one = replace(made, name=want.artifact, kind=want.kind, bytes=size, status=task.status)
+                one = replace(one, seconds=round(task.seconds, 3), tried=tried.get(want.artifact))
+                one = _judged(context.scene, one)
+                report.warnings += [f"{one.name}: {text}" for text in one.over]
+                report.artifacts.append(one)
     report.warnings = list(dict.fromkeys(report.warnings))
     return report
 
 
-def _lit(scene: Scene, row: dict[str, Any], bumps: list[dict[str, float]]) -> list[str]:
-    """Adds what was measured of a mesh's levels under its bumps to its row; warnings, of budgets exceeded."""
-    row["levels"] = [level | more for level, more in zip(row["levels"], bumps, strict=True)]
-    worst = {
-        f"lod_{key}": max(level[key] for level in bumps) for key in ("mapped_p99_deg", "mapped_mean_deg")
-    }
-    row["errors"] = row["errors"] | worst
-    over = [str(excess) for excess in excesses(scene.budget, worst)]
-    row["over"] = [*row["over"], *over]
-    return [f"{row['name']}: {text}" for text in over]
-
-
-def _learnt(scene: Scene, row: dict[str, Any], later: Later) -> bool:
-    """Whether a mesh that `auto` chose is beyond its budget under its bumps, which was not known then: its
-    errors with that tier are added to `later`."""
-    tried = row["tried"]
-    if not tried or tried["asked"] != AUTO or tried["taken"] in later.get(row["name"], {}):
-        return False
-    found = {metric: value for metric, value in row["errors"].items() if metric.startswith("lod_mapped_")}
-    if not excesses(scene.budget, found):
-        return False
-    later.setdefault(row["name"], {})[tried["taken"]] = found
-    return True
-
-
-def commit(
-    store: Store,
-    scene: Scene,
-    scene_path: Path,
-    flight: Flight,
-    out: Path,
-    tasks: list[Task],
-    report: BakeReport,
-    how: BuildOptions,
-    later: Later,
-) -> bool:
-    """Measures the gutters, builds scene.json and publishes everything; adds what goes wrong to the report's
-    errors. False, and nothing is published, where it measured what `auto` must know: added to `later`."""
-    entries: dict[str, dict[str, Any]] = {}
-    files: dict[str, tuple[Path, str]] = {}
-    facts = {}
-    rows = {row["name"]: row for row in report.artifacts}
-    tried = {name: row["tried"] for name, row in rows.items() if row["tried"]}
-    flight_errors: dict[str, float] = {}
-    ground: dict[str, Any] | None = None
+def publish(context: BuildContext, tasks: list[Task], report: BakeReport, later: Later) -> bool:
+    """Publishes what the tasks made, with a scene.json; adds what goes wrong to the report's errors, and then
+    nothing is published. False, and nothing is published either, where it measured what `auto` must know:
+    added to `later`."""
+    made = _Made({one.name: one for one in report.artifacts})
     try:
-        for task in tasks:
-            for want in task.wants:
-                data, product = task.data[want.product], task.products[want.product]
-                if want.product == "flight":
-                    flight_errors = product["errors"]
-                if want.product == "tree":
-                    ground = parse_json(read_artifact(data))
-                if not want.kind:
-                    continue
-                row = rows[want.artifact]
-                files[row["file"]] = (data, row["sha256"])
-                entries[want.artifact] = {"file": row["file"], "kind": want.kind} | {
-                    key: row[key] for key in ("sha256", "bytes", "tier", "errors", "levels")
-                }
-                if want.kind == "mesh" and not want.many:
-                    facts[want.artifact] = mesh_facts(read_artifact(data), row["file"])
-        for i, item in enumerate(scene.objects):
-            known = facts[f"{item.name}_mesh"].materials
-            for material in item.materials:
-                if material not in known:
-                    place = f"object[{i}].material.{material}"
-                    mend = f"it has: {', '.join(known)}"
-                    what = f"the mesh of {item.name} has no such material"
-                    report.errors.append(SceneError(what, file=scene_path, place=place, mend=mend))
+        _collect(made, tasks)
+        report.errors += _missing_materials(context, made)
         if report.errors:
             return True
-        report.warnings += [f"flight: {excess}" for excess in excesses(scene.budget, flight_errors)]
-        objects = {item.name: facts[f"{item.name}_mesh"] for item in scene.objects}
-        bounds = {name: (known.center, known.radius_m) for name, known in objects.items()}
-        met = meet(scene, flight, bounds)
-        names = {name: list(known.materials) for name, known in objects.items()}
-        held = {name: files[entry["file"]][0] for name, entry in entries.items()}
-        tiles = {name for name, entry in entries.items() if entry["kind"] == "mesh"} - facts.keys()
-        texels = Artifacts(held, tiles)
-        hashes = {name: entry["sha256"] for name, entry in entries.items()}
-        measured, errors = measure_objects(store, scene, met, names, held, hashes, how)
-        report.errors += errors
-        if errors:
+        report.warnings += [
+            f"flight: {excess}" for excess in excesses(context.scene.budget, made.flight_errors)
+        ]
+        met = _sightings(context, made)
+        bumps = _measure(context, made, met, report)
+        if report.errors:
             return True
-        gutters = measured["gutters"]
-        for name, bumps in measured["bumps"].items():
-            mesh = rows[f"{name}_mesh"]
-            report.warnings += _lit(scene, mesh, bumps["levels"])
-            entries[mesh["name"]] |= {key: mesh[key] for key in ("errors", "levels")}
-        learnt = [_learnt(scene, rows[f"{name}_mesh"], later) for name in measured["bumps"]]
-        if any(learnt):
+        if _learn(context.scene, made, bumps, later):
             return False
-        pixels = known_pixels(store, scene, flight, held, hashes, force=how.force)
-        asked = {} if how.whole else ask(store, scene, texels, hashes, facts, how)
-        told = _cut(store, asked, scene, rows, entries, files, facts, gutters)
-        over = excesses(scene.budget, _sums(scene, [data for data, _ in files.values()]))
-        if (how.tier or scene.head.tier) == AUTO:
-            mend = "take something out, or allow more"
-            for one in over:
-                if one.hard:
-                    error = SceneError(str(one), file=scene_path, place=f"budget.{one.metric}", mend=mend)
-                    report.errors.append(error)
-            if report.errors:
-                return True
-        report.warnings += [f"scene: {one}" for one in over]
-        manifest = encode_scene(
-            build_manifest(
-                scene, flight, flight_errors, entries, facts, met, gutters, pixels, ground, tried, told
-            )
+        pixels = known_pixels(
+            context.store, context.scene, context.flight, made.data, made.hashes, force=context.how.force
         )
-        report.warnings += _publish(out, files, manifest)
+        _trim(context, made)
+        _limit(context, made, report)
+        if report.errors:
+            return True
+        manifest = build_manifest(
+            context.scene,
+            context.flight,
+            made.flight_errors,
+            made.artifacts,
+            made.meshes,
+            met,
+            made.gutters,
+            pixels,
+            made.tree,
+        )
+        files = {str(one.file): (made.data[name], one.sha256) for name, one in made.artifacts.items()}
+        report.warnings += _write(context.out, files, encode_scene(manifest))
     except ParadizeError as error:
         report.errors.append(error)
+    finally:
+        report.artifacts = list(made.artifacts.values())
     return True
 
 
-def _sums(scene: Scene, files: list[Path]) -> dict[str, float]:
-    """What the budget limits of all artifacts together, in MB."""
-    found = {}
-    if "folder_mb" in scene.budget.aim:
-        found["folder_mb"] = sum(data.stat().st_size for data in files) / 1e6
-    if "gpu_mb" in scene.budget.aim:
-        found["gpu_mb"] = sum(device_bytes(read_artifact(data)) for data in files) / 1e6
-    return found
+def _judged(scene: Scene, one: Artifact) -> Artifact:
+    """With the metrics that are beyond the scene's budget."""
+    return replace(one, over=[str(excess) for excess in excesses(scene.budget, one.errors)])
 
 
-def _cut(
-    store: Store,
-    asked: Asked,
-    scene: Scene,
-    rows: dict[str, dict[str, Any]],
-    entries: dict[str, dict[str, Any]],
-    files: dict[str, tuple[Path, str]],
-    facts: dict[str, MeshFacts],
-    gutters: dict[str, dict[str, Any]],
-) -> dict[str, dict[str, Any]]:
-    """Takes out of everything what no view asks for; by artifact, what scene.json tells of that."""
-    found = {}
-    for name, wanted in asked.items():
-        row = rows[name]
-        kind, (owner, _, key) = entries[name]["kind"], name.rpartition("_")
-        if kind == "mesh" and name not in facts:
+def _collect(made: _Made, tasks: list[Task]) -> None:
+    """Where the bytes of all artifacts are, and what is read of some."""
+    for task in tasks:
+        for want in task.wants:
+            data, product = task.data[want.product], task.products[want.product]
+            if want.product == "flight":
+                made.flight_errors = product.errors
+            if want.product == "tree":
+                made.tree = parse_json(read_artifact(data))
+            if want.kind:
+                made.data[want.artifact] = data
+            if want.kind == "mesh" and not want.many:
+                file = str(made.artifacts[want.artifact].file)
+                made.meshes[want.artifact] = mesh_facts(read_artifact(data), file)
+
+
+def _missing_materials(context: BuildContext, made: _Made) -> list[ParadizeError]:
+    """The materials that the scene sets and its meshes lack."""
+    errors: list[ParadizeError] = []
+    for i, item in enumerate(context.scene.objects):
+        known = made.meshes[f"{item.name}_mesh"].materials
+        for material in item.materials:
+            if material not in known:
+                place = f"object[{i}].material.{material}"
+                mend = f"it has: {', '.join(known)}"
+                what = f"the mesh of {item.name} has no such material"
+                errors.append(SceneError(what, file=context.scene_path, place=place, mend=mend))
+    return errors
+
+
+def _sightings(context: BuildContext, made: _Made) -> dict[str, ObjectSighting]:
+    """How the flight meets each object."""
+    objects = {item.name: made.meshes[f"{item.name}_mesh"] for item in context.scene.objects}
+    bounds = {name: (known.center, known.radius_m) for name, known in objects.items()}
+    return meet(context.scene, context.flight, bounds)
+
+
+def _measure(
+    context: BuildContext, made: _Made, met: dict[str, ObjectSighting], report: BakeReport
+) -> list[str]:
+    """Adds what is measured of each object's files together: the gutters of its maps, and its levels of
+    detail under its normal map. Returns the meshes of those with a normal map."""
+    scene = context.scene
+    names = {item.name: list(made.meshes[f"{item.name}_mesh"].materials) for item in scene.objects}
+    measured, errors = measure_objects(context.store, scene, met, names, made.data, made.hashes, context.how)
+    report.errors += errors
+    if errors:
+        return []
+    made.gutters = measured["gutters"]
+    for owner, told in made.gutters.items():
+        for key, facts in told["maps"].items():
+            if facts:
+                rest = {name: value for name, value in facts.items() if name != "max_level"}
+                name = f"{owner}_{key}"
+                made.artifacts[name] = replace(
+                    made.artifacts[name], max_level=facts["max_level"], gutter=rest
+                )
+    for owner, told in measured["bumps"].items():
+        mesh = made.artifacts[f"{owner}_mesh"]
+        levels = told["levels"]
+        worst = {
+            f"lod_{key}": max(level[key] for level in levels) for key in ("mapped_p99_deg", "mapped_mean_deg")
+        }
+        more = [level | found for level, found in zip(mesh.levels, levels, strict=True)]
+        over = [str(excess) for excess in excesses(scene.budget, worst)]
+        report.warnings += [f"{mesh.name}: {text}" for text in over]
+        made.artifacts[mesh.name] = replace(
+            mesh, levels=more, errors=mesh.errors | worst, over=[*mesh.over, *over]
+        )
+    return [f"{owner}_mesh" for owner in measured["bumps"]]
+
+
+def _learn(scene: Scene, made: _Made, meshes: list[str], later: Later) -> bool:
+    """Whether a mesh that `auto` chose is beyond its budget under its normal map, which was not known then:
+    its errors with that tier are added to `later`."""
+    learnt = False
+    for name in meshes:
+        one = made.artifacts[name]
+        if not one.tried or one.tried["asked"] != AUTO or one.tried["taken"] in later.get(name, {}):
             continue
-        maps = gutters[owner]["maps"] if owner in gutters else {}
-        facts_of_map = maps.get(key)
-        most = facts_of_map["max_level"] if facts_of_map else None
-        rest, found[name] = cut(wanted, kind, row, files[row["file"]][0], most)
-        row["left_out"] = left = found[name]["left_out"]
+        found = {metric: value for metric, value in one.errors.items() if metric.startswith("lod_mapped_")}
+        if excesses(scene.budget, found):
+            later.setdefault(name, {})[one.tried["taken"]] = found
+            learnt = True
+    return learnt
+
+
+def _trim(context: BuildContext, made: _Made) -> None:
+    """Takes out of everything what no view asks for."""
+    if context.how.whole:
+        return
+    data = Artifacts(made.data, made.tiles)
+    asked = ask(context.store, context.scene, data, made.hashes, made.meshes, context.how)
+    for name, wanted in asked.items():
+        one = made.artifacts[name]
+        if one.kind == "mesh" and name not in made.meshes:
+            continue
+        made.artifacts[name], rest = trimmed(one, wanted, made.data[name])
         if rest is None:
             continue
-        del files[row["file"]]
-        row |= cut_row(row, rest, left)
-        row["over"] = [str(excess) for excess in excesses(scene.budget, row["errors"])]
-        files[row["file"]] = (keep_artifact(store, rest)[1], row["sha256"])
-        entries[name] |= {fact: row[fact] for fact in ("file", "sha256", "bytes", "errors", "levels")}
-        if facts_of_map:
-            maps[key] = cut_gutter(facts_of_map, left)
-        if name in facts:
-            lods = facts[name].lods[left:]
+        made.artifacts[name] = _judged(context.scene, made.artifacts[name])
+        made.data[name] = keep_artifact(context.store, rest)[1]
+        if name in made.meshes:
+            lods = made.meshes[name].lods[made.artifacts[name].left_out :]
             known = tuple((f"lod{k}", error_m) for k, (_, error_m) in enumerate(lods))
-            facts[name] = replace(facts[name], lods=known)
-    return found
+            made.meshes[name] = replace(made.meshes[name], lods=known)
 
 
-def _publish(out: Path, files: dict[str, tuple[Path, str]], manifest: bytes) -> list[str]:
+def _limit(context: BuildContext, made: _Made, report: BakeReport) -> None:
+    """Compares all artifacts together with the budget: warnings; errors of a hard limit with tier `auto`."""
+    budget = context.scene.budget
+    sums = {}
+    if "folder_mb" in budget.aim:
+        sums["folder_mb"] = sum(one.bytes for one in made.artifacts.values()) / 1e6
+    if "gpu_mb" in budget.aim:
+        sums["gpu_mb"] = sum(device_bytes(read_artifact(data)) for data in made.data.values()) / 1e6
+    over = excesses(budget, sums)
+    if (context.how.tier or context.scene.head.tier) == AUTO:
+        mend = "take something out, or allow more"
+        report.errors += [
+            SceneError(str(one), file=context.scene_path, place=f"budget.{one.metric}", mend=mend)
+            for one in over
+            if one.hard
+        ]
+    if not report.errors:
+        report.warnings += [f"scene: {one}" for one in over]
+
+
+def _write(out: Path, files: dict[str, tuple[Path, str | None]], manifest: bytes) -> list[str]:
     """Writes artifacts (file name -> the file that holds them, SHA-256), then scene.json, then sweeps what it
     no longer names; returns warnings.
 
@@ -245,7 +278,7 @@ def _publish(out: Path, files: dict[str, tuple[Path, str]], manifest: bytes) -> 
     return [text for path in strays(out, files) for text in _removed(path)]
 
 
-def _is_file(path: Path, size: int, sha256: str) -> bool:
+def _is_file(path: Path, size: int, sha256: str | None) -> bool:
     """Whether a file has this size and hash."""
     was = stamp(path)
     try:

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from paradize.artifact import KEPT, Artifact
 from paradize.bakers import registry
 from paradize.build.artifacts import keep_artifact
 from paradize.build.dial import setting_of
@@ -28,8 +29,6 @@ from paradize.scene.settings import Scene
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Stamp, Store, key_of, stamp
 
-# What the store knows of a product.
-MEASURED = ("tier", "errors", "levels", "format", "reason", "filter")  # what a row tells of it
 ZSTD_LEVEL = 10  # of supercompressed textures
 TEXTURES = ("color", "maps", "cubemap")  # the makers of textures
 ASKED = "paradize.bakers.registry"  # what stands between a task and its baker, part of every key
@@ -45,7 +44,7 @@ class Task:
     key: str
     status: str = "reused"
     seconds: float = 0.0
-    products: dict[str, dict[str, Any]] = field(default_factory=dict)
+    products: dict[str, Artifact] = field(default_factory=dict)
     data: dict[str, Path] = field(default_factory=dict)  # by product: its file in the store
     error: ParadizeError | None = None
 
@@ -114,11 +113,12 @@ def known_tiers(how: BuildOptions, orders: list[BakeJob]) -> None:
         )
 
 
-def known(store: Store, task: Task) -> dict[str, dict[str, Any]] | None:
+def known(store: Store, task: Task) -> dict[str, Artifact] | None:
     """What the store tells of a task's products, their bytes aside; None where it knows not all of them."""
-    products = store.get_product(task.key)
-    if not fits(products, PRODUCTS) or {want.product for want in task.order.wants} - products.keys():
+    told = store.get_product(task.key)
+    if not fits(told, PRODUCTS) or {want.product for want in task.order.wants} - told.keys():
         return None
+    products = {name: Artifact.from_json(one, name=name) for name, one in told.items()}
     return _worded(products, {mark: path for path, mark in _places(task.order)})
 
 
@@ -131,14 +131,14 @@ def _places(order: BakeJob) -> list[tuple[str, str]]:
     return sorted(found, key=lambda row: -len(row[0]))
 
 
-def _worded(products: dict[str, Any], words: Mapping[str, str]) -> dict[str, dict[str, Any]]:
+def _worded(products: dict[str, Artifact], words: Mapping[str, str]) -> dict[str, Artifact]:
     """The products, with words of their warnings replaced, one after the other."""
     found = {}
     for name, product in products.items():
-        texts = list(product["warnings"])
+        texts = list(product.warnings)
         for old, new in words.items():
             texts = [text.replace(old, new) for text in texts]
-        found[name] = product | {"warnings": texts}
+        found[name] = replace(product, warnings=texts)
     return found
 
 
@@ -149,8 +149,7 @@ def recall(store: Store, task: Task) -> bool:
         return False
     data: dict[str, Path] = {}
     for want in (made for first in task.order.wants for made in first.made(products)):
-        sha256 = str(products[want.product]["sha256"])
-        found = store.find(sha256)
+        found = store.find(str(products[want.product].sha256))
         if found is None:
             return False
         data[want.product] = found
@@ -181,19 +180,11 @@ def run_tasks(
             task.error, task.status = error, "failed"
         else:
             for product in outcome.value:
-                sha256, task.data[product.name] = keep_artifact(store, product.data)
-                task.products[product.name] = {
-                    "sha256": sha256,
-                    "suffix": product.suffix,
-                    "tier": product.tier,
-                    "errors": product.errors,
-                    "levels": product.levels,
-                    "format": product.format,
-                    "reason": product.reason,
-                    "filter": product.filter,
-                    "warnings": product.warnings,
-                }
-            store.put_product(task.key, _worded(task.products, dict(_places(task.order))))
+                name = product.artifact.name
+                sha256, task.data[name] = keep_artifact(store, product.data)
+                task.products[name] = replace(product.artifact, sha256=sha256)
+            kept = _worded(task.products, dict(_places(task.order)))
+            store.put_product(task.key, {name: one.to_json(KEPT) for name, one in kept.items()})
 
     work = [
         Job(

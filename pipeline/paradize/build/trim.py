@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
+from paradize.artifact import Artifact
 from paradize.bakers.product import flat_errors
 from paradize.build.artifacts import read_artifact
 from paradize.build.entries import ASKED, FLAT, fits
@@ -209,41 +210,36 @@ def sha256_without(data: bytes, file: str, left: int) -> str:
     return hashlib.sha256(without(data, file, left)).hexdigest()
 
 
-def cut(
-    asked: Mapping[str, Any], kind: str, row: Mapping[str, Any], path: Path, most: int | None
-) -> tuple[bytes | None, dict[str, Any]]:
-    """What is published of the artifact that `path` holds, None where that is all of it; and what scene.json
-    tells of it: `left_out` levels, `saved_bytes`, `texels`, `second_s`, `view`. row: its row of the report.
-    most: levels that may be left out (its gutters allow no coarser one); None: any."""
-    told = {key: asked[key] for key in ("texels", "second_s", "view")}
-    left = asked["level"] if most is None else min(asked["level"], most)
+def trimmed(one: Artifact, asked: Mapping[str, Any], path: Path) -> tuple[Artifact, bytes | None]:
+    """An artifact without the levels that no view asks for, at most as many as its gutters allow; and its
+    bytes, None where nothing is left out of those that `path` holds. Errors of a texture are then those of
+    the finest level that is published. asked: as `ask` tells of it."""
+    left = asked["level"] if one.max_level is None else min(asked["level"], one.max_level)
     data = read_artifact(path) if left else b""
-    if left and kind != "mesh":
+    if left and one.kind != "mesh":
         from paradize.formats.ktx2.cut import can_cut
 
         width, height, levels = ktx2_size(data)
         left = min(left, levels - 1)
-        fmt = row["format"] or ""
+        fmt = one.format or ""
         while left and not can_cut(width, height, fmt, left):
             left -= 1
-    if not left:
-        return None, {"left_out": 0, "saved_bytes": 0} | told
-    rest = without(data, row["file"], left)
-    return rest, {"left_out": left, "saved_bytes": len(data) - len(rest)} | told
-
-
-def cut_row(row: dict[str, Any], data: bytes, left: int) -> dict[str, Any]:
-    """A report's row of what is published. Errors of a texture are those of the finest level that is."""
-    sha256 = hashlib.sha256(data).hexdigest()
-    stem, _, suffix = str(row["file"]).rpartition("-")
-    suffix = suffix.partition(".")[2]
-    levels = row["levels"][left:]
-    errors = dict(row["errors"])
-    key = row["name"].rpartition("_")[2]
-    if suffix == "ktx2" and levels:
-        errors |= {metric: value for metric, value in flat_errors(key, levels[0]).items() if metric in errors}
-    changed = {"file": f"{stem}-{sha256[:8]}.{suffix}", "sha256": sha256, "bytes": len(data)}
-    return changed | {"levels": levels, "errors": errors}
+    rest = without(data, str(one.file), left) if left else None
+    saved = 0 if rest is None else len(data) - len(rest)
+    told = {"left_out": left, "saved_bytes": saved}
+    told |= {key: asked[key] for key in ("texels", "second_s", "view")}
+    one = replace(one, left_out=left, asked=told)
+    if rest is None:
+        return one, None
+    finest, errors = one.levels[left:], dict(one.errors)
+    if one.suffix == "ktx2" and finest:
+        flat = flat_errors(one.name.rpartition("_")[2], finest[0])
+        errors |= {metric: value for metric, value in flat.items() if metric in errors}
+    if one.gutter is not None:
+        gutter = cut_gutter(one.gutter | {"max_level": one.max_level}, left)
+        one = replace(one, max_level=gutter.pop("max_level"), gutter=gutter)
+    sha256 = hashlib.sha256(rest).hexdigest()
+    return replace(one, sha256=sha256, bytes=len(rest), levels=finest, errors=errors), rest
 
 
 def cut_gutter(facts: dict[str, Any], left: int) -> dict[str, Any]:

@@ -30,9 +30,9 @@ def verify(
 ) -> tuple[list[str], list[ParadizeError]]:
     """The artifacts that were looked at, and an error for each that could not be derived or whose published
     bytes are others. percent: above 0, up to 100."""
-    files = {row["name"]: row["file"] for row in report.artifacts}
+    files = {one.name: str(one.file) for one in report.artifacts}
     chosen = sample(list(files), percent)
-    labels = {row["name"]: row["tried"]["taken"] for row in report.artifacts if row.get("tried")}
+    labels = {one.name: one.tried["taken"] for one in report.artifacts if one.tried}
     taken = {
         name: label if setting_of(label)[1] else label.partition(",")[0] for name, label in labels.items()
     }
@@ -40,10 +40,10 @@ def verify(
     with tempfile.TemporaryDirectory(prefix="paradize-verify-") as folder:
         store = Store(Path(folder))
         derived, errors = derive(store, scene_path, set(chosen), how)
-        for row in report.artifacts:
-            if row["name"] in derived and row.get("left_out"):
-                whole = store.get(derived[row["name"]])
-                derived[row["name"]] = sha256_without(whole or b"", row["file"], row["left_out"])
+        for one in report.artifacts:
+            if one.name in derived and one.left_out:
+                whole = store.get(derived[one.name])
+                derived[one.name] = sha256_without(whole or b"", str(one.file), one.left_out)
     for name in chosen:
         path = report.out / files[name]
         if name in derived and hash_file(path) != derived[name]:

@@ -141,18 +141,18 @@ def show_bake(report: Any, stream: Any) -> None:
 
     told = report.artifacts
     if len(told) > MANY:
-        told = [row for row in told if row["status"] != "reused" or row["over"]]
+        told = [one for one in told if one.status != "reused" or one.over]
         show(f"{len(report.artifacts) - len(told)} artifacts as they were", stream)
     rows = [
         (
-            row["name"],
-            row["status"],
-            row["tier"] or "-",
-            errors_text(row["errors"], report.budget),
-            str(row["bytes"]),
-            f"{row['seconds']:.2f}",
+            one.name,
+            one.status,
+            one.tier or "-",
+            errors_text(one.errors, report.budget),
+            str(one.bytes),
+            f"{one.seconds:.2f}",
         )
-        for row in told
+        for one in told
     ]
     if rows:
         show(table(rows), stream)

@@ -88,6 +88,20 @@ _asked = table(
     view=or_null(text),
 )
 
+check_artifact = table(  # the fields of paradize.artifact.PUBLISHED
+    file=file_name,
+    kind=_kind,
+    sha256=sha256,
+    bytes=whole(1, 1 << 60),
+    tier=text,
+    errors=map_of(_real),
+    levels=list_of(map_of(_real)),
+    first_needed_s=_positive,
+    max_level=or_null(_level),
+    asked=or_null(_asked),
+    gutter=or_null(_gutter),
+)
+
 _manifest = table(
     format=text,
     version=whole(1, 1 << 30),
@@ -98,21 +112,7 @@ _manifest = table(
     free_camera=or_null(table(low=_vec3, high=_vec3, near_m=_positive)),
     lod_error_px=_positive,
     poster_s=_positive,
-    artifacts=map_of(
-        table(
-            file=file_name,
-            kind=_kind,
-            sha256=sha256,
-            bytes=whole(1, 1 << 60),
-            tier=text,
-            errors=map_of(_real),
-            levels=list_of(map_of(_real)),
-            first_needed_s=_positive,
-            max_level=or_null(_level),
-            asked=or_null(_asked),
-            gutter=or_null(_gutter),
-        )
-    ),
+    artifacts=map_of(check_artifact),
     streaming=list_of(text),
     budget=table(hard=map_of(_positive), soft=map_of(_positive)),
     check=table(

@@ -61,7 +61,7 @@ def measure_scene(
         report = bake(path, room / "used", BuildOptions(tier=tier))
         if report.errors:
             raise GroupedError(report.errors)
-        rows = {row["name"]: row for row in report.artifacts}
+        rows = {row["name"]: row for row in report.rows}
         looks, _, _ = material_colors_of(scene, path)
         orders = require(scene, looks).orders
         asked = asked_in_worker(path.name, scene_groups, {"scene": scene, "orders": orders}, path)

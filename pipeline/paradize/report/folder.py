@@ -91,7 +91,7 @@ def draw_page(
     def page(trade: dict[str, Any] | None) -> str:
         return scene_page(
             scene,
-            report.artifacts,
+            report.rows,
             explained,
             [path for path in sheets if path.is_file()][:MOST_SHEETS],
             seconds=report.seconds,

@@ -247,7 +247,7 @@ def test_a_scenes_budget_decides_formats_is_part_of_the_key_and_the_reason_is_to
         scene.write_text(text + ("\n[budget]\n" + budget if budget else ""))
         report = bake(scene, tmp_path / "out", BuildOptions(jobs=2))
         assert not report.errors, report.errors
-        rows.append({row["name"]: row for row in report.artifacts})
+        rows.append({row["name"]: row for row in report.rows})
     blocks, asked = rows
     assert blocks["post_color"]["format"] == "BC1_RGB_SRGB"
     assert (blocks["post_color"]["reason"], blocks["post_color"]["status"]) == (None, "baked")

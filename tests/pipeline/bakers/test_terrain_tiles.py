@@ -206,7 +206,7 @@ def test_a_second_bake_reuses_every_tile(copied: tuple[Path, Path]) -> None:
     scene, out = copied
     before = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
     report = bake(scene, out, BuildOptions(jobs=2))
-    assert report.count("reused") == len(report.artifacts) == len(manifest_of(out)["artifacts"])
+    assert report.count("reused") == len(report.rows) == len(manifest_of(out)["artifacts"])
     assert {path.name: path.stat().st_mtime_ns for path in out.iterdir()} == before
 
 
@@ -219,7 +219,7 @@ def test_a_damaged_tile_in_the_store_is_baked_again(copied: tuple[Path, Path]) -
     tiles_of(out)[2].unlink()
     report = bake(scene, out, BuildOptions(jobs=2))
     assert not report.errors
-    assert {row["name"] for row in report.artifacts if row["status"] == "baked"} == set(
+    assert {row["name"] for row in report.rows if row["status"] == "baked"} == set(
         manifest["terrain"]["tiles"]
     )
     assert manifest_of(out) == manifest

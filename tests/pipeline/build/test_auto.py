@@ -68,20 +68,20 @@ def with_budget(scene: Path, **limits: Any) -> Path:
 
 
 def rows(report: BakeReport) -> dict[str, dict[str, Any]]:
-    return {row["name"]: row for row in report.artifacts}
+    return {row["name"]: row for row in report.rows}
 
 
 def test_a_task_bakes_in_its_own_tier_and_the_others_are_reused(scene: Path, tmp_path: Path) -> None:
     base = bake(scene, tmp_path / "base", BuildOptions(jobs=2, tier="fast"))
     for name in ("post maps", "post_gloss"):  # by the task's name, or one of its artifacts'
         other = bake(scene, tmp_path / "other", BuildOptions(jobs=2, tier="fast", tiers={name: "exact"}))
-        tiers = {row["name"]: row["tier"] for row in other.artifacts}
-        changed = {row["name"] for row in base.artifacts if row["tier"] != tiers[row["name"]]}
+        tiers = {row["name"]: row["tier"] for row in other.rows}
+        changed = {row["name"] for row in base.rows if row["tier"] != tiers[row["name"]]}
         assert changed == {"post_normal", "post_height", "post_gloss"}
         assert tiers["post_normal"] == "exact"
     again = bake(scene, tmp_path / "base", BuildOptions(jobs=2, tier="fast"))
-    assert {row["name"]: row["sha256"] for row in again.artifacts} == {
-        row["name"]: row["sha256"] for row in base.artifacts
+    assert {row["name"]: row["sha256"] for row in again.rows} == {
+        row["name"]: row["sha256"] for row in base.rows
     }
 
 
@@ -176,7 +176,7 @@ def test_what_only_mesh_and_map_show_together_moves_the_choice_too(
         row = rows(report)["post_mesh"]
         assert not report.errors and row["tried"]["taken"] == next(t for t in ORDER if values[t] <= best)
         assert row["errors"]["lod_mapped_mean_deg"] == best
-    assert report.count("baked") == len(report.artifacts)
+    assert report.count("baked") == len(report.rows)
 
 
 def test_a_soft_limit_is_aimed_at_and_the_hard_one_accepted(

@@ -76,7 +76,7 @@ def state_of(out: Path) -> dict[str, bytes]:
 
 
 def baked_names(report: BakeReport) -> set[str]:
-    return {row["name"] for row in report.artifacts if row["status"] == "baked"}
+    return {row["name"] for row in report.rows if row["status"] == "baked"}
 
 
 def test_every_pass_gets_what_it_reads_and_the_manifest_names_it(baked: tuple[Path, Path, Path]) -> None:
@@ -170,7 +170,7 @@ def test_all_failures_are_told_and_the_old_scene_stays(copied: tuple[Path, Path]
     report = bake(scene, out, BuildOptions(jobs=2))
     told = "\n".join(str(error) for error in report.errors)
     assert all(name in told for name in ("wood.png", "sea.ogg", "post.obj")), told
-    assert {row["name"] for row in report.artifacts if row["status"] == "failed"} >= {"post_mesh", "sound"}
+    assert {row["name"] for row in report.rows if row["status"] == "failed"} >= {"post_mesh", "sound"}
     assert state_of(out) == before
 
 
@@ -264,7 +264,7 @@ def test_a_budget_that_is_exceeded_is_told(copied: tuple[Path, Path]) -> None:
     scene, out = copied
     scene.write_text(scene.read_text() + "[budget]\nterrain_max_m = 0.0001\ncolor_psnr_db = 1.0\n")
     report = bake(scene, out, BuildOptions(jobs=1))
-    rows = {row["name"]: row for row in report.artifacts}
+    rows = {row["name"]: row for row in report.rows}
     assert "terrain_max_m" in rows["terrain_mesh"]["over"][0] and not rows["sand_color"]["over"]
     assert any("terrain_max_m" in warning for warning in report.warnings)
     assert manifest_of(out)["budget"]["hard"] == {"terrain_max_m": 0.0001, "color_psnr_db": 1.0}
@@ -284,7 +284,7 @@ def test_what_another_scene_baked_warns_of_this_scenes_own_files(
         report = bake(scene, tmp_path / f"{name}.out", BuildOptions(jobs=1))
         assert not report.errors
         told.append(report.warnings)
-    again = [row["name"] for row in report.artifacts if row["status"] == "baked"]
+    again = [row["name"] for row in report.rows if row["status"] == "baked"]
     assert again == ["sound"]  # each Ogg file has a random number of its own
     assert any("px.png: 8 bits" in text for text in told[0]) and any("post.obj" in text for text in told[0])
     assert told[1] == [text.replace(f"{tmp_path}/first/", f"{tmp_path}/second/") for text in told[0]]

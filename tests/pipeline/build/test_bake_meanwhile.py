@@ -33,7 +33,7 @@ def test_a_scene_edited_during_its_bake_is_baked_again(tmp_path: Path) -> None:
     first = bake(scene, out, BuildOptions(jobs=2, watcher=Ended(lambda: scene.write_text(edited))))
     assert not first.errors
     again = bake(scene, out, BuildOptions(jobs=2))
-    assert [row["name"] for row in again.artifacts if row["status"] == "baked"] == ["terrain_mesh"]
+    assert [row["name"] for row in again.rows if row["status"] == "baked"] == ["terrain_mesh"]
     assert bake(scene, out).count("reused") == 14
 
 
@@ -49,7 +49,7 @@ def test_a_source_edited_during_its_bake_spoils_that_artifact_and_not_the_store(
     report = bake(scene, out, BuildOptions(jobs=2))
     assert not report.errors
     anew = bake(scene, tmp_path / "anew", BuildOptions(jobs=2, force=True))
-    assert [row["sha256"] for row in report.artifacts] == [row["sha256"] for row in anew.artifacts]
+    assert [row["sha256"] for row in report.rows] == [row["sha256"] for row in anew.rows]
 
 
 @pytest.mark.parametrize("late", ["post.mtl", "wood.png"])
@@ -59,11 +59,11 @@ def test_a_material_file_or_its_map_that_appears_later_is_noticed(tmp_path: Path
     held = (scene.parent / late).read_bytes()
     (scene.parent / late).unlink()
     first = bake(scene, out, BuildOptions(jobs=2))
-    assert not first.errors and "post_color" not in {row["name"] for row in first.artifacts}
+    assert not first.errors and "post_color" not in {row["name"] for row in first.rows}
     assert not bake(scene, out, BuildOptions(jobs=2)).count("baked")
     (scene.parent / late).write_bytes(held)
     second = bake(scene, out, BuildOptions(jobs=2))
-    assert "post_color" in {row["name"] for row in second.artifacts}
+    assert "post_color" in {row["name"] for row in second.rows}
 
 
 @pytest.mark.parametrize("decayed", [b"3", b"[]", b'{"mesh": 3, "color": {"sha256": "x"}}', b"{", b""])
@@ -87,5 +87,5 @@ def test_a_link_that_leads_elsewhere_is_noticed(tmp_path: Path) -> None:
     wood.symlink_to("sand.png")
     again = bake(scene, out, BuildOptions(jobs=2))
     assert not again.errors and "post_color" in {
-        row["name"] for row in again.artifacts if row["status"] == "baked"
+        row["name"] for row in again.rows if row["status"] == "baked"
     }

@@ -90,7 +90,7 @@ def test_a_sealed_entry_of_deep_brackets_is_one_that_is_damaged(cove: tuple[Path
             path.write_bytes(entry)
     assert explain(scene, out=out).baked
     report = bake(scene, out, BuildOptions(jobs=2))
-    assert not report.errors and report.count("baked") == len(report.artifacts)
+    assert not report.errors and report.count("baked") == len(report.rows)
 
 
 def places(tree: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:

@@ -8,11 +8,13 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from paradize.artifact import Artifact
 from paradize.build.provenance import BakeReport
 from paradize.cli.bake import MANY, show_bake
 from paradize.cli.main import COMMANDS, main
@@ -20,7 +22,8 @@ from tests.pipeline.scenes import make_cove
 
 # All of this package that a bake with nothing to do loads.
 LIGHT = {
-    "paradize", "paradize.build", "paradize.build.provenance", "paradize.cli", "paradize.cli.bake",
+    "paradize", "paradize.artifact", "paradize.build", "paradize.build.provenance", "paradize.cli",
+    "paradize.cli.bake",
     "paradize.cli.interrupt", "paradize.cli.main", "paradize.cli.options", "paradize.cli.output",
     "paradize.cli.table", "paradize.cli.values", "paradize.documents", "paradize.errors",
     "paradize.files", "paradize.jobs", "paradize.jobs.code", "paradize.jobs.libraries",
@@ -72,12 +75,8 @@ def test_a_bake_with_nothing_to_do_loads_few_modules(tmp_path: Path) -> None:
 
 
 def test_of_many_artifacts_the_table_tells_those_that_are_not_as_they_were(tmp_path: Path) -> None:
-    rows = [
-        {"name": f"thing_{i}", "status": "reused", "tier": None, "errors": {}, "bytes": 1, "seconds": 0.0}
-        | {"over": []}
-        for i in range(MANY + 1)
-    ]
-    rows[3]["status"], rows[5]["over"] = "baked", ["too coarse"]
+    rows = [Artifact(f"thing_{i}", status="reused", bytes=1) for i in range(MANY + 1)]
+    rows[3], rows[5] = replace(rows[3], status="baked"), replace(rows[5], over=["too coarse"])
     told = io.StringIO()
     show_bake(BakeReport(tmp_path, rows), told)
     assert "thing_3 " in told.getvalue() and "thing_5 " in told.getvalue()

@@ -101,7 +101,7 @@ def test_one_machine_and_a_cluster_give_the_same_bytes_and_say_the_same(
     assert not here.errors and not there.errors and not watcher.texts
     assert contents(tmp_path / "here") == contents(tmp_path / "there")
     assert here.warnings == there.warnings and any("post.obj" in text for text in here.warnings)
-    rows = [[{**row, "seconds": 0} for row in report.artifacts] for report in (here, there)]
+    rows = [[{**row, "seconds": 0} for row in report.rows] for report in (here, there)]
     assert rows[0] == rows[1]
 
 

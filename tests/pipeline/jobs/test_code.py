@@ -169,7 +169,7 @@ def test_a_changed_module_or_kernel_bakes_its_products_and_no_others(tmp_path: P
         f"assert list(paradize.__path__) == [{str(package)!r}], paradize.__path__\n"
         "report = bake(Path(sys.argv[1]), Path(sys.argv[2]), BuildOptions(jobs=2))\n"
         "assert not report.errors, report.errors\n"
-        "print(*[row['name'] for row in report.artifacts if row['status'] == 'baked'])"
+        "print(*[row['name'] for row in report.rows if row['status'] == 'baked'])"
     )
 
     def baked() -> set[str]:

@@ -336,13 +336,13 @@ def test_in_a_scene_only_its_own_artifact_is_spoilt(
     module, _ = registry.MAKERS["sound"]
     monkeypatch.setitem(registry.MAKERS, "sound", (module, crash_on if how == "crash" else hunger_on))
     report = bake(scene, out, BuildOptions(jobs=2))
-    assert [row["name"] for row in report.artifacts if row["status"] == "failed"] == ["sound"]
+    assert [row["name"] for row in report.rows if row["status"] == "failed"] == ["sound"]
     assert len(report.errors) == 1 and "sea.ogg: sound" in str(report.errors[0])
     assert not (out / "scene.json").exists()
     monkeypatch.undo()
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     mended = bake(scene, out, BuildOptions(jobs=2))
-    assert [row["name"] for row in mended.artifacts if row["status"] == "baked"] == ["sound"]
+    assert [row["name"] for row in mended.rows if row["status"] == "baked"] == ["sound"]
 
 
 def crash_on(**settings: Any) -> None:

@@ -454,7 +454,7 @@ def test_what_pictures_are_held_against_has_no_blocks_and_leaves_nothing_out(
     ):
         report = bake(scene, tmp_path / name, how)
         assert not report.errors
-        formats[name] = {row["format"] for row in report.artifacts if row["format"]}
+        formats[name] = {row["format"] for row in report.rows if row["format"]}
     assert views_of == ["used"]
     assert any(fmt.startswith("BC") for fmt in formats["used"])
     assert formats["truth"] <= {
@@ -468,4 +468,4 @@ def test_what_pictures_are_held_against_has_no_blocks_and_leaves_nothing_out(
     # Neither is taken for the other in the same folder.
     name = "again"
     again = bake(scene, tmp_path / "truth", BuildOptions(tier="exact"))
-    assert any(row["format"].startswith("BC") for row in again.artifacts if row["format"])
+    assert any(row["format"].startswith("BC") for row in again.rows if row["format"])

@@ -226,11 +226,11 @@ def test_a_scene_tells_the_mapped_error_of_every_level_and_budgets_know_it(
     assert [first[key] for key in MAPPED] == [0, 0, 0]
     assert others and all(level["mapped_p99_deg"] >= level["mapped_mean_deg"] > 0 for level in others)
     assert told["errors"]["lod_mapped_p99_deg"] == max(level["mapped_p99_deg"] for level in others)
-    (row,) = (row for row in report.artifacts if row["name"] == "post_mesh")
+    (row,) = (row for row in report.rows if row["name"] == "post_mesh")
     assert row["errors"] == told["errors"] and any("lod_mapped_p99_deg" in text for text in row["over"])
     again = bake(scene, tmp_path / "elsewhere")
     assert again.warnings == report.warnings and again.count("baked") == 0
-    (same,) = (row for row in again.artifacts if row["name"] == "post_mesh")
+    (same,) = (row for row in again.rows if row["name"] == "post_mesh")
     assert same["levels"] == row["levels"]
 
 
@@ -241,6 +241,6 @@ def test_a_scene_chooses_its_tangent_frames(
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     scene = make_cove(tmp_path)
     scene.write_text(scene.read_text().replace('name = "post"', f'name = "post"\ntangents = "{tier}"'))
-    row = next(row for row in bake(scene, tmp_path / "out").artifacts if row["name"] == "post_mesh")
+    row = next(row for row in bake(scene, tmp_path / "out").rows if row["name"] == "post_mesh")
     off = row["errors"]["tangent_mean_deg"]
     assert off > 0.05 if tier == "vertex" else off < 1e-3

@@ -40,7 +40,7 @@ def test_without_a_model_it_makes_a_scene_that_bakes(tmp_path: Path) -> None:
     report = bake(made.scene, tmp_path / "out", BuildOptions(jobs=2))
     assert not report.errors and not report.warnings
     assert {"vase_mesh", "vase_color", "vase_normal", "terrain_mesh", "sky"} <= {
-        row["name"] for row in report.artifacts
+        row["name"] for row in report.rows
     }
 
 

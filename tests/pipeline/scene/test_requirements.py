@@ -288,7 +288,7 @@ def test_an_object_names_its_simplifier_and_its_row_tells_it(
         scene, out = edited(tmp_path / name, *more), tmp_path / name / "out"
         report = bake(scene, out, BuildOptions(jobs=2))
         assert not report.errors
-        rows.append(next(row for row in report.artifacts if row["name"] == "post_mesh"))
+        rows.append(next(row for row in report.rows if row["name"] == "post_mesh"))
         assert not [one for one in check_paths([out]) if one.severity == "error"]
     assert rows[0]["reason"] is None and rows[1]["reason"].startswith("levels by meshoptimizer 0.")
     assert [row["status"] for row in rows] == ["baked", "baked"], "each is a job of its own"

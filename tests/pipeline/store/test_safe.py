@@ -15,6 +15,7 @@ from typing import Any
 
 import pytest
 
+from paradize.artifact import Artifact
 from paradize.bakers import registry
 from paradize.bakers.registry import Product
 from paradize.build import publish
@@ -35,7 +36,7 @@ def state_of(out: Path) -> dict[str, bytes]:
 
 
 def names_baked(report: BakeReport) -> set[str]:
-    return {row["name"] for row in report.artifacts if row["status"] == "baked"}
+    return {row["name"] for row in report.rows if row["status"] == "baked"}
 
 
 class Cove:
@@ -214,7 +215,7 @@ def read_in_halves(sources: dict[str, Path], settings: dict[str, Any], tier: str
         (folder / "half_read").write_bytes(b"now")  # waits for who reads that
         (folder / "go_on").read_bytes()
         data += stream.read()
-    return [Product("sound", data, "ogg", "exact", {})]
+    return [Product(Artifact("sound", suffix="ogg", tier="exact"), data)]
 
 
 @pytest.mark.parametrize("change", ["replaced", "overwritten", "cut", "removed", "replaced and put back"])
@@ -301,7 +302,7 @@ def test_a_decayed_store_entry_is_derived_again(cove: Cove, kind: str, harm: str
     report = cove.bake()
     assert not report.errors and state_of(cove.out) == cove.states[0]
     assert (report.count("baked") == 14) == (kind != "bakes")
-    named = {row["sha256"] for row in report.artifacts}
+    named = {row["sha256"] for row in report.rows}
     assert all(hash_file(cove.store / "blobs" / sha256[:2] / sha256) == sha256 for sha256 in named)
     shutil.rmtree(cove.out)
     assert cove.bake().count("reused") == 14 and state_of(cove.out) == cove.states[0]

@@ -169,7 +169,7 @@ def test_a_flipped_bit_there_is_found_derived_again_and_mended(
     blob.write_bytes(damaged)
     with remote_at(kind, home, remote) as url:
         report = bake_shared(baked, url, tmp_path / "out")
-        assert [row["name"] for row in report.artifacts if row["status"] == "baked"] == ["sky"]
+        assert [row["name"] for row in report.rows if row["status"] == "baked"] == ["sky"]
         assert (report.fetched, report.pushed) == (13, 1)
         assert "holds 1 damaged file" in told(report) and blob.name in told(report)
         assert blob.read_bytes() == sky.read_bytes()

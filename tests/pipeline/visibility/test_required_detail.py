@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from paradize.artifact import Artifact
 from paradize.build import provenance, required_detail
 from paradize.build.bake import bake
 from paradize.build.manifest import mesh_facts
@@ -391,7 +392,8 @@ def test_verify_compares_what_is_published(
     assert entry["asked"]["left_out"] >= 1
     file = tmp_path / "out" / entry["file"]
     file.write_bytes(file.read_bytes()[:-1] + b"x")
-    report = provenance.BakeReport(tmp_path / "out", json.loads(done.stdout)["artifacts"])
+    artifacts = [Artifact.from_json(row) for row in json.loads(done.stdout)["artifacts"]]
+    report = provenance.BakeReport(tmp_path / "out", artifacts)
     chosen, errors = verify(scene, report, percent=100.0, how=BuildOptions(jobs=2))
     assert "post_color" in chosen and [error.place for error in errors] == ["post_color"]
 
