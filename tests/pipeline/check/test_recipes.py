@@ -82,11 +82,11 @@ def corpus_kits(corpus: Path) -> list[tuple[Path, Path]]:
 
 
 def test_the_readmes_recipe_passes_on_each_kit_of_others(paradize: Run, corpus: Path, tmp_path: Path) -> None:
-    """One model of each texture; `make deep` takes them all."""
+    """One model of every fourth texture; `make deep` takes them all."""
     firsts = {texture: model for model, texture in reversed(corpus_kits(corpus))}
     assert len(firsts) > 5
     for i, (texture, model) in enumerate(firsts.items()):
-        if texture.stat().st_size < 1 << 17:
+        if i % 4 == 0 and texture.stat().st_size < 1 << 17:
             follows_the_readme(paradize, model, texture, tmp_path / str(i), "--tier", "fast")
 
 

@@ -19,6 +19,7 @@ from tests.pipeline.cli.test_advice import faults_of
 from tests.pipeline.cli.test_wrong_inputs import run
 from tests.pipeline.scenes import ball, make_cove, write_image
 from tests.places import ROOT
+from tests.sweeps import sweep
 
 PACKAGE = ROOT / "pipeline/paradize"
 
@@ -150,7 +151,11 @@ def run_line(line: str, patch: pytest.MonkeyPatch) -> tuple[int, str]:
     return code, out + err
 
 
-@pytest.mark.parametrize("name", LINES)
+# Their advice is followed in `make deep`: measuring takes long.
+SLOW = ("a size of a model", "a size of a colour map")
+
+
+@pytest.mark.parametrize("name", sweep(LINES, test=set(LINES) - set(SLOW)))
 def test_a_line_works_as_its_refusal_advises(here: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     line, says, follow = LINES[name]
     if "made" in line:

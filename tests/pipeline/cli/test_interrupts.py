@@ -36,7 +36,7 @@ start()
 """
 LINE = "paradize: interrupted; nothing half-written stays"
 AT_ONCE = "paradize: ended at once; files that were being written aside may stay"
-STEPS = 12
+STEPS = 6
 
 
 def run(at: int, number: int, words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:

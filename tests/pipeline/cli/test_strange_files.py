@@ -15,6 +15,7 @@ from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from tests.pipeline.scenes import make_cove
 from tests.pipeline.strange_files import MANY, SAID, VAST, makes_devices
+from tests.sweeps import sweep
 
 SOURCES = [
     "cove.toml", "height.png", "sand.png", "wood.png", "waves.png", "px.exr", "post.obj", "sea.ogg",
@@ -49,6 +50,9 @@ TRIED: dict[str, tuple[list[str], list[str], int]] = {
 }
 # Places where a command only looks whether a name is there, or that are written over, take fewer kinds.
 FEW = ["pipe", "endless"]
+MORE = [kind for kind in MANY if kind not in FEW]
+EVERY = ["check", "check of several", "mesh", "maps", "explain, a source", "explain, an artifact"]
+EVERY += [what for what in TRIED if what.endswith("what it names")]
 
 
 @pytest.fixture(scope="module")
@@ -81,10 +85,20 @@ def tried(
     return [tuple(line) for line in told]
 
 
-@pytest.mark.parametrize("what", TRIED)
-def test_a_command_ends_whatever_stands_in_a_files_place(what: str, base: Path, tmp_path: Path) -> None:
+QUICK = [(what, FEW) for what in TRIED] + [("check", MORE), ("mesh", MORE)]
+
+
+@pytest.mark.parametrize(
+    ("what", "kinds"),
+    sweep(QUICK + [(what, MORE) for what in EVERY if what not in ("check", "mesh")], test=QUICK),
+)
+def test_a_command_ends_whatever_stands_in_a_files_place(
+    what: str, kinds: list[str], base: Path, tmp_path: Path
+) -> None:
     words, places, wanted = TRIED[what]
-    for place, kind, code, said, _ in tried(words, places, _kinds(what), base, tmp_path / "work"):
+    if not makes_devices():
+        kinds = [kind for kind in kinds if kind != "endless"]
+    for place, kind, code, said, _ in tried(words, places, kinds, base, tmp_path / "work"):
         missing = kind == "nowhere"
         due = 0 if missing and what.endswith("what it names") else wanted
         assert code == due, (place, kind, code, said)
@@ -95,12 +109,6 @@ def test_a_command_ends_whatever_stands_in_a_files_place(what: str, base: Path, 
             told = SAID[kind] in said or (missing and "is a link that leads to nothing" in said)
             assert told, (place, kind, said)
             assert "did you mean" not in said and "there is no file" not in said, (place, kind, said)
-
-
-def _kinds(what: str) -> list[str]:
-    every = ("check", "check of several", "mesh", "maps", "explain, a source", "explain, an artifact")
-    kinds = MANY if what in every or what.endswith("what it names") else FEW
-    return kinds if makes_devices() else [kind for kind in kinds if kind != "endless"]
 
 
 def test_a_bake_takes_the_place_of_a_pipe_of_its_name_and_leaves_a_folder(base: Path, tmp_path: Path) -> None:

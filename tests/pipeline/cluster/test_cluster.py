@@ -151,6 +151,7 @@ def test_a_worker_killed_in_mid_bake_costs_nothing_but_time(
     assert contents(tmp_path / "here") == contents(tmp_path / "there")
 
 
+@pytest.mark.deep
 def test_files_that_go_with_a_worker_are_sent_anew(start: Callable[[int], Cluster], tmp_path: Path) -> None:
     """One job at a time: the worker that is killed has the only copy."""
     own, file = start(2), tmp_path / "file"
@@ -175,7 +176,7 @@ def test_a_job_that_kills_two_workers_is_told_and_kills_no_third(start: Callable
 def test_a_scheduler_that_goes_leaves_the_old_scene_and_what_was_baked(
     start: Callable[[int], Cluster], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    own, scene, out = start(2), make_cove(tmp_path / "scene"), tmp_path / "out"
+    own, scene, out = start(1), make_cove(tmp_path / "scene"), tmp_path / "out"
     assert not bake(scene, out, BuildOptions(jobs=1)).errors
     before = contents(out)
     module, _ = registry.MAKERS["sound"]

@@ -23,6 +23,7 @@ from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.metrics.texels import decode_texels
 from paradize.scene.flight import Flight
 from tests.pipeline.scenes import make_cove
+from tests.sweeps import sweep
 
 F64 = npt.NDArray[np.float64]
 MOMENTS = 240
@@ -156,7 +157,9 @@ def taken(item: dict[str, Any], instance: dict[str, Any], view: View, asked_px: 
     return next((level for level in levels if errors[level] <= asked_px), 0)
 
 
-@pytest.mark.parametrize("quality, share", [("exact", 0.25), ("balanced", 1.0), ("fast", 3.0)])
+@pytest.mark.parametrize(
+    "quality, share", sweep([("exact", 0.25), ("balanced", 1.0), ("fast", 3.0)], test=[("balanced", 1.0)])
+)
 def test_no_place_of_a_mesh_moves_farther_in_any_picture(baked: Any, quality: str, share: float) -> None:
     scene, out, (manifest, bounds) = baked
     (item,) = manifest["objects"]
@@ -320,7 +323,7 @@ def test_triangles_that_cannot_be_read_only_make_the_bound_wider(baked: Any, tmp
         assert found[name]["value"] >= bounds[name]["value"]
 
 
-@pytest.mark.parametrize("value", [1e300, -1e300, 1e12])
+@pytest.mark.parametrize("value", sweep([1e300, -1e300, 1e12], test=[1e300]))
 def test_a_path_that_is_no_path_ends_without_a_bound_that_is_no_number(baked: Any, value: float) -> None:
     _, out, (manifest, _) = baked
     for key in ("table", "segment"):

@@ -33,8 +33,9 @@ from paradize.measure.curve import (
     series_of,
     spread,
 )
+from paradize.measure.plan import FileOptions, file_groups, file_rows
 from paradize.measure.scene import measure_scene
-from paradize.measure.tiers import FileOptions, measure_file, parts, within
+from paradize.measure.tiers import measure_file, parts, run_groups, within
 from paradize.measure.timing import LEAST_RUNS, MOST_RUNS, timed
 from paradize.measure.words import advice, compared, disagreements, judge
 from paradize.report.tradeoff.page import tradeoff_page
@@ -349,8 +350,9 @@ def test_measure_shows_of_a_picture_with_alpha_the_formats_that_the_bake_takes(
     alpha = rng.integers(100, 108, (64, 64)) if apart else np.where((x // 9 + y // 7) % 2, 255, 0)
     color = np.stack([x * 3, y * 3, x + y], axis=2) + rng.normal(0, 12, (64, 64, 3))
     write_image(tmp_path / "leaf.png", np.dstack([color, alpha]).clip(0, 255).astype(np.uint8))
-    told = measure_file(tmp_path / "leaf.png", FileOptions(), runs=1, tier="exact")
-    found = tiers(named(told, "leaf colour"))
+    groups = [one for one in file_groups(tmp_path / "leaf.png", FileOptions()) if one.name == "leaf colour"]
+    (told,), _ = run_groups(groups, file_rows(groups, "exact"), {}, 1, None)
+    found = tiers(told)
     baked = bake_color(tmp_path / "leaf.png", tier="exact")
     assert baked.format == ("BC3_SRGB" if apart else "BC7_SRGB")
     assert ("exact BC7" in found, "exact BC3" in found) == (apart, not apart)
@@ -416,7 +418,7 @@ def test_a_scene_is_measured_in_what_it_uses_and_by_its_budget(
 def test_the_command_writes_both_files_and_refuses_what_it_cannot_measure_or_write(
     tmp_path: Path, paradize: Callable[..., subprocess.CompletedProcess[str]]
 ) -> None:
-    write_image(tmp_path / "rock.png", np.full((8, 8, 3), 90, np.uint8))
+    write_image(tmp_path / "rock.png", np.arange(81, dtype=np.uint16).reshape(9, 9, 1))
     done = paradize("measure", tmp_path / "rock.png", "-o", tmp_path / "out" / "deep", "--runs", 1, "--json")
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
