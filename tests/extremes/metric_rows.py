@@ -10,7 +10,7 @@ import numpy as np
 from paradize.data import Heightfield, Lod, Mesh
 from paradize.formats.glb.encode import encode_glb
 from paradize.metrics.atlas import atlas_quality
-from paradize.metrics.draw import draw_costs, overdraw_of
+from paradize.metrics.draw import draw_costs
 from paradize.metrics.filters import taps
 from paradize.metrics.flight import flight_error
 from paradize.metrics.mapped_normal import normal_error, uv_shift
@@ -142,12 +142,11 @@ def _quality_error(mesh: Mesh, made: dict[str, Any]) -> float:
 
 
 def _costs(mesh: Mesh) -> dict[str, float]:
-    clean = sound(mesh)
-    return {**draw_costs(clean), "overdraw": overdraw_of(clean, 64)}
+    return draw_costs(sound(mesh))
 
 
 def _cost_error(mesh: Mesh, made: dict[str, float]) -> float:
-    """The cache once more, in a few lines; pixels are shaded once at least."""
+    """The cache once more, in a few lines."""
     clean = sound(mesh)
     held: list[int] = []
     missed = 0
@@ -156,7 +155,7 @@ def _cost_error(mesh: Mesh, made: dict[str, float]) -> float:
             held = [*held[-15:], index]
             missed += 1
     off = abs(made["acmr"] - missed / len(clean.triangles)) if len(clean.triangles) <= 10_000 else 0.0
-    return max(off, 1 - made["overdraw"] if made["overdraw"] else 0.0, 1 - made["atvr"])
+    return max(off, 1 - made["atvr"])
 
 
 def _coded(mesh: Mesh) -> tuple[Mesh, bytes]:

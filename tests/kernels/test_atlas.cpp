@@ -89,6 +89,4 @@ TEST_CASE("costs of drawing are counted for any order") {
     CHECK(cost.acmr > 0.5);
     CHECK(cost.atvr >= 1);
     CHECK(cost.overfetch >= 1);
-    const std::vector<float> positions(sheet.positions.begin(), sheet.positions.end());
-    CHECK(reference::overdraw(positions, sheet.triangles, 32) == 1);
 }

@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from paradize.cli.options import TIERS
+from paradize.cli import options
 from paradize.cli.output import say, show, show_json
-from paradize.cli.values import number, whole
+from paradize.cli.values import whole
 from paradize.errors import BakeError, one_line
 
 
@@ -24,7 +24,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         metavar="N",
         help="of each tier (default: 10; fewer, but 3, where a run takes long)",
     )
-    sub.add_argument("--tier", choices=TIERS, help="the tier in use (default: the scene's)")
+    sub.add_argument("--tier", choices=options.TIERS, help="the tier in use (default: the scene's)")
     sub.add_argument("--no-player", action="store_true", help="draw nothing: leave out what needs the player")
     sub.add_argument(
         "--from",
@@ -33,24 +33,12 @@ def add(sub: argparse.ArgumentParser) -> None:
         default="auto",
         help="what a picture holds (auto: heights where it has one channel of 16 bits or floats)",
     )
-    sub.add_argument(
-        "--size",
-        type=number(1e-6, 1e6),
-        nargs=2,
-        metavar=("X", "Z"),
-        help="of a heightmap, metres from first to last pixel (default: a metre a pixel)",
-    )
-    sub.add_argument(
-        "--height",
-        type=number(-1e6, 1e6),
-        metavar="H",
-        help="metres from black to white (default: a tenth of the longer side)",
-    )
-    sub.add_argument(
-        "--max-error",
-        type=number(0.0, 1e6),
-        metavar="M",
-        help="metres that the terrain may be off (default: a thousandth of H)",
+    options.add_relief(
+        sub,
+        required=False,
+        size=" (default: a metre a pixel)",
+        height="(default: a tenth of the longer side)",
+        max_error="(default: a thousandth of H)",
     )
     sub.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 

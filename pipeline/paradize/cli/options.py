@@ -6,7 +6,7 @@ import argparse
 import re
 from pathlib import Path
 
-from paradize.cli.values import whole
+from paradize.cli.values import number, whole
 
 TIERS = ("fast", "balanced", "exact", "auto")
 
@@ -26,6 +26,23 @@ def add_common(
         "--tier", choices=TIERS, default=tier, help=f"{what} (default: {tier or 'the scene says'})"
     )
     add_json(sub)
+
+
+def add_relief(
+    sub: argparse.ArgumentParser, *, required: bool, size: str, height: str, max_error: str
+) -> None:
+    """What commands take that make a terrain of a heightmap; texts: what follows the unit."""
+    size_m, heights_m, error_m = number(1e-6, 1e6), number(-1e6, 1e6), number(0.0, 1e6)
+    sub.add_argument(
+        "--size",
+        type=size_m,
+        nargs=2,
+        required=required,
+        metavar=("X", "Z"),
+        help=f"metres, first to last pixel{size}",
+    )
+    sub.add_argument("--height", type=heights_m, metavar="H", help=f"metres from black to white {height}")
+    sub.add_argument("--max-error", type=error_m, metavar="M", help=f"metres; 0: exact {max_error}")
 
 
 def add_scene(sub: argparse.ArgumentParser) -> None:

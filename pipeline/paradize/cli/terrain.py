@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from paradize.cli import options
 from paradize.cli.single_file import add_common, add_nodata, bake_file
 from paradize.cli.values import number
 
@@ -13,30 +14,17 @@ def add(sub: argparse.ArgumentParser) -> None:
     """What `paradize terrain` takes."""
     sub.add_argument("input", type=Path, metavar="IN.png")
     sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True)
-    sub.add_argument(
-        "--size",
-        type=number(1e-6, 1e6),
-        nargs=2,
+    options.add_relief(
+        sub,
         required=True,
-        metavar=("X", "Z"),
-        help="metres, first to last pixel",
-    )
-    sub.add_argument(
-        "--height",
-        type=number(-1e6, 1e6),
-        metavar="H",
-        help="metres from black to white (floats, signed integers and .hgt are metres and need none)",
+        size="",
+        height="(floats, signed integers and .hgt are metres and need none)",
+        max_error="(default: a thousandth of H, or of what the heights span)",
     )
     sub.add_argument(
         "--scale", type=number(-1e6, 1e6), default=1.0, metavar="F", help="heights times F, of metres too (1)"
     )
     add_nodata(sub)
-    sub.add_argument(
-        "--max-error",
-        type=number(0.0, 1e6),
-        metavar="M",
-        help="metres; 0: exact (default: a thousandth of H, or of what the heights span)",
-    )
     sub.add_argument(
         "--quantise", action="store_true", help="vertices as 16-bit codes, inside the same bound"
     )

@@ -7,22 +7,35 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from datetime import date
 
 
+_Number = TypeVar("_Number", int, float)
+
+
 def number(low: float, high: float) -> Callable[[str], float]:
     """An option that is a finite number in [low, high]."""
+    return _within(float, "number", low, high, f"{low:g} to {high:g}")
 
-    def read(text: str) -> float:
+
+def whole(low: int, high: int) -> Callable[[str], int]:
+    """An option that is a whole number in [low, high]."""
+    return _within(int, "whole number", low, high, f"{low} to {high}")
+
+
+def _within(
+    parse: Callable[[str], _Number], what: str, low: _Number, high: _Number, allowed: str
+) -> Callable[[str], _Number]:
+    def read(text: str) -> _Number:
         try:
-            value = float(text)
+            value = parse(text)
         except ValueError:
-            raise argparse.ArgumentTypeError(f"{text!r} is no number") from None
+            raise argparse.ArgumentTypeError(f"{text!r} is no {what}") from None
         if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {low:g} to {high:g}")
+            raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {allowed}")
         return value
 
     return read
@@ -44,21 +57,6 @@ def day(text: str) -> date:
         return date.fromisoformat(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is no day; write it as 2026-12-31") from None
-
-
-def whole(low: int, high: int) -> Callable[[str], int]:
-    """An option that is a whole number in [low, high]."""
-
-    def read(text: str) -> int:
-        try:
-            value = int(text)
-        except ValueError:
-            raise argparse.ArgumentTypeError(f"{text!r} is no whole number") from None
-        if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {low} to {high}")
-        return value
-
-    return read
 
 
 def rising(low: float, high: float) -> Callable[[str], tuple[float, ...]]:

@@ -6,7 +6,7 @@ Measured by its own kernel (`reference/draw.hpp`), which no stage imports.
 from __future__ import annotations
 
 from paradize.data import Mesh
-from paradize.kernels.reference.draw import draw_cost, overdraw
+from paradize.kernels.reference.draw import draw_cost
 
 _STREAMS = (("positions", 12), ("normals", 12), ("tangents", 16), ("uvs", 8), ("uvs1", 8), ("colors", 16))
 
@@ -20,9 +20,3 @@ def draw_costs(mesh: Mesh) -> dict[str, float]:
     strides = [width for name, width in _STREAMS if getattr(mesh, name) is not None]
     found = draw_cost(mesh.triangles, len(mesh.positions), strides)
     return {k: float(f"{v:.4g}") for k, v in zip(("acmr", "atvr", "overfetch"), found, strict=True)}
-
-
-def overdraw_of(mesh: Mesh, side: int = 256) -> float:
-    """Pixels shaded per pixel covered, the mean over six views along the axes; `side` pixels wide (1 to
-    4096)."""
-    return overdraw(mesh.positions, mesh.triangles, side=side)

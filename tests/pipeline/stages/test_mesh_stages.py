@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from paradize.data import Group, Mesh
 from paradize.errors import SourceError
 from paradize.kernels.mesh import UNKNOWN_SMOOTHING, corner_normals, number_rows
-from paradize.kernels.reference import one_sided_distance
+from paradize.kernels.reference import Surface
 from paradize.metrics.surface import surface_distance
 from paradize.stages.normals import complete_normals
 from paradize.stages.split import split_by
@@ -257,17 +257,16 @@ def test_a_groove_under_the_middle_of_an_edge_is_found(corner: int) -> None:
     points = np.array([(0, 0, 0), (2, 0, 0), (1, 0, 1), (1, -0.1, 0)], np.float32)
     flat = np.roll(np.array([[0, 1, 2]], np.uint32), corner, axis=1)
     bent = np.array([[0, 3, 2], [3, 1, 2]], np.uint32)
-    found = one_sided_distance(points, flat, points, bent, samples=0)[0]
+    found = Surface(points, flat).distance_to(Surface(points, bent), samples=0)[0]
     assert found == pytest.approx(brute(np.array([1.0, 0, 0]), points[bent].astype(float)), rel=1e-12)
 
 
 @pytest.mark.parametrize("threads", [1, 3])
 def test_distances_are_those_of_brute_force_and_do_not_depend_on_threads(threads: int) -> None:
     a, b = sphere(10), sphere(7, offset=(0.1, -0.2, 0.05))
-    found = one_sided_distance(a.positions, a.triangles, b.positions, b.triangles, samples=0, threads=threads)
-    assert found == one_sided_distance(
-        a.positions, a.triangles, b.positions, b.triangles, samples=0, threads=2
-    )
+    there, back = (Surface(mesh.positions, mesh.triangles) for mesh in (a, b))
+    found = there.distance_to(back, samples=0, threads=threads)
+    assert found == there.distance_to(back, samples=0, threads=2)
     corners = b.positions[b.triangles].astype(float)
     largest = max(brute(p, corners) for p in a.positions[np.unique(a.triangles)].astype(float))
     assert found[0] >= largest * (1 - 1e-12)

@@ -87,39 +87,24 @@ PARADIZE_INLINE Halves upper_product(const Halves &a, const Halves &b) {
 #endif
 }
 
+// Compilers make one instruction of each of these.
 PARADIZE_INLINE Halves least(const Halves &a, const Halves &b) {
-#ifdef PARADIZE_NATIVE
-    return (Halves)PARADIZE_NATIVE(min_epi16, a, b);
-#else
     return a < b ? a : b;
-#endif
 }
 
 PARADIZE_INLINE Halves most(const Halves &a, const Halves &b) {
-#ifdef PARADIZE_NATIVE
-    return (Halves)PARADIZE_NATIVE(max_epi16, a, b);
-#else
     return a > b ? a : b;
-#endif
 }
 
 // Byte by byte, without a sign.
 typedef std::uint8_t Bytes __attribute__((vector_size(4 * PARADIZE_LANES)));
 
 PARADIZE_INLINE Whole least_bytes(const Whole &a, const Whole &b) {
-#ifdef PARADIZE_NATIVE
-    return (Whole)PARADIZE_NATIVE(min_epu8, a, b);
-#else
     return (Whole)((Bytes)a < (Bytes)b ? (Bytes)a : (Bytes)b);
-#endif
 }
 
 PARADIZE_INLINE Whole most_bytes(const Whole &a, const Whole &b) {
-#ifdef PARADIZE_NATIVE
-    return (Whole)PARADIZE_NATIVE(max_epu8, a, b);
-#else
     return (Whole)((Bytes)a > (Bytes)b ? (Bytes)a : (Bytes)b);
-#endif
 }
 
 #undef PARADIZE_NATIVE

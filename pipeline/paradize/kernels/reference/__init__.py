@@ -159,20 +159,6 @@ class Shading:
         return float(found[0]), float(found[1]), float(found[2])
 
 
-def one_sided_distance(
-    from_positions: npt.ArrayLike,
-    from_triangles: npt.ArrayLike,
-    to_positions: npt.ArrayLike,
-    to_triangles: npt.ArrayLike,
-    *,
-    samples: int,
-    threads: int | None = None,
-) -> tuple[float, float, float]:
-    """Surface.distance_to of two surfaces that are measured once."""
-    there, back = Surface(from_positions, from_triangles), Surface(to_positions, to_triangles)
-    return there.distance_to(back, samples=samples, threads=threads)
-
-
 @dataclass(frozen=True)
 class Loading:
     """most: the farthest that a vertex lies from its text. low, high: box of the text's positions. collapsed:

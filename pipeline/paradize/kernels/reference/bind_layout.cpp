@@ -28,11 +28,6 @@ nb::tuple draw_cost(Rows<std::uint32_t> triangles, std::size_t vertices, unsigne
     return nb::make_tuple(found.acmr, found.atvr, found.overfetch);
 }
 
-double overdraw(Rows<float> positions, Rows<std::uint32_t> triangles, unsigned side) {
-    nb::gil_scoped_release unlocked;
-    return reference::overdraw(flat(positions), flat(triangles), side);
-}
-
 using Names = nb::ndarray<const std::int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 nb::dict layout_quality(Rows<double> positions, Rows<std::uint32_t> triangles, Rows<double> corners) {
@@ -69,7 +64,6 @@ nb::tuple layout_raster(Rows<double> positions, Rows<std::uint32_t> triangles, R
 
 void bind_reference_layout(nb::module_ &m) {
     m.def("draw_cost", &draw_cost);
-    m.def("overdraw", &overdraw);
     m.def("layout_quality", &layout_quality);
     m.def("layout_raster", &layout_raster);
 }

@@ -1,8 +1,8 @@
-// What a graphics card would do to draw triangles in the order given: vertices transformed, bytes fetched,
-// pixels shaded. For metrics only: no stage uses this kernel.
+// What a graphics card would do to draw triangles in the order given: vertices transformed, bytes fetched.
+// For metrics only: no stage uses this kernel.
 // Sources: H. Hoppe, "Optimization of mesh locality for transparent vertex caching", 1999 (ACMR);
 // P. Sander, D. Nehab and J. Barczak, "Fast triangle reordering for vertex locality and reduced overdraw",
-// 2007 (ATVR, overdraw averaged over views).
+// 2007 (ATVR).
 #pragma once
 
 #include <cstdint>
@@ -22,10 +22,5 @@ struct DrawCost {
 // number of triangles.
 DrawCost draw_cost(std::span<const std::uint32_t> indices, std::size_t vertices, unsigned cache,
                    std::span<const std::uint32_t> strides, std::uint64_t lines);
-
-// Pixels shaded per pixel covered, the mean over six orthographic views along the axes of a cube around the
-// mesh, `side` pixels wide (1 to 4096), with a depth test and front faces only. 1 at best; 1 where nothing is
-// covered. positions: (n, 3), finite.
-double overdraw(std::span<const float> positions, std::span<const std::uint32_t> indices, unsigned side);
 
 } // namespace paradize::reference

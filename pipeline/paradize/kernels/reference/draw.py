@@ -29,14 +29,3 @@ def draw_cost(
         raise ValueError(f"cache {cache}, lines {lines}, strides {strides}")
     found = _reference.draw_cost(_triangles(triangles, vertices), vertices, cache, strides, lines)
     return float(found[0]), float(found[1]), float(found[2])
-
-
-def overdraw(positions: npt.ArrayLike, triangles: npt.ArrayLike, *, side: int = 256) -> float:
-    """Pixels shaded per pixel covered, over six views along the axes. positions: (n, 3) finite; side: 1 to
-    4096 pixels."""
-    points = np.ascontiguousarray(positions, np.float32)
-    if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
-        raise ValueError(f"expected (n, 3) finite floats, got {points.shape}")
-    if not 1 <= side <= 4096:
-        raise ValueError(f"side {side}, expected 1 to 4096")
-    return float(_reference.overdraw(points, _triangles(triangles, len(points)), side))
