@@ -23,7 +23,8 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
 
 
 def baked(root: Path, quantise_deg: float | None) -> bytes:
-    return bake_mesh(root / "raw_assets/palm/palm.obj", lods=2, quantise_deg=quantise_deg).glb
+    quantise = None if quantise_deg is None else {"quantise_normal_max_deg": quantise_deg}
+    return bake_mesh(root / "raw_assets/palm/palm.obj", lods=2, quantise=quantise).glb
 
 
 def terrain(root: Path, *, max_error_m: float) -> bytes:

@@ -67,28 +67,9 @@ def mesh_errors(levels: list[dict[str, Any]], frames: bool = True) -> dict[str, 
 def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """OBJ -> GLB with tangent frames and LODs."""
     from paradize.bakers.mesh.lods_from_path import bake_seen
-    from paradize.bakers.quantise import direction_deg_of
+    from paradize.scene.baker_settings import MeshSettings
 
-    made = bake_seen(
-        sources["mesh"],
-        settings.get("sight"),
-        settings.get("instances", []),
-        ratio=settings["ratio"],
-        errors=settings["lod_errors"],
-        lods=settings["lods"],
-        max_error=settings["max_error"],
-        tier=tier,
-        atlas=settings["atlas"],
-        painted=True,  # the maps of a scene's object are: overlaps are its author's choice
-        base_colors=settings["base_colors"],
-        weld_m=settings["weld_m"],
-        crease_deg=settings["crease_deg"],
-        tangents=settings["tangents"],
-        simplifier=settings["simplifier"],
-        unwrapper=settings["unwrapper"],
-        quantise_deg=direction_deg_of(settings["quantise"]) if "quantise" in settings else None,
-        attributes=settings["attributes"],
-    )
+    made = bake_seen(sources["mesh"], MeshSettings(**settings), tier=tier)
     levels = made.report["lods"]
     errors = mesh_errors(levels, "TANGENT" in settings["attributes"])
     used = str(made.report.get("tier", tier))

@@ -6,7 +6,7 @@ Called in a worker process, so that no input takes the command line down with it
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -94,43 +94,13 @@ def _require_measured(kind: str, budget: Iterable[str], known: Collection[str], 
         raise GroupedError(BakeError(what, file=path, place=f"--budget {one}", mend=mend) for one in idle)
 
 
-def solo_mesh(
-    path: Path,
-    *,
-    lods: int,
-    max_error: float | None,
-    atlas: bool,
-    tier: str,
-    ratio: float = 0.5,
-    errors: Sequence[float] = (),
-    weld_m: float = 0.0,
-    crease_deg: float = 45.0,
-    tangents: str = "mikktspace",
-    quantise: bool = False,
-    simplifier: str = "paradize",
-    unwrapper: str = "paradize",
-) -> BakedFiles:
-    """`paradize mesh`: the file is named after the input's stem; the caller renames it."""
+def solo_mesh(path: Path, *, tier: str, **settings: Any) -> BakedFiles:
+    """`paradize mesh`, with MeshSettings: the file is named after the input's stem; the caller renames it."""
     from paradize.bakers.mesh.bake import bake_mesh
-    from paradize.bakers.quantise import DIRECTION_DEG
     from paradize.bakers.registry import mesh_errors
 
-    made = bake_mesh(
-        path,
-        lods=lods,
-        max_error=max_error,
-        tier=tier,
-        atlas=atlas,
-        ratio=ratio,
-        errors=errors,
-        weld_m=weld_m,
-        crease_deg=crease_deg,
-        tangents=tangents,
-        quantise_deg=DIRECTION_DEG if quantise else None,
-        simplifier=simplifier,
-        unwrapper=unwrapper,
-    )
-    if atlas and not made.report["atlas"]:
+    made = bake_mesh(path, tier=tier, **settings)
+    if settings["atlas"] and not made.report["atlas"]:
         what = "has texture coordinates that its maps may be painted for; no atlas made"
         made.report["warnings"].append(f"{path}: {what}; take them out of the OBJ for a new layout")
     rows = []

@@ -72,10 +72,9 @@ def add(sub: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """The exit code."""
-    settings = {
-        key: getattr(arguments, key)
-        for key in ("lods", "max_error", "ratio", "errors", "tangents", "quantise", "simplifier")
-    }
+    settings = {key: getattr(arguments, key) for key in ("lods", "max_error", "tangents", "simplifier")}
+    settings |= {"lod_ratio": arguments.ratio, "lod_errors": arguments.errors}
+    settings["quantise"] = {} if arguments.quantise else None
     settings["atlas"] = arguments.atlas or arguments.unwrapper is not None
     settings["unwrapper"] = arguments.unwrapper or UNWRAPPERS[0]
     settings |= {"weld_m": arguments.weld, "crease_deg": arguments.crease}

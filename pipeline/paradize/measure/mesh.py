@@ -75,7 +75,7 @@ def mesh_groups(order: BakeJob) -> list[TrialGroup]:
             TrialGroup(f"{name} tangent frames", "tangent frames", artifact, metrics, tries, TANGENTS)
         )
     used = "float32"
-    if "quantise" in settings:
+    if settings["quantise"] is not None:
         used = "16 bit" if direction_deg_of(settings["quantise"]) < 0.5 else "16 bit, directions 8"
     tries = tuple(
         Trial(tier, code_tier, given | {"tier": tier}, tier, {} if tier == used else None) for tier in _CODES
@@ -180,7 +180,7 @@ def lod_tier(
     limit = settings["max_error"]
     if limit is None:
         limit = max(DEFAULT_MAX_ERROR, *bounds, 0.0)
-    plan = Plan(settings["lods"], limit, settings["ratio"], bounds, simplifier=simplifier)
+    plan = Plan(settings["lods"], limit, settings["lod_ratio"], bounds, simplifier=simplifier)
     if settings.get("sight"):
         plan = sight_plan(settings["sight"], settings["instances"])(mesh, plan)
     seconds, (steps, notes) = timed(lambda: make_levels(mesh, plan, tier), runs)

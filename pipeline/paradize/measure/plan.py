@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from paradize.measure.texture import color_groups, map_groups, sky_groups
 from paradize.measure.timing import TrialGroup
 from paradize.readers.heightmap import guessed_source, read_heightmap
 from paradize.readers.image import read_image
+from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.requirements import BakeJob, Output
 from paradize.scene.settings import Relief, Scene
 
@@ -91,9 +91,7 @@ def file_groups(path: Path, options: FileOptions) -> list[TrialGroup]:
 
 def _mesh_order(path: Path) -> BakeJob:
     """As `paradize mesh --atlas` has it."""
-    settings: dict[str, Any] = {"lods": 4, "max_error": None, "ratio": 0.5, "lod_errors": [], "weld_m": 0.0}
-    settings |= {"crease_deg": 45.0, "tangents": "mikktspace", "atlas": True, "simplifier": "paradize"}
-    settings["unwrapper"] = "paradize"
+    settings = asdict(MeshSettings(atlas=True))
     return BakeJob(
         f"{path.stem} mesh", "mesh", {"mesh": path}, settings, (Output(path.stem, "mesh", "mesh", ""),)
     )

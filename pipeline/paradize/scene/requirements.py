@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.maps import DERIVED
+from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.flight import Flight, Vec, sight, sine_cosine
 from paradize.scene.placement import placed
 from paradize.scene.settings import VIEWS, Scene, SceneObject, Terrain, Water
@@ -101,7 +102,7 @@ def require(scene: Scene, looks: dict[str, MaterialColors]) -> Requirements:
         metric: limit for metric, limit in scene.budget.hard.items() if metric.startswith("quantise_")
     }
     for item in scene.objects:
-        sight = _seen_by(scene) if item.lods_by == "sight" else {}
+        sight = _seen_by(scene) if item.lods_by == "sight" else None
         own = tuple(view for view in views if view in item.views)
         _object(found, item, looks[item.name], own, sight, accepted)
     if scene.sound:
@@ -215,12 +216,10 @@ def _seen_by(scene: Scene) -> dict[str, Any]:
     """What decides how near and how far the flight sees a thing, for lods_from_path.py. error_px: what the
     player's finest quality accepts; far_error_px: what the scene accepts, from which coarse levels follow."""
     return {
-        "sight": {
-            "flight": asdict(scene.flight),
-            "viewport": list(scene.head.largest),
-            "error_px": FINEST_LOD * scene.head.lod_error_px,
-            "far_error_px": scene.head.lod_error_px,
-        }
+        "flight": asdict(scene.flight),
+        "viewport": list(scene.head.largest),
+        "error_px": FINEST_LOD * scene.head.lod_error_px,
+        "far_error_px": scene.head.lod_error_px,
     }
 
 
@@ -238,7 +237,7 @@ def finest_shadow_texel_m(scene: Scene) -> float | None:
 def ground_sight(scene: Scene) -> dict[str, Any]:
     """What decides which parts of the terrain are ever seen, and how finely, for query.py."""
     level_m = scene.water.level_m if scene.water else 0.0
-    seen: dict[str, Any] = _seen_by(scene)["sight"]
+    seen: dict[str, Any] = _seen_by(scene)
     return seen | {
         "mirror_m": level_m if scene.reflection else None,
         "water_m": level_m if scene.water and scene.refraction else None,
@@ -293,7 +292,7 @@ def _object(
     item: SceneObject,
     look: MaterialColors,
     views: tuple[str, ...],
-    seen: dict[str, Any],
+    sight: dict[str, Any] | None,
     accepted: dict[str, float],
 ) -> None:
     name = item.name
@@ -306,20 +305,18 @@ def _object(
         "mesh",
         {"mesh": item.mesh},
         [Output(f"{name}_mesh", "mesh", "mesh", read["POSITION"], drawn)],
-        lods=item.lods,
-        max_error=item.max_error,
-        ratio=item.lod_ratio,
-        lod_errors=list(item.lod_errors),
-        weld_m=item.weld_m,
-        crease_deg=item.crease_deg,
-        tangents=item.tangents,
-        simplifier=item.simplifier,
-        unwrapper=item.unwrapper,
-        attributes=[key for key in read if key.isupper()],
-        **({"quantise": accepted} if item.quantise else {}),
-        **({"instances": [asdict(instance) for instance in item.instances]} | seen if seen else {}),
-        atlas=look.color_map is not None,  # a map needs a UV layout
-        base_colors={material: list(color) for material, color in look.base_colors.items()},
+        **asdict(
+            MeshSettings.of_object(
+                item,
+                attributes=[key for key in read if key.isupper()],
+                quantise=accepted if item.quantise else None,
+                sight=sight,
+                instances=[asdict(instance) for instance in item.instances] if sight else [],
+                atlas=look.color_map is not None,  # a map needs a UV layout
+                painted=True,  # the maps of an object are: overlaps are its author's choice
+                base_colors={material: list(color) for material, color in look.base_colors.items()},
+            )
+        ),
     )
     if look.color_map is None or "color" not in read:
         return

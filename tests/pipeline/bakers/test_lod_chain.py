@@ -125,9 +125,9 @@ def test_a_bound_above_the_limit_that_nobody_asked_for_counts(tmp_path: Path) ->
     rows = [f"v {x} {y} {z}" for x in (0, 1) for y in (0, 1) for z in (0, 1)]
     faces = ("1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8 4")
     path.write_text("\n".join(rows + [f"f {face}" for face in faces]))
-    last = bake_mesh(path, errors=(0.3,)).report["lods"][-1]
+    last = bake_mesh(path, lod_errors=(0.3,)).report["lods"][-1]
     assert last["triangles"] < 12 and 0.1 < last["error_max"] <= 0.3
-    assert len(bake_mesh(path, errors=(0.3,), max_error=0.2).report["lods"]) == 1
+    assert len(bake_mesh(path, lod_errors=(0.3,), max_error=0.2).report["lods"]) == 1
 
 
 def test_a_better_tier_is_nearer_to_the_source() -> None:

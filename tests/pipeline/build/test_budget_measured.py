@@ -32,7 +32,7 @@ TERRAIN = {"size_m": (20.0, 20.0), "height_m": 4.0, "max_error_m": 0.1}
         ("maps", "wood.png", MAPS | {"fmt": "png"}),
         *(("maps", "wood.png", MAPS | {"only": [name]}) for name in MAPS["only"]),  # type: ignore[union-attr]
         ("mesh", "post.obj", MESH),
-        ("mesh", "post.obj", MESH | {"quantise": True}),
+        ("mesh", "post.obj", MESH | {"quantise": {}}),
         ("terrain", "height.png", TERRAIN),
         ("terrain", "height.png", TERRAIN | {"quantise": True}),
     ],

@@ -80,13 +80,13 @@ def farthest(found: F64, truth: F64) -> float:
     return float(max(cKDTree(a).query(b)[0].max(), cKDTree(b).query(a)[0].max()))
 
 
-@pytest.mark.parametrize("quantise_deg", [None, 0.1], ids=["floats", "codes"])
+@pytest.mark.parametrize("quantise", [None, {}], ids=["floats", "codes"])
 @pytest.mark.parametrize("shift", FAR.values(), ids=FAR)
 def test_a_model_far_away_keeps_its_places_and_is_measured_from_its_text(
-    tmp_path: Path, shift: tuple[float, float, float], quantise_deg: float | None
+    tmp_path: Path, shift: tuple[float, float, float], quantise: dict[str, float] | None
 ) -> None:
     truth = hills(shift)
-    made = bake_mesh(write(tmp_path / "a.obj", truth), lods=3, quantise_deg=quantise_deg)
+    made = bake_mesh(write(tmp_path / "a.obj", truth), lods=3, quantise=quantise)
     report = made.report
     assert report["triangles"] == 2 * SIDE * SIDE and report["warnings"] == []
     across = float(np.linalg.norm(np.ptp(truth, axis=0)))
@@ -97,7 +97,7 @@ def test_a_model_far_away_keeps_its_places_and_is_measured_from_its_text(
     found = farthest(placed(made.glb), truth)
     bound = finest["error_max"] * across
     assert found <= bound + np.spacing(np.abs(truth).max())  # what the reader here rounds
-    if quantise_deg is None:
+    if quantise is None:
         assert bound == pytest.approx(lost, rel=1e-5) and found > 0.5 * bound
     nodes = document(made.glb)["nodes"]
     assert len(nodes) == 3 and len({str(node["translation"]) for node in nodes}) == 1

@@ -57,7 +57,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
         told = solo("maps", scene.parent / "wood.png", tier="fast", budget={}, **MAPS | {"fmt": fmt}).told
         for one in told["maps"].values():
             names |= set(one["errors"]).union(*one["levels"])
-    mesh = solo("mesh", scene.parent / "post.obj", tier="fast", budget={}, **MESH | {"quantise": True})
+    mesh = solo("mesh", scene.parent / "post.obj", tier="fast", budget={}, **MESH | {"quantise": {}})
     names |= set().union(*mesh.told["lods"], *mesh.errors.values())
     field = scene.parent / "height.png"
     terrain = solo("terrain", field, tier="fast", budget={}, **TERRAIN | {"quantise": True})

@@ -313,7 +313,7 @@ def test_a_baked_mesh_states_what_its_codes_cost(tmp_path: Path) -> None:
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/1\n"
     )
     plain = bake_mesh(path, lods=1)
-    made = bake_mesh(path, lods=1, quantise_deg=0.1)
+    made = bake_mesh(path, lods=1, quantise={})
     level = made.report["lods"][0]
     assert plain.report["lods"][0]["error_max"] == 0.0
     assert "quantise_max" not in plain.report["lods"][0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 
 from paradize.bakers.mesh.atlas import with_atlas
 from paradize.bakers.mesh.lods import DEFAULT_MAX_ERROR, TIERS, Plan, make_levels
-from paradize.bakers.quantise import quantised_levels
+from paradize.bakers.quantise import direction_deg_of, quantised_levels
 from paradize.data import Group, Lod, Mesh, six_down, six_up
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
 from paradize.formats.glb.encode import encode_glb
@@ -22,14 +22,15 @@ from paradize.metrics.loading import Loaded, loaded, loading_messages
 from paradize.metrics.tangent import frame_errors, frame_faults, part_of, true_tangents
 from paradize.readers.mtl import base_colors_of
 from paradize.readers.obj import read_obj
-from paradize.stages.lod import RATIO, SIMPLIFIERS
-from paradize.stages.normals import CREASE_DEG, complete_normals
+from paradize.scene.baker_settings import MeshSettings
+from paradize.stages.lod import SIMPLIFIERS
+from paradize.stages.normals import complete_normals
 from paradize.stages.order import draw_order
 from paradize.stages.reproject import take_attributes
 from paradize.stages.simplifiers import simplifier_version
 from paradize.stages.tangents import METHODS, tangent_frames
 from paradize.stages.tangents import TIERS as FRAMES
-from paradize.stages.unwrappers import UNWRAPPERS, unwrapper_version
+from paradize.stages.unwrappers import unwrapper_version
 from paradize.stages.validate import messages, repairs, validate_mesh
 from paradize.stages.weld import weld, welded_messages
 
@@ -50,72 +51,27 @@ class MeshProduct:
 
 def bake_mesh(
     path: Path,
+    settings: MeshSettings | None = None,
     *,
-    lods: int = 4,
-    max_error: float | None = None,
     tier: str = "balanced",
-    atlas: bool = False,
-    painted: bool = False,
     root: Path | None = None,
-    base_colors: Mapping[str, Sequence[float]] | None = None,
-    ratio: float = RATIO,
-    errors: Sequence[float] = (),
     plan: Callable[[Mesh, Plan], Plan] | None = None,
-    weld_m: float = 0.0,
-    crease_deg: float = CREASE_DEG,
-    tangents: str = "mikktspace",
-    quantise_deg: float | None = None,
     tangent_tiers: bool = True,
-    simplifier: str = SIMPLIFIERS[0],
-    unwrapper: str = UNWRAPPERS[0],
+    **changes: Any,
 ) -> MeshProduct:
     """Reads an OBJ, mends it, gives it normals, tangent frames and levels of detail, and measures each level.
 
-    lods: levels at most, level 0 included, 1 to MAX_LODS. max_error: largest surface distance of any level,
-    of the bounding box's diagonal (None: a tenth of it, or the largest of `errors` where that is more).
-    tier: the LOD tier; the nearest one there is is used and named in the
-    report. atlas: make texture coordinates where there are none or they overlap; painted: only where
-    there are none, since maps are painted for those there are. root: folder
-    that material files must lie in. base_colors: linear RGB by material, instead of the Kd of materials
-    without a colour map. ratio:
-    triangles of a level, of those of the one before, 0.05 to 0.95. errors: rising bounds of the levels after
-    the source, of the diagonal, instead of `ratio`: each is the coarsest mesh inside its bound. plan: what
-    makes another plan of this one, knowing the mesh. weld_m: join places at most this far apart. crease_deg:
-    0 to 180, where normals are missing and the file names no smoothing groups: faces at a larger angle meet
-    in an edge. tangents: the tier of tangent frames, as stages/tangents names them. bumps: what the mesh is
-    drawn with, so that levels are judged with it too. quantise_deg: vertices as codes that turn no normal or
-    tangent by more than this; None: as floats. tangent_tiers: report what each tier of
-    tangent frames would be off. simplifier: what makes the levels, one of SIMPLIFIERS; another than ours has
-    tier balanced alone. unwrapper: what makes the atlas, one of UNWRAPPERS. Raises SourceError (of several
-    faults GroupedError) for an input that cannot be baked, BakeError where a stage fails.
+    settings: None: as they are by themselves; changes: fields of them that are others. tier: the LOD tier;
+    the nearest one there is is used and named in the report. root: folder that material files must lie in.
+    plan: what makes another plan of this one, knowing the mesh. tangent_tiers: report what each tier of
+    tangent frames would be off. Raises SourceError (of several faults GroupedError) for an input that cannot
+    be baked, BakeError where a stage fails.
     """
-    started = time.monotonic()
     path = Path(path)
-    if not 1 <= lods <= MAX_LODS:
-        raise BakeError(f"{lods} levels of detail, expected 1 to {MAX_LODS}", file=path)
-    if max_error is not None and not 0 <= max_error <= 1:
-        raise BakeError(f"max error {max_error:g} of the diagonal, expected 0 to 1", file=path)
-    if not 0.05 <= ratio <= 0.95:
-        raise BakeError(f"a ratio of {ratio:g}, expected 0.05 to 0.95", file=path)
-    if list(errors) != sorted(errors) or not all(0 <= bound <= 1 for bound in errors):
-        raise BakeError(f"errors {list(errors)}, expected rising numbers from 0 to 1", file=path)
-    if simplifier not in SIMPLIFIERS:
-        mend = f"use one of {', '.join(SIMPLIFIERS)}"
-        raise BakeError(f"no simplifier {simplifier!r}", file=path, mend=mend)
-    if not 0 <= crease_deg <= 180:
-        raise BakeError(f"a crease angle of {crease_deg:g} degrees, expected 0 to 180", file=path)
-    asked = Plan(
-        count=lods,
-        limit=max(DEFAULT_MAX_ERROR, *errors, 0.0) if max_error is None else max_error,
-        ratio=ratio,
-        errors=tuple(errors),
-        simplifier=simplifier,
-    )
+    used = replace(settings or MeshSettings(), **changes)
+    _require_ranges(path, used)
     try:
-        return _bake(
-            *(path, asked, plan, tier, atlas, painted, root, base_colors, weld_m, crease_deg),
-            *(tangents, quantise_deg, tangent_tiers, unwrapper, started),
-        )
+        return _bake(path, used, tier, root, plan, tangent_tiers)
     except MemoryError as error:
         raise SourceError("too large for this machine's memory", file=path) from error
     except GroupedError:
@@ -126,23 +82,45 @@ def bake_mesh(
         raise
 
 
+def _require_ranges(path: Path, settings: MeshSettings) -> None:
+    """Raises BakeError for a setting that is out of range."""
+    errors, crease_deg = list(settings.lod_errors), settings.crease_deg
+    if not 1 <= settings.lods <= MAX_LODS:
+        raise BakeError(f"{settings.lods} levels of detail, expected 1 to {MAX_LODS}", file=path)
+    if settings.max_error is not None and not 0 <= settings.max_error <= 1:
+        raise BakeError(f"max error {settings.max_error:g} of the diagonal, expected 0 to 1", file=path)
+    if not 0.05 <= settings.lod_ratio <= 0.95:
+        raise BakeError(f"a ratio of {settings.lod_ratio:g}, expected 0.05 to 0.95", file=path)
+    if errors != sorted(errors) or not all(0 <= bound <= 1 for bound in errors):
+        raise BakeError(f"errors {errors}, expected rising numbers from 0 to 1", file=path)
+    if settings.simplifier not in SIMPLIFIERS:
+        mend = f"use one of {', '.join(SIMPLIFIERS)}"
+        raise BakeError(f"no simplifier {settings.simplifier!r}", file=path, mend=mend)
+    if not 0 <= crease_deg <= 180:
+        raise BakeError(f"a crease angle of {crease_deg:g} degrees, expected 0 to 180", file=path)
+
+
+def _plan_of(settings: MeshSettings) -> Plan:
+    errors, limit = tuple(settings.lod_errors), settings.max_error
+    return Plan(
+        count=settings.lods,
+        limit=max(DEFAULT_MAX_ERROR, *errors, 0.0) if limit is None else limit,
+        ratio=settings.lod_ratio,
+        errors=errors,
+        simplifier=settings.simplifier,
+    )
+
+
 def _bake(
     path: Path,
-    asked: Plan,
-    plan: Callable[[Mesh, Plan], Plan] | None,
+    settings: MeshSettings,
     tier: str,
-    atlas: bool,
-    painted: bool,
     root: Path | None,
-    base_colors: Mapping[str, Sequence[float]] | None,
-    weld_m: float,
-    crease_deg: float,
-    tangents: str,
-    quantise_deg: float | None,
+    plan: Callable[[Mesh, Plan], Plan] | None,
     tangent_tiers: bool,
-    unwrapper: str,
-    started: float,
 ) -> MeshProduct:
+    started = time.monotonic()
+    asked = _plan_of(settings)
     read = read_obj(path, root)
     loading = loaded(read.mesh, read.text)
     if loading.coordinate_m > _LARGEST:
@@ -153,13 +131,13 @@ def _bake(
         )
     warnings, lines = list(read.warnings), read.lines
     warnings += [f"{path}: {text}" for text in loading_messages(loading, lines)]
-    joined, welding = weld(read.mesh, weld_m)
+    joined, welding = weld(read.mesh, settings.weld_m)
     try:
         mesh, found = validate_mesh(joined, path)
     except SourceError as error:
         if not welding.joined:
             raise
-        what = f"{error.what} once places within {weld_m:g} metres are joined"
+        what = f"{error.what} once places within {settings.weld_m:g} metres are joined"
         raise SourceError(what, file=path, mend="join with a smaller tolerance") from error
     found = replace(found, unused_vertices=found.unused_vertices + read.counts["positions_unused"])
     smoothing, materials = read.smoothing[found.kept], read.materials
@@ -168,10 +146,10 @@ def _bake(
     if mesh.colors is not None and (mesh.colors.min() < 0 or mesh.colors.max() > 1):
         mesh = replace(mesh, colors=np.clip(mesh.colors, 0, 1))
         warnings.append(f"{path}: vertex colours beyond 0 to 1, held to it")
-    mesh = by_material(complete_normals(mesh, smoothing, crease_deg=crease_deg)[0])
+    mesh = by_material(complete_normals(mesh, smoothing, crease_deg=settings.crease_deg)[0])
     layout = None
-    if atlas and not (painted and mesh.uvs is not None):
-        mesh, layout, notes = with_atlas(mesh, path, tier, unwrapper)
+    if settings.atlas and not (settings.painted and mesh.uvs is not None):
+        mesh, layout, notes = with_atlas(mesh, path, tier, settings.unwrapper)
         warnings += notes
     if mesh.uvs is None:
         warnings.append(f"{path}: no texture coordinates, so no tangent frames; mesh --atlas makes some")
@@ -181,8 +159,8 @@ def _bake(
     if used == "exact" and asked.simplifier != SIMPLIFIERS[0]:
         used = "balanced"
         warnings.append(f"{path}: simplifier {asked.simplifier!r} has no tier 'exact'; {used!r} used")
-    frames = FRAMES.get(tangents, tangents)
-    if tangents == "face" and mesh.uvs is not None:
+    frames = FRAMES.get(settings.tangents, settings.tangents)
+    if settings.tangents == "face" and mesh.uvs is not None:
         warnings.append(f"{path}: tangents 'face' are slower and err more than 'vertex', which is used")
     steps, notes = make_levels(mesh, asked if plan is None else plan(mesh, asked), used)
     warnings += [f"{path}: {note}" for note in notes]
@@ -197,11 +175,10 @@ def _bake(
         framed[at] = draw_order(level), errors
     del level
     done = tuple(_lod(level, errors) for level, errors in framed)
-    if quantise_deg is not None:
-        done = quantised_levels(done, direction_deg=quantise_deg)
-    glb = encode_glb(
-        done, path.stem, base_colors=base_colors_of(materials) if base_colors is None else base_colors
-    )
+    if settings.quantise is not None:
+        done = quantised_levels(done, direction_deg=direction_deg_of(settings.quantise))
+    own = base_colors_of(materials) if settings.base_colors is None else settings.base_colors
+    glb = encode_glb(done, path.stem, base_colors=own)
     verify_glb(glb, path.with_suffix(".glb"))
     report: dict[str, Any] = {
         "triangles": len(framed[0][0].triangles),
@@ -211,14 +188,14 @@ def _bake(
         "simplifier_version": simplifier_version(asked.simplifier),
         "atlas": layout is not None,
         "layout": layout,
-        "unwrapper": None if layout is None else unwrapper,
-        "unwrapper_version": None if layout is None else unwrapper_version(unwrapper),
+        "unwrapper": None if layout is None else settings.unwrapper,
+        "unwrapper_version": None if layout is None else unwrapper_version(settings.unwrapper),
         "closed": found.closed,
         "components": found.topology.components,
         "tangents": frames if framed[0][0].tangents is not None else None,
         "tangent_tiers": tiers,
         "bytes": len(glb),
-        "quantised": quantise_deg is not None,
+        "quantised": settings.quantise is not None,
         "origin": list(framed[0][0].origin),
         "loading": loading.errors | {"collapsed": loading.collapsed},
         "repairs": repairs(found, lines) | {"welded": welding.joined, "welded_most_m": welding.largest_m},

@@ -7,7 +7,7 @@ player takes them, and pixels those of the middle of the picture.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,12 +19,13 @@ from paradize.bakers.mesh.lods import Plan
 from paradize.data import Mesh
 from paradize.formats.glb.cut import cut_glb
 from paradize.metrics.surface import diagonal
+from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.flight import plan_flight, sight, sine_cosine
 from paradize.scene.placement import placed
 from paradize.scene.settings import EyePoint, Flight, TargetPoint
 
 
-def sight_plan(seen: dict[str, Any], instances: list[dict[str, Any]]) -> Callable[[Mesh, Plan], Plan]:
+def sight_plan(seen: dict[str, Any], instances: Sequence[Mapping[str, Any]]) -> Callable[[Mesh, Plan], Plan]:
     """A plan for a mesh that stands at `instances` (as scene.Instance) in what `seen` (as
     scene/requirements.py orders it) shows. A mesh that the flight never sees keeps one level, as
     coarse as the plan's limit allows."""
@@ -62,16 +63,9 @@ def sight_plan(seen: dict[str, Any], instances: list[dict[str, Any]]) -> Callabl
     return plan
 
 
-def bake_seen(
-    path: Path,
-    sight: dict[str, Any] | None,
-    instances: list[dict[str, Any]],
-    *,
-    attributes: Collection[str] | None = None,
-    **settings: Any,
-) -> MeshProduct:
-    """bake_mesh with levels for what the flight sees; by its own settings where `sight` is None. Of its
-    attributes (glTF's names; None: all) the GLB holds these."""
-    plan = None if sight is None else sight_plan(sight, instances)
-    made = bake_mesh(path, plan=plan, tangent_tiers=False, **settings)
-    return replace(made, glb=cut_glb(made.glb, attributes=attributes))
+def bake_seen(path: Path, settings: MeshSettings, *, tier: str) -> MeshProduct:
+    """bake_mesh with levels for what the flight sees, where settings.sight says what that is. Of its
+    attributes the GLB holds those of the settings."""
+    plan = None if settings.sight is None else sight_plan(settings.sight, settings.instances)
+    made = bake_mesh(path, settings, tier=tier, plan=plan, tangent_tiers=False)
+    return replace(made, glb=cut_glb(made.glb, attributes=settings.attributes))
