@@ -61,4 +61,10 @@ void blit_color(unsigned from, int from_width_px, int from_height_px, unsigned t
                       GL_COLOR_BUFFER_BIT, same ? GL_NEAREST : GL_LINEAR);
 }
 
+void blit_depth(unsigned from, unsigned to, int width_px, int height_px) {
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, from);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, to);
+    glBlitFramebuffer(0, 0, width_px, height_px, 0, 0, width_px, height_px, GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+}
+
 } // namespace paradize::gl

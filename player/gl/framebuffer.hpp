@@ -18,4 +18,7 @@ void bind_framebuffer(unsigned framebuffer, int width_px, int height_px);
 void blit_color(unsigned from, int from_width_px, int from_height_px, unsigned to, int to_width_px,
                 int to_height_px);
 
+/// Copies or resolves depth: of each pixel one of its samples. Both have the same size and the same format.
+void blit_depth(unsigned from, unsigned to, int width_px, int height_px);
+
 } // namespace paradize::gl

@@ -35,7 +35,9 @@ struct Shared {
     const gl::Texture *reflection = nullptr;       // linear HDR, seen by View mirror
     const gl::Texture *refraction = nullptr;       // linear HDR, seen by View refraction
     const gl::Texture *refraction_depth = nullptr; // its depth, window [0, 1]
-    const gl::Texture *picture = nullptr;          // the resolved linear HDR picture, RGBA16F; for finish()
+    const gl::Texture *picture =
+        nullptr;                        // the resolved linear HDR picture, RGBA16F; for filter() and finish()
+    const gl::Texture *depth = nullptr; // its depth, window [0, 1], one sample of each pixel; for filter()
 };
 
 class Frame {
@@ -52,6 +54,7 @@ class Frame {
     glm::vec3 to_sun{0.0F, 1.0F, 0.0F}; // unit; in a sample of the reference a place of the sun's disc
     PassMeter *meter = nullptr;         // measures the main view's passes; nullptr: nobody asks
     int width_px = 0, height_px = 0;    // of the picture
+    unsigned filtered = 0;              // framebuffer that filter() draws into: RGBA16F, width x height
     unsigned output = 0;                // framebuffer that finish() draws into: RGBA8, width x height
 
     /// The views of this frame; copy one to change it (its size, its clip plane) before draw_view.

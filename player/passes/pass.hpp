@@ -53,7 +53,14 @@ class Pass {
     /// Draws what this pass has to show in one view. Called for every view; a pass ignores the kinds where it
     /// has nothing (view.kind).
     virtual void draw(const Frame & /*frame*/, const View & /*view*/) {}
-    /// After the picture is resolved: from frame.shared.picture into frame.output.
+    /// Whether filter() is to be called. Depth is resolved, and a second picture is there, where a pass says
+    /// so.
+    virtual bool filters() const { return false; }
+    /// After the picture is resolved: from frame.shared.picture and frame.shared.depth into all of
+    /// frame.filtered, in linear light. The next pass that filters, and finish(), find that as
+    /// frame.shared.picture. FrameUniforms are the main view's.
+    virtual void filter(Frame & /*frame*/) {}
+    /// The step to the screen: from frame.shared.picture into frame.output.
     virtual void finish(Frame & /*frame*/) {}
 };
 

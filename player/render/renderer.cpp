@@ -68,9 +68,17 @@ void Renderer::resize(int width_px, int height_px) {
     width_px_ = width_px;
     height_px_ = height_px;
     make_targets();
-    picture_ = gl::make_target(GL_RGBA16F, width_px, height_px);
     final_ = gl::make_target(GL_RGBA8, width_px, height_px);
-    resolved_ = gl::make_framebuffer(picture_, {});
+    const auto make_picture = [&](Picture &picture) {
+        picture.color = gl::make_target(GL_RGBA16F, width_px, height_px);
+        picture.framebuffer = gl::make_framebuffer(picture.color, {});
+    };
+    make_picture(pictures_[0]);
+    if (has_filters()) {
+        make_picture(pictures_[1]);
+        resolved_depth_ = gl::make_target(GL_DEPTH_COMPONENT24, width_px, height_px);
+        depth_framebuffer_ = gl::make_framebuffer({}, resolved_depth_);
+    }
     output_ = gl::make_framebuffer(final_, {});
     cached_passes_.clear(); // theirs is another size
     for (const std::unique_ptr<Pass> &pass : passes_) {
@@ -171,7 +179,29 @@ void Renderer::begin_frame(double elapsed_s) {
     last_s_ = elapsed_s;
 }
 
-/// Into picture_, resolved.
+bool Renderer::has_filters() const {
+    return std::ranges::any_of(passes_, [](const std::unique_ptr<Pass> &pass) { return pass->filters(); });
+}
+
+/// The resolved picture goes from one target to the other, once for each pass that filters.
+void Renderer::filter() {
+    gl::blit_depth(drawn_.name(), depth_framebuffer_.name(), width_px_, height_px_);
+    frame_.shared.depth = &resolved_depth_;
+    for (std::size_t i = 0; i < passes_.size(); ++i) {
+        if (!passes_[i]->filters()) {
+            continue;
+        }
+        frame_.filtered = pictures_[1 - picture_].framebuffer.name();
+        passes_[i]->filter(frame_);
+        picture_ = 1 - picture_;
+        frame_.shared.picture = &pictures_[picture_].color;
+        if (frame_.meter != nullptr) {
+            frame_.meter->stop(i);
+        }
+    }
+}
+
+/// Into the picture, resolved and filtered.
 void Renderer::draw_linear(const Pose &pose, const Sample &sample) {
     set_views(pose, sample);
     frame_.shared = Shared();
@@ -182,8 +212,13 @@ void Renderer::draw_linear(const Pose &pose, const Sample &sample) {
         }
     }
     frame_.draw_view(frame_.view(ViewKind::main), drawn_.name());
-    gl::blit_color(drawn_.name(), width_px_, height_px_, resolved_.name(), width_px_, height_px_);
-    frame_.shared.picture = &picture_;
+    picture_ = 0;
+    const unsigned resolved = pictures_[picture_].framebuffer.name();
+    gl::blit_color(drawn_.name(), width_px_, height_px_, resolved, width_px_, height_px_);
+    frame_.shared.picture = &pictures_[picture_].color;
+    if (has_filters()) {
+        filter();
+    }
 }
 
 void Renderer::finish() {
@@ -195,7 +230,8 @@ void Renderer::finish() {
             }
         }
     } else {
-        gl::blit_color(resolved_.name(), width_px_, height_px_, output_.name(), width_px_, height_px_);
+        const unsigned shown = pictures_[picture_].framebuffer.name();
+        gl::blit_color(shown, width_px_, height_px_, output_.name(), width_px_, height_px_);
     }
     ++frame_.clock.frame;
 }
@@ -220,7 +256,7 @@ void Renderer::draw_mean(double elapsed_s, const Pose &pose, const std::vector<S
     std::ranges::transform(sum, pixels.begin(), [&](double s) {
         return static_cast<float>(s / static_cast<double>(samples.size()));
     });
-    gl::write_target(picture_, width_px_, height_px_, pixels);
+    gl::write_target(pictures_[picture_].color, width_px_, height_px_, pixels);
     finish();
 }
 
@@ -262,7 +298,7 @@ void Renderer::read_picture(std::vector<std::uint8_t> &pixels) const {
 
 void Renderer::read_linear(std::vector<float> &pixels) const {
     pixels.resize(static_cast<std::size_t>(width_px_) * static_cast<std::size_t>(height_px_) * 4);
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved_.name());
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, pictures_[picture_].framebuffer.name());
     glReadPixels(0, 0, width_px_, height_px_, GL_RGBA, GL_FLOAT, pixels.data());
 }
 

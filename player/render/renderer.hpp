@@ -71,6 +71,8 @@ class Renderer {
     void draw_linear(const Pose &pose, const Sample &sample);
     void finish();
     void make_targets();
+    void filter();
+    bool has_filters() const;
     void read_linear(std::vector<float> &pixels) const;
 
     const Scene &scene_;
@@ -87,8 +89,17 @@ class Renderer {
     bool has_post_ = false;
     Frame frame_;
     gl::Renderbuffer color_, depth_;
-    gl::Texture picture_, final_;
-    gl::Framebuffer drawn_, resolved_, output_;
+    gl::Texture final_;
+    gl::Framebuffer drawn_, output_;
+    /// The resolved picture; filters draw from one into the other.
+    struct Picture {
+        gl::Texture color;
+        gl::Framebuffer framebuffer;
+    };
+    Picture pictures_[2];
+    std::size_t picture_ = 0; // the one that is shown
+    gl::Texture resolved_depth_;
+    gl::Framebuffer depth_framebuffer_;
     std::uint64_t steps_ = 0;
     double last_s_ = 0.0;
 };

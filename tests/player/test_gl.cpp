@@ -11,6 +11,7 @@
 #include <epoxy/gl.h>
 
 #include <utility>
+#include <vector>
 
 using namespace paradize;
 
@@ -89,6 +90,30 @@ TEST_CASE("framebuffer: a multisampled picture resolves into a texture") {
     CHECK(pixel[0] == 2.0F); // more than one: floats all the way
     CHECK(pixel[1] == 0.25F);
     test::throw_on_error();
+}
+
+TEST_CASE("framebuffer: depth of several samples resolves into a texture that can be read") {
+    if (!test::have_context()) {
+        return;
+    }
+    constexpr int side_px = 8;
+    const gl::Renderbuffer color = gl::make_renderbuffer(GL_RGBA16F, side_px, side_px, 4);
+    const gl::Renderbuffer depth = gl::make_renderbuffer(GL_DEPTH_COMPONENT24, side_px, side_px, 4);
+    const gl::Framebuffer drawn = gl::make_framebuffer(color, depth);
+    gl::bind_framebuffer(drawn.name(), side_px, side_px);
+    glClearDepth(0.25);
+    glClear(GL_DEPTH_BUFFER_BIT);
+    glClearDepth(1.0);
+    const gl::Texture resolved = gl::make_target(GL_DEPTH_COMPONENT24, side_px, side_px);
+    const gl::Framebuffer target = gl::make_framebuffer({}, resolved);
+    gl::blit_depth(drawn.name(), target.name(), side_px, side_px);
+    std::vector<float> values(side_px * side_px);
+    glBindTexture(GL_TEXTURE_2D, resolved.name());
+    glGetTexImage(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT, GL_FLOAT, values.data());
+    for (const float value : values) {
+        CHECK(value == doctest::Approx(0.25F));
+    }
+    CHECK(glGetError() == GL_NO_ERROR);
 }
 
 TEST_CASE("framebuffer: an impossible one is refused") {

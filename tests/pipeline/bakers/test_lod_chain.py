@@ -17,6 +17,7 @@ from paradize.bakers.mesh.lods_from_path import bake_seen, sight_plan
 from paradize.data import Group, Mesh
 from paradize.metrics.surface import Judge, diagonal, surface_distance
 from paradize.scene.flight import plan_flight, sight
+from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.settings import load_scene
 from paradize.stages.lod import simplify
 from paradize.stages.validate import validate_mesh
@@ -257,7 +258,10 @@ def test_a_scene_keeps_the_layout_that_its_maps_are_painted_for(tmp_path: Path) 
     rows += ["f 1/1 2/2 3/3 4/4", "f 5/1 6/2 7/3 8/4"]
     path = tmp_path / "twice.obj"
     path.write_text("\n".join(rows) + "\n")
-    made = {painted: bake_seen(path, None, [], atlas=True, painted=painted) for painted in (True, False)}
+    made = {
+        painted: bake_seen(path, MeshSettings(atlas=True, painted=painted), tier="balanced")
+        for painted in (True, False)
+    }
     assert not made[True].report["atlas"] and made[False].report["atlas"]
     uvs = made[True].lods[0].mesh.uvs
     assert uvs is not None and sorted(set(uvs[:, 0].tolist())) == pytest.approx([0.1, 0.9])
