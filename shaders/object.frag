@@ -68,11 +68,7 @@ void main() {
         }
     }
 
-    Surface s;
-    s.position = v_position;
-    s.normal = shaded;
-    s.geometric = geometric;
-    s.albedo = texel.rgb * u_base_color;
+    Surface s = matte_surface(v_position, shaded, geometric, texel.rgb * u_base_color);
     s.f0 = clamp(0.08 * gloss.r * u_shine.x, 0.0, 1.0);
     s.alpha = alpha;
     s.translucency = u_translucency;

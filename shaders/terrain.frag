@@ -135,14 +135,10 @@ void main() {
     albedo *= 1.0 - dark * vec3(0.92, 1.0, 1.08);
 
     vec3 geometric = safe_normalize(v_normal, vec3(0.0, 1.0, 0.0));
-    Surface s;
-    s.position = v_position;
-    s.normal = tangent_to_world(relief, v_normal, v_tangent);
-    s.geometric = geometric;
-    s.albedo = albedo;
+    vec3 shaded = tangent_to_world(relief, v_normal, v_tangent);
+    Surface s = matte_surface(v_position, shaded, geometric, albedo);
     s.f0 = mix(0.04 * u_mix.z, 0.02, wet);
     s.alpha = filtered_alpha(s.normal, alpha_of_smoothness(mix(u_mix.w, u_wet.z, wet)));
-    s.translucency = 0.0;
     vec3 color = shade(s);
 
     if (u_refracting > 0.5) {

@@ -42,6 +42,11 @@ struct Surface {
     float translucency; // share of the light from behind that comes through
 };
 
+// An opaque surface without shine; the rest is for who knows more of it.
+Surface matte_surface(vec3 position, vec3 normal, vec3 geometric, vec3 albedo) {
+    return Surface(position, normal, geometric, albedo, 0.0, 1.0, 0.0);
+}
+
 // Linear radiance towards the eye, before haze. Under water the sun is dimmed and gathered by the waves.
 vec3 shade(Surface s) {
     vec3 to_eye = eye.xyz - s.position;
