@@ -16,8 +16,8 @@ from paradize.bakers.mesh.lods import EXACT, TIERS, Plan, Step, make_levels
 from paradize.bakers.mesh.lods_from_path import bake_seen, sight_plan
 from paradize.data import Group, Mesh
 from paradize.metrics.surface import Judge, diagonal, surface_distance
-from paradize.scene.flight import plan_flight, sight
 from paradize.scene.baker_settings import MeshSettings
+from paradize.scene.flight import plan_flight, sight
 from paradize.scene.settings import load_scene
 from paradize.stages.lod import simplify
 from paradize.stages.validate import validate_mesh

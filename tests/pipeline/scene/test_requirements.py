@@ -269,7 +269,7 @@ def test_an_object_names_its_unwrapper_and_its_row_tells_it(
     post.write_text("\n".join(re.sub(r"/\d+", "", line) for line in lines) + "\n")
     report = bake(scene, tmp_path / "out", BuildOptions(jobs=2))
     assert not report.errors
-    row = next(row for row in report.artifacts if row["name"] == "post_mesh")
+    row = next(row for row in report.rows if row["name"] == "post_mesh")
     assert row["reason"] == f"UV layout by xatlas {unwrapper_version('xatlas')}"
     assert not [one for one in check_paths([tmp_path / "out"]) if one.severity == "error"]
 
