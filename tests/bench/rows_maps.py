@@ -76,13 +76,13 @@ def bench_mips(runs: int, codes: np.ndarray) -> Row:
     oiio.attribute("threads", CORES)
 
     def ours() -> list[np.ndarray]:
-        levels = [np.empty((SIZE >> k, SIZE >> k, 4), np.uint8) for k in range(1, SIZE.bit_length())]
+        levels = [np.empty((SIZE >> k, SIZE >> k, 4), np.uint8) for k in range(SIZE.bit_length())]
 
         def told(level: int, first: int, rows: np.ndarray) -> None:
-            levels[level - 1][first : first + len(rows)] = rows
+            levels[level][first : first + len(rows)] = rows
 
-        color_rows(codes, told, encoded=True, with_first=False)
-        return levels
+        color_rows(codes, told, encoded=True)
+        return levels[1:]
 
     def peer() -> list[np.ndarray]:
         """Codes to linear light, halved, and back to codes."""

@@ -331,12 +331,11 @@ def plan_flight(settings: FlightSettings) -> Flight:
 
 @dataclass(frozen=True)
 class Sighting:
-    """How a sphere is met by the flight: nearest distance from the eye to its surface and when, when it is
+    """How a sphere is met by the flight: nearest distance from the eye to its surface, when it is
     first inside the view cone (0 where it never is), and the farthest distance of its far side while it is
     (0 likewise)."""
 
     nearest_m: float
-    nearest_s: float
     first_seen_s: float
     seen: bool
     farthest_seen_m: float
@@ -351,7 +350,7 @@ def sight(
     tangent = sine / cosine * sqrt(1.0 + aspect * aspect)
     cos_half = 1.0 / sqrt(1.0 + tangent * tangent)
     sin_half = tangent * cos_half
-    best = [(float("inf"), 0.0)] * len(spheres)
+    nearest = [float("inf")] * len(spheres)
     first: list[float | None] = [None] * len(spheres)
     farthest = [0.0] * len(spheres)
     count = max(1, round(flight.duration_s / step_s))
@@ -362,7 +361,7 @@ def sight(
         ahead = tuple((b - a) / length for a, b in zip(eye, target, strict=True))
         for j, (center, radius) in enumerate(spheres):
             away = _distance(eye, center)
-            best[j] = min(best[j], (max(0.0, away - radius), t))
+            nearest[j] = min(nearest[j], max(0.0, away - radius))
             if first[j] is None or away + radius > farthest[j]:
                 along = 0.0
                 for e, c, f in zip(eye, center, ahead, strict=True):
@@ -372,6 +371,6 @@ def sight(
                     first[j] = t if first[j] is None else first[j]
                     farthest[j] = max(farthest[j], away + radius)
     return [
-        Sighting(near, when, seen_s or 0.0, seen_s is not None, far)
-        for (near, when), seen_s, far in zip(best, first, farthest, strict=True)
+        Sighting(near, seen_s or 0.0, seen_s is not None, far)
+        for near, seen_s, far in zip(nearest, first, farthest, strict=True)
     ]

@@ -30,7 +30,6 @@ def color_rows(
     *,
     encoded: bool,
     alpha_cutoff: float | None = None,
-    with_first: bool = True,
 ) -> None:
     """Calls emit with 8-bit sRGB values (n, w, 4) of every level of a colour picture (h, w, 1..4), band by
     band.
@@ -38,7 +37,6 @@ def color_rows(
     values: codes uint8 or uint16, or floats; encoded: sRGB, else linear light. Level 0 keeps its codes; the
     others are means of linear light, weighted by alpha where there is alpha. alpha_cutoff, 0..1: every level
     keeps level 0's share of texels at or above it, by a factor on its alpha (cut-outs do not thin out).
-    with_first: False leaves level 0 out, for a caller that has its values already.
     """
     height, width, channels = values.shape
     keep = alpha_cutoff is not None and channels in (2, 4)
@@ -46,8 +44,6 @@ def color_rows(
 
     def visit(level: int, first: int, bundle: Bundle) -> None:
         rows = bundle["color"]
-        if level == 0 and not with_first:
-            return
         if level and keep:
             levels[level - 1][first : first + len(rows)] = rows
             return

@@ -29,8 +29,8 @@ _MOST_COUNTED_TWICE = 500_000
 class Report:
     """What validation found and dropped. Triangle numbers are those of the input mesh.
 
-    kept: (m,) bool, the triangles of the input that are in the output, in their order. euler: vertices -
-    edges + triangles by position. topology: of the result, with vertices joined by position.
+    kept: (m,) bool, the triangles of the input that are in the output, in their order. topology: of
+    the result, with vertices joined by position.
     """
 
     kept: npt.NDArray[np.bool_]
@@ -41,7 +41,6 @@ class Report:
     unused_vertices: int
     zero_area_uvs: int
     first_zero_area_uv: int | None
-    euler: int
     topology: Topology
     counted_twice: bool
 
@@ -85,7 +84,6 @@ def validate_mesh(mesh: Mesh, file: object = None) -> tuple[Mesh, Report]:
         unused_vertices=unused,
         zero_area_uvs=int(no_area.sum()),
         first_zero_area_uv=_first(no_area),
-        euler=len(first) - found.edges + len(welded),
         topology=found,
         counted_twice=counted,
     )

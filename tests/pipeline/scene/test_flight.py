@@ -179,7 +179,7 @@ def test_a_sphere_is_met_where_it_is_near_and_when_it_is_seen() -> None:
     assert inside.seen and inside.first_seen_s == 0.0
     assert inside.nearest_m == pytest.approx(19.0, abs=0.2)
     assert outside.seen and 10.0 < outside.first_seen_s < 30.0  # behind the eye until it has flown half round
-    assert outside.nearest_m == pytest.approx(19.0, abs=0.2) and outside.nearest_s == pytest.approx(0.0)
+    assert outside.nearest_m == pytest.approx(19.0, abs=0.2)
 
 
 @given(
@@ -214,7 +214,6 @@ def test_what_is_met_is_what_angles_at_every_moment_say(
         seen = np.flatnonzero(room > 0.0)
         near = distance - radius
         assert met.nearest_m == pytest.approx(near.min(), abs=1e-9)
-        assert near[round(met.nearest_s / 0.25)] == pytest.approx(near.min(), abs=1e-9)
         assert met.seen == bool(len(seen))
         assert met.first_seen_s == (times[seen[0]] if len(seen) else 0.0)
         far = (distance + radius)[seen].max() if len(seen) else 0.0

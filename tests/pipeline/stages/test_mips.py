@@ -161,23 +161,6 @@ def test_transparent_texels_do_not_tint_their_neighbours() -> None:
     assert np.allclose(light[0, 0], [0.3, 0.5, 0.7, 0])
 
 
-@pytest.mark.parametrize("alpha_cutoff", [None, 0.5])
-def test_a_caller_that_holds_level_0_is_told_all_others_alike(alpha_cutoff: float | None) -> None:
-    values = np.random.default_rng(3).integers(0, 256, (24, 40, 4)).astype(np.uint8)
-    told: list[dict[tuple[int, int], np.ndarray]] = [{}, {}]
-    for heard, with_first in zip(told, (True, False), strict=True):
-        mips.color_rows(
-            values,
-            lambda level, first, rows, heard=heard: heard.update({(level, first): rows.copy()}),
-            encoded=True,
-            alpha_cutoff=alpha_cutoff,
-            with_first=with_first,
-        )
-    above = {key: rows for key, rows in told[0].items() if key[0]}
-    assert above and above.keys() == told[1].keys()
-    assert all(np.array_equal(rows, told[1][key]) for key, rows in above.items())
-
-
 def test_cut_outs_keep_their_coverage_in_every_mip() -> None:
     rng = np.random.default_rng(4)
     image = np.full((64, 64, 4), 255, np.uint8)

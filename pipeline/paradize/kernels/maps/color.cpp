@@ -181,6 +181,29 @@ void halved_row(const std::uint8_t *above, const std::uint8_t *below, const floa
     }
 }
 
+// One value at a time: in double, rounded once.
+class LevelCurve {
+  public:
+    explicit LevelCurve(const Levels &levels)
+        : levels_(levels), range_(levels.white - levels.black), power_(1.0 / levels.gamma) {}
+
+    float operator()(float value) const {
+        double t = unit((value - levels_.black) / range_);
+        if (power_ != 1.0) {
+            t = mathx::pow(t, power_);
+        }
+        t = unit((t - 0.5) * levels_.contrast + 0.5 + levels_.brightness);
+        return static_cast<float>(levels_.invert ? 1.0 - t : t);
+    }
+
+  private:
+    static double unit(double t) { return t < 0.0 ? 0.0 : (t > 1.0 ? 1.0 : t); }
+
+    Levels levels_;
+    double range_;
+    double power_;
+};
+
 } // namespace
 
 template <typename T>

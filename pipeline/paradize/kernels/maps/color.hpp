@@ -8,8 +8,6 @@
 #include <cstdint>
 #include <span>
 
-#include "math/functions.hpp"
-
 namespace paradize::maps {
 
 // File codes (uint8, uint16: shares of their largest) or floats -> linear light.
@@ -42,29 +40,6 @@ struct Levels {
     double contrast = 1.0;   // about one half
     double brightness = 0.0; // added
     bool invert = false;
-};
-
-// One value at a time: in double, rounded once.
-class LevelCurve {
-  public:
-    explicit LevelCurve(const Levels &levels)
-        : levels_(levels), range_(levels.white - levels.black), power_(1.0 / levels.gamma) {}
-
-    float operator()(float value) const {
-        double t = unit((value - levels_.black) / range_);
-        if (power_ != 1.0) {
-            t = mathx::pow(t, power_);
-        }
-        t = unit((t - 0.5) * levels_.contrast + 0.5 + levels_.brightness);
-        return static_cast<float>(levels_.invert ? 1.0 - t : t);
-    }
-
-  private:
-    static double unit(double t) { return t < 0.0 ? 0.0 : (t > 1.0 ? 1.0 : t); }
-
-    Levels levels_;
-    double range_;
-    double power_;
 };
 
 // out[i] = levels of in[i], clamped to [0, 1] after the black and white points and at the end.

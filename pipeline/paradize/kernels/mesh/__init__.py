@@ -32,7 +32,7 @@ class Topology:
     """edges: all. border: of one triangle. non_manifold: of three or more. turned: run along the same way by
     both triangles. bow_tie: vertices where fans touch without an edge. component: (m,) uint32 of each
     triangle, joined by edges. island: (n,) uint32 of each vertex, joined by a vertex at least; a vertex
-    number, not a count. border_vertex: (n,) uint8, 1 where a border edge ends."""
+    number, not a count."""
 
     edges: int
     border: Occurrences
@@ -42,7 +42,6 @@ class Topology:
     components: int
     component: U32
     island: U32
-    border_vertex: npt.NDArray[np.uint8]
 
 
 def _rows(values: npt.ArrayLike, width: int, count: int | None = None) -> F32:
@@ -174,7 +173,6 @@ def topology(triangles: npt.ArrayLike, vertices: int) -> Topology:
         components=raw["components"],
         component=raw["component"],
         island=raw["island"],
-        border_vertex=raw["border_vertex"],
     )
 
 

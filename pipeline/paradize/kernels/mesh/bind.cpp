@@ -120,7 +120,6 @@ nb::dict topology(Rows<std::uint32_t> triangles, std::uint32_t vertices) {
     out["components"] = found.components;
     out["component"] = give(std::move(found.component));
     out["island"] = give(std::move(found.island));
-    out["border_vertex"] = give(std::move(found.border_vertex));
     return out;
 }
 

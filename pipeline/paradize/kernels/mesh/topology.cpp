@@ -42,7 +42,6 @@ void tell(Found &found, std::uint32_t triangle) {
 Topology topology(std::span<const std::uint32_t> triangles, std::uint32_t vertices) {
     const std::size_t corners = triangles.size();
     Topology out;
-    out.border_vertex.assign(vertices, 0);
     const auto next = [](std::uint32_t c) { return c % 3 == 2 ? c - 2 : c + 1; };
     // By lower end first, which counting does, then by upper end and corner among the few that share it.
     std::vector<std::uint32_t> start(static_cast<std::size_t>(vertices) + 1, 0);
@@ -67,7 +66,6 @@ Topology topology(std::span<const std::uint32_t> triangles, std::uint32_t vertic
         const std::uint32_t c = edges[i].corner;
         if (stop - i == 1) {
             tell(out.border, c / 3);
-            out.border_vertex[edges[i].low] = out.border_vertex[edges[i].high] = 1;
         } else if (stop - i > 2) {
             tell(out.non_manifold, c / 3);
         } else if (triangles[c] == triangles[edges[i + 1].corner]) {

@@ -22,9 +22,8 @@ struct Topology {
     Found turned;       // edges that two triangles run along the same way: their windings disagree
     Found bow_tie;      // vertices where fans of triangles touch without a shared edge
     std::uint32_t components = 0;
-    std::vector<std::uint32_t> component;    // of each triangle, numbered in order of first use
-    std::vector<std::uint32_t> island;       // of each vertex: parts joined by a vertex at least
-    std::vector<std::uint8_t> border_vertex; // (vertices,) 1 where a border edge ends
+    std::vector<std::uint32_t> component; // of each triangle, numbered in order of first use
+    std::vector<std::uint32_t> island;    // of each vertex: parts joined by a vertex at least
 };
 
 // triangles: (m, 3) indices below `vertices`, no index twice in a triangle. Triangles that share an edge,
