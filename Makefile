@@ -35,7 +35,7 @@ endef
 # Tests of one file run in one process, one after another: they share what the file prepares.
 beside := -n $(jobs) --dist loadfile --no-loadscope-reorder --durations=10
 
-.PHONY: help setup setup-test assets run check test extremes bench deep fix clean
+.PHONY: help setup setup-test assets run check test extremes bench deep fix clean lint types island cpp-tests cpp-sanitized
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -50,16 +50,9 @@ run: assets ## bake, then fly over the island: in a window, or into build/flight
 	@if [ -n "$${DISPLAY:-}$${WAYLAND_DISPLAY:-}" ]; then $(player) $(island); \
 	else $(bin)/python player/record.py $(player) $(island) build/flight; fi
 
-check: setup-test ## lint, types, formatting, and the island's assets; changes nothing
-	@$(bin)/ruff check -q pipeline raw_assets tests player
-	@$(bin)/ruff format -q --check pipeline raw_assets tests player
-	@$(bin)/mypy
-	@$(bin)/clang-format --dry-run -Werror $(cpp_files)
-	@$(paradize) bake $(scene) -o $(island) -j $(jobs) --json >/dev/null
-	@$(paradize) check $(island)
+check: lint types island ## lint, types, formatting, and the island's assets; changes nothing
 
-test: check ## every check and every test that fits in a quarter of an hour
-	$(call cpp_tests,test)
+test: check cpp-tests ## every check and every test that fits in a few minutes
 	@$(alone) $(bin)/python -m pytest -m "not deep" $(beside) --ctest=build/ctest.log
 
 extremes: setup-test ## what every stage and metric does with zero, NaN, 1e30 ...: stage, extreme, error, verdict
@@ -68,9 +61,8 @@ extremes: setup-test ## what every stage and metric does with zero, NaN, 1e30 ..
 bench: setup-test $(stamps)/python-bench ## speed and error as ratios beside peers, measured in one run; topics=maps for some
 	@$(bin)/python tests/bench/bench.py $(topics)
 
-deep: check ## everything: sanitizers, whole flight, whole corpus; hours
-	$(call cpp_tests,sanitize)
-	@$(alone) $(bin)/python -m pytest $(beside) --hypothesis-profile=deep --ctest=build/ctest.log
+deep: check cpp-sanitized ## everything: sanitizers, whole flight, whole corpus; hours
+	@$(alone) $(bin)/python -m pytest $(beside) --ctest=build/ctest.log
 
 fix: setup-test ## put formatting and simple lint right
 	@$(bin)/ruff check -q --fix pipeline raw_assets tests player
@@ -79,6 +71,26 @@ fix: setup-test ## put formatting and simple lint right
 
 clean: ## delete everything that was built
 	@rm -rf build
+
+# --- parts of check and test: make runs two of them beside each other -----------------------------
+
+lint: setup-test
+	@$(bin)/ruff check -q pipeline raw_assets tests player
+	@$(bin)/ruff format -q --check pipeline raw_assets tests player
+	@$(bin)/clang-format --dry-run -Werror $(cpp_files)
+
+types: setup-test
+	@$(bin)/mypy
+
+island: setup-test
+	@$(paradize) bake $(scene) -o $(island) -j $(jobs) --json >/dev/null
+	@$(paradize) check $(island)
+
+cpp-tests: setup-test
+	$(call cpp_tests,test)
+
+cpp-sanitized: setup-test
+	$(call cpp_tests,sanitize)
 
 # --- how setup does it ---------------------------------------------------------------------------
 
