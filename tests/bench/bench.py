@@ -16,7 +16,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from row import machine
+from chart import draw
+from row import Row, machine
 
 sys.path.append(str(Path(__file__).parents[2]))  # rows share tests.places and tests.pipeline's truths
 
@@ -32,9 +33,11 @@ def main() -> None:
     if unknown:
         parser.error(f"no topic {', '.join(unknown)}; there are {', '.join(TOPICS)}")
     print(f"{machine()}\n")
+    done: list[Row] = []
     with tempfile.TemporaryDirectory() as name:
         for topic in asked.topics or TOPICS:
             for row in importlib.import_module(f"rows_{topic}").rows(asked.runs, Path(name)):
+                done.append(row)
                 ratio = row.peer_ms / row.ours_ms
                 kept = row.limit is None or ratio >= row.limit
                 promise = (
@@ -49,6 +52,9 @@ def main() -> None:
                 ):
                     print(f"    {side}  {ms:9.1f} {row.unit}   {error}   ({by})")
                 print(f"    ratio {ratio:9.2f} x{promise}\n", flush=True)
+    chart = draw(done)
+    if chart:
+        print(f"drew {chart}; README.md shows a copy of it, tests/bench/chart.svg")
 
 
 if __name__ == "__main__":

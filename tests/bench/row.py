@@ -13,10 +13,26 @@ from typing import Any
 
 
 @dataclass(frozen=True)
+class Trade:
+    """Where a row stands in the chart. panel: "title: what was done". ours, peer: names of the two points.
+    Their errors in one unit. less: the peer keeps positions alone. share: how much of the
+    panel's work the row did."""
+
+    panel: str
+    ours: str
+    peer: str
+    ours_error: float
+    peer_error: float
+    less: bool = False
+    share: float = 1.0
+
+
+@dataclass(frozen=True)
 class Row:
     """ours_ms, peer_ms: medians of one run, or amounts of `unit`. limit: the smallest ratio peer / ours that
     we promise, where we promise one. The errors are texts; measuring them is never inside the times. inside:
-    what both times hold. ours_on, peer_on: threads and instruction sets, as `on` says them."""
+    what both times hold. ours_on, peer_on: threads and instruction sets, as `on` says them. trade: of a row
+    that the chart shows."""
 
     work: str
     ours_ms: float
@@ -30,6 +46,7 @@ class Row:
     inside: str
     ours_on: str
     peer_on: str
+    trade: Trade | None = None
 
 
 def cpu_flags() -> set[str]:

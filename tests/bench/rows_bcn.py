@@ -22,7 +22,7 @@ from paradize.data import Texture
 from paradize.kernels import bcn
 from paradize.metrics.texels import decode_texels
 from peer_etcpak import BUILD, etcpak
-from row import CORES, Row, on, pair_ms
+from row import CORES, Row, Trade, on, pair_ms
 from tests.places import CORPUS, ROOT
 
 SIZE = 4096
@@ -114,6 +114,11 @@ def quicktex_bc1(rgba: np.ndarray) -> bytes:
     return bytes(BC1Encoder(5).encode(texture).tobytes())
 
 
+def bc1_trade(tier: str, peer: str, ours_db: float, peer_db: float, share: float = 1.0) -> Trade:
+    errors = (10 ** (-db / 20) for db in (ours_db, peer_db))
+    return Trade("BC1: 4096 x 4096 colours, RMS error", tier, peer, *errors, share=share)
+
+
 def bc1_rows(rgba: np.ndarray, runs: int) -> Iterator[Row]:
     texels = rgba.tobytes()
     truth = rgba[:ERROR_ROWS, :, :3]
@@ -133,6 +138,7 @@ def bc1_rows(rgba: np.ndarray, runs: int) -> Iterator[Row]:
         yield Row(
             f"BC1 {quality}, {SIZE}^2 mosaic", times[0], "etcpak of PyPI", times[1],
             f"{ours:.2f} dB", f"{theirs:.2f} dB", limit, **SIDES,
+            trade=bc1_trade(quality, "etcpak", ours, theirs),
         )  # fmt: skip
         times = pair_ms(
             lambda quality=quality: bcn.encode_bc1(small, quality=quality, threads=1),
@@ -143,6 +149,7 @@ def bc1_rows(rgba: np.ndarray, runs: int) -> Iterator[Row]:
             f"BC1 {quality}, {SIZE} x {SIZE // 8} mosaic", times[0],
             "quicktex of PyPI, level 5", times[1], f"{ours:.2f} dB", f"{quick:.2f} dB",
             inside=SIDES["inside"], ours_on=on(1), peer_on=on(CORES, "as its wheel was built"),
+            trade=bc1_trade(quality, f"quicktex, {CORES} threads", ours, quick, share=1 / 8),
         )  # fmt: skip
 
 

@@ -6,13 +6,15 @@ Both sides write a fresh array of float32: its pages cost as much as the work.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 from paradize.kernels.normals import normals_from_heights
-from row import CORES, Row, on, pair_ms
+from paradize.stages.filters import TIERS, choose_filter, taps_of
+from row import CORES, Row, Trade, on, pair_ms
 
 SIZE = 4096
 CENTRAL, FOURTH = [1 / 2], [2 / 3, -1 / 12]
@@ -38,11 +40,12 @@ def waves(size: int) -> tuple[np.ndarray, np.ndarray]:
     return heights.astype(np.float32), normals / np.linalg.norm(normals, axis=2, keepdims=True)
 
 
-def degrees(normals: np.ndarray, exact: np.ndarray) -> str:
+def degrees(normals: np.ndarray, exact: np.ndarray) -> tuple[float, str]:
+    """The mean angle, and what is told."""
     a = normals.astype(np.float64)
     cross = np.linalg.norm(np.cross(a, exact), axis=2)
     angle = np.degrees(np.arctan2(cross, (a * exact).sum(axis=2)))
-    return f"mean {angle.mean():.3f}, p99 {np.percentile(angle, 99):.3f} deg"
+    return angle.mean(), f"mean {angle.mean():.4f}, p99 {np.percentile(angle, 99):.3f} deg"
 
 
 def slopes(heights: np.ndarray, taps: list[float], out: tuple[np.ndarray, np.ndarray]) -> None:
@@ -81,24 +84,30 @@ class OpenCv:
 
 def bench_heights(runs: int, heights: np.ndarray, exact: np.ndarray) -> Iterator[Row]:
     cv2.setNumThreads(2)
+    wrap = (True, True)
 
-    def ours() -> np.ndarray:
-        return normals_from_heights(
-            heights, derivative=FOURTH, scale=(1.0, 1.0), wrap=(True, True), threads=2
-        )
+    def ours(tier: str = "balanced") -> np.ndarray:
+        taps = taps_of(choose_filter(heights, 32, wrap, tier))
+        given = {"derivative": taps.derivative, "smooth": taps.smooth, "scale": (1.0, 1.0), "wrap": wrap}
+        return normals_from_heights(heights, **given, threads=2)
 
-    error = degrees(ours(), exact)
     work = f"normals, {SIZE}^2 float -> float, 2 threads"
     features = cv2.getCPUFeaturesLine().split()[-1].strip("*?")
-    for taps, name in ((FOURTH, "fourth-order taps"), (CENTRAL, "Sobel, less exact")):
+    for taps, name in ((FOURTH, "fourth-order taps"), (CENTRAL, "Sobel")):
         peer = OpenCv(heights, taps)
-        times = pair_ms(ours, peer, runs)
-        yield Row(
-            work, times[0], f"OpenCV's own operations, {name}", times[1], f"fourth order, {error}",
-            degrees(peer(), exact), inside="heights in memory to a fresh array of float32", ours_on=on(2),
-            peer_on=on(2, f"OpenCV's choice up to {features}"),
-        )  # fmt: skip
+        theirs, their_error = degrees(peer(), exact)
+        for tier in TIERS:
+            times = pair_ms(partial(ours, tier), peer, runs)
+            mean, error = degrees(ours(tier), exact)
+            yield Row(
+                work, times[0], f"OpenCV's own operations, {name}", times[1], f"{tier}, {error}",
+                their_error, inside="heights in memory to a fresh array of float32", ours_on=on(2),
+                peer_on=on(2, f"OpenCV's choice up to {features}"),
+                trade=Trade("Normal maps: 4096 x 4096 float heights, mean angle", tier,
+                            f"OpenCV, {name.removesuffix(' taps')}", mean, theirs),
+            )  # fmt: skip
 
+    error = degrees(ours(), exact)[1]
     times = pair_ms(ours, lambda: np.stack([heights] * 3, axis=2), runs)
     yield Row(
         work, times[0], "numpy, the heights three times, interleaved", times[1], error, "-",
@@ -122,7 +131,7 @@ def bench_numpy(runs: int) -> Row:
     times = pair_ms(ours, numpy_central, runs)
     return Row(
         f"normals, {size}^2 float -> float, fresh arrays", times[0], "numpy, central differences", times[1],
-        f"central, {degrees(ours(), exact)}", degrees(numpy_central(), exact),
+        f"central, {degrees(ours(), exact)[1]}", degrees(numpy_central(), exact)[1],
         inside="heights in memory to fresh arrays of float32", ours_on=on(CORES), peer_on=on(1),
     )  # fmt: skip
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from paradize.bakers.mesh.atlas import sound_quality
+from paradize.bakers.mesh.atlas import overlaps, sound_quality
 from paradize.bakers.mesh.bake import by_material
 from paradize.bakers.mesh.lods import DEFAULT_MAX_ERROR, TIERS, Plan, make_levels
 from paradize.bakers.mesh.lods_from_path import sight_plan
@@ -45,7 +45,7 @@ def mesh_groups(order: BakeJob) -> list[TrialGroup]:
     given = {"path": path, "settings": settings}
     bare = _mended(path, settings)
     found = []
-    if bare.uvs is None and settings["atlas"]:
+    if _needs_layout(bare, settings):
         metrics = ("atlas_seam_length", "atlas_stretch", "atlas_packing")
         layouts = _asked(name, "atlas", artifact, metrics, tuple(atlas.TIERS), given, atlas_tier)
         found.append(_with_unwrappers(layouts, settings["unwrapper"], given))
@@ -146,9 +146,15 @@ def _mended(path: Path, settings: Settings) -> Mesh:
 
 def _laid_out(path: Path, settings: Settings) -> Mesh:
     mesh = _mended(path, settings)
-    if mesh.uvs is not None or not settings["atlas"]:
-        return mesh
-    return atlas.make_atlas(mesh, unwrapper=settings["unwrapper"])
+    return atlas.make_atlas(mesh, unwrapper=settings["unwrapper"]) if _needs_layout(mesh, settings) else mesh
+
+
+def _needs_layout(mesh: Mesh, settings: Settings) -> bool:
+    """Whether a bake makes a UV layout: where there is none, or, unless maps are painted for it, where it
+    lies over itself."""
+    if not settings["atlas"]:
+        return False
+    return mesh.uvs is None or (not settings["painted"] and overlaps(mesh))
 
 
 def _framed(mesh: Mesh, tangents: str) -> Mesh:

@@ -194,3 +194,15 @@ def test_the_command_line_takes_the_name_and_tells_it(
     assert main(["mesh", str(path), "-o", str(out), "--simplifier", "meshoptimizer", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["simplifier"] == "meshoptimizer" and told["simplifier_version"]
+
+
+def test_tier_auto_takes_no_other_simplifier_than_the_one_that_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from paradize.cli.main import main
+
+    path = write_obj(tmp_path / "ball.obj", sphere(8))
+    for name in METHODS:
+        more = ["--tier", "auto", "--budget", "surface_max=0.2", "--simplifier", name]
+        assert main(["mesh", str(path), "-o", str(tmp_path / "ball.glb"), *more, "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["simplifier"] == name

@@ -235,6 +235,16 @@ def test_measure_has_a_point_of_each(tmp_path: Path) -> None:
         assert found["atlas_seam_length"] > 0 and found["atlas_stretch"] == pytest.approx(1, abs=1e-3)
 
 
+def test_measure_has_layouts_of_a_model_whose_own_lies_over_itself_as_mesh_makes_one(tmp_path: Path) -> None:
+    ball = sphere(8)
+    assert ball.uvs is not None
+    folded = replace(ball, uvs=np.abs(ball.uvs - np.float32(0.5)))
+    for mesh, made in ((folded, True), (ball, False)):
+        path = write_obj(tmp_path / "ball.obj", mesh)
+        assert (bake_mesh(path, atlas=True, lods=1).report["layout"] is not None) == made
+        assert ("atlas" in {group.stage for group in file_groups(path, FileOptions())}) == made
+
+
 @needs_xatlas
 def test_the_command_line_makes_a_layout_by_the_one_that_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
