@@ -64,10 +64,11 @@ bench: setup-test $(stamps)/python-bench ## speed and error as ratios beside pee
 deep: check cpp-sanitized ## everything: sanitizers, whole flight, whole corpus; hours
 	@$(alone) $(bin)/python -m pytest $(beside) --ctest=build/ctest.log
 
-fix: setup-test ## put formatting and simple lint right
+fix: setup-test ## put formatting, simple lint and the page of scene fields right
 	@$(bin)/ruff check -q --fix pipeline raw_assets tests player
 	@$(bin)/ruff format -q pipeline raw_assets tests player
 	@$(bin)/clang-format -i $(cpp_files)
+	@$(bin)/python -m paradize.scene.reference
 
 clean: ## delete everything that was built
 	@rm -rf build

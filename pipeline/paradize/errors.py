@@ -24,6 +24,7 @@ _UNSEEN = (
 )
 
 MOST = 800  # characters of one part of a message
+_LINES = 5  # line numbers that one message lists
 MOST_ADVICE = 2000  # of a mend, which may list all that is known
 
 
@@ -40,6 +41,25 @@ def bounded(text: str, most: int = MOST) -> str:
         return text
     tail = most // 3
     return f"{text[: most - tail - 5]} ... {text[-tail:]}"
+
+
+def merged(texts: Iterable[str]) -> list[str]:
+    """Messages without repeats. Those that differ only in their line number (`: line 7: `) become one
+    that lists the numbers."""
+    lines: dict[str, list[str]] = {}
+    for text in dict.fromkeys(texts):
+        found = re.search(r"(?<=: )line (\d+)(?=: )", text)
+        key = text if found is None else f"{text[: found.start()]}\0{text[found.end() :]}"
+        lines.setdefault(key, []).extend([] if found is None else [found[1]])
+    out = []
+    for key, numbers in lines.items():
+        listed = ", ".join(numbers[:_LINES]) + (
+            f" and {more} more" if (more := len(numbers) - _LINES) > 0 else ""
+        )
+        out.append(
+            key.replace("\0", f"{'line' if len(numbers) == 1 else 'lines'} {listed}", 1) if numbers else key
+        )
+    return out
 
 
 class ParadizeError(Exception):

@@ -54,7 +54,9 @@ def test_the_report_opens_whole_and_tells_every_artifact(
     text = browser.run("document.body.textContent")
     assert [row["name"] for row in baked["artifacts"] if row["name"] not in text] == []
     drawn = browser.run("[...document.images].filter((image) => image.naturalWidth > 400).length")
-    assert drawn == browser.run("document.images.length") == len(baked["sheets"])
+    assert drawn == browser.run("document.images.length") == 1 + len(baked["sheets"])
+    first = browser.run("document.querySelector('main').children[1].querySelector('img').alt")
+    assert first == "cove at its poster second"
 
 
 def test_the_report_marks_what_is_beyond_its_budget_and_nothing_else(
@@ -62,7 +64,7 @@ def test_the_report_marks_what_is_beyond_its_budget_and_nothing_else(
 ) -> None:
     folder, baked = told
     browser.open((folder / "cove/index.html").as_uri())
-    rows = "[...document.querySelectorAll('.meter.over')].map((meter) => meter.closest('tr'))"
+    rows = "[...document.querySelectorAll('.meter.bad')].map((meter) => meter.closest('tr'))"
     marked = browser.run(f"{rows}.map((row) => row.querySelector('th').textContent)")
     over = [row["name"] for row in baked["artifacts"] if row["over"]]
     assert over and sorted(marked) == sorted(over)

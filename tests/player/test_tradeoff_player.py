@@ -26,7 +26,7 @@ def test_every_trade_of_the_scene_is_timed_and_held_to_the_reference(tmp_path: P
             size=(96, 54),
             frames=2,
             samples=4,
-            told=lambda what, done, of: told.append(f"{done}/{of} {what}"),
+            on_progress=lambda what, done, of: told.append(f"{done}/{of} {what}"),
         )
     )
     names = [group["name"] for group in groups]

@@ -1,4 +1,8 @@
-"""`paradize check`: rules with stable codes over baked scenes, meshes and textures."""
+"""`paradize check`: rules with stable codes for baked scenes, meshes and textures.
+
+paths.py finds out what a path is, scenes.py checks a baked scene; the other modules hold the rules, one topic
+each. rules.py lists all rules, verdicts.py applies the severities and waivers of the scene, render.py prints.
+"""
 
 from paradize.check.paths import check_paths
 from paradize.check.render import render

@@ -1,4 +1,5 @@
-"""A bake against an earlier one of the same scene: what got worse, what is new or gone, what grew."""
+"""Compares a bake with an earlier one of the same scene: errors that got worse, artifacts that are new or
+gone, files that grew."""
 
 from __future__ import annotations
 
@@ -15,15 +16,15 @@ from paradize.formats.scene_manifest import read_scene
 from paradize.scene.budget import METRICS
 
 WORSE_BY = 0.05
-# Below this an error is rounding: neither worse nor better. By the end of the metric's name.
+# An error below this is rounding, neither worse nor better. By the end of the metric's name.
 _ROUNDING = {"_deg": 1e-3, "_m": 1e-6, "_px": 1e-3, "_s": 1e-6}
 _LEAST = 1e-7
 _MEND = "name the folder of an earlier bake after --against"
 
 
 def earlier_scene(against: Path, folder: Path) -> Path:
-    """The scene.json of the earlier bake: `against` itself, that of the folder `against`, else of the one
-    named as `folder` in it."""
+    """The scene.json of the earlier bake: `against` itself, the one in the folder `against`, or the one in
+    its subfolder that is named like `folder`."""
     if against.name == SCENE_FILE:
         return against
     own = against / SCENE_FILE
@@ -32,7 +33,7 @@ def earlier_scene(against: Path, folder: Path) -> Path:
 
 def check_against(manifest: dict[str, Any], path: Path, file: str, worse_by: float) -> Iterator[Finding]:
     """The findings of a manifest, whose own file is `file`, against the scene.json at `path`. worse_by: the
-    share that an error may grow by, and a file."""
+    share by which an error or a file may grow."""
     try:
         earlier = read_scene(path)
     except OSError as error:
@@ -69,13 +70,13 @@ def _grown(
 def _worse(
     before: Mapping[str, float], after: Mapping[str, float], file: str, name: str, by: float
 ) -> Iterator[Finding]:
-    """What budgets may limit, metric by metric."""
+    """The metrics that a budget may limit."""
     for metric in METRICS:
         if metric not in before or metric not in after:
             continue
         share = growth(metric, before[metric], after[metric])
         if share > by:
-            what = f"{name}: {metric} {_told(before[metric], after[metric], share)}"
+            what = f"{name}: {metric} {_change(before[metric], after[metric], share)}"
             place = name if name == "flight" else f"artifacts.{name}"
             yield Finding("PZ421", file, what, place, artifact=name, metric=metric)
 
@@ -87,8 +88,8 @@ def _levels(
     name: str,
     by: float,
 ) -> Iterator[Finding]:
-    """What grew on coarser levels, all of an artifact's as one: the one that grew most is told. The finest
-    level's errors are the artifact's own."""
+    """One finding for all errors that grew on coarser levels of an artifact; it describes the one that grew
+    most. Level 0 is left out: its errors are those of the artifact."""
     grown = [
         (growth(metric, was[metric], now[metric]), level, metric)
         for level, (was, now) in enumerate(zip(before, after, strict=False))
@@ -99,20 +100,20 @@ def _levels(
     if grown:
         share, level, metric = max(grown)
         what = (
-            f"{name}: {metric} of level {level} {_told(before[level][metric], after[level][metric], share)}"
+            f"{name}: {metric} of level {level} {_change(before[level][metric], after[level][metric], share)}"
         )
         yield Finding("PZ421", file, what, f"artifacts.{name} level {level}", len(grown), artifact=name)
 
 
-def _told(was: float, now: float, share: float) -> str:
+def _change(was: float, now: float, share: float) -> str:
     return f"is {now:g} where it was {was:g}" + (
         "" if share == float("inf") else f", {100.0 * share:.3g} % worse"
     )
 
 
 def growth(metric: str, was: float, now: float) -> float:
-    """By which share an error grew; of dB the error behind them (20 dB are ten times as much). 0 where it did
-    not, where both are rounding, and for what is no error."""
+    """The share by which an error grew; of dB the error that they stand for (20 dB less: ten times the
+    error). 0 if it did not grow, if both are rounding, and for counts."""
     if "_db" in metric:
         return float(10.0 ** min((was - now) / 20.0, 300.0) - 1.0) if now < was else 0.0
     if metric in ("triangles", "vertices"):

@@ -1,4 +1,4 @@
-"""Budgets: the measured errors of a scene's artifacts and the bytes they take, against the scene's limits."""
+"""Compares the measured errors and the bytes of a scene's artifacts with its [budget]."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from paradize.formats.scene_manifest import read_entry
 from paradize.scene.budget import METRICS, Excess, excesses, is_beyond
 from paradize.scene.schema import Limits
 
-# Under which name a level tells what a budget's metric is the largest of.
+# The name in a level of what a budget's metric is the largest of.
 _LEVELS = {
     "surface_max": "error_max",
     "surface_rms": "error_rms",
@@ -36,14 +36,18 @@ def check_budget(manifest: dict[str, Any], folder: Path, file: str) -> Iterator[
         yield _finding(excess, file, "flight", "flight", "")
     limited = {"folder_mb", "gpu_mb"} & budget.aim.keys()
     if limited:
-        for excess in excesses(_known(budget), _taken(manifest, folder)):
+        for excess in excesses(_known(budget), _sizes(manifest, folder)):
             yield _finding(
-                excess, file, "scene", f"budget.{excess.metric}", "take something out, or allow more"
+                excess,
+                file,
+                "scene",
+                f"budget.{excess.metric}",
+                "remove something from the scene, or allow more",
             )
 
 
 def _known(budget: Limits) -> Limits:
-    """Without metrics that this Paradize does not know."""
+    """The budget without metrics that this version does not know."""
     hard, soft = (
         {key: value for key, value in part.items() if key in METRICS} for part in (budget.hard, budget.soft)
     )
@@ -56,7 +60,7 @@ def _finding(excess: Excess, file: str, name: str, place: str, mend: str) -> Fin
 
 
 def _place(manifest: dict[str, Any], name: str, excess: Excess) -> str:
-    """Which level of it, or which patch of a terrain, is the worst; empty where the bake does not tell."""
+    """The worst level of an artifact, or the worst patch of a terrain; empty if scene.json does not say."""
     artifact = manifest["artifacts"][name]
     terrain = manifest["terrain"]
     if terrain and name in terrain["tiles"]:
@@ -69,12 +73,12 @@ def _place(manifest: dict[str, Any], name: str, excess: Excess) -> str:
     if artifact["kind"] == "texture":
         return " level 0"
     key = _LEVELS.get(excess.metric, excess.metric)
-    told = [(level[key], k) for k, level in enumerate(artifact["levels"]) if key in level]
-    return f" lod{max(told)[1]}" if told else ""
+    values = [(level[key], k) for k, level in enumerate(artifact["levels"]) if key in level]
+    return f" lod{max(values)[1]}" if values else ""
 
 
 def _mend(tried: dict[str, Any] | None, excess: Excess) -> str:
-    """The cheapest tier that would pass, of those whose errors the bake measured."""
+    """Names the cheapest tier that would pass, of those that the bake measured."""
     if not tried:
         return ""
     unit = METRICS[excess.metric].unit
@@ -85,18 +89,18 @@ def _mend(tried: dict[str, Any] | None, excess: Excess) -> str:
     for tier in order:
         if not is_beyond(excess.metric, measured[tier], excess.limit):
             return f"tier {tier} would pass: {measured[tier]:g} {unit}"
-    told = ", ".join(f"{tier} {measured[tier]:g}" for tier in order)
-    return f"no tier passes ({told} {unit}): better the source, or allow more in [budget]"
+    values = ", ".join(f"{tier} {measured[tier]:g}" for tier in order)
+    return f"no tier passes ({values} {unit}): improve the source, or allow more in [budget]"
 
 
-def _taken(manifest: dict[str, Any], folder: Path) -> Mapping[str, float]:
-    """MB of all artifacts' files, and of what the device holds of them: every level of every texture, and the
-    buffers of the meshes."""
+def _sizes(manifest: dict[str, Any], folder: Path) -> Mapping[str, float]:
+    """MB of all artifact files, and MB of GPU memory: every level of every texture, and the buffers of the
+    meshes."""
     total = sum(artifact["bytes"] for artifact in manifest["artifacts"].values())
     held = 0
     for artifact in manifest["artifacts"].values():
         try:
             held += device_bytes(read_entry(folder, artifact))
         except OSError:
-            continue  # another rule's finding
+            continue  # another rule reports it
     return {"folder_mb": total / 1e6, "gpu_mb": held / 1e6}

@@ -1,4 +1,4 @@
-"""Rules over the camera's path: the ground stays below it, surfaces stay beyond the near plane."""
+"""Rules for the camera path: it stays above the terrain, and surfaces stay beyond the near plane."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from paradize.scene.flight import Flight
 F64 = npt.NDArray[np.float64]
 
 _STEP_S = 0.05
-_RUN = 32  # moments that are looked at together
+_RUN = 32  # moments in a batch
 
 
 def check_flight(manifest: dict[str, Any], folder: Path, file: str) -> Iterator[Finding]:
-    """The findings along a manifest's path; files that cannot be read are told elsewhere."""
-    told = manifest["flight"]
-    flight = Flight.from_json(told)
-    count = max(2, round(told["duration_s"] / _STEP_S))
-    moments = [told["duration_s"] * k / count for k in range(count)]
+    """The findings along the path of a manifest. Another rule reports files that cannot be read."""
+    path = manifest["flight"]
+    flight = Flight.from_json(path)
+    count = max(2, round(path["duration_s"] / _STEP_S))
+    moments = [path["duration_s"] * k / count for k in range(count)]
     eyes = np.array([flight.view(moment)[0] for moment in moments])
     width, height = manifest["viewport"]
-    slope = tan(0.5 * told["fov_rad"])
-    near = told["near_m"] * sqrt(1.0 + slope * slope * (1.0 + (width / height) ** 2))
+    slope = tan(0.5 * path["fov_rad"])
+    near = path["near_m"] * sqrt(1.0 + slope * slope * (1.0 + (width / height) ** 2))
     above = _above_ground(manifest, folder, eyes)
     apart = _nearest_object(manifest, folder, eyes, near)
     under = np.flatnonzero(above < 0.0)
@@ -53,7 +53,7 @@ def _place(moment: float, eye: F64) -> str:
 
 
 def _above_ground(manifest: dict[str, Any], folder: Path, eyes: F64) -> F64:
-    """(n,) metres of each eye above the finest ground there is; infinite where there is none."""
+    """(n,) metres of each eye above the finest patches of the terrain; infinite without terrain."""
     above = np.full(len(eyes), np.inf)
     terrain = manifest["terrain"]
     if terrain is None:
@@ -71,13 +71,13 @@ def _above_ground(manifest: dict[str, Any], folder: Path, eyes: F64) -> F64:
             here = np.flatnonzero(((eyes >= low) & (eyes <= high))[:, [0, 2]].all(axis=1))
             for part in np.array_split(here, max(1, len(here) // _RUN)):
                 if len(part):
-                    ground = heights_at(points, patch.mesh.triangles, eyes[part][:, [0, 2]])
-                    above[part] = np.fmin(above[part], eyes[part, 1] - ground)
+                    heights = heights_at(points, patch.mesh.triangles, eyes[part][:, [0, 2]])
+                    above[part] = np.fmin(above[part], eyes[part, 1] - heights)
     return above
 
 
 def heights_at(points: F64, triangles: npt.NDArray[np.uint32], places: F64) -> F64:
-    """(n,) heights of a surface at places (n, 2), x and z; NaN beside it."""
+    """(n,) heights of a surface at positions (n, 2), x and z; NaN beside it."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     (ux, uz), (vx, vz) = ((side[:, [0, 2]] - a[:, [0, 2]]).T for side in (b, c))
     area = ux * vz - uz * vx
@@ -91,8 +91,7 @@ def heights_at(points: F64, triangles: npt.NDArray[np.uint32], places: F64) -> F
 
 
 def _nearest_object(manifest: dict[str, Any], folder: Path, eyes: F64, reach: float) -> F64:
-    """(n,) metres from each eye to the nearest object's finest level, where that is less than `reach`; else
-    infinite."""
+    """(n,) metres from each eye to the finest level of the nearest object; infinite beyond `reach`."""
     nearest = np.full(len(eyes), np.inf)
     corners, last = np.zeros((0, 3, 3)), ""
     for item in sorted(manifest["objects"], key=lambda item: str(item["mesh"])):
@@ -125,8 +124,9 @@ def _nearest_object(manifest: dict[str, Any], folder: Path, eyes: F64, reach: fl
 
 
 def distances(places: F64, corners: F64) -> F64:
-    """(n,) distance of each place (n, 3) to the nearest of triangles (m, 3, 3): to the foot of the
-    perpendicular, else to the nearest side. Source: C. Ericson, "Real-Time Collision Detection", 2005."""
+    """(n,) distance of each place (n, 3) to the nearest of the triangles (m, 3, 3): to the foot of the
+    perpendicular if it lies inside, else to the nearest side. Source: C. Ericson, "Real-Time Collision
+    Detection", 2005."""
     best = np.full(len(places), np.inf)
     for first in range(0, len(corners), 4096):
         a, b, c = corners[first : first + 4096].transpose(1, 0, 2)
@@ -140,13 +140,13 @@ def distances(places: F64, corners: F64) -> F64:
             )
         with np.errstate(divide="ignore", invalid="ignore"):
             upright = np.abs((away * normal).sum(axis=2)) / np.sqrt(square)
-        found = np.where(inside, upright, np.inf)
+        nearest = np.where(inside, upright, np.inf)
         for start, end in ((a, b), (b, c), (c, a)):
             side = end - start
             length = (side * side).sum(axis=1)
             along = ((places[:, None, :] - start) * side).sum(axis=2)
             share = np.clip(np.divide(along, length, out=np.zeros_like(along), where=length > 0.0), 0.0, 1.0)
             gap = places[:, None, :] - (start + share[:, :, None] * side)
-            found = np.minimum(found, np.sqrt((gap * gap).sum(axis=2)))
-        best = np.minimum(best, found.min(axis=1))
+            nearest = np.minimum(nearest, np.sqrt((gap * gap).sum(axis=2)))
+        best = np.minimum(best, nearest.min(axis=1))
     return best

@@ -1,8 +1,7 @@
-"""Reads the arrays of any GLB without believing in their content: the checker's own eyes.
+"""Reads the arrays of any GLB, independently of formats/glb/reader.py.
 
-Unlike formats/glb/reader.py it takes what other tools write (strides, several buffers' views, missing
-attributes), and leaves it to the rules to judge indices and numbers; only what cannot be read is refused.
-"""
+It accepts what other tools write (strides, several buffer views, missing attributes) and does not look at
+indices and numbers: the rules do. It refuses only what cannot be read."""
 
 from __future__ import annotations
 
@@ -20,7 +19,7 @@ _TYPES = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: 
 _SHAPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 _OVERLAP = 8
 _WIDTHS = {"POSITION": 3, "NORMAL": 3, "TANGENT": 4}
-# What a JSON chunk of any shape can make of the lookups below.
+# What the lookups below can raise for a JSON chunk of any shape.
 _UNREADABLE = (
     FormatError,
     struct.error,
@@ -36,8 +35,8 @@ _UNREADABLE = (
 
 @dataclass(frozen=True)
 class Primitive:
-    """place: JSON pointer. indices: (m,) or None. attributes: glTF name -> (n, k) float32, of normalized
-    codes what they stand for. slack: what rounding to codes may add to a vector's length, by name."""
+    """place: JSON pointer. indices: (m,) or None. attributes: glTF name -> (n, k) float32, normalized
+    integers decoded. slack: what rounding to integers may add to a vector's length, by name."""
 
     place: str
     indices: npt.NDArray[np.integer] | None
@@ -47,7 +46,7 @@ class Primitive:
 
 @dataclass(frozen=True)
 class Level:
-    """One node with a mesh: its name, its extras, its primitives, and where and how large they stand."""
+    """One node with a mesh: its name, extras, primitives, translation and scale."""
 
     name: str
     extras: dict[str, Any]
@@ -57,7 +56,7 @@ class Level:
 
 
 def read_levels(data: bytes, file: object) -> list[Level]:
-    """Every node that has a mesh, in the file's order; an accessor that is named twice is one array. Raises
+    """Every node that has a mesh, in the order of the file. An accessor used twice is one array. Raises
     FormatError (file, place)."""
     place = "byte 0"
     try:
@@ -120,25 +119,25 @@ def _three(node: dict[str, Any], key: str, otherwise: float) -> npt.NDArray[np.f
 
 
 class _Arrays:
-    """The accessors of a file, each read once. Together they may hold a file's bytes a few times over, no
-    more: a small file must not ask for endless work."""
+    """The accessors of a file, each read once. Together they may hold the bytes of the file _OVERLAP times at
+    most, so that a small file cannot cause endless work."""
 
     def __init__(self, tree: Any, binary: bytes) -> None:
         self._tree, self._binary = tree, binary
-        self._found: dict[int, npt.NDArray[Any]] = {}
+        self._values: dict[int, npt.NDArray[Any]] = {}
         self._indices: dict[int, npt.NDArray[Any]] = {}
         self._floats: dict[int, npt.NDArray[np.float32]] = {}
         self._left = _OVERLAP * len(binary) + (1 << 20)
 
     def of(self, index: int) -> npt.NDArray[Any]:
         """An accessor's values, (count, components)."""
-        if index not in self._found:
+        if index not in self._values:
             values = _accessor(self._tree, self._binary, index)
             self._left -= values.nbytes
             if self._left < 0:
                 raise ValueError(f"accessors hold the file's bytes more than {_OVERLAP} times over")
-            self._found[index] = values
-        return self._found[index]
+            self._values[index] = values
+        return self._values[index]
 
     def indices(self, index: int) -> npt.NDArray[Any]:
         """An accessor's first components, (count,)."""
@@ -147,7 +146,7 @@ class _Arrays:
         return self._indices[index]
 
     def floats(self, index: int) -> npt.NDArray[np.float32]:
-        """The same as float32, normalized codes as what they stand for."""
+        """The same as float32, normalized integers decoded."""
         if index not in self._floats:
             values = self.of(index).astype(np.float32)
             if top := self._largest(index):
@@ -156,12 +155,12 @@ class _Arrays:
         return self._floats[index]
 
     def slack(self, index: int) -> float:
-        """Half a code along each of three axes; 0 of what is not normalized."""
+        """The length of half a step along three axes; 0 if the accessor is not normalized."""
         top = self._largest(index)
         return 0.5 * 3.0**0.5 / top if top else 0.0
 
     def _largest(self, index: int) -> int:
-        """The normalized code that stands for 1; 0 where there is none."""
+        """The integer that stands for 1; 0 if the accessor is not normalized."""
         if self._tree["accessors"][index].get("normalized", False) is not True:
             return 0
         kind = self.of(index).dtype

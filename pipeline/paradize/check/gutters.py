@@ -1,5 +1,5 @@
-"""Walks the borders of every object's UV islands on the published maps: at every level in use, squarely and
-at the steepest parallax offset, no sample may see what is not the island's own (see stages/gutter.py)."""
+"""Samples the published maps along the borders of every UV island, at every level in use, straight on and at
+the largest parallax offset: no sample may read texels of another island (see stages/gutter.py)."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ _DIGITS = 1e-5  # scene.json holds six
 
 
 def check_gutters(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
-    """The findings in a manifest's objects, whose files lie in `folder`; what cannot be read is left to other
-    rules."""
+    """The findings in the objects of a manifest, whose files lie in `folder`. Another rule reports files that
+    cannot be read."""
     for item in manifest["objects"]:
         yield from isolated(_object(manifest, folder, item), str(folder / SCENE_FILE))
 
@@ -41,7 +41,7 @@ def _object(manifest: dict[str, Any], folder: Path, item: dict[str, Any]) -> Ite
         mesh = decode_glb(_read(manifest, folder, item["mesh"]))[0].mesh
     except ParadizeError:
         return
-    given = _given(item, item["height"] is not None)
+    reaches = _reaches(item, item["height"] is not None)
     borders: dict[tuple[int, int], Borders | None] = {}
     for key, name in names.items():
         artifact = manifest["artifacts"][name]
@@ -60,7 +60,7 @@ def _object(manifest: dict[str, Any], folder: Path, item: dict[str, Any]) -> Ite
             continue
         at = borders.get((width, height))
         if at is not None:
-            yield from _walk(at, texture, key, name, given, artifact, folder)
+            yield from _walk(at, texture, key, name, reaches, artifact, folder)
 
 
 def _read(manifest: dict[str, Any], folder: Path, name: str) -> bytes:
@@ -71,24 +71,24 @@ def _read(manifest: dict[str, Any], folder: Path, name: str) -> bytes:
 
 
 def _left_out(artifact: dict[str, Any]) -> int:
-    """How many finer levels the bake made and did not publish: islands lie as they lay on the finest."""
+    """The number of finer levels that the bake made and did not publish."""
     return int(artifact["asked"]["left_out"]) if artifact["asked"] else 0
 
 
 def _padded(levels: list[F32], left: int) -> list[F32]:
-    """The levels under `left` finer ones, which only stand for their sizes."""
+    """The levels below `left` finer ones, which are only placeholders of the right size."""
     finer = [np.ascontiguousarray(levels[0].repeat(1 << k, 0).repeat(1 << k, 1)) for k in range(left, 0, -1)]
     return finer + levels
 
 
-def _given(item: dict[str, Any], relief: bool) -> dict[str, float]:
-    """How far the player moves samples, by material: what is asked, within the limit."""
-    found = {}
+def _reaches(item: dict[str, Any], relief: bool) -> dict[str, float]:
+    """How far parallax moves samples, by material: as the scene sets it, at most the limit."""
+    reaches = {}
     for name, material in item["materials"].items():
         reach = reach_of(material["parallax_scale"], material["parallax_bias"]) if relief else 0.0
         limit = material["parallax_limit"]
-        found[name] = reach if limit is None else min(reach, limit)
-    return found
+        reaches[name] = reach if limit is None else min(reach, limit)
+    return reaches
 
 
 def _walk(
@@ -96,17 +96,17 @@ def _walk(
     texture: Texture,
     key: str,
     name: str,
-    given: Mapping[str, float],
+    reaches: Mapping[str, float],
     artifact: dict[str, Any],
     folder: Path,
 ) -> Iterator[Finding]:
     bound = artifact["gutter"]["bound"]
-    told = [artifact["gutter"][f"bleed_{key}"][0] * (1.0 + _DIGITS) for key in ("p99", "max")]
+    baked = [artifact["gutter"][f"bleed_{key}"][0] * (1.0 + _DIGITS) for key in ("p99", "max")]
     left = _left_out(artifact)
-    known = [*[(1.0, 1.0)] * left, (told[0], told[1]), *[(0.0, 0.0)] * len(texture.levels)]  # by level
+    known = [*[(1.0, 1.0)] * left, (baked[0], baked[1]), *[(0.0, 0.0)] * len(texture.levels)]  # by level
     count = len(texture.levels) if artifact["max_level"] is None else artifact["max_level"] + 1
     levels = _padded(sampled_levels(texture, key)[:count], left)
-    far = borders.reach(given)
+    far = borders.reach(reaches)
     steep = walk(levels, MAPS[key].kind, borders.islands.layout, far)
     flat = steep
     bad = any(not is_safe(found, bound, at) for found, at in zip(steep, known, strict=False))
@@ -115,14 +115,14 @@ def _walk(
     for level, (here, moved) in enumerate(zip(flat, steep, strict=True)):
         if level < left:
             continue
-        found = here if not is_safe(here, bound, known[level]) else moved
-        if is_safe(found, bound, known[level]):
+        worse = here if not is_safe(here, bound, known[level]) else moved
+        if is_safe(worse, bound, known[level]):
             continue
-        # What is off on the island's own side is the gutter's fault, however the sample came there.
-        code = "PZ222" if found is moved and moved is not here and moved.own < 0.5 else "PZ221"
+        # A wrong sample on the island's own side is the fault of the gutter, also under parallax.
+        code = "PZ222" if worse is moved and moved is not here and moved.own < 0.5 else "PZ221"
         what = (
-            f"beside an island samples are off by up to {found.worst:.3g} of the range, one in a hundred by "
-            f"{found.all_p99:.3g} or more; {bound:g} is accepted"
+            f"beside an island samples are off by up to {worse.worst:.3g} of the range, one in a hundred by "
+            f"{worse.all_p99:.3g} or more; {bound:g} is accepted"
         )
-        place = f"{name} level {level - left} texel ({found.x >> level}, {found.y >> level})"
+        place = f"{name} level {level - left} texel ({worse.x >> level}, {worse.y >> level})"
         yield Finding(code, str(folder / artifact["file"]), what, place)

@@ -1,4 +1,4 @@
-"""Rules over an object's UV layout: its range, what overlaps, how evenly it spends texels."""
+"""Rules for the UV layout of an object: range, overlap, texel density."""
 
 from __future__ import annotations
 
@@ -19,18 +19,20 @@ from paradize.formats.scene_manifest import read_entry
 from paradize.kernels.reference.atlas import layout_raster
 from paradize.metrics.texels import decode_texels
 
-_BEYOND = 1e-4  # of the side: a coordinate that rounding moved out
-_SIDE = 512  # texels of the raster that overlap is looked for in
-_EDGE = 16.0 / 255.0  # between neighbouring texels: a gradient in blocks has less
-_PLAIN = 1e-4  # of the area: so little of a palette lies at an edge of its swatches
+_BEYOND = 1e-4  # of the side: rounding may move a coordinate out by this
+_SIDE = 512  # texels a side of the raster in which overlap is searched
+_EDGE = (
+    16.0 / 255.0
+)  # difference of neighbouring texels that counts as an edge; a compressed gradient has less
+_PLAIN = 1e-4  # share of the area at edges, up to which a map counts as a palette
 _SAMPLES = np.array([[a, b, 10 - a - b] for a in range(11) for b in range(11 - a)], np.float64) / 10.0
 _OVERLAP = 0.05  # of the covered texels
 _UNEVEN = 8.0  # texels a metre: the densest twentieth of the area over the sparsest
 
 
 def check_layouts(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
-    """The findings in the layouts of a manifest's objects that have maps which do not repeat; meshes that
-    cannot be read are told elsewhere."""
+    """The findings in the layouts of the objects whose maps do not repeat. Another rule reports meshes that
+    cannot be read."""
     for item in manifest["objects"]:
         if item["repeat"] or item["color"] is None:
             continue
@@ -74,11 +76,11 @@ def _layout(
 
 
 def _painted(mesh: Mesh, corners: npt.NDArray[np.float64], picture: Callable[[], bytes]) -> bool:
-    """Whether the colour map shows more under the triangles than flat or smooth colours. Where it does not,
-    as with the swatches of a palette, places may share texels, and their density means nothing."""
+    """Whether the colour map has edges under the triangles. Without edges, as in a palette, several places
+    may share texels, and density means nothing."""
     try:
         colors = decode_texels(decode_ktx2(picture()))[:, :, :3]
-    except (OSError, ParadizeError):  # told elsewhere
+    except (OSError, ParadizeError):  # another rule reports it
         return True
     edge = np.zeros(colors.shape[:2], np.bool_)
     edge[:, :-1] = np.abs(np.diff(colors, axis=1)).max(axis=2) > _EDGE
@@ -100,7 +102,7 @@ def _density(
     corners: npt.NDArray[np.float64],
     file: str,
 ) -> Iterator[Finding]:
-    """Of the area that has texels at all: how much denser the densest twentieth is than the sparsest."""
+    """Compares the densest twentieth of the area that has texels with the sparsest."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     cross = np.cross(b - a, c - a)
     area = np.sqrt((cross * cross).sum(axis=1))

@@ -1,7 +1,7 @@
-"""Rules over maps that belong together, as far as the baked files alone can prove a fault.
+"""Rules for maps that belong together, as far as the baked files alone prove a fault.
 
-Blocks store maps with noise, so these rules speak only where the difference is beyond what any sound encoder
-leaves; how exact a map is, its measured errors tell.
+Block compression adds noise, so a rule reports only differences beyond those of any correct encoder. The
+measured errors of a map say how exact it is.
 """
 
 from __future__ import annotations
@@ -31,27 +31,27 @@ F64 = npt.NDArray[np.float64]
 
 _NAMED = re.compile(rf"(.+)_({'|'.join(MAPS)})\.ktx2")
 _CODES: dict[str, tuple[Any, int]] = {"RG8_SNORM": (np.int8, -127), "RG16_SNORM": (np.dtype("<i2"), -32767)}
-_FEW = 0.02  # of a level's texels: fewer that are off may be the blocks' noise
-_APART = 0.03  # of the range, beside a part of the level's own contrast: how far areas of two levels may be
+_FEW = 0.02  # share of a level's texels: fewer wrong ones may be noise of the compression
+_APART = 0.03  # of the range, plus a share of the contrast: how much areas of two levels may differ
 _CONTRAST = 0.3
-_STEPS = 4080  # of the table of light: every code of 8, 6 and 5 bits is near one
-_AGREED = 0.8  # length of averaged normals from which on their direction tells something
-_ROUNDS = 16  # until a cut off mean is 0
-_CUT = 0.999  # of du/dv: such a texel may have been farther off
-_WHOLE = 0.999  # weight of an area without such a texel
-_ROUGH = 0.06  # of smoothness: how far a level may be above what its normals allow
+_STEPS = 4080  # entries of the table of linear light: every value of 8, 6 and 5 bits is near one
+_AGREED = 0.8  # length of averaged normals from which on their direction is meaningful
+_ROUNDS = 16  # at most, until the mean of clipped values is 0
+_CUT = 0.999  # of du/dv: such a texel may have been clipped
+_WHOLE = 0.999  # weight of an area without clipped texels
+_ROUGH = 0.06  # how much smoother than its normals allow a level may be
 
 
 @dataclass(frozen=True)
 class Map:
-    """A decoded file and its name."""
+    """A decoded texture and the name of its file."""
 
     file: str
     texture: Texture
 
     @cached_property
     def finest(self) -> F32:
-        """The texels of level 0, which several rules read."""
+        """The texels of level 0."""
         return decode_texels(self.texture)
 
     def texels(self, level: int) -> F32:
@@ -59,12 +59,12 @@ class Map:
 
 
 def scene_maps(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
-    """The findings in the maps of water, ground and objects of a manifest whose files lie in `folder`."""
+    """The findings in the maps of water, terrain and objects of a manifest whose files lie in `folder`."""
     terrain, water = manifest["terrain"], manifest["water"]
     surfaces: list[dict[str, str | None]] = []
     if terrain:
-        for ground in ("sand", "effect"):
-            surfaces.append({kind: terrain[f"{ground}_{kind}"] for kind in maps_of("ground")})
+        for layer in ("sand", "effect"):
+            surfaces.append({kind: terrain[f"{layer}_{kind}"] for kind in maps_of("ground")})
     if water:
         surfaces.append({kind: water[kind] for kind in maps_of("water")})
     surfaces += [{kind: item[kind] for kind in maps_of("object")} for item in manifest["objects"]]
@@ -75,7 +75,7 @@ def scene_maps(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
 
 
 def folder_maps(files: Sequence[Path]) -> Iterator[Finding]:
-    """The same of files named as `paradize maps` names them: <stem>_normal.ktx2 and so on."""
+    """The same for files that `paradize maps` wrote: <stem>_normal.ktx2 and so on."""
     surfaces: dict[str, dict[str, tuple[Path, int]]] = {}
     for file in files:
         if match := _NAMED.fullmatch(file.name):
@@ -91,36 +91,36 @@ def _isolated_maps(files: Mapping[str, tuple[Path, int]], *, green_up: bool = Fa
 
 
 def _read(files: Mapping[str, tuple[Path, int]]) -> dict[str, Map]:
-    """The textures of files that can be read and have at most so many bytes; other rules tell what is wrong
-    with the others."""
-    found = {}
+    """The textures of the files that can be read and are not larger than given. Other rules report the
+    others."""
+    maps = {}
     for kind, (file, most) in files.items():
         try:
-            found[kind] = Map(str(file), decode_ktx2(read_file(file, most)))
+            maps[kind] = Map(str(file), decode_ktx2(read_file(file, most)))
         except (OSError, FormatError):
             continue
-    return found
+    return maps
 
 
 def check_maps(maps: Mapping[str, Map], *, green_up: bool = False) -> Iterator[Finding]:
-    """The findings in the maps of one surface, by kind (those that there are), all made of one
-    source. green_up: whether normals are known to be so; files alone do not tell."""
-    for kind, found in maps.items():
-        srgb = found.texture.format.endswith("_SRGB")  # of any other map: another rule's finding
-        if found.texture.faces == 1 and "F" not in found.texture.format and srgb == (kind == "color"):
-            yield from _levels(found, kind)
+    """The findings in the maps of one surface, by kind (of paradize.maps), all made from one source.
+    green_up: whether normals are known to be green up; files alone do not say."""
+    for kind, one in maps.items():
+        srgb = one.texture.format.endswith("_SRGB")  # another rule reports a wrong colour space
+        if one.texture.faces == 1 and "F" not in one.texture.format and srgb == (kind == "color"):
+            yield from _levels(one, kind)
     normal, dudv, gloss, height = (maps.get(kind) for kind in ("normal", "dudv", "gloss", "height"))
     if dudv is not None:
         yield from _drift(dudv)
-    if normal is not None and dudv is not None and _alike(normal, dudv):
+    if normal is not None and dudv is not None and _same_size(normal, dudv):
         yield from _offsets(normal, dudv)
-    if normal is not None and height is not None and _alike(normal, height, channels=1):
+    if normal is not None and height is not None and _same_size(normal, height, channels=1):
         yield from _leaning(normal, height, green_up)
-    if normal is not None and gloss is not None and _alike(normal, gloss):
+    if normal is not None and gloss is not None and _same_size(normal, gloss):
         yield from _widening(normal, gloss)
 
 
-def _alike(a: Map, b: Map, channels: int = 2) -> bool:
+def _same_size(a: Map, b: Map, channels: int = 2) -> bool:
     one, other = a.texture, b.texture
     return (one.width, one.height, one.faces) == (other.width, other.height, other.faces) and all(
         decode_texels(texture, len(texture.levels) - 1).shape[2] >= channels for texture in (one, other)
@@ -133,23 +133,23 @@ def _drift(dudv: Map) -> Iterator[Finding]:
         return
     kind, least = _CODES[texture.format]
     for level, data in enumerate(texture.levels):
-        codes = np.maximum(np.frombuffer(data, kind).astype(np.int64), least).reshape(-1, 2)
-        sums = codes.sum(axis=0).tolist()
+        values = np.maximum(np.frombuffer(data, kind).astype(np.int64), least).reshape(-1, 2)
+        sums = values.sum(axis=0).tolist()
         if any(sums):
-            what = f"the codes of x and y add up to {sums[0]} and {sums[1]}, not to 0"
+            what = f"the stored values of x and y add up to {sums[0]} and {sums[1]}, not to 0"
             yield Finding("PZ211", dudv.file, what, f"level {level}")
 
 
 def _offsets(normal: Map, dudv: Map) -> Iterator[Finding]:
     xy = normal.finest[:, :, :2].astype(np.float64)
-    found = dudv.finest[:, :, :2].astype(np.float64)
+    stored = dudv.finest[:, :, :2].astype(np.float64)
     height, width = xy.shape[:2]
     slack = np.full(xy.shape, 3.0 / 127.0)
     if normal.texture.format.startswith("BC") and height % 4 == 0 and width % 4 == 0:
         blocks = xy.reshape(height // 4, 4, width // 4, 4, 2)
         ranges = blocks.max(axis=(1, 3)) - blocks.min(axis=(1, 3))
         slack += 0.12 * ranges.repeat(4, axis=0).repeat(4, axis=1)
-    apart = np.abs(found - _without_mean(xy))
+    apart = np.abs(stored - _without_mean(xy))
     off = (apart > slack).any(axis=2)
     if off.mean() > _FEW:
         y, x = np.unravel_index(int(apart.max(axis=2).argmax()), off.shape)
@@ -160,8 +160,7 @@ def _offsets(normal: Map, dudv: Map) -> Iterator[Finding]:
 
 
 def _without_mean(xy: F64) -> F64:
-    """What du/dv of normals (h, w, 2) holds: -1 to 1. What lies beyond is cut off, and the others make up for
-    that in the mean."""
+    """The du/dv of normals (h, w, 2): less their mean, clipped to -1..1, and again until the mean is 0."""
     for _ in range(_ROUNDS):
         mean = xy.mean(axis=(0, 1))
         if np.abs(mean).max() < 1e-3:
@@ -171,17 +170,17 @@ def _without_mean(xy: F64) -> F64:
 
 
 def _leaning(normal: Map, height: Map, green_up: bool) -> Iterator[Finding]:
-    """Slopes of the normals go with those of the heights, whatever the strength and the filter."""
+    """Slopes of the normals correlate with those of the heights, for any strength and filter."""
     vectors = rebuilt(normal.finest[:, :, :2])
     slopes = -vectors[:, :, :2] / np.maximum(vectors[:, :, 2:], 0.05)
-    found = agreement(height.finest[:, :, :1], slopes.astype(np.float64), green_up)
-    if found is not None and found < TOGETHER:
-        what = f"its slopes and those of {height.file} go together by {found:.2f} "
-        yield Finding("PZ215", normal.file, what + "(1: wholly, 0: not at all)")
+    correlation = agreement(height.finest[:, :, :1], slopes.astype(np.float64), green_up)
+    if correlation is not None and correlation < TOGETHER:
+        what = f"its slopes and those of {height.file} have a correlation of {correlation:.2f}"
+        yield Finding("PZ215", normal.file, f"{what}, at least {TOGETHER:g} is expected")
 
 
 def _half(values: F32 | F64) -> F32 | F64:
-    """Means along axis 0 of two texels each, of an odd number of parts of three."""
+    """Means of pairs of texels along axis 0; for an odd number, weighted means of three."""
     n = len(values)
     if n % 2 == 0 or n == 1:
         return np.asarray((values[0::2] + values[1::2]) / 2.0) if n > 1 else values
@@ -191,29 +190,29 @@ def _half(values: F32 | F64) -> F32 | F64:
 
 
 def _means(values: F32 | F64) -> Iterator[F32 | F64]:
-    """Means of values (h, w, c) at every level from 0 on, each of the one before."""
+    """Values (h, w, c) at every level from 0 on, each the mean of the one before."""
     yield values
     while max(values.shape[:2]) > 1:
         values = _half(_half(values).swapaxes(0, 1)).swapaxes(0, 1)
         yield values
 
 
-def _content(found: Map, level: int, kind: str) -> F32 | F64:
-    """What levels may be compared by: its area means mean something, and no stage widens or scales it. The
-    last channel weighs the others."""
-    values = found.texels(level)
+def _content(one: Map, level: int, kind: str) -> F32 | F64:
+    """The values by which levels are compared: those whose area mean every level keeps. The last channel is
+    the weight of the others."""
+    values = one.texels(level)
     weight = np.ones((*values.shape[:2], 1), np.float32)
     if kind == "normal":
         return np.dstack([rebuilt(values[:, :, :2]), weight])
-    if kind == "dudv":  # what was cut off at 1 is not known
+    if kind == "dudv":  # clipped values are not known
         weight[np.abs(values[:, :, :2]).max(axis=2) >= _CUT] = 0.0
         return np.dstack([values[:, :, :2], weight])
-    if found.texture.format.endswith("_SRGB"):
-        if found.texture.format != "BC1_RGB_SRGB":
+    if one.texture.format.endswith("_SRGB"):
+        if one.texture.format != "BC1_RGB_SRGB":
             weight = values[:, :, 3:]
         light = _light()[np.rint(values[:, :, :3] * np.float32(_STEPS)).astype(np.uint16)]
         return np.dstack([light * weight, weight])
-    return np.dstack([values[:, :, :1], weight])  # of gloss the intensity: smoothness widens
+    return np.dstack([values[:, :, :1], weight])  # of gloss the intensity; smoothness changes with the level
 
 
 @cache
@@ -224,14 +223,14 @@ def _light() -> F32:
     return light.astype(np.float32)
 
 
-def _levels(found: Map, kind: str) -> Iterator[Finding]:
-    """Each level shows, over areas of some 4 of its texels, what level 0 shows there."""
-    texture = found.texture
-    wanted = list(_means(_content(found, 0, kind)))
+def _levels(one: Map, kind: str) -> Iterator[Finding]:
+    """Each level has, over areas of about 4 texels, the mean of level 0."""
+    texture = one.texture
+    wanted = list(_means(_content(one, 0, kind)))
     for level in range(1, len(texture.levels)):
         coarse = min(level + 1, len(wanted) - 1)
-        here = _content(found, level, kind)
-        if kind == "normal":  # a mean of unit vectors weighs each by how well those below it agree
+        here = _content(one, level, kind)
+        if kind == "normal":  # weight each normal by how well the normals of level 0 below it agree
             here[:, :, :3] *= np.sqrt(np.square(wanted[level][:, :, :3]).sum(axis=2, keepdims=True))
         means = [*islice(_means(here), 2)][-1]
         least = _WHOLE if kind == "dudv" else 0.25
@@ -243,15 +242,15 @@ def _levels(found: Map, kind: str) -> Iterator[Finding]:
         truth, shown = (_shown(values[seen], kind) for values in (wanted[coarse], means))
         contrast = float(np.sqrt(np.square(truth - truth.mean(axis=0)).mean()))
         apart = float(np.sqrt(np.square(truth - shown).mean()))
-        if apart > _APART + _CONTRAST * contrast + _unheld(wanted[level], texture.format):
+        if apart > _APART + _CONTRAST * contrast + _block_error(wanted[level], texture.format):
             what = f"differs from level 0 by {apart:.3f} (root mean square, linear)"
-            yield Finding("PZ213", found.file, what, f"level {level}")
+            yield Finding("PZ213", one.file, what, f"level {level}")
             return
 
 
-def _unheld(wanted: F32 | F64, form: str) -> float:
-    """What blocks cannot hold of a level (RMS), whoever packs them: all colours of a block of BC1 and BC3 lie
-    on one line, and each channel of BC4 and BC5 has eight values. 0 of other formats."""
+def _block_error(wanted: F32 | F64, form: str) -> float:
+    """The RMS error that no encoder of a block format can avoid: all colours of a BC1 or BC3 block lie on one
+    line, and a channel of BC4 and BC5 has eight values. 0 for other formats."""
     if not form.startswith(("BC1", "BC3", "BC4", "BC5")):
         return 0.0
     values = wanted[:, :, :-1] / np.maximum(wanted[:, :, -1:], 1e-3)
@@ -259,9 +258,7 @@ def _unheld(wanted: F32 | F64, form: str) -> float:
     down, across = values.shape[0] // rows, values.shape[1] // columns
     grid = values[: down * rows, : across * columns].reshape(down, rows, across, columns, -1)
     blocks = grid.swapaxes(1, 2).reshape(-1, rows * columns, values.shape[2])
-    if form.startswith(
-        ("BC4", "BC5")
-    ):  # steps of a seventh; z, rebuilt of x and y, doubles what they are off
+    if form.startswith(("BC4", "BC5")):  # steps of a seventh; z, rebuilt from x and y, doubles the error
         return float(np.sqrt(np.square(np.ptp(blocks, axis=1)).mean() / 12.0)) * 2.0 / 7.0
     blocks = blocks - blocks.mean(axis=1, keepdims=True)
     spread = np.linalg.eigvalsh(blocks.swapaxes(1, 2) @ blocks)  # ascending
@@ -269,8 +266,8 @@ def _unheld(wanted: F32 | F64, form: str) -> float:
 
 
 def _shown(values: F32 | F64, kind: str) -> F64:
-    """(n, c): directions of normals; else values over their weight, of du/dv less their mean: what was cut
-    off moves it, and its sums are another rule's."""
+    """(n, c): directions of normals; else values divided by their weight. Of du/dv less their mean, because
+    clipping moves it, and another rule looks at it."""
     if kind == "normal":
         length = np.sqrt(np.square(values[:, :3]).sum(axis=1, keepdims=True))
         return np.asarray(values[:, :3] / np.maximum(length, 1e-3))
@@ -279,8 +276,8 @@ def _shown(values: F32 | F64, kind: str) -> F64:
 
 
 def _widening(normal: Map, gloss: Map) -> Iterator[Finding]:
-    """Smoothness is nowhere above what averaged roughness and the normals' disagreement leave of it, with
-    slack for what blocks add to both."""
+    """Smoothness is nowhere above what averaged roughness and the spread of the normals allow, with slack for
+    the compression of both."""
     rough = 1.0 - gloss.finest[:, :, 1:2].astype(np.float64)
     vectors = rebuilt(normal.finest[:, :, :2])
     joined = np.dstack([rough * rough * rough * rough, vectors])
@@ -291,10 +288,10 @@ def _widening(normal: Map, gloss: Map) -> Iterator[Finding]:
         r = np.maximum(np.sqrt(square), 1e-6)
         lost = np.maximum(0.0, 0.7 * 2.0 * (1.0 - square) / (r * (3.0 - square)) - 0.004)
         most = 1.0 - np.sqrt(np.sqrt(np.minimum(1.0, 0.9 * means[:, :, 0] + lost)))
-        found = gloss.texels(level)[:, :, 1]
-        off = found > most + _ROUGH
+        smooth = gloss.texels(level)[:, :, 1]
+        off = smooth > most + _ROUGH
         if off.mean() > _FEW:
-            y, x = np.unravel_index(int((found - most).argmax()), off.shape)
-            what = f"smoothness {found[y, x]:.2f} where normals leave {most[y, x]:.2f}"
+            y, x = np.unravel_index(int((smooth - most).argmax()), off.shape)
+            what = f"smoothness {smooth[y, x]:.2f} where normals allow {most[y, x]:.2f}"
             yield Finding("PZ214", gloss.file, what, f"level {level} texel {x}, {y}", int(off.sum()))
             return

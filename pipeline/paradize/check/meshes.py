@@ -1,4 +1,4 @@
-"""Rules over a GLB: indices, numbers, normals, tangent frames, levels of detail."""
+"""Rules for a GLB: indices, numbers, normals, tangent frames, levels of detail."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from paradize.check.rules import Finding
 from paradize.errors import FormatError
 from paradize.kernels.reference import Surface
 
-_ROUNDING = 1e-7  # of the diagonal: errors nearer than this are one, for positions are float32
-_APART = 1e-4  # by which share a sample's distance may be above the bound told: rounding alone
-_SAMPLES = 2_000  # besides ten in every triangle
-_UNIT = 2e-3  # how far a length may be from 1, and a dot product from 0, besides what codes round
+_ROUNDING = 1e-7  # of the diagonal: errors that differ by less are equal, because positions are float32
+_APART = 1e-4  # share by which rounding may lift a measured distance above the stated bound
+_SAMPLES = 2_000  # in addition to ten in every triangle
+_UNIT = 2e-3  # how far a length may be from 1 and a dot product from 0, in addition to quantization
 
 
 def check_mesh(data: bytes, file: str) -> Iterator[Finding]:
@@ -31,7 +31,7 @@ def check_mesh(data: bytes, file: str) -> Iterator[Finding]:
     for level in levels:
         for primitive in level.primitives:
             where = f"{level.name} {primitive.place}"
-            # Primitives often share their vertices: what is wrong with those is told once.
+            # Primitives often share their vertices: a fault of those is reported once.
             vertices = tuple(sorted((name, id(values)) for name, values in primitive.attributes.items()))
             if vertices not in seen:
                 yield from _vertices(primitive, file, where)
@@ -43,12 +43,12 @@ def check_mesh(data: bytes, file: str) -> Iterator[Finding]:
 
 
 def _rows(bad: npt.NDArray[np.bool_]) -> tuple[int, int]:
-    """(how many rows, the first)."""
+    """(the number of rows, the first)."""
     return int(bad.sum()), int(np.argmax(bad))
 
 
 def _length(v: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
-    with np.errstate(invalid="ignore"):  # rows that are not finite have a finding of their own
+    with np.errstate(invalid="ignore"):  # rows that are not finite have their own finding
         wide = v.astype(np.float64)
         return np.asarray(np.sqrt((wide * wide).sum(axis=1)), np.float64)
 
@@ -136,30 +136,30 @@ def _degenerate(
 
 
 def _order(levels: list[Level], file: str) -> Iterator[Finding]:
-    told = [level for level in levels if "error_max" in level.extras]
+    lods = [level for level in levels if "error_max" in level.extras]
     triangles = [
-        sum(len(p.indices) // 3 for p in level.primitives if p.indices is not None) for level in told
+        sum(len(p.indices) // 3 for p in level.primitives if p.indices is not None) for level in lods
     ]
-    for k in range(1, len(told)):
+    for k in range(1, len(lods)):
         if triangles[k] > triangles[k - 1]:
             what = f"{triangles[k]} triangles after {triangles[k - 1]}"
-            yield Finding("PZ207", file, what, told[k].name)
-    for k, level in enumerate(told):
+            yield Finding("PZ207", file, what, lods[k].name)
+    for k, level in enumerate(lods):
         errors = [level.extras.get(name) for name in ("error_max", "error_rms")]
         if not all(isinstance(error, int | float) and 0.0 <= error < float("inf") for error in errors):
             yield Finding("PZ207", file, f"errors of {errors}", level.name)
             return
-        if k and level.extras["error_max"] < told[k - 1].extras["error_max"] - _ROUNDING:
-            what = f"an error of {level.extras['error_max']:g} after {told[k - 1].extras['error_max']:g}"
+        if k and level.extras["error_max"] < lods[k - 1].extras["error_max"] - _ROUNDING:
+            what = f"an error of {level.extras['error_max']:g} after {lods[k - 1].extras['error_max']:g}"
             yield Finding("PZ207", file, what, level.name)
 
 
 def _distance(levels: list[Level], file: str) -> Iterator[Finding]:
-    """Levels whose surface, measured again where their nodes stand, is farther from the finest one than they
-    tell."""
-    told = [level for level in levels if isinstance(level.extras.get("error_max"), int | float)]
-    surfaces = [_surface(level, told[0]) for level in told]
-    if len(told) < 2 or any(surface is None for surface in surfaces):
+    """Levels whose surface, measured again where their nodes stand, is farther from the finest level than
+    their error_max says."""
+    lods = [level for level in levels if isinstance(level.extras.get("error_max"), int | float)]
+    surfaces = [_surface(level, lods[0]) for level in lods]
+    if len(lods) < 2 or any(surface is None for surface in surfaces):
         return
     truth = surfaces[0]
     assert truth is not None
@@ -167,18 +167,19 @@ def _distance(levels: list[Level], file: str) -> Iterator[Finding]:
     diagonal = float(np.sqrt((sides * sides).sum()))
     if not 0.0 < diagonal < float("inf"):
         return
-    for level, surface in zip(told[1:], surfaces[1:], strict=True):
+    for level, surface in zip(lods[1:], surfaces[1:], strict=True):
         assert surface is not None
-        found = surface.distance_to(truth, samples=_SAMPLES)[0] / diagonal
+        distance = surface.distance_to(truth, samples=_SAMPLES)[0] / diagonal
         limit = float(level.extras["error_max"])
-        if found > limit * (1.0 + _APART) + 1e-6:
-            what = f"its surface lies {found:.3g} of the diagonal from the finest, told are {limit:.3g}"
+        if distance > limit * (1.0 + _APART) + 1e-6:
+            what = f"its surface lies {distance:.3g} of the diagonal from the finest level, "
+            what += f"its error_max is {limit:.3g}"
             yield Finding("PZ209", file, what, level.name)
 
 
 def _surface(level: Level, finest: Level) -> Surface | None:
-    """The triangles of a level, in metres from where the finest one's node stands; None where it has none, or
-    what other rules tell of."""
+    """The triangles of a level, in metres from the node of the finest level; None if it has none, or faults
+    that other rules report."""
     positions, triangles, count = [], [], 0
     seen: set[tuple[int, int]] = set()
     for primitive in level.primitives:

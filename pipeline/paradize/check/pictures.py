@@ -1,4 +1,4 @@
-"""Rules over a PNG: it is whole, and what is named a normal map holds unit vectors.
+"""Rules for a PNG: it is complete, and a normal map holds unit vectors.
 
 Source: W3C, "Portable Network Graphics (PNG) Specification (Third Edition)", 2025: chunks and their CRC.
 """
@@ -17,7 +17,7 @@ from paradize.errors import FormatError
 from paradize.formats.png import decode_png
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
-# Rounding to 8 bits makes 0.007 of it; pictures that were once JPEG come to a few hundredths.
+# Rounding to 8 bits gives 0.007; pictures that were once JPEG have a few hundredths.
 _OFF = 0.1
 
 
@@ -30,14 +30,14 @@ def check_picture(data: bytes, file: str) -> Iterator[Finding]:
     if not file.endswith("_normal.png"):
         return
     try:
-        codes = decode_png(Path(file))
+        pixels = decode_png(Path(file))
     except FormatError as error:
         yield Finding("PZ102", file, error.what, error.place or "")
         return
-    if codes.shape[2] < 3:
-        yield Finding("PZ102", file, f"{codes.shape[2]} channels, a normal map has three")
+    if pixels.shape[2] < 3:
+        yield Finding("PZ102", file, f"{pixels.shape[2]} channels, a normal map has three")
         return
-    vectors = codes[:, :, :3].astype(np.float32) * np.float32(2 / np.iinfo(codes.dtype).max) - 1
+    vectors = pixels[:, :, :3].astype(np.float32) * np.float32(2 / np.iinfo(pixels.dtype).max) - 1
     off = np.abs(np.sqrt((vectors * vectors).sum(axis=2)) - 1) > _OFF
     if off.any():
         row, column = divmod(int(np.argmax(off)), off.shape[1])
@@ -46,7 +46,7 @@ def check_picture(data: bytes, file: str) -> Iterator[Finding]:
 
 
 def _damage(data: bytes) -> tuple[str, str] | None:
-    """What is wrong with the chunks of a PNG and where; None where they are whole."""
+    """The fault in the chunks of a PNG and its place; None if they are complete."""
     if data[:8] != SIGNATURE:
         return "is no PNG", "byte 0"
     at, seen = 8, []

@@ -21,7 +21,7 @@ def render(findings: Sequence[Finding], form: str) -> str:
 
 
 def _counts(findings: Sequence[Finding]) -> tuple[int, int, int]:
-    """Errors, warnings, and what is waived of both."""
+    """The numbers of errors, of warnings, and of waived findings."""
     errors = sum(finding.fails for finding in findings)
     waived = sum(bool(finding.waived) for finding in findings)
     return errors, len(findings) - errors - waived, waived
@@ -29,8 +29,8 @@ def _counts(findings: Sequence[Finding]) -> tuple[int, int, int]:
 
 def _text(findings: Sequence[Finding]) -> str:
     errors, warnings, waived = _counts(findings)
-    told = ((errors, "error"), (warnings, "warning"))
-    summary = ", ".join(f"{n} {word}{'' if n == 1 else 's'}" for n, word in told) if findings else "clean"
+    counts = ((errors, "error"), (warnings, "warning"))
+    summary = ", ".join(f"{n} {word}{'' if n == 1 else 's'}" for n, word in counts) if findings else "clean"
     summary += f", {waived} waived" if waived else ""
     return "\n".join([*(one_line(str(finding)) for finding in findings), summary])
 
@@ -58,20 +58,20 @@ def _json(findings: Sequence[Finding]) -> str:
 
 
 def _junit(findings: Sequence[Finding]) -> str:
-    """One test case per rule: a failure where an error fired, skipped where all errors are waived."""
+    """One test case per rule: a failure if an error was found, skipped if all its errors are waived."""
     cases = []
     failures = skipped = 0
     for code, rule in RULES.items():
-        fired = [finding for finding in findings if finding.code == code]
-        body = escape("\n".join(one_line(str(finding)) for finding in fired))
+        matching = [finding for finding in findings if finding.code == code]
+        body = escape("\n".join(one_line(str(finding)) for finding in matching))
         name = f'<testcase classname="paradize.check" name={quoteattr(f"{code} {rule.title}")}'
-        if any(finding.fails for finding in fired):
+        if any(finding.fails for finding in matching):
             failures += 1
             cases.append(f"{name}><failure message={quoteattr(rule.title)}>{body}</failure></testcase>")
-        elif any(finding.waived for finding in fired):
+        elif any(finding.waived for finding in matching):
             skipped += 1
-            cases.append(f"{name}><skipped message={quoteattr(one_line(str(fired[0])))}/></testcase>")
-        elif fired:
+            cases.append(f"{name}><skipped message={quoteattr(one_line(str(matching[0])))}/></testcase>")
+        elif matching:
             cases.append(f"{name}><system-out>{body}</system-out></testcase>")
         else:
             cases.append(f"{name}/>")
@@ -80,8 +80,8 @@ def _junit(findings: Sequence[Finding]) -> str:
     return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', head, *cases, "</testsuite>"])
 
 
-def _print(finding: Finding) -> str:
-    """By what a page knows a finding again: where it is and of what kind, whatever its numbers are now."""
+def _fingerprint(finding: Finding) -> str:
+    """The fingerprint by which a page recognizes a finding: its rule and place, without its numbers."""
     name = re.sub(r"-[0-9a-f]{8}(?=\.)", "", finding.file)  # artifacts carry their hash
     what = "" if finding.artifact else finding.what
     words = (finding.code, name, finding.artifact, finding.metric, finding.place, what)
@@ -114,7 +114,7 @@ def _sarif(findings: Sequence[Finding]) -> str:
             "level": finding.severity,
             "message": {"text": str(finding)},
             "occurrenceCount": finding.count,
-            "partialFingerprints": {"finding/v1": _print(finding)},
+            "partialFingerprints": {"finding/v1": _fingerprint(finding)},
             "locations": [
                 {
                     "physicalLocation": {"artifactLocation": {"uri": quote(finding.file.replace("\\", "/"))}},

@@ -1,4 +1,4 @@
-"""The rules: a code never changes its meaning, and none is used again for another.
+"""All rules. A code never changes its meaning and is never used for another rule.
 
 1xx files, 2xx meshes and their maps, 3xx textures, 4xx scenes, 5xx sounds.
 """
@@ -13,7 +13,7 @@ from paradize.errors import MOST, MOST_ADVICE, ParadizeError, bounded
 
 @dataclass(frozen=True)
 class Rule:
-    """severity: "error" fails the check, "warning" does not. cause and mend speak to a person."""
+    """severity: "error" fails the check, "warning" does not. cause: why it matters; mend: what to do."""
 
     severity: str
     title: str
@@ -62,7 +62,7 @@ RULES: dict[str, Rule] = {
     "PZ209": Rule(
         "error",
         "level of detail farther off than it says",
-        "the surface of a level lies farther from the finest one than its error_max tells: it would pop",
+        "the surface of a level lies farther from the finest level than its error_max says: it would pop",
         "bake again",
     ),
     "PZ211": Rule(
@@ -74,7 +74,7 @@ RULES: dict[str, Rule] = {
     "PZ212": Rule(
         "error",
         "du/dv is not its normal map's",
-        "what shakes the picture is not what lights the waves",
+        "the ripples that bend the picture are not those that light the waves",
         "bake both from one source",
     ),
     "PZ213": Rule(
@@ -98,7 +98,7 @@ RULES: dict[str, Rule] = {
     "PZ221": Rule(
         "error",
         "gutter bleeds",
-        "beside a UV island a sample sees what is not the island's own",
+        "beside a UV island a sample reads texels of another island",
         "bake again; move the islands apart, or accept more with the object's bleed",
     ),
     "PZ222": Rule(
@@ -140,11 +140,9 @@ RULES: dict[str, Rule] = {
         "error",
         "budget exceeded",
         "a measured error is worse than the scene's hard limit, or the files take more than it allows",
-        "bake with the tier that is named, better the source, or allow more in [budget]",
+        "bake with the tier that is named, improve the source, or allow more in [budget]",
     ),
-    "PZ402": Rule(
-        "warning", "unused artifact", "no pass of the scene reads it", "take it out, or bake again"
-    ),
+    "PZ402": Rule("warning", "unused artifact", "no pass of the scene reads it", "remove it, or bake again"),
     "PZ403": Rule(
         "error",
         "camera path jumps",
@@ -161,24 +159,24 @@ RULES: dict[str, Rule] = {
         "warning",
         "soft budget exceeded",
         "a measured error is worse than the scene's soft limit, inside the hard one",
-        "bake with the tier that is named, better the source, or allow more in [budget]",
+        "bake with the tier that is named, improve the source, or allow more in [budget]",
     ),
     "PZ407": Rule(
         "warning",
         "unused waiver",
-        "a [[waiver]] or a severity in [check] meets no finding, or names no rule",
-        "take it out of the scene, and bake again",
+        "a [[waiver]] or a severity in [check] matches no finding, or names no rule",
+        "remove it from the scene, and bake again",
     ),
     "PZ411": Rule(
         "error",
         "camera path under ground",
-        "the eye passes below the terrain: the picture shows it from below",
+        "the camera passes below the terrain",
         "lift the waypoints before and after that second",
     ),
     "PZ412": Rule(
         "warning",
         "camera path too near",
-        "a surface comes nearer to the eye than the near plane reaches: it is cut open",
+        "a surface comes nearer to the camera than the near plane: it is cut open",
         "move the waypoints away, or make near_m smaller",
     ),
     "PZ413": Rule(
@@ -197,7 +195,7 @@ RULES: dict[str, Rule] = {
         "warning",
         "artifact new or gone",
         "the earlier bake holds other artifacts",
-        "nothing, where the scene was changed so",
+        "nothing, if the scene was changed so",
     ),
     "PZ423": Rule(
         "warning",
@@ -208,7 +206,7 @@ RULES: dict[str, Rule] = {
     "PZ501": Rule(
         "warning",
         "sound clicks where it loops",
-        "the end of a sound does not run on into its start",
+        "the end of a sound does not continue into its start",
         "fade the end into the start, or cut at a zero crossing of the same slope",
     ),
 }
@@ -216,9 +214,9 @@ RULES: dict[str, Rule] = {
 
 @dataclass(frozen=True)
 class Finding:
-    """A rule that fired. place: where in the file; count: how many equal ones; the first is described.
-    artifact, metric: what it is about, where that is known. override: the severity that the scene gives its
-    rule. waived: why, and up to which day, it is let pass."""
+    """A fault that a rule found. place: where in the file. count: the number of equal faults; the first is
+    described. artifact, metric: what it is about, if known. override: the severity that the scene gives the
+    rule. waived: why and until which day it does not count."""
 
     code: str
     file: str
@@ -258,7 +256,8 @@ class Finding:
 
 
 def isolated(findings: Iterable[Finding], file: str) -> Iterator[Finding]:
-    """The findings, and what ended the search for them as one more: no file's fault hides another's."""
+    """The findings; an error that ends their search becomes one more finding, so that others are still
+    searched."""
     try:
         yield from findings
     except ParadizeError as error:
@@ -270,11 +269,12 @@ def isolated(findings: Iterable[Finding], file: str) -> Iterator[Finding]:
 
 
 def gathered(findings: Iterable[Finding]) -> list[Finding]:
-    """Findings with the same code, file and text as one, their counts added; in the order of the first."""
-    found: dict[tuple[str, str, str], Finding] = {}
+    """Findings with the same code, file and text become one with the sum of their counts, in the order of the
+    first."""
+    merged: dict[tuple[str, str, str], Finding] = {}
     for finding in findings:
         key = (finding.code, finding.file, finding.what)
-        if key in found:
-            finding = replace(found[key], count=found[key].count + finding.count)
-        found[key] = finding
-    return list(found.values())
+        if key in merged:
+            finding = replace(merged[key], count=merged[key].count + finding.count)
+        merged[key] = finding
+    return list(merged.values())

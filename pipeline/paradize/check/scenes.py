@@ -1,4 +1,4 @@
-"""Rules over a baked scene: its manifest, its files, its budgets, its camera path."""
+"""Rules for a baked scene: its manifest, its files, its budget, its camera path."""
 
 from __future__ import annotations
 
@@ -22,27 +22,35 @@ from paradize.check.rules import Finding, isolated
 from paradize.check.sounds import check_sound
 from paradize.check.terrain import check_tiles
 from paradize.check.textures import check_texture
-from paradize.check.verdicts import judged
+from paradize.check.verdicts import apply_scene
 from paradize.errors import FormatError
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
 from paradize.formats.scene_manifest import read_entry, read_scene, references
+from paradize.jobs.progress import OnProgress
 
-_JUMP = 1e-6  # of the segment's own size: how far apart two segments may meet
+_JUMP = 1e-6  # of the segment's size: how far apart the ends of two segments may be
 
 
 @dataclass(frozen=True)
 class CheckOptions:
-    """How to look. against: the folder of an earlier bake; worse_by: the share by which an error may have
-    grown since. today: the day by which waivers end."""
+    """against: the folder of an earlier bake. worse_by: the share by which an error may have grown since.
+    today: decides which waivers have ended. on_progress: hears of every artifact and every search."""
 
     against: Path | None = None
     worse_by: float = WORSE_BY
     today: date = field(default_factory=date.today)
+    on_progress: OnProgress | None = None
+
+    def begin(self, step: str, done: int, total: int) -> None:
+        """Reports a step to on_progress."""
+        if self.on_progress:
+            self.on_progress(step, done, total)
 
 
-def check_scene(path: Path, look: CheckOptions) -> Iterator[Finding]:
-    """The findings in a scene.json and everything that it names, as the scene itself wants them judged."""
+def check_scene(path: Path, options: CheckOptions) -> Iterator[Finding]:
+    """The findings in a scene.json and in everything that it names, with the severities and waivers of the
+    scene."""
     file = str(path)
     try:
         manifest = read_scene(path)
@@ -53,45 +61,49 @@ def check_scene(path: Path, look: CheckOptions) -> Iterator[Finding]:
         yield Finding("PZ102", file, error.what, error.place or "")
         return
     owners = {str(path.parent / entry["file"]): name for name, entry in manifest["artifacts"].items()}
-    found = (
+    findings = (
         finding if finding.artifact else replace(finding, artifact=owners.get(finding.file, ""))
-        for finding in _findings(manifest, path, look)
+        for finding in _findings(manifest, path, options)
     )
-    yield from judged(found, manifest["check"], file, look.today)
+    yield from apply_scene(findings, manifest["check"], file, options.today)
 
 
-def _findings(manifest: dict[str, Any], path: Path, look: CheckOptions) -> Iterator[Finding]:
+def _findings(manifest: dict[str, Any], path: Path, options: CheckOptions) -> Iterator[Finding]:
     file = str(path)
     colors = _colors(manifest)
     tiles = manifest["terrain"]["tiles"] if manifest["terrain"] else []
-    for name, artifact in manifest["artifacts"].items():
+    folder = path.parent
+    searches = {"budget": check_budget(manifest, folder, file)}
+    if options.against:
+        earlier = earlier_scene(options.against, folder)
+        searches["earlier bake"] = check_against(manifest, earlier, file, options.worse_by)
+    searches |= {
+        "UV layouts": check_layouts(manifest, folder),
+        "gutters": check_gutters(manifest, folder),
+        "maps": scene_maps(manifest, folder),
+        "terrain": check_tiles(manifest, folder),
+        "unused files": _unused(folder, manifest, file),
+        "path": _path(manifest["flight"], file),
+        "flight": check_flight(manifest, folder, file),
+    }
+    total = len(manifest["artifacts"]) + len(searches)
+    for done, (name, artifact) in enumerate(manifest["artifacts"].items()):
+        options.begin(name, done, total)
         decode = decode_tile if name in tiles else decode_glb
-        found = _artifact(path.parent, name, artifact, colors.get(name), decode)
-        yield from isolated(found, str(path.parent / artifact["file"]))
-    searches = [check_budget(manifest, path.parent, file)]
-    if look.against:
-        earlier = earlier_scene(look.against, path.parent)
-        searches.append(check_against(manifest, earlier, file, look.worse_by))
-    searches += [
-        check_layouts(manifest, path.parent),
-        check_gutters(manifest, path.parent),
-        scene_maps(manifest, path.parent),
-        check_tiles(manifest, path.parent),
-        _unused(path.parent, manifest, file),
-        _path(manifest["flight"], file),
-        check_flight(manifest, path.parent, file),
-    ]
-    for search in searches:
+        findings = _artifact(folder, name, artifact, colors.get(name), decode)
+        yield from isolated(findings, str(folder / artifact["file"]))
+    for done, (name, search) in enumerate(searches.items(), len(manifest["artifacts"])):
+        options.begin(name, done, total)
         yield from isolated(search, file)
 
 
 def _mend(error: OSError) -> str:
-    """What to do about a file that cannot be read, where that is more than its rule says."""
+    """What to do about a file that cannot be read, if its rule does not say it."""
     return "move it away, then bake again" if error.errno == errno.EISDIR else ""
 
 
 def _colors(manifest: dict[str, Any]) -> dict[str, bool]:
-    """Which textures are colour, by what reads them."""
+    """Which textures are colour maps, from the fields that name them."""
     return {
         name: place.endswith("color") for place, name, kinds in references(manifest) if kinds == ("texture",)
     }
@@ -124,9 +136,9 @@ def _artifact(
         what = f"SHA-256 {sha256[:12]}... where scene.json names {artifact['sha256'][:12]}..."
         yield Finding("PZ103", file, what, name, artifact=name)
     if artifact["kind"] == "mesh":
-        found = list(check_mesh(data, file))
-        yield from found
-        if not any(finding.severity == "error" for finding in found):
+        findings = list(check_mesh(data, file))
+        yield from findings
+        if not any(finding.severity == "error" for finding in findings):
             try:
                 decode(data, file)
             except FormatError as error:

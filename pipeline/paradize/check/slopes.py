@@ -1,10 +1,9 @@
-"""Whether a normal map leans where its height map slopes, told from the two maps alone.
+"""Whether a normal map and a height map are of one source, from the two maps alone.
 
-Whatever the strength and the filter were, slopes of one source go together: their correlation is 0.6 and more
-over areas of one, two or four texels; of two sources it is about 0. One thing in a sound pair does not go
-together: a gutter. Every texel outside a UV island is a copy of the nearest inside, so heights step where two
-gutters meet, and the normals there, copies as well, know nothing of the step. Such steps are left out. Where
-little else is steep (a palette: flat swatches, and gutters round them), the maps prove nothing.
+For any strength and filter, slopes of one source correlate: by 0.6 and more over areas of one, two or four
+texels; slopes of two sources by about 0. Gutters are an exception. A texel outside a UV island is a copy of
+the nearest texel inside, so heights step where two gutters meet, and the copied normals there do not show the
+step. Such steps are left out. If little else is steep (a palette of flat colours), the maps prove nothing.
 """
 
 from __future__ import annotations
@@ -18,18 +17,21 @@ Mask = npt.NDArray[np.bool_]
 
 TOGETHER = 0.3  # correlation of slopes below which two maps are not of one source
 _CODE = 1.0 / 255.0
-_FLAT = 2.0 * _CODE  # of the range, from one area to the next: less may be the codes of the height map
-_FEW = 32  # areas
-_STEP = 4.0 * _CODE  # of the range: less is no step
-_ALONE = 3.0  # a step is so many times as high as what lies two texels to either side of it
-_AWAY = 3  # texels from a step to where normals know nothing of it
-_ANSWER = (0.02, 0.3)  # slopes that a step changes: by so much, and by this share of their range around it
+_FLAT = 2.0 * _CODE  # of the range, from one area to the next: less may be rounding of the height map
+_FEW = 32  # areas: fewer prove nothing
+_STEP = 4.0 * _CODE  # of the range: the least height of a step
+_ALONE = 3.0  # a step is this many times as high as any within two texels beside it
+_AWAY = 3  # texels from a step to where a filter no longer sees it
+_ANSWER = (
+    0.02,
+    0.3,
+)  # a step that a filter saw changes slopes by this much, and by this share of their range
 
 
 def agreement(heights: F32, slopes: F64, green_up: bool) -> float | None:
-    """The correlation of the slopes that normals show, (h, w, 2), along x and up, with those of heights
-    (h, w, 1): the largest over areas of three sizes. None where too little slopes to tell. green_up: whether
-    the second slope points up for certain; else it may point down as well."""
+    """The correlation of the slopes of normals, (h, w, 2), along x and up, with those of heights (h, w, 1):
+    the largest over areas of three sizes. None if too few areas slope. green_up: whether the second slope is
+    known to point up; else it may point down."""
     values = heights.astype(np.float64)
     whole = _largest(values, slopes, green_up, None)
     if whole is None or whole >= TOGETHER:
@@ -38,13 +40,15 @@ def agreement(heights: F32, slopes: F64, green_up: bool) -> float | None:
 
 
 def _largest(heights: F64, slopes: F64, green_up: bool, skipped: Mask | None) -> float | None:
-    told = [_together(heights, slopes, texels, green_up, skipped) for texels in (1, 2, 4)]
-    return max((value for value in told if value is not None), default=None)
+    values = [_correlation(heights, slopes, texels, green_up, skipped) for texels in (1, 2, 4)]
+    return max((value for value in values if value is not None), default=None)
 
 
-def _together(heights: F64, slopes: F64, texels: int, green_up: bool, skipped: Mask | None) -> float | None:
-    """The correlation over areas of so many texels along each side that slope by more than a code. None where
-    there are too few, or fewer than those that touch a skipped texel."""
+def _correlation(
+    heights: F64, slopes: F64, texels: int, green_up: bool, skipped: Mask | None
+) -> float | None:
+    """The correlation over steep areas of `texels` x `texels`. None if there are too few, or fewer than those
+    that touch a skipped texel."""
     if min(heights.shape[:2]) < 8 * texels:
         return None
     means, lean = (_areas(values, texels) for values in (heights, slopes))
@@ -66,7 +70,7 @@ def _together(heights: F64, slopes: F64, texels: int, green_up: bool, skipped: M
 
 
 def _areas(values: F64, texels: int) -> F64:
-    """Means over squares of so many texels; what is left over at the right and below is not counted."""
+    """Means over squares of `texels` x `texels`; a rest at the right and below is left out."""
     rows, columns = (size // texels for size in values.shape[:2])
     cut = values[: rows * texels, : columns * texels]
     return np.asarray(cut.reshape(rows, texels, columns, texels, -1).mean(axis=(1, 3)))
@@ -82,18 +86,18 @@ def _with_neighbours(areas: Mask) -> Mask:
 
 
 def _between_gutters(heights: F32, slopes: F64) -> Mask:
-    """The texels (h, w) on both sides of a step of the heights to which no normal answers."""
+    """The texels (h, w) on both sides of a step of the heights that the normals do not show."""
     lean = slopes.astype(np.float32)
-    return _unanswered(heights, lean[:, :, 0]) | _unanswered(heights.T, lean[:, :, 1].T).T
+    return _unseen_steps(heights, lean[:, :, 0]) | _unseen_steps(heights.T, lean[:, :, 1].T).T
 
 
-def _unanswered(heights: F32, lean: F32) -> Mask:
-    """The same along rows. A step stands alone: heights beside it hardly change. A filter's slopes peak at
-    a step of its heights; copies of normals from elsewhere are beside the step what they are away from it."""
-    found = np.zeros(heights.shape, np.bool_)
+def _unseen_steps(heights: F32, lean: F32) -> Mask:
+    """The same along rows. A step stands alone: heights beside it hardly change. The slopes of a filter peak
+    at a step; copied normals are the same at the step as beside it."""
+    steps_found = np.zeros(heights.shape, np.bool_)
     edges = heights.shape[1] - 1
     if edges < 2 * _AWAY:
-        return found
+        return steps_found
     steps = np.abs(np.diff(heights, axis=1))
     beside = np.zeros_like(steps)
     for off in (1, 2):
@@ -103,7 +107,7 @@ def _unanswered(heights: F32, lean: F32) -> Mask:
     padded = np.pad(lean, ((0, 0), (_AWAY, _AWAY)), mode="edge")
     around = [
         padded[:, k : k + edges] for k in range(2 * _AWAY + 2)
-    ]  # the step is between _AWAY and the next
+    ]  # the step lies between _AWAY and the next
     low, high = around[0].copy(), around[0].copy()
     for values in around[1:]:
         np.minimum(low, values, out=low)
@@ -111,6 +115,6 @@ def _unanswered(heights: F32, lean: F32) -> Mask:
     before, after = (np.abs(around[_AWAY + k] - around[k * (2 * _AWAY + 1)]) for k in (0, 1))
     least, share = _ANSWER
     alone &= np.maximum(before, after) < np.maximum(np.float32(least), np.float32(share) * (high - low))
-    found[:, :-1] |= alone
-    found[:, 1:] |= alone
-    return found
+    steps_found[:, :-1] |= alone
+    steps_found[:, 1:] |= alone
+    return steps_found

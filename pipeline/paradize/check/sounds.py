@@ -1,4 +1,4 @@
-"""Rules over a sound: the player loops it, so its end must run on into its start."""
+"""Rules for a sound. The player loops it, so its end must continue into its start."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 
 from paradize.check.rules import Finding
 
-# A step at the seam this many times what the sound itself does from sample to sample (99.9 of 100) is heard;
-# below a share of full scale nothing is.
+# A step at the seam is heard if it is _STEPS times the usual step (99.9 of 100 samples) and above _HEARD of
+# full scale.
 _STEPS = 8.0
 _HEARD = 0.02
-_MAX_S = 3600  # what is decoded is many times the file
+_MAX_S = 3600  # the decoded sound is many times the size of the file
 
 
 def check_sound(data: bytes, file: str) -> Iterator[Finding]:

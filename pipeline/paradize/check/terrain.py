@@ -1,4 +1,4 @@
-"""Rules over a terrain's tiles: they hold the patches that scene.json tells of, and patches meet."""
+"""Rules for the tiles of a terrain: they hold the patches of scene.json, and patches meet."""
 
 from __future__ import annotations
 
@@ -20,40 +20,40 @@ _Ends = npt.NDArray[np.float32]
 _Patch = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]  # positions, triangles
 
 _FROM_ABOVE = np.array([1, 0, 1], np.float32)
-_ROUNDING = 1e-5  # of the terrain's height and side: heights and places are float32
+_ROUNDING = 1e-5  # of the height and side of the terrain: positions are float32
 
 
 def check_tiles(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
-    """The findings in the tiles of a scene's terrain; files that cannot be read are told elsewhere."""
+    """The findings in the tiles of a scene's terrain. Another rule reports files that cannot be read."""
     terrain = manifest["terrain"]
     if terrain is None:
         return
     rims: list[_Ends] = []
     patches: list[_Patch] = []
-    told = Counter(terrain["patches"]["tile"])  # patches of each tile, in the order of the tiles
+    counts = Counter(terrain["patches"]["tile"])  # patches of each tile, in the order of the tiles
     first, whole = 0, True
     for number, name in enumerate(terrain["tiles"]):
         entry = manifest["artifacts"][name]
         file = folder / entry["file"]
-        row, first = first, first + told[number]
+        row, first = first, first + counts[number]
         try:
             tile = decode_tile(read_entry(folder, entry), str(file))
         except (OSError, FormatError):
             whole = False
             continue
         for node, patch in enumerate(tile):
-            wanted = _row(terrain["patches"], row + node) if node < told[number] else None
-            found = (number, node, patch.index, patch.error_m, patch.finest)
-            if wanted != found:
-                what = f"(tile, node, patch, error, finest) is {found} where scene.json says {wanted}"
+            wanted = _row(terrain["patches"], row + node) if node < counts[number] else None
+            stored = (number, node, patch.index, patch.error_m, patch.finest)
+            if wanted != stored:
+                what = f"(tile, node, patch, error, finest) is {stored} where scene.json says {wanted}"
                 yield Finding("PZ404", str(file), what, f"node {node}")
                 whole = False
                 break
             rims.append(_rim(patch.mesh.positions, patch.mesh.triangles))
             patches.append((patch.mesh.positions, patch.mesh.triangles))
         else:
-            if len(tile) != told[number]:
-                what = f"it holds {len(tile)} patches of {told[number]}"
+            if len(tile) != counts[number]:
+                what = f"it holds {len(tile)} patches, not {counts[number]}"
                 yield Finding("PZ404", str(file), what, "terrain.patches")
                 whole = False
     if not whole:
@@ -68,7 +68,7 @@ def _row(patches: dict[str, Any], row: int) -> tuple[int, int, int, float, bool]
 
 
 def _rim(positions: npt.NDArray[np.float32], triangles: npt.NDArray[np.uint32]) -> _Ends:
-    """The edges that one triangle has alone: (n, 2, 3) float32, their ends."""
+    """The edges of only one triangle: (n, 2, 3) float32, their ends."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     edges.sort(axis=1)
     single, count = np.unique(edges, axis=0, return_counts=True)
@@ -77,7 +77,7 @@ def _rim(positions: npt.NDArray[np.float32], triangles: npt.NDArray[np.uint32]) 
 
 
 def _cracks(terrain: dict[str, Any], rims: list[_Ends], folder: Path) -> Iterator[Finding]:
-    """Patches of the cut at each level that do not meet: edges of one patch alone, off the terrain's rim."""
+    """Patches that do not meet at some level: edges of only one patch, away from the rim of the terrain."""
     ends = np.concatenate(rims) + np.float32(0.0)  # -0 becomes 0
     _, place = np.unique(ends.reshape(-1, 3), axis=0, return_inverse=True)
     pairs = np.sort(place.reshape(-1, 2), axis=1).astype(np.int64)
@@ -100,16 +100,16 @@ def _cracks(terrain: dict[str, Any], rims: list[_Ends], folder: Path) -> Iterato
 
 
 def _drawn(terrain: dict[str, Any], level: int) -> npt.NDArray[np.bool_]:
-    """(patches,): which are drawn where every diamond above a level is split."""
+    """(patches,): the patches that are drawn when every diamond above a level is split."""
     made_by, diamond = (np.array(terrain["patches"][key], np.int64) for key in ("made_by", "diamond"))
-    # The last stands for none: -1.
+    # The last entry stands for no diamond, -1.
     split = np.append(np.array(terrain["diamonds"]["level"], np.int64) < level, False)
     return np.asarray(((made_by < 0) | split[made_by]) & ~split[diamond])
 
 
 def _bound(terrain: dict[str, Any], patches: list[_Patch], folder: Path) -> Iterator[Finding]:
-    """Patches that lie farther from the finest ones than the errors of both: each cut against the vertices of
-    the finest patches, looked up from above."""
+    """Patches that lie farther from the finest patches than the errors of both allow. Each level is compared
+    at the vertices of the finest patches, seen from above."""
     errors = np.array(terrain["patches"]["error_m"], np.float64)
     finest = np.flatnonzero(np.array(terrain["patches"]["diamond"], np.int64) < 0)
     truth, owner = _joined(patches, finest)

@@ -1,4 +1,4 @@
-"""Rules over a KTX2: mip chain, numbers, and the format as a whole."""
+"""Rules for a KTX2: mip chain, numbers, and the format."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ def check_texture(
     data: bytes, file: str, *, color: bool | None = None, last: int | None = None
 ) -> Iterator[Finding]:
     """The findings in a KTX2's bytes. color: whether a scene reads it as colour; last: the coarsest level
-    that a scene lets the player read; None where none says."""
-    yet = list(_chain(data, file))
-    yield from yet
-    if yet:
+    that a scene lets the player read; None: not known."""
+    broken = list(_chain(data, file))
+    yield from broken
+    if broken:
         return
     try:
         texture = decode_ktx2(data, file)
@@ -42,7 +42,7 @@ def check_texture(
 
 
 def _chain(data: bytes, file: str) -> Iterator[Finding]:
-    """What the level index alone tells: every level down to 1 x 1, each as long as its format says."""
+    """Reads the level index alone: every level down to 1 x 1 is there and has the bytes of its format."""
     if data[:12] != IDENTIFIER or len(data) < _LEVEL_INDEX:
         yield Finding("PZ102", file, "is no KTX2", "byte 0")
         return

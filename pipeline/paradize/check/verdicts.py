@@ -1,4 +1,4 @@
-"""What a scene says of findings: the severity of a rule, and which findings are waived up to which day."""
+"""Applies the [check] and [[waiver]] tables of a scene to its findings."""
 
 from __future__ import annotations
 
@@ -10,32 +10,34 @@ from typing import Any
 from paradize.check.rules import RULES, Finding
 
 
-def judged(findings: Iterable[Finding], told: dict[str, Any], file: str, today: date) -> Iterator[Finding]:
-    """The findings as the scene has them. told: the manifest's `check`; file: the manifest's own. A waiver
-    holds up to and with its day; then the finding says that it ended. What meets no finding is one."""
+def apply_scene(
+    findings: Iterable[Finding], settings: dict[str, Any], file: str, today: date
+) -> Iterator[Finding]:
+    """The findings with the severities and waivers of the scene. settings: `check` of scene.json; file:
+    scene.json. A waiver holds up to and including its day; after it the finding says that the waiver ended. A
+    waiver without a finding is a finding itself."""
+    severities, waivers = settings["severity"], settings["waivers"]
     used: set[int] = set()
-    met: set[str] = set()
     for finding in findings:
-        met.add(finding.code)
-        override = told["severity"].get(finding.code, "")
+        override = severities.get(finding.code, "")
         if override == "off":
-            used |= {k for k, waiver in enumerate(told["waivers"]) if _meets(waiver, finding)}
+            used |= {k for k, waiver in enumerate(waivers) if _matches(waiver, finding)}
             continue
-        known = [k for k, waiver in enumerate(told["waivers"]) if _meets(waiver, finding)]
-        used.update(known)
-        yield replace(_waived(finding, [told["waivers"][k] for k in known], today), override=override)
-    for k, waiver in enumerate(told["waivers"]):
+        matching = [k for k, waiver in enumerate(waivers) if _matches(waiver, finding)]
+        used.update(matching)
+        yield replace(_waived(finding, [waivers[k] for k in matching], today), override=override)
+    for k, waiver in enumerate(waivers):
         if k not in used:
-            what = f"no finding is {_asked(waiver)}"
+            what = f"no finding matches {_described(waiver)}"
             if waiver["rule"] not in RULES:
                 what = f"there is no rule {waiver['rule']}"
             yield Finding("PZ407", file, what, f"waiver[{k}]")
-    for code in told["severity"]:
+    for code in severities:
         if code not in RULES:
             yield Finding("PZ407", file, f"there is no rule {code}", f"check.{code}")
 
 
-def _meets(waiver: dict[str, Any], finding: Finding) -> bool:
+def _matches(waiver: dict[str, Any], finding: Finding) -> bool:
     return bool(
         waiver["rule"] == finding.code
         and waiver["artifact"] in (None, finding.artifact)
@@ -55,6 +57,6 @@ def _waived(finding: Finding, waivers: list[dict[str, Any]], today: date) -> Fin
     )
 
 
-def _asked(waiver: dict[str, Any]) -> str:
+def _described(waiver: dict[str, Any]) -> str:
     names = (("artifact", " of "), ("metric", " by "))
     return str(waiver["rule"]) + "".join(f"{word}{waiver[key]}" for key, word in names if waiver[key])

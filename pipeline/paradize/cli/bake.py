@@ -1,4 +1,4 @@
-"""`paradize bake`: a scene, or the word that nothing changed."""
+"""`paradize bake`: bakes a scene, prints its table, and draws its report."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from paradize.cli.options import add_common, add_elsewhere, add_scene
-from paradize.cli.output import complain, say, show, show_json
+from paradize.cli.output import complain, show, show_json, warn
 from paradize.cli.values import percent
 from paradize.errors import ParadizeError, one_line
 from paradize.files import resolved
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from paradize.build.options import BuildOptions
 
 
-MANY = 200  # artifacts; of more, the table leaves out those that are as they were
+MANY = 200  # artifacts; a longer table leaves out those that did not change
 
 
 def add(sub: argparse.ArgumentParser) -> None:
-    """What `paradize bake` takes."""
+    """Declares the options of `paradize bake`."""
     add_scene(sub)
     sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: build/assets/<scene name>")
     sub.add_argument("--force", action="store_true", help="bake everything anew; read nothing from the store")
@@ -34,10 +34,11 @@ def add(sub: argparse.ArgumentParser) -> None:
     )
     add_elsewhere(sub)
     add_common(sub, "worker processes", None)
+    sub.epilog = "All fields of a scene: pipeline/paradize/scene/FIELDS.md"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """The exit code."""
+    """Bakes; returns the exit code."""
     from paradize.build.provenance import record_name, unchanged_bake
     from paradize.store.local import Store, default_root
 
@@ -52,33 +53,32 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         from paradize.build.bake import bake
 
-        with _how(arguments) as how:
-            report = bake(arguments.scene, arguments.out, how)
+        with _options(arguments) as options:
+            report = bake(arguments.scene, arguments.out, options)
     verified: list[str] = []
     wrong: list[ParadizeError] = []
     if arguments.verify and not report.errors:
         from paradize.build.verify import verify
 
-        with _how(arguments) as how:
-            verified, wrong = verify(arguments.scene, report, percent=arguments.verify, how=how)
+        with _options(arguments) as options:
+            verified, wrong = verify(arguments.scene, report, percent=arguments.verify, how=options)
     stream = sys.stderr if arguments.json else sys.stdout
     show_bake(report, stream)
-    sheets = _sheets(arguments.scene, report, unchanged, stream)
-    for warning in report.warnings:
-        say(f"paradize: warning: {warning}")
+    sheets = _draw_report(arguments.scene, report, unchanged, stream)
+    warn(report.warnings)
     if verified:
-        show(f"{len(verified)} artifacts derived again, {len(wrong)} faults: {', '.join(verified)}", stream)
+        show(f"{len(verified)} artifacts baked again, {len(wrong)} differ: {', '.join(verified)}", stream)
     if arguments.json:
-        told = report.as_json() | {"sheets": sheets, "verified": verified}
-        show_json(told | {"error": [str(error) for error in wrong]} if wrong else told)
+        result = report.as_json() | {"sheets": sheets, "verified": verified}
+        show_json(result | {"error": [str(error) for error in wrong]} if wrong else result)
     if errors := [*report.errors, *wrong]:
         complain(errors)
     return 1 if errors else 0
 
 
 @contextmanager
-def _how(arguments: argparse.Namespace) -> Iterator[BuildOptions]:
-    """What the arguments say of how to bake, under a display of what runs."""
+def _options(arguments: argparse.Namespace) -> Iterator[BuildOptions]:
+    """The build options that the arguments give, with a progress display."""
     from paradize.build.options import BuildOptions
     from paradize.build.provenance import record_name
     from paradize.cli.progress import Progress
@@ -96,53 +96,58 @@ def _how(arguments: argparse.Namespace) -> Iterator[BuildOptions]:
         )
 
 
-def _sheets(scene: Path, report: Any, unchanged: bool, stream: Any) -> list[str]:
-    """Draws the contact sheets and the page of what was baked into $PARADIZE_REPORT (build/report; empty:
-    none), in a folder named as the baked one; the sheets drawn. With nothing changed one look tells that they
-    are there."""
+def _draw_report(scene: Path, report: Any, unchanged: bool, stream: Any) -> list[str]:
+    """Draws the poster, the contact sheets and the page into $PARADIZE_REPORT (default: build/report; empty:
+    none), in a folder named like the baked one. Returns the sheets drawn. If nothing changed and the page is
+    there, nothing is drawn."""
     root = os.environ.get("PARADIZE_REPORT", "build/report")
     folder = Path(root) / resolved(report.out).name
     if not root or report.errors or (unchanged and (folder / "index.html").is_file()):
         return []
+    from paradize.cli.progress import progress
+    from paradize.preview.player import find_player
     from paradize.report.folder import draw_folder, draw_page
+    from paradize.report.poster import draw_poster
 
-    done = draw_folder(report.out, folder)
-    report.warnings += done.warnings
-    if done.drawn:
-        many = "sheet" if len(done.drawn) == 1 else "sheets"
-        left = f", {done.left} left to later bakes" if done.left else ""
-        show(one_line(f"{len(done.drawn)} contact {many} drawn in {folder}{left}"), stream)
+    with progress() as shown:
+        sheets = draw_folder(report.out, folder, on_progress=shown.step)
+        poster = draw_poster(report.out, folder, find_player(), on_progress=shown.step)
+    report.warnings += sheets.warnings
+    if sheets.drawn:
+        many = "sheet" if len(sheets.drawn) == 1 else "sheets"
+        left = f", {sheets.left} left to later bakes" if sheets.left else ""
+        show(one_line(f"{len(sheets.drawn)} contact {many} drawn in {folder}{left}"), stream)
     try:
-        page = draw_page(
-            report.out, folder, report, _explained(scene, report.out), [Path(root) / "index.html"]
-        )
+        copies = [Path(root) / "index.html"]
+        page = draw_page(report.out, folder, report, _explained(scene, report.out), poster, copies)
     except ParadizeError as error:  # the bake stands without a page about it
         report.warnings.append(f"no report: {error}")
     else:
         show(one_line(f"the report: {page}"), stream)
-    return [str(path) for path in done.drawn]
+    return [str(path) for path in sheets.drawn]
 
 
 def _explained(scene: Path, out: Path) -> dict[str, Any]:
-    """What `explain` says of each artifact and of all, for the page."""
+    """For the page: what `explain` says of each artifact, and the bytes saved."""
     from paradize.explain.facts import explain
     from paradize.explain.words import words_of
 
-    found = explain(scene, None, out)
+    explanation = explain(scene, None, out)
     artifacts = [
-        {"name": told["name"], "why": [line.strip() for line in words_of(told)]} for told in found.artifacts
+        {"name": facts["name"], "why": [line.strip() for line in words_of(facts)]}
+        for facts in explanation.artifacts
     ]
-    return {"saved_bytes": found.saved, "artifacts": artifacts}
+    return {"saved_bytes": explanation.saved, "artifacts": artifacts}
 
 
 def show_bake(report: Any, stream: Any) -> None:
-    """The table and the sum of a bake's report."""
+    """Prints the table of a bake's report, and its sum."""
     from paradize.cli.table import errors_text, table
 
-    told = report.artifacts
-    if len(told) > MANY:
-        told = [one for one in told if one.status != "reused" or one.over]
-        show(f"{len(report.artifacts) - len(told)} artifacts as they were", stream)
+    listed = report.artifacts
+    if len(listed) > MANY:
+        listed = [one for one in listed if one.status != "reused" or one.over]
+        show(f"{len(report.artifacts) - len(listed)} artifacts did not change", stream)
     rows = [
         (
             one.name,
@@ -152,7 +157,7 @@ def show_bake(report: Any, stream: Any) -> None:
             str(one.bytes),
             f"{one.seconds:.2f}",
         )
-        for one in told
+        for one in listed
     ]
     if rows:
         show(table(rows), stream)

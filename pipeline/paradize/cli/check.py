@@ -1,4 +1,4 @@
-"""`paradize check`: rules over baked scenes, meshes and textures."""
+"""`paradize check`: checks baked scenes, meshes and textures by rules."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from paradize.cli.values import day, percent
 
 
 def add(sub: argparse.ArgumentParser) -> None:
-    """What `paradize check` takes."""
+    """Declares the options of `paradize check`."""
     sub.add_argument("paths", type=Path, nargs="+", metavar="PATH")
     sub.add_argument("--format", dest="fmt", choices=("text", "json", "junit", "sarif"), default="text")
     sub.add_argument(
-        "--against", type=Path, metavar="DIR", help="an earlier bake: fail where an artifact got worse"
+        "--against", type=Path, metavar="DIR", help="an earlier bake: fail if an artifact got worse"
     )
-    sub.add_argument(
-        "--worse-by", type=percent, default=5.0, metavar="P", help="by more than this, in percent (5)"
-    )
+    sub.add_argument("--worse-by", type=percent, default=5.0, metavar="P", help="by more than P percent (5)")
     sub.add_argument("--today", type=day, help=argparse.SUPPRESS)
     add_json(sub, "the same as --format json")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """The exit code."""
+    """Checks; returns the exit code."""
     from datetime import date
 
     from paradize.check import CheckOptions, check_paths, render
+    from paradize.cli.progress import progress
 
     today = arguments.today or date.today()
-    look = CheckOptions(arguments.against, arguments.worse_by / 100.0, today)
-    findings = check_paths(arguments.paths, look)
+    with progress() as shown:
+        options = CheckOptions(arguments.against, arguments.worse_by / 100.0, today, shown.step)
+        findings = check_paths(arguments.paths, options)
     show(render(findings, "json" if arguments.json else arguments.fmt))
     return 1 if any(finding.fails for finding in findings) else 0

@@ -1,4 +1,4 @@
-"""`paradize export`: a baked scene as one self-contained GLB."""
+"""`paradize export`: writes a baked scene as one self-contained GLB."""
 
 from __future__ import annotations
 
@@ -11,22 +11,24 @@ from paradize.errors import one_line
 
 
 def add(sub: argparse.ArgumentParser) -> None:
-    """What `paradize export` takes."""
+    """Declares the options of `paradize export`."""
     sub.add_argument("folder", type=Path, metavar="DIR", help="a baked folder, or its scene.json")
     sub.add_argument("-o", "--out", type=Path, required=True, metavar="OUT.glb", help="the file to write")
     add_json(sub)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """The exit code."""
+    """Exports; returns the exit code."""
+    from paradize.cli.progress import progress
     from paradize.export.scene import export
 
-    done = export(arguments.folder, arguments.out)
+    with progress() as shown:
+        done = export(arguments.folder, arguments.out, shown.step)
     for note in done.notes:
         say(f"paradize: note: {note}")
     if arguments.json:
-        told = {"file": str(done.file), "bytes": done.bytes, "triangles": done.triangles}
-        show_json(told | {"pictures": done.pictures, "errors": done.errors, "warnings": done.notes})
+        result = {"file": str(done.file), "bytes": done.bytes, "triangles": done.triangles}
+        show_json(result | {"pictures": done.pictures, "errors": done.errors, "warnings": done.notes})
     else:
         what = f"{done.bytes} bytes, {done.triangles} triangles, {done.pictures} pictures"
         camera = f"camera within {done.errors['path_export_m_max']:g} m of its path at 120 moments a second"

@@ -10,7 +10,7 @@ from pathlib import Path
 from shutil import which
 
 from paradize.cli.options import add_json
-from paradize.cli.output import say, show, show_json
+from paradize.cli.output import show, show_json, warn
 from paradize.errors import one_line
 from paradize.files import resolved
 
@@ -27,8 +27,7 @@ def run(arguments: argparse.Namespace) -> int:
     from paradize.new.scene import new_scene
 
     made = new_scene(arguments.folder, arguments.model)
-    for note in made.notes:
-        say(f"paradize: warning: {note}")
+    warn(made.notes)
     if arguments.json:
         show_json({"scene": str(made.scene), "files": made.files, "warnings": made.notes})
         return 0
@@ -43,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _paradize() -> list[str]:
-    """The words that call this program from here."""
+    """The command that starts this program here."""
     if which("paradize"):
         return ["paradize"]
     program = Path(sys.argv[0])
@@ -51,8 +50,8 @@ def _paradize() -> list[str]:
 
 
 def _player() -> str | None:
-    """The word that calls the player from here; None where it is not built."""
-    from paradize.measure.scene import PLAYER, find_player
+    """The command that starts the player here; None if it is not built."""
+    from paradize.preview.player import PLAYER, find_player
 
     found = PLAYER if which(PLAYER) else find_player()
     return None if found is None else str(found)

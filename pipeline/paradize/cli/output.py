@@ -1,31 +1,32 @@
-"""What the commands print, and where to."""
+"""Printing: results on standard output, everything else on standard error."""
 
 from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import Any
 
-from paradize.errors import ParadizeError, bounded
+from paradize.errors import ParadizeError, bounded, merged
 
 MOST_LINE = 8000  # characters: a path of 4096 and every part of a message
 
 
 class OutputLost(Exception):  # noqa: N818 (never leaves the command line)
-    """Standard output takes no more: its reader has gone, or its disk is full."""
+    """Standard output cannot be written any more: its reader is gone, or its disk is full."""
 
 
 def say(*lines: str) -> None:
-    """Lines for standard error; where nobody can read it, nothing is lost."""
+    """Prints lines on standard error. A closed standard error is no error."""
     with suppress(OSError):
         for line in lines:
             print(bounded(line, MOST_LINE), file=sys.stderr)
 
 
 def show(text: str, stream: Any = None) -> None:
-    """Text for `stream`, standard output by itself. Raises OutputLost where that takes it no longer."""
+    """Prints text on `stream` (default: standard output). Raises OutputLost if standard output cannot be
+    written."""
     try:
         print(text, file=stream or sys.stdout, flush=True)
     except OSError as error:
@@ -37,10 +38,15 @@ def show_json(tree: Any) -> None:
     show(json.dumps(tree, indent=1, allow_nan=False))
 
 
+def warn(warnings: Iterable[str]) -> None:
+    """A line on standard error for each warning, without repeats."""
+    say(*(f"paradize: warning: {text}" for text in merged(warnings)))
+
+
 def complain(errors: Sequence[ParadizeError]) -> None:
-    """One message for all errors of a run, equal ones once."""
-    told = list(dict.fromkeys(str(error) for error in errors))
-    head = "error" if len(told) == 1 else f"{len(told)} errors"
-    say(f"paradize: {head}:" if len(told) > 1 else f"paradize: {head}: {told[0]}")
-    if len(told) > 1:
-        say(*(f"  {text}" for text in told))
+    """One message for all errors of a run, without repeats."""
+    messages = list(dict.fromkeys(str(error) for error in errors))
+    if len(messages) == 1:
+        say(f"paradize: error: {messages[0]}")
+    else:
+        say(f"paradize: {len(messages)} errors:", *(f"  {text}" for text in messages))

@@ -1,4 +1,4 @@
-"""`paradize watch`: bakes again whatever is saved, until it is interrupted."""
+"""`paradize watch`: bakes again after every save, until it is interrupted."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from paradize.cli.options import add_common, add_elsewhere, add_scene
-from paradize.cli.output import complain, say, show
+from paradize.cli.output import complain, say, show, warn
 from paradize.errors import one_line
 
 if TYPE_CHECKING:
-    from paradize.watch.loop import Told
+    from paradize.watch.loop import WatchEvent
 
 
 def add(sub: argparse.ArgumentParser) -> None:
-    """What `paradize watch` takes."""
+    """Declares the options of `paradize watch`."""
     add_scene(sub)
     sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: build/assets/<scene name>")
     add_elsewhere(sub)
@@ -27,11 +27,9 @@ def add(sub: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """0: an interrupt is how a watch ends."""
-    from paradize.watch.loop import Watch
-
-    told = _as_json if arguments.json else _as_text
+    """Watches until it is interrupted. Returns 0: an interrupt is how a watch ends."""
     from paradize.kinds import SCENE, require
+    from paradize.watch.loop import Watch
 
     require(SCENE, arguments.scene)
     watch = Watch(
@@ -39,13 +37,13 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.out,
         arguments.jobs or 0,
         arguments.tier,
-        told,
+        show_line if arguments.json else TextReport(),
         arguments.cluster,
         arguments.store,
     )
-    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # started by nohup, or behind a script
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # started by nohup, or by a script with &
     ends = f"`kill {os.getpid()}`" if ignored else "Ctrl-C"
-    say(f"paradize: watching {arguments.scene} and what it names; {ends} ends it")
+    say(f"paradize: watching {arguments.scene} and the files that it names; {ends} ends it")
     try:
         watch.run()
     except KeyboardInterrupt:
@@ -55,27 +53,37 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _as_json(told: Told) -> None:
-    """One line for each bake (JSON Lines)."""
-    errors = list(dict.fromkeys(str(error) for error in told.baked.errors))
-    line = told.baked.report or {}
+def show_line(event: WatchEvent) -> None:
+    """Prints a bake as one line of JSON (JSON Lines)."""
+    errors = list(dict.fromkeys(str(error) for error in event.baked.errors))
+    line = event.baked.report or {}
     line |= {"error": errors} if errors else {}
-    line |= {"changed": [str(path) for path in told.changed], "restarted": told.restarted}
+    line |= {"changed": [str(path) for path in event.changed], "restarted": event.restarted}
     show(json.dumps(line, allow_nan=False))
     if errors:
-        complain(told.baked.errors)
+        complain(event.baked.errors)
 
 
-def _as_text(told: Told) -> None:
-    report = told.baked.report
-    why = ", ".join(path.name for path in told.changed) + (" new code" if told.restarted else "")
-    if told.baked.errors:
-        complain(told.baked.errors)
-        say("paradize: the scene stays as it was baked last; waiting for the next save")
-        return
-    assert report is not None
-    for warning in report["warnings"]:
-        say(f"paradize: warning: {warning}")
-    made = [row["name"] for row in report["artifacts"] if row["status"] == "baked"]
-    what = f"{report['baked']} baked{' (' + ', '.join(made) + ')' if made else ''}, {report['reused']} reused"
-    show(one_line(f"{why.strip() or 'start'}: {what} in {report['seconds']:.2f} s, in {told.baked.out}"))
+class TextReport:
+    """Prints each bake as a line of text. A warning of the bake before is only counted, not printed again."""
+
+    def __init__(self) -> None:
+        self.warnings: list[str] = []
+
+    def __call__(self, event: WatchEvent) -> None:
+        if event.baked.errors:
+            complain(event.baked.errors)
+            say("paradize: the last good bake stays in place; waiting for the next save")
+            return
+        report = event.baked.report
+        assert report is not None
+        new = [text for text in report["warnings"] if text not in self.warnings]
+        known = len(set(report["warnings"])) - len(set(new))
+        self.warnings = report["warnings"]
+        warn(new)
+        cause = ", ".join(path.name for path in event.changed) + (" new code" if event.restarted else "")
+        names = [row["name"] for row in report["artifacts"] if row["status"] == "baked"]
+        baked = f"{report['baked']} baked{' (' + ', '.join(names) + ')' if names else ''}"
+        what = f"{baked}, {report['reused']} reused in {report['seconds']:.2f} s, in {event.baked.out}"
+        again = f"; {known} {'warning' if known == 1 else 'warnings'} as before" if known else ""
+        show(one_line(f"{cause.strip() or 'start'}: {what}{again}"))

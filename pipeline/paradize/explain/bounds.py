@@ -1,9 +1,8 @@
-"""What each baked artifact does to a picture of the flight at most, with the terms of that, from scene.json
-alone: what `paradize explain` calls its bound.
+"""The bound of each baked artifact: how much it changes a picture of the flight at most, with the terms of
+the bound, from scene.json.
 
-"At most" is said of bounds only. What is known by samples, and what light and parallax make of an error, is
-named as not bounded instead of a number.
-"""
+Sampled errors, and the effects of light and parallax on an error, have no bound. They are listed as not
+bounded."""
 
 from __future__ import annotations
 
@@ -14,23 +13,25 @@ from typing import Any
 from paradize.explain.bound import SIX, bound
 from paradize.maps import MAPS, maps_of
 
-# What mixing linear light adds to the largest error of sRGB codes: a share of it, and a share of the range.
+# What mixing linear light adds to the largest error of sRGB values: a share of it, at most MIXED_MOST.
 MIXED, MIXED_MOST = 0.32, 1.25 / 255.0
 
 
 def bounds_of(manifest: dict[str, Any], folder: Path) -> dict[str, dict[str, Any]]:
-    """By artifact {"value", "unit", "what", "terms", "open"}: `what` ("a pixel", "a texel") is off by no more
-    than `value` of `unit` ("px", "codes" of 255, "degrees", "%"), None where nothing bounds it; terms: what
-    makes up the value, each {"name", "value", "unit", ...}; open: what is not bounded, in words. Of the
-    player's quality `balanced`; the term "quality fast" tells that of the other."""
+    """Artifact -> {"value", "unit", "what", "terms", "open"}.
+
+    `what` ("a pixel", "a texel") is off by at most `value` of `unit` ("px", "codes" of 255, "degrees", "%");
+    None: no bound. terms: the parts of the value, each {"name", "value", "unit", ...}. open: what is not
+    bounded, in words. Bounds are for the player's quality `balanced`; the term "at quality fast" is for the
+    other."""
     from paradize.explain.pixels import Camera  # these know numpy
     from paradize.explain.surfaces import mesh_bound, terrain_bounds
 
     camera = Camera(manifest)
-    found = {item["mesh"]: mesh_bound(manifest, folder, item, camera) for item in manifest["objects"]}
+    bounds = {item["mesh"]: mesh_bound(manifest, folder, item, camera) for item in manifest["objects"]}
     if manifest["terrain"]:
-        found |= terrain_bounds(manifest, folder, camera)
-    deep = {
+        bounds |= terrain_bounds(manifest, folder, camera)
+    parallax = {
         item[key]
         for item in manifest["objects"]
         for key in maps_of("object")
@@ -39,24 +40,25 @@ def bounds_of(manifest: dict[str, Any], folder: Path) -> dict[str, dict[str, Any
     }
     for name, entry in manifest["artifacts"].items():
         if entry["kind"] == "texture":
-            found[name] = _texture(name.rpartition("_")[2], entry, moved=name in deep)
+            bounds[name] = _texture(name.rpartition("_")[2], entry, moved=name in parallax)
         elif entry["kind"] == "cubemap":
-            found[name] = _sky(entry)
+            bounds[name] = _sky(entry)
         elif entry["kind"] == "sound":
-            found[name] = bound(0.0, "codes", "a sample", [])
-    return found
+            bounds[name] = bound(0.0, "codes", "a sample", [])
+    return bounds
 
 
 def mixed(share: float) -> float:
-    """How far the code of a mix of texels is off at most, of the range, where no texel's sRGB code is off by
-    more than `share`. Samplers mix linear light with weights that sum to one; a code's error stays what it is
-    where the curve is a power (Minkowski's inequality), and grows by a little where dark texels on its
-    straight foot are among them: MIXED and MIXED_MOST, which a test holds to the worst mixes that there are
-    (of two texels, since means of points on a curve in a plane fill its convex hull)."""
+    """The largest error of the sRGB value of a mix of texels, of the range, if no texel's value is off by
+    more than `share`. Samplers mix linear light with weights that sum to one. Where the sRGB curve is a
+    power, the error does not grow (Minkowski's inequality); on its straight foot it grows by MIXED, at most
+    by MIXED_MOST. A test compares both with the worst mixes (of two texels: means of points on a plane curve
+    fill its convex hull)."""
     return min(1.0, share + min(MIXED * share, MIXED_MOST))
 
 
 def _texture(key: str, entry: dict[str, Any], *, moved: bool) -> dict[str, Any]:
+    """Of a texture. key: its map; moved: whether parallax moves its samples."""
     last = entry["max_level"]
     levels = entry["levels"] if last is None else entry["levels"][: last + 1]
     measure = MAPS[key].worst
@@ -76,7 +78,7 @@ def _texture(key: str, entry: dict[str, Any], *, moved: bool) -> dict[str, Any]:
     left_out = entry["asked"]["left_out"] if entry["asked"] else 0
     if left_out:
         unbounded.append(
-            "triangles that show a line or a point of it (they may ask for levels that are left out)"
+            "triangles that show a line or a point of it (they may need levels that are left out)"
         )
     unit = "degrees" if measure == "max_deg" else "codes"
     if not levels or any(measure not in level for level in levels):
@@ -86,21 +88,21 @@ def _texture(key: str, entry: dict[str, Any], *, moved: bool) -> dict[str, Any]:
     value = levels[worst_level][measure] * scale
     terms = [{"name": f"level {worst_level}, a texel", "value": value, "unit": unit}]
     if measure == "max_deg":
-        opened = entry["errors"].get("normal_open_max_deg", 0.0) if key == "normal" else None
-        if opened is None or opened > 0.0:
-            more = "" if opened is None else f" (at most {opened:.3g} degrees at level 0)"
-            unbounded.insert(0, f"what half steps of its source's codes leave open{more}")
+        undecided = entry["errors"].get("normal_open_max_deg", 0.0) if key == "normal" else None
+        if undecided is None or undecided > 0.0:
+            more = "" if undecided is None else f" (at most {undecided:.3g} degrees at level 0)"
+            unbounded.insert(0, f"what the source's 8 or 16 bits leave undecided{more}")
         return bound(value, unit, "a texel", terms, unbounded)
     if key == "color":
         whole = 255.0 * mixed(value / 255.0)
         terms.append({"name": "mixing in linear light", "value": whole - value, "unit": unit})
         value = whole
     if key == "gloss":
-        unbounded.insert(0, "smoothness within what its source's codes leave open")
+        unbounded.insert(0, "smoothness within what the source's 8 or 16 bits leave undecided")
     if left_out:
         plural = "levels are" if left_out > 1 else "level is"
-        told = f"{left_out} finer {plural} left out, which no pixel samples:"
-        terms.append({"name": told, "value": 0.0, "unit": unit})
+        name = f"{left_out} finer {plural} left out, which no pixel samples:"
+        terms.append({"name": name, "value": 0.0, "unit": unit})
     return bound(value, unit, "a pixel", terms, unbounded)
 
 
@@ -111,22 +113,22 @@ def _sky(entry: dict[str, Any]) -> dict[str, Any]:
     return bound(value, "%", "a texel's light", [], unbounded)
 
 
-def bound_words(told: dict[str, Any]) -> str:
-    """The same in one line."""
-    if told["what"] == "a sample":
+def bound_words(bound: dict[str, Any]) -> str:
+    """A bound in one line."""
+    if bound["what"] == "a sample":
         return "its bytes are those of its source"
-    if told["value"] is None:
-        line = f"no bound of what it does to {told['what']}"
-    elif told["unit"] == "px":
-        line = f"no pixel of the flight moves by more than {_up(told['value'])} px because of it"
+    if bound["value"] is None:
+        line = f"no bound of what it does to {bound['what']}"
+    elif bound["unit"] == "px":
+        line = f"no pixel of the flight moves by more than {_up(bound['value'])} px because of it"
     else:
-        unit = "codes of 255" if told["unit"] == "codes" else told["unit"]
-        line = f"{told['what']} is off by at most {_up(told['value'])} {unit} because of it"
-    parts = [_term_words(term) for term in told["terms"]]
+        unit = "codes of 255" if bound["unit"] == "codes" else bound["unit"]
+        line = f"{bound['what']} is off by at most {_up(bound['value'])} {unit} because of it"
+    parts = [_term_words(term) for term in bound["terms"]]
     if parts:
         line += f": {'; '.join(parts)}"
-    if told["open"]:
-        line += f". Not bounded: {', '.join(told['open'])}"
+    if bound["open"]:
+        line += f". Not bounded: {', '.join(bound['open'])}"
     return line
 
 
@@ -143,7 +145,7 @@ def _term_words(term: dict[str, Any]) -> str:
 
 
 def _up(value: float) -> str:
-    """A number of three digits, not below `value`; what is below a thousandth counts as that."""
+    """A number rounded up to three digits, at least a thousandth."""
     if 0.0 < value < 0.001:
         return "0.001"
     text = f"{value:.3g}"

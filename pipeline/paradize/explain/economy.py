@@ -1,5 +1,5 @@
-"""What `paradize explain` tells of a bake's economy: who asked for an artifact's finest level and when, and
-how many bytes were saved by not baking more. Knows no numpy."""
+"""Which view needs the finest level of an artifact and when, and how many bytes were saved by not baking
+more. Imports no numpy."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from paradize.maps import DERIVED, MAPS
 
 
 def textures_by_owner(manifest: dict[str, Any]) -> dict[str, list[str]]:
-    """The textures of each object and surface, in the manifest's order."""
-    found: dict[str, list[str]] = {}
+    """The textures of each object and surface, in the order of the manifest."""
+    textures: dict[str, list[str]] = {}
     for name, entry in manifest["artifacts"].items():
         if entry["kind"] == "texture":
-            found.setdefault(name.rpartition("_")[0], []).append(name)
-    return found
+            textures.setdefault(name.rpartition("_")[0], []).append(name)
+    return textures
 
 
 def economy(
     manifest: dict[str, Any], folder: Path, artifact: str, textures: dict[str, list[str]]
 ) -> dict[str, Any] | None:
-    """Of an artifact: `left_out` finer levels, `saved_bytes`; `texels` of its level 0 that a pixel covers at
-    least, the `second_s` and `view` of that; `limit`: why they are none; `maps`: bytes of those that its
-    picture could give and no pass reads, reckoned in their smallest format, told where the picture's first
-    artifact is. None where nothing is asked of it by distance. textures: as textures_by_owner tells."""
+    """Of an artifact: `left_out` finer levels and `saved_bytes`; `texels` of its level 0 that a pixel covers
+    at least, with the `second_s` and the `view`; `limit`: why they are 0; `maps`: bytes, in their smallest
+    format, of maps that its picture could give and no pass reads (only for the first artifact of a picture).
+    None if no distance limits its detail. textures: from textures_by_owner."""
     asked = manifest["artifacts"][artifact]["asked"]
     if asked is None:
         return None
-    told: dict[str, Any] = dict(asked) | {"limit": None, "maps": {}}
+    facts: dict[str, Any] = dict(asked) | {"limit": None, "maps": {}}
     if asked["texels"] == 0.0:
-        told["limit"] = _limit(manifest, artifact)
+        facts["limit"] = _limit(manifest, artifact)
     owner, _, key = artifact.rpartition("_")
     maps = textures.get(owner, [])
     if key != "mesh" and owner and maps and artifact == maps[0]:
@@ -43,15 +43,15 @@ def economy(
         if side is not None:
             width, height = (size << asked["left_out"] for size in side)
             absent = [name for name in DERIVED if f"{owner}_{name}" not in maps]
-            told["maps"] = {name: chain_bytes(name, width, height) for name in absent}
-    return told
+            facts["maps"] = {name: chain_bytes(name, width, height) for name in absent}
+    return facts
 
 
 def _limit(manifest: dict[str, Any], artifact: str) -> str:
-    """Why a pixel may cover no texel of a texture, in words."""
+    """Why a pixel may cover less than any share of a texel, in words."""
     owner = next((item for item in manifest["objects"] if artifact in item.values()), None)
     if owner is None:
-        return "the eye may come as near as it likes"
+        return "the camera may come as near as it likes"
     materials = owner["materials"].values()
     if owner["height"] is not None and any(material["parallax_scale"] > 0.0 for material in materials):
         return "parallax may bring two pixels to one texel"
@@ -59,11 +59,11 @@ def _limit(manifest: dict[str, Any], artifact: str) -> str:
 
 
 def saved_bytes(artifacts: Iterable[dict[str, Any]]) -> dict[str, int]:
-    """What all artifacts together save, in bytes: `levels` and `patches` finer than any view asks for, `maps`
-    that no pass reads. artifacts: as `explain` tells them."""
+    """The bytes that all artifacts together save: `levels` and `patches` finer than any view needs, `maps`
+    that no pass reads. artifacts: as in `explain --json`."""
     saved = {"levels": 0, "patches": 0, "maps": 0}
-    for told in artifacts:
-        asked, demand = told["asked"], told["demand"]
+    for facts in artifacts:
+        asked, demand = facts["asked"], facts["demand"]
         if asked:
             saved["levels"] += asked["saved_bytes"]
             saved["maps"] += sum(asked["maps"].values())
@@ -87,7 +87,7 @@ def chain_bytes(name: str, width: int, height: int) -> int:
 
 
 def _size(path: Path) -> tuple[int, int] | None:
-    """Width and height of a KTX2; None where it cannot be read."""
+    """Width and height of a KTX2; None if it cannot be read."""
     try:
         with open_file(path) as file:
             width, height, _ = ktx2_size(file.read(SIZE_BYTES))
@@ -96,29 +96,29 @@ def _size(path: Path) -> tuple[int, int] | None:
     return width, height
 
 
-def economy_words(told: dict[str, Any], kind: str) -> list[str]:
-    """The same in words, a line each."""
+def economy_words(facts: dict[str, Any], kind: str) -> list[str]:
+    """The facts of `economy` in words, a line each."""
     words = []
-    view = told["view"]
+    view = facts["view"]
     if view is None:
-        words.append("no view of the flight shows it: the coarsest that there is is kept")
+        words.append("no view of the flight shows it: only its coarsest level is kept")
     else:
-        when = "" if told["second_s"] is None else f"at second {told['second_s']:g} "
+        when = "" if facts["second_s"] is None else f"at second {facts['second_s']:g} "
         what = "level" if kind == "mesh" else "mip"
-        line = f"its finest {what} is asked for {when}by the {_view(view)}"
-        if told["texels"]:
+        line = f"its finest {what} is needed {when}by the {_view(view)}"
+        if facts["texels"]:
             line += (
-                f": a pixel covers at least {told['texels']:.3g} texels of the finest that its source gives"
+                f": a pixel covers at least {facts['texels']:.3g} texels of the finest that its source gives"
             )
-        elif told["texels"] == 0.0:
-            line += f": {told['limit']}"
+        elif facts["texels"] == 0.0:
+            line += f": {facts['limit']}"
         words.append(line)
-    if told["left_out"]:
-        plural = "s are" if told["left_out"] > 1 else " is"
-        words.append(f"{told['left_out']} finer level{plural} left out: {short(told['saved_bytes'])} saved")
-    if told["maps"]:
-        names = ", ".join(f"{name} {short(size)}" for name, size in told["maps"].items())
-        words.append(f"maps that no pass reads are not made of its picture: {names}")
+    if facts["left_out"]:
+        plural = "s are" if facts["left_out"] > 1 else " is"
+        words.append(f"{facts['left_out']} finer level{plural} left out: {short(facts['saved_bytes'])} saved")
+    if facts["maps"]:
+        names = ", ".join(f"{name} {short(size)}" for name, size in facts["maps"].items())
+        words.append(f"maps of its picture that no pass reads are not baked: {names}")
     return words
 
 
@@ -128,5 +128,5 @@ def _view(view: str) -> str:
 
 
 def short(count: int) -> str:
-    """Bytes as a person reads them."""
+    """Bytes as MB or kB."""
     return f"{count / 1e6:.3g} MB" if count >= 1_000_000 else f"{count / 1e3:.3g} kB"

@@ -1,10 +1,9 @@
-"""`paradize explain`: of each artifact, which pass of the scene asked for it and why, when the flight first
-needs it, who asked for its finest level and what was saved by not baking more, what it does to a picture at
-most, which input has changed since,
-and for an object's maps how wide their gutters are, how wide they should be, and which number decides.
+"""Collects the facts of `paradize explain`, from the scene and the scene.json of the last bake if there is
+one.
 
-Reads the scene, and scene.json of the last bake where there is one.
-"""
+Of each artifact: the passes that read it and why; when the flight first needs it; which view needs its finest
+level and what was saved by not baking more; the bound of its error in the picture; the inputs that changed
+since; and for an object's maps the width of their gutters and the width that they need."""
 
 from __future__ import annotations
 
@@ -29,9 +28,9 @@ from paradize.scene.settings import Scene, load_scene
 
 @dataclass(frozen=True)
 class Explanation:
-    """scene: its name. folder: where the last bake is looked for; baked: whether there is one, and why not.
-    artifacts: told as --json prints them. saved: bytes that were saved by not baking more, by what was left
-    out (economy.saved_bytes); None where one artifact alone, or no bake, was asked for."""
+    """scene: its name. folder: of the last bake; baked: whether there is one; why_not: why there is none.
+    artifacts: as --json prints them. saved: the bytes saved, by what was left out (economy.saved_bytes); None
+    for a single artifact or without a bake."""
 
     scene: str
     folder: Path
@@ -55,31 +54,31 @@ class Explanation:
 def explain(scene_path: Path, artifact: str | None = None, out: Path | None = None) -> Explanation:
     """Explains every artifact of a scene, or one. out: the folder of its bake (default: build/assets/<name>).
 
-    Raises SceneError for a scene that cannot be read and for an artifact that it does not ask for.
+    Raises SceneError for a scene that cannot be read and for an artifact that it does not require.
     """
     scene = load_scene(scene_path)
     folder = out or Path("build/assets") / scene.head.name
     manifest, why_not = _last_bake(folder)
     terrain = manifest["terrain"] if manifest else None
     tiles = {f"mesh_{k}" for k in range(1, len(terrain["tiles"]))} if terrain else set()
-    wanted = {
-        made.artifact: (order, made)
-        for order in require(scene, material_colors_of(scene, scene_path)[0]).orders
-        for want in order.wants
-        if want.kind
-        for made in want.made(tiles)
+    required = {
+        made.artifact: (job, made)
+        for job in require(scene, material_colors_of(scene, scene_path)[0]).orders
+        for output in job.wants
+        if output.kind
+        for made in output.made(tiles)
     }
-    if artifact is not None and artifact not in wanted:
-        near = difflib.get_close_matches(artifact, wanted, n=1)
+    if artifact is not None and artifact not in required:
+        near = difflib.get_close_matches(artifact, required, n=1)
         mend = f"did you mean {near[0]}? There are " if near else "there are "
         raise SceneError(
-            f"asks for no artifact {artifact!r}", file=scene_path, mend=mend + ", ".join(sorted(wanted))
+            f"requires no artifact {artifact!r}", file=scene_path, mend=mend + ", ".join(sorted(required))
         )
-    names = [artifact] if artifact is not None else list(wanted)
+    names = [artifact] if artifact is not None else list(required)
     known = _Known(manifest, folder, inputs_of(folder)) if manifest else None
-    told = [_told(scene, *wanted[name], known, folder) for name in names]
-    saved = saved_bytes(told) if manifest and artifact is None else None
-    return Explanation(scene.head.name, folder, manifest is not None, why_not, told, saved)
+    facts = [_facts(scene, *required[name], known, folder) for name in names]
+    saved = saved_bytes(facts) if manifest and artifact is None else None
+    return Explanation(scene.head.name, folder, manifest is not None, why_not, facts, saved)
 
 
 def _last_bake(folder: Path) -> tuple[dict[str, Any] | None, str]:
@@ -96,7 +95,7 @@ def _last_bake(folder: Path) -> tuple[dict[str, Any] | None, str]:
 
 
 class _Known:
-    """What the last bake tells, by artifact: looked through once, however many are explained."""
+    """The facts of the last bake by artifact, collected once for all artifacts."""
 
     def __init__(self, manifest: dict[str, Any], folder: Path, inputs: Any) -> None:
         self.manifest, self.inputs = manifest, inputs
@@ -106,15 +105,16 @@ class _Known:
         self.owners = {item[name]: item for item in reversed(manifest["objects"]) for name in names}
 
 
-def _told(scene: Scene, order: BakeJob, want: Output, known: _Known | None, folder: Path) -> dict[str, Any]:
-    entry = known.manifest["artifacts"].get(want.artifact) if known else None
-    told: dict[str, Any] = {
-        "name": want.artifact,
-        "kind": want.kind,
-        "passes": list(want.passes),
-        "reason": want.reason,
-        "sources": {role: str(path) for role, path in order.sources.items()},
-        "settings": order.settings,
+def _facts(scene: Scene, job: BakeJob, output: Output, known: _Known | None, folder: Path) -> dict[str, Any]:
+    """The facts of one artifact, as --json prints them."""
+    entry = known.manifest["artifacts"].get(output.artifact) if known else None
+    facts: dict[str, Any] = {
+        "name": output.artifact,
+        "kind": output.kind,
+        "passes": list(output.passes),
+        "reason": output.reason,
+        "sources": {role: str(path) for role, path in job.sources.items()},
+        "settings": job.settings,
         "first_needed_s": None,
         "gutter": None,
         "demand": None,
@@ -124,30 +124,30 @@ def _told(scene: Scene, order: BakeJob, want: Output, known: _Known | None, fold
         "bound": None,
     }
     if known is None or entry is None:
-        return told
-    told |= {key: entry[key] for key in ("first_needed_s", "file", "bytes", "tier", "errors", "levels")}
-    told["tried"] = _tried(known.manifest, want.artifact)
-    told["asked"] = economy(known.manifest, folder, want.artifact, known.textures)
-    told["stale"] = stale(known.inputs, scene, order)
-    told["bound"] = known.bounds.get(want.artifact)
-    if told["bound"] and order.settings.get("weld_m"):
-        told["bound"]["open"].insert(0, "how far welding moved its source")
+        return facts
+    facts |= {key: entry[key] for key in ("first_needed_s", "file", "bytes", "tier", "errors", "levels")}
+    facts["tried"] = _tried(known.manifest, output.artifact)
+    facts["asked"] = economy(known.manifest, folder, output.artifact, known.textures)
+    facts["stale"] = stale(known.inputs, scene, job)
+    facts["bound"] = known.bounds.get(output.artifact)
+    if facts["bound"] and job.settings.get("weld_m"):
+        facts["bound"]["open"].insert(0, "how far welding moved its source")
     terrain = known.manifest["terrain"]
-    if terrain and want.artifact in terrain["tiles"]:
-        told["demand"] = _demand(terrain, want.artifact)
-    owner = known.owners.get(want.artifact)
+    if terrain and output.artifact in terrain["tiles"]:
+        facts["demand"] = _demand(terrain, output.artifact)
+    owner = known.owners.get(output.artifact)
     if entry["gutter"] is not None and owner is not None:
-        told["gutter"] = entry["gutter"] | {
+        facts["gutter"] = entry["gutter"] | {
             "max_level": entry["max_level"],
             "levels": len(entry["gutter"]["bleed_p99"]),
             "parallax": _parallax(owner),
         }
-        told["decides"] = decides(told["gutter"])
-    return told
+        facts["decides"] = decides(facts["gutter"])
+    return facts
 
 
 def _tried(manifest: dict[str, Any], artifact: str) -> dict[str, Any] | None:
-    """Which tier was asked for and which taken, what each that was tried measured, and the limits of that."""
+    """The requested tier, the tier taken, the errors of each tier tried, and their limits."""
     tried = manifest["check"]["tried"].get(artifact)
     if tried is None:
         return None
@@ -160,7 +160,8 @@ def _tried(manifest: dict[str, Any], artifact: str) -> dict[str, Any] | None:
 
 
 def _demand(terrain: dict[str, Any], artifact: str) -> dict[str, Any]:
-    """What the flight asks of the terrain, and how many patches of each level a tile and the terrain have."""
+    """What the flight needs of the terrain, and the number of patches of each level in the tile and in the
+    terrain."""
     patches, tile = terrain["patches"], terrain["tiles"].index(artifact)
     levels = list(zip(patches["tile"], patches["level"], strict=True))
     here = Counter(level for number, level in levels if number == tile)
@@ -173,16 +174,16 @@ def _demand(terrain: dict[str, Any], artifact: str) -> dict[str, Any]:
 
 
 def _parallax(owner: dict[str, Any]) -> dict[str, Any]:
-    """By material: what is asked of parallax, and what is given (scale and bias)."""
-    found = {}
+    """By material: parallax (scale and bias) as the scene sets it, and as the gutters allow it."""
+    parallax = {}
     for name, material in owner["materials"].items():
         scale, bias, limit = (material[f"parallax_{key}"] for key in ("scale", "bias", "limit"))
         reach = 0.5 * abs(scale) + abs(bias)
         share = 1.0 if limit is None or reach <= limit else limit / reach
-        found[name] = {
+        parallax[name] = {
             "asked": [scale, bias],
             "given": [scale * share, bias * share],
             "reach": reach,
             "limit": limit,
         }
-    return found
+    return parallax

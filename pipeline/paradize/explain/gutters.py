@@ -1,4 +1,4 @@
-"""Which number decides how far the maps of an object may be sampled."""
+"""Explains which limit decides how coarse a level of an object's maps may be sampled."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from typing import Any
 
 
 def decides(gutter: dict[str, Any]) -> list[str]:
-    """In words: which number decides how far the map may be sampled."""
+    """In words: which limit decides how coarse a level of the map may be sampled."""
     p99, worst, bound = gutter["bleed_p99"], gutter["bleed_max"], gutter["bound"]
     last, safe, in_use = len(p99) - 1, gutter["max_level"], gutter["level_in_use"]
     words = []
     if gutter["width_texels"] is None:
-        words.append("one island: nothing foreign can bleed in")
+        words.append("one island: there is no other island to bleed in")
     elif gutter["level_by_width"] >= in_use:
         words.append(f"the width alone is enough for level {in_use}, the coarsest that the flight uses")
     else:

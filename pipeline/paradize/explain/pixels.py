@@ -1,11 +1,10 @@
-"""How many pixels an error of a surface moves a picture by, at most: over the whole flight and the free
-camera's box, in the camera's view.
+"""Bounds by how many pixels the error of a surface moves the picture, over the whole flight and the box of
+the free camera.
 
-A place p that the picture shows, at depth z and at an angle a from the picture's middle, and any place within
-d of it are at most F d / ((z - d) cos a) pixels apart in the picture; F: pixels that one metre covers at one
-metre. So the least depth at which a surface is shown bounds what its error can do. Every depth is from below
-(query.py: balls around the eye in short runs), nothing is taken to be hidden.
-"""
+A visible point at depth z, at an angle a from the middle of the picture, and any point within d metres of it
+are at most F d / ((z - d) cos a) pixels apart in the picture. F: pixels that one metre covers at a distance
+of one metre. So the least depth at which a surface is visible bounds the effect of its error. Depths are
+bounded from below (query.py: balls around the eye in short runs of the flight). Nothing counts as hidden."""
 
 from __future__ import annotations
 
@@ -21,18 +20,18 @@ from paradize.visibility.finest_mip import halves, sphere_around
 from paradize.visibility.query import Demand, Runs, Sphere, camera_demand
 
 F64 = npt.NDArray[np.float64]
-_BLOCK = 32  # runs that are looked at together first
-_ROWS = 4096  # spheres that are looked at together
+_BLOCK = 32  # runs whose eyes get a common box
+_ROWS = 4096  # spheres in a batch
 _ENOUGH, _SMALL, _MOST = 0.05, 0.2, 8000  # pixels; radius over distance; parts that are halved
-_FAR_M = 1e100  # squares of what is nearer are numbers
-_FLOAT = 1e-4  # what the player's float32 distances may be off by, of themselves
+_FAR_M = 1e100  # squares of smaller distances are finite
+_FLOAT = 1e-4  # relative error of the player's float32 distances
 
 
 @dataclass(frozen=True)
 class Surfaces:
-    """Surfaces, n of them, each in a sphere (center (n, 3), radius_m) and nowhere off by more than error_m.
-    The player draws each only where the eye is from_m or more away from a sphere of core_m around the center
-    (from_m 0: everywhere); no place of it lies more than beyond_m outside of the sphere that decides."""
+    """n surfaces, each inside a sphere (center (n, 3), radius_m) and nowhere off by more than error_m. The
+    player draws a surface only if the eye is from_m or more away from the sphere of core_m around the center
+    (0: always); no point of the surface lies more than beyond_m outside that sphere."""
 
     center: F64
     radius_m: F64
@@ -44,9 +43,8 @@ class Surfaces:
 
 @dataclass(frozen=True)
 class Moved:
-    """px: no pixel moves by more; infinite where the eye may be too near for a bound. row: of the surface
-    that may move most, away_m: how near it comes at least, second_s: when; None where it is no moment of the
-    flight."""
+    """px: no pixel moves by more; infinite if the eye may be too near for a bound. row: the surface that may
+    move most; away_m: its least distance; second_s: when, None for the free camera."""
 
     px: float
     row: int
@@ -56,7 +54,8 @@ class Moved:
 
 @dataclass(frozen=True)
 class _Part:
-    """A part of a surface, or all of it (corners None), in a sphere of radius_m; runs: those that show it."""
+    """A part of a surface, or all of it (corners None), in a sphere of radius_m; runs: of the flight, that
+    show it."""
 
     moved: Moved
     corners: F64 | None
@@ -69,10 +68,10 @@ def _shapeless(_: int) -> F64 | None:
 
 
 class Camera:
-    """The camera's view of a baked scene. usable: whether its path is one."""
+    """The camera's view of a baked scene. usable: whether its path has finite numbers."""
 
     def __init__(self, manifest: dict[str, Any]) -> None:
-        with np.errstate(over="ignore", invalid="ignore"):  # of a damaged path: then it is not usable
+        with np.errstate(over="ignore", invalid="ignore"):  # a damaged path is not usable
             demand = camera_demand(manifest)
         self.demand: Demand = demand
         self.pixels = demand.pixels  # that one metre covers at one metre
@@ -86,14 +85,14 @@ class Camera:
         self._low, self._high = np.stack(low, axis=1), np.stack(high, axis=1)  # boxes of the eye, by block
 
     def second(self, run: int) -> float | None:
-        """When a run starts; None where it is no moment of the flight."""
+        """When a run starts; None for the free camera."""
         start = float(self.demand.start_s[run])
         return start if start < self.demand.duration_s else None
 
     def cosine(self, sphere: Sphere, runs: Runs) -> F64:
-        """The cosine of the angle from the picture's middle at which it may show some of the sphere: at least
-        that of its corner. Sums of angles below 90 degrees: to the sphere's middle, to its border, and how
-        far the camera turns in a run."""
+        """The cosine of the largest angle from the middle of the picture at which the sphere may appear, at
+        least that of the picture's corner. The angle is a sum, below 90 degrees: to the sphere's middle, to
+        its border, and the turn of the camera in a run."""
         demand = self.demand
         toward = [c - eye[runs] for c, eye in zip(sphere.center, demand.eye, strict=True)]
         away = np.sqrt(toward[0] * toward[0] + toward[1] * toward[1] + toward[2] * toward[2])
@@ -110,34 +109,35 @@ class Camera:
         return np.asarray(np.where(usable, np.maximum(demand.corner, cos), demand.corner), np.float64)
 
     def moved(self, error_m: F64, away_m: F64, cosine: F64 | float) -> F64:
-        """Pixels that an error moves at most whatever is seen `away_m` or more from the eye, at an angle of
-        this cosine, or nearer to the picture's middle."""
+        """The most pixels by which an error moves points that are `away_m` or more from the eye, at an angle
+        of this cosine or nearer to the middle of the picture."""
         depth = np.maximum(self.near_m, away_m * cosine) - error_m
         safe = np.where(depth > 0.0, depth, 1.0)
         px = self.pixels * error_m / (safe * cosine)
         return np.asarray(np.where(error_m == 0.0, 0.0, np.where(depth > 0.0, px, np.inf)), np.float64)
 
     def most_moved(self, surfaces: Surfaces, shape: Callable[[int], F64 | None] = _shapeless) -> Moved | None:
-        """The surface that may move most; None where the camera never shows any. shape: triangles (m, 3, 3)
-        of a surface that is drawn everywhere, metres; None: its sphere is all that is known. They are looked
-        at where the sphere tells more than _ENOUGH pixels, by branch and bound: whatever part may move most
-        is halved until it is small beside its distance, or its bound near to what a place is known to do."""
+        """The surface that may move most; None if the camera shows none. shape: the triangles (m, 3, 3),
+        metres, of a surface that is always drawn; None: only its sphere is known. Where the sphere gives more
+        than _ENOUGH pixels, branch and bound halves the part that may move most, until it is small compared
+        with its distance, or its bound is close to what a known point moves."""
         return _Search(self, surfaces).run(shape)
 
     def away(self, surfaces: Surfaces) -> F64:
-        """How far each surface is from the eye at least, as boxes around many runs tell."""
-        found = np.empty(len(surfaces.radius_m))
-        for first in range(0, len(found), _ROWS):
+        """The least distance of each surface from the eye, from boxes around many runs."""
+        distances = np.empty(len(surfaces.radius_m))
+        for first in range(0, len(distances), _ROWS):
             part = slice(first, first + _ROWS)
             center = surfaces.center[part, None, :]
             gap = np.maximum(np.maximum(self._low - center, center - self._high), 0.0)
             away = np.sqrt((gap * gap).sum(axis=2)).min(axis=1)
-            found[part] = np.maximum(0.0, away - surfaces.radius_m[part])
-        return found
+            distances[part] = np.maximum(0.0, away - surfaces.radius_m[part])
+        return distances
 
 
 class _Search:
-    """The parts of surfaces that are left, those that may move most first, and what some place moves."""
+    """Branch and bound: the parts that remain, the one that may move most first, and the most that a point is
+    known to move."""
 
     def __init__(self, camera: Camera, surfaces: Surfaces) -> None:
         self.camera, self.surfaces = camera, surfaces
@@ -175,12 +175,12 @@ class _Search:
                 self._look(moved.row, half, middle, radius_m, part.runs)
 
     def _least(self) -> float:
-        """No surface that moves less needs to be looked at now."""
+        """A surface that moves less need not be looked at now."""
         waiting = -self.parts[0][0] if self.parts else 0.0
         return max(waiting, self.known.px if self.known is not None else 0.0)
 
     def _look(self, row: int, corners: F64 | None, center: F64, radius_m: float, runs: Runs) -> None:
-        """Adds a part of a surface if any of the runs shows it and may move it more than what is known."""
+        """Adds a part of a surface if some run shows it and may move it more than the known point."""
         demand, camera = self.camera.demand, self.camera
         self.looks += 1
         x, y, z = (float(value) for value in center)
@@ -211,7 +211,7 @@ class _Search:
             self._see(row, corners[0].sum(axis=0) / 3.0, runs)
 
     def _see(self, row: int, place: F64, runs: Runs) -> None:
-        """What a place moves that the camera shows in one of the runs."""
+        """Updates `known` with a point that the camera shows in one of the runs."""
         demand, camera = self.camera.demand, self.camera
         x, y, z = (float(value) for value in place)
         point = Sphere((x, y, z), 0.0)

@@ -1,10 +1,9 @@
-"""How far a mesh or a tile of the terrain moves a pixel of the flight at most, and the terms of that. From
-scene.json alone: errors of levels and patches, spheres, and the rules by which the player takes them; where
-the eye comes into a sphere, from the published triangles.
+"""The bounds of meshes and terrain tiles in pixels, with their terms. They come from scene.json: errors of
+levels and patches, spheres, and the rules by which the player chooses levels; where the eye comes into a
+sphere, from the published triangles.
 
-Of a level of a mesh the player draws what is off by `lod_error_px` at most at the distance of the object's
-sphere; of level 0 nothing but the nearest distance limits what its error does.
-"""
+The player draws a coarser level only where it is off by at most `lod_error_px` at the distance of the
+object's sphere. The error of level 0 is limited only by the nearest distance."""
 
 from __future__ import annotations
 
@@ -27,10 +26,10 @@ from paradize.scene.requirements import COARSEST_LOD
 F64 = npt.NDArray[np.float64]
 _MOST_BYTES = 32_000_000
 _FAST = "at quality fast"
-# Terms of what the player takes by its distance, and how much more than lod_error_px it then accepts.
+# Terms of coarser levels, and how many times lod_error_px the player then accepts.
 _QUALITIES = (("{} (drawn where it is off by {:g} px)", 1.0), (_FAST + " {}", COARSEST_LOD))
-_GROUND = (
-    "the ground between the pixels of the heightmap",
+_TERRAIN_OPEN = (
+    "the terrain between the pixels of the heightmap",
     "its normals and light",
     "its shadow, mirror image and view through water",
 )
@@ -44,13 +43,13 @@ _ELSEWHERE = {
 def mesh_bound(
     manifest: dict[str, Any], folder: Path, item: dict[str, Any], camera: Camera
 ) -> dict[str, Any]:
-    """Of an object's mesh."""
+    """The bound of an object's mesh."""
     levels = manifest["artifacts"][item["mesh"]]["levels"]
     unbounded = [words for view, words in _ELSEWHERE.items() if view in item["views"]]
     unbounded = ["how far its texture slides", "its normals and light", *unbounded]
     errors = [level.get("error_max", inf) * SIX for level in levels]
-    # The source's box, of whose diagonal errors are shares, reaches beyond the baked one by no more than the
-    # error on each side.
+    # Errors are shares of the diagonal of the source's box, which exceeds the baked box on each side by at
+    # most the error.
     wider = 1.0 - 2.0 * sqrt(3.0) * errors[0] if errors else -inf
     if len(errors) != len(item["lods"]) or not wider > 0.0 or not camera.usable:
         return bound(None, "px", "a pixel", [], ["its surface", *unbounded])
@@ -67,37 +66,37 @@ def mesh_bound(
         terms.append(_term("level 0", nearest) | {"parts": _parts(levels, errors_m[0], nearest.px)})
     for name, share in _QUALITIES:
         asked_px = share * manifest["lod_error_px"]
-        found = [
+        movements = [
             (at, moved)
             for at in range(1, len(errors_m))
             if (moved := camera.most_moved(_standing(item, at, errors_m, camera, asked_px))) is not None
         ]
-        if found:
-            at, most = max(found, key=lambda one: one[1].px)
+        if movements:
+            at, most = max(movements, key=lambda one: one[1].px)
             terms.append(_term(name.format(f"level {at}", asked_px), most))
     return bound(_largest(terms), "px", "a pixel", terms, unbounded)
 
 
 def _largest(terms: Sequence[dict[str, Any]]) -> float:
-    """The largest of the terms that count at quality `balanced`."""
+    """The largest term of quality `balanced`."""
     values = [term["value"] for term in terms if not term["name"].startswith(_FAST)]
     return max((inf if value is None else value for value in values), default=0.0)
 
 
 def _term(name: str, moved: Moved) -> dict[str, Any]:
-    told = moved.px if isfinite(moved.px) else None
+    value = moved.px if isfinite(moved.px) else None
     where = {"away_m": moved.away_m if isfinite(moved.away_m) else 0.0, "second_s": moved.second_s}
-    return {"name": name, "value": told, "unit": "px"} | where
+    return {"name": name, "value": value, "unit": "px"} | where
 
 
 def _parts(levels: Sequence[dict[str, float]], error_m: float, px: float) -> dict[str, float]:
-    """What makes up level 0's error, in pixels. Codes count by the level that they move most."""
+    """The parts of level 0's error, in pixels. Quantization counts at the level that it moves most."""
     if not (error_m > 0.0 and isfinite(px)):
         return {}
-    codes = max(level.get("quantise_max_m", 0.0) for level in levels)
-    parts = {"loading": levels[0].get("load_max_m", 0.0), "quantisation": codes}
+    quantized = max(level.get("quantise_max_m", 0.0) for level in levels)
+    parts = {"loading": levels[0].get("load_max_m", 0.0), "quantisation": quantized}
     rest = error_m - sum(parts.values())
-    if rest > 1e-3 * error_m:  # not what rounding up left
+    if rest > 1e-3 * error_m:  # less may be rounding
         parts["simplification"] = rest
     total = sum(parts.values())
     return {name: px * part / total for name, part in parts.items() if part > 0.0}
@@ -106,11 +105,11 @@ def _parts(levels: Sequence[dict[str, float]], error_m: float, px: float) -> dic
 def _standing(
     item: dict[str, Any], at: int, errors_m: Sequence[float], camera: Camera, asked_px: float = 1.0
 ) -> Surfaces:
-    """A level of a mesh where each instance stands; asked_px: what the player accepts of a coarser one."""
+    """A level of a mesh at each instance. asked_px: the error that the player accepts of a coarser level."""
     center = np.array([_placed(np.array(item["center"]), one) for one in item["instances"]]).reshape(-1, 3)
     scale = np.array([one["scale"] for one in item["instances"]], np.float64)
     core = item["radius_m"] * SIX * scale
-    # The published sphere is of the finest level; source and level lie that much beside it at most.
+    # The published sphere belongs to the finest level; source and level exceed it by at most this.
     beyond = (errors_m[at] + errors_m[0]) * scale
     switch = item["lods"][at]["error_m"] if at else 0.0
     from_m = switch * scale * camera.pixels / asked_px
@@ -118,7 +117,7 @@ def _standing(
 
 
 def _placed(places: F64, instance: dict[str, Any]) -> F64:
-    """Places (..., 3) of a mesh where an instance stands."""
+    """Points (..., 3) of a mesh, transformed by an instance."""
     turn = sin(instance["yaw_rad"]), cos(instance["yaw_rad"])
     return np.stack(
         placed(np.moveaxis(places, -1, 0), instance["position"], turn, instance["scale"]), axis=-1
@@ -126,15 +125,15 @@ def _placed(places: F64, instance: dict[str, Any]) -> F64:
 
 
 class _Triangles:
-    """The triangles of a published file's parts, read when they are first asked for. A file that is too large
-    to be looked at, or cannot be read, has none: then spheres alone tell how near it comes."""
+    """The triangles of the parts of a published file, read at first use. A file that is too large or cannot
+    be read has none; then only spheres bound its distance."""
 
     def __init__(self, path: Path, decode: Callable[[bytes], list[F64]]) -> None:
         self.path, self.decode = path, decode
         self.parts: list[F64] | None = None
 
     def at(self, part: int, instance: dict[str, Any] | None = None) -> F64 | None:
-        """Corners (m, 3, 3) of a part, metres, where the instance stands."""
+        """Corners (m, 3, 3) of a part, metres, transformed by the instance."""
         if self.parts is None:
             try:
                 self.parts = self.decode(read_file(self.path, _MOST_BYTES))
@@ -163,19 +162,19 @@ def _patch(triangles: _Triangles, nodes: npt.NDArray[np.intp], row: int) -> F64 
 
 
 def terrain_bounds(manifest: dict[str, Any], folder: Path, camera: Camera) -> dict[str, dict[str, Any]]:
-    """Of each tile of the terrain, by artifact."""
+    """The bound of each tile of the terrain, by artifact."""
     terrain = manifest["terrain"]
     if not camera.usable:
-        told = bound(None, "px", "a pixel", [], ["its surface", *_GROUND])
-        return dict.fromkeys(terrain["tiles"], told)
+        unknown = bound(None, "px", "a pixel", [], ["its surface", *_TERRAIN_OPEN])
+        return dict.fromkeys(terrain["tiles"], unknown)
     patches, diamonds = terrain["patches"], terrain["diamonds"]
     tile, diamond = (np.array(patches[key], np.int64) for key in ("tile", "diamond"))
     error_m = np.array(patches["error_m"], np.float64) * SIX
     radius_m = np.array(patches["radius_m"], np.float64) * SIX + error_m
     center = np.array(patches["center"], np.float64)
-    # A patch whose diamond is not split: the eye accepts the diamond's error. -1: nothing finer there is.
+    # A patch is drawn while its diamond is not split: the diamond's error is accepted. -1: no finer patch.
     accepted = np.append(np.array(diamonds["error_m"], np.float64), 0.0)[diamond]
-    found = {}
+    bounds = {}
     for number, name in enumerate(terrain["tiles"]):
         first = int(np.searchsorted(tile, number))
         triangles = _Triangles(folder / manifest["artifacts"][name]["file"], _patches)
@@ -184,12 +183,12 @@ def terrain_bounds(manifest: dict[str, Any], folder: Path, camera: Camera) -> di
             rows = np.flatnonzero((tile == number) & ((diamond < 0) == (share == 0.0)))
             asked_px = share * manifest["lod_error_px"]
             from_m = accepted[rows] * camera.pixels / asked_px if share else np.zeros(len(rows))
-            # A diamond's sphere holds the patch's: the eye is as far from the patch's center at least.
+            # A diamond's sphere contains the patch's, so the eye is at least as far from the patch.
             core = np.zeros(len(rows))
             part = Surfaces(center[rows], radius_m[rows], error_m[rows], from_m, core, error_m[rows])
             moved = camera.most_moved(part, partial(_patch, triangles, rows - first))
             if moved is not None:
                 off = {"error_m": float(error_m[rows[moved.row]])}
                 terms.append(_term(words.format("coarser patches", asked_px), moved) | off)
-        found[name] = bound(_largest(terms), "px", "a pixel", terms, _GROUND)
-    return found
+        bounds[name] = bound(_largest(terms), "px", "a pixel", terms, _TERRAIN_OPEN)
+    return bounds

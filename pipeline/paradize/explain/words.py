@@ -1,4 +1,4 @@
-"""What `paradize explain` tells, in words (explain/facts.py finds the facts)."""
+"""Prints the facts of `paradize explain` (facts.py) as text."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 def render(explanation: Explanation, *, details: bool) -> str:
-    """As text: a paragraph for each artifact; details: with sources, settings and every level."""
+    """A paragraph for each artifact. details: also sources, settings and every level."""
     lines = []
-    for told in explanation.artifacts:
-        lines += words_of(told, details)
+    for facts in explanation.artifacts:
+        lines += words_of(facts, details)
     if explanation.saved:
         lines.append(saved_words(explanation.saved))
     if explanation.why_not:
@@ -26,29 +26,29 @@ def render(explanation: Explanation, *, details: bool) -> str:
     return "\n".join(lines)
 
 
-def words_of(told: dict[str, Any], details: bool = False) -> list[str]:
-    """What is told of an artifact, a line each; the first names it."""
-    asked = f"asked for by {_passes(told['passes'])}" if told["passes"] else "heard, not drawn"
-    lines = [f"{told['name']}: {told['reason']}", f"  {asked}"]
-    if told["first_needed_s"] is not None:
-        lines[-1] += f"; first needed at second {told['first_needed_s']:g} of the flight"
+def words_of(facts: dict[str, Any], details: bool = False) -> list[str]:
+    """The lines about an artifact; the first names it."""
+    readers = f"read by {_passes(facts['passes'])}" if facts["passes"] else "heard, not drawn"
+    lines = [f"{facts['name']}: {facts['reason']}", f"  {readers}"]
+    if facts["first_needed_s"] is not None:
+        lines[-1] += f"; first needed at second {facts['first_needed_s']:g} of the flight"
     if details:
-        lines += [f"  {role}: {path}" for role, path in told["sources"].items()]
-        lines += [f"  {key} = {_plain(value)}" for key, value in told["settings"].items()]
-        if "errors" in told:
-            lines.append(f"  {told['file']}, {told['bytes']} bytes, tier {told['tier']}")
-            lines += [f"  {metric} {value:g}" for metric, value in told["errors"].items()]
-    if told["tried"] is not None:
-        lines += [f"  {words}" for words in _choice(told["tried"])]
-    if told["demand"] is not None:
-        lines += [f"  {words}" for words in _asked(told["demand"])]
-    if told["asked"] is not None:
-        lines += [f"  {words}" for words in economy_words(told["asked"], told["kind"])]
-    if told["bound"] is not None:
-        lines.append(f"  {bound_words(told['bound'])}")
-    if told["stale"] is not None:
-        lines += [f"  stale: {words}" for words in told["stale"]] or ["  up to date"]
-    gutter = told["gutter"]
+        lines += [f"  {role}: {path}" for role, path in facts["sources"].items()]
+        lines += [f"  {key} = {_plain(value)}" for key, value in facts["settings"].items()]
+        if "errors" in facts:
+            lines.append(f"  {facts['file']}, {facts['bytes']} bytes, tier {facts['tier']}")
+            lines += [f"  {metric} {value:g}" for metric, value in facts["errors"].items()]
+    if facts["tried"] is not None:
+        lines += [f"  {words}" for words in _choice(facts["tried"])]
+    if facts["demand"] is not None:
+        lines += [f"  {words}" for words in _demand(facts["demand"])]
+    if facts["asked"] is not None:
+        lines += [f"  {words}" for words in economy_words(facts["asked"], facts["kind"])]
+    if facts["bound"] is not None:
+        lines.append(f"  {bound_words(facts['bound'])}")
+    if facts["stale"] is not None:
+        lines += [f"  stale: {words}" for words in facts["stale"]] or ["  up to date"]
+    gutter = facts["gutter"]
     if gutter is None:
         return lines
     width = gutter["width_texels"]
@@ -58,13 +58,14 @@ def words_of(told: dict[str, Any], details: bool = False) -> list[str]:
         f"  gutter: {gutter['islands']} islands, {has}; {gutter['needed_texels']:g} needed for level "
         f"{gutter['level_in_use']}{' and the steepest parallax' if moved else ''}"
     )
-    lines += [f"  {words}" for words in told["decides"]]
+    lines += [f"  {words}" for words in facts["decides"]]
     for name, parallax in gutter["parallax"].items():
         if parallax["reach"] > 0.0:
             scale, bias = parallax["asked"]
             given = parallax["given"]
-            how = "given" if given == parallax["asked"] else f"given {given[0]:.4g} (bias {given[1]:.4g})"
-            lines.append(f"  parallax of {name}: scale {scale:g} (bias {bias:g}) asked, {how}")
+            limited = f"limited by the gutters to {given[0]:.4g} (bias {given[1]:.4g})"
+            how = "not limited" if given == parallax["asked"] else limited
+            lines.append(f"  parallax of {name}: scale {scale:g} (bias {bias:g}), {how}")
     if details:
         lines.append("  level  99 of 100  largest")
         for level, (p99, worst) in enumerate(zip(gutter["bleed_p99"], gutter["bleed_max"], strict=True)):
@@ -73,10 +74,10 @@ def words_of(told: dict[str, Any], details: bool = False) -> list[str]:
 
 
 def _choice(tried: dict[str, Any]) -> list[str]:
-    """In words: the tier that was taken, and what each tier measured beside its limit."""
+    """In words: the tier that was taken, and the errors of each tier beside their limits."""
     budget = Limits(tried["limits"]["hard"], tried["limits"]["soft"])
     if tried["asked"] != AUTO:
-        words = [f"tier {tried['taken']} was asked for, and is beyond its budget; the tiers measured:"]
+        words = [f"tier {tried['taken']} was requested and is beyond its budget; the tiers measured:"]
     elif not budget.aim:
         return [f"auto took tier {tried['taken']}: no budget limits it"]
     else:
@@ -97,8 +98,8 @@ def _choice(tried: dict[str, Any]) -> list[str]:
     return words
 
 
-def _asked(demand: dict[str, Any]) -> list[str]:
-    """In words: which second asked for the finest patches, and what was left out."""
+def _demand(demand: dict[str, Any]) -> list[str]:
+    """In words: when the finest patches are needed, and what was left out."""
     levels = list(demand["here"])
     span = f"level {levels[0]}" if len(levels) == 1 else f"levels {levels[0]} to {levels[-1]}"
     words = [
@@ -107,19 +108,18 @@ def _asked(demand: dict[str, Any]) -> list[str]:
     ]
     if demand["finest_s"] is not None:
         words.append(
-            f"the finest, level {demand['finest_level']}, are first asked for at second "
-            f"{demand['finest_s']:g}"
+            f"the finest, level {demand['finest_level']}, are first needed at second {demand['finest_s']:g}"
         )
     if demand["left_out"]:
         words.append(
-            f"{demand['left_out']} patches that no second asks for are left out: some "
+            f"{demand['left_out']} patches that no second needs are left out: about "
             f"{short(demand['left_out_bytes'])} saved"
         )
     return words
 
 
 def _plain(value: Any) -> str:
-    """A setting as a person writes it."""
+    """A setting as text."""
     if isinstance(value, dict):
         return ", ".join(f"{key} {_plain(inner)}" for key, inner in value.items()) or "none"
     if isinstance(value, list | tuple):

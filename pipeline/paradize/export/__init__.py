@@ -1,1 +1,4 @@
-"""`paradize export`: a baked folder as one self-contained GLB. scene.py is the way in."""
+"""`paradize export`: writes a baked folder as one self-contained GLB.
+
+scene.py writes it; flight.py makes the camera's keys, pictures.py the PNG textures, heights.py the terrain
+from above, shapes.py quads and joined patches."""

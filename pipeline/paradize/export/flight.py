@@ -1,4 +1,4 @@
-"""The flight as keys of an animation, and what straight lines between the keys miss of the path."""
+"""The flight as keys of an animation, with the error of the straight lines between the keys."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     F64 = npt.NDArray[np.float64]
 
 KEYS_PER_S = 30.0
-_NEAR_M = 4096.0  # float32 has steps of half a millimetre there
+_NEAR_M = 4096.0  # float32 has steps of half a millimetre at this distance
 _BETWEEN = 4  # moments between two keys at which the error is measured
 
 
 @dataclass(frozen=True)
 class Keys:
-    """times_s (n,) float32, places (n, 3) float32 metres, counted from `origin`, turns (n, 4) float32 unit
-    quaternions x y z w that take -Z to where the camera looks; errors: what a viewer that goes straight from
-    key to key misses."""
+    """times_s (n,) float32; places (n, 3) float32, metres from `origin`; turns (n, 4) float32 unit
+    quaternions x y z w that turn -Z to the view direction; errors: of a viewer that goes straight from key to
+    key."""
 
     times_s: npt.NDArray[np.float32]
     places: npt.NDArray[np.float32]
@@ -34,8 +34,8 @@ class Keys:
 
 
 def flight_keys(tree: dict[str, Any]) -> Keys:
-    """Keys of the `flight` of a scene.json, its first and last alike. errors: path_export_m and
-    path_export_deg, each _max and _p99, of four moments between any two keys."""
+    """Keys of the `flight` of a scene.json; the last is the first again. errors: path_export_m and
+    path_export_deg, each _max and _p99, at four moments between any two keys."""
     flight = Flight.from_json(tree)
     count = int(np.ceil(flight.duration_s * KEYS_PER_S))
     times = flight.duration_s * np.arange(count + 1) / count
@@ -52,7 +52,7 @@ def flight_keys(tree: dict[str, Any]) -> Keys:
     shown += np.repeat(places[1:], _BETWEEN, axis=0) * share
     apart = np.sqrt(((shown - true_places) ** 2).sum(axis=1))
     spun = _slerp(np.repeat(turns[:-1], _BETWEEN, axis=0), np.repeat(turns[1:], _BETWEEN, axis=0), share)
-    # The angle of a quaternion's difference, from its sine: a cosine near 1 would hide small ones.
+    # The angle between two quaternions from its sine, because a cosine near 1 hides small angles.
     same = np.minimum(np.linalg.norm(spun - true_turns, axis=1), np.linalg.norm(spun + true_turns, axis=1))
     angles = np.degrees(4.0 * np.arcsin(np.clip(same / 2.0, 0.0, 1.0)))
     errors: dict[str, float] = {}
@@ -62,7 +62,7 @@ def flight_keys(tree: dict[str, Any]) -> Keys:
 
 
 def _origin_of(places: F64) -> Vec3:
-    """(0, 0, 0), or a place in the midst of a flight that lies so far away that float32 keys would jerk."""
+    """(0, 0, 0), or the middle of a flight that is so far away that float32 keys would jerk."""
     if float(np.abs(places).max()) <= _NEAR_M:
         return ORIGIN
     x, y, z = (float(value) for value in np.round((places.min(axis=0) + places.max(axis=0)) / 2.0))
@@ -70,7 +70,7 @@ def _origin_of(places: F64) -> Vec3:
 
 
 def _poses(flight: Flight, times: F64) -> tuple[F64, F64]:
-    """Places (n, 3) and turns (n, 4) at moments; neighbours' quaternions lie on one side."""
+    """Positions (n, 3) and quaternions (n, 4) at moments; neighbouring quaternions have the same sign."""
     poses = [flight.pose(float(t)) for t in times]
     places = np.array([eye for eye, _, _ in poses])
     turns = np.array([_turn(*pose) for pose in poses])
@@ -80,7 +80,7 @@ def _poses(flight: Flight, times: F64) -> tuple[F64, F64]:
 
 
 def _turn(eye: tuple[float, ...], target: tuple[float, ...], roll_rad: float) -> F64:
-    """The quaternion of a camera, as player/scene/flight.cpp looks."""
+    """The quaternion of a camera, as in player/scene/flight.cpp."""
     forward = np.subtract(target, eye)
     length = np.linalg.norm(forward)
     forward = forward / length if length > 1e-9 else np.array([0.0, 0.0, -1.0])
@@ -115,17 +115,17 @@ def quaternion(matrix: F64) -> F64:
             [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], square[3]],
         ]
     )
-    found: F64 = products[k] / np.linalg.norm(products[k])
-    return found
+    unit: F64 = products[k] / np.linalg.norm(products[k])
+    return unit
 
 
 def _slerp(a: F64, b: F64, share: F64) -> F64:
-    """Great circles between neighbouring quaternions (n, 4). K. Shoemake, "Animating Rotation with Quaternion
-    Curves", SIGGRAPH 1985."""
+    """Interpolates along great circles between quaternions (n, 4). K. Shoemake, "Animating Rotation with
+    Quaternion Curves", SIGGRAPH 1985."""
     angle = 2.0 * np.arcsin(np.clip(np.linalg.norm(b - a, axis=1, keepdims=True) / 2.0, 0.0, 1.0))
     small = angle < 1e-7
     sine = np.sin(np.where(small, 1.0, angle))
     first = np.where(small, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
     second = np.where(small, share, np.sin(share * angle) / sine)
-    found: F64 = first * a + second * b
-    return found
+    between: F64 = first * a + second * b
+    return between

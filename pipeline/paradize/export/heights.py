@@ -1,4 +1,5 @@
-"""The ground of an exported scene from above: heights on a grid of texels, and what follows from them."""
+"""The terrain of an exported scene from above: heights on a grid of texels, and colours that follow from
+them."""
 
 from __future__ import annotations
 
@@ -15,9 +16,9 @@ if TYPE_CHECKING:
     F64 = npt.NDArray[np.float64]
     U32 = npt.NDArray[np.uint32]
 
-GROUND_TEXELS = 2048  # a side of the ground's picture, at least; more where the effect map has more
-_AT_ONCE = 1 << 22  # texels tried in one go
-_EDGE = 1e-6  # of a triangle: a texel on its border belongs to it
+GROUND_TEXELS = 2048  # a side of the terrain's picture, at least; more if the effect map has more
+_AT_ONCE = 1 << 22  # texels tested in one batch
+_EDGE = 1e-6  # of a triangle: a texel on its edge belongs to it
 
 
 def heights_of(uvs: F32, heights: F32, triangles: U32, shape: tuple[int, int]) -> F32:
@@ -35,7 +36,7 @@ def heights_of(uvs: F32, heights: F32, triangles: U32, shape: tuple[int, int]) -
     span = np.maximum(right - left, bottom - top) + 1
     span[(right < left) | (bottom < top)] = 0
     side = 1
-    while (span >= side).any():  # triangles of about one size together: each tries side x side texels
+    while (span >= side).any():  # triangles of similar size together: each tests side x side texels
         chosen = np.flatnonzero((span >= side) & (span < 2 * side))
         step = max(1, _AT_ONCE // (4 * side * side))
         for first in range(0, len(chosen), step):
@@ -48,7 +49,8 @@ def heights_of(uvs: F32, heights: F32, triangles: U32, shape: tuple[int, int]) -
 def _draw(
     out: F32, x: F64, y: F64, z: F64, left: npt.NDArray[np.int64], top: npt.NDArray[np.int64], side: int
 ) -> None:
-    """Draws triangles (m, 3) whose boxes begin at left, top and are at most `side` texels wide."""
+    """Writes the heights of triangles (m, 3) whose boxes begin at left, top and are at most `side` texels
+    wide."""
     offsets = np.arange(side)
     i = left[:, None, None] + offsets[None, None, :]
     j = top[:, None, None] + offsets[None, :, None]
@@ -67,28 +69,29 @@ def _draw(
 
 
 def at_least(shape: tuple[int, ...]) -> tuple[int, int]:
+    """A shape, not smaller than GROUND_TEXELS."""
     return max(GROUND_TEXELS, shape[0]), max(GROUND_TEXELS, shape[1])
 
 
 def terrain_heights(meshes: list[Mesh], shape: tuple[int, int]) -> F32:
-    """Metres at each texel of a picture of the whole terrain; the lowest where nothing covers it."""
+    """Metres at each texel of a picture of the whole terrain; the lowest height where no mesh covers it."""
     heights = np.full(shape, np.nan, np.float32)
     for mesh in meshes:
         assert mesh.uvs1 is not None
-        found = heights_of(mesh.uvs1, mesh.positions[:, 1], mesh.triangles, shape)
-        heights = np.where(np.isnan(found), heights, found)
+        drawn = heights_of(mesh.uvs1, mesh.positions[:, 1], mesh.triangles, shape)
+        heights = np.where(np.isnan(drawn), heights, drawn)
     return np.nan_to_num(heights, nan=float(np.nanmin(heights)))
 
 
 def smoothstep(values: F32, low: float, high: float) -> F32:
-    """GLSL's smoothstep, a step where low and high are one."""
+    """GLSL's smoothstep; a step if low equals high."""
     x = np.clip((values - low) / max(high - low, 1e-6), 0.0, 1.0)
     out: F32 = (x * x * (3.0 - 2.0 * x)).astype(np.float32)
     return out
 
 
 def under_water(light: F32, heights: F32, water: dict[str, Any]) -> F32:
-    """What is left of the ground's colour (h, w, 3) after the way down and up again."""
+    """The terrain's colour (h, w, 3) as seen through the water: absorbed on the way down and up again."""
     depth = np.maximum(water["level_m"] - heights, 0.0)[:, :, None]
     through = np.exp(-2.0 * depth * np.array(water["absorption_per_m"], np.float32))
     out: F32 = (light * through + np.array(water["deep_color"], np.float32) * (1.0 - through)).astype(

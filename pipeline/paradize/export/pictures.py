@@ -1,4 +1,4 @@
-"""What a standard glTF material shows of our maps: decoded, turned into glTF's channels, written as PNG."""
+"""Our maps as the textures of a standard glTF material: decoded, put into glTF's channels, written as PNG."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _TOE, _CONTRAST, _SHOULDER = 0.22, 1.33, 0.532  # of shaders/lib/tonemap.glsl
 
 
 def color_png(texture: Texture) -> bytes:
-    """sRGB, with alpha where the format has it."""
+    """sRGB, with alpha if the format has it."""
     return encode_png(to_bytes(decode_texels(texture)))
 
 
@@ -32,23 +32,23 @@ def normal_png(texture: Texture) -> bytes:
 
 
 def gloss_png(texture: Texture) -> bytes:
-    """G: glTF's roughness, 1 - smoothness, for glTF's alpha is its square as ours is; B: metal, none; A:
-    specular intensity. R is not read."""
+    """G: glTF's roughness, 1 - smoothness (alpha is its square in both); B: metal, 0; A: specular intensity;
+    R is not used."""
     values = decode_texels(texture)
     ones = np.ones(values.shape[:2], np.float32)
     return encode_png(to_bytes(np.dstack([ones, 1.0 - values[:, :, 1], 0.0 * ones, values[:, :, 0]])))
 
 
 def sky_pngs(cube: Texture, exposure: float) -> list[bytes]:
-    """The six faces as the player shows them: exposed, tone mapped, sRGB."""
+    """The six faces as the player shows them: with exposure and tone mapping, sRGB."""
     edge = cube.width
     faces = np.frombuffer(cube.levels[0], np.float16).reshape(6, edge, edge, 4)
     return [encode_png(to_codes(_tone(face[:, :, :3].astype(np.float32) * exposure))) for face in faces]
 
 
 def ground_light(sand: F32, effect: F32 | None, share: F32, repeat: tuple[float, float]) -> F32:
-    """The ground's colour from above (h, w, 3), linear. share (h, w): how much is sand, the rest is effect.
-    sand, effect: sRGB values of level 0; repeat: how often the sand lies along x and z."""
+    """The terrain's colour from above (h, w, 3), linear. share (h, w): of the sand; the rest is the effect
+    map. sand, effect: sRGB values of level 0; repeat: of the sand along x and z."""
     height, width = share.shape
     rows, columns = (np.arange(n, dtype=np.float32) + 0.5 for n in share.shape)
     light = to_light(_box(sand, (height / repeat[1], width / repeat[0])))
@@ -63,7 +63,7 @@ def ground_light(sand: F32, effect: F32 | None, share: F32, repeat: tuple[float,
 
 
 def _box(values: F32, texels: tuple[float, float]) -> F32:
-    """Halved, along each axis by itself, while there are twice as many texels as will be shown."""
+    """Halves the values along each axis while there are twice as many texels as will be shown."""
     for axis, shown in enumerate(texels):
         while values.shape[axis] >= 2.0 * shown and values.shape[axis] % 2 == 0:
             values = 0.5 * (values.take(range(0, values.shape[axis], 2), axis)) + 0.5 * values.take(
@@ -73,7 +73,7 @@ def _box(values: F32, texels: tuple[float, float]) -> F32:
 
 
 def _tone(light: F32) -> F32:
-    """The player's curve: H. Uchimura, "HDR Theory and Practice", CEDEC 2017."""
+    """The player's tone curve: H. Uchimura, "HDR Theory and Practice", CEDEC 2017."""
     x = np.clip(light, 0.0, 1e4)
     toe = _TOE * (np.maximum(x, 1e-6) / _TOE) ** _CONTRAST
     shoulder = 1.0 - (1.0 - _SHOULDER) * np.exp(-(x - _SHOULDER) / (1.0 - _SHOULDER))

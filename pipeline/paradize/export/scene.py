@@ -1,9 +1,8 @@
-"""`paradize export`: a baked folder as one GLB that Blender, three.js and others open.
+"""`paradize export`: writes a baked folder as one GLB that Blender, three.js and others open.
 
-Standard glTF has no blend of sand and effect map by height, no water and no sky: the ground's colour is
-joined into one picture, the sea is a plane that lets light through, the sky an unlit cube. Meshes are the
-finest levels and patches that were baked; maps are PNG pictures; the flight is the camera's animation.
-"""
+glTF cannot blend sand and effect map by height and has no water and no sky. So the terrain's colour becomes
+one picture, the sea a translucent plane, the sky an unlit cube. Meshes are the finest levels and patches that
+were baked; maps are PNG; the flight is an animation of the camera."""
 
 from __future__ import annotations
 
@@ -11,6 +10,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +36,7 @@ from paradize.formats.glb.tiles import decode_tile
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.png import encode_png
 from paradize.formats.scene_manifest import read_entry, read_scene
+from paradize.jobs.progress import OnProgress
 from paradize.kinds import BAKED, expecting, require_glb
 from paradize.metrics.texels import decode_texels
 from paradize.preview.shade import to_codes
@@ -50,13 +51,13 @@ if TYPE_CHECKING:
 MOST_BYTES = (1 << 32) - 1  # a GLB's own limit
 _SPECULAR = "KHR_materials_specular"
 _UNLIT = "KHR_materials_unlit"
-_SEA_ALPHA = 0.35  # the ground below is as dark already as its depth makes it
+_SEA_ALPHA = 0.35  # low, because the terrain's picture is already darkened by the depth
 
 
 @dataclass
 class Exported:
-    """What was written. errors: of the camera's keys, and of artifacts what the manifest tells; notes: what
-    the scene has and the file has not."""
+    """A written file. errors: of the camera's keys, and those of scene.json; notes: what the scene has and
+    the file cannot hold."""
 
     file: Path
     bytes: int = 0
@@ -66,35 +67,37 @@ class Exported:
     notes: list[str] = field(default_factory=list)
 
 
-def export(folder: Path, out: Path) -> Exported:
-    """Writes the scene baked in `folder` (or its scene.json) to the GLB `out`. Raises SourceError or
-    FormatError where the folder holds no sound scene, BakeError where the file cannot be written, is the
-    scene's own or no .glb by its name, or would be too large."""
+def export(folder: Path, out: Path, on_progress: OnProgress | None = None) -> Exported:
+    """Writes the scene baked in `folder` (or its scene.json) to the GLB `out`. on_progress hears of each
+    part.
+
+    Raises SourceError or FormatError if the folder holds no valid scene; BakeError if the file cannot be
+    written, belongs to the scene, has no .glb name, or would be too large."""
     require_glb(out)
     with expecting(BAKED, folder):
         work = _Export(folder)
     if work.holds(out):
         raise BakeError("is a file of the baked scene itself", file=out, mend="name another file with -o")
-    work.sky()
-    work.terrain()
-    work.water()
-    for item in work.manifest["objects"]:
-        work.objects(item)
-    work.light()
-    work.flight()
-    done = Exported(out, errors=work.errors, notes=work.notes)
-    done.triangles, done.pictures = work.triangles, len(work.bundle.images)
+    parts = [("sky", work.sky), ("terrain", work.terrain), ("water", work.water)]
+    parts += [(item["name"], partial(work.objects, item)) for item in work.manifest["objects"]]
+    parts += [("light", work.light), ("flight", work.flight)]
+    for done, (name, add) in enumerate(parts):
+        if on_progress:
+            on_progress(name, done, len(parts))
+        add()
+    exported = Exported(out, errors=work.errors, notes=work.notes)
+    exported.triangles, exported.pictures = work.triangles, len(work.bundle.images)
     data = work.bundle.encoded({"scene": work.manifest["name"], "errors": work.errors})
     if len(data) > MOST_BYTES:
         mend = "bake the scene with coarser maps or a larger max_error_m"
         raise BakeError(f"would have {len(data)} bytes, a GLB has at most {MOST_BYTES}", file=out, mend=mend)
     write_whole(out, data)
-    done.bytes = len(data)
-    return done
+    exported.bytes = len(data)
+    return exported
 
 
 class _Export:
-    """A scene on its way into a bundle."""
+    """Adds the parts of a scene to a glTF bundle."""
 
     def __init__(self, folder: Path) -> None:
         path = folder if folder.name == SCENE_FILE else folder / SCENE_FILE
@@ -108,7 +111,7 @@ class _Export:
         self.notes: list[str] = []
 
     def holds(self, path: Path) -> bool:
-        """Whether a path is one of the scene's own files."""
+        """Whether a path is a file of the scene."""
         names = {artifact["file"] for artifact in self.manifest["artifacts"].values()}
         return path.name in names and resolved(path.parent) == resolved(self.folder)
 
@@ -117,7 +120,7 @@ class _Export:
         if not sky:
             return
         pngs = sky_pngs(self._texture(sky["cubemap"]), self.manifest["exposure"])
-        half = 0.57 * self.manifest["flight"]["far_m"]  # its corners are nearer than the far plane
+        half = 0.57 * self.manifest["flight"]["far_m"]  # so that its corners are nearer than the far plane
         for name, png, (right, down, ahead) in zip(SKY_FACES, pngs, SKY_FACES.values(), strict=True):
             texture = {"index": self.bundle.texture(f"sky {name}", png, repeat=False)}
             look = {"baseColorTexture": texture, "metallicFactor": 0.0}
@@ -128,23 +131,23 @@ class _Export:
             self._place(f"sky {name}", mesh, {"": material}, self.keys.origin)
 
     def terrain(self) -> None:
-        ground = self.manifest["terrain"]
-        if not ground:
+        terrain = self.manifest["terrain"]
+        if not terrain:
             return
         meshes: dict[str, Mesh] = {}
-        for name in ground["tiles"]:
+        for name in terrain["tiles"]:
             tile = decode_tile(self._read(name), name)
-            if finest := [patch.mesh for patch in tile if patch.finest]:  # else finer ones replace all of it
+            if finest := [patch.mesh for patch in tile if patch.finest]:  # else finer tiles replace all of it
                 meshes[name] = joined(finest)
-        effect = decode_texels(self._texture(ground["effect_color"])) if ground["effect_color"] else None
+        effect = decode_texels(self._texture(terrain["effect_color"])) if terrain["effect_color"] else None
         shape = (GROUND_TEXELS, GROUND_TEXELS) if effect is None else at_least(effect.shape[:2])
         heights = terrain_heights(list(meshes.values()), shape)
         share = np.ones(shape, np.float32)
         if effect is not None:
-            share = smoothstep(heights, ground["mix_low_m"], ground["mix_high_m"])
-        sand = decode_texels(self._texture(ground["sand_color"]))
-        size_x, size_z = ground["size_m"]
-        repeat = ground["sand_repeat"], ground["sand_repeat"] * size_z / size_x
+            share = smoothstep(heights, terrain["mix_low_m"], terrain["mix_high_m"])
+        sand = decode_texels(self._texture(terrain["sand_color"]))
+        size_x, size_z = terrain["size_m"]
+        repeat = terrain["sand_repeat"], terrain["sand_repeat"] * size_z / size_x
         light = ground_light(sand[:, :, :3], None if effect is None else effect[:, :, :3], share, repeat)
         if water := self.manifest["water"]:
             light = under_water(light, heights, water)
@@ -153,24 +156,24 @@ class _Export:
         look = {
             "baseColorTexture": color,
             "metallicFactor": 0.0,
-            "roughnessFactor": 1.0 - ground["smoothness"],
+            "roughnessFactor": 1.0 - terrain["smoothness"],
         }
         parts: dict[str, Any] = {"pbrMetallicRoughness": look}
-        if ground["effect_normal"]:
-            png = normal_png(self._texture(ground["effect_normal"]))
+        if terrain["effect_normal"]:
+            png = normal_png(self._texture(terrain["effect_normal"]))
             index = self.bundle.texture("ground normal", png, repeat=False)
             parts["normalTexture"] = {"index": index, "texCoord": 1}
-        parts["extensions"] = {_SPECULAR: {"specularFactor": min(1.0, ground["specular"])}}
+        parts["extensions"] = {_SPECULAR: {"specularFactor": min(1.0, terrain["specular"])}}
         material = self.bundle.material("ground", **parts)
         for name, mesh in meshes.items():
             self._place(name, mesh, {"": material})
         if water:
-            self._sea_floor(ground["height_range_m"][0], water)
+            self._sea_floor(terrain["height_range_m"][0], water)
         self.notes.append("the sand's pattern is as fine as the ground's picture; wet sand is as dry sand")
-        self._note_errors(ground["tiles"])
+        self._note_errors(terrain["tiles"])
 
     def _sea_floor(self, low_m: float, water: dict[str, Any]) -> None:
-        """Around the terrain, as dark as its deepest places."""
+        """A plane around the terrain, as dark as its deepest point."""
         dark = np.zeros((1, 1, 3), np.float32)
         deep = under_water(dark, np.full((1, 1), low_m, np.float32), water)[0, 0]
         look = {"baseColorFactor": [*(float(x) for x in deep), 1.0], "metallicFactor": 0.0}
@@ -254,36 +257,36 @@ class _Export:
         self.errors |= keys.errors
 
     def _pictures(self, item: dict[str, Any]) -> dict[str, int]:
-        """The object's maps as textures, by kind."""
-        found = {}
+        """The textures of an object's maps, by kind."""
+        textures = {}
         for kind, encode in (("color", color_png), ("normal", normal_png), ("gloss", gloss_png)):
             if item[kind]:
                 png = encode(self._texture(item[kind]))
-                found[kind] = self.bundle.texture(f"{item['name']} {kind}", png, repeat=item["repeat"])
+                textures[kind] = self.bundle.texture(f"{item['name']} {kind}", png, repeat=item["repeat"])
                 self._note_errors([item[kind]])
         self._note_errors([item["mesh"]])
-        return found
+        return textures
 
     def _material(self, item: dict[str, Any], name: str, pictures: dict[str, int]) -> int:
-        told = item["materials"].get(name, {"color": [1.0, 1.0, 1.0], "specular": 0.0, "smoothness": 0.0})
-        look: dict[str, Any] = {"baseColorFactor": [*told["color"], 1.0], "metallicFactor": 0.0}
+        material = item["materials"].get(name, {"color": [1.0, 1.0, 1.0], "specular": 0.0, "smoothness": 0.0})
+        look: dict[str, Any] = {"baseColorFactor": [*material["color"], 1.0], "metallicFactor": 0.0}
         parts: dict[str, Any] = {"pbrMetallicRoughness": look}
         if "color" in pictures:
             look["baseColorTexture"] = {"index": pictures["color"]}
         if "normal" in pictures:
             parts["normalTexture"] = {"index": pictures["normal"]}
-        # Ours reflects 0.08 of the specular intensity where one looks straight, glTF 0.04 of the factors.
-        shine: dict[str, Any] = {"specularColorFactor": [2.0 * told["specular"]] * 3}
-        if "gloss" in pictures and told["specular"] > 0.0:
+        # Seen straight on, ours reflects 0.08 of the specular intensity, glTF 0.04 of the factors.
+        shine: dict[str, Any] = {"specularColorFactor": [2.0 * material["specular"]] * 3}
+        if "gloss" in pictures and material["specular"] > 0.0:
             look["metallicRoughnessTexture"] = {"index": pictures["gloss"]}
             shine["specularTexture"] = {"index": pictures["gloss"]}
         else:
-            look["roughnessFactor"] = 1.0 - told["smoothness"]
+            look["roughnessFactor"] = 1.0 - material["smoothness"]
         parts["extensions"] = {_SPECULAR: shine}
-        if told.get("two_sided"):
+        if material.get("two_sided"):
             parts["doubleSided"] = True
-        if told.get("alpha_cutoff", 0.0) > 0.0:
-            parts |= {"alphaMode": "MASK", "alphaCutoff": told["alpha_cutoff"]}
+        if material.get("alpha_cutoff", 0.0) > 0.0:
+            parts |= {"alphaMode": "MASK", "alphaCutoff": material["alpha_cutoff"]}
         return self.bundle.material(f"{item['name']} {name}".strip(), **parts)
 
     def _place(self, name: str, mesh: Mesh, materials: dict[str, int], at: Vec3 = ORIGIN) -> None:
@@ -292,7 +295,7 @@ class _Export:
         self.triangles += len(mesh.triangles)
 
     def _note_errors(self, names: list[str]) -> None:
-        """What the manifest says of these artifacts, the finest level alone."""
+        """Keeps the errors of these artifacts from the manifest."""
         for name in names:
             artifact = self.manifest["artifacts"][name]
             for metric in ("terrain_max_m", "color_psnr_db", "normal_p99_deg"):
@@ -311,14 +314,14 @@ class _Export:
 
 
 def _standing(instance: dict[str, Any], origin: Vec3) -> list[float]:
-    """Where an instance of a mesh that is counted from `origin` stands: turned, scaled, moved, in float64."""
+    """The translation of an instance of a mesh whose positions count from `origin`, in float64."""
     turn = math.sin(instance["yaw_rad"]), math.cos(instance["yaw_rad"])
     return [float(value) for value in placed(origin, instance["position"], turn, instance["scale"])]
 
 
 @contextmanager
 def _reading(path: Path) -> Iterator[None]:
-    """Raises SourceError where a file of the scene cannot be read."""
+    """Raises SourceError if a file of the scene cannot be read."""
     try:
         yield
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Squares, cubes and joined patches of an exported scene."""
+"""Quads, the faces of the sky, and joined patches of an exported scene."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     F32 = npt.NDArray[np.float32]
 
-# Of each face of the sky: which way its image's right and bottom point, and where it lies.
+# Of each face of the sky: the directions of its image's right and bottom, and of the face itself.
 SKY_FACES = {
     "+x": ((0.0, 0.0, -1.0), (0.0, -1.0, 0.0), (1.0, 0.0, 0.0)),
     "-x": ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0), (-1.0, 0.0, 0.0)),
@@ -25,8 +25,8 @@ SKY_FACES = {
 
 
 def quad(middle: F32, right: F32, down: F32, tiles: float = 1.0) -> Mesh:
-    """A parallelogram from middle - right - down to middle + right + down, seen from where `right` points to
-    the right and `down` to the bottom; its image lies on it `tiles` times."""
+    """A parallelogram from middle - right - down to middle + right + down, whose front shows `right` to the
+    right and `down` to the bottom; its image repeats `tiles` times."""
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32)
     positions = (middle + corners[:, :1] * right + corners[:, 1:] * down).astype(np.float32)
     normal = np.cross(down.astype(np.float64), right.astype(np.float64))
@@ -41,14 +41,14 @@ def quad(middle: F32, right: F32, down: F32, tiles: float = 1.0) -> Mesh:
 
 
 def level_quad(height_m: float, size_m: float, tiles: float = 1.0) -> Mesh:
-    """A square that lies flat, seen from above; +X is its image's right, +Z its bottom."""
+    """A horizontal square that faces up; +X is the right of its image, +Z the bottom."""
     half = np.float32(0.5 * size_m)
     middle = np.array([0.0, height_m, 0.0], np.float32)
     return quad(middle, np.array([half, 0, 0], np.float32), np.array([0, 0, half], np.float32), tiles)
 
 
 def joined(meshes: list[Mesh]) -> Mesh:
-    """Patches with the same attributes as one mesh; each keeps its own vertices."""
+    """Joins meshes with the same attributes into one; vertices are not shared."""
     starts = np.cumsum([0, *(len(mesh.positions) for mesh in meshes)])
 
     def all_of(attribute: str) -> Any:

@@ -1,62 +1,60 @@
-"""Which stage spends the frame's error: each in turn is swapped for its exact tier, and how much the final
-picture changes is measured.
+"""Which stage causes the error of the frame: each stage in turn is baked exact, and FLIP measures how much
+the player's picture changes.
 
-Pictures are the player's own, compared by FLIP: P. Andersson, J. Nilsson, T. Akenine-Moeller, M. Oskarsson,
+FLIP: P. Andersson, J. Nilsson, T. Akenine-Moeller, M. Oskarsson,
 K. Astroem and M. Fairchild, "FLIP: A Difference Evaluator for Alternating Images", 2020.
 """
 
 from __future__ import annotations
 
 import shutil
-import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.data import six
-from paradize.errors import BakeError, GroupedError
-from paradize.files import open_file
-from paradize.metrics.picture import flip
+from paradize.errors import GroupedError
+from paradize.jobs.progress import OnProgress
+from paradize.metrics.picture import Picture, flip
+from paradize.preview.player import read_picture, run_player
 from paradize.scene.requirements import BakeJob
 from paradize.scene.settings import Scene
 
 SIZE = "320x180"
 MOMENTS = 4  # of the flight, besides the poster's
-_PATIENCE_S = 300.0
-# The makers whose tasks are swapped together, and how a person calls them. Sky and sound have one tier.
+# Makers whose jobs are swapped together, and the name of their stage. Sky and sound have one tier.
 STAGES = (
     ("mesh", "levels of detail"),
     ("terrain", "terrain"),
     ("color", "colour textures"),
     ("maps", "normal, height, gloss and du/dv maps"),
 )
-Told = Callable[[str, int, int], None]
 
 
 def moments_of(scene: Scene) -> list[float]:
-    """The seconds of the flight at which pictures are compared: the poster's, and others evenly apart."""
+    """The seconds of the flight at which pictures are compared: the poster's, and MOMENTS others, evenly
+    spaced."""
     duration = scene.flight.duration_s
     return [scene.head.poster_s, *(duration * (k + 0.5) / MOMENTS for k in range(MOMENTS))]
 
 
-def swaps(orders: Sequence[BakeJob], tiers: Mapping[str, str]) -> list[tuple[str, list[str]]]:
-    """The stages whose tier in use is not exact already, each with its tasks. tiers: by artifact."""
-    found = []
+def swaps(jobs: Sequence[BakeJob], tiers: Mapping[str, str]) -> list[tuple[str, list[str]]]:
+    """The stages that do not use tier exact already, each with the names of its jobs. tiers: by artifact."""
+    stages = []
     for maker, stage in STAGES:
-        tasks = [
-            order.name
-            for order in orders
-            if order.maker == maker
-            and any(tiers.get(want.artifact) != "exact" for want in order.wants if want.kind)
+        names = [
+            job.name
+            for job in jobs
+            if job.maker == maker
+            and any(tiers.get(want.artifact) != "exact" for want in job.wants if want.kind)
         ]
-        if tasks:
-            found.append((stage, tasks))
-    return found
+        if names:
+            stages.append((stage, names))
+    return stages
 
 
 def attribute(
@@ -66,77 +64,66 @@ def attribute(
     used: Path,
     tier: str | None,
     player: Path,
-    room: Path,
-    told: Told | None = None,
+    scratch: Path,
+    on_progress: OnProgress | None = None,
 ) -> list[dict[str, Any]]:
-    """What each of `stages` (from `swaps`) changes in the picture, as the entries of tradeoff.json.
+    """How much each of `stages` (from `swaps`) changes the picture, as the entries of tradeoff.json.
 
-    used: the folder baked in the tiers in use (`tier`). room: a folder for what is baked and drawn. Raises
-    BakeError where the player fails, or what baking raises.
+    used: the folder baked in the tiers in use (`tier`). scratch: a folder for bakes and pictures. Raises
+    BakeError if the player fails, and what `bake` raises.
     """
     moments = moments_of(scene)
-    before = pictures(player, used, moments, room / "used", told, "the tiers in use", 0, len(stages) + 1)
-    found = []
-    for at, (stage, tasks) in enumerate(stages):
-        folder = room / "exact"
-        if told:
-            told(f"{stage} baked exact", at + 1, len(stages) + 1)
-        report = bake(scene_path, folder, BuildOptions(tier=tier, tiers=dict.fromkeys(tasks, "exact")))
-        if report.errors:
-            raise GroupedError(report.errors)
-        after = pictures(player, folder, moments, room / "drawn", told, stage, at + 1, len(stages) + 1)
+    total = len(stages) + 1
+
+    def begin(step: str, done: int) -> None:
+        if on_progress:
+            on_progress(step, done, total)
+
+    def draw(folder: Path, name: str, done: int) -> list[Picture]:
+        return pictures(
+            player, folder, moments, scratch / "drawn", lambda second: begin(f"{name} at {second:g} s", done)
+        )
+
+    before = draw(used, "tiers in use", 0)
+    entries = []
+    for at, (stage, names) in enumerate(stages, 1):
+        folder = scratch / "exact"
+        begin(f"{stage} baked exact", at)
+        baked = bake(scene_path, folder, BuildOptions(tier=tier, tiers=dict.fromkeys(names, "exact")))
+        if baked.errors:
+            raise GroupedError(baked.errors)
+        after = draw(folder, f"{stage} exact", at)
         shutil.rmtree(folder)
         changes = np.concatenate([flip(a, b).reshape(-1) for a, b in zip(before, after, strict=True)])
-        found.append(
+        entries.append(
             {
                 "stage": stage,
                 "flip_mean": six(float(changes.mean(dtype=np.float64))),
                 "flip_p99": six(float(np.quantile(changes, 0.99))),
                 "flip_max": six(float(changes.max())),
-                "tasks": tasks,
+                "tasks": names,
                 "moments_s": moments,
             }
         )
-    if told:
-        told("done", len(stages) + 1, len(stages) + 1)
-    return found
+    begin("done", total)
+    return entries
 
 
 def pictures(
     player: Path,
     folder: Path,
     moments: Sequence[float],
-    room: Path,
-    told: Told | None,
-    what: str,
-    done: int,
-    of: int,
-) -> list[npt.NDArray[np.float32]]:
-    """What the player draws of a folder at these seconds, (h, w, 3), sRGB 0..1."""
-    from PIL import Image
-
-    room.mkdir(parents=True, exist_ok=True)
-    found = []
+    scratch: Path,
+    on_picture: Callable[[float], None],
+) -> list[Picture]:
+    """What the player draws of a folder at these seconds, (h, w, 3), sRGB 0..1. on_picture hears each second
+    before it is drawn."""
+    scratch.mkdir(parents=True, exist_ok=True)
+    drawn = []
     for second in moments:
-        if told:
-            told(f"{what} drawn at {second:g} s", done, of)
-        file = room / "picture.png"
-        command = [str(player), str(folder), "--headless", "--mute", "--size", SIZE, "--time", f"{second:g}"]
-        try:
-            subprocess.run(
-                [*command, "--screenshot", str(file)],
-                check=True,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.PIPE,
-                timeout=_PATIENCE_S,
-            )
-        except subprocess.CalledProcessError as failed:
-            words = failed.stderr.decode(errors="replace").strip().splitlines()
-            raise BakeError(f"drew nothing: {words[-1] if words else failed}", file=player) from None
-        except (OSError, subprocess.TimeoutExpired) as failed:
-            raise BakeError(f"drew nothing: {failed}", file=player) from None
-        with open_file(file) as stream, Image.open(stream) as image:
-            found.append(np.asarray(image.convert("RGB"), np.float32) / np.float32(255))
+        on_picture(second)
+        file = scratch / "picture.png"
+        run_player(player, folder, "--size", SIZE, "--time", f"{second:g}", "--screenshot", str(file))
+        drawn.append(read_picture(file))
         file.unlink()
-    return found
+    return drawn

@@ -1,6 +1,5 @@
-"""What a cloud of measured tiers says: which are dominated, which form the front, where its knee is, which is
-the cheapest inside a budget. Pure functions of the points of a group, in the form of tradeoff.json.
-"""
+"""Which tiers are dominated, which form the Pareto front, where its knee is, and which is the cheapest inside
+a budget. Pure functions of the points of a group, in the form of tradeoff.json."""
 
 from __future__ import annotations
 
@@ -9,11 +8,11 @@ from collections.abc import Sequence
 from statistics import quantiles
 from typing import Any, NamedTuple, NotRequired, TypedDict
 
-LOSSLESS_DB = 120.0  # from here on a picture counts as without error: metrics tell no more
+LOSSLESS_DB = 120.0  # from here on a picture counts as without error: metrics report at most this
 
 
 class Seconds(TypedDict):
-    """The median and the quartiles of so many runs."""
+    """Median and quartiles of a number of runs."""
 
     median: float
     low: float
@@ -22,11 +21,10 @@ class Seconds(TypedDict):
 
 
 class Point(TypedDict):
-    """A tier as measured. series: points of one series have bytes that count as equal (one texture format,
-    one number of triangles); where none is named the tier is a series of its own. error: "value" is the
-    group's metric; mean, p99, max ... what else that metric tells. loss: the value as an error (see loss).
-    bytes: of what is written; None: nothing. passes: False where another of its metrics is beyond its
-    budget."""
+    """A measured tier. series: points of one series count as equal in bytes (one texture format, one mesh); a
+    point without one is a series of its own. error: "value" is the group's metric; mean, p99, max ... belong
+    to it. loss: the value as an error (see loss). bytes: of what is written; None: nothing. passes: False if
+    another metric of the tier is beyond its budget. instead: what to take if the tier is dominated."""
 
     tier: str
     seconds: Seconds
@@ -39,12 +37,13 @@ class Point(TypedDict):
     series: NotRequired[str]
     passes: NotRequired[bool]
     note: NotRequired[str]
+    instead: NotRequired[str]
 
 
 class Group(TypedDict):
     """The tiers of one stage on one artifact, in their declared order, from cheap to exact. kind: "bake" or
-    "frame". time: what was timed. declared: tiers whose order is a promise, each slower and nearer than
-    the one before. budget: the scene's; None: it has none."""
+    "frame". time: what was timed. declared: tiers whose order is a promise: each is slower and more exact
+    than the one before. budget: the scene's; None without one."""
 
     name: str
     stage: str
@@ -85,19 +84,19 @@ def inside(value: float, budget: float, less_is_better: bool) -> bool:
 
 
 def series_of(point: Point) -> str:
-    """Points of one series may be compared: their bytes count as equal, or they write none."""
+    """The series of a point. Only points of one series are compared: their bytes count as equal."""
     return point.get("series", point["tier"] if point["bytes"] else "")
 
 
 def dominates(a: Point, b: Point, less_is_better: bool) -> bool:
-    """Whether nobody would choose b with a at hand: a is no slower, errs no more and, in another series, is
-    no larger; and is better in one of these. Times within each other's spread are equal."""
+    """Whether a is at least as good as b in time, error and (in another series) bytes, and better in one of
+    them. Times within each other's quartiles are equal."""
     first = a["seconds"]["median"] if apart(a["seconds"], b["seconds"]) else b["seconds"]["median"]
-    told = []
+    costs = []
     for point, seconds in ((a, first), (b, b["seconds"]["median"])):
         size = (0 if series_of(a) == series_of(b) else point["bytes"]) or 0
-        told.append((seconds, loss(point["error"]["value"], less_is_better), size))
-    return told[0] != told[1] and all(p <= q for p, q in zip(*told, strict=True))
+        costs.append((seconds, loss(point["error"]["value"], less_is_better), size))
+    return costs[0] != costs[1] and all(p <= q for p, q in zip(*costs, strict=True))
 
 
 def mark(points: Sequence[Point], less_is_better: bool) -> None:
@@ -117,8 +116,8 @@ class FrontPoint(NamedTuple):
 
 
 def main_front(points: Sequence[Point], less_is_better: bool) -> list[FrontPoint]:
-    """The front of the series that has most points on it, the quickest first. Points without error have no
-    place on a logarithmic axis, and are left out."""
+    """The Pareto front of the series with most points on it, the quickest first. Points without error are
+    left out: they have no place on a logarithmic axis."""
     fronts: dict[str, list[FrontPoint]] = {}
     for point in points:
         place = FrontPoint(point["seconds"]["median"], loss(point["error"]["value"], less_is_better), point)
@@ -130,7 +129,7 @@ def main_front(points: Sequence[Point], less_is_better: bool) -> list[FrontPoint
 
 def knee(points: Sequence[Point], less_is_better: bool) -> Point | None:
     """The point of the main front that is farthest below the chord between its ends, on logarithmic axes of
-    time and error; None where none is.
+    time and error; None if no point is below it.
 
     Source: V. Satopaa, J. Albrecht, D. Irwin and B. Raghavan, "Finding a Kneedle in a Haystack", 2011.
     """
@@ -145,9 +144,9 @@ def knee(points: Sequence[Point], less_is_better: bool) -> Point | None:
 
 
 def cheapest(points: Sequence[Point], budget: float, less_is_better: bool) -> Point | None:
-    """The point that keeps the budget in the smallest series, and there the quickest; None where none does.
+    """The quickest point inside the budget, of the series with the fewest bytes; None if no point is inside.
 
-    Bytes come first: they are paid on every load and every frame, the time of a bake once.
+    Bytes count first: they cost at every load and every frame, the time of a bake only once.
     """
     sizes: dict[str, int] = {}
     for point in points:
@@ -162,5 +161,5 @@ def cheapest(points: Sequence[Point], budget: float, less_is_better: bool) -> Po
 
 
 def apart(a: Seconds, b: Seconds) -> bool:
-    """Whether two times differ by more than their spreads: the quartiles do not overlap."""
+    """Whether the quartiles of two times do not overlap."""
     return a["high"] < b["low"] or b["high"] < a["low"]

@@ -1,4 +1,4 @@
-"""The tiers of the stages that a mesh goes through: levels of detail, tangent frames, atlas, codes, order."""
+"""The stages of a mesh: UV atlas, levels of detail, tangent frames, vertex quantization, draw order."""
 
 from __future__ import annotations
 
@@ -34,37 +34,38 @@ from paradize.stages.validate import validate_mesh
 from paradize.stages.weld import weld
 
 Settings = dict[str, Any]
-_CODES = {"16 bit, directions 8": 180.0, "16 bit": 0.0, "float32": None}  # degrees that directions may turn
+# Vertex formats -> how many degrees quantization may turn normals and tangents; None: floats.
+_VERTICES = {"16 bit, directions 8": 180.0, "16 bit": 0.0, "float32": None}
 
 
-def mesh_groups(order: BakeJob) -> list[TrialGroup]:
-    """What there is to be measured of an order of the maker "mesh". Reads the source."""
-    path, settings = order.sources["mesh"], order.settings
-    artifact = order.wants[0].artifact
-    name = order.name.removesuffix(" mesh")
-    given = {"path": path, "settings": settings}
-    bare = _mended(path, settings)
+def mesh_groups(job: BakeJob) -> list[TrialGroup]:
+    """The groups of a job of the maker "mesh". Reads the source."""
+    path, settings = job.sources["mesh"], job.settings
+    artifact = job.wants[0].artifact
+    name = job.name.removesuffix(" mesh")
+    arguments = {"path": path, "settings": settings}
+    bare = _mended_mesh(path, settings)
     found = []
     if _needs_layout(bare, settings):
         metrics = ("atlas_seam_length", "atlas_stretch", "atlas_packing")
-        layouts = _asked(name, "atlas", artifact, metrics, tuple(atlas.TIERS), given, atlas_tier)
-        found.append(_with_unwrappers(layouts, settings["unwrapper"], given))
-    levels = _asked(
+        layouts = _tier_group(name, "atlas", artifact, metrics, tuple(atlas.TIERS), arguments, atlas_tier)
+        found.append(_with_unwrappers(layouts, settings["unwrapper"], arguments))
+    levels = _tier_group(
         name,
         "levels of detail",
         artifact,
         ("surface_rms", "surface_max"),
         tuple(dict.fromkeys(TIERS.values())),
-        given,
+        arguments,
         lod_tier,
     )
-    found.append(_with_simplifiers(levels, bare, settings["simplifier"], given))
+    found.append(_with_simplifiers(levels, bare, settings["simplifier"], arguments))
     if bare.uvs is not None or settings["atlas"]:
-        tries = tuple(
+        trials = tuple(
             Trial(
                 tier,
                 tangent_tier,
-                given | {"tier": tier},
+                arguments | {"tier": tier},
                 "one",
                 {} if tier == FRAMES.get(settings["tangents"], settings["tangents"]) else None,
             )
@@ -72,57 +73,60 @@ def mesh_groups(order: BakeJob) -> list[TrialGroup]:
         )
         metrics = ("tangent_p99_deg", "tangent_mean_deg", "tangent_max_deg")
         found.append(
-            TrialGroup(f"{name} tangent frames", "tangent frames", artifact, metrics, tries, TANGENTS)
+            TrialGroup(f"{name} tangent frames", "tangent frames", artifact, metrics, trials, TANGENTS)
         )
     used = "float32"
     if settings["quantise"] is not None:
         used = "16 bit" if direction_deg_of(settings["quantise"]) < 0.5 else "16 bit, directions 8"
-    tries = tuple(
-        Trial(tier, code_tier, given | {"tier": tier}, tier, {} if tier == used else None) for tier in _CODES
+    trials = tuple(
+        Trial(tier, vertex_tier, arguments | {"tier": tier}, tier, {} if tier == used else None)
+        for tier in _VERTICES
     )
-    note = "What is timed is the writing of level 0, with its codes."
+    note = "The time is that of quantizing and writing level 0."
     metrics = ("quantise_normal_max_deg", "quantise_max_m", "quantise_tangent_max_deg")
-    found.append(TrialGroup(f"{name} vertices", "quantisation", artifact, metrics, tries, note=note))
-    order_try = Trial("the one there is", order_tier, given, None, {})
+    found.append(TrialGroup(f"{name} vertices", "quantisation", artifact, metrics, trials, note=note))
+    order_trial = Trial("only tier", order_tier, arguments, None, {})
     units = {"acmr": "vertices transformed per triangle"}
     found.append(
-        TrialGroup(f"{name} draw order", "draw order", artifact, ("acmr",), (order_try,), units=units)
+        TrialGroup(f"{name} draw order", "draw order", artifact, ("acmr",), (order_trial,), units=units)
     )
     return found
 
 
-def _asked(
+def _tier_group(
     name: str,
     stage: str,
     artifact: str,
     metrics: tuple[str, ...],
     tiers: tuple[str, ...],
-    given: Any,
+    arguments: Any,
     call: Any,
 ) -> TrialGroup:
-    tries = tuple(Trial(tier, call, given | {"tier": tier}, "one", {"tier": tier}) for tier in tiers)
+    """A group with a trial for each tier."""
+    trials = tuple(Trial(tier, call, arguments | {"tier": tier}, "one", {"tier": tier}) for tier in tiers)
     units = {"atlas_seam_length": "of the surface's side"} if stage == "atlas" else {}
-    return TrialGroup(f"{name} {stage}", stage, artifact, metrics, tries, tiers, units=units)
+    return TrialGroup(f"{name} {stage}", stage, artifact, metrics, trials, tiers, units=units)
 
 
-def _with_simplifiers(group: TrialGroup, mesh: Mesh, used: str, given: Any) -> TrialGroup:
-    """The levels of detail, by our tiers and by each other simplifier that can do the mesh."""
-    tries = [attempt if used == METHODS[0] else replace(attempt, row=None) for attempt in group.tries]
-    notes = ["The time holds the measuring that decides which level is kept."]
+def _with_simplifiers(group: TrialGroup, mesh: Mesh, used: str, arguments: Any) -> TrialGroup:
+    """Adds a trial for each simplifier of another library that can do the mesh. used: the scene's
+    simplifier."""
+    trials = [trial if used == METHODS[0] else replace(trial, row=None) for trial in group.trials]
+    notes = ["The time includes the measuring that decides which levels are kept."]
     for name in SIMPLIFIERS[1:]:
         try:
             require_simplifier(name, mesh)
         except BakeError as error:
             notes.append(f"{name} cannot do it: {error.what.removeprefix('simplifier: ')}.")
             continue
-        more = given | {"tier": "balanced", "simplifier": name}
-        tries.append(Trial(name, lod_tier, more, name, {} if used == name else None))
-    return replace(group, tries=tuple(tries), note=" ".join(notes))
+        more = arguments | {"tier": "balanced", "simplifier": name}
+        trials.append(Trial(name, lod_tier, more, name, {} if used == name else None))
+    return replace(group, trials=tuple(trials), note=" ".join(notes))
 
 
-def _with_unwrappers(group: TrialGroup, used: str, given: Any) -> TrialGroup:
-    """The UV layout, by our tiers and by each other unwrapper that is installed."""
-    tries = [attempt if used == UNWRAPPERS[0] else replace(attempt, row=None) for attempt in group.tries]
+def _with_unwrappers(group: TrialGroup, used: str, arguments: Any) -> TrialGroup:
+    """Adds a trial for each unwrapper of another library that is installed. used: the scene's unwrapper."""
+    trials = [trial if used == UNWRAPPERS[0] else replace(trial, row=None) for trial in group.trials]
     notes = []
     for name in UNWRAPPERS[1:]:
         try:
@@ -130,28 +134,29 @@ def _with_unwrappers(group: TrialGroup, used: str, given: Any) -> TrialGroup:
         except BakeError as error:
             notes.append(f"{error.what.removeprefix('unwrapper: ')}.")
             continue
-        more = given | {"tier": "balanced", "unwrapper": name}
-        tries.append(Trial(name, atlas_tier, more, name, {} if used == name else None))
-    return replace(group, tries=tuple(tries), note=" ".join(notes))
+        more = arguments | {"tier": "balanced", "unwrapper": name}
+        trials.append(Trial(name, atlas_tier, more, name, {} if used == name else None))
+    return replace(group, trials=tuple(trials), note=" ".join(notes))
 
 
-def _mended(path: Path, settings: Settings) -> Mesh:
-    """The source as bake_mesh hands it to its stages."""
+def _mended_mesh(path: Path, settings: Settings) -> Mesh:
+    """The source as bake_mesh passes it to its stages: welded, validated, with normals, by material."""
     read = read_obj(path)
     joined, _ = weld(read.mesh, settings["weld_m"])
-    mesh, found = validate_mesh(joined, path)
-    smoothing = read.smoothing[found.kept]
+    mesh, validation = validate_mesh(joined, path)
+    smoothing = read.smoothing[validation.kept]
     return by_material(complete_normals(mesh, smoothing, crease_deg=settings["crease_deg"])[0])
 
 
 def _laid_out(path: Path, settings: Settings) -> Mesh:
-    mesh = _mended(path, settings)
+    """The mended mesh, with a UV layout if a bake makes one."""
+    mesh = _mended_mesh(path, settings)
     return atlas.make_atlas(mesh, unwrapper=settings["unwrapper"]) if _needs_layout(mesh, settings) else mesh
 
 
 def _needs_layout(mesh: Mesh, settings: Settings) -> bool:
-    """Whether a bake makes a UV layout: where there is none, or, unless maps are painted for it, where it
-    lies over itself."""
+    """Whether a bake makes a UV layout: if there is none, or if it overlaps and no maps are painted for
+    it."""
     if not settings["atlas"]:
         return False
     return mesh.uvs is None or (not settings["painted"] and overlaps(mesh))
@@ -168,19 +173,20 @@ def _size(meshes: list[Mesh], tangents: str) -> int:
 def atlas_tier(
     path: Path, settings: Settings, tier: str, runs: int | None, unwrapper: str = UNWRAPPERS[0]
 ) -> TrialResult:
-    """seam_length (in square roots of the surface's area), stretch (L2, 1 at best), packing. Raises BakeError
-    for a layout that a bake would refuse."""
-    mesh = _mended(path, settings)
+    """Makes the atlas: seam_length (in square roots of the surface's area), stretch (L2, 1 at best), packing.
+    Raises BakeError for a layout that a bake would refuse."""
+    mesh = _mended_mesh(path, settings)
     seconds, made = timed(lambda: atlas.make_atlas(mesh, tier=tier, unwrapper=unwrapper), runs)
-    told = sound_quality(made, path, unwrapper)
-    errors = {f"atlas_{key}": float(told[key]) for key in ("seam_length", "stretch", "packing", "charts")}
-    return TrialResult(seconds, [errors], _size([made], settings["tangents"]), f"{told['charts']} charts")
+    quality = sound_quality(made, path, unwrapper)
+    errors = {f"atlas_{key}": float(quality[key]) for key in ("seam_length", "stretch", "packing", "charts")}
+    return TrialResult(seconds, [errors], _size([made], settings["tangents"]), f"{quality['charts']} charts")
 
 
 def lod_tier(
     path: Path, settings: Settings, tier: str, runs: int | None, simplifier: str = METHODS[0]
 ) -> TrialResult:
-    """The chain of levels; what bake_lods measured of each. Raises BakeError where a library makes none."""
+    """Makes the levels of detail, with the errors that the baker measures of each. Raises BakeError if a
+    library makes no level."""
     mesh = _laid_out(path, settings)
     bounds = tuple(settings["lod_errors"])
     limit = settings["max_error"]
@@ -210,23 +216,23 @@ def tangent_tier(path: Path, settings: Settings, tier: str, runs: int | None) ->
     return TrialResult(seconds, [frame_errors(made)], size, f"{len(made.positions)} vertices")
 
 
-def code_tier(path: Path, settings: Settings, tier: str, runs: int | None) -> TrialResult:
-    """Level 0 written as floats or codes; the file's bytes against the floats."""
+def vertex_tier(path: Path, settings: Settings, tier: str, runs: int | None) -> TrialResult:
+    """Writes level 0 as floats or quantized; the file's values against the floats."""
     mesh = _framed(_laid_out(path, settings), settings["tangents"])
-    degrees = _CODES[tier]
+    degrees = _VERTICES[tier]
 
     def write() -> bytes:
-        codes = None
+        quantized = None
         if degrees is not None:
-            (codes,) = quantise_levels([mesh], mesh_lattice([mesh]), direction_deg=degrees)
-        return encode_glb([Lod(mesh, 0.0, 0.0, codes=codes)], "measured")
+            (quantized,) = quantise_levels([mesh], mesh_lattice([mesh]), direction_deg=degrees)
+        return encode_glb([Lod(mesh, 0.0, 0.0, codes=quantized)], "measured")
 
     seconds, glb = timed(write, runs)
     return TrialResult(seconds, quantised_errors(glb, [mesh]), len(glb))
 
 
 def order_tier(path: Path, settings: Settings, runs: int | None) -> TrialResult:
-    """The order of triangles and vertices, by what drawing level 0 costs."""
+    """Orders triangles and vertices; acmr is the number of vertices transformed per triangle of level 0."""
     mesh = _framed(_laid_out(path, settings), settings["tangents"])
     seconds, made = timed(lambda: draw_order(mesh), runs)
     before = draw_costs(mesh)["acmr"]

@@ -1,7 +1,5 @@
-"""A source -> the groups to be measured: what a scene requires, or what the bakers make of one file.
-
-A file is asked about as a scene would that required everything of it, with the bakers' own defaults.
-"""
+"""Lists the groups to measure: what a scene requires, or everything that the bakers make of one file, with
+their defaults."""
 
 from __future__ import annotations
 
@@ -14,7 +12,7 @@ import numpy as np
 from paradize.errors import BakeError
 from paradize.maps import DERIVED
 from paradize.measure.mesh import mesh_groups
-from paradize.measure.terrain import field_groups, path_groups, tree_groups
+from paradize.measure.terrain import height_map_groups, path_groups, tree_groups
 from paradize.measure.texture import color_groups, map_groups, sky_groups
 from paradize.measure.timing import TrialGroup
 from paradize.readers.heightmap import guessed_source, read_heightmap
@@ -30,15 +28,15 @@ _GROUPS = {
     "maps": map_groups,
     "cubemap": sky_groups,
 }
-PIXEL_M = 1.0  # a heightmap without a size has pixels so far apart
-HEIGHT_SHARE = 0.1  # and stands this share of its longer side high
+PIXEL_M = 1.0  # metres between the pixels of a heightmap without --size
+HEIGHT_SHARE = 0.1  # height of a heightmap without --height, as a share of its longer side
 
 
 @dataclass(frozen=True)
 class FileOptions:
-    """What a file does not tell of itself. source: "color", "height" or "auto": as readers/heightmap guesses.
-    size_m, height_m, max_error_m: of a heightmap as terrain; None: PIXEL_M, HEIGHT_SHARE where the file does
-    not hold metres, a thousandth of the height."""
+    """What a file does not say of itself. source: "color", "height" or "auto" (as readers/heightmap guesses).
+    size_m, height_m, max_error_m: of a heightmap as terrain; None: from PIXEL_M, from HEIGHT_SHARE unless the
+    file holds metres, a thousandth of the height."""
 
     source: str = "auto"
     size_m: tuple[float, float] | None = None
@@ -46,25 +44,25 @@ class FileOptions:
     max_error_m: float | None = None
 
 
-def scene_groups(scene: Scene, orders: list[BakeJob]) -> list[TrialGroup]:
-    """The groups of a scene's orders; makers that have no stage (sound) have none."""
-    found = [group for order in orders for group in _GROUPS.get(order.maker, _nothing)(order)]
-    return [*found, *path_groups(scene.flight)]
+def scene_groups(scene: Scene, jobs: list[BakeJob]) -> list[TrialGroup]:
+    """The groups of a scene's jobs. A maker without stages (sound) has none."""
+    groups = [group for job in jobs for group in _GROUPS.get(job.maker, _nothing)(job)]
+    return [*groups, *path_groups(scene.flight)]
 
 
-def _nothing(order: BakeJob) -> list[TrialGroup]:
-    del order
+def _nothing(job: BakeJob) -> list[TrialGroup]:
+    del job
     return []
 
 
 def file_groups(path: Path, options: FileOptions) -> list[TrialGroup]:
-    """The groups of an OBJ, a colour map or a heightmap. Raises SourceError for what cannot be read,
-    BakeError for options that do not fit it."""
+    """The groups of an OBJ, a colour map or a heightmap. Raises SourceError if it cannot be read, BakeError
+    for options that do not fit it."""
     if path.suffix.lower() == ".obj":
         if options != FileOptions():
             mend = "leave out --from, --size, --height and --max-error"
             raise BakeError("is a model; sizes and heights are those of a picture", file=path, mend=mend)
-        return mesh_groups(_mesh_order(path))
+        return mesh_groups(_mesh_job(path))
     image = read_image(path, finite=False)
     kind = guessed_source(image)[0] if options.source == "auto" else options.source
     name, rows, columns = path.stem, *image.values.shape[:2]
@@ -72,46 +70,46 @@ def file_groups(path: Path, options: FileOptions) -> list[TrialGroup]:
         if options.size_m or options.height_m or options.max_error_m is not None:
             mend = "say --from height, or leave out --size, --height and --max-error"
             raise BakeError("is a colour map, which has no size in metres", file=path, mend=mend)
-        want = Output(f"{name}_color", "texture", "color", "")
-        order = BakeJob(
-            f"{name} colour", "color", {"image": path}, {"wrap": "clamp", "alpha_cutoff": 0.5}, (want,)
+        output = Output(f"{name}_color", "texture", "color", "")
+        job = BakeJob(
+            f"{name} colour", "color", {"image": path}, {"wrap": "clamp", "alpha_cutoff": 0.5}, (output,)
         )
-        return [*color_groups(order), *map_groups(_map_order(path, kind))]
+        return [*color_groups(job), *map_groups(_map_job(path, kind))]
     size = options.size_m or (PIXEL_M * max(columns - 1, 1), PIXEL_M * max(rows - 1, 1))
     height = options.height_m
     if height is None and image.top is not None:
         height = HEIGHT_SHARE * max(size)
     high = abs(height or 0.0)
     if image.top is None:
-        field, _ = read_heightmap(path, size_x_m=size[0], size_z_m=size[1], height_m=None)
-        high = float(np.ptp(field.heights_m))
+        height_map, _ = read_heightmap(path, size_x_m=size[0], size_z_m=size[1], height_m=None)
+        high = float(np.ptp(height_map.heights_m))
     bound = high / 1000.0 if options.max_error_m is None else options.max_error_m
-    return [*field_groups(path, size, height, bound, high), *map_groups(_map_order(path, kind))]
+    return [*height_map_groups(path, size, height, bound, high), *map_groups(_map_job(path, kind))]
 
 
-def _mesh_order(path: Path) -> BakeJob:
-    """As `paradize mesh --atlas` has it."""
+def _mesh_job(path: Path) -> BakeJob:
+    """The job of `paradize mesh --atlas`."""
     settings = asdict(MeshSettings(atlas=True))
     return BakeJob(
         f"{path.stem} mesh", "mesh", {"mesh": path}, settings, (Output(path.stem, "mesh", "mesh", ""),)
     )
 
 
-def _map_order(path: Path, source: str) -> BakeJob:
-    """As `paradize maps` has it."""
+def _map_job(path: Path, source: str) -> BakeJob:
+    """The job of `paradize maps`."""
     settings = {"source": source, "strength": 1.0, "relief": asdict(Relief()), "wrap": "clamp"}
-    wants = tuple(Output(f"{path.stem}_{name}", "texture", name, "") for name in DERIVED)
-    return BakeJob(f"{path.stem} maps", "maps", {"image": path}, settings, wants)
+    outputs = tuple(Output(f"{path.stem}_{name}", "texture", name, "") for name in DERIVED)
+    return BakeJob(f"{path.stem} maps", "maps", {"image": path}, settings, outputs)
 
 
 def file_rows(groups: list[TrialGroup], tier: str) -> Mapping[str, Mapping[str, str]]:
-    """What the rows of artifacts would say if a file were baked in a tier: of each format group the format
-    that bears the tier's name alone."""
+    """The rows of the artifacts as a bake of the file in this tier would give them. In a group of formats:
+    the format that is named after the tier alone."""
     rows: dict[str, dict[str, str]] = {}
     for group in groups:
         row = rows.setdefault(group.artifact, {"tier": tier})
-        for attempt in group.tries:
-            fmt = (attempt.row or {}).get("format")
-            if fmt and (attempt.tier == tier or "format" not in row):
+        for trial in group.trials:
+            fmt = (trial.row or {}).get("format")
+            if fmt and (trial.tier == tier or "format" not in row):
                 row["format"] = fmt
     return rows

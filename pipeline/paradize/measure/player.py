@@ -1,28 +1,24 @@
-"""The player's own trade: the time of a frame against how far the picture is from the reference.
+"""The player's qualities: the time of a frame against the difference of its picture from a reference.
 
 The reference is what `paradize-player --reference N` draws: the mean of N jittered frames with everything at
-its finest. It comes from another folder than what is played: baked exact, its textures uncompressed, with all
-mips and all of the terrain. So what the bake lost is part of every error. How textures are stored is the
-bake's trade, but the player pays for it: other bakes of the scene are drawn as the group "texture format".
-"""
+its finest. It is drawn from a folder of its own: baked exact, its textures uncompressed, with all mips and
+all of the terrain. So every error includes what the bake lost. The formats of textures cost the player time
+as well: other bakes of the scene are the group "texture format"."""
 
 from __future__ import annotations
 
-import subprocess
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import numpy as np
-
 from paradize.data import six
 from paradize.documents import SCENE_FILE, parse_json
-from paradize.errors import BakeError
-from paradize.files import open_file
 from paradize.formats.scene_manifest import read_scene
+from paradize.jobs.progress import OnProgress
 from paradize.measure.curve import Group, Point, spread
 from paradize.metrics.picture import Picture, flip_errors
+from paradize.preview.player import read_picture, run_player
 
 TIERS = ("fast", "balanced", "exact")
 SIZE = (320, 180)  # pixels
@@ -30,10 +26,8 @@ MOMENTS = 3  # seconds of the flight
 FRAMES = 6  # timed at each
 SAMPLES = 16  # frames that a reference averages
 _PATIENCE_S = 600.0
-_QUALITY = "All other trades balanced; maps and meshes are those of the tiers in use."
-_STORED = "Bytes are those of the whole scene on the device."
-
-Told = Callable[[str, int, int], None]  # what runs, how many are done, of how many
+_QUALITY = "All other features balanced; maps and meshes in the tiers in use."
+_STORED = "Bytes: the whole scene in GPU memory."
 
 
 def player_groups(
@@ -47,60 +41,59 @@ def player_groups(
     size: tuple[int, int] = SIZE,
     frames: int = FRAMES,
     samples: int = SAMPLES,
-    told: Told | None = None,
+    on_progress: OnProgress | None = None,
 ) -> Iterator[Group]:
-    """A group for each trade that the scene has, with a point for each quality, the other trades balanced;
-    each as soon as it is measured.
+    """A group for each quality feature of the scene, with a point for each of its qualities while the other
+    features are balanced. Each group comes as soon as it is measured.
 
     player: the program. folder: a baked scene. reference: the same scene baked without loss; None: `folder`.
-    variants: other bakes of it, by tier, for the group "texture format"; used: the tier of `folder`.
-    seconds: of the flight, at which frames are drawn and compared; None: MOMENTS, evenly over it. size: of
-    the picture, pixels. frames: timed at each second, each until the device has finished it. samples: frames
-    that a reference averages. Groups are not judged yet. Raises BakeError where the player fails.
-    """
+    variants: other bakes of it, by tier, for the group "texture format"; used: the tier of `folder`. seconds:
+    of the flight, at which frames are drawn and compared; None: MOMENTS, evenly spaced. size: of the picture,
+    pixels. frames: timed at each second, each until the GPU has finished it. samples: frames that the
+    reference averages. The groups have no conclusions yet. Raises BakeError if the player fails."""
     scene = read_scene(folder / SCENE_FILE)
     duration_s = float(scene["flight"]["duration_s"])
     moments = [duration_s * (i + 0.5) / MOMENTS for i in range(MOMENTS)] if seconds is None else list(seconds)
     with TemporaryDirectory(prefix="paradize-player-trade-") as name:
         run = _Player(player, size, moments, frames, samples, Path(name))
-        trades = run.trades(folder)
+        features = run.features(folder)
         bakes = dict(variants or {})
-        total = 2 + len(trades) * (len(TIERS) - 1) + len(bakes)
+        total = 2 + len(features) * (len(TIERS) - 1) + len(bakes)
         done = 0
 
-        def tell(what: str) -> None:
+        def begin(step: str) -> None:
             nonlocal done
-            if told:
-                told(what, done, total)
+            if on_progress:
+                on_progress(step, done, total)
             done += 1
 
-        tell(f"the reference of {samples} frames")
+        begin(f"the reference of {samples} frames")
         truth = run.pictures(reference or folder, "--reference", str(samples))
-        tell("every trade balanced")
+        begin("every feature balanced")
         middle = run.point(folder, "balanced", truth, in_use=True)
-        for trade in trades:
+        for feature in features:
             points = []
             for tier in TIERS:
                 if tier == "balanced":
                     points.append(middle)
                     continue
-                tell(f"{trade} {tier}")
-                points.append(run.point(folder, tier, truth, "--quality", f"{trade}={tier}"))
-            yield _group(trade, str(scene["name"]), points) | {"note": _QUALITY}
+                begin(f"{feature} {tier}")
+                points.append(run.point(folder, tier, truth, "--quality", f"{feature}={tier}"))
+            yield _group(feature, str(scene["name"]), points) | {"note": _QUALITY}
         if bakes:
             points = [middle | {"tier": used, "bytes": run.resident(folder)}]
-            for tier, place in bakes.items():
-                tell(f"textures {tier}")
-                points.append(run.point(place, tier, truth) | {"bytes": run.resident(place)})
+            for tier, baked in bakes.items():
+                begin(f"textures {tier}")
+                points.append(run.point(baked, tier, truth) | {"bytes": run.resident(baked)})
             order = {tier: at for at, tier in enumerate(TIERS)}
             points.sort(key=lambda point: order.get(point["tier"], len(order)))
             yield _group("texture format", str(scene["name"]), points) | {"note": _STORED}
-        if told:
-            told("done", total, total)
+        if on_progress:
+            on_progress("done", total, total)
 
 
 class _Player:
-    """Runs the player on folders, always with the same size and at the same seconds."""
+    """Runs the player with one size of picture, at the same seconds each time."""
 
     def __init__(
         self,
@@ -109,41 +102,37 @@ class _Player:
         moments: Sequence[float],
         frames: int,
         samples: int,
-        room: Path,
+        scratch: Path,
     ) -> None:
         self.program, self.moments, self.frames, self.samples = program, moments, frames, samples
         self.size = f"{size[0]}x{size[1]}"
-        self.room = room
+        self.scratch = scratch
 
-    def trades(self, folder: Path) -> list[str]:
-        """Names of the player's trades that do something on this device, in the player's order."""
-        told = self._json(folder, 0.0, "--frames", "1")
-        return [str(name) for name in told["trades"]]
+    def features(self, folder: Path) -> list[str]:
+        """The quality features that have an effect on this device, in the player's order."""
+        return [str(name) for name in self._json(folder, 0.0, "--frames", "1")["trades"]]
 
     def resident(self, folder: Path) -> int:
-        """Bytes of the scene on the device, all of it."""
+        """Bytes of the whole scene in GPU memory."""
         return int(self._json(folder, 0.0, "--frames", "1", "--wait-resident")["resident_bytes"])
 
     def pictures(self, folder: Path, *options: str) -> list[Picture]:
-        """What it draws at each second, (h, w, 3) float32, sRGB 0..1."""
-        from PIL import Image
-
-        found = []
+        """The pictures at each second, (h, w, 3) float32, sRGB 0..1."""
+        drawn = []
         for second in self.moments:
-            file = self.room / "picture.png"
+            file = self.scratch / "picture.png"
             self._json(folder, second, "--screenshot", str(file), *options)
-            with open_file(file) as stream, Image.open(stream) as image:
-                found.append(np.asarray(image.convert("RGB"), np.float32) / np.float32(255))
+            drawn.append(read_picture(file))
             file.unlink()
-        return found
+        return drawn
 
     def point(
         self, folder: Path, tier: str, truth: Sequence[Picture], *options: str, in_use: bool = False
     ) -> Point:
         """Frame time and error of one quality."""
-        timed = ("--bench", "--frames", str(self.frames), *options)
-        runs = [self._json(folder, second, *timed)["bench"]["frames_ms"] for second in self.moments]
-        # Moments differ by what they show, not by chance: a frame is the mean over them.
+        bench = ("--bench", "--frames", str(self.frames), *options)
+        runs = [self._json(folder, second, *bench)["bench"]["frames_ms"] for second in self.moments]
+        # A frame is the mean over the moments: they differ by what they show, not by chance.
         times = [six(sum(frame) / len(frame) * 1e-3) for frame in zip(*runs, strict=True)]
         errors = flip_errors(truth, self.pictures(folder, *options))
         return {
@@ -157,28 +146,15 @@ class _Player:
         }
 
     def _json(self, folder: Path, second: float, *options: str) -> dict[str, Any]:
-        command = [str(self.program), str(folder), "--headless", "--mute", "--size", self.size, "--json"]
-        try:
-            ran = subprocess.run(
-                [*command, "--time", f"{second:g}", *options],
-                check=True,
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                text=True,
-                timeout=_PATIENCE_S,
-            )
-        except subprocess.CalledProcessError as failed:
-            words = failed.stderr.strip().splitlines()
-            raise BakeError(f"drew nothing: {words[-1] if words else failed}", file=self.program) from None
-        except (OSError, subprocess.TimeoutExpired) as failed:
-            raise BakeError(f"drew nothing: {failed}", file=self.program) from None
-        told: dict[str, Any] = parse_json(ran.stdout.encode(), self.program)
-        return told
+        at = ("--size", self.size, "--json", "--time", f"{second:g}")
+        printed = run_player(self.program, folder, *at, *options, timeout_s=_PATIENCE_S)
+        tree: dict[str, Any] = parse_json(printed.encode(), self.program)
+        return tree
 
 
-def _group(trade: str, artifact: str, points: list[Point]) -> Group:
+def _group(feature: str, artifact: str, points: list[Point]) -> Group:
     return {
-        "name": trade,
+        "name": feature,
         "stage": "player",
         "kind": "frame",
         "artifact": artifact,

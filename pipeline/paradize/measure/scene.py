@@ -1,10 +1,7 @@
-"""Runs the tiers of every stage that a scene uses, and says which of them spends the frame's error."""
+"""Measures the tiers of every stage that a scene uses, and which stage causes the error of the frame."""
 
 from __future__ import annotations
 
-import os
-import shutil
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -16,27 +13,14 @@ from paradize.build.bake import bake
 from paradize.build.material_colors import material_colors_of
 from paradize.build.options import BuildOptions
 from paradize.errors import GroupedError, ParadizeError
-from paradize.files import resolved
+from paradize.jobs.progress import OnProgress
 from paradize.measure.attribution import attribute, swaps
 from paradize.measure.curve import Group
 from paradize.measure.plan import scene_groups
-from paradize.measure.tiers import Told, asked_in_worker, result, run_groups
-from paradize.measure.words import judge
+from paradize.measure.tiers import plan_in_worker, result, run_groups
+from paradize.measure.words import conclude
 from paradize.scene.requirements import BakeJob, require
 from paradize.scene.settings import Scene, load_scene
-
-PLAYER = "paradize-player"
-
-
-def find_player() -> Path | None:
-    """The player beside this command, in build/bin of the same checkout, or on the path; None: there is
-    none."""
-    near = [Path(sys.argv[0]).parent, Path(sys.executable).parent, Path(sys.prefix).parent / "bin"]
-    for folder in near:
-        if os.access(folder / PLAYER, os.X_OK):
-            return resolved(folder / PLAYER)
-    found = shutil.which(PLAYER)
-    return None if found is None else Path(found)
 
 
 def measure_scene(
@@ -45,87 +29,89 @@ def measure_scene(
     tier: str | None = None,
     runs: int | None = None,
     player: Path | None = None,
-    told: Told | None = None,
+    on_progress: OnProgress | None = None,
 ) -> dict[str, Any]:
     """Every tier of every stage that the scene uses, as the object of tradeoff.json.
 
-    tier: the one in use; None: the scene's own. runs: of each tier, as measure_file takes it. player: draws
-    the pictures that attribution compares; None: there is none. Raises what baking raises.
+    tier: the tier in use; None: the scene's own. runs: of each tier, as in measure_file. player: the program
+    that draws pictures; None: nothing is drawn. Raises what `bake` raises.
     """
     start = time.monotonic()
     scene = load_scene(path)
     with tempfile.TemporaryDirectory(prefix="paradize-measure-") as name:
-        room = Path(name)
-        if told:
-            told("baking the scene in the tiers in use", 0, 1)
-        report = bake(path, room / "used", BuildOptions(tier=tier))
+        scratch = Path(name)
+        if on_progress:
+            on_progress("baking the scene in the tiers in use", 0, 1)
+        report = bake(path, scratch / "used", BuildOptions(tier=tier))
         if report.errors:
             raise GroupedError(report.errors)
         rows = {row["name"]: row for row in report.rows}
-        looks, _, _ = material_colors_of(scene, path)
-        orders = require(scene, looks).orders
-        asked = asked_in_worker(path.name, scene_groups, {"scene": scene, "orders": orders}, path)
-        groups, warnings = run_groups(asked, rows, scene.budget.aim, runs, told)
+        colors, _, _ = material_colors_of(scene, path)
+        jobs = require(scene, colors).orders
+        planned = plan_in_worker(path.name, scene_groups, {"scene": scene, "jobs": jobs}, path)
+        groups, warnings = run_groups(planned, rows, scene.budget.aim, runs, on_progress)
         bars: list[dict[str, Any]] = []
         if player is not None:
-            drawn = _Drawn(path, scene, orders, rows, room, tier, player, told)
+            drawn = _PlayerMeasurements(path, scene, jobs, rows, scratch, tier, player, on_progress)
             try:
                 bars = drawn.attribution()
             except ParadizeError as error:
-                warnings.append(f"which stage spends the frame's error was not measured: {error}")
+                warnings.append(f"which stage causes the error of the frame was not measured: {error}")
             try:
-                for group in drawn.trades():
-                    warnings += judge(group)
+                for group in drawn.qualities():
+                    warnings += conclude(group)
                     groups.append(group)
-            except ParadizeError as error:  # what was measured before stays
+            except ParadizeError as error:  # the groups measured before stay
                 warnings.append(f"the rest of what the player draws was not measured: {error}")
-    found = result(path, groups, warnings, time.monotonic() - start)
-    return found | {"attribution": bars}
+    return result(path, groups, warnings, time.monotonic() - start) | {"attribution": bars}
 
 
 @dataclass(frozen=True)
-class _Drawn:
-    """A scene baked into `room`/used, and the player that draws it. rows: of its artifacts, by name."""
+class _PlayerMeasurements:
+    """Measures pictures and frames of a scene that is baked into `scratch`/used. rows: of its artifacts, by
+    name."""
 
     path: Path
     scene: Scene
-    orders: list[BakeJob]
+    jobs: list[BakeJob]
     rows: dict[str, dict[str, Any]]
-    room: Path
+    scratch: Path
     tier: str | None
     player: Path
-    told: Told | None
+    on_progress: OnProgress | None
 
     def attribution(self) -> list[dict[str, Any]]:
-        """Which stage spends the frame's error."""
-        stages = swaps(self.orders, {name: row["tier"] for name, row in self.rows.items()})
-        used = self.room / "used"
-        return attribute(self.path, self.scene, stages, used, self.tier, self.player, self.room, self.told)
+        """How much each stage changes the picture."""
+        stages = swaps(self.jobs, {name: row["tier"] for name, row in self.rows.items()})
+        used, scratch = self.scratch / "used", self.scratch
+        return attribute(
+            self.path, self.scene, stages, used, self.tier, self.player, scratch, self.on_progress
+        )
 
-    def trades(self) -> Iterator[Group]:
-        """The player's qualities, and how textures are stored, as time of a frame against its error."""
+    def qualities(self) -> Iterator[Group]:
+        """The player's qualities and the formats of textures: time of a frame against its error."""
         from paradize.measure.player import TIERS, player_groups
 
-        tasks = [order.name for order in self.orders if order.maker in ("color", "maps")]
+        names = [job.name for job in self.jobs if job.maker in ("color", "maps")]
         used = self.tier or self.scene.head.tier
-        hows = {
-            tier: BuildOptions(tier=self.tier, tiers=dict.fromkeys(tasks, tier))
+        options = {
+            tier: BuildOptions(tier=self.tier, tiers=dict.fromkeys(names, tier))
             for tier in TIERS
             if tier != used
         }
-        hows["uncompressed"] = BuildOptions(tier=self.tier, uncompressed=True)
-        hows["reference"] = BuildOptions(tier="exact", uncompressed=True, whole=True)
-        for done, (name, how) in enumerate(hows.items()):
-            if self.told:
-                self.told(f"textures baked {name}", done, len(hows))
-            report = bake(self.path, self.room / name, how)
+        options["uncompressed"] = BuildOptions(tier=self.tier, uncompressed=True)
+        options["reference"] = BuildOptions(tier="exact", uncompressed=True, whole=True)
+        for done, (name, option) in enumerate(options.items()):
+            if self.on_progress:
+                self.on_progress(f"textures baked {name}", done, len(options))
+            report = bake(self.path, self.scratch / name, option)
             if report.errors:
                 raise GroupedError(report.errors)
         return player_groups(
             self.player,
-            self.room / "used",
-            reference=self.room / "reference",
-            variants={name: self.room / name for name in hows if name != "reference"},
+            self.scratch / "used",
+            reference=self.scratch / "reference",
+            variants={name: self.scratch / name for name in options if name != "reference"},
             used=used,
-            told=self.told,
+            on_progress=self.on_progress,
         )

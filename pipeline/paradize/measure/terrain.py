@@ -1,4 +1,4 @@
-"""The tiers of the terrain, as one mesh or as a scene's tree of patches, and of the camera's path."""
+"""The terrain, as one mesh or as a scene's tree of patches, and the camera path."""
 
 from __future__ import annotations
 
@@ -22,55 +22,56 @@ from paradize.stages.terrain import terrain_mesh
 _METRICS = ("terrain_max_m", "terrain_rms_m")
 
 
-def tree_groups(order: BakeJob) -> list[TrialGroup]:
-    """What there is to be measured of an order of the maker "terrain": `fast` is `balanced` there."""
-    given = {"path": order.sources["heightmap"], "settings": order.settings}
-    tries = tuple(
-        Trial(tier, tree_tier, given | {"tier": tier}, tier, {"tier": tier}) for tier in ("balanced", "exact")
+def tree_groups(job: BakeJob) -> list[TrialGroup]:
+    """The group of a job of the maker "terrain", where tier `fast` is `balanced`."""
+    arguments = {"path": job.sources["heightmap"], "settings": job.settings}
+    trials = tuple(
+        Trial(tier, tree_tier, arguments | {"tier": tier}, tier, {"tier": tier})
+        for tier in ("balanced", "exact")
     )
     note = (
-        "The tree of patches that the flight asks for; the time holds the measuring that decides its splits."
+        "The tree of patches that the flight needs; the time includes the measuring that decides its splits."
     )
-    artifact = order.wants[0].artifact
-    return [TrialGroup("terrain", "terrain", artifact, _METRICS, tries, ("balanced", "exact"), note)]
+    artifact = job.wants[0].artifact
+    return [TrialGroup("terrain", "terrain", artifact, _METRICS, trials, ("balanced", "exact"), note)]
 
 
 def tree_tier(path: Path, settings: dict[str, Any], tier: str, runs: int | None) -> TrialResult:
-    """All tiles of the tree, as files."""
-    room = Path(tempfile.mkdtemp(prefix="paradize-"))
+    """Bakes all tiles of the tree, as files."""
+    scratch = Path(tempfile.mkdtemp(prefix="paradize-"))
 
     def bake() -> TilesProduct:
-        shutil.rmtree(room)
-        room.mkdir()
-        return bake_tiles(path, room, tier=tier, **settings)
+        shutil.rmtree(scratch)
+        scratch.mkdir()
+        return bake_tiles(path, scratch, tier=tier, **settings)
 
     try:
         seconds, made = timed(bake, runs)
         size = sum(tile.file.stat().st_size for tile in made.tiles)
     finally:
-        shutil.rmtree(room, ignore_errors=True)
+        shutil.rmtree(scratch, ignore_errors=True)
     known = [tile.errors for tile in made.tiles if "terrain_max_m" in tile.errors]
-    errors = {metric: max(told[metric] for told in known) for metric in _METRICS} if known else {}
+    errors = {metric: max(one[metric] for one in known) for metric in _METRICS} if known else {}
     patches = len(made.tables["patches"]["tile"])
     return TrialResult(seconds, [errors], size, f"{patches} patches in {len(made.tiles)} tiles")
 
 
-def field_groups(
+def height_map_groups(
     path: Path, size_m: tuple[float, float], height_m: float | None, max_error_m: float, high_m: float
 ) -> list[TrialGroup]:
-    """The tiers of `paradize terrain` on a heightmap. height_m: as read_heightmap takes it. high_m: what the
-    heights span."""
-    given = {"path": path, "size_m": size_m, "height_m": height_m, "max_error_m": max_error_m}
+    """The group of `paradize terrain` on a heightmap. height_m: as in read_heightmap. high_m: the range of
+    the heights."""
+    arguments = {"path": path, "size_m": size_m, "height_m": height_m, "max_error_m": max_error_m}
     tiers = ("fast", "balanced", "exact")
-    tries = tuple(Trial(t, field_tier, given | {"tier": t}, t, {"tier": t}) for t in tiers)
+    trials = tuple(Trial(t, height_map_tier, arguments | {"tier": t}, t, {"tier": t}) for t in tiers)
     note = (
         f"{size_m[0]:g} x {size_m[1]:g} m, {high_m:g} m high; fast and balanced keep a bound of "
-        f"{max_error_m:g} m, fast with more triangles; exact passes through every pixel."
+        f"{max_error_m:g} m, fast with more triangles; exact has a vertex at every pixel."
     )
-    return [TrialGroup(f"{path.stem} terrain", "terrain", path.stem, _METRICS, tries, tiers, note)]
+    return [TrialGroup(f"{path.stem} terrain", "terrain", path.stem, _METRICS, trials, tiers, note)]
 
 
-def field_tier(
+def height_map_tier(
     path: Path,
     size_m: tuple[float, float],
     height_m: float | None,
@@ -78,24 +79,26 @@ def field_tier(
     tier: str,
     runs: int | None,
 ) -> TrialResult:
-    """One mesh of the whole field, against every pixel."""
-    ground, _ = read_heightmap(path, size_x_m=size_m[0], size_z_m=size_m[1], height_m=height_m, base_m=0.0)
-    seconds, mesh = timed(lambda: terrain_mesh(ground, tolerance_m=max_error_m, tier=tier), runs)
-    error = terrain_error(mesh, ground)
+    """One mesh of the whole heightmap, against every pixel."""
+    height_map, _ = read_heightmap(
+        path, size_x_m=size_m[0], size_z_m=size_m[1], height_m=height_m, base_m=0.0
+    )
+    seconds, mesh = timed(lambda: terrain_mesh(height_map, tolerance_m=max_error_m, tier=tier), runs)
+    error = terrain_error(mesh, height_map)
     errors = {"terrain_max_m": error.max_m, "terrain_rms_m": error.rms_m}
     size = len(encode_glb([Lod(mesh, 0.0, 0.0)], "measured"))
     return TrialResult(seconds, [errors], size, f"{len(mesh.triangles)} triangles")
 
 
 def path_groups(flight: Flight) -> list[TrialGroup]:
-    """The camera's path, which has one tier."""
-    tries = (Trial("the one there is", path_tier, {"flight": flight}, None, {}),)
+    """The camera path, which has one tier."""
+    trials = (Trial("only tier", path_tier, {"flight": flight}, None, {}),)
     metrics = ("path_ripple_max", "path_miss_m", "path_ripple_p99", "path_time_s")
-    return [TrialGroup("camera path", "camera path", "flight", metrics, tries)]
+    return [TrialGroup("camera path", "camera path", "flight", metrics, trials)]
 
 
 def path_tier(flight: Flight, runs: int | None) -> TrialResult:
-    """Splines and the table of their arc length."""
+    """Makes the splines and the table of their arc length."""
     seconds, planned = timed(lambda: plan_flight(flight), runs)
     eye = [list(point.position) for point in flight.eye]
     target = [list(point.position) for point in flight.target]

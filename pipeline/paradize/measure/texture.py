@@ -1,5 +1,5 @@
-"""The tiers of the stages that a picture goes through: block compression of colour and maps in every format,
-slope filters of normal maps, the sky."""
+"""The stages of a picture: block compression of colour and maps in every format, slope filters of normal
+maps, the sky."""
 
 from __future__ import annotations
 
@@ -31,63 +31,71 @@ from paradize.stages.sweep import bands_of, run
 Settings = dict[str, Any]
 
 
-def color_groups(order: BakeJob) -> list[TrialGroup]:
-    """What there is to be measured of an order of the maker "color". Reads the sources."""
-    values, encoded, _ = _picture(order.sources, order.settings)
+def color_groups(job: BakeJob) -> list[TrialGroup]:
+    """The groups of a job of the maker "color". Reads the sources."""
+    values, encoded, _ = _picture(job.sources, job.settings)
     own = {tier: color_formats(values, encoded=encoded, tier=tier)[0] for tier in TIERS}
-    given = {"sources": order.sources, "settings": order.settings}
-    tries = _format_tries(own, color_tier, given)
-    note = "The time holds the mips, in linear light."
-    artifact = order.wants[0].artifact
-    return [TrialGroup(order.name, "block compression", artifact, MAPS["color"].metrics, tries, TIERS, note)]
+    arguments = {"sources": job.sources, "settings": job.settings}
+    trials = _format_trials(own, color_tier, arguments)
+    note = "The time includes the mips, in linear light."
+    artifact = job.wants[0].artifact
+    return [TrialGroup(job.name, "block compression", artifact, MAPS["color"].metrics, trials, TIERS, note)]
 
 
-def map_groups(order: BakeJob) -> list[TrialGroup]:
-    """What there is to be measured of an order of the maker "maps". Reads the sources."""
-    height, width = read_image(order.sources["image"], finite=False).values.shape[:2]
-    base = order.name.removesuffix(" maps")
-    found = []
-    for want in order.wants:
-        given = {"sources": order.sources, "settings": order.settings, "name": want.product}
-        title = f"{base} {want.product}"
-        if want.product == "normal":
-            found.append(_filter_group(order, base, want.artifact))
-        own = {tier: formats_of(want.product, height, width, tier=tier) for tier in TIERS}
-        tries = _format_tries(own, map_tier, given)
-        if len(MAPS[want.product].formats) == 1:
-            tries = (
+def map_groups(job: BakeJob) -> list[TrialGroup]:
+    """The groups of a job of the maker "maps". Reads the sources."""
+    height, width = read_image(job.sources["image"], finite=False).values.shape[:2]
+    base = job.name.removesuffix(" maps")
+    groups = []
+    for output in job.wants:
+        arguments = {"sources": job.sources, "settings": job.settings, "name": output.product}
+        title = f"{base} {output.product}"
+        if output.product == "normal":
+            groups.append(_filter_group(job, base, output.artifact))
+        own = {tier: formats_of(output.product, height, width, tier=tier) for tier in TIERS}
+        trials = _format_trials(own, map_tier, arguments)
+        if len(MAPS[output.product].formats) == 1:
+            trials = (
                 Trial(
-                    tries[0].tier, map_tier, given | {"fmt": tries[0].series, "tier": "balanced"}, None, {}
+                    trials[0].tier,
+                    map_tier,
+                    arguments | {"fmt": trials[0].series, "tier": "balanced"},
+                    None,
+                    {},
                 ),
             )
-        metrics = MAPS[want.product].metrics
-        note = "The time holds the map's rows and its mips."
-        found.append(TrialGroup(title, "block compression", want.artifact, metrics, tries, TIERS, note))
-    return found
+        metrics = MAPS[output.product].metrics
+        note = "The time includes the map's rows and its mips."
+        groups.append(TrialGroup(title, "block compression", output.artifact, metrics, trials, TIERS, note))
+    return groups
 
 
-def sky_groups(order: BakeJob) -> list[TrialGroup]:
-    """What there is to be measured of an order of the maker "cubemap"."""
-    given = {"paths": [order.sources[f"face{i}"] for i in range(6)]}
-    tries = (Trial("half floats", sky_tier, given, None, {}),)
-    artifact = order.wants[0].artifact
-    return [TrialGroup("sky", "cube map", artifact, ("sky_max_relative",), tries)]
+def sky_groups(job: BakeJob) -> list[TrialGroup]:
+    """The group of a job of the maker "cubemap"."""
+    arguments = {"paths": [job.sources[f"face{i}"] for i in range(6)]}
+    trials = (Trial("half floats", sky_tier, arguments, None, {}),)
+    artifact = job.wants[0].artifact
+    return [TrialGroup("sky", "cube map", artifact, ("sky_max_relative",), trials)]
 
 
-def _format_tries(own: dict[str, tuple[str, ...]], call: Any, given: dict[str, Any]) -> tuple[Trial, ...]:
-    """Every format with every tier of its encoder, the smallest first; the tier's own format bears its name
-    alone. own: the formats of each tier, its own first."""
-    tries = []
+def _format_trials(
+    own: dict[str, tuple[str, ...]], call: Any, arguments: dict[str, Any]
+) -> tuple[Trial, ...]:
+    """Every format with every tier of its encoder, the smallest first. The format that a tier takes by itself
+    is named after the tier alone. own: the formats of each tier, the one that it takes first."""
+    trials = []
     for fmt in own[TIERS[0]]:
         short = fmt.partition("_")[0]
         if not fmt.startswith("BC"):
-            tries.append(Trial(short, call, given | {"fmt": fmt, "tier": "balanced"}, fmt, {"format": fmt}))
+            trials.append(
+                Trial(short, call, arguments | {"fmt": fmt, "tier": "balanced"}, fmt, {"format": fmt})
+            )
             continue
         for tier in TIERS:
             label = tier if own[tier][0] == fmt else f"{tier} {short}"
             row = {"format": fmt, "tier": tier}
-            tries.append(Trial(label, call, given | {"fmt": fmt, "tier": tier}, fmt, row))
-    return tuple(tries)
+            trials.append(Trial(label, call, arguments | {"fmt": fmt, "tier": tier}, fmt, row))
+    return tuple(trials)
 
 
 def _picture(sources: dict[str, Path], settings: Settings) -> tuple[Any, bool, list[str]]:
@@ -113,7 +121,7 @@ def _size(texture: Texture) -> int:
 
 
 def _rows(sources: dict[str, Path], settings: Settings, names: tuple[str, ...], tier: str) -> MapRows:
-    """The rows of some maps, as make_maps has them."""
+    """The rows of some maps, as the baker makes them."""
     layout = layout_of(sources)
     relief = settings["relief"]
     rows, _ = map_rows(
@@ -141,8 +149,8 @@ def _rows(sources: dict[str, Path], settings: Settings, names: tuple[str, ...], 
 def map_tier(
     sources: dict[str, Path], settings: Settings, name: str, fmt: str, tier: str, runs: int | None
 ) -> TrialResult:
-    """One map with its mips in a format; errors of level 0 against float64. The slopes are those of the
-    filter that tier "balanced" takes, so that encoders alone differ."""
+    """One map with its mips in a format; errors of level 0 against float64. Slopes come from the filter of
+    tier "balanced", so that only the encoders differ."""
     rows = _rows(sources, settings, (name,), "balanced")
 
     def make() -> Texture:
@@ -153,47 +161,45 @@ def map_tier(
     return TrialResult(seconds, [flat_errors(name, map_errors(name, rows, texture)[0])], _size(texture), fmt)
 
 
-def _filter_group(order: BakeJob, base: str, artifact: str) -> TrialGroup:
-    """The slope filters of a normal map: those that tiers take, or the one that the scene names."""
-    given = {"sources": order.sources, "settings": order.settings}
-    named = order.settings["relief"]["filter"]
-    note = (
-        "The error is the angle from the normals of eighth-order slopes, as far as it exceeds the cone that "
-    )
-    note += "the half steps of the source's codes leave open: what is surely wrong."
-    tries: tuple[Trial, ...] = (Trial(named, filter_tier, given | {"tier": "balanced"}, "one", {}),)
+def _filter_group(job: BakeJob, base: str, artifact: str) -> TrialGroup:
+    """The slope filters of a normal map: the one of each tier, or the one that the scene names."""
+    arguments = {"sources": job.sources, "settings": job.settings}
+    named = job.settings["relief"]["filter"]
+    note = "The error is the angle to the normals of eighth-order slopes, less the angle that the source's "
+    note += "rounding to 8 or 16 bits leaves undecided."
+    trials: tuple[Trial, ...] = (Trial(named, filter_tier, arguments | {"tier": "balanced"}, "one", {}),)
     if named == "auto":
-        tries = tuple(Trial(t, filter_tier, given | {"tier": t}, "one", {"tier": t}) for t in TIERS)
+        trials = tuple(Trial(t, filter_tier, arguments | {"tier": t}, "one", {"tier": t}) for t in TIERS)
     metrics = ("normal_filter_p99_deg", "normal_filter_deg", "normal_filter_max_deg")
-    return TrialGroup(f"{base} slopes", "slope filter", artifact, metrics, tries, TIERS, note)
+    return TrialGroup(f"{base} slopes", "slope filter", artifact, metrics, trials, TIERS, note)
 
 
 def filter_tier(sources: dict[str, Path], settings: Settings, tier: str, runs: int | None) -> TrialResult:
-    """The choice of a filter and the normals of level 0 that it gives."""
+    """Chooses a filter and makes the normals of level 0."""
     first = _rows(sources, settings, ("normal",), tier).ground
     bits = read_image(sources["image"], finite=False).source_bits
     named = settings["relief"]["filter"]
     height, width = first.heights.shape
 
     def make() -> HeightMap:
-        ground = first
+        heights = first
         if named == "auto":
             name = choose_filter(first.heights, bits, first.wrap, tier, first.islands, first.codes)
             held = tier == "exact" and first.codes is not None
-            ground = no_worse_than_fast(replace(first, filter_name=name, held=held))
-        run(lambda band: _drop(normal_rows(ground, *band)), bands_of(height, width))
-        return ground
+            heights = no_worse_than_fast(replace(first, filter_name=name, held=held))
+        run(lambda band: _drop(normal_rows(heights, *band)), bands_of(height, width))
+        return heights
 
-    seconds, ground = timed(make, runs)
-    return TrialResult(seconds, [filter_errors(ground)], None, ground.filter_name)
+    seconds, heights = timed(make, runs)
+    return TrialResult(seconds, [filter_errors(heights)], None, heights.filter_name)
 
 
 def _drop(rows: object) -> None:
-    """Normals that only had to be made."""
+    """Drops normals that were made only to be timed."""
 
 
 def sky_tier(paths: list[Path], runs: int | None) -> TrialResult:
-    """The sky's mips and half floats; the largest error of level 0."""
+    """Makes the sky's mips and half floats; the largest error of level 0."""
     stack, pictures, _ = read_faces(paths)
     seconds, texture = timed(lambda: cubemap.encode_cube(cubemap.cube_mips(stack)), runs)
     return TrialResult(

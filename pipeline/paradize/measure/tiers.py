@@ -1,8 +1,7 @@
-"""Runs the tiers of every stage on a file or a scene, and says what each costs and what it errs.
+"""Runs every tier of every stage of a file, and returns time, error and bytes of each as tradeoff.json.
 
-Each tier runs in a process of its own, one at a time and on one core, so that no timing disturbs another.
-Errors come from the metrics, which share nothing with the stages. The form of the result is told in
-formats/FORMAT.md.
+Each tier runs in its own process, one at a time and on one core, so that no timing disturbs another. Errors
+come from the metrics, which share no code with the stages. formats/FORMAT.md describes the result.
 """
 
 from __future__ import annotations
@@ -16,15 +15,15 @@ from typing import Any
 from paradize.data import six
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
 from paradize.jobs.pool import Job, run_jobs
+from paradize.jobs.progress import OnProgress
 from paradize.measure.curve import Group, Point, inside, spread
 from paradize.measure.plan import FileOptions, file_groups, file_rows
 from paradize.measure.timing import Trial, TrialGroup, TrialResult
-from paradize.measure.words import judge
+from paradize.measure.words import conclude
 from paradize.scene.budget import METRICS
 
 VERSION = 1
 _ROLE = re.compile(r"_(mean|p99|rms|max)(?=_|$)")
-Told = Callable[[str, int, int], None]  # what runs, how many tiers are done, of how many
 
 
 def measure_file(
@@ -33,18 +32,17 @@ def measure_file(
     *,
     tier: str = "balanced",
     runs: int | None = None,
-    told: Told | None = None,
+    on_progress: OnProgress | None = None,
 ) -> dict[str, Any]:
     """Every tier of every stage of an OBJ, a colour map or a heightmap, as the object of tradeoff.json.
 
-    tier: the one in use. runs: of each tier; None: up to MOST_RUNS, fewer where one takes long. Raises
-    SourceError and BakeError, or GroupedError.
-    """
+    tier: the tier in use. runs: of each tier; None: up to MOST_RUNS, fewer if one takes long. on_progress
+    hears of each tier. Raises SourceError and BakeError, or GroupedError."""
     start = time.monotonic()
     arguments = {"path": path, "options": options}
-    groups = asked_in_worker(path.name, file_groups, arguments, path)
-    made, warnings = run_groups(groups, file_rows(groups, tier), {}, runs, told)
-    return result(path, made, warnings, time.monotonic() - start)
+    planned = plan_in_worker(path.name, file_groups, arguments, path)
+    groups, warnings = run_groups(planned, file_rows(planned, tier), {}, runs, on_progress)
+    return result(path, groups, warnings, time.monotonic() - start)
 
 
 def result(source: Path, groups: list[Group], warnings: list[str], seconds: float) -> dict[str, Any]:
@@ -59,10 +57,10 @@ def result(source: Path, groups: list[Group], warnings: list[str], seconds: floa
     }
 
 
-def asked_in_worker(
+def plan_in_worker(
     name: str, call: Callable[..., Any], arguments: dict[str, Any], file: Path
 ) -> list[TrialGroup]:
-    """What a planner asks, planned where a broken source can do no harm."""
+    """Plans the measurement in a worker process, because reading a broken source may crash."""
     (outcome,) = run_jobs([Job(name, call, arguments, file=file)], 1)
     if outcome.error:
         raise outcome.error
@@ -71,124 +69,126 @@ def asked_in_worker(
 
 
 def run_groups(
-    groups: list[TrialGroup],
+    planned: list[TrialGroup],
     rows: Mapping[str, Mapping[str, Any]],
     budget: Mapping[str, float],
     runs: int | None,
-    told: Told | None,
+    on_progress: OnProgress | None,
 ) -> tuple[list[Group], list[str]]:
-    """Measures the groups; the measured ones, and warnings. rows: what was baked, by artifact. budget: metric
-    -> the value that tiers are held to. A tier that fails is a warning; a source that cannot be read is an
-    error at once, and so are tiers that all fail."""
-    total = sum(len(group.tries) for group in groups)
-    done, made = 0, []
+    """Measures the planned groups. Returns the measured groups, and warnings.
+
+    rows: what was baked, by artifact. budget: metric -> limit. A tier that fails is a warning. A source that
+    cannot be read raises its SourceError; if every tier fails, their errors are raised."""
+    total = sum(len(group.trials) for group in planned)
+    done = 0
+    groups: list[Group] = []
     warnings: list[str] = []
     errors: list[ParadizeError] = []
-    for group in groups:
-        found: list[tuple[Trial, TrialResult]] = []
-        for attempt in group.tries:
-            if told:
-                told(f"{group.name}: {attempt.tier}", done, total)
-            job = Job(f"{group.name}, {attempt.tier}", attempt.call, attempt.arguments | {"runs": runs})
+    for group in planned:
+        results: list[tuple[Trial, TrialResult]] = []
+        for trial in group.trials:
+            if on_progress:
+                on_progress(f"{group.name}: {trial.tier}", done, total)
+            job = Job(f"{group.name}, {trial.tier}", trial.call, trial.arguments | {"runs": runs})
             (outcome,) = run_jobs([job], 1, threads=1)
             done += 1
             if isinstance(outcome.error, SourceError):
                 raise outcome.error
             if outcome.error:
                 errors.append(outcome.error)
-                warnings.append(f"{group.name}: {attempt.tier} was not measured: {outcome.error}")
+                warnings.append(f"{group.name}: {trial.tier} was not measured: {outcome.error}")
             else:
-                found.append((attempt, outcome.value))
-        if found:
-            measured, told_too = _group(group, found, rows.get(group.artifact, {}), budget)
-            made.append(measured)
-            warnings += told_too + judge(measured)
-    if told:
-        told("done", total, total)
-    if not made:
+                results.append((trial, outcome.value))
+        if results:
+            measured, uneven = _group(group, results, rows.get(group.artifact, {}), budget)
+            groups.append(measured)
+            warnings += uneven + conclude(measured)
+    if on_progress:
+        on_progress("done", total, total)
+    if not groups:
         raise GroupedError(errors) if errors else BakeError("nothing here has a stage to be measured")
-    return made, warnings
+    return groups, warnings
 
 
 def _group(
-    asked: TrialGroup,
-    found: list[tuple[Trial, TrialResult]],
+    planned: TrialGroup,
+    results: list[tuple[Trial, TrialResult]],
     row: Mapping[str, Any],
     budget: Mapping[str, float],
 ) -> tuple[Group, list[str]]:
-    """A group of the JSON, not yet judged; and warnings."""
-    common = min(len(told.levels) for _, told in found)
+    """A group of tradeoff.json, without conclusions; and warnings."""
+    common = min(len(result.levels) for _, result in results)
     warnings = []
-    if len({len(told.levels) for _, told in found}) > 1:
-        counts = ", ".join(f"{attempt.tier} {len(told.levels)}" for attempt, told in found)
+    if len({len(result.levels) for _, result in results}) > 1:
+        counts = ", ".join(f"{trial.tier} {len(result.levels)}" for trial, result in results)
         warnings.append(
-            f"{asked.name}: tiers made different numbers of levels ({counts}); errors are those of {common}"
+            f"{planned.name}: tiers made different numbers of levels ({counts}); errors are those of {common}"
         )
-    errors = [_worst(told.levels[:common]) for _, told in found]
-    known = [metric for metric in asked.metrics if all(metric in one for one in errors)]
+    errors = [_worst(result.levels[:common]) for _, result in results]
+    known = [metric for metric in planned.metrics if all(metric in one for one in errors)]
     if not known:
-        raise BakeError(f"{asked.name}: none of {', '.join(asked.metrics)} was measured")
+        raise BakeError(f"{planned.name}: none of {', '.join(planned.metrics)} was measured")
     metric = next((name for name in known if name in budget), known[0])
     limit = METRICS.get(metric)
     points: list[Point] = []
-    for (attempt, told), error in zip(found, errors, strict=True):
-        wanted = attempt.row
+    for (trial, result), error in zip(results, errors, strict=True):
+        needed = trial.row
         point: Point = {
-            "tier": attempt.tier,
-            "seconds": spread([six(seconds) for seconds in told.seconds]),
+            "tier": trial.tier,
+            "seconds": spread([six(seconds) for seconds in result.seconds]),
             "error": parts(metric, error),
-            "bytes": told.bytes,
-            "in_use": wanted is not None and all(row.get(key) == value for key, value in wanted.items()),
+            "bytes": result.bytes,
+            "in_use": needed is not None and all(row.get(key) == value for key, value in needed.items()),
             "dominated": False,
             "on_front": False,
         }
         if not all(within(name, value, budget) for name, value in error.items()):
             point["passes"] = False
-        if attempt.series:
-            point["series"] = attempt.series
-        if told.note:
-            point["note"] = told.note
+        if trial.series:
+            point["series"] = trial.series
+        if result.note:
+            point["note"] = result.note
         points.append(point)
     return {
-        "name": asked.name,
-        "stage": asked.stage,
+        "name": planned.name,
+        "stage": planned.stage,
         "kind": "bake",
-        "artifact": asked.artifact,
+        "artifact": planned.artifact,
         "metric": metric,
-        "unit": limit.unit if limit else asked.units.get(metric, ""),
+        "unit": limit.unit if limit else planned.units.get(metric, ""),
         "less_is_better": limit.less_is_better if limit else True,
         "time": "bake",
         "points": points,
         "budget": budget.get(metric),
         "sentence": "",
-        "declared": list(asked.declared),
-        "note": asked.note,
+        "declared": list(planned.declared),
+        "note": planned.note,
         "advice": None,
     }, warnings
 
 
 def within(metric: str, value: float, budget: Mapping[str, float]) -> bool:
-    """Whether a value is inside the budget, if there is one for its metric."""
+    """Whether a value is inside the budget of its metric, or has none."""
     return metric not in budget or inside(value, budget[metric], METRICS[metric].less_is_better)
 
 
 def _worst(levels: list[dict[str, float]]) -> dict[str, float]:
-    """The largest error of any level, by metric; of metrics of which more is better the smallest."""
-    found: dict[str, float] = {}
+    """The worst error of any level, by metric: the largest, or of dB the smallest."""
+    worst: dict[str, float] = {}
     for metric in levels[0] if levels else {}:
         values = [level[metric] for level in levels if metric in level]
-        found[metric] = min(values) if metric.endswith("_db") else max(values)
-    return found
+        worst[metric] = min(values) if metric.endswith("_db") else max(values)
+    return worst
 
 
 def parts(metric: str, errors: Mapping[str, float]) -> dict[str, float]:
-    """The metric's value as "value", and mean, p99, rms and max of the same thing where they were measured.
+    """The metric's value as "value", and the mean, p99, rms and max of the same error if they were measured.
 
-    color_psnr_db has color_max beside it, normal_p99_deg normal_mean_deg and normal_max_deg."""
-    found = {"value": six(errors[metric])}
+    For color_psnr_db: color_max; for normal_p99_deg: normal_mean_deg and normal_max_deg."""
+    roles = {"value": six(errors[metric])}
     stem = _ROLE.sub("", metric.removesuffix("_psnr_db"))
     for name, value in errors.items():
         role = _ROLE.search(name)
         if role and _ROLE.sub("", name) == stem:
-            found[role[1]] = six(value)
-    return found
+            roles[role[1]] = six(value)
+    return roles

@@ -1,8 +1,7 @@
-"""A tier as it is asked for and as it was found: what the parent and its workers tell each other.
+"""The trials that a parent sends to its workers, their results, and the timing.
 
-A stage is timed by itself, in a process that does nothing else: not the interpreter's start, not the reading
-of the source, not the measuring of the error. Seconds are those of the processor, on one core: what else a
-machine does is not counted.
+The stage alone is timed: not the start of the interpreter, the reading of the source or the measuring of the
+error. Seconds are processor time on one core, so other work of the machine does not count.
 """
 
 from __future__ import annotations
@@ -17,17 +16,17 @@ from typing import Any, TypeVar
 from paradize.jobs.limits import cores
 from paradize.kernels.threads import VARIABLE as THREADS
 
-MOST_RUNS, LEAST_RUNS = 10, 3  # without a word from the user: as many as fit into ENOUGH_S
+MOST_RUNS, LEAST_RUNS = 10, 3  # by default: as many as fit into ENOUGH_S
 ENOUGH_S = 1.0
-_SLOW_S = 0.3  # such a run needs no warm-up: caches and pages are a small part of it
+_SLOW_S = 0.3  # a run that takes longer needs no warm-up: caches and pages are a small part of it
 Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One tier. call: a module-level function of `arguments` and `runs` that gives a TrialResult. series: as
-    of curve.Point. row: what the artifact's row says where this tier is in use ({"tier": ...}); None:
-    never, {}: always."""
+    """One tier to measure. call: a module-level function of `arguments` and `runs` that returns a
+    TrialResult. series: as in curve.Point. row: the keys of the artifact's row that mean that this tier is in
+    use ({"tier": ...}); None: it never is; {}: it always is."""
 
     tier: str
     call: Callable[..., TrialResult]
@@ -38,14 +37,14 @@ class Trial:
 
 @dataclass(frozen=True)
 class TrialGroup:
-    """A group to be measured. metrics: the one that a budget names counts, else the first. declared: as of
-    curve.Group. units: of metrics that no budget can name."""
+    """A group to measure. metrics: the one that has a budget counts, else the first. declared: as in
+    curve.Group. units: of metrics that are not in scene/budget.py."""
 
     name: str
     stage: str
     artifact: str
     metrics: tuple[str, ...]
-    tries: tuple[Trial, ...]
+    trials: tuple[Trial, ...]
     declared: tuple[str, ...] = ()
     note: str = ""
     units: Mapping[str, str] = field(default_factory=dict)
@@ -53,8 +52,8 @@ class TrialGroup:
 
 @dataclass(frozen=True)
 class TrialResult:
-    """What a worker found of a tier. seconds: one of each run. levels: metric -> value of each level of
-    detail; other stages have one. bytes: None where nothing is written."""
+    """What a worker measured of a tier. seconds: of each run. levels: metric -> value, for each level of
+    detail; other stages have one level. bytes: None if nothing is written."""
 
     seconds: list[float]
     levels: list[dict[str, float]]
@@ -63,9 +62,10 @@ class TrialResult:
 
 
 def timed(work: Callable[[], Result], runs: int | None) -> tuple[list[float], Result]:
-    """The seconds of each run of `work`, and what it gave. runs: None for as many as are worth their time. A
-    quick one has a run before that does not count. Afterwards native kernels may use all cores again: the
-    metrics that follow are in nobody's way."""
+    """Runs `work` several times. Returns the seconds of each run, and the last result.
+
+    runs: None for MOST_RUNS, or fewer if they take long. A quick `work` has a first run that does not count.
+    Afterwards native kernels use all cores again, for the metrics."""
     seconds: list[float] = []
     total, warm = 0.0, False
     while True:

@@ -1,7 +1,6 @@
-"""What a person reads beside a curve: the trade in a sentence, where measurement disagrees with the declared
-order of the tiers, and which tier to take. All of it follows from the figures of a group, and what is said
-of two tiers from `compare` alone, so that no two sentences contradict each other.
-"""
+"""The sentences beside a curve: what each tier costs, where the measurement disagrees with the declared order
+of the tiers, and which tier to take. Every comparison of two tiers comes from `compare`, so that no two
+sentences contradict each other."""
 
 from __future__ import annotations
 
@@ -14,6 +13,7 @@ from paradize.measure.curve import (
     Point,
     apart,
     cheapest,
+    dominates,
     inside,
     knee,
     loss,
@@ -22,14 +22,17 @@ from paradize.measure.curve import (
     series_of,
 )
 
-_SAME_BYTES = 0.05  # sizes nearer to each other than this share count as equal
-_SAME_ERROR = 0.02  # so do errors
+_SAME_BYTES = 0.05  # sizes that differ by less than this share count as equal
+_SAME_ERROR = 0.02  # and errors that differ by less than this share
 
 
-def judge(group: Group) -> list[str]:
-    """Fills in what follows from the points of a group: front, sentence, advice. Returns warnings: where time
-    or error disagree with the declared order."""
+def conclude(group: Group) -> list[str]:
+    """Adds to a group what follows from its points: the front, the sentence and the advice. Returns warnings
+    if time or error disagree with the declared order."""
     mark(group["points"], group["less_is_better"])
+    for point in group["points"]:
+        if point["dominated"]:
+            point["instead"] = instead(point, group)
     group["sentence"] = sentence(group)
     group["advice"] = advice(group)
     return disagreements(group)
@@ -40,7 +43,7 @@ def value_text(value: float, unit: str) -> str:
 
 
 def seconds_text(seconds: float) -> str:
-    """As a person says it: 3.2 s, 41 ms, 7 us."""
+    """Seconds with a fitting unit: 3.2 s, 41 ms, 7 us."""
     if seconds >= 1.0:
         return f"{seconds:.3g} s"
     return f"{seconds * 1e3:.3g} ms" if seconds >= 1e-3 else f"{seconds * 1e6:.3g} us"
@@ -51,14 +54,13 @@ def _times(ratio: float) -> str:
 
 
 def _two(value: float) -> str:
-    """Two digits, without an exponent where the number is large."""
+    """Two digits, without an exponent for large numbers."""
     return f"{value:.2g}" if value < 100.0 else f"{float(f'{value:.2g}'):.0f}"
 
 
 class Compared(NamedTuple):
-    """Two tiers of one series. time, error: 1 where `after` takes longer or errs more, -1 where less, 0 where
-    that is chance: times within each other's quartiles, errors within _SAME_ERROR. What is said of two tiers
-    anywhere follows from this."""
+    """Two tiers of one series. time, error: 1 if `after` takes longer or has more error, -1 if less, 0 if the
+    difference is chance: times within each other's quartiles, errors within _SAME_ERROR."""
 
     before: Point
     after: Point
@@ -67,8 +69,8 @@ class Compared(NamedTuple):
 
 
 def compare(before: Point, after: Point, group: Group) -> Compared:
-    """Raises ValueError for tiers of different series: they are told apart by their bytes, which a budget
-    weighs against error, and no sentence."""
+    """Raises ValueError for tiers of different series: they differ in bytes, and only a budget can weigh
+    bytes against error."""
     if series_of(before) != series_of(after):
         raise ValueError(f"{before['tier']} and {after['tier']} are of different series")
     a, b = before["seconds"], after["seconds"]
@@ -81,36 +83,36 @@ def compare(before: Point, after: Point, group: Group) -> Compared:
 
 
 def chains(group: Group) -> list[list[Point]]:
-    """The points by series, each in the group's order: what may be compared."""
-    found: dict[str, list[Point]] = {}
+    """The points by series, in the group's order. Only points of one chain are compared."""
+    series: dict[str, list[Point]] = {}
     for point in group["points"]:
-        found.setdefault(series_of(point), []).append(point)
-    return list(found.values())
+        series.setdefault(series_of(point), []).append(point)
+    return list(series.values())
 
 
 def _neighbours(group: Group) -> list[Compared]:
     return [compare(a, b, group) for chain in chains(group) for a, b in pairwise(chain)]
 
 
-def _time_words(told: Compared) -> str:
-    name = told.before["tier"]
-    if told.time == 0:
+def _time_words(pair: Compared) -> str:
+    name = pair.before["tier"]
+    if pair.time == 0:
         return f"takes about as long as {name}"
-    ratio = told.after["seconds"]["median"] / told.before["seconds"]["median"]
-    return f"{'costs' if told.time > 0 else 'takes'} {_times(ratio)} the time of {name}"
+    ratio = pair.after["seconds"]["median"] / pair.before["seconds"]["median"]
+    return f"{'costs' if pair.time > 0 else 'takes'} {_times(ratio)} the time of {name}"
 
 
-def _error_words(told: Compared, group: Group) -> str:
-    before, after = told.before, told.after
+def _error_words(pair: Compared, group: Group) -> str:
+    before, after = pair.before, pair.after
     old, new = (loss(point["error"]["value"], group["less_is_better"]) for point in (before, after))
     figures = " to ".join(f"{point['error']['value']:.3g}" for point in (before, after))
     figures = f" ({figures} {group['unit']})"
-    if told.error == 0:
-        return "errs as much"
+    if pair.error == 0:
+        return "has the same error"
     if new == 0.0:
         return f"leaves no error{figures}"
     if old == 0.0:
-        return f"errs where {before['tier']} did not{figures}"
+        return f"has an error where {before['tier']} has none{figures}"
     ratio = new / old
     if 0.45 <= ratio <= 0.55:
         return f"halves the error{figures}"
@@ -120,8 +122,8 @@ def _error_words(told: Compared, group: Group) -> str:
         return f"divides the error by {_two(1.0 / ratio)}{figures}"
     if ratio < 1.0:
         return f"takes {100.0 * (1.0 - ratio):.0f} % off the error{figures}"
-    more = f"by {100.0 * (ratio - 1.0):.0f} % more" if ratio < 1.3 else f"{_times(ratio)} as much"
-    return f"errs {more}{figures}"
+    more = f"{100.0 * (ratio - 1.0):.0f} % more error" if ratio < 1.3 else f"{_times(ratio)} the error"
+    return f"has {more}{figures}"
 
 
 def _size_words(before: Point, after: Point) -> str:
@@ -133,8 +135,8 @@ def _size_words(before: Point, after: Point) -> str:
 
 def compared(before: Point, after: Point, group: Group) -> str:
     """balanced costs 3 x the time of fast and halves the error (1.2 to 0.6 degrees) at 2 x the bytes."""
-    told = compare(before, after, group)
-    words = f"{after['tier']} {_time_words(told)} and {_error_words(told, group)}"
+    pair = compare(before, after, group)
+    words = f"{after['tier']} {_time_words(pair)} and {_error_words(pair, group)}"
     return words + _size_words(before, after)
 
 
@@ -145,86 +147,124 @@ def _alone(point: Point, group: Group) -> str:
 
 
 def sentence(group: Group) -> str:
-    """The trade between neighbouring tiers of one series, in words; of a series of one tier its figures."""
+    """Compares neighbouring tiers of one series; gives the figures of a series with one tier."""
     if len(group["points"]) == 1:
         (only,) = group["points"]
         took, value = seconds_text(only["seconds"]["median"]), only["error"]["value"]
         return f"There is one tier: it takes {took}; {group['metric']} is {value_text(value, group['unit'])}."
-    told = []
+    sentences = []
     for chain in chains(group):
         pairs = [compared(before, after, group) for before, after in pairwise(chain)]
         text = "; ".join(pairs or [_alone(chain[0], group)])
-        told.append(f"{text[:1].upper()}{text[1:]}.")
-    return " ".join(told)
+        sentences.append(f"{text[:1].upper()}{text[1:]}.")
+    return " ".join(sentences)
 
 
 def disagreements(group: Group) -> list[str]:
-    """Where a tier is quicker than the one of its series that it is declared to be slower than, or errs
-    more."""
-    found: list[str] = []
-    for told in _neighbours(group) if group.get("declared") else ():
-        before, after = told.before, told.after
-        if told.time < 0:
+    """A warning for each tier that is quicker than the one declared quicker, or has more error than the one
+    declared less exact."""
+    warnings: list[str] = []
+    for pair in _neighbours(group) if group.get("declared") else ():
+        before, after = pair.before, pair.after
+        if pair.time < 0:
             took = [seconds_text(point["seconds"]["median"]) for point in (after, before)]
-            found.append(
+            warnings.append(
                 f"{group['name']}: {after['tier']} is declared slower than {before['tier']}, but takes "
                 f"{took[0]} against {took[1]}"
             )
-        if told.error > 0:
+        if pair.error > 0:
             figures = [value_text(point["error"]["value"], group["unit"]) for point in (after, before)]
-            found.append(
-                f"{group['name']}: {after['tier']} is declared nearer than {before['tier']}, but its "
+            warnings.append(
+                f"{group['name']}: {after['tier']} is declared more exact than {before['tier']}, but its "
                 f"{group['metric']} is {figures[0]} against {figures[1]}"
             )
-    return found
+    return warnings
+
+
+def instead(point: Point, group: Group) -> str:
+    """What to take instead of a dominated tier, and why."""
+    best, why = _better(point, group)
+    return f"take {best['tier']}: it is {why}"
+
+
+def _better(point: Point, group: Group) -> tuple[Point, str]:
+    """The best tier that dominates a tier, and what makes it better."""
+    less = group["less_is_better"]
+    better = [other for other in group["points"] if dominates(other, point, less)]
+    best = min(better, key=lambda other: (other["dominated"], other["seconds"]["median"]))
+    quicker = (
+        apart(best["seconds"], point["seconds"]) and best["seconds"]["median"] < point["seconds"]["median"]
+    )
+    exacter = loss(best["error"]["value"], less) < loss(point["error"]["value"], less)
+    smaller = series_of(best) != series_of(point) and (best["bytes"] or 0) < (point["bytes"] or 0)
+    gains = [
+        word for word, true in (("quicker", quicker), ("smaller", smaller), ("more exact", exacter)) if true
+    ]
+    return best, f"{', '.join(gains)} and {'no slower' if gains == ['more exact'] else 'no worse'}"
 
 
 def advice(group: Group) -> dict[str, Any] | None:
-    """Which tier to take, and why: {"tier", "why", "text"}. "budget": the cheapest that keeps it (tier None
-    where none does). Without one, of the series with most points on the front, "flat": the quickest where all
-    its tiers err alike; else "knee": where the front bends; None where it does not."""
+    """Which tier to take, and why: {"tier", "why", "text"}.
+
+    "budget": the cheapest inside it (tier None if none is). Without a budget, of the series with most points
+    on the front: "flat", the quickest if all its tiers have the same error; else "knee", where the front
+    bends; else "dominated", a better tier than the one in use. None if there is nothing to say."""
     points, budget, less = group["points"], group["budget"], group["less_is_better"]
     if budget is None:
-        return _flat(group) or _knee(group)
+        return _flat(group) or _knee(group) or _dominated(group)
     limit = value_text(budget, group["unit"])
     best = cheapest(points, budget, less)
     if best is None:
         near = min(points, key=lambda point: loss(point["error"]["value"], less))
         value = value_text(near["error"]["value"], group["unit"])
-        text = f"No tier keeps the budget of {limit}: the nearest, {near['tier']}, has {value}"
-        text += ", and is beyond that of another metric." if near.get("passes") is False else "."
+        text = f"No tier is inside the budget of {limit}: the nearest, {near['tier']}, has {value}"
+        text += ", and is beyond the budget of another metric." if near.get("passes") is False else "."
         return {"tier": None, "why": "budget", "text": text}
     if len(points) == 1:
-        return {"tier": best["tier"], "why": "budget", "text": f"It keeps the budget of {limit}."}
+        return {"tier": best["tier"], "why": "budget", "text": f"It is inside the budget of {limit}."}
     text = f"{best['tier']} is the cheapest inside the budget of {limit}{_in_use_words(points, best, group)}."
     return {"tier": best["tier"], "why": "budget", "text": text[:1].upper() + text[1:]}
 
 
 def _flat(group: Group) -> dict[str, Any] | None:
-    """The first tier that none is quicker than, of a series whose tiers all err alike."""
+    """The first of the quickest tiers, of a series whose tiers all have the same error."""
     front = main_front(group["points"], group["less_is_better"])
     chain = next((one for one in chains(group) if front and front[0].point in one), [])
     pairs = [compare(a, b, group) for a in chain for b in chain]
-    if len(chain) < 2 or any(told.error for told in pairs):
+    if len(chain) < 2 or any(pair.error for pair in pairs):
         return None
-    best = next(a for a in chain if not any(told.before is a and told.time < 0 for told in pairs))
+    best = next(a for a in chain if not any(pair.before is a and pair.time < 0 for pair in pairs))
     names = ", ".join(point["tier"] for point in chain[:-1]) + f" and {chain[-1]['tier']}"
-    text = f"{names} err alike: {best['tier']} will do, none of them is quicker."
+    text = f"{names} have the same error: take {best['tier']}, none of them is quicker."
     return {"tier": best["tier"], "why": "flat", "text": text[:1].upper() + text[1:]}
 
 
 def _knee(group: Group) -> dict[str, Any] | None:
-    """Where the front bends, of those of its points that err less than the one before by more than chance."""
+    """Where the front bends, among the points that differ from the one before by more than chance."""
     less = group["less_is_better"]
     kept: list[Point] = []
     for place in main_front(group["points"], less):
-        told = compare(kept[-1], place.point, group) if kept else None
-        if told is None or (told.time > 0 and told.error < 0):
+        pair = compare(kept[-1], place.point, group) if kept else None
+        if pair is None or (pair.time > 0 and pair.error < 0):
             kept.append(place.point)
     at = knee(kept, less)
     if at is None:
         return None
-    return {"tier": at["tier"], "why": "knee", "text": f"No budget binds: the curve bends at {at['tier']}."}
+    return {
+        "tier": at["tier"],
+        "why": "knee",
+        "text": f"No budget limits it: the curve bends at {at['tier']}.",
+    }
+
+
+def _dominated(group: Group) -> dict[str, Any] | None:
+    """A tier that dominates the one in use."""
+    used = next((point for point in group["points"] if point["in_use"] and point["dominated"]), None)
+    if used is None:
+        return None
+    best, why = _better(used, group)
+    text = f"{used['tier']}, in use, is dominated: take {best['tier']}, it is {why}."
+    return {"tier": best["tier"], "why": "dominated", "text": text[:1].upper() + text[1:]}
 
 
 def _in_use_words(points: Sequence[Point], best: Point, group: Group) -> str:
@@ -236,7 +276,7 @@ def _in_use_words(points: Sequence[Point], best: Point, group: Group) -> str:
     if not inside(used["error"]["value"], group["budget"] or 0.0, group["less_is_better"]):
         return f"; {used['tier']}, in use, exceeds it"
     if used.get("passes") is False:
-        return f"; {used['tier']}, in use, exceeds that of another metric"
+        return f"; {used['tier']}, in use, exceeds the budget of another metric"
     if series_of(used) == series_of(best) and compare(best, used, group).time > 0:
         saved = used["seconds"]["median"] - best["seconds"]["median"]
         return f"; it saves {seconds_text(saved)} against {used['tier']}, in use"

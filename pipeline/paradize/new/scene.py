@@ -1,6 +1,6 @@
-"""`paradize new`: a small scene that bakes and plays at once, with one's own model in it, framed and lit.
+"""Writes a small scene that bakes and plays at once, with the user's model framed and lit.
 
-The folder appears whole or not at all: it is written aside and renamed.
+The folder is written under another name and then renamed, so it appears complete or not at all.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from pathlib import Path
 from paradize.data import Mesh
 from paradize.errors import BakeError, SourceError
 from paradize.files import read_file, read_parts, resolved
-from paradize.new.sources import FACES, write_ground, write_sand, write_sky, write_vase
+from paradize.new.sources import FACES, write_heightmap, write_sand, write_sky, write_vase
 from paradize.readers.mtl import Material
 from paradize.readers.obj import read_obj
 from paradize.store.atomic import ASIDE
 
 SUN_AZIMUTH_DEG, SUN_ELEVATION_DEG = 215.0, 38.0
 FOV_DEG = 40.0
-LEAST_M, MOST_M = 0.05, 500.0  # radii that are shown as they are; others are scaled towards one metre
-SCALES = (1e-6, 1e6)  # what an instance of a scene may have
-SMALLEST, LARGEST, FARTHEST = 1e-8, 1e9, 1e9  # radius of a model that can be shown; middle, in radii
-FARTHEST_M = 1e9  # of an instance's place in a scene (scene/settings.py)
+LEAST_M, MOST_M = 0.05, 500.0  # a model with a radius outside these is scaled towards one metre
+SCALES = (1e-6, 1e6)  # limits of an instance's scale (scene/settings.py)
+SMALLEST, LARGEST, FARTHEST = 1e-8, 1e9, 1e9  # limits of a model's radius; of its distance from 0, in radii
+FARTHEST_M = 1e9  # limit of an instance's position (scene/settings.py)
 WAYPOINTS = 8
 RESERVED = {"terrain", "sand", "effect", "water", "sky", "sound"}
 
@@ -44,7 +44,7 @@ class NewScene:
 
 @dataclass(frozen=True)
 class _Part:
-    """One object of the scene: an OBJ and what its materials need."""
+    """One object of the scene: its OBJ and what its materials need."""
 
     name: str
     mesh: str
@@ -55,6 +55,8 @@ class _Part:
 
 @dataclass
 class _Model:
+    """The objects made from the model, and its size in the units of the file."""
+
     parts: list[_Part] = field(default_factory=list)
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
     foot: float = 0.0
@@ -77,14 +79,14 @@ def new_scene(folder: Path, model: Path | None = None) -> NewScene:
         (aside / "sky").mkdir(parents=True)
         (aside / "model").mkdir()
         try:
-            found = _bring(model, aside) if model else _bring(write_vase(aside / "model"), aside)
+            copied = _copy_model(model or write_vase(aside / "model"), aside)
             azimuth, elevation = SUN_AZIMUTH_DEG * pi / 180.0, SUN_ELEVATION_DEG * pi / 180.0
             sun = (sin(azimuth) * cos(elevation), sin(elevation), -cos(azimuth) * cos(elevation))
             write_sky(aside / "sky", sun)
-            write_ground(aside / "ground.png")
+            write_heightmap(aside / "ground.png")
             write_sand(aside / "sand.png")
             name = _identifier(folder.name, "scene")
-            (aside / "scene.toml").write_text(_toml(name, found), encoding="utf-8")
+            (aside / "scene.toml").write_text(_toml(name, copied), encoding="utf-8")
             files = sorted(path.relative_to(aside).as_posix() for path in aside.rglob("*") if path.is_file())
             aside.rename(folder)
         except BaseException:
@@ -93,24 +95,25 @@ def new_scene(folder: Path, model: Path | None = None) -> NewScene:
     except OSError as error:
         what = f"cannot be written: {error.strerror or error}"
         raise BakeError(what, file=folder, mend="free the place or name another folder") from None
-    return NewScene(folder / "scene.toml", name, files, found.notes)
+    return NewScene(folder / "scene.toml", name, files, copied.notes)
 
 
 def _identifier(text: str, otherwise: str) -> str:
-    """A name as scenes take it: a-z, 0-9 and _, a letter first, at most 40."""
+    """A name that a scene accepts: a-z, 0-9 and _, a letter first, at most 40."""
     kept = "".join(c if c.isascii() and c.isalnum() else "_" for c in text.lower()).strip("_")[:40]
     if kept and not kept[0].isalpha():
         kept = f"{otherwise}_{kept}"[:40]
     return kept or otherwise
 
 
-def _bring(source: Path, aside: Path) -> _Model:
-    """Copies the model with its files into aside/model and looks at it."""
+def _copy_model(source: Path, aside: Path) -> _Model:
+    """Copies the model and its files into aside/model, and measures it. A model with several colour maps is
+    split into an OBJ for each."""
     read = read_obj(source)
-    home, root = aside / "model", resolved(source).parent
+    folder, root = aside / "model", resolved(source).parent
     maps = {path for material in read.materials.values() for path in _maps_of(material)}
     for path in {resolved(source), *read.libraries, *maps}:
-        target = home / resolved(path).relative_to(root)
+        target = folder / resolved(path).relative_to(root)
         target.parent.mkdir(parents=True, exist_ok=True)
         if not (target.exists() and target.samefile(path)):
             with target.open("wb") as copy:
@@ -118,27 +121,27 @@ def _bring(source: Path, aside: Path) -> _Model:
     places = read.mesh.places
     low, high = places.min(axis=0).tolist(), places.max(axis=0).tolist()
     half = [0.5 * (b - a) for a, b in zip(low, high, strict=True)]
-    found = _Model(
+    model = _Model(
         center=(low[0] + half[0], low[1] + half[1], low[2] + half[2]),
         foot=low[1],
         radius=sqrt(sum(h * h for h in half)),
         notes=list(read.warnings),
     )
-    if not SMALLEST <= found.radius <= LARGEST:
-        what = f"its radius is {found.radius:g}; a scene can show {SMALLEST:g} to {LARGEST:g}"
+    if not SMALLEST <= model.radius <= LARGEST:
+        what = f"its radius is {model.radius:g}; a scene can show {SMALLEST:g} to {LARGEST:g}"
         raise SourceError(what, file=source, mend="scale the model")
-    away = max(abs(c) for c in found.center)
-    limit = min(FARTHEST * found.radius, FARTHEST_M / _scale(found.radius))
+    away = max(abs(c) for c in model.center)
+    limit = min(FARTHEST * model.radius, FARTHEST_M / _scale(model.radius))
     if away > limit:
-        what = f"it lies {away:g} from the origin, limit {limit:g} of a radius of {found.radius:g}"
+        what = f"it lies {away:g} from the origin, limit {limit:g} of a radius of {model.radius:g}"
         raise SourceError(what, file=source, mend="move the model nearer to the origin")
     colors = list(dict.fromkeys(material.map_kd for material in read.materials.values()))
-    painted = [color for color in colors if color]
+    color_maps = [color for color in colors if color]
     stem = _identifier(source.stem, "model")
     stem = f"{stem}_model"[:40] if stem in RESERVED else stem
-    if len(painted) < 2:
-        found.parts.append(_part(stem, f"model/{source.name}", read.mesh, read.materials.values(), root))
-        return found
+    if len(color_maps) < 2:
+        model.parts.append(_part(stem, f"model/{source.name}", read.mesh, read.materials.values(), root))
+        return model
     used = {group.material for group in read.mesh.groups}
     for i, color in enumerate(colors):
         own = {name: m for name, m in read.materials.items() if m.map_kd == color and name in used}
@@ -146,18 +149,18 @@ def _bring(source: Path, aside: Path) -> _Model:
         if not own and not rest:
             continue
         file = f"{source.stem}_{i}.obj"
-        _keep_faces(home / source.name, home / file, {*own, *rest})
-        found.parts.append(_part(f"{stem[:36]}_{i}", f"model/{file}", read.mesh, own.values(), root))
-    lost = used - read.materials.keys()
-    if lost and None not in colors:
+        _keep_faces(folder / source.name, folder / file, {*own, *rest})
+        model.parts.append(_part(f"{stem[:36]}_{i}", f"model/{file}", read.mesh, own.values(), root))
+    undefined = used - read.materials.keys()
+    if undefined and None not in colors:
         file = f"{source.stem}_plain.obj"
-        _keep_faces(home / source.name, home / file, lost)
-        found.parts.append(_part(f"{stem[:34]}_plain", f"model/{file}", read.mesh, [], root))
-    (home / source.name).unlink()
-    found.notes.append(
-        f"{source}: its materials name {len(painted)} colour maps: the scene has one object for each"
+        _keep_faces(folder / source.name, folder / file, undefined)
+        model.parts.append(_part(f"{stem[:34]}_plain", f"model/{file}", read.mesh, [], root))
+    (folder / source.name).unlink()
+    model.notes.append(
+        f"{source}: its materials name {len(color_maps)} colour maps, so the scene has one object for each"
     )
-    return found
+    return model
 
 
 def _maps_of(material: Material) -> list[Path]:
@@ -176,7 +179,7 @@ def _part(name: str, mesh: str, whole: Mesh, materials: Iterable[Material], root
 
 
 def _keep_faces(source: Path, target: Path, materials: set[str]) -> None:
-    """Copies an OBJ with those faces alone that have one of these materials."""
+    """Copies an OBJ, but only the faces with one of these materials."""
     kept: list[bytes] = []
     wanted, going_on = "default" in materials, True
     for line in read_file(source).splitlines(keepends=True):
@@ -195,7 +198,7 @@ def _keep_faces(source: Path, target: Path, materials: set[str]) -> None:
 
 
 def _toml(name: str, model: _Model) -> str:
-    """The scene's text. Lengths follow the model: r is its radius as it is shown."""
+    """The text of the scene. Lengths follow from r, the radius of the model as it is shown."""
     scale = _scale(model.radius)
     r = scale * model.radius
     if scale != 1.0:
@@ -207,7 +210,7 @@ def _toml(name: str, model: _Model) -> str:
     away = 1.25 * r / sin(0.5 * FOV_DEG * pi / 180.0)
     side = 10.0 * away
     lines = [
-        "# A scene to start from. Keys, defaults, units and ranges: pipeline/paradize/scene/settings.py.",
+        "# A scene to start from. All fields, defaults, units and ranges: pipeline/paradize/scene/FIELDS.md.",
         "# Metres, Y up; -Z is north, +X east.",
         "",
         "[scene]",
@@ -270,17 +273,17 @@ def _toml(name: str, model: _Model) -> str:
 
 
 def _scale(radius: float) -> float:
-    """At which a model of this radius is shown."""
+    """The scale at which a model of this radius is shown."""
     return 1.0 if LEAST_M <= radius <= MOST_M else min(max(1.0 / radius, SCALES[0]), SCALES[1])
 
 
 def _snapped(value: float, size: float) -> float:
-    """The value, or 0 where it is nothing beside `size`."""
+    """The value, or 0 if it is negligible compared with `size`."""
     return value if abs(value) > 1e-9 * size else 0.0
 
 
 def _text(value: float, step: float | None = None) -> str:
-    """A TOML float of five digits; of more where they are needed to tell `step`."""
+    """A TOML float with five digits, or with more if `step` needs them."""
     digits = 5 if not step else min(17, max(5, ceil(log10(max(abs(value) / step, 1.0)))))
     text = f"{value + 0.0:.{digits}g}"
     return text if any(c in text for c in ".en") else f"{text}.0"

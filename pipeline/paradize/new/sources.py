@@ -1,6 +1,6 @@
-"""The sources of a new scene: sky, ground, sand, and a vase for whoever brings no model.
+"""Makes the sources of a new scene: sky, terrain, sand, and a vase if no model is given.
 
-Every picture is computed; the same call gives the same files on every machine up to the rounding of sines.
+Every picture is computed. The files are the same on every machine up to the rounding of sines.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ SAND_TEXELS = 256
 
 
 def write_sky(folder: Path, sun: tuple[float, float, float]) -> None:
-    """Six faces <FACES>.exr, linear light: a clear sky, brighter towards the horizon and `sun` (unit vector
-    to it), over pale ground."""
+    """Writes six faces <FACES>.exr, linear light: a clear sky, brighter towards the horizon and the sun
+    (`sun`: unit vector to it), above pale ground."""
     line = (np.arange(SKY_TEXELS) + 0.5) / SKY_TEXELS * 2.0 - 1.0
     s, t = np.meshgrid(line, line)
     one = np.ones_like(s)
@@ -53,8 +53,8 @@ def _write_exr(path: Path, pixels: npt.NDArray[np.float32]) -> None:
         raise BakeError(f"cannot be written: {oiio.geterror()}", file=path)
 
 
-def write_ground(path: Path) -> None:
-    """A 16-bit heightmap: level in the middle, dunes towards the rim, 0 to full range."""
+def write_heightmap(path: Path) -> None:
+    """Writes a 16-bit heightmap over the full range: flat in the middle, dunes towards the rim."""
     z, x = np.mgrid[0:GROUND_PIXELS, 0:GROUND_PIXELS] / (GROUND_PIXELS - 1.0) * 2.0 - 1.0
     away = np.clip((np.sqrt(x * x + z * z) - 0.45) / 0.4, 0.0, 1.0)
     dunes = 0.5 + 0.27 * np.sin(5.1 * x + 2.3 * z) + 0.23 * np.sin(4.2 * z - 3.1 * x + 1.0)
@@ -63,7 +63,7 @@ def write_ground(path: Path) -> None:
 
 
 def write_sand(path: Path) -> None:
-    """A tileable picture of pale sand: wind ripples and grains."""
+    """Writes a tileable picture of pale sand with wind ripples and grains."""
     v, u = np.mgrid[0:SAND_TEXELS, 0:SAND_TEXELS] / float(SAND_TEXELS) * (2.0 * np.pi)
     ripples = np.sin(9.0 * v + 0.9 * np.sin(2.0 * u) + 0.6 * np.sin(3.0 * u + v))
     cell = np.arange(SAND_TEXELS * SAND_TEXELS, dtype=np.uint64)
@@ -84,7 +84,7 @@ _AROUND = 64
 
 
 def write_vase(folder: Path) -> Path:
-    """vase.obj with vase.mtl and vase.png: a surface of revolution, painted in bands. Returns the OBJ."""
+    """Writes vase.obj, vase.mtl and vase.png: a surface of revolution with painted bands. Returns the OBJ."""
     points = np.array(_PROFILE)
     fine = _rounded(points, 6)
     step = np.sqrt((np.diff(fine, axis=0) ** 2).sum(axis=1))
@@ -108,8 +108,8 @@ def write_vase(folder: Path) -> Path:
 
 
 def _rounded(points: F64, parts: int) -> F64:
-    """The Catmull-Rom curve through points (n, 2); E. Catmull and R. Rom, "A Class of Local Interpolating
-    Splines", 1974."""
+    """Points on the Catmull-Rom curve through points (n, 2); E. Catmull and R. Rom, "A Class of Local
+    Interpolating Splines", 1974."""
     before = np.concatenate([points[:1], points[:-1]])
     after = np.concatenate([points[1:], points[-1:]])
     slope = 0.5 * (after - before)
@@ -126,7 +126,7 @@ def _rounded(points: F64, parts: int) -> F64:
 
 
 def _bands() -> npt.NDArray[np.uint8]:
-    """Terracotta with dark bands and a meander of waves, (512, 1024, 3)."""
+    """Terracotta with dark bands and a wave, (512, 1024, 3)."""
     v, u = np.mgrid[0:512, 0:1024] / np.array([512.0, 1024.0])[:, None, None]
     v = 1.0 - v
     clay, dark, pale = (

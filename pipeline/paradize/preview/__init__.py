@@ -1,1 +1,2 @@
-"""Baked maps as pictures: shade.py lights a material, pictures.py shows each map as the hardware reads it."""
+"""Pictures of what was baked: pictures.py shows each map as the hardware reads it, shade.py lights a
+material, player.py has the player draw a scene."""

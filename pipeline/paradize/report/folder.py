@@ -1,4 +1,5 @@
-"""The sheets of a baked folder, drawn where something changed: a PNG for each material, object and sky."""
+"""The contact sheets of a baked folder, a PNG for each material, object and sky, and its page. A sheet is
+drawn only if something changed."""
 
 from __future__ import annotations
 
@@ -19,6 +20,7 @@ from paradize.formats.scene_manifest import read_entry, read_scene
 from paradize.maps import MAPS
 from paradize.preview.pictures import MaterialDefaults, SheetMap
 from paradize.report.levels import draw_object
+from paradize.report.poster import Poster
 from paradize.report.sheet import SHEET_ORDER, draw_sheet, draw_sky
 from paradize.store.atomic import write_whole
 
@@ -28,39 +30,46 @@ MOST_SHEETS = 100  # on a page
 
 @dataclass
 class Sheets:
-    """What was done. drawn: files written now; left: how many more were to draw; warnings: sheets that could
-    not be drawn, and why."""
+    """drawn: the files written now; left: the number of sheets still to draw; warnings: sheets that could not
+    be drawn, and why."""
 
     drawn: list[Path] = field(default_factory=list)
     left: int = 0
     warnings: list[str] = field(default_factory=list)
 
 
-def draw_folder(baked: Path, folder: Path, most: int = 50) -> Sheets:
-    """Draws the sheets of the scene in `baked` into `folder`, as <material>.png; those whose maps, errors and
-    code are those of the sheet that stands there are left. At most `most` are drawn: one takes half a second.
-    Sheets of materials that are gone are removed.
+def draw_folder(
+    baked: Path,
+    folder: Path,
+    most: int = 50,
+    on_progress: Callable[[str, int, int], None] | None = None,
+) -> Sheets:
+    """Draws the sheets of the scene in `baked` into `folder`, as <material>.png. A sheet whose maps, errors
+    and drawing code did not change stays. At most `most` are drawn, because one takes half a second. Sheets
+    of materials that no longer exist are removed.
 
-    Never raises for a sheet that fails: it is told in the warnings, and the others are drawn.
+    Never raises for a sheet that fails: it becomes a warning, and the others are drawn.
     """
-    done = Sheets()
+    sheets = Sheets()
     try:
         scene = read_json(baked / SCENE_FILE)
         known = _record(folder)
         record: dict[str, str] = {}
         materials = _materials(scene)
         code = b"".join(read_file(path) for path in sorted(Path(__file__).parent.glob("*.py")))
-        for name, entries in materials.items():
-            ground = _ground(scene, name)
-            key = _key(code, scene["name"], entries, ground)
+        for done, (name, entries) in enumerate(materials.items()):
+            defaults = _material_defaults(scene, name)
+            key = _key(code, scene["name"], entries, defaults)
             path = folder / f"{name}.png"
             if known.get(name) == key and path.is_file():
                 record[name] = key
                 continue
-            if len(done.drawn) >= most:
-                done.left += 1
+            if len(sheets.drawn) >= most:
+                sheets.left += 1
                 continue
-            if _attempt(done, name, partial(_draw, baked, scene, name, entries, ground), path):
+            if on_progress:
+                on_progress(f"contact sheet {name}", done, len(materials))
+            if _attempt(sheets, name, partial(_draw, baked, scene, name, entries, defaults), path):
                 record[name] = key
         for name in known.keys() - record.keys():
             if name not in materials:
@@ -70,8 +79,8 @@ def draw_folder(baked: Path, folder: Path, most: int = 50) -> Sheets:
             text = json.dumps(record, indent=1, sort_keys=True).encode()
             write_whole(folder / RECORD, text, durable=False)
     except (OSError, ValueError, KeyError, TypeError, ParadizeError) as error:
-        done.warnings.append(f"no contact sheets in {folder}: {error}")
-    return done
+        sheets.warnings.append(f"no contact sheets in {folder}: {error}")
+    return sheets
 
 
 def draw_page(
@@ -79,28 +88,30 @@ def draw_page(
     folder: Path,
     report: BakeReport,
     explained: dict[str, Any],
+    poster: Poster,
     copies: Sequence[Path] = (),
 ) -> Path:
-    """Writes the page of the scene in `baked` as index.html into `folder`, where its sheets are, and also to
-    `copies`. explained: as scene_page takes it. A tradeoff.json in the folder is drawn too."""
+    """Writes the page of the scene in `baked` as index.html into `folder`, where its sheets are, and to
+    `copies`. explained, poster: as scene_page takes them. A tradeoff.json in the folder is drawn too."""
     from paradize.report.scene_page import scene_page
 
     scene = read_scene(baked / SCENE_FILE)
     sheets = [folder / f"{name}.png" for name in _materials(scene)]
 
-    def page(trade: dict[str, Any] | None) -> str:
+    def page(tradeoff: dict[str, Any] | None) -> str:
         return scene_page(
             scene,
             report.rows,
             explained,
+            poster,
             [path for path in sheets if path.is_file()][:MOST_SHEETS],
             seconds=report.seconds,
             warnings=report.warnings,
-            trade=trade,
+            tradeoff=tradeoff,
         )
 
     try:
-        text = page(_trade(folder / "tradeoff.json"))
+        text = page(_tradeoff(folder / "tradeoff.json"))
     except (LookupError, TypeError, ValueError, AttributeError) as error:
         what = f"is not what paradize measure writes ({type(error).__name__}: {error})"
         report.warnings.append(f"{folder / 'tradeoff.json'}: {what}; measure again")
@@ -110,14 +121,17 @@ def draw_page(
     return folder / "index.html"
 
 
-def draw_maps(files: dict[str, bytes], title: str, told: dict[str, Any], folder: Path, tiles: bool) -> Sheets:
-    """The sheet of what `paradize maps` made, as <title>.png. files: KTX2 by file name; told: its JSON."""
-    done = Sheets()
+def draw_maps(
+    files: dict[str, bytes], title: str, result: dict[str, Any], folder: Path, tiles: bool
+) -> Sheets:
+    """Draws the sheet of what `paradize maps` made, as <title>.png. files: KTX2 by file name; result: what
+    `maps --json` prints; tiles: whether the maps repeat."""
+    sheets = Sheets()
 
     def draw() -> bytes:
         maps = {}
-        for name in (name for name in SHEET_ORDER if name in told["maps"]):
-            entry = told["maps"][name]
+        for name in (name for name in SHEET_ORDER if name in result["maps"]):
+            entry = result["maps"][name]
             data = files[Path(entry["file"]).name]
             errors = entry.get("errors") or {entry["metric"]: entry["error"]}
             texture = decode_ktx2(data, entry["file"])
@@ -126,32 +140,35 @@ def draw_maps(files: dict[str, bytes], title: str, told: dict[str, Any], folder:
             )
         return draw_sheet(title, _subtitle("maps", maps), maps, MaterialDefaults(tiles))
 
-    _attempt(done, title, draw, folder / f"{title}.png")
-    return done
+    _attempt(sheets, title, draw, folder / f"{title}.png")
+    return sheets
 
 
-def _trade(path: Path) -> dict[str, Any] | None:
-    """What `measure` wrote, where it did. Raises ValueError where that cannot be read."""
+def _tradeoff(path: Path) -> dict[str, Any] | None:
+    """The tradeoff.json that `measure` wrote; None if there is none. Raises ValueError if it cannot be
+    read."""
     try:
-        told: dict[str, Any] = read_json(path)
+        tree: dict[str, Any] = read_json(path)
     except FileNotFoundError:
         return None
     except (OSError, FormatError) as error:
         raise ValueError(getattr(error, "strerror", None) or str(error)) from None
-    return told
+    return tree
 
 
-def _attempt(done: Sheets, name: str, draw: Callable[[], bytes], path: Path) -> bool:
+def _attempt(sheets: Sheets, name: str, draw: Callable[[], bytes], path: Path) -> bool:
+    """Draws one sheet and notes it in `sheets`; whether it was drawn."""
     try:
         write_whole(path, draw(), durable=False)
-    except Exception as error:  # a picture for the eye: whatever is wrong with it, the bake stands
-        done.warnings.append(f"contact sheet {name}: {type(error).__name__}: {error}")
+    except Exception as error:  # the bake is good without the picture
+        sheets.warnings.append(f"contact sheet {name}: {type(error).__name__}: {error}")
         return False
-    done.drawn.append(path)
+    sheets.drawn.append(path)
     return True
 
 
 def _record(folder: Path) -> dict[str, str]:
+    """The keys of the sheets in the folder, by name."""
     try:
         known = read_json(folder / RECORD)
     except (OSError, ValueError):
@@ -160,7 +177,8 @@ def _record(folder: Path) -> dict[str, str]:
 
 
 def _materials(scene: dict[str, Any]) -> dict[str, dict[str, dict[str, Any]]]:
-    """Material -> map -> its artifact's entry, from names <material>_<map>; a cube map stands alone."""
+    """Material -> map -> the artifact's entry, from names <material>_<map>. A cube map and an object's mesh
+    are materials of their own."""
     found: dict[str, dict[str, dict[str, Any]]] = {}
     for name, entry in scene["artifacts"].items():
         material, _, kind = name.rpartition("_")
@@ -176,8 +194,8 @@ def _materials(scene: dict[str, Any]) -> dict[str, dict[str, dict[str, Any]]]:
     return materials
 
 
-def _ground(scene: dict[str, Any], name: str) -> MaterialDefaults:
-    """How a material lies and what it is where it has no map, as the scene says."""
+def _material_defaults(scene: dict[str, Any], name: str) -> MaterialDefaults:
+    """Whether a material repeats, and its values where it has no map, as the scene says."""
     terrain, water = scene.get("terrain"), scene.get("water")
     if terrain and terrain.get("sand_color") == f"{name}_color":
         return MaterialDefaults(True, specular=terrain["specular"], smoothness=terrain["smoothness"])
@@ -196,9 +214,10 @@ def _ground(scene: dict[str, Any], name: str) -> MaterialDefaults:
     return MaterialDefaults()
 
 
-def _key(code: bytes, scene: str, entries: dict[str, dict[str, Any]], ground: MaterialDefaults) -> str:
-    told = json.dumps([scene, entries, repr(ground)], sort_keys=True).encode()
-    return hashlib.sha256(hashlib.sha256(code).digest() + told).hexdigest()
+def _key(code: bytes, scene: str, entries: dict[str, dict[str, Any]], defaults: MaterialDefaults) -> str:
+    """The hash of what a sheet is drawn from."""
+    inputs = json.dumps([scene, entries, repr(defaults)], sort_keys=True).encode()
+    return hashlib.sha256(hashlib.sha256(code).digest() + inputs).hexdigest()
 
 
 def _draw(
@@ -206,8 +225,9 @@ def _draw(
     scene: dict[str, Any],
     name: str,
     entries: dict[str, dict[str, Any]],
-    ground: MaterialDefaults,
+    defaults: MaterialDefaults,
 ) -> bytes:
+    """The sheet of one material, object or sky as PNG."""
     if "mesh" in entries:
         item = next(item for item in scene["objects"] if item["mesh"] == name)
         return draw_object(baked, scene, item)
@@ -220,12 +240,12 @@ def _draw(
     subtitle = _subtitle(scene["name"], maps)
     if "cubemap" in maps:
         return draw_sky(name, subtitle, maps["cubemap"], scene["exposure"])
-    return draw_sheet(name, subtitle, maps, ground)
+    return draw_sheet(name, subtitle, maps, defaults)
 
 
 def _subtitle(scene: str, maps: dict[str, SheetMap]) -> str:
     total = sum(entry.bytes for entry in maps.values())
     largest = max(max(entry.texture.width, entry.texture.height) for entry in maps.values())
     what = "1 map" if len(maps) == 1 else f"{len(maps)} maps"
-    told = f"{total / (1 << 20):.1f} MiB" if total >= 1 << 19 else f"{total / 1024:.1f} KiB"
-    return f"{scene}   -   {what}, up to {largest} texels a side, {told} with all mips"
+    size = f"{total / (1 << 20):.1f} MiB" if total >= 1 << 19 else f"{total / 1024:.1f} KiB"
+    return f"{scene}   -   {what}, up to {largest} texels a side, {size} with all mips"

@@ -1,4 +1,4 @@
-"""The sheet of an object: its levels of detail as the manifest and the files tell them."""
+"""The sheet of an object: its levels of detail, with the errors that scene.json gives."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TEXELS = 1024  # a side of the colour map as it is drawn
 
 
 def draw_object(baked: Path, scene: dict[str, Any], item: dict[str, Any]) -> bytes:
-    """A PNG of all levels of an object of a scene.json, each with its triangles and errors."""
+    """A PNG of all levels of detail of an object of a scene.json, each with its triangles and errors."""
     entry = scene["artifacts"][item["mesh"]]
     lods = decode_glb(read_entry(baked, entry), entry["file"])
     texels = None
@@ -34,8 +34,8 @@ def draw_object(baked: Path, scene: dict[str, Any], item: dict[str, Any]) -> byt
     }
     skins[""] = Skin(texels, (1.0, 1.0, 1.0) if texels is not None else Skin.color)
     shown = [
-        Shown(lod.mesh, _lines(k, lod.mesh, told["error_m"], measured))
-        for k, (lod, told, measured) in enumerate(zip(lods, item["lods"], entry["levels"], strict=True))
+        Shown(lod.mesh, _lines(k, lod.mesh, level["error_m"], measured))
+        for k, (lod, level, measured) in enumerate(zip(lods, item["lods"], entry["levels"], strict=True))
     ]
     size = f"{entry['bytes'] / 1e3:.0f} kB" if entry["bytes"] < 1e6 else f"{entry['bytes'] / 1e6:.2f} MB"
     levels = "1 level" if len(shown) == 1 else f"{len(shown)} levels"
@@ -45,15 +45,16 @@ def draw_object(baked: Path, scene: dict[str, Any], item: dict[str, Any]) -> byt
 
 
 def _lines(level: int, mesh: Any, error_m: float, measured: dict[str, Any]) -> tuple[str, ...]:
+    """The lines below the picture of a level."""
     lines = [f"lod{level}: {len(mesh.triangles)} triangles"]
     if level:
         lines.append(f"off by {error_m:.2g} m, surface or texture")
         if "error_px" in measured:
             pixels = measured["error_px"]
-            told = f"{pixels:.0f}" if pixels >= 10.0 else f"{pixels:.2g}"
-            lines.append(f"{told} pixels where it is nearest")
+            text = f"{pixels:.0f}" if pixels >= 10.0 else f"{pixels:.2g}"
+            lines.append(f"{text} pixels at its nearest view")
         if "normal_mean_deg" in measured:
-            lines.append(f"normals {measured['normal_mean_deg']:.2g} degrees on the mean")
+            lines.append(f"normals {measured['normal_mean_deg']:.2g} degrees off on average")
     else:
         lines.append("the source's surface")
     return tuple(lines)

@@ -1,6 +1,6 @@
-"""Levels of detail side by side: each drawn from the decoded GLB by a small z-buffer in numpy.
+"""Draws levels of detail side by side, from the decoded GLB, by a small z-buffer in numpy.
 
-Orthographic, from half above; lit by one sun and a pale sky. Nothing here reaches an artifact.
+An orthographic view from above at an angle, lit by a sun and a pale sky. No artifact depends on it.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
     U8 = npt.NDArray[np.uint8]
 
 SIZE = 360  # pixels a side of one level's picture
-_FINE = 2 * SIZE  # as it is drawn
-MOST_TRIANGLES = 400_000  # of one level; more take long and show no more
+_FINE = 2 * SIZE  # pixels a side as it is drawn, before it is halved
+MOST_TRIANGLES = 400_000  # of one level; more take long and look no different
 _PAPER, _INK, _PALE = (24, 25, 28), (236, 236, 232), (150, 152, 156)
 _SUN = np.array([-0.45, 0.75, 0.48])
-_AT_ONCE = 1 << 21  # pixels tried in one go
+_AT_ONCE = 1 << 21  # pixels tested in one batch
 _YAW, _PITCH = 0.55, 0.42  # radians
 
 
 @dataclass(frozen=True)
 class Skin:
-    """What lies on a mesh: texels (h, w, 3 or 4), linear colour and straight alpha, or one colour."""
+    """The material of a mesh: texels (h, w, 3 or 4), linear colour and straight alpha, or one colour."""
 
     texels: F32 | None = None
     color: tuple[float, float, float] = (0.6, 0.58, 0.54)
@@ -65,7 +65,7 @@ def draw_levels(title: str, subtitle: str, levels: Sequence[Shown], skins: dict[
             sheet.paste(Image.fromarray(draw_mesh(level.mesh, skins, frame)), (x, top))
         else:
             pen.text(
-                (x, top + SIZE // 2), "too many triangles to be drawn here", _PALE, ImageFont.load_default(15)
+                (x, top + SIZE // 2), "too many triangles to draw here", _PALE, ImageFont.load_default(15)
             )
         for row, line in enumerate(level.lines):
             pen.text(
@@ -123,7 +123,7 @@ def _draw(
     light: F32,
     depth: F64,
 ) -> None:
-    """Draws triangles into light (pixels, 3) and depth (pixels,), those of about one size together."""
+    """Draws triangles into light (pixels, 3) and depth (pixels,), in batches of similar size."""
     px, py = x[triangles], y[triangles]
     left, top = (np.clip(np.ceil(v.min(axis=1)), 0, _FINE).astype(np.int64) for v in (px, py))
     right, bottom = (np.clip(np.floor(v.max(axis=1)), -1, _FINE - 1).astype(np.int64) for v in (px, py))
@@ -135,9 +135,9 @@ def _draw(
         step = max(1, _AT_ONCE // (4 * side * side))
         for first in range(0, len(chosen), step):
             part = chosen[first : first + step]
-            found = _covered(px[part], py[part], left[part], top[part], 2 * side - 1)
-            if len(found[0]):
-                _shade(mesh, triangles[part], skin, z, found, light, depth)
+            covered = _covered(px[part], py[part], left[part], top[part], 2 * side - 1)
+            if len(covered[0]):
+                _shade(mesh, triangles[part], skin, z, covered, light, depth)
         side *= 2
 
 
@@ -163,11 +163,12 @@ def _shade(
     triangles: npt.NDArray[np.uint32],
     skin: Skin,
     z: F64,
-    found: tuple[I64, I64, F64, F64],
+    covered: tuple[I64, I64, F64, F64],
     light: F32,
     depth: F64,
 ) -> None:
-    pixels, owners, b, c = found
+    """Writes the covered pixels (as _covered returns them) that are nearer than `depth`."""
+    pixels, owners, b, c = covered
     corners = triangles[owners]
     weights = np.stack([1.0 - b - c, b, c], axis=1)
 
@@ -196,7 +197,7 @@ def _shade(
     normal *= np.where(normal @ axes()[2] < 0.0, -1.0, 1.0)[:, None]  # both sides are lit alike
     sun = _SUN / np.linalg.norm(_SUN)
     lit = 1.5 * np.maximum(normal @ sun, 0.0) + 0.32 + 0.16 * normal[:, 1]
-    # Of several on one pixel the nearest is written last, and stays.
+    # Where several cover one pixel, the nearest is written last.
     order = np.argsort(height, kind="stable")
     order = order[keep[order]]
     light[pixels[order]] = (color * lit[:, None].astype(np.float32))[order]

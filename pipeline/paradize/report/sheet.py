@@ -1,6 +1,7 @@
-"""A contact sheet: the maps of one material as the hardware reads them, their mips and errors, and all lit.
+"""A contact sheet: the maps of one material as the hardware reads them, their mips and errors, and a lit
+preview.
 
-Pillow draws; nothing here reaches an artifact.
+Drawn by Pillow. No artifact depends on it.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ _MARGIN, _GAP = 40, 24
 _PANEL, _LARGE_PANEL = 312, 470  # the large one where there are at most two
 _THUMBS = 7  # mips in a strip
 _COLUMNS = 3
-_ZOOM = 2  # pixels a texel in the close view
+_ZOOM = 2  # pixels per texel in the close view
 
 
 def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
@@ -73,7 +74,7 @@ def _panels(maps: dict[str, SheetMap]) -> list[_Panel]:
 
 
 def _fit(picture: U8, width: int, height: int) -> Image.Image:
-    """A picture as large as fits: enlarged texel by texel, made smaller smoothly."""
+    """A picture scaled to fit: enlarged by whole texels, reduced by area means."""
     image = Image.fromarray(picture)
     scale = min(width / image.width, height / image.height)
     size = max(1, round(image.width * scale)), max(1, round(image.height * scale))
@@ -84,7 +85,7 @@ def _fit(picture: U8, width: int, height: int) -> Image.Image:
 _UNITS = {"deg": "\u00b0", "db": " dB"}
 
 
-def _told(name: str, value: float, kind: str) -> str:
+def _error_text(name: str, value: float, kind: str) -> str:
     """`normal_p99_deg` of a normal map -> `p99 1.94\u00b0`."""
     words = name.removeprefix(f"{kind}_").split("_")
     unit = _UNITS.get(words[-1], "")
@@ -93,10 +94,11 @@ def _told(name: str, value: float, kind: str) -> str:
 
 
 def error_lines(kind: str, entry: SheetMap) -> list[str]:
-    """The measured errors of a map as lines of text: of the whole, then of each level where it is known."""
+    """The measured errors of a map as lines of text: of the whole map, then of each mip if they were
+    measured."""
     if not entry.errors:
         return ["no error was measured"]
-    lines = [_told(name, value, kind) for name, value in entry.errors.items()]
+    lines = [_error_text(name, value, kind) for name, value in entry.errors.items()]
     if entry.levels:
         key = next(
             (k for k in ("p99_deg", "psnr_db") if k in entry.levels[0]), next(iter(entry.levels[0]), "")
@@ -114,8 +116,8 @@ class _Sheet:
     def __init__(self, width: int) -> None:
         self.image = Image.new("RGB", (width, 4000), _PAPER)
         self.draw = ImageDraw.Draw(self.image)
-        self.bottom = 0  # of all that was drawn
-        self.lowest = 0  # of what stands in the columns
+        self.bottom = 0  # y below everything drawn
+        self.lowest = 0  # y below the columns
 
     def text(
         self, at: tuple[int, int], text: str, size: int, color: tuple[int, int, int] = _INK, width: int = 0
@@ -154,13 +156,15 @@ class _Sheet:
 def _draw_panel(
     sheet: _Sheet, at: tuple[int, int], panel: _Panel, entry: SheetMap, wide: int, shape: float
 ) -> None:
-    """wide: width of the boxes; shape: their height over it."""
+    """Draws a map, its format and its mips. wide: width of the boxes; shape: their height divided by it."""
     texture = entry.texture
     x, y = at
     y = sheet.text((x, y), panel.title, 19)
     size = f"{texture.width} x {texture.height}"
-    told = f"{entry.bytes / (1 << 20):.2f} MiB" if entry.bytes >= 1 << 19 else f"{entry.bytes / 1024:.1f} KiB"
-    y = sheet.text((x, y), f"{texture.format}   {size}   {told}", 14, _PALE) + 4
+    stored = (
+        f"{entry.bytes / (1 << 20):.2f} MiB" if entry.bytes >= 1 << 19 else f"{entry.bytes / 1024:.1f} KiB"
+    )
+    y = sheet.text((x, y), f"{texture.format}   {size}   {stored}", 14, _PALE) + 4
     first = shown_level(texture, LARGEST // 2)
     tall = round(wide * shape)
     sheet.paste(_fit(panel.picture(decode_texels(texture, first)), wide, tall), (x, y), (wide, tall))
@@ -174,7 +178,7 @@ def _draw_panel(
         sheet.text((left, y + low + 1), str(level), 11, _PALE)
 
 
-def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], ground: MaterialDefaults) -> bytes:
+def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], defaults: MaterialDefaults) -> bytes:
     """The sheet of one material as PNG. maps: any of paradize.maps."""
     panels = _panels(maps)
     columns = max(1, min(_COLUMNS, len(panels)))
@@ -184,9 +188,9 @@ def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], ground: Mat
     sheet.text((_MARGIN, 28), title, 44)
     top = sheet.text((_MARGIN + 2, 86), subtitle, 17, _PALE) + 16
 
-    preview = Image.fromarray(lit_preview(maps, ground))
+    preview = Image.fromarray(lit_preview(maps, defaults))
     sheet.paste(preview, (_MARGIN, top), (PREVIEW, preview.height))
-    y = sheet.text((_MARGIN, top + preview.height + 8), _about(ground), 14, _PALE, PREVIEW) + 10
+    y = sheet.text((_MARGIN, top + preview.height + 8), _about(defaults), 14, _PALE, PREVIEW) + 10
     _draw_close(sheet, y, maps)
 
     shape = max(min(1.0, m.texture.height / m.texture.width) for m in maps.values())
@@ -207,7 +211,7 @@ def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], ground: Mat
 
 
 def _draw_close(sheet: _Sheet, top: int, maps: dict[str, SheetMap]) -> None:
-    """Two maps from so near that each texel is seen."""
+    """Two maps enlarged so that each texel is visible."""
     half = (PREVIEW - _GAP) // 2
     close = [name for name in maps_of("object") if name in maps][:2]
     for index, name in enumerate(close):
@@ -222,8 +226,9 @@ def _draw_close(sheet: _Sheet, top: int, maps: dict[str, SheetMap]) -> None:
         )
 
 
-def _about(ground: MaterialDefaults) -> str:
-    shape = "a sphere, two tiles across" if ground.tiles else "the whole map from above"
+def _about(defaults: MaterialDefaults) -> str:
+    """What the lit preview shows."""
+    shape = "a sphere, two tiles across" if defaults.tiles else "the whole map from above"
     return f"lit in linear light from what the hardware reads: {shape}, sun from the upper left"
 
 

@@ -1,4 +1,4 @@
-"""What may be limited: the metrics with their units, and which errors are beyond a scene's limits."""
+"""The metrics that a budget may limit, with their units and meanings, and the errors beyond a budget."""
 
 from __future__ import annotations
 
@@ -11,61 +11,118 @@ from paradize.scene.schema import Limit, Limits
 FAR = 1e6
 
 METRICS = {
-    "surface_max": Limit("of the diagonal", True, 1.0, "bound of the two-sided surface distance of a LOD"),
-    "surface_rms": Limit("of the diagonal", True, 1.0, "RMS of the two-sided surface distance of a LOD"),
-    "load_max": Limit("of the diagonal", True, 1.0, "how far float32 moved a vertex of the source, at most"),
-    "load_max_m": Limit("m", True, FAR, "the same in metres"),
-    "load_normal_p99_deg": Limit("degrees", True, 180.0, "99 % of the source's surface it turned by no more"),
-    "tangent_max_deg": Limit("degrees", True, 180.0, "largest angle of a tangent from MikkTSpace's"),
-    "tangent_p99_deg": Limit("degrees", True, 180.0, "99 of 100 tangents are this near to MikkTSpace's"),
-    "tangent_mean_deg": Limit("degrees", True, 180.0, "mean angle of the tangents from MikkTSpace's"),
-    "lod_normal_p99_deg": Limit("degrees", True, 180.0, "99 of 100 normals of a LOD are this near"),
-    "lod_normal_mean_deg": Limit("degrees", True, 180.0, "mean angle of a LOD's normals from the mesh's"),
-    "lod_mapped_p99_deg": Limit("degrees", True, 180.0, "99 of 100, turned by the normal map, are this near"),
-    "lod_mapped_mean_deg": Limit("degrees", True, 180.0, "mean angle of a LOD's normals turned by the map"),
-    "quantise_max": Limit("of the diagonal", True, 1.0, "how far 16-bit positions moved a vertex, at most"),
-    "quantise_max_m": Limit("m", True, FAR, "the same in metres"),
-    "quantise_normal_max_deg": Limit("degrees", True, 180.0, "how far codes turned a vertex's normal"),
-    "quantise_tangent_max_deg": Limit("degrees", True, 180.0, "how far codes turned a vertex's tangent"),
-    "quantise_uv_max": Limit("of the side", True, 1.0, "how far codes moved a texture along a side, at most"),
-    "uv_shift_max": Limit("of the diagonal", True, 1.0, "largest slide of a LOD's texture that samples find"),
-    "uv_shift_p99": Limit("of the diagonal", True, 1.0, "99 of 100 places of a LOD's texture slid less"),
-    "terrain_max_m": Limit("m", True, FAR, "largest vertical distance of the terrain from its heightmap"),
-    "terrain_rms_m": Limit("m", True, FAR, "RMS of the vertical distance of the terrain from its heightmap"),
-    "normal_p99_deg": Limit("degrees", True, 180.0, "99 of 100 normals are this near to the true slopes'"),
-    "normal_mean_deg": Limit("degrees", True, 180.0, "mean angle of the normals from the true slopes'"),
-    "normal_max_deg": Limit("degrees", True, 180.0, "largest angle of a normal from the true slopes'"),
-    "normal_filter_deg": Limit("degrees", True, 180.0, "what the slope filter alone costs, on average"),
-    "normal_filter_p99_deg": Limit("degrees", True, 180.0, "99 of 100 normals it costs no more"),
-    "normal_filter_max_deg": Limit("degrees", True, 180.0, "the most that it costs a normal"),
-    "normal_open_deg": Limit("degrees", True, 180.0, "what the source's half steps leave open, on average"),
-    "normal_open_p99_deg": Limit("degrees", True, 180.0, "of 99 of 100 normals they leave no more open"),
-    "normal_open_max_deg": Limit("degrees", True, 180.0, "the most that they leave open of a normal"),
-    "dudv_p99_deg": Limit("degrees", True, 180.0, "99 of 100 du/dv texels are this near to the reference"),
-    "dudv_mean_deg": Limit("degrees", True, 180.0, "mean angle of the du/dv texels from the reference"),
-    "dudv_max_deg": Limit("degrees", True, 180.0, "largest angle of a du/dv texel from the reference"),
+    "surface_max": Limit(
+        "of the diagonal", True, 1.0, "largest distance between a level of detail and the source, both ways"
+    ),
+    "surface_rms": Limit(
+        "of the diagonal", True, 1.0, "RMS distance between a level of detail and the source, both ways"
+    ),
+    "load_max": Limit("of the diagonal", True, 1.0, "how far float32 moved a vertex of the source"),
+    "load_max_m": Limit("m", True, FAR, "how far float32 moved a vertex of the source"),
+    "load_normal_p99_deg": Limit(
+        "degrees", True, 180.0, "how far float32 turned a normal, for 99 % of the surface"
+    ),
+    "tangent_max_deg": Limit("degrees", True, 180.0, "largest angle between a tangent and MikkTSpace's"),
+    "tangent_p99_deg": Limit(
+        "degrees", True, 180.0, "angle between a tangent and MikkTSpace's, for 99 of 100 corners"
+    ),
+    "tangent_mean_deg": Limit("degrees", True, 180.0, "mean angle between the tangents and MikkTSpace's"),
+    "lod_normal_p99_deg": Limit(
+        "degrees", True, 180.0, "angle between a level's normals and the source's, for 99 % of the surface"
+    ),
+    "lod_normal_mean_deg": Limit(
+        "degrees", True, 180.0, "mean angle between a level's normals and the source's"
+    ),
+    "lod_mapped_p99_deg": Limit(
+        "degrees",
+        True,
+        180.0,
+        "angle between a level's and the source's normals under the normal map, for 99 % of the surface",
+    ),
+    "lod_mapped_mean_deg": Limit(
+        "degrees", True, 180.0, "mean angle between a level's and the source's normals under the normal map"
+    ),
+    "quantise_max": Limit("of the diagonal", True, 1.0, "how far 16-bit positions moved a vertex"),
+    "quantise_max_m": Limit("m", True, FAR, "how far 16-bit positions moved a vertex"),
+    "quantise_normal_max_deg": Limit("degrees", True, 180.0, "how far quantization turned a vertex normal"),
+    "quantise_tangent_max_deg": Limit("degrees", True, 180.0, "how far quantization turned a vertex tangent"),
+    "quantise_uv_max": Limit("of the side", True, 1.0, "how far quantization moved a texture coordinate"),
+    "uv_shift_max": Limit(
+        "of the diagonal", True, 1.0, "how far the texture slides on a level, the largest of the samples"
+    ),
+    "uv_shift_p99": Limit(
+        "of the diagonal", True, 1.0, "how far the texture slides on a level, for 99 of 100 samples"
+    ),
+    "terrain_max_m": Limit("m", True, FAR, "largest vertical distance between terrain and heightmap"),
+    "terrain_rms_m": Limit("m", True, FAR, "RMS of the vertical distance between terrain and heightmap"),
+    "normal_p99_deg": Limit(
+        "degrees", True, 180.0, "angle between baked and true normals, for 99 of 100 texels"
+    ),
+    "normal_mean_deg": Limit("degrees", True, 180.0, "mean angle between baked and true normals"),
+    "normal_max_deg": Limit("degrees", True, 180.0, "largest angle between a baked and the true normal"),
+    "normal_filter_deg": Limit("degrees", True, 180.0, "mean angle that the slope filter alone adds"),
+    "normal_filter_p99_deg": Limit(
+        "degrees", True, 180.0, "angle that the slope filter alone adds, for 99 of 100 texels"
+    ),
+    "normal_filter_max_deg": Limit("degrees", True, 180.0, "largest angle that the slope filter alone adds"),
+    "normal_open_deg": Limit(
+        "degrees", True, 180.0, "mean angle that the source's 8 or 16 bits leave undecided"
+    ),
+    "normal_open_p99_deg": Limit(
+        "degrees", True, 180.0, "angle that the source's 8 or 16 bits leave undecided, for 99 of 100 texels"
+    ),
+    "normal_open_max_deg": Limit(
+        "degrees", True, 180.0, "largest angle that the source's 8 or 16 bits leave undecided"
+    ),
+    "dudv_p99_deg": Limit("degrees", True, 180.0, "angle between baked and true du/dv, for 99 of 100 texels"),
+    "dudv_mean_deg": Limit("degrees", True, 180.0, "mean angle between baked and true du/dv"),
+    "dudv_max_deg": Limit("degrees", True, 180.0, "largest angle between baked and true du/dv"),
     **{
-        f"{name}_psnr_db": Limit("dB", False, 1000.0, f"PSNR of a {one.label} texture against its reference")
+        f"{name}_psnr_db": Limit("dB", False, 1000.0, f"PSNR of the {one.label} map against its source")
         for name, one in MAPS.items()
         if not one.is_direction
     },
-    "alpha_psnr_db": Limit("dB", False, 1000.0, "PSNR of a texture's alpha against its source"),
-    "gloss_width_p99_deg": Limit("degrees", True, 33.0, "99 of 100 highlights are this near in width"),
+    "alpha_psnr_db": Limit("dB", False, 1000.0, "PSNR of the alpha against its source"),
+    "gloss_width_p99_deg": Limit(
+        "degrees", True, 33.0, "error of a highlight's half-width, for 99 of 100 texels"
+    ),
     "gloss_width_mean_deg": Limit("degrees", True, 33.0, "mean error of a highlight's half-width"),
     "gloss_width_max_deg": Limit("degrees", True, 33.0, "largest error of a highlight's half-width"),
-    "sky_max_relative": Limit("of the texel", True, 1.0, "largest error of a sky texel"),
-    "path_miss_m": Limit("m", True, FAR, "farthest that the camera passes from a waypoint"),
-    "path_ripple_max": Limit("of the speed", True, 10.0, "largest deviation of 20,000 moments' speed"),
-    "path_ripple_p99": Limit("of the speed", True, 10.0, "99 of 100 moments deviate less"),
-    "path_time_s": Limit("s", True, FAR, "deviation from the asked duration"),
-    "folder_mb": Limit("MB", True, FAR, "the files of all artifacts together"),
-    "gpu_mb": Limit("MB", True, FAR, "what textures and meshes take on the device, all resident"),
+    "sky_max_relative": Limit("of the texel", True, 1.0, "largest error of a texel's light"),
+    "path_miss_m": Limit("m", True, FAR, "largest distance between the camera path and a waypoint"),
+    "path_ripple_max": Limit("of the speed", True, 10.0, "largest deviation from the requested speed"),
+    "path_ripple_p99": Limit(
+        "of the speed", True, 10.0, "deviation from the requested speed, for 99 % of the flight"
+    ),
+    "path_time_s": Limit("s", True, FAR, "deviation from the requested duration"),
+    "folder_mb": Limit("MB", True, FAR, "size of all artifact files together"),
+    "gpu_mb": Limit("MB", True, FAR, "GPU memory of all textures and meshes"),
+}
+
+# Metrics that are measured and reported, and that no budget may limit: name -> unit and meaning.
+REPORTED = {
+    **{
+        f"{name}_max": ("of the range", f"largest error of a channel of a texel of the {one.label} map")
+        for name, one in MAPS.items()
+        if not one.is_direction
+    },
+    "normal_encoding_deg": ("degrees", "mean angle that storing the normals in this format adds"),
+    "normal_encoding_p99_deg": (
+        "degrees",
+        "angle that storing the normals in this format adds, for 99 of 100 texels",
+    ),
+    "normal_encoding_max_deg": ("degrees", "largest angle that storing the normals in this format adds"),
+    "terrain_tile_max_m": ("m", "largest vertical distance of any patch, the coarse ones too"),
+    "quantise_color_max": ("linear value", "how far quantization moved a vertex colour"),
+    "path_jump_m": ("m", "largest gap between two segments of the camera path"),
+    "path_jump_m_per_u": ("m per segment", "largest jump of the velocity between two segments"),
+    "path_jump_m_per_u2": ("m per segment squared", "largest jump of the acceleration between two segments"),
 }
 
 
 @dataclass(frozen=True)
 class Excess:
-    """An error beyond its limit. hard: whether that fails a check; else it warns."""
+    """An error beyond its limit. hard: whether it fails a check, or only warns."""
 
     metric: str
     value: float
@@ -84,10 +141,10 @@ def is_beyond(metric: str, value: float, limit: float) -> bool:
 
 def excesses(budget: Limits, errors: Mapping[str, float]) -> list[Excess]:
     """The errors beyond their hard limit, else beyond their soft one; in the budget's order."""
-    found = []
+    beyond = []
     for metric in dict.fromkeys((*budget.hard, *budget.soft)):
         for limits, hard in ((budget.hard, True), (budget.soft, False)):
             if metric in errors and metric in limits and is_beyond(metric, errors[metric], limits[metric]):
-                found.append(Excess(metric, errors[metric], limits[metric], hard))
+                beyond.append(Excess(metric, errors[metric], limits[metric], hard))
                 break
-    return found
+    return beyond

@@ -58,8 +58,18 @@ def header(place: str) -> str:
 Rule = Callable[[object, str, Faults], Any]  # value, key path, faults -> the checked value (None on a fault)
 
 
-def _field(rule: Rule, default: Any, unit: str = "", key: str | None = None) -> Any:
-    metadata = {"rule": rule, "unit": unit, "key": key}
+def _field(
+    rule: Rule,
+    default: Any,
+    allowed: str,
+    *,
+    meaning: str = "",
+    unit: str = "",
+    key: str | None = None,
+    of: type | None = None,
+) -> Any:
+    """A field of a dataclass. allowed, meaning, unit: for FIELDS.md; of: the dataclass of a table."""
+    metadata = {"rule": rule, "unit": unit, "key": key, "allowed": allowed, "meaning": meaning, "of": of}
     if isinstance(default, type) or callable(default):
         return field(default_factory=default, metadata=metadata)
     return field(default=default, metadata=metadata)
@@ -81,11 +91,15 @@ def _real(value: object) -> float | None:
 
 def _limits(low: float, high: float, unit: str) -> str:
     """low, high: whole numbers are written as such, which a field of them takes."""
+    return f"allowed: {_range(low, high)}{' ' + unit if unit else ''}"
+
+
+def _range(low: float, high: float) -> str:
     shown = [str(limit) if isinstance(limit, int) else f"{limit:g}" for limit in (low, high)]
-    return f"allowed: {shown[0]} to {shown[1]}{' ' + unit if unit else ''}"
+    return f"{shown[0]} to {shown[1]}"
 
 
-def number(default: Any = MISSING, *, low: float, high: float, unit: str = "") -> Any:
+def number(default: Any = MISSING, *, low: float, high: float, unit: str = "", meaning: str = "") -> Any:
     """A finite number in [low, high]."""
 
     def rule(value: object, place: str, faults: Faults) -> float | None:
@@ -98,10 +112,10 @@ def number(default: Any = MISSING, *, low: float, high: float, unit: str = "") -
             return None
         return real
 
-    return _field(rule, default, unit)
+    return _field(rule, default, _range(low, high), meaning=meaning, unit=unit)
 
 
-def number_or(words: tuple[str, ...], *, low: float, high: float) -> Any:
+def number_or(words: tuple[str, ...], *, low: float, high: float, meaning: str = "") -> Any:
     """A finite number in [low, high], or one of a few words, the first by default."""
 
     def rule(value: object, place: str, faults: Faults) -> float | str | None:
@@ -111,10 +125,10 @@ def number_or(words: tuple[str, ...], *, low: float, high: float) -> Any:
             return None
         return str(value) if real is None else real
 
-    return _field(rule, words[0])
+    return _field(rule, words[0], f"{_range(low, high)}, or {', '.join(words)}", meaning=meaning)
 
 
-def whole(default: Any = MISSING, *, low: int, high: int, unit: str = "") -> Any:
+def whole(default: Any = MISSING, *, low: int, high: int, unit: str = "", meaning: str = "") -> Any:
     """A whole number in [low, high]."""
 
     def rule(value: object, place: str, faults: Faults) -> int | None:
@@ -126,7 +140,7 @@ def whole(default: Any = MISSING, *, low: int, high: int, unit: str = "") -> Any
             return None
         return value
 
-    return _field(rule, default, unit)
+    return _field(rule, default, f"whole, {_range(low, high)}", meaning=meaning, unit=unit)
 
 
 def vector(
@@ -138,6 +152,7 @@ def vector(
     unit: str = "",
     rising: bool = False,
     integers: bool = False,
+    meaning: str = "",
 ) -> Any:
     """`size` finite numbers in [low, high]; with `rising` none is smaller than the one before it."""
 
@@ -158,10 +173,11 @@ def vector(
             return None
         return tuple(reals)
 
-    return _field(rule, default, unit)
+    kind = f"{size} {'whole ' if integers else ''}numbers, {_range(low, high)}{', rising' if rising else ''}"
+    return _field(rule, default, kind, meaning=meaning, unit=unit)
 
 
-def numbers(default: Any = MISSING, *, low: float, high: float, unit: str = "") -> Any:
+def numbers(default: Any = MISSING, *, low: float, high: float, unit: str = "", meaning: str = "") -> Any:
     """Any count of finite numbers in [low, high], none smaller than the one before it."""
 
     def rule(value: object, place: str, faults: Faults) -> tuple[float, ...] | None:
@@ -180,10 +196,10 @@ def numbers(default: Any = MISSING, *, low: float, high: float, unit: str = "") 
             return None
         return found
 
-    return _field(rule, default, unit)
+    return _field(rule, default, f"rising numbers, {_range(low, high)}", meaning=meaning, unit=unit)
 
 
-def flag(default: Any = MISSING) -> Any:
+def flag(default: Any = MISSING, *, meaning: str = "") -> Any:
     """true or false."""
 
     def rule(value: object, place: str, faults: Faults) -> bool | None:
@@ -192,15 +208,15 @@ def flag(default: Any = MISSING) -> Any:
             return None
         return value
 
-    return _field(rule, default)
+    return _field(rule, default, "true, false", meaning=meaning)
 
 
-def place(default: Any = MISSING) -> Any:
+def place(default: Any = MISSING, *, meaning: str = "") -> Any:
     """x, y and z of a place in metres, at most FARTHEST from 0 along each axis."""
-    return vector(default, size=3, low=-FARTHEST, high=FARTHEST, unit="m")
+    return vector(default, size=3, low=-FARTHEST, high=FARTHEST, unit="m", meaning=meaning)
 
 
-def choice(default: Any = MISSING, *, among: tuple[str, ...]) -> Any:
+def choice(default: Any = MISSING, *, among: tuple[str, ...], meaning: str = "") -> Any:
     """One of a few words."""
 
     def rule(value: object, place: str, faults: Faults) -> str | None:
@@ -209,10 +225,10 @@ def choice(default: Any = MISSING, *, among: tuple[str, ...]) -> Any:
             return None
         return str(value)
 
-    return _field(rule, default)
+    return _field(rule, default, ", ".join(among), meaning=meaning)
 
 
-def choices(default: Any = MISSING, *, among: tuple[str, ...]) -> Any:
+def choices(default: Any = MISSING, *, among: tuple[str, ...], meaning: str = "") -> Any:
     """Some of a few words, one or more, none twice."""
 
     def rule(value: object, place: str, faults: Faults) -> tuple[str, ...] | None:
@@ -225,13 +241,13 @@ def choices(default: Any = MISSING, *, among: tuple[str, ...]) -> Any:
             return None
         return tuple(value)
 
-    return _field(rule, default)
+    return _field(rule, default, f"some of {', '.join(among)}", meaning=meaning)
 
 
 _NAME = "abcdefghijklmnopqrstuvwxyz0123456789_"
 
 
-def identifier(default: Any = MISSING) -> Any:
+def identifier(default: Any = MISSING, *, meaning: str = "") -> Any:
     """A name that also names files: 1 to 40 of a-z, 0-9 and _, a letter first."""
 
     def rule(value: object, place: str, faults: Faults) -> str | None:
@@ -241,10 +257,10 @@ def identifier(default: Any = MISSING) -> Any:
             return None
         return str(value)
 
-    return _field(rule, default)
+    return _field(rule, default, "1 to 40 of a-z, 0-9 and _, a letter first", meaning=meaning)
 
 
-def text(default: Any = MISSING) -> Any:
+def text(default: Any = MISSING, *, meaning: str = "") -> Any:
     """A string that says something."""
 
     def rule(value: object, place: str, faults: Faults) -> str | None:
@@ -253,10 +269,10 @@ def text(default: Any = MISSING) -> Any:
             return None
         return value
 
-    return _field(rule, default)
+    return _field(rule, default, "text", meaning=meaning)
 
 
-def one_of(default: Any = MISSING, *, known: Collection[str]) -> Any:
+def one_of(default: Any = MISSING, *, known: Collection[str], meaning: str = "") -> Any:
     """One of many names."""
 
     def rule(value: object, place: str, faults: Faults) -> str | None:
@@ -265,10 +281,10 @@ def one_of(default: Any = MISSING, *, known: Collection[str]) -> Any:
             return None
         return value
 
-    return _field(rule, default)
+    return _field(rule, default, "a metric", meaning=meaning)
 
 
-def day(default: Any = MISSING) -> Any:
+def day(default: Any = MISSING, *, meaning: str = "") -> Any:
     """A day of the calendar, as TOML writes it: 2026-12-31."""
 
     def rule(value: object, place: str, faults: Faults) -> date | None:
@@ -277,13 +293,13 @@ def day(default: Any = MISSING) -> Any:
             return None
         return value
 
-    return _field(rule, default)
+    return _field(rule, default, "a day, as 2026-12-31", meaning=meaning)
 
 
 _CODE = re.compile(r"PZ[0-9]{3}")
 
 
-def code(default: Any = MISSING) -> Any:
+def code(default: Any = MISSING, *, meaning: str = "") -> Any:
     """The code of a rule of `paradize check`."""
 
     def rule(value: object, place: str, faults: Faults) -> str | None:
@@ -292,10 +308,10 @@ def code(default: Any = MISSING) -> Any:
             return None
         return value
 
-    return _field(rule, default)
+    return _field(rule, default, "a code, as PZ401", meaning=meaning)
 
 
-def words(among: tuple[str, ...]) -> Any:
+def words(among: tuple[str, ...], *, meaning: str = "") -> Any:
     """A table of code = one of a few words."""
 
     def rule(value: object, place: str, faults: Faults) -> dict[str, str]:
@@ -310,10 +326,10 @@ def words(among: tuple[str, ...]) -> Any:
                 faults.add(f"{place}.{key}", f"is {_show(item)}", f"allowed: {', '.join(among)}")
         return value
 
-    return _field(rule, dict)
+    return _field(rule, dict, f"code = {', '.join(among)}", meaning=meaning)
 
 
-def texts(default: Any = MISSING) -> Any:
+def texts(default: Any = MISSING, *, meaning: str = "") -> Any:
     """A list of strings."""
 
     def rule(value: object, place: str, faults: Faults) -> tuple[str, ...] | None:
@@ -326,7 +342,7 @@ def texts(default: Any = MISSING) -> Any:
             return None
         return tuple(value)
 
-    return _field(rule, default)
+    return _field(rule, default, "list of texts", meaning=meaning)
 
 
 def _source(value: object, place: str, faults: Faults) -> Path | None:
@@ -353,12 +369,12 @@ def _source(value: object, place: str, faults: Faults) -> Path | None:
     return path if os.path.normpath(named) == str(path) else named
 
 
-def source(default: Any = MISSING) -> Any:
+def source(default: Any = MISSING, *, meaning: str = "") -> Any:
     """A file, relative to the scene's folder and inside it."""
-    return _field(_source, default)
+    return _field(_source, default, "a file", meaning=meaning)
 
 
-def sources(default: Any = MISSING, *, size: int) -> Any:
+def sources(default: Any = MISSING, *, size: int, meaning: str = "") -> Any:
     """`size` files, each relative to the scene's folder and inside it."""
 
     def rule(value: object, place: str, faults: Faults) -> tuple[Path, ...] | None:
@@ -368,15 +384,21 @@ def sources(default: Any = MISSING, *, size: int) -> Any:
         paths = [_source(item, f"{place}[{i}]", faults) for i, item in enumerate(value)]
         return None if None in paths else tuple(path for path in paths if path is not None)
 
-    return _field(rule, default)
+    return _field(rule, default, f"{size} files", meaning=meaning)
 
 
-def table(of: type[T], default: Any = MISSING, *, key: str | None = None) -> Any:
+def table(of: type[T], default: Any = MISSING, *, key: str | None = None, meaning: str = "") -> Any:
     """A table that is itself a dataclass of rules; `key` is its name in the file where it differs."""
-    return _field(lambda value, place, faults: read_table(of, value, place, faults), default, key=key)
+
+    def rule(value: object, place: str, faults: Faults) -> T | None:
+        return read_table(of, value, place, faults)
+
+    return _field(rule, default, "a table", meaning=meaning, key=key, of=of)
 
 
-def tables(of: type[T], *, least: int = 0, most: int = 10_000, key: str | None = None) -> Any:
+def tables(
+    of: type[T], *, least: int = 0, most: int = 10_000, key: str | None = None, meaning: str = ""
+) -> Any:
     """An array of tables, `least` to `most` of them."""
 
     def rule(value: object, place: str, faults: Faults) -> tuple[T, ...] | None:
@@ -389,10 +411,11 @@ def tables(of: type[T], *, least: int = 0, most: int = 10_000, key: str | None =
         items = [read_table(of, item, f"{place}[{i}]", faults) for i, item in enumerate(value)]
         return tuple(item for item in items if item is not None)
 
-    return _field(rule, MISSING if least else tuple, key=key)
+    kind = f"{least} or more tables" if least else "tables"
+    return _field(rule, MISSING if least else tuple, kind, meaning=meaning, key=key, of=of)
 
 
-def named_tables(of: type[T], *, key: str | None = None) -> Any:
+def named_tables(of: type[T], *, key: str | None = None, meaning: str = "") -> Any:
     """A table of tables by name, for example a material each."""
 
     def rule(value: object, place: str, faults: Faults) -> dict[str, T]:
@@ -403,7 +426,7 @@ def named_tables(of: type[T], *, key: str | None = None) -> Any:
         read = {name: read_table(of, item, f"{place}.{name}", faults) for name, item in value.items()}
         return {name: item for name, item in read.items() if item is not None}
 
-    return _field(rule, dict, key=key)
+    return _field(rule, dict, "a table for each name", meaning=meaning, key=key, of=of)
 
 
 @dataclass(frozen=True)
@@ -429,7 +452,7 @@ class Limits:
         return self.hard | self.soft
 
 
-def limits(known: dict[str, Limit]) -> Any:
+def limits(known: dict[str, Limit], *, meaning: str = "") -> Any:
     """A table of metric = limit or metric = { soft = limit, hard = limit }, of known metrics."""
 
     def rule(value: object, place: str, faults: Faults) -> Limits:
@@ -459,7 +482,7 @@ def limits(known: dict[str, Limit]) -> Any:
                 faults.add(f"{place}.{key}.soft", f"is {soft:g}", mend)
         return read
 
-    return _field(rule, Limits)
+    return _field(rule, Limits, "metric = limit, or { soft = limit, hard = limit }", meaning=meaning)
 
 
 def _nearest(key: str, known: Any) -> str:
@@ -486,5 +509,8 @@ def read_table(of: type[T], value: object, place: str, faults: Faults) -> T | No
         if key in value:
             read[item.name] = item.metadata["rule"](value[key], f"{dotted}{key}", faults)
         elif item.default is MISSING and item.default_factory is MISSING:
-            faults.add(f"{dotted}{key}", "is missing", "it has no default")
+            meaning = item.metadata["meaning"]
+            faults.add(
+                f"{dotted}{key}", "is missing", "it has no default" + (f": {meaning}" if meaning else "")
+            )
     return of(**read) if len(faults.errors) == before else None

@@ -1,5 +1,6 @@
 # ruff: noqa: RUF009 (the calls in the dataclasses make their fields)
-"""The scene: one TOML file -> frozen settings, each field with its default, unit and allowed range.
+"""The scene: one TOML file -> frozen settings, each field with its default, unit, range and meaning.
+FIELDS.md is made from them (reference.py).
 
 Axes: right-handed, Y up, metres. Angles are degrees in the file (`_deg`). Colours are linear RGB. Azimuth
 turns clockwise seen from above, from north (-Z, row 0 of the heightmap) to east (+X): 0 = -Z, 90 = +X. Its
@@ -65,17 +66,45 @@ FILTERS = ("auto", "central", "scharr", "fourth", "eighth")
 
 @dataclass(frozen=True, kw_only=True)
 class Head:
-    name: str = identifier()
-    exposure: float = number(1.0, low=1e-6, high=1e6)
-    viewport: tuple[int, int] = vector((1280, 720), size=2, low=16, high=16384, unit="pixels", integers=True)
-    # The largest picture that is ever drawn of it; what is baked is as fine as that needs. Else the viewport.
-    largest_viewport: tuple[int, int] | None = vector(
-        None, size=2, low=16, high=16384, unit="pixels", integers=True
+    name: str = identifier(meaning="name of the scene: the default folder is build/assets/NAME")
+    exposure: float = number(1.0, low=1e-6, high=1e6, meaning="factor on all light before tone mapping")
+    viewport: tuple[int, int] = vector(
+        (1280, 720),
+        size=2,
+        low=16,
+        high=16384,
+        unit="pixels",
+        integers=True,
+        meaning="size of the player's picture",
     )
-    lod_error_px: float = number(1.0, low=0.01, high=100.0, unit="pixels")
-    tier: str = choice("balanced", among=TIERS)  # where the command line names none
-    poster_s: float = number(0.0, low=0.0, high=86_400.0, unit="s")
-    zstd: bool = flag(False)  # textures as Zstandard frames: smaller files, inflated while they load
+
+    largest_viewport: tuple[int, int] | None = vector(
+        None,
+        size=2,
+        low=16,
+        high=16384,
+        unit="pixels",
+        integers=True,
+        meaning="largest picture ever drawn; maps and meshes are as fine as it needs; without it: viewport",
+    )
+    lod_error_px: float = number(
+        1.0,
+        low=0.01,
+        high=100.0,
+        unit="pixels",
+        meaning="largest error in the picture that a level of detail may show",
+    )
+    tier: str = choice(
+        "balanced",
+        among=TIERS,
+        meaning="tier used if the command line names none; `auto` takes the cheapest inside the budget",
+    )
+    poster_s: float = number(
+        0.0, low=0.0, high=86_400.0, unit="s", meaning="second of the flight that a single picture shows"
+    )
+    zstd: bool = flag(
+        False, meaning="supercompress textures with Zstandard: smaller files, more work to load"
+    )
 
     @property
     def largest(self) -> tuple[int, int]:
@@ -85,240 +114,419 @@ class Head:
 
 @dataclass(frozen=True, kw_only=True)
 class Sun:
-    azimuth_deg: float = number(200.0, low=-360.0, high=360.0, unit="degrees")
-    elevation_deg: float = number(35.0, low=-90.0, high=90.0, unit="degrees")
-    color: tuple[float, float, float] = vector((1.0, 0.9, 0.75), size=3, low=0.0, high=100.0)
-    intensity: float = number(3.0, low=0.0, high=1e6)
-    angular_diameter_deg: float = number(0.53, low=0.0, high=30.0, unit="degrees")
+    azimuth_deg: float = number(
+        200.0,
+        low=-360.0,
+        high=360.0,
+        unit="degrees",
+        meaning="compass direction of the sun: 0 is north (-Z), 90 east (+X)",
+    )
+    elevation_deg: float = number(
+        35.0, low=-90.0, high=90.0, unit="degrees", meaning="height of the sun above the horizon"
+    )
+    color: tuple[float, float, float] = vector(
+        (1.0, 0.9, 0.75), size=3, low=0.0, high=100.0, meaning="linear RGB"
+    )
+    intensity: float = number(3.0, low=0.0, high=1e6, meaning="factor on color")
+    angular_diameter_deg: float = number(
+        0.53, low=0.0, high=30.0, unit="degrees", meaning="apparent size of the sun's disc"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ambient:
-    color: tuple[float, float, float] = vector((0.55, 0.7, 1.0), size=3, low=0.0, high=100.0)
-    intensity: float = number(0.5, low=0.0, high=1e6)
+    color: tuple[float, float, float] = vector(
+        (0.55, 0.7, 1.0), size=3, low=0.0, high=100.0, meaning="linear RGB of the light from all sides"
+    )
+    intensity: float = number(0.5, low=0.0, high=1e6, meaning="factor on color")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fog:
-    color: tuple[float, float, float] = vector((0.75, 0.85, 0.95), size=3, low=0.0, high=1e4)
-    density_per_m: float = number(0.0, low=0.0, high=100.0, unit="1/m")
+    color: tuple[float, float, float] = vector(
+        (0.75, 0.85, 0.95), size=3, low=0.0, high=1e4, meaning="linear RGB of the fog"
+    )
+    density_per_m: float = number(
+        0.0, low=0.0, high=100.0, unit="1/m", meaning="share of the light lost per metre; 0: no fog"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sky:
-    faces: tuple[Path, ...] = sources(size=6)  # +X -X +Y -Y +Z -Z
+    faces: tuple[Path, ...] = sources(
+        size=6, meaning="six pictures of a cube map in the order +X -X +Y -Y +Z -Z"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Shadow:
-    size: int = whole(2048, low=16, high=16384, unit="texels")
-    extent_m: float = number(100.0, low=1e-3, high=FAR, unit="m")  # side of the square that the light sees
-    center: Place = place((0.0, 0.0, 0.0))
-    blur_distance_m: float = number(50.0, low=0.0, high=FAR, unit="m")
+    size: int = whole(2048, low=16, high=16384, unit="texels", meaning="side of the shadow map")
+    extent_m: float = number(
+        100.0, low=1e-3, high=FAR, unit="m", meaning="side of the square around center that has shadows"
+    )
+    center: Place = place((0.0, 0.0, 0.0), meaning="middle of that square")
+    blur_distance_m: float = number(
+        50.0, low=0.0, high=FAR, unit="m", meaning="shadow edges farther from the camera are not softened"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class View:
     """A view rendered into a texture; its resolution as a share of the window's."""
 
-    scale: float = number(0.5, low=1 / 16, high=2.0)
+    scale: float = number(
+        0.5, low=1 / 16, high=2.0, meaning="resolution of this view as a share of the picture's"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Relief:
     """How a picture becomes heights, and heights slopes. Levels apply in this order, to 0..1."""
 
-    black: float = number(0.0, low=-1e6, high=1e6)  # what becomes 0
-    white: float = number(1.0, low=-1e6, high=1e6)  # what becomes 1; another number than black
-    gamma: float = number(1.0, low=1e-3, high=1e6)  # above 1 lifts the middle
-    contrast: float = number(1.0, low=-1e6, high=1e6)  # about one half
-    brightness: float = number(0.0, low=-1e6, high=1e6)  # added
-    invert: bool = flag(False)
-    filter: str = choice("auto", among=FILTERS)  # the derivative filter
-    destep: bool = flag(False)  # smooth the steps of an 8-bit picture, within half a step
+    black: float = number(0.0, low=-1e6, high=1e6, meaning="value of the picture that becomes height 0")
+    white: float = number(
+        1.0, low=-1e6, high=1e6, meaning="value that becomes height 1; must differ from black"
+    )
+    gamma: float = number(1.0, low=1e-3, high=1e6, meaning="above 1 lifts the middle heights")
+    contrast: float = number(1.0, low=-1e6, high=1e6, meaning="factor on heights around one half")
+    brightness: float = number(0.0, low=-1e6, high=1e6, meaning="added to the heights")
+    invert: bool = flag(False, meaning="true: white is low")
+    filter: str = choice(
+        "auto", among=FILTERS, meaning="derivative filter of the slopes; auto looks at the heights"
+    )
+    destep: bool = flag(False, meaning="smooth the steps of an 8-bit picture, within half a step")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Terrain:
-    heightmap: Path = source()
-    size_m: tuple[float, float] = vector(size=2, low=1e-6, high=FAR, unit="m")  # x, z: first to last pixel
-    # White lies this far above black; floats, signed integers and .hgt are metres and need none.
-    height_m: float | None = number(None, low=-FAR, high=FAR, unit="m")
-    height_scale: float = number(1.0, low=-FAR, high=FAR)  # what heights are multiplied by, of metres too
-    nodata: float | str = number_or(("auto", "none"), low=-1e39, high=1e39)  # means no height
-    base_m: float = number(0.0, low=-FAR, high=FAR, unit="m")  # y of black
-    max_error_m: float = number(0.03, low=0.0, high=FAR, unit="m")  # 0: every pixel becomes a vertex
-    patch_px: int = whole(128, low=8, high=256, unit="pixels")  # side of the finest cells of the tree
-    quantise: bool = flag(False)  # vertices as 16-bit codes of one lattice, inside max_error_m
-    tile_mb: float = number(64.0, low=0.01, high=64.0, unit="MB")  # what a file of patches may hold
-    sand_color: Path = source()
-    sand_repeat: float = number(1.0, low=1e-3, high=1e5)  # nb: how often the sand lies along X
-    sand_height: Path | None = source(None)
-    sand_strength: float = number(0.0, low=0.0, high=100.0, unit="% of the width")  # 0: no sand normal map
-    sand_relief: Relief = table(Relief, Relief)
-    effect_color: Path | None = source(None)
-    effect_height: Path | None = source(None)  # else the effect map's normals come from its colour
-    effect_strength: float = number(1.0, low=0.0, high=100.0, unit="% of the width")
-    effect_relief: Relief = table(Relief, Relief)
-    mix_low_m: float = number(0.0, low=-FAR, high=FAR, unit="m")  # below: effect only
-    mix_high_m: float = number(2.0, low=-FAR, high=FAR, unit="m")  # above: sand only
-    specular: float = number(0.05, low=0.0, high=10.0)
-    smoothness: float = number(0.2, low=0.0, high=1.0)
-    wet_high_m: float = number(0.5, low=0.0, high=FAR, unit="m")  # sand is wet up to here above the water
-    wet_darkness: float = number(0.4, low=0.0, high=1.0)
-    wet_smoothness: float = number(0.6, low=0.0, high=1.0)
+    heightmap: Path = source(meaning="grey picture, .hgt or .asc of heights; each pixel is a vertex")
+    size_m: tuple[float, float] = vector(
+        size=2, low=1e-6, high=FAR, unit="m", meaning="x and z, from the first to the last pixel"
+    )
+
+    height_m: float | None = number(
+        None,
+        low=-FAR,
+        high=FAR,
+        unit="m",
+        meaning="height of white above black; a file of metres (floats, signed integers, .hgt) needs none",
+    )
+    height_scale: float = number(1.0, low=-FAR, high=FAR, meaning="factor on the heights, also on metres")
+    nodata: float | str = number_or(
+        ("auto", "none"),
+        low=-1e39,
+        high=1e39,
+        meaning="value of pixels without a height; auto: as the file says",
+    )
+    base_m: float = number(0.0, low=-FAR, high=FAR, unit="m", meaning="y of black")
+    max_error_m: float = number(
+        0.03,
+        low=0.0,
+        high=FAR,
+        unit="m",
+        meaning="largest vertical error of the mesh; 0: a vertex at every pixel",
+    )
+    patch_px: int = whole(
+        128, low=8, high=256, unit="pixels", meaning="side of the finest cells of the patch tree"
+    )
+    quantise: bool = flag(False, meaning="16-bit vertices, inside max_error_m")
+    tile_mb: float = number(64.0, low=0.01, high=64.0, unit="MB", meaning="largest size of a file of patches")
+    sand_color: Path = source(meaning="tileable colour map of the ground")
+    sand_repeat: float = number(1.0, low=1e-3, high=1e5, meaning="how often the sand repeats along x")
+    sand_height: Path | None = source(
+        None, meaning="heights of the sand; without it they come from sand_color"
+    )
+    sand_strength: float = number(
+        0.0, low=0.0, high=100.0, unit="% of the width", meaning="height of full white; 0: no normal map"
+    )
+    sand_relief: Relief = table(Relief, Relief, meaning="How the picture becomes heights.")
+    effect_color: Path | None = source(
+        None, meaning="colour map over the whole terrain, shown below mix_low_m"
+    )
+    effect_height: Path | None = source(
+        None, meaning="heights of the effect map; without it they come from effect_color"
+    )
+    effect_strength: float = number(
+        1.0, low=0.0, high=100.0, unit="% of the width", meaning="height of full white; 0: no normal map"
+    )
+    effect_relief: Relief = table(Relief, Relief, meaning="How the picture becomes heights.")
+    mix_low_m: float = number(
+        0.0, low=-FAR, high=FAR, unit="m", meaning="below this height only the effect map shows"
+    )
+    mix_high_m: float = number(
+        2.0, low=-FAR, high=FAR, unit="m", meaning="above this height only the sand shows"
+    )
+    specular: float = number(0.05, low=0.0, high=10.0, meaning="intensity of highlights")
+    smoothness: float = number(0.2, low=0.0, high=1.0, meaning="0: rough, 1: mirror")
+    wet_high_m: float = number(
+        0.5, low=0.0, high=FAR, unit="m", meaning="sand is wet up to this height above the water"
+    )
+    wet_darkness: float = number(0.4, low=0.0, high=1.0, meaning="how much darker wet sand is")
+    wet_smoothness: float = number(0.6, low=0.0, high=1.0, meaning="smoothness of wet sand")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Water:
-    waves: Path = source()  # a tileable height map
-    wave_strength: float = number(1.0, low=1e-6, high=100.0, unit="% of the width")
-    wave_relief: Relief = table(Relief, Relief)
-    level_m: float = number(0.0, low=-FAR, high=FAR, unit="m")
-    size_m: float = number(1000.0, low=1e-3, high=FAR, unit="m")  # side of the square of water
-    tile: float = number(40.0, low=1e-3, high=1e5)  # how often the waves lie along it
-    k: float = number(0.02, low=0.0, high=10.0)  # refraction strength
-    scroll: tuple[float, float] = vector((0.01, 0.006), size=2, low=-10.0, high=10.0, unit="tiles/s")
-    strength: float = number(0.02, low=0.0, high=10.0)  # how far the du/dv map shakes the reflection
-    deep_color: tuple[float, float, float] = vector((0.003, 0.045, 0.107), size=3, low=0.0, high=100.0)
-    shallow_color: tuple[float, float, float] = vector((0.05, 0.533, 0.527), size=3, low=0.0, high=100.0)
-    absorption_per_m: tuple[float, float, float] = vector(
-        (0.4, 0.08, 0.06), size=3, low=0.0, high=1e4, unit="1/m"
+    waves: Path = source(meaning="tileable height map of the waves")
+    wave_strength: float = number(
+        1.0, low=1e-6, high=100.0, unit="% of the width", meaning="height of full white"
     )
-    specular: float = number(1.0, low=0.0, high=10.0)
-    smoothness: float = number(0.95, low=0.0, high=1.0)
+    wave_relief: Relief = table(Relief, Relief, meaning="How the picture becomes heights.")
+    level_m: float = number(0.0, low=-FAR, high=FAR, unit="m", meaning="height of the surface")
+    size_m: float = number(1000.0, low=1e-3, high=FAR, unit="m", meaning="side of the square of water")
+    tile: float = number(40.0, low=1e-3, high=1e5, meaning="how often the waves repeat along it")
+    k: float = number(0.02, low=0.0, high=10.0, meaning="strength of refraction")
+    scroll: tuple[float, float] = vector(
+        (0.01, 0.006),
+        size=2,
+        low=-10.0,
+        high=10.0,
+        unit="tiles/s",
+        meaning="speed of the waves along x and z",
+    )
+    strength: float = number(0.02, low=0.0, high=10.0, meaning="how far the du/dv map moves the reflection")
+    deep_color: tuple[float, float, float] = vector(
+        (0.003, 0.045, 0.107), size=3, low=0.0, high=100.0, meaning="linear RGB of deep water"
+    )
+    shallow_color: tuple[float, float, float] = vector(
+        (0.05, 0.533, 0.527), size=3, low=0.0, high=100.0, meaning="linear RGB of shallow water"
+    )
+    absorption_per_m: tuple[float, float, float] = vector(
+        (0.4, 0.08, 0.06),
+        size=3,
+        low=0.0,
+        high=1e4,
+        unit="1/m",
+        meaning="share of red, green and blue lost per metre of water",
+    )
+    specular: float = number(1.0, low=0.0, high=10.0, meaning="intensity of highlights")
+    smoothness: float = number(0.95, low=0.0, high=1.0, meaning="0: rough, 1: mirror")
 
 
 @dataclass(frozen=True, kw_only=True)
 class ObjectMaterial:
-    parallax_scale: float = number(0.0, low=0.0, high=1.0, unit="of the texture's width")
-    parallax_bias: float = number(0.0, low=-1.0, high=1.0)
-    specular: float = number(0.0, low=0.0, high=10.0)
-    smoothness: float = number(0.3, low=0.0, high=1.0)
-    two_sided: bool = flag(False)
-    alpha_cutoff: float = number(0.0, low=0.0, high=1.0)
+    parallax_scale: float = number(
+        0.0,
+        low=0.0,
+        high=1.0,
+        unit="of the texture's width",
+        meaning="depth of the height map for parallax; 0: none",
+    )
+    parallax_bias: float = number(
+        0.0, low=-1.0, high=1.0, meaning="added to the depth, so that the surface rises or sinks"
+    )
+    specular: float = number(0.0, low=0.0, high=10.0, meaning="intensity of highlights; 0: no gloss map")
+    smoothness: float = number(0.3, low=0.0, high=1.0, meaning="0: rough, 1: mirror")
+    two_sided: bool = flag(False, meaning="draw back faces")
+    alpha_cutoff: float = number(0.0, low=0.0, high=1.0, meaning="texels with less alpha are holes; 0: none")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Instance:
-    position: Place = place((0.0, 0.0, 0.0))
-    yaw_deg: float = number(0.0, low=-3600.0, high=3600.0, unit="degrees")
-    scale: float = number(1.0, low=1e-6, high=1e6)
+    position: Place = place((0.0, 0.0, 0.0), meaning="place of the model's origin")
+    yaw_deg: float = number(
+        0.0, low=-3600.0, high=3600.0, unit="degrees", meaning="turn about the vertical axis"
+    )
+    scale: float = number(1.0, low=1e-6, high=1e6, meaning="size")
 
 
-VIEWS = ("camera", "shadow", "reflection", "refraction")  # what a scene's pictures are drawn of
+VIEWS = ("camera", "shadow", "reflection", "refraction")
 
 
 @dataclass(frozen=True, kw_only=True)
 class SceneObject:
-    name: str = identifier()
-    mesh: Path = source()
-    color: Path | None = source(None)  # else the map_Kd that all of the MTL's materials share
-    alpha: Path | None = source(None)  # else the colour map's own alpha
-    lods: int = whole(4, low=1, high=8)
-    max_error: float | None = number(None, low=0.0, high=1.0, unit="of the diagonal")
-    # Levels by a share of the triangles, by the error of each, or by what the flight can see of them.
-    lods_by: str = choice("ratio", among=("ratio", "error", "sight"))
-    lod_ratio: float = number(0.5, low=0.05, high=0.95)  # triangles of a level, of those of the one before
-    lod_errors: tuple[float, ...] = numbers((), low=0.0, high=1.0, unit="of the diagonal")  # by error; rising
-    simplifier: str = choice("paradize", among=SIMPLIFIERS)  # what makes the levels
-    unwrapper: str = choice("paradize", among=UNWRAPPERS)  # what makes a UV layout where the mesh has none
-    weld_m: float = number(0.0, low=0.0, high=FAR, unit="m")  # places this near are joined; 0: none
-    crease_deg: float = number(45.0, low=0.0, high=180.0, unit="degrees")  # where normals are missing
-    tangents: str = choice("mikktspace", among=("face", "vertex", "mikktspace"))  # face is vertex
-    quantise: bool = flag(False)  # vertices as 16-bit codes; the budget says how far they may turn normals
-    views: tuple[str, ...] = choices(VIEWS, among=VIEWS)  # those that draw it, of those that the scene has
-    wrap: str = choice("clamp", among=("clamp", "repeat"))
+    name: str = identifier(meaning="names the object's artifacts")
+    mesh: Path = source(meaning="OBJ file")
+    color: Path | None = source(
+        None, meaning="colour map; without it the map_Kd that all its materials share"
+    )
+    alpha: Path | None = source(None, meaning="grey picture of the alpha; without it the alpha of color")
+    lods: int = whole(4, low=1, high=8, meaning="number of levels of detail, the source included")
+    max_error: float | None = number(
+        None,
+        low=0.0,
+        high=1.0,
+        unit="of the diagonal",
+        meaning="largest error of a level; without it 0.1, or the largest of lod_errors",
+    )
+
+    lods_by: str = choice(
+        "ratio",
+        among=("ratio", "error", "sight"),
+        meaning="levels by share of triangles, by error, or by what the flight can see",
+    )
+    lod_ratio: float = number(
+        0.5, low=0.05, high=0.95, meaning="triangles of a level, as a share of the level before"
+    )
+    lod_errors: tuple[float, ...] = numbers(
+        (),
+        low=0.0,
+        high=1.0,
+        unit="of the diagonal",
+        meaning='error of each level after the first, with lods_by = "error"',
+    )
+    simplifier: str = choice("paradize", among=SIMPLIFIERS, meaning="library that makes the levels")
+    unwrapper: str = choice(
+        "paradize", among=UNWRAPPERS, meaning="library that makes UVs for a mesh without them"
+    )
+    weld_m: float = number(
+        0.0, low=0.0, high=FAR, unit="m", meaning="vertices closer than this are joined; 0: none"
+    )
+    crease_deg: float = number(
+        45.0,
+        low=0.0,
+        high=180.0,
+        unit="degrees",
+        meaning="where normals are missing, faces at a larger angle meet in a sharp edge",
+    )
+    tangents: str = choice(
+        "mikktspace",
+        among=("face", "vertex", "mikktspace"),
+        meaning="how tangent frames are made; face is the same as vertex",
+    )
+    quantise: bool = flag(False, meaning="16-bit vertices; the budget limits their error")
+    views: tuple[str, ...] = choices(
+        VIEWS, among=VIEWS, meaning="views that draw the object, if the scene has them"
+    )
+    wrap: str = choice("clamp", among=("clamp", "repeat"), meaning="whether its maps repeat")
     strength: float = number(
-        1.0, low=0.0, high=100.0, unit="% of the width"
-    )  # bumps from the colour; 0: none
-    bleed: float = number(0.125, low=0.0, high=1.0, unit="of the range")  # what neighbours in the map may add
-    relief: Relief = table(Relief, Relief)
-    gloss_groups: tuple[str, ...] = texts(())  # only these groups or materials shine; empty: all that do
-    materials: dict[str, ObjectMaterial] = named_tables(ObjectMaterial, key="material")
-    instances: tuple[Instance, ...] = tables(Instance, least=1, key="instance")
+        1.0,
+        low=0.0,
+        high=100.0,
+        unit="% of the width",
+        meaning="height of full white of the bumps made from the colour; 0: no normal map",
+    )
+    bleed: float = number(
+        0.125,
+        low=0.0,
+        high=1.0,
+        unit="of the range",
+        meaning="how much neighbours in the UV layout may bleed into a sample",
+    )
+    relief: Relief = table(Relief, Relief, meaning="How the picture becomes heights.")
+    gloss_groups: tuple[str, ...] = texts((), meaning="groups or materials that shine; empty: all")
+    materials: dict[str, ObjectMaterial] = named_tables(
+        ObjectMaterial, key="material", meaning="A material of the OBJ, by its name."
+    )
+    instances: tuple[Instance, ...] = tables(
+        Instance, least=1, key="instance", meaning="Where the object stands. One table for each copy."
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Particles:
-    name: str = identifier()
-    center: Place = place()
-    radius_m: float = number(3.0, low=0.0, high=FAR, unit="m")
-    count: int = whole(200, low=1, high=1_000_000)
-    size_m: tuple[float, float] = vector((0.01, 0.03), size=2, low=1e-6, high=1e3, unit="m", rising=True)
-    life_per_s: tuple[float, float] = vector((0.2, 0.6), size=2, low=1e-4, high=1e3, unit="1/s", rising=True)
-    threshold: float = number(0.02, low=0.0, high=1.0)  # reborn elsewhere when its life is below
-    color: tuple[float, float, float] = vector((1.0, 0.95, 0.8), size=3, low=0.0, high=1e4)
+    name: str = identifier(meaning="names the cloud")
+    center: Place = place(meaning="middle of the cloud")
+    radius_m: float = number(3.0, low=0.0, high=FAR, unit="m", meaning="radius of the cloud")
+    count: int = whole(200, low=1, high=1_000_000, meaning="number of particles")
+    size_m: tuple[float, float] = vector(
+        (0.01, 0.03), size=2, low=1e-6, high=1e3, unit="m", rising=True, meaning="smallest and largest size"
+    )
+    life_per_s: tuple[float, float] = vector(
+        (0.2, 0.6),
+        size=2,
+        low=1e-4,
+        high=1e3,
+        unit="1/s",
+        rising=True,
+        meaning="slowest and fastest loss of life",
+    )
+    threshold: float = number(
+        0.02, low=0.0, high=1.0, meaning="below this life a particle is born again elsewhere"
+    )
+    color: tuple[float, float, float] = vector(
+        (1.0, 0.95, 0.8), size=3, low=0.0, high=1e4, meaning="linear RGB"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sound:
-    file: Path = source()
-    volume: float = number(1.0, low=0.0, high=1.0)
+    file: Path = source(meaning="Ogg Vorbis file, played in a loop")
+    volume: float = number(1.0, low=0.0, high=1.0, meaning="1: as recorded")
 
 
 @dataclass(frozen=True, kw_only=True)
 class EyePoint:
-    position: Place = place()
-    speed: float = number(1.0, low=0.05, high=20.0, unit="of the mean speed")
-    roll_deg: float = number(0.0, low=-180.0, high=180.0, unit="degrees")
+    position: Place = place(meaning="place of the camera")
+    speed: float = number(1.0, low=0.05, high=20.0, unit="of the mean speed", meaning="speed here")
+    roll_deg: float = number(0.0, low=-180.0, high=180.0, unit="degrees", meaning="roll of the camera here")
 
 
 @dataclass(frozen=True, kw_only=True)
 class TargetPoint:
-    position: Place = place()
+    position: Place = place(meaning="place that the camera looks at")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Flight:
-    duration_s: float = number(240.0, low=0.1, high=86_400.0, unit="s")
-    fov_deg: float = number(50.0, low=1.0, high=170.0, unit="degrees")  # vertical
-    near_m: float = number(0.1, low=1e-4, high=FAR, unit="m")
-    far_m: float = number(2000.0, low=1e-3, high=10 * FAR, unit="m")
-    eye: tuple[EyePoint, ...] = tables(EyePoint, least=3, most=1000)
-    target: tuple[TargetPoint, ...] = tables(TargetPoint, least=3, most=1000)
+    duration_s: float = number(
+        240.0, low=0.1, high=86_400.0, unit="s", meaning="length of the flight, which is a loop"
+    )
+    fov_deg: float = number(50.0, low=1.0, high=170.0, unit="degrees", meaning="vertical field of view")
+    near_m: float = number(0.1, low=1e-4, high=FAR, unit="m", meaning="near plane")
+    far_m: float = number(2000.0, low=1e-3, high=10 * FAR, unit="m", meaning="far plane")
+    eye: tuple[EyePoint, ...] = tables(
+        EyePoint, least=3, most=1000, meaning="A waypoint of the camera. Three or more."
+    )
+    target: tuple[TargetPoint, ...] = tables(
+        TargetPoint, least=3, most=1000, meaning="What the camera looks at at that waypoint."
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Waiver:
     """A finding of `paradize check` that does not fail it, up to that day. None: any artifact, any metric."""
 
-    rule: str = code()
-    artifact: str | None = text(None)
-    metric: str | None = one_of(None, known=METRICS)
-    reason: str = text()
-    until: date = day()
+    rule: str = code(meaning="code of a rule of `paradize check`")
+    artifact: str | None = text(None, meaning="only findings of this artifact")
+    metric: str | None = one_of(None, known=METRICS, meaning="only findings about this metric")
+    reason: str = text(meaning="why it may pass")
+    until: date = day(meaning="last day of the waiver")
 
 
 @dataclass(frozen=True, kw_only=True)
 class FreeCamera:
     """Where a steered camera may be: a box of the world, and how near it comes to any surface there."""
 
-    low: Place = place()
-    high: Place = place()
-    near_m: float = number(1.0, low=1e-4, high=FAR, unit="m")
+    low: Place = place(meaning="lowest corner of the box in which a steered camera may move")
+    high: Place = place(meaning="highest corner of the box")
+    near_m: float = number(1.0, low=1e-4, high=FAR, unit="m", meaning="least distance to any surface")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    head: Head = table(Head, key="scene")
-    sun: Sun = table(Sun, Sun)
-    ambient: Ambient = table(Ambient, Ambient)
-    fog: Fog = table(Fog, Fog)
-    sky: Sky | None = table(Sky, None)
-    shadow: Shadow | None = table(Shadow, None)
-    reflection: View | None = table(View, None)
-    refraction: View | None = table(View, None)
-    terrain: Terrain | None = table(Terrain, None)
-    water: Water | None = table(Water, None)
-    objects: tuple[SceneObject, ...] = tables(SceneObject, key="object")
-    particles: tuple[Particles, ...] = tables(Particles)
-    sound: Sound | None = table(Sound, None)
-    flight: Flight = table(Flight)
-    free_camera: FreeCamera | None = table(FreeCamera, None)
-    budget: Limits = limits(METRICS)
-    check: dict[str, str] = words(SEVERITIES)  # by a rule's code
-    waivers: tuple[Waiver, ...] = tables(Waiver, key="waiver")
+    head: Head = table(Head, key="scene", meaning="General settings.")
+    sun: Sun = table(Sun, Sun, meaning="The sun, which casts the shadows.")
+    ambient: Ambient = table(Ambient, Ambient, meaning="Light from all sides.")
+    fog: Fog = table(Fog, Fog, meaning="Fog. By default there is none.")
+    sky: Sky | None = table(Sky, None, meaning="The sky, a cube map.")
+    shadow: Shadow | None = table(
+        Shadow, None, meaning="Shadows of the sun. Without this table there are none."
+    )
+    reflection: View | None = table(View, None, meaning="The water's mirror image.")
+    refraction: View | None = table(View, None, meaning="The view through the water.")
+    terrain: Terrain | None = table(Terrain, None, meaning="The ground, from a heightmap.")
+    water: Water | None = table(
+        Water,
+        None,
+        meaning="The water. It needs [reflection] and [refraction] for mirror image and view below.",
+    )
+    objects: tuple[SceneObject, ...] = tables(
+        SceneObject, key="object", meaning="A model. One table for each."
+    )
+    particles: tuple[Particles, ...] = tables(Particles, meaning="A cloud of glittering particles.")
+    sound: Sound | None = table(Sound, None, meaning="A looped sound.")
+    flight: Flight = table(
+        Flight, meaning="The camera's flight: a closed spline through eye and target waypoints."
+    )
+    free_camera: FreeCamera | None = table(
+        FreeCamera, None, meaning="Where a steered camera may be. What it can see is baked as well."
+    )
+    budget: Limits = limits(METRICS, meaning="The largest errors that the scene accepts.")
+    check: dict[str, str] = words(SEVERITIES, meaning="Severities of rules of `paradize check`.")
+    waivers: tuple[Waiver, ...] = tables(
+        Waiver, key="waiver", meaning="A finding of `paradize check` that may pass until a day."
+    )
 
 
 def _cross_checks(scene: Scene, faults: Faults) -> None:

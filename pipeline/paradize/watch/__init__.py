@@ -1,1 +1,1 @@
-"""`paradize watch`: loop.py waits for saved files, rebake.py bakes again in a process that stays."""
+"""`paradize watch`: loop.py waits for saved files, rebake.py bakes again in a process that stays alive."""

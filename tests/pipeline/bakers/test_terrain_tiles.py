@@ -273,8 +273,8 @@ def test_explain_names_the_second_that_asked_and_what_was_left_out(coast: Any) -
     (told,) = explanation.artifacts
     assert told["demand"]["finest_s"] == demand["finest_s"]
     text = render(explanation, details=True)
-    assert f"first asked for at second {demand['finest_s']:g}" in text
-    assert f"{demand['left_out']} patches that no second asks for are left out" in text
+    assert f"first needed at second {demand['finest_s']:g}" in text
+    assert f"{demand['left_out']} patches that no second needs are left out" in text
 
 
 def test_a_scene_that_accepts_larger_errors_leaves_more_out(copied: tuple[Path, Path]) -> None:

@@ -16,7 +16,7 @@ from paradize.build.options import BuildOptions
 from paradize.check import CheckOptions, Finding, check_paths, render
 from paradize.check.against import growth
 from paradize.check.budgets import check_budget, device_bytes
-from paradize.check.verdicts import judged
+from paradize.check.verdicts import apply_scene
 from paradize.cli.main import main
 from paradize.data import Lod, Texture
 from paradize.errors import ParadizeError
@@ -218,7 +218,7 @@ def test_of_several_waivers_the_one_that_holds_longest_counts() -> None:
     for order in (waivers, waivers[::-1]):
         told = {"severity": {}, "waivers": order}
         for day, holds in ((date(2026, 6, 30), True), (date(2026, 7, 1), False)):
-            (found,) = judged([Finding("PZ104", "a", "b")], told, "scene.json", day)
+            (found,) = apply_scene([Finding("PZ104", "a", "b")], told, "scene.json", day)
             assert bool(found.waived) is holds and "2026-06-30" in str(found)
 
 

@@ -1,7 +1,8 @@
-"""What a terminal shows of a bake, and that nothing else is shown anywhere else."""
+"""What a terminal shows of long work, and the lines that everything else gets."""
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import pty
@@ -9,13 +10,19 @@ import re
 import subprocess
 import sys
 import termios
+import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from paradize.cli.progress import Progress, Work, clock
+from paradize.cli.watch import TextReport
+from paradize.errors import merged
 from paradize.store.local import Store
-from tests.pipeline.scenes import make_cove
+from paradize.watch.loop import WatchEvent
+from paradize.watch.rebake import Baked
+from tests.pipeline.scenes import make_cove, write_image
 from tests.processes import started
 
 SHOWN = re.compile(r"(?P<runs>[^|\r]*) \|[^|]*\| (?P<done>\d+)/(?P<of>\d+)(?P<left>, [\d:]+ left)?")
@@ -69,7 +76,7 @@ def test_the_display_is_gone_when_the_bake_is_over(tmp_path: Path) -> None:
     assert not SHOWN.search(lines[-1])
 
 
-def test_elsewhere_nothing_is_shown(tmp_path: Path) -> None:
+def test_elsewhere_there_is_no_bar(tmp_path: Path) -> None:
     scene = make_cove(tmp_path / "scene")
     done = subprocess.run(
         [sys.executable, "-m", "paradize.cli.main", "bake", str(scene)],
@@ -77,7 +84,48 @@ def test_elsewhere_nothing_is_shown(tmp_path: Path) -> None:
     )  # fmt: skip
     assert done.returncode == 0
     assert "\r" not in done.stderr + done.stdout and not SHOWN.search(done.stderr)
-    assert all(line.startswith("paradize: warning: ") for line in done.stderr.splitlines())
+    assert all(
+        re.match(r"paradize: (warning: |\d+ of \d+ done, )", line) for line in done.stderr.splitlines()
+    )
+
+
+class Lines(io.StringIO):
+    """A stream that is no terminal; `several` is set once it got three lines."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.several = threading.Event()
+
+    def write(self, text: str) -> int:
+        written = super().write(text)
+        if self.getvalue().count("\n") >= 3:
+            self.several.set()
+        return written
+
+
+def test_elsewhere_a_line_comes_now_and_then_until_the_work_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = Lines()
+    monkeypatch.setattr(sys, "stderr", lines)
+    progress = Progress(line_s=0.001)
+    progress.step("levels of detail", 1, 4)
+    assert lines.several.wait(60.0)
+    progress.close()
+    printed = lines.getvalue()
+    assert re.fullmatch(r"(paradize: 1 of 4 done, [\d:]+ left: levels of detail\n)+", printed)
+    progress._tick()
+    assert lines.getvalue() == printed
+
+
+def test_work_that_counts_its_own_steps_is_shown_on_a_terminal(tmp_path: Path) -> None:
+    source = tmp_path / "rock.png"
+    write_image(source, np.random.default_rng(1).integers(0, 255, (16, 16, 3), np.uint8))
+    for words in (
+        ("maps", "rock.png", "-o", "out"),
+        ("check", "out"),
+        ("measure", "rock.png", "-o", "m", "--runs", "1"),
+    ):
+        code, _, shown = on_a_terminal(*words, cwd=tmp_path)
+        assert code == 0 and SHOWN.search(shown), (words, shown)
 
 
 def test_the_time_left_is_the_work_left_over_the_work_done_each_second() -> None:
@@ -121,3 +169,32 @@ def test_seconds_are_remembered_for_the_next_bake_of_the_scene(tmp_path: Path) -
 )
 def test_times_are_told_as_clocks_do(seconds: float, told: str) -> None:
     assert clock(seconds) == told
+
+
+def test_warnings_that_differ_in_their_line_alone_are_one() -> None:
+    texts = [
+        "a.mtl: line 8: map_kd: no file",
+        "a.mtl: no end",
+        "a.mtl: line 21: map_kd: no file",
+        "a.mtl: no end",
+    ]
+    assert merged(texts) == ["a.mtl: lines 8, 21: map_kd: no file", "a.mtl: no end"]
+    assert merged(texts[:2]) == texts[:2]
+    many = merged(f"b.obj: line {k}: two corners are one" for k in range(9))
+    assert many == ["b.obj: lines 0, 1, 2, 3, 4 and 4 more: two corners are one"]
+
+
+def test_a_watch_prints_a_warning_once(capsys: pytest.CaptureFixture[str]) -> None:
+    def event(*warnings: str) -> WatchEvent:
+        rows = [{"name": "post", "status": "baked"}]
+        told = {"warnings": list(warnings), "artifacts": rows, "baked": 1, "reused": 0, "seconds": 0.5}
+        return WatchEvent(Baked(told, Path("out")), (Path("scene.toml"),), False)
+
+    report = TextReport()
+    report(event("no UVs", "thin"))
+    report(event("no UVs", "holes"))
+    report(event())
+    out, err = capsys.readouterr()
+    assert err.splitlines() == [f"paradize: warning: {text}" for text in ("no UVs", "thin", "holes")]
+    line = "scene.toml: 1 baked (post), 0 reused in 0.50 s, in out"
+    assert out.splitlines() == [line, f"{line}; 1 warning as before", line]

@@ -93,7 +93,7 @@ def test_parallax_asked_and_given_are_told(close: tuple[Path, Path]) -> None:
     parallax = told(*close, "post_height")["gutter"]["parallax"]["wood"]
     assert parallax["asked"] == [0.4, 0.0]
     assert parallax["given"][0] == pytest.approx(2 * parallax["limit"])
-    assert "asked, given" in render(explain(close[0], out=close[1]), details=False)
+    assert "limited" in render(explain(close[0], out=close[1]), details=False)
 
 
 @pytest.mark.parametrize(
@@ -268,8 +268,8 @@ def test_who_asked_for_the_finest_level_and_what_was_saved_are_told(cove: tuple[
     assert found["effect_normal"]["asked"]["maps"] == {}
     assert found["sound"]["asked"] is None
     text = render(explain(scene, "effect_color", out), details=False)
-    assert f"asked for at second {asked['second_s']:g} by the camera" in text
-    assert "maps that no pass reads are not made of its picture: height" in text
+    assert f"needed at second {asked['second_s']:g} by the camera" in text
+    assert "maps of its picture that no pass reads are not baked: height" in text
 
 
 def test_at_the_end_stands_what_all_artifacts_together_saved(cove: tuple[Path, Path]) -> None:

@@ -37,7 +37,7 @@ from paradize.measure.plan import FileOptions, file_groups, file_rows
 from paradize.measure.scene import measure_scene
 from paradize.measure.tiers import measure_file, parts, run_groups, within
 from paradize.measure.timing import LEAST_RUNS, MOST_RUNS, timed
-from paradize.measure.words import advice, compared, disagreements, judge
+from paradize.measure.words import advice, compared, conclude, disagreements
 from paradize.report.tradeoff.page import tradeoff_page
 from paradize.scene.budget import METRICS
 from tests.pipeline.scenes import ball, make_cove, write_image
@@ -180,7 +180,8 @@ def test_the_sentence_tells_time_error_and_bytes_as_ratios() -> None:
 def test_times_within_each_others_spread_are_called_equal() -> None:
     slow, quick = point("fast", 1.0, 1.0), point("balanced", 1.01, 1.0)
     assert (
-        compared(slow, quick, group([slow, quick])) == "balanced takes about as long as fast and errs as much"
+        compared(slow, quick, group([slow, quick]))
+        == "balanced takes about as long as fast and has the same error"
     )
 
 
@@ -188,7 +189,9 @@ def test_a_tier_that_is_quicker_or_errs_more_than_declared_is_told() -> None:
     told = disagreements(group([point("fast", 2.0, 0.1), point("balanced", 1.0, 0.2)]))
     assert len(told) == 2
     assert "declared slower than fast, but takes 1 s against 2 s" in told[0]
-    assert "declared nearer than fast, but its normal_p99_deg is 0.2 degrees against 0.1 degrees" in told[1]
+    assert (
+        "declared more exact than fast, but its normal_p99_deg is 0.2 degrees against 0.1 degrees" in told[1]
+    )
     assert disagreements(group([point("fast", 1.0, 0.2), point("balanced", 2.0, 0.1)])) == []
 
 
@@ -233,7 +236,7 @@ def test_without_a_budget_advice_is_the_knee_or_the_quickest_of_equals() -> None
     bent = group([point("fast", 1.0, 1.0), point("balanced", 2.0, 0.1), point("exact", 9.0, 0.09)])
     flat = group([point("fast", 1.0, 1.0), point("balanced", 2.0, 0.99), point("exact", 9.0, 0.985)])
     for tiers in (bent, flat):
-        judge(tiers)
+        conclude(tiers)
     assert (bent["advice"] or {})["why"] == "knee"
     assert (bent["advice"] or {})["tier"] == "balanced"
     assert (flat["advice"] or {})["why"] == "flat"
@@ -394,7 +397,7 @@ def test_a_scene_is_measured_in_what_it_uses_and_by_its_budget(
     scene = make_cove(tmp_path / "cove")
     scene.write_text(scene.read_text() + "[budget]\nterrain_max_m = 0.05\ncolor_psnr_db = 20.0\n")
     heard: list[tuple[str, int, int]] = []
-    told = measure_scene(scene, runs=1, told=lambda *words: heard.append(words))
+    told = measure_scene(scene, runs=1, on_progress=lambda *words: heard.append(words))
     hold_to_the_form(told)
     assert told["attribution"] == []  # nobody drew
     stages = {one["stage"] for one in told["groups"]}

@@ -11,14 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from paradize.measure.curve import Group, Point, series_of
-from paradize.measure.words import advice, compare, disagreements, judge, sentence
+from paradize.measure.words import advice, compare, conclude, disagreements, sentence
 from paradize.report.tradeoff.page import _verdict
 
 # What a person reads of two tiers: (the later, the earlier) -> its time and its error, -1 less, 1 more.
 Claims = dict[tuple[str, str], tuple[int, int]]
 _TIME = r"(t\d) (?:(costs|takes) \S+ x the time of|takes about as long as) (t\d)"
-_PAIR = re.compile(rf"{_TIME} and (errs as much|\w+)")
-_ERRORS = {"errs as much": 0, "leaves": -1, "halves": -1, "divides": -1, "takes": -1, "errs": 1}
+_PAIR = re.compile(rf"{_TIME} and (has the same error|has|\w+)")
+_ERRORS = {"has the same error": 0, "leaves": -1, "halves": -1, "divides": -1, "takes": -1, "has": 1}
 
 
 def claims_of(text: str) -> Claims:
@@ -86,7 +86,7 @@ def groups(draw: st.DrawFn) -> Group:
 @given(groups())
 @settings(deadline=None, max_examples=300)
 def test_no_sentence_compares_tiers_of_different_series(group: Group) -> None:
-    warnings = judge(group)
+    warnings = conclude(group)
     points = {point["tier"]: point for point in group["points"]}
     claims = claims_of(group["sentence"])
     several = len(points) - len({series_of(point) for point in points.values()})
@@ -98,7 +98,7 @@ def test_no_sentence_compares_tiers_of_different_series(group: Group) -> None:
     if told and saved:
         assert series_of(points[saved[1]]) == series_of(points[told["tier"]])
     if told and told["why"] == "flat":
-        names = re.findall(r"t\d", told["text"].partition("err alike")[0].lower())
+        names = re.findall(r"t\d", told["text"].partition("have the same error")[0].lower())
         assert len({series_of(points[name]) for name in names}) == 1
     for text in warnings:
         after, before = re.findall(r"(t\d) is declared .* than (t\d)", text)[0]
@@ -108,11 +108,11 @@ def test_no_sentence_compares_tiers_of_different_series(group: Group) -> None:
 @given(groups())
 @settings(deadline=None, max_examples=300)
 def test_tiers_that_are_said_to_err_alike_do_in_every_other_sentence(group: Group) -> None:
-    warnings = judge(group)
+    warnings = conclude(group)
     told, claims = group.get("advice"), claims_of(group["sentence"])
     if not told or told["why"] != "flat":
         return
-    names = re.findall(r"t\d", told["text"].partition("err alike")[0].lower())
+    names = re.findall(r"t\d", told["text"].partition("have the same error")[0].lower())
     points = {point["tier"]: point for point in group["points"]}
     whole = [tier for tier, point in points.items() if series_of(point) == series_of(points[names[0]])]
     assert names == whole and told["tier"] in names
@@ -121,13 +121,13 @@ def test_tiers_that_are_said_to_err_alike_do_in_every_other_sentence(group: Grou
             assert error == 0, "a tier that errs alike errs less or more than its neighbour"
         assert not (after == told["tier"] and time > 0), "the advised tier is slower"
         assert not (before == told["tier"] and time < 0), "another tier is quicker than the advised one"
-    assert not any("declared nearer" in text and any(name in text for name in names) for text in warnings)
+    assert not any("declared more exact" in text and any(name in text for name in names) for text in warnings)
 
 
 @given(groups())
 @settings(deadline=None, max_examples=300)
 def test_where_the_curve_is_said_to_bend_no_sentence_finds_a_better_tier(group: Group) -> None:
-    judge(group)
+    conclude(group)
     told = group.get("advice")
     if not told or told["why"] != "knee":
         return
@@ -141,23 +141,23 @@ def test_where_the_curve_is_said_to_bend_no_sentence_finds_a_better_tier(group: 
 @given(groups())
 @settings(deadline=None, max_examples=300)
 def test_a_warning_says_what_the_sentence_says(group: Group) -> None:
-    warnings, claims = judge(group), claims_of(group["sentence"])
+    warnings, claims = conclude(group), claims_of(group["sentence"])
     found = set()
     for text in warnings:
-        after, word, before = re.findall(r"(t\d) is declared (slower|nearer) than (t\d)", text)[0]
+        after, word, before = re.findall(r"(t\d) is declared (slower|more exact) than (t\d)", text)[0]
         time, error = claims[after, before]
         assert time < 0 if word == "slower" else error > 0
         found.add((after, before, word))
     if group.get("declared"):
         for (after, before), (time, error) in claims.items():
             assert (time < 0) == ((after, before, "slower") in found)
-            assert (error > 0) == ((after, before, "nearer") in found)
+            assert (error > 0) == ((after, before, "more exact") in found)
 
 
 @given(groups())
 @settings(deadline=None, max_examples=300)
 def test_the_page_asks_for_no_other_tier_than_the_advice(group: Group) -> None:
-    judge(group)
+    conclude(group)
     kind, words = _verdict(group)
     told = group.get("advice")
     used = next((point["tier"] for point in group["points"] if point["in_use"]), None)
@@ -177,6 +177,32 @@ def test_a_comparison_is_the_same_from_both_sides(group: Group) -> None:
             continue
         told, back = compare(a, b, group), compare(b, a, group)
         assert (told.time, told.error) == (-back.time, -back.error)
+
+
+def test_a_dominated_tier_says_what_to_take_instead_and_why() -> None:
+    def point(tier: str, seconds: float, value: float, in_use: bool) -> Point:
+        spread = {"median": seconds, "low": 0.99 * seconds, "high": 1.01 * seconds, "runs": 9}
+        return {
+            "tier": tier, "seconds": spread, "error": {"value": value}, "bytes": None, "in_use": in_use,
+            "dominated": False, "on_front": False,
+        }  # type: ignore[typeddict-item]  # fmt: skip
+
+    group: Group = {
+        "name": "rock slopes", "stage": "slope filter", "kind": "bake", "artifact": "rock",
+        "metric": "normal_p99_deg", "unit": "degrees", "less_is_better": True, "time": "bake", "budget": None,
+        "points": [
+            point("fast", 1.0, 0.2, False), point("balanced", 2.0, 0.2, False),
+            point("exact", 4.0, 0.9, True),
+        ],
+        "sentence": "",
+    }  # fmt: skip
+    conclude(group)
+    assert [one.get("instead") for one in group["points"]] == [
+        None, "take fast: it is quicker and no worse", "take fast: it is quicker, more exact and no worse",
+    ]  # fmt: skip
+    told = group["advice"]
+    assert told and told["tier"] == "fast" and told["why"] == "dominated"
+    assert _verdict(group) == ("hint", "take fast")
 
 
 def test_an_error_that_a_larger_format_takes_away_is_no_error_that_tiers_share() -> None:
@@ -199,11 +225,14 @@ def test_an_error_that_a_larger_format_takes_away_is_no_error_that_tiers_share()
         "sentence": "", "declared": ["fast", "balanced", "exact"],
     }  # fmt: skip
     assert disagreements(group) == []
-    judge(group)
+    conclude(group)
     assert sentence(group) == (
-        "Balanced costs 2 x the time of fast and errs as much; exact BC1 costs 4.5 x the time of balanced "
-        "and errs as much. Exact takes 9 s and 200 bytes; color_psnr_db is 46.8 dB."
+        "Balanced costs 2 x the time of fast and has the same error; exact BC1 costs 4.5 x the time of "
+        "balanced and has the same error. Exact takes 9 s and 200 bytes; color_psnr_db is 46.8 dB."
     )
     told = advice(group)
     assert told is not None
-    assert told["text"] == "Fast, balanced and exact BC1 err alike: fast will do, none of them is quicker."
+    assert (
+        told["text"]
+        == "Fast, balanced and exact BC1 have the same error: take fast, none of them is quicker."
+    )

@@ -49,15 +49,15 @@ class Tally:
     seconds: dict[tuple[str, str], list[float]] = field(default_factory=lambda: defaultdict(list))
 
     def add(self, group: TrialGroup) -> None:
-        found = {one.tier: one.call(**one.arguments, runs=3) for one in group.tries}
+        found = {one.tier: one.call(**one.arguments, runs=3) for one in group.trials}
         common = min(len(made.levels) for made in found.values())
         errors = {tier: _worst(made.levels[:common]) for tier, made in found.items()}
-        known = [name for name in errors[group.tries[0].tier] if METRICS.get(name, None)]
+        known = [name for name in errors[group.trials[0].tier] if METRICS.get(name, None)]
         assert known and all(METRICS[name].less_is_better for name in known)
         took = {tier: statistics.median(made.seconds) for tier, made in found.items()}
         for one, after in itertools.pairwise(found):
             for name in known:
-                bound = group.tries[0].arguments.get("max_error_m", 0.0)  # far below it all is rounding
+                bound = group.trials[0].arguments.get("max_error_m", 0.0)  # far below it all is rounding
                 slack = ALIKE * max(errors[one][name], bound) + 1e-7
                 worse = errors[after][name] > errors[one][name] + slack
                 self.order[group.stage, one, after, name].append(not worse)
@@ -87,7 +87,7 @@ def measured(files: Sequence[Path]) -> Tally:
             print(f"{path}: {refused}", file=sys.stderr)
             continue
         for group in groups:
-            if group.stage in STAGES and len(group.tries) > 1:
+            if group.stage in STAGES and len(group.trials) > 1:
                 tally.add(group)
     return tally
 

@@ -22,10 +22,13 @@ from paradize.preview.pictures import MaterialDefaults, SheetMap, lit_preview
 from paradize.preview.shade import Material, flat_preview, sphere_preview, to_codes, to_light
 from paradize.report import lod_view
 from paradize.report.folder import draw_folder, draw_maps, draw_page
+from paradize.report.poster import FILE, Poster, draw_poster
 from paradize.report.scene_page import _curves, scene_page
 from paradize.report.sheet import draw_sheet, error_lines
+from paradize.report.verdict import meaning_of, verdict_of
 
 F32 = npt.NDArray[np.float32]
+NO_POSTER = Poster(None, "")
 
 
 def chain(fmt: str, texels: npt.NDArray[Any]) -> Texture:
@@ -269,17 +272,82 @@ def test_the_page_tells_what_was_spared_and_files_against_their_budget() -> None
     row = {"name": "x", "tier": "fast", "errors": {}, "over": [], "bytes": 2_000_000, "status": "baked"}
     rows = [row | {"format": "BC1_RGB_SRGB", "seconds": 1.0}]
     why = {"saved_bytes": {"levels": 0, "patches": 2_500_000, "maps": 1_000_000}, "artifacts": []}
-    page = scene_page(scene, rows, why, [], seconds=1.0, warnings=[])
+    page = scene_page(scene, rows, why, NO_POSTER, [], seconds=1.0, warnings=[])
     assert "<b>3.5 MB</b>" in page and "<h1>a&lt;b:" in page
-    assert "folder_mb" in page and 'class="meter over"' in page and "<b>1</b><span>errors beyond" in page
+    assert "folder_mb" in page and 'class="meter bad"' in page and "<b>1</b><span>errors beyond" in page
     both = scene | {"budget": {"hard": {"folder_mb": 1.0, "color_psnr_db": 30.0}, "soft": {}}}
     page = scene_page(
-        both, [rows[0] | {"errors": {"color_psnr_db": 40.0}}], why, [], seconds=1.0, warnings=[]
+        both, [rows[0] | {"errors": {"color_psnr_db": 40.0}}], why, NO_POSTER, [], seconds=1.0, warnings=[]
     )
-    assert page.index("<td>folder_mb") < page.index("<td>color_psnr_db")  # what is beyond stands first
+    assert page.index("<code>folder_mb") < page.index("<code>color_psnr_db")  # what is beyond stands first
     roomy = scene | {"budget": {"hard": {"folder_mb": 3.0}, "soft": {}}}
-    page = scene_page(roomy, rows, why | {"saved_bytes": None}, [], seconds=1.0, warnings=[])
-    assert "<b>0 kB</b>" in page and 'class="meter over"' not in page and "<b>none</b>" in page
+    page = scene_page(roomy, rows, why | {"saved_bytes": None}, NO_POSTER, [], seconds=1.0, warnings=[])
+    assert "<b>0 kB</b>" in page and 'class="meter bad"' not in page and "<b>none</b>" in page
+
+
+def test_the_page_begins_with_the_scene_s_picture_or_says_why_there_is_none() -> None:
+    scene = {"name": "a", "budget": {"hard": {}, "soft": {}}, "flight": {"errors": {}}}
+    why = {"saved_bytes": None, "artifacts": []}
+    for poster, shown in (
+        (Poster(b"jpeg"), "data:image/jpeg;base64,anBlZw=="),
+        (Poster(None, "no <GL>"), "no &lt;GL&gt;"),
+    ):
+        page = scene_page(scene, [], why, poster, [], seconds=1.0, warnings=[])
+        assert page.index("<h1>") < page.index(shown) < page.index('<ul class="facts">')
+
+
+def test_a_poster_is_drawn_once_for_each_bake_and_a_player_that_fails_is_told(tmp_path: Path) -> None:
+    baked = tmp_path / "baked"
+    baked.mkdir()
+    (baked / "scene.json").write_text("{}")
+    assert "paradize-player was not found" in draw_poster(baked, tmp_path, None).missing
+    broken = tmp_path / "broken"
+    broken.write_text("#!/bin/sh\necho no display >&2\nexit 1\n")
+    broken.chmod(0o755)
+    player = tmp_path / "player"
+    Image.new("RGB", (64, 36), (0, 120, 200)).save(tmp_path / "drawn.png")
+    player.write_text(
+        f'#!/bin/sh\necho "$@" >> {tmp_path}/calls\nfor last; do :; done\ncp {tmp_path}/drawn.png "$last"\n'
+    )
+    player.chmod(0o755)
+    read = "paradize.report.poster.read_scene"
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(read, lambda *_: {"viewport": [1280, 720], "poster_s": 7.5})
+        assert "no display" in draw_poster(baked, tmp_path, broken).missing
+        for _ in range(2):
+            assert draw_poster(baked, tmp_path, player).picture == (tmp_path / FILE).read_bytes()
+        (baked / "scene.json").write_text('{"other": 1}')
+        assert draw_poster(baked, tmp_path, player).picture
+    calls = (tmp_path / "calls").read_text().splitlines()
+    assert len(calls) == 2 and all("--size 1100x619 --time 7.5 " in call for call in calls)
+
+
+@pytest.mark.parametrize(
+    ("metric", "value", "kind", "words"),
+    [
+        ("color_psnr_db", 39.0, "good", "budget: at least 36 dB"),
+        ("color_psnr_db", 35.0, "bad", "budget: at least 36 dB"),
+        ("normal_p99_deg", 2.5, "hint", "soft budget: at most 2 degrees"),
+        ("alpha_psnr_db", 41.0, "good", "from 40 dB"),
+        ("dudv_p99_deg", 2.1, "hint", "up to 2 degrees"),
+        ("lod_normal_p99_deg", 60.0, "plain", "coarse levels"),
+        ("surface_max", 0.01, "good", "at most 1.5 px"),
+        ("terrain_rms_m", 0.1, "plain", "no budget"),
+    ],
+)
+def test_an_error_is_good_against_its_budget_else_against_what_the_eye_sees(
+    metric: str, value: float, kind: str, words: str
+) -> None:
+    budget = {"hard": {"color_psnr_db": 36.0, "normal_p99_deg": 5.0}, "soft": {"normal_p99_deg": 2.0}}
+    verdict = verdict_of(metric, value, {"budget": budget, "lod_error_px": 1.5})
+    assert verdict.kind == kind and words in verdict.words
+    assert (verdict.share is not None) == ("budget: " in verdict.words)
+
+
+def test_every_error_of_the_island_has_a_meaning(island: Path) -> None:
+    scene = json.loads((island / "scene.json").read_text())
+    errors = [scene["flight"]["errors"], *(entry["errors"] for entry in scene["artifacts"].values())]
+    assert {metric for told in errors for metric in told if not meaning_of(metric)} == set()
 
 
 def test_a_level_is_drawn_where_it_lies_and_holes_show_what_is_behind() -> None:
@@ -320,7 +388,7 @@ def test_curves_that_are_none_are_a_warning_and_the_page_is_drawn(
 ) -> None:
     """Also where a pipe stands in their place."""
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-    monkeypatch.setattr("paradize.report.scene_page.scene_page", lambda *_, trade, **__: _curves(trade))
+    monkeypatch.setattr("paradize.report.scene_page.scene_page", lambda *_, tradeoff, **__: _curves(tradeoff))
     monkeypatch.setattr("paradize.report.folder.read_scene", lambda *_: {"artifacts": {}})
     (tmp_path / "out").mkdir()
     (tmp_path / "out/scene.json").write_text("{}")
@@ -329,6 +397,6 @@ def test_curves_that_are_none_are_a_warning_and_the_page_is_drawn(
         path.unlink(missing_ok=True)
         make(path)
         report = BakeReport(tmp_path / "out")
-        draw_page(tmp_path / "out", tmp_path, report, {})
+        draw_page(tmp_path / "out", tmp_path, report, {}, NO_POSTER)
         assert (tmp_path / "index.html").read_text() == _curves(None)
         assert f"{path}: is not what paradize measure writes" in report.warnings[0]

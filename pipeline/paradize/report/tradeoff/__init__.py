@@ -1,1 +1,1 @@
-"""The page of `paradize measure`: page.py writes it, plot.py draws its curves, style.py is its style."""
+"""The page of `paradize measure`: page.py writes it, plot.py draws its curves, style.py holds its CSS."""

@@ -12,16 +12,16 @@ from paradize.report.tradeoff.style import STYLE
 
 Group = Mapping[str, Any]
 _FRAMES = (
-    "Frames are timed on all cores, and held against the player’s own reference: many frames averaged, of a "
-    "bake without loss."
+    "Frames are timed on all cores. Their error is the difference from the player’s own reference: the mean "
+    "of many frames of a lossless bake."
 )
 _DOT = '<circle class="dot c0" cx="{}" cy="8" r="{}"/>'
 
 
-def tradeoff_page(told: Mapping[str, Any]) -> str:
-    """The page of what `paradize measure` found."""
-    groups = told["groups"]
-    title = f"{Path(told['source']).stem}: speed against accuracy"
+def tradeoff_page(tradeoff: Mapping[str, Any]) -> str:
+    """The page of a tradeoff.json."""
+    groups = tradeoff["groups"]
+    title = f"{Path(tradeoff['source']).stem}: speed against accuracy"
     stages: dict[str, list[Group]] = {}
     for group in groups:
         stages.setdefault(group["stage"], []).append(group)
@@ -31,11 +31,11 @@ def tradeoff_page(told: Mapping[str, Any]) -> str:
         '<link rel="icon" href="data:,">',
         f"<title>{escape(title)}</title><style>{STYLE}</style></head><body><main>",
         f"<h1>{escape(title)}</h1>",
-        _intro(told),
+        _intro(tradeoff),
         _overview(groups),
-        _attribution(told.get("attribution") or []),
-        _warnings(told["warnings"]),
-        "<h2>Every trade</h2>",
+        _attribution(tradeoff.get("attribution") or []),
+        _warnings(tradeoff["warnings"]),
+        "<h2>Every stage</h2>",
         _legend(),
     ]
     cards = [_card(group) for members in stages.values() for group in members]
@@ -52,16 +52,16 @@ def _count(number: int, what: str) -> str:
     return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
-def _intro(told: Mapping[str, Any]) -> str:
-    groups = told["groups"]
+def _intro(tradeoff: Mapping[str, Any]) -> str:
+    groups = tradeoff["groups"]
     tiers = sum(len(group["points"]) for group in groups)
     runs = sum(point["seconds"]["runs"] for group in groups for point in group["points"])
     drawn = any(group["kind"] == "frame" for group in groups)
     frames = f" {_FRAMES}" if drawn else ""
     return (
-        f'<p class="lead">{_count(len(groups), "trade")} of <code>{escape(told["source"])}</code>: '
-        f"{_count(tiers, 'tier')} measured in {_count(runs, 'run')} on {_count(told['threads'], 'core')}, "
-        f"{told['seconds']:g} s in all. Every error is held to one reference, the same for all tiers."
+        f'<p class="lead"><code>{escape(tradeoff["source"])}</code>: {_count(len(groups), "comparison")}, '
+        f"{_count(tiers, 'tier')}, {_count(runs, 'run')} on {_count(tradeoff['threads'], 'core')}, "
+        f"{tradeoff['seconds']:g} s in all. All tiers are measured against the same reference."
         f"{frames}</p>"
     )
 
@@ -71,7 +71,7 @@ def _used(group: Group) -> Mapping[str, Any] | None:
 
 
 def _verdict(group: Group) -> tuple[str, str]:
-    """The class and the words of what is to be done."""
+    """The class and the words of a group's verdict: what to do."""
     used, advice, budget = _used(group), group.get("advice"), group["budget"]
     if used is None:
         return "plain", "not in use"
@@ -80,16 +80,12 @@ def _verdict(group: Group) -> tuple[str, str]:
         over = value > budget if group["less_is_better"] else value < budget
         if over:
             to = advice["tier"] if advice and advice["tier"] else None
-            return "bad", f"over budget: take {to}" if to else "over budget: no tier keeps it"
+            return "bad", f"over budget: take {to}" if to else "over budget: no tier is inside"
     if len(group["points"]) == 1:
         return "plain", "one tier only"
     if advice and advice["tier"] and advice["tier"] != used["tier"]:
-        return "hint", f"{advice['tier']} would do" if advice[
-            "why"
-        ] != "knee" else f"bends at {advice['tier']}"
-    if used["dominated"] and not advice:
-        return "hint", "dominated"
-    return "good", "as good as any" if budget is None else "inside budget"
+        return "hint", f"take {advice['tier']}" if advice["why"] != "knee" else f"bends at {advice['tier']}"
+    return "good", "no tier is better" if budget is None else "inside budget"
 
 
 def _overview(groups: Sequence[Group]) -> str:
@@ -110,8 +106,7 @@ def _overview(groups: Sequence[Group]) -> str:
             f'<td class="n">{took}</td></tr>'
         )
     head = "".join(
-        f"<th>{text}</th>"
-        for text in ("what", "what the figures say", "tier in use", "error", "budget", "time")
+        f"<th>{text}</th>" for text in ("stage", "what to do", "tier in use", "error", "budget", "time")
     )
     return (
         '<h2>At a glance</h2><div class="wide"><table class="glance"><thead><tr>'
@@ -136,8 +131,8 @@ def _attribution(bars: Sequence[Mapping[str, Any]]) -> str:
             + "</tr>"
         )
     return (
-        "<h2>Which stage spends the frame’s error</h2><p>Each stage in turn was swapped for its exact tier; "
-        "how much the final picture then changes (FLIP, 0 to 1) is what its tier in use costs the eye.</p>"
+        "<h2>Which stage causes the error of the frame</h2><p>Each stage in turn was baked exact. How much "
+        "the picture then changes (FLIP, 0 to 1) is what its tier in use costs the eye.</p>"
         '<div class="wide"><table class="bars"><thead><tr><th>stage</th><th></th><th>mean</th><th>99 %</th>'
         f"<th>largest</th></tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
     )
@@ -147,23 +142,25 @@ def _warnings(warnings: Sequence[str]) -> str:
     if not warnings:
         return ""
     items = "".join(f"<li>{escape(text)}</li>" for text in warnings)
-    return f'<h2>Where measurement disagrees</h2><ul class="warnings">{items}</ul>'
+    return (
+        f'<h2>Where the measurement disagrees with the declared order</h2><ul class="warnings">{items}</ul>'
+    )
 
 
 def _legend() -> str:
     signs = (
-        (34, _DOT.format(8, 3.5) + _DOT.format(24, 7), "area: bytes written"),
+        (34, _DOT.format(8, 3.5) + _DOT.format(24, 7), "area: bytes"),
         (22, '<path class="spread c0" d="M3 8H19M3 4v8M19 4v8"/>', "quartiles of the time"),
         (22, _DOT.format(11, 3.5) + '<circle class="ring" cx="11" cy="8" r="7"/>', "in use"),
         (
             16,
             '<circle class="dot dominated" cx="8" cy="8" r="5"/>',
-            "dominated: another is no worse in anything",
+            "dominated: another tier is better and no worse, take that one",
         ),
         (26, '<path class="budget" d="M1 8H25"/>', "budget"),
     )
-    told = " · ".join(f'<svg viewBox="0 0 {wide} 16">{drawn}</svg> {text}' for wide, drawn, text in signs)
-    return f'<p class="legend">In every picture lower left is better. {told}</p>'
+    keys = " · ".join(f'<svg viewBox="0 0 {wide} 16">{drawn}</svg> {text}' for wide, drawn, text in signs)
+    return f'<p class="legend">In every picture lower left is better: quick and exact. {keys}</p>'
 
 
 def _card(group: Group) -> str:
@@ -177,25 +174,30 @@ def _card(group: Group) -> str:
         )
         keys = f'<p class="keys">{shown}</p>'
     advice = group.get("advice")
-    told = f'<p class="advice">{escape(advice["text"])}</p>' if advice else ""
+    advised = f'<p class="advice">{escape(advice["text"])}</p>' if advice else ""
+    better = "".join(
+        f'<p class="note">{escape(point["tier"])} is dominated: {escape(point["instead"])}.</p>'
+        for point in points
+        if point.get("instead") and not point["in_use"]
+    )
     note = f'<p class="note">{escape(group["note"])}</p>' if group.get("note") else ""
     return (
         f'<section class="card" id="{_anchor(group["name"])}"><p class="stage">{escape(group["stage"])}</p>'
         f'<h3>{escape(group["name"])}</h3><p class="metric">{escape(group["metric"])}</p>'
-        f"<p>{escape(group['sentence'])}</p>{told}"
-        f"{plot(group)}{keys}{note}{_details(group)}</section>"
+        f"<p>{escape(group['sentence'])}</p>{advised}"
+        f"{plot(group)}{keys}{better}{note}{_details(group)}</section>"
     )
 
 
 def _details(group: Group) -> str:
-    """Every figure of a group, for those who want to read them."""
+    """The table of all figures of a group."""
     points = group["points"]
     roles = [
         role for role in ("mean", "rms", "p99", "max") if any(role in point["error"] for point in points)
     ]
     notes = any(point.get("note") for point in points)
     head = ["tier", "median", "quartiles", "runs", group["unit"] or "value", *roles, "bytes"]
-    head += ["made"] if notes else []
+    head += ["result"] if notes else []
     rows = []
     for point in points:
         seconds = point["seconds"]
@@ -207,12 +209,12 @@ def _details(group: Group) -> str:
             *(number_label(point["error"][role]) if role in point["error"] else "–" for role in roles),
             f"{point['bytes']:,}".replace(",", " ") if point["bytes"] else "–",
         ]
-        made = f"<td>{escape(point.get('note', ''))}</td>" if notes else ""
+        result = f"<td>{escape(point.get('note', ''))}</td>" if notes else ""
         kind = ' class="used"' if point["in_use"] else ""
         rows.append(
             f'<tr{kind}><th scope="row">{escape(point["tier"])}</th>'
             + "".join(f'<td class="n">{escape(cell)}</td>' for cell in cells)
-            + f"{made}</tr>"
+            + f"{result}</tr>"
         )
     return (
         '<details><summary>All figures</summary><div class="wide"><table><thead><tr>'

@@ -1,9 +1,8 @@
 """A group of tradeoff.json -> one SVG: time across, error up, both logarithmic; lower left is better.
 
-Circles have an area that grows with the bytes written; the bar through one spans the quartiles of its time.
-Dominated tiers are grey, the front of each series is joined, the tier in use has a ring, a budget is a line.
-Colours are classes of the page, so that it may be dark.
-"""
+The area of a circle follows the bytes; the bar through it spans the quartiles of the time. Dominated tiers
+are grey, a line joins the front of each series, the tier in use has a ring, a budget is a line. Colours are
+CSS classes, because the page may be dark."""
 
 from __future__ import annotations
 
@@ -15,16 +14,16 @@ from typing import Any
 
 WIDTH, HEIGHT = 420.0, 300.0
 LEFT, RIGHT, TOP, BOTTOM = 62.0, 22.0, 16.0, 46.0
-LANE = 26.0  # below the axis of errors: what has none
+LANE = 26.0  # height of the strip for points without error, which a logarithmic axis cannot show
 _LARGEST, _SMALLEST = 13.0, 4.5  # radii
-_DECADES = 5.0  # of errors that are shown; what is less by more is as good as none
-_LETTER = 6.1  # width of one, as labels are set
+_DECADES = 5.0  # range of errors on the axis; smaller errors count as none
+_LETTER = 6.1  # width of a letter of a label
 COLORS = 5
 
 
 @dataclass(frozen=True)
 class Axis:
-    """A logarithmic axis from `low` to `high` (both above 0) laid over `start` to `end` of the picture."""
+    """A logarithmic axis: `low` to `high` (both above 0) map to `start` to `end` of the picture."""
 
     low: float
     high: float
@@ -36,19 +35,20 @@ class Axis:
         return self.start + share * (self.end - self.start)
 
     def ticks(self) -> list[float]:
-        """Values worth a line: powers of ten; where those are few, also twice and five times such."""
+        """Values with a grid line: powers of ten; if those are few, also twice and five times such."""
         first, last = math.floor(math.log10(self.low)), math.ceil(math.log10(self.high))
         wide = math.log10(self.high / self.low) > 1.6
         steps = (1.0,) if wide else (1.0, 2.0, 5.0)
-        found = [step * 10.0**power for power in range(first, last + 1) for step in steps]
-        inside = [value for value in found if self.low <= value <= self.high]
+        values = [step * 10.0**power for power in range(first, last + 1) for step in steps]
+        inside = [value for value in values if self.low <= value <= self.high]
         most = 5
         return inside[:: max(1, -(-len(inside) // most))]
 
 
-def axis_over(values: Sequence[float], start: float, end: float, room: float = 1.6) -> Axis:
-    """An axis that holds the values (above 0) with room on both sides, and no less than a factor of ten."""
-    low, high = min(values) / room, max(values) * room
+def axis_over(values: Sequence[float], start: float, end: float, margin: float = 1.6) -> Axis:
+    """An axis over the values (above 0), wider by a factor `margin` on both sides, at least a factor of
+    ten."""
+    low, high = min(values) / margin, max(values) * margin
     if high < 10.0 * low:
         middle = math.sqrt(low * high)
         low, high = middle / math.sqrt(10.0), middle * math.sqrt(10.0)
@@ -73,8 +73,8 @@ def number_label(value: float) -> str:
 
 
 def plot(group: Mapping[str, Any]) -> str:
-    """The SVG of a group with at least one point; its texts stand beside it too, so it is one image to those
-    who read with their ears."""
+    """The SVG of a group with at least one point. For screen readers it is one image, because its texts stand
+    beside it too."""
     points = group["points"]
     known = [point["loss"] for point in points if point["loss"] > 0.0]
     budget = _budget_loss(group)
@@ -82,7 +82,10 @@ def plot(group: Mapping[str, Any]) -> str:
     shown = [value for value in [*known, *([budget] if budget else [])] if value >= floor] or [1.0]
     lane = any(point["loss"] < floor for point in points)
     x = axis_over(
-        [point["seconds"][key] for point in points for key in ("low", "high")], LEFT, WIDTH - RIGHT, room=1.4
+        [point["seconds"][key] for point in points for key in ("low", "high")],
+        LEFT,
+        WIDTH - RIGHT,
+        margin=1.4,
     )
     y = axis_over(shown, HEIGHT - BOTTOM - (LANE if lane else 0.0), TOP)
     at = [
@@ -108,8 +111,8 @@ def plot(group: Mapping[str, Any]) -> str:
 
 
 def series_colors(points: Sequence[Mapping[str, Any]]) -> dict[str, int]:
-    """The number of the colour of each series, in the order of the points; one colour where each point is a
-    series of its own."""
+    """The colour number of each series, in the order of the points; one colour if each point is a series of
+    its own."""
     names = list(dict.fromkeys(point.get("series", point["tier"]) for point in points))
     if len(names) == len(points):
         return dict.fromkeys(names, 0)
@@ -167,7 +170,7 @@ def _grid(group: Mapping[str, Any], x: Axis, y: Axis, lane: bool) -> str:
 
 
 def _error_ticks(group: Mapping[str, Any], y: Axis) -> list[tuple[float, str]]:
-    """Errors worth a line and their words; decibels are ticked as such."""
+    """Errors with a grid line, and their labels; a metric in dB has ticks in dB."""
     if group["less_is_better"]:
         return [(value, number_label(value)) for value in y.ticks()]
     best, worst = -20.0 * math.log10(y.low), -20.0 * math.log10(y.high)
@@ -196,19 +199,19 @@ def _budget_line(
 def _budget_box(
     group: Mapping[str, Any], budget: float | None, y: Axis, at: Sequence[tuple[float, float]]
 ) -> list[tuple[float, float, float, float]]:
-    """Where the words of the budget's line stand: at its end or its beginning, above or below it, where the
-    circles at `at` leave room; nowhere where there is no line."""
+    """The box of the budget's label: at the end or the beginning of its line, above or below it, where it
+    covers the circles at `at` least; empty without a line."""
     if budget is None or not y.low <= budget <= y.high:
         return []
     py = y.at(budget)
     wide = _LETTER * len(f"budget {group['budget']:g}")
-    tries = []
+    boxes = []
     for right in (WIDTH - RIGHT - 4.0, LEFT + 4.0 + wide):
         for bottom in (py - 2.0, py + 16.0):
             box = (right - wide, bottom - 13.0, right, bottom)
             taken = sum(_common(box, (px - 9.0, p - 9.0, px + 9.0, p + 9.0)) for px, p in at)
-            tries.append((taken + (1e3 if box[1] < TOP - 2.0 else 0.0), box))
-    return [min(tries, key=lambda one: one[0])[1]]
+            boxes.append((taken + (1e3 if box[1] < TOP - 2.0 else 0.0), box))
+    return [min(boxes, key=lambda one: one[0])[1]]
 
 
 def _fronts(points: Sequence[Mapping[str, Any]], at: Sequence[tuple[float, float]]) -> list[str]:
@@ -220,11 +223,11 @@ def _fronts(points: Sequence[Mapping[str, Any]], at: Sequence[tuple[float, float
         if point["on_front"]:
             name = "" if alone else point.get("series", point["tier"])
             lines.setdefault(name, []).append(place)
-    found = []
+    paths = []
     for name, line in lines.items():
         path = "L".join(f"{px:.1f} {py:.1f}" for px, py in sorted(line))
-        found.append(f'<path class="front c{series.get(name, 0)}" d="M{path}"/>')
-    return found
+        paths.append(f'<path class="front c{series.get(name, 0)}" d="M{path}"/>')
+    return paths
 
 
 def _marker(
@@ -239,7 +242,7 @@ def _marker(
     kind = "dominated" if point["dominated"] else f"c{series[point.get('series', point['tier'])]}"
     seconds = point["seconds"]
     low, high = x.at(seconds["low"]), x.at(seconds["high"])
-    told = (
+    title = (
         f"{point['tier']}: {seconds_label(seconds['median'])} ({seconds_label(seconds['low'])} to "
         f"{seconds_label(seconds['high'])}, {seconds['runs']} runs), "
         f"{number_label(point['error']['value'])} {group['unit']}"
@@ -248,7 +251,7 @@ def _marker(
     return (
         f'<path class="spread {kind}" d="M{low:.1f} {py:.1f}H{high:.1f}M{low:.1f} {py - 4:.1f}v8M{high:.1f} '
         f'{py - 4:.1f}v8"/><g transform="translate({px:.1f} {py:.1f})">'
-        f'<circle class="dot {kind}" r="{radius:.1f}"><title>{escape(told)}</title></circle>{ring}</g>'
+        f'<circle class="dot {kind}" r="{radius:.1f}"><title>{escape(title)}</title></circle>{ring}</g>'
     )
 
 
@@ -258,7 +261,7 @@ def _labels(
     radii: Sequence[float],
     taken: Sequence[tuple[float, float, float, float]],
 ) -> str:
-    """The tiers' names beside their circles, each at the first of several places that is free."""
+    """The names of the tiers beside their circles, each where it covers least."""
     taken = [*taken, *((px - r, py - r, px + r, py + r) for (px, py), r in zip(at, radii, strict=True))]
     parts = []
     order = sorted(range(len(points)), key=lambda k: not points[k]["in_use"])
@@ -266,7 +269,7 @@ def _labels(
         (px, py), r, name = at[k], radii[k], points[k]["tier"]
         wide = len(name) * _LETTER + 2.0
         gap = r + (7.0 if points[k]["in_use"] else 4.0)
-        tries = []
+        places = []
         for dx, dy, anchor in (
             (0.0, -gap - 1.0, "middle"), (0.0, gap + 10.0, "middle"), (gap, 4.0, "start"), (-gap, 4.0, "end"),
             (gap, -9.0, "start"), (gap, 17.0, "start"), (-gap, -9.0, "end"), (-gap, 17.0, "end"),
@@ -276,8 +279,8 @@ def _labels(
             box = (left, py + dy - 10.0, left + wide, py + dy + 3.0)
             outside = max(0.0, LEFT - box[0]) + max(0.0, box[2] - WIDTH + 2.0) + max(0.0, TOP - box[1])
             outside += max(0.0, box[3] - (HEIGHT - BOTTOM))
-            tries.append((outside * 20.0 + sum(_common(box, other) for other in taken), dx, dy, anchor, box))
-        _, dx, dy, anchor, box = min(tries, key=lambda one: one[0])
+            places.append((outside * 20.0 + sum(_common(box, other) for other in taken), dx, dy, anchor, box))
+        _, dx, dy, anchor, box = min(places, key=lambda one: one[0])
         taken.append(box)
         kind = "name used" if points[k]["in_use"] else "name"
         parts.append(

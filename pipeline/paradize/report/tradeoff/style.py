@@ -1,4 +1,4 @@
-"""The style sheet of the page of trades; dark where the reader's system is."""
+"""The CSS of the reports: light or dark as the reader's system."""
 
 STYLE = """
 :root{color-scheme:light dark;--bg:#f6f7f9;--card:#fff;--ink:#1b2430;--soft:#5b6675;--line:#dfe4ea;
