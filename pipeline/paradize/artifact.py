@@ -7,10 +7,12 @@ and, for scene.json, in `formats/scene_manifest.py` and `formats/FORMAT.md`.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+FILE_NAME = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # as Artifact.file gives it
 KEPT = ("sha256", "suffix", "tier", "errors", "levels", "format", "reason", "filter", "warnings")
 REPORTED = (
     "name", "file", "sha256", "bytes", "tier", "errors", "status", "seconds", "levels", "format", "reason",

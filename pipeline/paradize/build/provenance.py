@@ -7,13 +7,12 @@ at rest since.
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from paradize.artifact import REPORTED, Artifact
+from paradize.artifact import FILE_NAME, REPORTED, Artifact
 from paradize.documents import SCENE_FILE
 from paradize.errors import ParadizeError
 from paradize.files import resolved
@@ -29,7 +28,6 @@ _ROW: dict[str, tuple[type, ...]] = {  # of an artifact, as a record holds it
     "tier": (str, _NONE), "format": (str, _NONE), "reason": (str, _NONE), "filter": (str, _NONE),
     "errors": (dict,), "levels": (list,), "over": (list,), "tried": (dict, _NONE),
 }  # fmt: skip
-OURS = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # the only whole files that a sweep may remove
 
 
 @dataclass
@@ -78,7 +76,7 @@ def strays(out: Path, named: Container[str]) -> list[Path]:
     return [
         out / name
         for name in os.listdir(out)  # noqa: PTH208 (a bake with nothing to do makes no path of each)
-        if name not in named and (is_aside(name) or OURS.fullmatch(name))
+        if name not in named and (is_aside(name) or FILE_NAME.fullmatch(name))
     ]
 
 
@@ -142,7 +140,7 @@ def _is_row(row: Any) -> bool:
         and all(map(_are_numbers, row["levels"]))
         and all(type(text) is str for text in row["over"])
         and type(row.get("left_out", 0)) is int
-        and OURS.fullmatch(row["file"]) is not None
+        and FILE_NAME.fullmatch(row["file"]) is not None
     )
 
 

@@ -10,7 +10,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from paradize.build.provenance import OURS
+from paradize.artifact import FILE_NAME
 from paradize.check.against import WORSE_BY, check_against, earlier_scene
 from paradize.check.budgets import check_budget
 from paradize.check.flights import check_flight
@@ -152,7 +152,7 @@ def _artifact(
 def _unused(folder: Path, manifest: dict[str, Any], file: str) -> Iterator[Finding]:
     named = {artifact["file"] for artifact in manifest["artifacts"].values()}
     for path in sorted(folder.iterdir()):
-        if OURS.fullmatch(path.name) and path.name not in named:
+        if FILE_NAME.fullmatch(path.name) and path.name not in named:
             yield Finding("PZ104", str(path), "is not named by scene.json")
     read = {name for place, name, _ in references(manifest) if not place.startswith("streaming")}
     for name in manifest["artifacts"]:
