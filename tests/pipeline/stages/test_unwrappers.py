@@ -188,6 +188,13 @@ def test_mirrored_charts_are_turned_and_triangles_left_out_are_laid_flat(
         assert count == len(set(chart.tolist())) == (1 if len({tuple(uv) for uv in uvs}) == 4 else 2)
 
 
+def test_triangles_that_meet_in_an_edge_of_three_are_charts_of_their_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, "xatlas", pretending([[0, 0], [1, 0], [0, 1], [0.5, 0.5], [0, -1]]))
+    assert xatlas_charts(FIN.positions.astype(float), FIN.triangles)[2] == 3
+
+
 def test_charts_that_lie_over_themselves_are_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A fan of 8 triangles that xatlas is made to wind twice round its middle."""
     monkeypatch.setattr("paradize.stages.unwrappers.version", lambda _: "0")
