@@ -1,4 +1,4 @@
-"""`paradize clean`: keeps the store small."""
+"""`paradize clean`: deletes what is useless, old or too much in the store."""
 
 from __future__ import annotations
 
@@ -12,24 +12,29 @@ from paradize.errors import one_line
 
 
 def add(sub: argparse.ArgumentParser) -> None:
-    """What `paradize clean` takes."""
-    sub.add_argument("--older-than", type=age, metavar="D", help="not used that long: 30d, 12h, 10m, 90s")
-    sub.add_argument("--to-size", type=size, metavar="B", help="keep at most that: 500M, 2G, 1Gi, bytes")
+    """Declares the options of `paradize clean`."""
+    sub.add_argument(
+        "--older-than",
+        type=age,
+        metavar="D",
+        help="delete what was not used for this long: 30d, 12h, 10m, 90s",
+    )
+    sub.add_argument("--to-size", type=size, metavar="B", help="keep at most this much: 500M, 2G, 1Gi, bytes")
     add_json(sub)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Takes from the store what is of no use, too old or too much."""
+    """Deletes from the store what is useless, too old or too much; returns the exit code."""
     from paradize.store.clean import clean
     from paradize.store.local import Store, default_root
 
     store = Store(default_root())
-    done = clean(store, now_s=time.time(), older_than_s=arguments.older_than, to_bytes=arguments.to_size)
-    told = {"store": str(store.root), "dropped": done.dropped}
-    told |= {"freed_bytes": done.freed_bytes, "kept_bytes": done.kept_bytes}
+    cleaned = clean(store, now_s=time.time(), older_than_s=arguments.older_than, to_bytes=arguments.to_size)
+    result = {"store": str(store.root), "dropped": cleaned.dropped}
+    result |= {"freed_bytes": cleaned.freed_bytes, "kept_bytes": cleaned.kept_bytes}
     if arguments.json:
-        show_json(told)
+        show_json(result)
     else:
-        kept = f"{done.kept_bytes} bytes stay in {store.root}"
-        show(one_line(f"{done.dropped} entries dropped, {done.freed_bytes} bytes freed, {kept}"))
+        kept = f"{cleaned.kept_bytes} bytes stay in {store.root}"
+        show(one_line(f"{cleaned.dropped} entries dropped, {cleaned.freed_bytes} bytes freed, {kept}"))
     return 0

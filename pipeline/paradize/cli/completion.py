@@ -1,4 +1,4 @@
-"""`paradize completion`: a script by which a shell completes commands, options and files."""
+"""`paradize completion`: prints a script by which a shell completes commands, options and files."""
 
 from __future__ import annotations
 
@@ -10,15 +10,26 @@ from typing import Any
 from paradize.cli.options import add_json
 from paradize.cli.output import show, show_json
 
-PICTURES = ("bmp", "exr", "hdr", "hgt", "jpg", "jpeg", "png", "tga", "tif", "tiff")  # what IN.png stands for
+PICTURES = (
+    "bmp",
+    "exr",
+    "hdr",
+    "hgt",
+    "jpg",
+    "jpeg",
+    "png",
+    "tga",
+    "tif",
+    "tiff",
+)  # the files that IN.png stands for
 
 
 SHELLS = ("bash", "zsh", "fish")
 
 
 def add(sub: argparse.ArgumentParser) -> None:
-    """What `paradize completion` takes."""
-    sub.add_argument("shell", choices=SHELLS, help="bash: eval it, or keep it where bash-completion looks")
+    """Declares the options of `paradize completion`."""
+    sub.add_argument("shell", choices=SHELLS, help="the shell to print for")
     add_json(sub)
 
 
@@ -33,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def completion(shell: str) -> str:
-    """The script for `shell`, one of SHELLS, of all commands and options that there are."""
+    """The script for `shell`, one of SHELLS, with all commands and options."""
     import shtab
 
     from paradize.cli.main import parser
@@ -56,7 +67,7 @@ def actions_of(top: argparse.ArgumentParser) -> Iterator[argparse.Action]:
 
 
 def _files(metavar: str) -> Any:
-    """What shtab offers for a path that is called so: folders for DIR, IN.obj's suffix, any file else."""
+    """What shtab offers for a metavar: folders for DIR, files with the suffix of IN.obj, else any file."""
     import shtab
 
     if metavar == "DIR":
@@ -65,5 +76,5 @@ def _files(metavar: str) -> Any:
     if not suffix:
         return shtab.FILE
     suffixes = PICTURES if metavar == "IN.png" else (suffix,)
-    # Two patterns at least: zsh takes (*.obj) alone for qualifiers.
+    # At least two patterns, because zsh takes (*.obj) alone as qualifiers.
     return shtab.glob(*(f"*.{case}" for suffix in suffixes for case in (suffix, suffix.upper())))

@@ -10,15 +10,19 @@ from paradize.cli.output import show, show_json
 
 
 def add(sub: argparse.ArgumentParser) -> None:
-    """What `paradize explain` takes."""
+    """Declares the options of `paradize explain`."""
     add_scene(sub)
-    sub.add_argument("artifact", nargs="?", metavar="ARTIFACT", help="this one in detail (default: all)")
-    sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="where it was baked")
+    sub.add_argument(
+        "artifact", nargs="?", metavar="ARTIFACT", help="only this one, in detail (default: all)"
+    )
+    sub.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", help="the baked folder (default: build/assets/<scene name>)"
+    )
     add_json(sub)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """The exit code."""
+    """Runs the command; returns the exit code."""
     from paradize.explain.facts import explain
     from paradize.explain.words import render
 

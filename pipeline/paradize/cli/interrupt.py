@@ -1,9 +1,8 @@
-"""Ctrl-C and SIGTERM: a command ends with one line, whatever it is at, and never with a traceback.
+"""Ctrl-C and SIGTERM: a command ends with one line and never with a traceback.
 
-The first signal of a running command raises KeyboardInterrupt, so that it takes away what is half made. Any
-other ends the process at once: one before the command runs or after it, a second one, one that lands where
-Python drops exceptions.
-"""
+The first signal of a running command raises KeyboardInterrupt, so that the command removes unfinished files.
+Any other signal ends the process at once: before or after the command, a second signal, or one that arrives
+where Python drops exceptions."""
 
 from __future__ import annotations
 
@@ -18,16 +17,16 @@ if TYPE_CHECKING:
 
 WHAT = "interrupted; nothing half-written stays"
 AT_ONCE = "ended at once; files that were being written aside may stay"
-EXIT_CODE = 130  # as shells tell it: 128 + SIGINT
+EXIT_CODE = 130  # as in shells: 128 + SIGINT
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_PATIENCE_S = 10  # so long the command may take to end in good order
+_PATIENCE_S = 10  # the command may take this long to end cleanly
 
 _came = False
 
 
 def _leave(*_: object) -> NoReturn:
-    """Says so and ends the process: no `finally` runs any more. While a command runs, it may leave files that
-    it was writing aside, and have begun its JSON object."""
+    """Prints a line and ends the process without running any `finally`. A running command may leave temporary
+    files and an unfinished JSON object."""
     if "--json" in sys.argv and not _came:
         _write(1, f'{{"error": ["{WHAT}"]}}\n')
     _write(2, f"paradize: {AT_ONCE if _came else WHAT}\n")
@@ -35,7 +34,7 @@ def _leave(*_: object) -> NoReturn:
 
 
 def _write(stream: int, text: str) -> None:
-    with suppress(OSError):  # nobody may be reading
+    with suppress(OSError):  # the stream may be closed
         os.write(stream, text.encode())
 
 
@@ -49,8 +48,8 @@ def _raise(*_: object) -> NoReturn:
 
 
 def interrupted() -> bool:
-    """Whether a signal came since `interruptible` began. An error that follows is none: libraries make others
-    of KeyboardInterrupt."""
+    """Whether a signal came since `interruptible` began. Then a later error does not count: libraries turn
+    KeyboardInterrupt into other exceptions."""
     return _came
 
 
@@ -73,12 +72,12 @@ def leave_at_once() -> None:
 
 
 def ignore() -> None:
-    """From here on signals are too late: all is done, and the process ends by itself."""
+    """From here on signals are ignored: the work is done, and the process is about to end."""
     _handle(signal.SIG_IGN)
 
 
 def interruptible(call: Callable[[], int]) -> int:
-    """What `call` returns. A signal raises KeyboardInterrupt in it."""
+    """Calls `call` and returns its result. A signal raises KeyboardInterrupt in it."""
     global _came
     before, hook = {number: signal.getsignal(number) for number in _SIGNALS}, sys.unraisablehook
     try:

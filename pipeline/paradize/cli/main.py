@@ -1,4 +1,4 @@
-"""The command line: parse, call, print, exit code; nothing else.
+"""The command line: parses, calls a command, prints errors, returns the exit code.
 
 Exit 0: done; 1: a bake, a check or a scene failed, or an input was refused; 2: wrong usage. With --json one
 JSON object goes to standard output, also on failure, wrong usage and interruption ({"error": [...]}), and
@@ -22,11 +22,11 @@ from paradize.errors import BakeError, GroupedError, ParadizeError, bounded
 
 
 class _WrongUsage(Exception):  # noqa: N818 (never leaves this module)
-    """What argparse finds wrong."""
+    """An error of the usage, from argparse."""
 
 
 class _Parser(argparse.ArgumentParser):
-    """Takes no abbreviated options, and leaves it to `main` to tell what is wrong."""
+    """Accepts no abbreviated options. Errors are printed by `main`."""
 
     def __init__(self, **settings: Any) -> None:
         # argparse makes a formatter for every option, which asks how wide the terminal is: here only for help
@@ -45,20 +45,20 @@ class _Parser(argparse.ArgumentParser):
         raise _WrongUsage(f"{self.format_usage()}{self.prog}: error: {bounded(message)}")
 
 
-# Each command and its help. The module paradize.cli.<command> has add(), which declares its options, and
-# run(); only the module of the command that is called is imported.
+# The commands and their help. The module paradize.cli.<command> has add(), which declares the options, and
+# run(). Only the module of the command that is called is imported.
 COMMANDS = {
-    "bake": "Bake a scene: everything that it requires, once.",
+    "bake": "Bake everything that a scene requires.",
     "mesh": "Bake an OBJ into a GLB with tangent frames and levels of detail.",
     "maps": "Bake a colour or height map into normal, height, gloss and du/dv maps.",
     "terrain": "Bake a heightmap into a GLB under a bound on its vertical error.",
-    "explain": "Say why each artifact of a scene exists, and what limits it.",
+    "explain": "Say why each artifact of a scene exists, and what its error does to the picture.",
     "check": "Check baked scenes (folders or scene.json), GLB, KTX2 and PNG files.",
-    "measure": "Measure what every tier of every stage costs and errs.",
-    "watch": "Bake a scene, and again whenever a file that it is made of, or the code, is saved.",
+    "measure": "Measure time, error and bytes of every tier of every stage.",
+    "watch": "Bake a scene, and again whenever one of its files is saved.",
     "export": "Write a baked scene as one GLB with pictures and the flight, for Blender or three.js.",
-    "new": "Make a small scene to start from, with a model of yours in it.",
-    "clean": "Take from the store what is of no use, old or too much.",
+    "new": "Write a small scene to start from, with your own model in it.",
+    "clean": "Delete from the store what is useless, old or too much.",
     "completion": "Print a script by which a shell completes commands, options and files.",
 }
 
@@ -78,8 +78,8 @@ def parser(only: str | None = None) -> argparse.ArgumentParser:
 
 
 def _open_streams() -> None:
-    """Gives a process that was started without standard streams the null device for each, before a file of
-    ours takes their numbers; names that are no text are printed escaped."""
+    """Opens the null device for each missing standard stream, before another file takes its number. Names
+    that are not valid text are printed escaped."""
     for stream in range(3):
         try:
             os.fstat(stream)
@@ -95,7 +95,7 @@ def _open_streams() -> None:
 
 
 def _run(words: Sequence[str]) -> int:
-    """Parses and runs one command; tells its errors; returns the exit code."""
+    """Parses and runs one command, prints its errors, returns the exit code."""
     as_json = "--json" in words
     top = parser(words[0] if words and words[0] in COMMANDS else None)
     try:
@@ -144,7 +144,7 @@ def _main(words: Sequence[str], *, ended: bool = False) -> int:
     except OutputLost as lost:
         if str(lost):
             say(f"paradize: error: standard output cannot be written: {lost}")
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is still held goes nowhere
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # buffered output goes nowhere
         return 1
 
 

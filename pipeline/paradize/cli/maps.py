@@ -1,4 +1,4 @@
-"""`paradize maps`: a colour or height map into normal, height, gloss and du/dv maps."""
+"""`paradize maps`: bakes a colour or height map into normal, height, gloss and du/dv maps."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ def _maps(text: str) -> list[str]:
     names = [name.strip() for name in text.split(",")]
     for name in names:
         if name not in DERIVED:
-            raise argparse.ArgumentTypeError(f"{name!r} is no map; allowed: {', '.join(DERIVED)}")
+            raise argparse.ArgumentTypeError(f"{name!r} is no map; known: {', '.join(DERIVED)}")
     return [name for name in DERIVED if name in names]
 
 
 def _names(text: str) -> list[str]:
     names = [name for name in text.split(",") if name]
     if not names:
-        raise argparse.ArgumentTypeError(f"{text!r} names nothing")
+        raise argparse.ArgumentTypeError(f"{text!r} is empty; write names, separated by commas")
     return names
 
 
 def add(sub: argparse.ArgumentParser) -> None:
-    """What `paradize maps` takes."""
+    """Declares the options of `paradize maps`."""
     sub.add_argument("input", type=Path, metavar="IN.png")
     sub.add_argument("-o", "--out", type=Path, metavar="DIR", required=True)
     sub.add_argument("--only", type=_maps, default=list(DERIVED), metavar="A,B", help=", ".join(DERIVED))
@@ -37,7 +37,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         dest="source",
         choices=("auto", "color", "height"),
         default="auto",
-        help="what IN holds (auto: heights where it has one channel of 16 bits or floats, else colour)",
+        help="what IN holds (auto: heights if it has one channel of 16 bits or floats, else colour)",
     )
     add_nodata(sub)
     sub.add_argument(
@@ -45,20 +45,26 @@ def add(sub: argparse.ArgumentParser) -> None:
         type=number(0.0, 1e6),
         default=1.0,
         metavar="S",
-        help="full white stands S percent of the map's width high (1)",
+        help="height of full white, in percent of the map's width (1)",
     )
     sub.add_argument(
-        "--wrap", choices=("repeat", "clamp"), default="clamp", help="what lies beyond the border"
+        "--wrap",
+        choices=("repeat", "clamp"),
+        default="clamp",
+        help="how the map continues beyond its border (clamp)",
     )
     sub.add_argument(
-        "--green", choices=("up", "down"), default="up", help="which way green points in normals"
+        "--green", choices=("up", "down"), default="up", help="direction of green in normals (up)"
     )
     sub.add_argument("--format", dest="fmt", choices=("ktx2", "png"), default="ktx2")
-    sub.add_argument("--uv", type=Path, metavar="IN.obj", help="the UV layout that the map is for")
+    sub.add_argument("--uv", type=Path, metavar="IN.obj", help="the model whose UV layout the map is for")
     sub.add_argument(
-        "--gloss-groups", type=_names, metavar="A,B", help="only these groups of the layout shine"
+        "--gloss-groups",
+        type=_names,
+        metavar="A,B",
+        help="only these groups or materials of that model shine",
     )
-    sub.add_argument("--report", type=Path, metavar="DIR", help="draw a contact sheet there, as <IN>.png")
+    sub.add_argument("--report", type=Path, metavar="DIR", help="also draw a contact sheet, DIR/<IN>.png")
     sub.add_argument(
         "--filter", choices=FILTERS, default="auto", help="how slopes are taken (auto: looks at the heights)"
     )
@@ -87,9 +93,9 @@ def add(sub: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """The exit code."""
+    """Runs the command; returns the exit code."""
     if arguments.report and arguments.fmt != "ktx2":
-        raise BakeError("a contact sheet is drawn of KTX2 maps", mend="leave out --format png or --report")
+        raise BakeError("a contact sheet needs KTX2 maps", mend="leave out --format png or --report")
     keys = ("only", "source", "nodata", "strength", "wrap", "green", "fmt", "uv", "gloss_groups", "zstd")
     settings = {key: getattr(arguments, key) for key in keys}
     relief = ("black", "white", "gamma", "contrast", "brightness", "invert", "filter", "destep")

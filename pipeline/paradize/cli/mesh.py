@@ -1,4 +1,4 @@
-"""`paradize mesh`: an OBJ into a GLB with tangent frames and levels of detail."""
+"""`paradize mesh`: bakes an OBJ into a GLB with tangent frames and levels of detail."""
 
 from __future__ import annotations
 
@@ -11,21 +11,24 @@ from paradize.scene.settings import SIMPLIFIERS, UNWRAPPERS
 
 
 def add(sub: argparse.ArgumentParser) -> None:
-    """What `paradize mesh` takes."""
+    """Declares the options of `paradize mesh`."""
     sub.add_argument("input", type=Path, metavar="IN.obj")
     sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True)
     sub.add_argument(
-        "--lods", type=whole(1, 8), default=4, metavar="N", help="levels, the source counted (4)"
+        "--lods", type=whole(1, 8), default=4, metavar="N", help="number of levels, the source included (4)"
     )
     sub.add_argument(
-        "--max-error", type=number(0.0, 1.0), metavar="F", help="largest error, a share of the diagonal"
+        "--max-error",
+        type=number(0.0, 1.0),
+        metavar="F",
+        help="largest error of a level, a share of the diagonal",
     )
     sub.add_argument(
         "--ratio",
         type=number(0.05, 0.95),
         default=0.5,
         metavar="R",
-        help="triangles of a level, of those of the one before (0.5)",
+        help="triangles of a level, as a share of the level before (0.5)",
     )
     sub.add_argument(
         "--errors",
@@ -44,34 +47,36 @@ def add(sub: argparse.ArgumentParser) -> None:
         "--simplifier",
         choices=SIMPLIFIERS,
         default=SIMPLIFIERS[0],
-        help="what makes the levels (paradize); fast-simplification and openmesh know positions alone: "
-        "texture coordinates are taken from the source again, and seams are let go; they take one material, "
-        "openmesh manifolds only",
+        help="library that makes the levels (paradize); fast-simplification and openmesh see only positions: "
+        "texture coordinates are taken from the source again, without seams; they take one material, "
+        "openmesh only manifolds",
     )
-    sub.add_argument("--atlas", action="store_true", help="make a UV layout")
+    sub.add_argument("--atlas", action="store_true", help="make UVs for a model without them")
     sub.add_argument(
         "--unwrapper",
         choices=UNWRAPPERS,
-        help="what makes the UV layout (paradize); as --atlas, by that one",
+        help="make UVs like --atlas, by this library (paradize)",
     )
+    sub.add_argument("--quantise", action="store_true", help="16-bit vertices; their error is measured")
     sub.add_argument(
-        "--quantise", action="store_true", help="vertices as 16-bit codes; what that costs is told"
-    )
-    sub.add_argument(
-        "--weld", type=number(0.0, 1e6), default=0.0, metavar="METRES", help="join places this near (0: none)"
+        "--weld",
+        type=number(0.0, 1e6),
+        default=0.0,
+        metavar="METRES",
+        help="join vertices closer than this (0: none)",
     )
     sub.add_argument(
         "--crease",
         type=number(0.0, 180.0),
         default=45.0,
         metavar="DEGREES",
-        help="where normals are missing, faces at a larger angle meet in an edge (45)",
+        help="where normals are missing, faces at a larger angle meet in a sharp edge (45)",
     )
     add_common(sub)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """The exit code."""
+    """Runs the command; returns the exit code."""
     settings = {key: getattr(arguments, key) for key in ("lods", "max_error", "tangents", "simplifier")}
     settings |= {"lod_ratio": arguments.ratio, "lod_errors": arguments.errors}
     settings["quantise"] = {} if arguments.quantise else None

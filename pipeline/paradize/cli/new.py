@@ -1,4 +1,4 @@
-"""`paradize new`: a small scene to start from."""
+"""`paradize new`: writes a small scene to start from."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from paradize.files import resolved
 
 
 def add(sub: argparse.ArgumentParser) -> None:
-    """What `paradize new` takes."""
+    """Declares the options of `paradize new`."""
     sub.add_argument("folder", type=Path, metavar="DIR", help="a new folder for the scene")
     sub.add_argument("--from", dest="model", type=Path, metavar="IN.obj", help="the model (default: a vase)")
     add_json(sub)

@@ -12,18 +12,18 @@ TIERS = ("fast", "balanced", "exact", "auto")
 
 
 def add_json(sub: argparse.ArgumentParser, text: str = "print one JSON object on standard output") -> None:
-    """What every command takes."""
+    """Declares --json."""
     sub.add_argument("--json", action="store_true", help=text)
 
 
 def add_common(
     sub: argparse.ArgumentParser, jobs: str = "threads at most", tier: str | None = "balanced"
 ) -> None:
-    """What every baker takes. tier: the one without the option."""
+    """Declares the options of every baker. tier: the default."""
     sub.add_argument("-j", "--jobs", type=whole(1, 4096), metavar="N", help=f"{jobs} (default: cores)")
-    what = "speed against accuracy; auto: the cheapest whose measured error is inside the budget"
+    what = "speed against accuracy; auto: the cheapest tier whose measured error is inside the budget"
     sub.add_argument(
-        "--tier", choices=TIERS, default=tier, help=f"{what} (default: {tier or 'the scene says'})"
+        "--tier", choices=TIERS, default=tier, help=f"{what} (default: {tier or 'as the scene says'})"
     )
     add_json(sub)
 
@@ -31,7 +31,8 @@ def add_common(
 def add_relief(
     sub: argparse.ArgumentParser, *, required: bool, size: str, height: str, max_error: str
 ) -> None:
-    """What commands take that make a terrain of a heightmap; texts: what follows the unit."""
+    """Declares the options of commands that make a terrain from a heightmap. size, height, max_error: the end
+    of each help text."""
     size_m, heights_m, error_m = number(1e-6, 1e6), number(-1e6, 1e6), number(0.0, 1e6)
     sub.add_argument(
         "--size",
@@ -46,22 +47,22 @@ def add_relief(
 
 
 def add_scene(sub: argparse.ArgumentParser) -> None:
-    """What every command takes that works on a scene."""
+    """Declares the scene argument."""
     sub.add_argument("scene", type=Path, metavar="SCENE.toml")
 
 
 def _scheduler(text: str) -> str:
     if not re.fullmatch(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:\d+", text):
-        raise argparse.ArgumentTypeError(f"{text!r} is no address of a scheduler; write tcp://HOST:PORT")
+        raise argparse.ArgumentTypeError(f"{text!r} is not the address of a scheduler; write tcp://HOST:PORT")
     return text
 
 
 def add_elsewhere(sub: argparse.ArgumentParser) -> None:
-    """What reaches beyond this machine."""
+    """Declares the options that reach beyond this machine."""
     sub.add_argument(
         "--store",
         metavar="URL",
-        help="share what is baked there: a folder, sftp://host/folder, s3://bucket/folder",
+        help="share results there: a folder, sftp://host/folder, s3://bucket/folder",
     )
     sub.add_argument(
         "--cluster", type=_scheduler, metavar="tcp://HOST:PORT", help="bake on the workers of a Dask cluster"

@@ -1,4 +1,4 @@
-"""`paradize terrain`: a heightmap into a GLB under a bound on its vertical error."""
+"""`paradize terrain`: bakes a heightmap into a GLB under a bound on its vertical error."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from paradize.cli.values import number
 
 
 def add(sub: argparse.ArgumentParser) -> None:
-    """What `paradize terrain` takes."""
+    """Declares the options of `paradize terrain`."""
     sub.add_argument("input", type=Path, metavar="IN.png")
     sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True)
     options.add_relief(
@@ -19,20 +19,22 @@ def add(sub: argparse.ArgumentParser) -> None:
         required=True,
         size="",
         height="(floats, signed integers and .hgt are metres and need none)",
-        max_error="(default: a thousandth of H, or of what the heights span)",
+        max_error="(default: a thousandth of H, or of the range of the heights)",
     )
     sub.add_argument(
-        "--scale", type=number(-1e6, 1e6), default=1.0, metavar="F", help="heights times F, of metres too (1)"
+        "--scale",
+        type=number(-1e6, 1e6),
+        default=1.0,
+        metavar="F",
+        help="factor on the heights, also on metres (1)",
     )
     add_nodata(sub)
-    sub.add_argument(
-        "--quantise", action="store_true", help="vertices as 16-bit codes, inside the same bound"
-    )
+    sub.add_argument("--quantise", action="store_true", help="16-bit vertices, inside the same bound")
     add_common(sub)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """The exit code."""
+    """Runs the command; returns the exit code."""
     settings = {
         "size_m": tuple(arguments.size),
         "height_m": arguments.height,

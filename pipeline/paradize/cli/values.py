@@ -1,7 +1,5 @@
-"""Readers of option values, for argparse: text in, value out.
-
-Each raises argparse.ArgumentTypeError with the value and what is allowed.
-"""
+"""Converters of option values for argparse. Each raises argparse.ArgumentTypeError with the value and what is
+allowed."""
 
 from __future__ import annotations
 
@@ -45,7 +43,7 @@ def percent(text: str) -> float:
     """An option that is a share in percent: above 0, up to 100."""
     value = number(0.0, 100.0)(text.removesuffix("%"))
     if value == 0.0:
-        raise argparse.ArgumentTypeError("0 % is nothing; allowed: above 0, up to 100")
+        raise argparse.ArgumentTypeError("0 % is too small; allowed: above 0, up to 100")
     return value
 
 
@@ -56,32 +54,32 @@ def day(text: str) -> date:
     try:
         return date.fromisoformat(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is no day; write it as 2026-12-31") from None
+        raise argparse.ArgumentTypeError(f"{text!r} is not a day; write it as 2026-12-31") from None
 
 
 def rising(low: float, high: float) -> Callable[[str], tuple[float, ...]]:
-    """An option that is numbers in [low, high], apart by commas, none smaller than the one before it."""
+    """An option that is rising numbers in [low, high], separated by commas."""
     read_one = number(low, high)
 
     def read(text: str) -> tuple[float, ...]:
         values = tuple(read_one(part) for part in text.split(","))
         if list(values) != sorted(values):
-            raise argparse.ArgumentTypeError(f"{text} falls; write the smaller numbers first")
+            raise argparse.ArgumentTypeError(f"{text} is not rising; write the smaller numbers first")
         return values
 
     return read
 
 
 def _scaled(text: str, scales: dict[str, float], unit: str, otherwise: str) -> float:
-    """A number with one of the units in `scales`; without one it is in `otherwise`. Raises for others."""
+    """A number with one of the units in `scales`; without a unit it is in `otherwise`."""
     digits = text.rstrip("".join(scales) + "i")
     name = text[len(digits) :] or otherwise
     try:
         value = float(digits) * scales[name]
     except (ValueError, KeyError):
-        raise argparse.ArgumentTypeError(f"{text!r} is no {unit}; units: {', '.join(scales)}") from None
+        raise argparse.ArgumentTypeError(f"{text!r} is not a {unit}; units: {', '.join(scales)}") from None
     if not 0.0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text!r} is no {unit}: it must be at least 0, and finite")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a {unit}: it must be at least 0, and finite")
     return value
 
 
