@@ -1,16 +1,16 @@
 #pragma once
-// The one exception of the player: thrown while loading, caught in main.
+// The player's exception: thrown while loading, caught in main().
 
 #include <stdexcept>
 
 namespace paradize {
 
-/// What went wrong, with file, place, value and mend in one message of one line or a few.
+/// A message of one or a few lines: file, place, value, limit and remedy.
 class Error : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// What mends a file that a bake wrote and that is not as it wrote it: the end of a message.
+/// The end of a message about a baked file that is damaged or not as the bake wrote it.
 inline constexpr const char *bake_again = "; bake the scene again: paradize bake SCENE.toml";
 
 } // namespace paradize

@@ -1,4 +1,4 @@
-// Arguments in, exit code out; the only catch.
+// Parses the arguments, runs the player and returns the exit code. The only place that catches exceptions.
 
 #include "app/messages.hpp"
 #include "app/options.hpp"

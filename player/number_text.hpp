@@ -1,5 +1,5 @@
 #pragma once
-// Numbers as messages show them.
+// Formats numbers for messages.
 
 #include <array>
 #include <charconv>
@@ -7,8 +7,8 @@
 
 namespace paradize {
 
-/// The shortest text that reads back as the same number: two numbers that differ never look alike. Powers of
-/// ten only for what is very large or very small.
+/// Returns the shortest text that reads back as the same number, so that different numbers look different.
+/// Uses powers of ten only for very large and very small numbers.
 template <typename Number>
 std::string shortest(Number value) {
     const Number size = value < 0 ? -value : value;
@@ -20,9 +20,9 @@ std::string shortest(Number value) {
                             .ptr};
 }
 
-/// With so many digits after the point.
+/// Returns the number with `digits` digits after the point.
 inline std::string fixed(double value, int digits) {
-    std::array<char, 400> out{}; // the largest double has 309 digits before its point
+    std::array<char, 400> out{}; // the largest double has 309 digits before the point
     return {out.data(),
             std::to_chars(out.data(), out.data() + out.size(), value, std::chars_format::fixed, digits).ptr};
 }

@@ -1,4 +1,4 @@
-// Leaves cast the shadow of their shape, not of their card.
+// Discards transparent texels, so that leaves cast shadows of their own shape.
 uniform sampler2D u_color;
 uniform float u_alpha_cutoff; // 0: opaque
 

@@ -1,4 +1,4 @@
-// Depth alone, for the light's view.
+// Draws depth only, for the light's view.
 #include "lib/frame.glsl"
 
 layout(location = 0) in vec3 position;

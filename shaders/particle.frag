@@ -10,7 +10,7 @@ layout(location = 0) out vec4 fragment;
 
 void main() {
     apply_clip();
-    // A bright core in a soft glow, with four thin rays; all of it ends inside the quad.
+    // A bright core, a soft halo and four thin rays. All fade out inside the quad.
     float r = length(v_corner);
     vec2 a = abs(v_corner);
     float core = 1.5 * exp(-70.0 * r * r);

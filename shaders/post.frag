@@ -3,9 +3,9 @@
 #include "lib/hash.glsl"
 #include "lib/tonemap.glsl"
 
-uniform sampler2D u_picture; // linear HDR
-uniform sampler2D u_glow;    // what bright spots spill, after exposure
-uniform float u_spill;       // share of it
+uniform sampler2D u_picture;   // linear HDR
+uniform sampler2D u_glow;      // glow after exposure
+uniform float u_glow_strength; // share of the glow that is added
 
 in vec2 v_uv;
 
@@ -13,10 +13,10 @@ layout(location = 0) out vec4 fragment;
 
 void main() {
     vec3 color = texelFetch(u_picture, ivec2(gl_FragCoord.xy), 0).rgb * clock.z;
-    color += u_spill * texture(u_glow, v_uv).rgb;
+    color += u_glow_strength * texture(u_glow, v_uv).rgb;
     vec3 encoded = srgb_encode(tone_map(color));
-    // A still, triangular dither of one step hides the bands of eight bits: L. Roberts, "Picture Coding
-    // Using Pseudo-Random Noise", 1962.
+    // Static triangular dither of one 8-bit step, against banding: L. Roberts, "Picture Coding Using
+    // Pseudo-Random Noise", 1962.
     float dither = gradient_noise(gl_FragCoord.xy) + gradient_noise(gl_FragCoord.xy + vec2(47.0, 17.0)) - 1.0;
     fragment = vec4(encoded + dither * (0.5 / 255.0), 1.0);
 }

@@ -2,7 +2,7 @@
 #include "lib/frame.glsl"
 #include "lib/fullscreen.glsl"
 
-out vec3 v_ray; // from the eye, world, not unit
+out vec3 v_ray; // from the eye, world space, not unit
 
 void main() {
     vec2 corner = fullscreen_corner(gl_VertexID);

@@ -11,10 +11,10 @@ uniform sampler2D u_effect_color;
 uniform sampler2D u_effect_normal;
 uniform float u_has_sand_normal;
 uniform float u_has_effect;
-uniform float u_sand_reference_m; // distance up to which the sand repeats as it was baked
-uniform vec4 u_mix;               // low m, high m, specular, smoothness
-uniform vec2 u_edge;              // how far grains move what lies on the ground: UV of the effect map
-uniform vec3 u_wet;               // up to this many metres above the water, darkness, smoothness
+uniform float u_sand_reference_m; // up to this distance the sand repeats at its baked scale
+uniform vec4 u_sand_mix;          // low height m, high height m, specular, smoothness
+uniform vec2 u_grain_offset_uv;   // displacement of the effect map by grains, UV
+uniform vec3 u_wet;               // height above the water up to which sand is wet, m; darkness; smoothness
 
 in vec3 v_position;
 in vec3 v_normal;
@@ -24,13 +24,13 @@ in vec2 v_uv_effect;
 
 layout(location = 0) out vec4 fragment;
 
-const float GRAIN_SLOPE = 1.1; // factors on the sand's own relief
+const float GRAIN_SLOPE = 1.1; // strength of the sand's own normals
 const float LUMP_SLOPE = 0.42;
-const float LUMPS = 0.19;      // scale of the wide relief: no whole number, so that the two never agree
+const float LUMPS = 0.19; // scale of the wide relief; not an integer, so that the two repeats never coincide
 
-// The sand at two scales, a factor of four apart, that suit the distance: each pixel sees about as many
-// grains near and far, so that the pattern neither shimmers nor melts into one colour. uv: its derivatives
-// come from outside, for the scale itself jumps.
+// Samples the sand at two scales, a factor of four apart, chosen by distance. Every pixel covers a similar
+// number of grains, so that the pattern neither shimmers nor fades to one colour. The derivatives are
+// arguments, because the scale jumps.
 struct SandScale {
     float near;
     float far;
@@ -62,8 +62,8 @@ void main() {
     float distance_m = distance(eye.xyz, v_position);
     vec2 dx = dFdx(v_uv_sand);
     vec2 dy = dFdy(v_uv_sand);
-    // Seen flat, a pixel covers a long strip of sand. Mips chosen by its length melt the grains away, so the
-    // gradients are shortened towards the strip's middle size, never below a third.
+    // At grazing angles a pixel covers a long strip of sand, and mips for its length would blur the grains
+    // away. The gradients are shortened towards the strip's mean size, at most to a third.
     float long_axis = max(dot(dx, dx), dot(dy, dy));
     float short_axis = min(dot(dx, dx), dot(dy, dy));
     float shorten = max(sqrt(sqrt(short_axis / max(long_axis, 1e-20))), 0.35);
@@ -73,79 +73,80 @@ void main() {
     dy *= shorten;
     SandScale scale = sand_scale(distance_m);
 
-    // How much sand: none up to mix_low, all from mix_high.
-    float sand_share = u_has_effect > 0.5 ? safe_smoothstep(u_mix.x, u_mix.y, height) : 1.0;
-    // What the effect map borrows of it, from just above mix_low: grains, which are finer than its own texels.
-    float borrowed = u_has_effect > 0.5 ? safe_smoothstep(u_mix.x, mix(u_mix.x, u_mix.y, 0.08), height) : 1.0;
-    float close = 1.0 - smoothstep(0.6 * u_sand_reference_m, 1.7 * u_sand_reference_m, distance_m);
+    // Share of sand: 0 at the low height, 1 at the high height.
+    float sand_share = u_has_effect > 0.5 ? safe_smoothstep(u_sand_mix.x, u_sand_mix.y, height) : 1.0;
+    // Strength of grains on the effect map, from just above the low height. They are finer than its texels.
+    float grain_full_m = mix(u_sand_mix.x, u_sand_mix.y, 0.08);
+    float grain_strength = u_has_effect > 0.5 ? safe_smoothstep(u_sand_mix.x, grain_full_m, height) : 1.0;
+    float near_eye = 1.0 - smoothstep(0.6 * u_sand_reference_m, 1.7 * u_sand_reference_m, distance_m);
 
-    vec3 relief = vec3(0.0, 0.0, 1.0);
-    vec2 grains = vec2(0.0);
-    if (u_has_sand_normal > 0.5 && borrowed > 0.0) {
-        grains = sand_sample(u_sand_normal, scale, dx, dy).rg;
-        relief = decode_normal(grains, GRAIN_SLOPE * borrowed);
-        if (close > 0.0) {
-            // Trodden sand is uneven by the hand as well: the same relief again, five times as wide.
+    vec3 local_normal = vec3(0.0, 0.0, 1.0);
+    vec2 grain_normal = vec2(0.0);
+    if (u_has_sand_normal > 0.5 && grain_strength > 0.0) {
+        grain_normal = sand_sample(u_sand_normal, scale, dx, dy).rg;
+        local_normal = decode_normal(grain_normal, GRAIN_SLOPE * grain_strength);
+        if (near_eye > 0.0) {
+            // Adds the same relief five times as wide, for trodden sand.
             vec2 wide = textureGrad(u_sand_normal, LUMPS * v_uv_sand.yx, wide_dx, wide_dy).rg;
-            relief = blend_normals(relief, decode_normal(wide, LUMP_SLOPE * borrowed * close));
+            local_normal = blend_normals(local_normal, decode_normal(wide, LUMP_SLOPE * grain_strength * near_eye));
         }
     }
 
     vec3 albedo = vec3(0.0);
     vec3 sand = vec3(0.0);
     float grain = 1.0;
-    if (borrowed > 0.0) {
+    if (grain_strength > 0.0) {
         sand = sand_sample(u_sand_color, scale, dx, dy).rgb;
         float mean = luminance(textureLod(u_sand_color, v_uv_sand, 16.0).rgb);
         grain = clamp(luminance(sand) / max(mean, 1e-3), 0.5, 1.6);
-        // Close by, single grains stand apart from one another.
-        float apart = 1.0 + 0.45 * close * (grain - 1.0);
-        albedo += sand_share * apart * sand;
-        grain *= apart;
+        // Close to the eye grains have more contrast.
+        float contrast = 1.0 + 0.45 * near_eye * (grain - 1.0);
+        albedo += sand_share * contrast * sand;
+        grain *= contrast;
     }
     if (u_has_effect > 0.5) {
         vec2 ex = dFdx(v_uv_effect);
         vec2 ey = dFdy(v_uv_effect);
-        // The grains break up the edges of what is drawn on the ground, so that its texels do not show.
-        vec2 uv = v_uv_effect + grains * (borrowed * close * u_edge);
+        // Grains displace the effect map, which hides its texels.
+        vec2 uv = v_uv_effect + grain_normal * (grain_strength * near_eye * u_grain_offset_uv);
         if (sand_share < 1.0) {
             vec3 effect = textureGrad(u_effect_color, uv, ex, ey).rgb;
-            // Magnified, its shapes are sharpened by what distinguishes them from their surroundings.
+            // Where the effect map is magnified, an unsharp mask sharpens it.
             float texels = sqrt(max(dot(ex, ex), dot(ey, ey))) * float(textureSize(u_effect_color, 0).x);
             float magnified = 1.0 - smoothstep(0.15, 0.6, texels);
             if (magnified > 0.0) {
-                vec3 around = textureLod(u_effect_color, uv, 1.7).rgb;
-                effect = clamp(effect + 1.4 * magnified * (effect - around), 0.5 * effect, vec3(1.0));
+                vec3 blurred = textureLod(u_effect_color, uv, 1.7).rgb;
+                effect = clamp(effect + 1.4 * magnified * (effect - blurred), 0.5 * effect, vec3(1.0));
             }
-            albedo += (1.0 - sand_share) * effect * mix(1.0, grain, borrowed);
+            albedo += (1.0 - sand_share) * effect * mix(1.0, grain, grain_strength);
         }
-        relief = blend_normals(decode_normal(textureGrad(u_effect_normal, uv, ex, ey).rg, 1.0), relief);
+        local_normal = blend_normals(decode_normal(textureGrad(u_effect_normal, uv, ex, ey).rg, 1.0), local_normal);
     }
-    // Broad, faint changes of tone that the repeating pattern cannot have.
+    // Broad, faint changes of tone, which hide the repeating pattern.
     vec2 world = v_position.xz + anchor.xz;
     float tone = value_noise(world * 0.11) + 0.5 * value_noise(world * 0.37 + 19.0);
     albedo *= 0.93 + 0.09 * tone;
 
-    // Where the sea reaches, sand is darker and glossier: J. Lekner, M. Dorf, "Why some things are darker
-    // when wet", Applied Optics 27(7), 1988.
+    // Wet sand is darker and glossier: J. Lekner, M. Dorf, "Why some things are darker when wet", Applied
+    // Optics 27(7), 1988.
     float above = height - water.w + 0.25 * u_wet.x * (tone - 0.75);
     float wet = 1.0 - safe_smoothstep(0.35 * u_wet.x, u_wet.x, above);
-    // Under water there is no film to hold the light back: the water itself colours the floor.
-    float dark = u_wet.y * wet * (1.0 - smoothstep(0.0, 0.15, water.w - height));
-    albedo *= 1.0 - dark * vec3(0.92, 1.0, 1.08);
+    // Under water there is no film on the sand, so it is not darkened there.
+    float darkening = u_wet.y * wet * (1.0 - smoothstep(0.0, 0.15, water.w - height));
+    albedo *= 1.0 - darkening * vec3(0.92, 1.0, 1.08);
 
     vec3 geometric = safe_normalize(v_normal, vec3(0.0, 1.0, 0.0));
-    vec3 shaded = tangent_to_world(relief, v_normal, v_tangent);
-    Surface s = matte_surface(v_position, shaded, geometric, albedo);
-    s.f0 = mix(0.04 * u_mix.z, 0.02, wet);
-    s.alpha = filtered_alpha(s.normal, alpha_of_smoothness(mix(u_mix.w, u_wet.z, wet)));
+    vec3 world_normal = tangent_to_world(local_normal, v_normal, v_tangent);
+    Surface s = matte_surface(v_position, world_normal, geometric, albedo);
+    s.f0 = mix(0.04 * u_sand_mix.z, 0.02, wet);
+    s.alpha = filtered_alpha(s.normal, alpha_of_smoothness(mix(u_sand_mix.w, u_wet.z, wet)));
     vec3 color = shade(s);
 
     if (u_refracting > 0.5) {
-        // Towards its own edge the floor is lost in the deep, so that the terrain's border is never seen.
+        // The floor fades out towards the terrain's border, so that the border is not visible.
         vec2 border = min(v_uv_effect, 1.0 - v_uv_effect);
-        float kept = smoothstep(0.0, 0.08, min(border.x, border.y));
-        fragment = vec4(color, pack_depth(water.w - height) * kept);
+        float edge_fade = smoothstep(0.0, 0.08, min(border.x, border.y));
+        fragment = vec4(color, pack_depth(water.w - height) * edge_fade);
     } else {
         fragment = vec4(apply_haze(color, v_position), 1.0);
     }

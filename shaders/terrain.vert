@@ -1,14 +1,14 @@
 #include "lib/guard.glsl"
-#include "lib/place.glsl"
+#include "lib/position.glsl"
 
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 tangent;
-layout(location = 3) in vec2 uv0; // sand: repeats over the terrain
-layout(location = 4) in vec2 uv1; // effect: once over the terrain
+layout(location = 3) in vec2 uv0; // sand, repeats over the terrain
+layout(location = 4) in vec2 uv1; // effect map, once over the terrain
 
-uniform mat4 u_model;   // world from mesh: positions may be codes of a lattice
-uniform mat3 u_normals; // of normals: its inverse, transposed
+uniform mat4 u_model;         // world from mesh; positions may be quantized
+uniform mat3 u_normal_matrix; // inverse transpose of u_model, for normals
 
 out vec3 v_position;
 out vec3 v_normal;
@@ -18,9 +18,9 @@ out vec2 v_uv_effect;
 
 void main() {
     v_position = (u_model * vec4(position, 1.0)).xyz;
-    v_normal = safe_normalize(u_normals * normal, vec3(0.0, 1.0, 0.0));
+    v_normal = safe_normalize(u_normal_matrix * normal, vec3(0.0, 1.0, 0.0));
     v_tangent = vec4(safe_normalize(mat3(u_model) * tangent.xyz, vec3(1.0, 0.0, 0.0)), tangent.w);
     v_uv_sand = uv0;
     v_uv_effect = uv1;
-    place(v_position);
+    write_position(v_position);
 }

@@ -6,14 +6,14 @@
 uniform sampler2D u_reflection;
 uniform sampler2D u_refraction;
 uniform sampler2D u_wave_dudv; // signed xy
-uniform vec2 u_textures;       // 1 where reflection, refraction were drawn
-uniform vec2 u_shake;          // of reflection and refraction, fractions of the screen
+uniform vec2 u_has_textures;   // 1 if there is a reflection, a refraction texture
+uniform vec2 u_distortion;     // distortion of reflection and refraction by waves, share of the screen
 uniform vec3 u_deep_color;
 uniform vec3 u_shallow_color;
-uniform vec2 u_shine;          // specular, smoothness
-uniform vec3 u_wave_length_m;  // of the three layers
-uniform float u_fade_m;        // distance at which the sea is lost in haze
-uniform float u_swash;         // [0,1): phase of the waves that run up the beach
+uniform vec2 u_specular_smoothness; // specular, smoothness
+uniform vec3 u_wave_length_m;       // per layer
+uniform float u_fade_distance_m;    // distance at which the sea disappears in haze
+uniform float u_swash;              // phase of the waves that run up the beach, [0,1)
 
 in vec3 v_position;
 
@@ -22,17 +22,17 @@ layout(location = 0) out vec4 fragment;
 const float WATER_F0 = 0.02;
 const float WATER_IOR = 1.33;
 
-// The radiance of the sky in a direction, as the mirror would show it.
-vec3 sky_in(vec3 direction) {
+// Radiance of the sky in a direction, with the limits of the mirror view.
+vec3 sky_radiance(vec3 direction) {
     vec3 up = vec3(direction.x, max(direction.y, 0.0), direction.z);
     if (u_sky_blur < 0.0) {
         return fog.rgb;
     }
-    vec3 color = min(textureLod(u_sky, up, 2.0 - u_sky_left_out).rgb, vec3(8.0));
+    vec3 color = min(textureLod(u_sky, up, 2.0 - u_sky_trimmed_mips).rgb, vec3(8.0));
     return mix(color, haze_color(direction), haze_amount(haze_path(up.y)));
 }
 
-vec2 inside(vec2 uv, vec2 texel) { return clamp(uv, texel, 1.0 - texel); }
+vec2 clamp_to_picture(vec2 uv, vec2 texel) { return clamp(uv, texel, 1.0 - texel); }
 
 void main() {
     vec3 to_eye = eye.xyz - v_position;
@@ -40,121 +40,123 @@ void main() {
     vec3 v = to_eye / distance_m;
     vec2 xz = v_position.xz;
 
-    // Slopes: each layer fades where its waves become too small to be told apart.
-    vec3 near = 1.0 / (1.0 + pow(vec3(distance_m) / (30.0 * u_wave_length_m), vec3(2.0)));
-    vec2 fine = wave_tilt(0, xz) * near.x + wave_tilt(1, xz) * near.y;
-    vec2 tilt = (fine + 1.4 * wave_tilt(2, xz) * near.z);
+    // Fades out each layer where its waves become smaller than a pixel.
+    vec3 resolved = 1.0 / (1.0 + pow(vec3(distance_m) / (30.0 * u_wave_length_m), vec3(2.0)));
+    vec2 fine_tilt = wave_tilt(0, xz) * resolved.x + wave_tilt(1, xz) * resolved.y;
+    vec2 tilt = (fine_tilt + 1.4 * wave_tilt(2, xz) * resolved.z);
     vec3 n = wave_normal(tilt);
 
-    // Seen from below: through the window overhead the sky, around it the water's own glow.
+    // From below: the sky inside Snell's window, the water's own radiance around it.
     if (eye_in_water()) {
         vec3 down = -n;
-        vec3 through = refract(-v, down, WATER_IOR);
+        vec3 refracted = refract(-v, down, WATER_IOR);
         vec3 color = u_water_glow;
-        if (dot(through, through) > 0.0) {
-            float f = fresnel_schlick(WATER_F0, dot(through, n));
-            color = mix(sky_in(through), u_water_glow, f);
+        if (dot(refracted, refracted) > 0.0) {
+            float f = fresnel_schlick(WATER_F0, dot(refracted, n));
+            color = mix(sky_radiance(refracted), u_water_glow, f);
         }
         fragment = vec4(apply_haze(color, v_position), 1.0);
         return;
     }
 
-    // Waves hide their own backs: a slope turned away is seen the less the flatter one looks.
-    float calm = max(v.y, 1e-3);
-    float turn = dot(n, v) / calm;
-    float n_v = clamp(calm * (turn < 1.0 ? 1.0 / (2.0 - turn) : turn), 0.0, 1.0);
+    // Slopes that face away are hidden by other waves at grazing angles, so they are weighted less.
+    float v_up = max(v.y, 1e-3);
+    float facing = dot(n, v) / v_up;
+    float n_v = clamp(v_up * (facing < 1.0 ? 1.0 / (2.0 - facing) : facing), 0.0, 1.0);
     vec2 texel = viewport.zw;
     vec2 screen = gl_FragCoord.xy * viewport.zw;
 
-    // The du/dv map, two layers running against one another, shakes both pictures. A slope turns a mirrored
-    // ray up or down by twice its angle, but sideways the less the flatter it comes.
-    vec2 shake = wave_to_world(0, texture(u_wave_dudv, wave_uv(0, xz)).rg) * near.x +
-                 wave_to_world(1, texture(u_wave_dudv, wave_uv(1, xz)).rg) * near.y;
+    // Two opposite layers of the du/dv map distort reflection and refraction. A slope turns a reflected ray
+    // vertically by twice its angle, but sideways by less at grazing angles.
+    vec2 shake = wave_to_world(0, texture(u_wave_dudv, wave_uv(0, xz)).rg) * resolved.x +
+                 wave_to_world(1, texture(u_wave_dudv, wave_uv(1, xz)).rg) * resolved.y;
     vec2 right = vec2(view[0][0], view[2][0]);
     vec2 ahead = -v.xz * inversesqrt(max(dot(v.xz, v.xz), 1e-4));
-    vec2 turned = vec2(dot(shake, right) * (0.25 + 0.75 * n_v), dot(shake, ahead));
+    vec2 distortion = vec2(dot(shake, right) * (0.25 + 0.75 * n_v), dot(shake, ahead));
 
     vec3 reflection;
-    if (u_textures.x > 0.5) {
-        reflection = texture(u_reflection, inside(screen + turned * u_shake.x, texel)).rgb;
+    if (u_has_textures.x > 0.5) {
+        reflection = texture(u_reflection, clamp_to_picture(screen + distortion * u_distortion.x, texel)).rgb;
     } else {
-        reflection = sky_in(reflect(-v, n));
+        reflection = sky_radiance(reflect(-v, n));
     }
-    // Far out the slopes that face the eye, too small to be drawn, mirror a higher and bluer sky and are less
-    // of a mirror: E. Bruneton, F. Neyret, N. Holzschuch, "Real-time Realistic Ocean Lighting", EG 2010.
-    float rough = 1.0 - near.x * near.y;
+    // Far away, waves smaller than a pixel reflect a higher, bluer part of the sky and reflect less: E.
+    // Bruneton, F. Neyret, N. Holzschuch, "Real-time Realistic Ocean Lighting", EG 2010.
+    float rough = 1.0 - resolved.x * resolved.y;
     rough *= rough;
     if (rough > 0.01) {
-        vec3 lifted = safe_normalize(vec3(-v.x, abs(v.y) + 0.55, -v.z), vec3(0.0, 1.0, 0.0));
-        reflection = mix(reflection, sky_in(lifted), rough);
+        vec3 towards_sky = safe_normalize(vec3(-v.x, abs(v.y) + 0.55, -v.z), vec3(0.0, 1.0, 0.0));
+        reflection = mix(reflection, sky_radiance(towards_sky), rough);
     }
 
-    // The floor: the shaken sample, unless it shows what stands out of the water.
-    vec4 floor_straight = vec4(0.0);
-    vec4 floor_seen = vec4(0.0);
-    if (u_textures.y > 0.5) {
-        floor_straight = texture(u_refraction, screen);
-        float depth_here = unpack_depth(floor_straight.a);
-        float room = clamp(depth_here * 0.8, 0.0, 1.0) / (1.0 + 0.03 * distance_m);
-        vec2 bent = vec2(turned.x, -turned.y) * (room * u_shake.y);
-        floor_seen = texture(u_refraction, inside(screen + bent, texel));
-        // Nor the gap beside the shore, where nothing was drawn: it looks far deeper than the floor here.
-        float usable = smoothstep(0.0, 0.08, unpack_depth(floor_seen.a)) *
-                       smoothstep(0.35, 0.6, floor_seen.a / max(floor_straight.a, 1e-3));
-        floor_seen = mix(floor_straight, floor_seen, usable);
+    // Colour of the floor. The distorted sample is used unless it shows something above the water,
+    vec4 floor_undistorted = vec4(0.0);
+    vec4 floor_color = vec4(0.0);
+    if (u_has_textures.y > 0.5) {
+        floor_undistorted = texture(u_refraction, screen);
+        float depth_here = unpack_depth(floor_undistorted.a);
+        float max_offset = clamp(depth_here * 0.8, 0.0, 1.0) / (1.0 + 0.03 * distance_m);
+        vec2 offset = vec2(distortion.x, -distortion.y) * (max_offset * u_distortion.y);
+        floor_color = texture(u_refraction, clamp_to_picture(screen + offset, texel));
+        // or the gap at the shore where nothing was drawn. The gap looks much deeper than the floor here.
+        float usable = smoothstep(0.0, 0.08, unpack_depth(floor_color.a)) *
+                       smoothstep(0.35, 0.6, floor_color.a / max(floor_undistorted.a, 1e-3));
+        floor_color = mix(floor_undistorted, floor_color, usable);
     }
-    float depth = max(unpack_depth(floor_seen.a), 0.0);
-    float depth_straight = unpack_depth(floor_straight.a);
+    float depth = max(unpack_depth(floor_color.a), 0.0);
+    float depth_straight = unpack_depth(floor_undistorted.a);
 
-    // Water over the floor takes light away colour by colour and gives back its own.
+    // Absorption and scattering along the refracted path.
     float slant = sqrt(1.0 - (1.0 - n_v * n_v) / (WATER_IOR * WATER_IOR));
     float path = depth / max(slant, 0.3);
-    vec3 kept = exp(-min((water.rgb + u_water_scatter) * path, vec3(60.0)));
+    vec3 transmittance = exp(-min((water.rgb + u_water_scatter) * path, vec3(60.0)));
     float visibility = sun_visibility(v_position, vec3(0.0, 1.0, 0.0), distance_m);
     vec3 light = sun_radiance.rgb * max(sun_direction.y, 0.0) * (0.35 + 0.65 * visibility) * (1.0 / PI) +
                  sky_ambient(vec3(0.0, 1.0, 0.0));
-    float murk = depth * dot(water.rgb, vec3(1.0 / 3.0));
-    vec3 own = mix(u_shallow_color, u_deep_color, 1.0 - exp(-min(murk * murk, 60.0))) * light;
-    // Crests towards the sun let light through.
-    own *= 1.0 + 0.6 * clamp(dot(tilt, sun_direction.xz), -0.5, 0.5);
-    vec3 body = floor_seen.rgb * kept + own * (1.0 - kept);
+    float optical_depth = depth * dot(water.rgb, vec3(1.0 / 3.0));
+    vec3 scattered = mix(u_shallow_color, u_deep_color, 1.0 - exp(-min(optical_depth * optical_depth, 60.0))) * light;
+    // Crests towards the sun transmit light.
+    scattered *= 1.0 + 0.6 * clamp(dot(tilt, sun_direction.xz), -0.5, 0.5);
+    vec3 below_surface = floor_color.rgb * transmittance + scattered * (1.0 - transmittance);
 
     float fresnel = fresnel_schlick(WATER_F0, mix(n_v, max(n_v, 0.30), rough));
-    vec3 color = mix(body, reflection, fresnel);
+    vec3 color = mix(below_surface, reflection, fresnel);
 
-    // The sun's glitter. Waves too small to see widen its lobe instead of shimmering.
-    vec2 lost = vec2(1.0) - near.xy;
-    float alpha = max(alpha_of_smoothness(u_shine.y), 0.03);
-    alpha = sqrt(clamp(alpha * alpha + 0.012 * (lost.x + lost.y), 0.0, 1.0));
+    // The sun's glitter. Waves smaller than a pixel widen the lobe.
+    vec2 unresolved = vec2(1.0) - resolved.xy;
+    float alpha = max(alpha_of_smoothness(u_specular_smoothness.y), 0.03);
+    alpha = sqrt(clamp(alpha * alpha + 0.012 * (unresolved.x + unresolved.y), 0.0, 1.0));
     alpha = filtered_alpha(n, alpha);
     color += sun_radiance.rgb * visibility *
-             specular_ggx(n, v, sun_direction.xyz, WATER_F0 * u_shine.x, alpha, 60.0);
+             specular_ggx(n, v, sun_direction.xyz, WATER_F0 * u_specular_smoothness.x, alpha, 60.0);
 
-    // Foam where the sea runs out, in a broken line that breathes with the swash. Without a floor to see, and
-    // where it is deep, the water is simply there.
+    // Foam at the shore, in a broken line that moves with the swash. Deep water and water without a
+    // refraction texture are opaque.
     float opaque = 1.0;
-    if (u_textures.y > 0.5 && depth_straight < 0.2) {
+    if (u_has_textures.y > 0.5 && depth_straight < 0.2) {
         vec2 world = xz + anchor.xz;
-        float ragged = value_noise(world * 1.1 + 3.0 * fine) * 0.6 + value_noise(world * 3.7 - 5.0 * fine) * 0.4;
+        float foam_noise = value_noise(world * 1.1 + 3.0 * fine_tilt) * 0.6 +
+                           value_noise(world * 3.7 - 5.0 * fine_tilt) * 0.4;
         float swash = 0.5 + 0.5 * sin(6.2831853 * (u_swash + value_noise(world * 0.06)));
-        // The water runs up and back by a hand's breadth of depth, unevenly, so that its edge follows no triangle.
-        float lap = depth_straight - 0.012 - 0.02 * (1.0 - swash) - 0.022 * ragged;
+        // The shoreline moves by a few centimetres of depth. Noise hides the terrain's triangles.
+        float foam_depth = depth_straight - 0.012 - 0.02 * (1.0 - swash) - 0.022 * foam_noise;
         float reach = 0.015 + 0.03 * swash;
-        float lace = smoothstep(0.3, 0.75, ragged);
-        float foam = smoothstep(0.0, 0.008, lap) * (1.0 - smoothstep(reach, reach + 0.02, lap)) * lace;
+        float foam_mask = smoothstep(0.3, 0.75, foam_noise);
+        float foam = smoothstep(0.0, 0.008, foam_depth) * (1.0 - smoothstep(reach, reach + 0.02, foam_depth)) *
+                     foam_mask;
         foam *= 0.55 / (1.0 + 0.0004 * distance_m * distance_m);
         color = mix(color, vec3(0.8) * light, foam);
-        // A soft edge upon the sand.
-        opaque = clamp(max(smoothstep(0.0, 0.05, lap), foam), 0.0, 1.0);
+        // Soft transition to the sand.
+        opaque = clamp(max(smoothstep(0.0, 0.05, foam_depth), foam), 0.0, 1.0);
     }
 
     color = apply_haze(color, v_position);
-    // Spray thickens the haze with distance, so that the horizon is nowhere a line.
+    // Spray thickens the haze with distance, which softens the horizon.
     vec3 spray = haze_amount(1.8 * distance_m * distance_m * fog.w);
-    vec3 lost_in_haze = max(spray, smoothstep(0.55 * u_fade_m, 0.95 * u_fade_m, distance_m));
-    // An eye close to the surface looks so flat that all of that happens within a row of pixels: there the
-    // haze follows the angle.
-    lost_in_haze = max(lost_in_haze, vec3(exp(-abs(v.y) / 0.008) * smoothstep(30.0, 150.0, distance_m)));
-    color = mix(color, haze_color(-v), lost_in_haze);
+    vec3 haze = max(spray, smoothstep(0.55 * u_fade_distance_m, 0.95 * u_fade_distance_m, distance_m));
+    // For an eye close to the surface, the transition to the horizon is only a pixel high. The haze follows
+    // the view angle there.
+    haze = max(haze, vec3(exp(-abs(v.y) / 0.008) * smoothstep(30.0, 150.0, distance_m)));
+    color = mix(color, haze_color(-v), haze);
     fragment = vec4(color, opaque);
 }

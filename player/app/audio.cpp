@@ -16,7 +16,7 @@ namespace paradize {
 
 namespace {
 
-constexpr std::size_t max_samples = std::size_t{1} << 27; // 256 MiB of 16 bits
+constexpr std::size_t max_samples = std::size_t{1} << 27; // 256 MiB of 16-bit samples
 constexpr sf_count_t block_frames = 16384;
 
 struct CloseFile {
@@ -36,7 +36,7 @@ struct CloseContext {
 
 namespace {
 
-/// Bytes in memory, as libsndfile reads a file.
+/// Gives libsndfile read access to bytes in memory.
 struct Reader {
     std::span<const std::byte> bytes;
     sf_count_t at = 0;
@@ -75,8 +75,8 @@ const char *read_sound(std::span<const std::byte> bytes, SoundSamples &out) {
     }
     out.channels = info.channels;
     out.rate_hz = info.samplerate;
-    // As floats, clipped here: libsndfile's conversion of Vorbis to integers wraps what is too loud. Grows as
-    // it is read: a header may promise what the file does not hold.
+    // Decodes to float and clips here, because libsndfile wraps loud Vorbis samples when it converts them to
+    // integers. The vector grows while reading, because a header may promise more frames than the file holds.
     std::vector<float> block(static_cast<std::size_t>(block_frames * info.channels));
     while (const sf_count_t frames = sf_readf_float(file.get(), block.data(), block_frames)) {
         const auto count = static_cast<std::size_t>(frames * info.channels);
@@ -111,7 +111,7 @@ struct Audio::Impl {
         buffer = 0;
     }
 
-    /// What went wrong, or nullptr.
+    /// Returns what went wrong, or nullptr.
     const char *load(std::span<const std::byte> bytes) {
         SoundSamples sound;
         if (const char *problem = read_sound(bytes, sound)) {
@@ -124,7 +124,7 @@ struct Audio::Impl {
             }
             context.reset(alcCreateContext(device.get(), nullptr));
             if (!context || alcMakeContextCurrent(context.get()) != ALC_TRUE) {
-                return "the sound device gives no context";
+                return "the sound device offers no context";
             }
         }
         clear();
@@ -137,7 +137,7 @@ struct Audio::Impl {
         alSourcei(source, AL_BUFFER, static_cast<ALint>(buffer));
         alSourcei(source, AL_LOOPING, AL_TRUE);
         alSourcef(source, AL_GAIN, volume);
-        return alGetError() == AL_NO_ERROR ? nullptr : "the sound device refuses the samples";
+        return alGetError() == AL_NO_ERROR ? nullptr : "the sound device rejects the samples";
     }
 };
 
@@ -150,7 +150,7 @@ bool Audio::load(std::span<const std::byte> bytes, const std::string &name) {
     try {
         problem = impl_->load(bytes);
     } catch (const std::bad_alloc &) {
-        problem = "is too long for the memory that is left";
+        problem = "does not fit into memory";
     }
     if (problem != nullptr) {
         log_message("no sound: " + name + ": " + problem);

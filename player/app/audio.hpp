@@ -1,5 +1,6 @@
 #pragma once
-// One looping sound. Nothing here throws: without a device or a file the show is silent, and says so once.
+// One looping sound. Nothing here throws. Without a device or a file, playback is silent and logs one
+// message.
 
 #include <cstddef>
 #include <cstdint>
@@ -11,12 +12,12 @@
 namespace paradize {
 
 struct SoundSamples {
-    std::vector<std::int16_t> samples; // channels interleaved; what is louder than full scale is clipped
+    std::vector<std::int16_t> samples; // channels interleaved; clipped to full scale
     int channels = 1;                  // 1 or 2
-    int rate_hz = 0;                   // samples of one channel in a second
+    int rate_hz = 0;                   // samples per second of one channel
 };
 
-/// Decodes a file that libsndfile reads, given as its bytes. What went wrong, or nullptr.
+/// Decodes the bytes of any file that libsndfile reads. Returns what went wrong, or nullptr.
 const char *read_sound(std::span<const std::byte> bytes, SoundSamples &out);
 
 class Audio {
@@ -26,14 +27,14 @@ class Audio {
     Audio(const Audio &) = delete;
     Audio &operator=(const Audio &) = delete;
 
-    /// Opens the default device and decodes a file that libsndfile reads (mono or stereo), given as its
-    /// bytes. False, with one message on standard error that has its `name`, when that fails.
+    /// Opens the default device and decodes the bytes of a mono or stereo file that libsndfile reads. On
+    /// failure it returns false and logs one message that contains `name`.
     bool load(std::span<const std::byte> bytes, const std::string &name);
-    /// Plays from where it is, looping; after stop() from the beginning.
+    /// Plays in a loop from the current position. After stop() it plays from the beginning.
     void play();
     void pause();
     void stop();
-    /// 0 silent to 1 as recorded; clamped.
+    /// 0 is silent, 1 is the recorded volume. Values outside [0, 1] are clamped.
     void set_volume(float volume);
     float volume() const;
     bool playing() const;

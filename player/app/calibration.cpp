@@ -14,16 +14,15 @@ namespace paradize {
 
 namespace {
 
-constexpr int max_positions = 3; // the show's moment first, the others evenly over the flight
-constexpr int max_frames = 2;    // timed at each, after one that is not; the fastest counts
-constexpr double max_s = 4.0;    // that all should take, as far as a balanced frame foretells it
-constexpr double cost_margin =
-    2.0; // a frame of the costlier tiers, or the first with another tier, against balanced
+constexpr int max_positions = 3; // the current second of the flight, then others spread evenly over it
+constexpr int max_frames = 2; // timed frames per position; the fastest counts. An untimed frame comes first.
+constexpr double max_s = 4.0; // time limit of the calibration, estimated from one balanced frame
+// Estimated cost of a frame against a balanced one: slower tiers, and the first frame after a change.
+constexpr double cost_margin = 2.0;
 
-// Mean FLIP to the reference by trade and tier, the others balanced: the island at seconds 75 and 113, 320 x
-// 180, against
-// --reference 16, on llvmpipe. Parallax (3e-5 apart there) and anisotropy (which does nothing there) were not
-// told apart: of theirs only the declared order counts.
+// Mean FLIP against --reference 16 by feature and tier, other features balanced. Measured on the island at
+// seconds 75 and 113, 320 x 180, llvmpipe. Parallax differed by 3e-5 only, and anisotropy is off on llvmpipe:
+// for these two only the order of the tiers is meaningful.
 constexpr std::array<std::array<double, tier_names.size()>, feature_count> shipped_errors{{
     {0.03211, 0.03012, 0.02989}, // shadow
     {0.03255, 0.03012, 0.02914}, // reflection
@@ -40,13 +39,14 @@ double drawn_ms(Renderer &renderer, double elapsed_s, const Pose &pose) {
     return now_ms() - start;
 }
 
-/// How much is measured of each quality.
+/// How many frames are timed for each quality.
 struct SamplePlan {
     int positions = 1;
     int frames = 1;
 };
 
-/// As much as `max_s` allows: frames before places, for noise misleads more.
+/// Chooses the largest plan within `max_s`. More frames come before more positions, because noise misleads
+/// more.
 SamplePlan plan_samples(double balanced_ms, std::size_t qualities) {
     const auto cost_s = [&](const SamplePlan &plan) {
         const int frames = plan.positions * (1 + plan.frames);
@@ -60,7 +60,7 @@ SamplePlan plan_samples(double balanced_ms, std::size_t qualities) {
     return out;
 }
 
-/// Milliseconds of a frame, the mean over the places.
+/// Returns the milliseconds of a frame, as the mean over the positions.
 double frame_ms(Renderer &renderer, const assets::Flight &flight, double elapsed_s, const SamplePlan &plan) {
     double sum = 0.0;
     for (int position = 0; position < plan.positions; ++position) {
@@ -87,7 +87,7 @@ Calibration calibrate(Renderer &renderer, const assets::SceneFile &file,
     const double start = now_ms();
     renderer.change_settings(render_settings(file, all_at(Tier::balanced), device));
     const Pose here = flight_pose(file.flight, elapsed_s);
-    drawn_ms(renderer, elapsed_s, here); // a driver compiles at the first
+    drawn_ms(renderer, elapsed_s, here); // untimed: drivers compile shaders at the first draw
     const std::size_t qualities = 2 + 2 * features.size();
     const SamplePlan plan = plan_samples(drawn_ms(renderer, elapsed_s, here), qualities);
     const auto several = [](int count, const std::string &noun) {
@@ -109,14 +109,14 @@ Calibration calibrate(Renderer &renderer, const assets::SceneFile &file,
     }
     out.base_ms = measured(fastest);
     const double balanced_ms = measured(all_at(Tier::balanced));
-    out.base_ms = std::min(out.base_ms, balanced_ms); // what is dearer than a finer quality is noise
+    out.base_ms = std::min(out.base_ms, balanced_ms); // a lower tier that measures slower is noise
     for (const QualityFeature feature : features) {
         const auto t = static_cast<std::size_t>(feature);
         Quality quality = all_at(Tier::balanced);
         quality[t] = Tier::fast;
         const double fast_ms = measured(quality);
         quality[t] = Tier::exact;
-        // A finer tier that seems cheaper is noise.
+        // A higher tier that measures faster is noise.
         out.table[t][balanced].ms = std::max(balanced_ms - fast_ms, 0.0);
         out.table[t][exact].ms = std::max(measured(quality) - fast_ms, out.table[t][balanced].ms);
         for (std::size_t tier = 0; tier < tier_names.size(); ++tier) {

@@ -1,5 +1,5 @@
 #pragma once
-// What each trade costs on this machine, and what it errs.
+// Measures what each quality feature costs on this machine, and looks up its error.
 
 #include "app/frame_rate.hpp"
 #include "assets/tradeoff_file.hpp"
@@ -12,13 +12,13 @@ namespace paradize {
 
 struct Calibration {
     FeatureCosts table{};
-    double base_ms = 0.0; // of a frame with every trade at `fast`
+    double base_ms = 0.0; // of a frame with every feature at `fast`
 };
 
-/// Draws a few frames of each trade at each tier, the others balanced, from several places of the flight,
-/// each until the device has finished it; everything is resident. The show's clock stays at `elapsed_s`.
-/// Leaves the renderer with another detail. `errors` that name a trade and a tier replace those that come
-/// with the player.
+/// Times a few frames for each feature at each tier, with all other features balanced, from several positions
+/// of the flight. All data must be resident. `elapsed_s` stays the playback time. `errors` replace the
+/// built-in errors of the features and tiers that they name. Leaves the renderer with other settings than
+/// before.
 Calibration calibrate(Renderer &renderer, const assets::SceneFile &file,
                       std::span<const QualityFeature> features, const Device &device, double elapsed_s,
                       std::span<const assets::FeatureError> errors);

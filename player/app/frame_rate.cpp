@@ -8,10 +8,11 @@ namespace paradize {
 
 namespace {
 
-constexpr double slack = 1.03;    // a median above so much of the budget is too slow
-constexpr double headroom = 0.85; // a better quality must be predicted below so much of it
+constexpr double slack = 1.03;    // a median above this share of the budget is too slow
+constexpr double headroom = 0.85; // a better quality must be predicted below this share of the budget
 
-/// Only what no other one beats, from the fastest to the most exact.
+/// Keeps the Pareto front: the choices that no other choice beats in both time and error. Sorts them from the
+/// fastest to the most exact.
 void keep_pareto_front(std::vector<PredictedQuality> &choices) {
     std::ranges::stable_sort(choices, [](const PredictedQuality &a, const PredictedQuality &b) {
         return a.ms != b.ms ? a.ms < b.ms : a.error < b.error;

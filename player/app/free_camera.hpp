@@ -1,5 +1,5 @@
 #pragma once
-// The camera that a person steers (--interactive).
+// The camera of --interactive.
 
 #include "app/window.hpp"
 #include "scene/flight.hpp"
@@ -8,7 +8,7 @@ namespace paradize {
 
 class FreeCamera {
   public:
-    /// Starts where the flight is.
+    /// Starts at the pose `start`.
     explicit FreeCamera(const Pose &start);
     void move(const Input &input, double delta_s);
     Pose pose() const;
@@ -17,8 +17,8 @@ class FreeCamera {
     glm::dvec3 forward() const;
 
     glm::dvec3 eye_;
-    double yaw_rad_ = 0.0;   // from -Z to +X
-    double pitch_rad_ = 0.0; // up is positive; never quite straight up or down
+    double yaw_rad_ = 0.0;   // from -Z towards +X
+    double pitch_rad_ = 0.0; // upwards positive; stays below 90 degrees
     double roll_rad_ = 0.0;
 };
 

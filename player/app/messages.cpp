@@ -12,8 +12,8 @@ namespace paradize {
 
 namespace {
 
-/// Length of the UTF-8 sequence that the text begins with; 0 when there is none. Surrogates and overlong
-/// forms are none.
+/// Returns the length of the UTF-8 sequence at the start of the text, or 0 if it is not valid. Surrogates and
+/// overlong sequences are not valid.
 std::size_t sequence(std::string_view text) {
     const auto byte = [&](std::size_t i) {
         return i < text.size() ? static_cast<unsigned>(static_cast<unsigned char>(text[i])) : 0U;
@@ -48,8 +48,8 @@ std::uint32_t code_point(std::string_view sequence) {
     return out;
 }
 
-/// Control characters, line separators, marks of direction, and characters that show nothing. The pipeline's
-/// errors.py has the same list.
+/// True for control characters, line separators, direction marks and zero-width characters. The same list
+/// stands in the pipeline's errors.py.
 bool is_invisible(std::uint32_t code) {
     struct Range {
         std::uint32_t first, last;

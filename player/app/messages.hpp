@@ -1,23 +1,22 @@
 #pragma once
-// Everything that the player says to a person goes through say(), so that no byte of a file or of a name
-// steers the terminal.
+// All messages for the user pass through log_message(), so that bytes of a file or a name cannot control the
+// terminal.
 
 #include <string>
 #include <string_view>
 
 namespace paradize {
 
-/// The text with `\x1B` for control characters (but not newlines and tabs) and for bytes that are no UTF-8,
-/// and
-/// `\u{202E}` for characters that are not seen: controls beyond ASCII, marks of direction, separators of
-/// lines.
+/// Escapes control characters (except newline and tab) and invalid UTF-8 as `\x1B`, and invisible characters
+/// (controls above ASCII, direction marks, line separators) as `\u{202E}`.
 std::string printable(std::string_view text);
 
-/// Writes `paradize-player: TEXT` to standard error, printable. Lines after the first are indented, so that a
-/// newline in a name makes no message of its own.
+/// Writes `paradize-player: TEXT` to standard error, with unprintable characters escaped. Further lines are
+/// indented, so that a newline in a name cannot fake a message.
 void log_message(std::string_view text);
 
-/// Writes all of the text to standard output, as it is. Throws Error where that is closed or full.
+/// Writes the text unchanged to standard output. Throws Error if standard output is closed or the disk is
+/// full.
 void print(const std::string &text);
 
 } // namespace paradize

@@ -52,22 +52,23 @@ template <typename Name, std::size_t count>
 Name parse_name(std::string_view text, const std::array<std::string_view, count> &names, const char *what) {
     const auto found = std::ranges::find(names, text);
     if (found == names.end()) {
-        refuse("--quality", text, std::string("is no ") + what + "; there are " + listed(names));
+        refuse("--quality", text, std::string("is not a ") + what + "; choose from " + listed(names));
     }
     return static_cast<Name>(found - names.begin());
 }
 
-/// `exact`, or `shadow=fast,lod=exact`, or both: the later word wins.
+/// Parses `exact`, `shadow=fast,lod=exact` or both. Later words override earlier ones.
 void parse_quality(std::string_view text, Quality &out) {
     while (true) {
         const std::string_view word = text.substr(0, text.find(','));
         const std::size_t equals = word.find('=');
         if (equals == std::string_view::npos) {
-            out.fill(parse_name<Tier>(word, tier_names, "quality"));
+            out.fill(parse_name<Tier>(word, tier_names, "tier"));
         } else {
-            const auto feature = parse_name<QualityFeature>(word.substr(0, equals), feature_names, "trade");
+            const auto feature =
+                parse_name<QualityFeature>(word.substr(0, equals), feature_names, "quality feature");
             out[static_cast<std::size_t>(feature)] =
-                parse_name<Tier>(word.substr(equals + 1), tier_names, "quality");
+                parse_name<Tier>(word.substr(equals + 1), tier_names, "tier");
         }
         if (word.size() == text.size()) {
             return;
@@ -81,7 +82,7 @@ void parse_passes(std::string_view text, std::span<const std::string_view> passe
         const std::size_t comma = text.find(',');
         const std::string_view name = text.substr(0, comma);
         if (std::find(passes.begin(), passes.end(), name) == passes.end()) {
-            refuse("--disable", name, "is no pass; passes are " + listed(passes));
+            refuse("--disable", name, "is not a pass; choose from " + listed(passes));
         }
         out.disabled.emplace_back(name);
         if (comma == std::string_view::npos) {
@@ -176,7 +177,7 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
         } else if (name == "--disable") {
             parse_passes(value(), passes, out);
         } else if (name.starts_with("-") && name.size() > 1) {
-            throw UsageError("there is no option " + std::string(name));
+            throw UsageError("unknown option " + std::string(name));
         } else if (!out.folder.empty()) {
             throw UsageError("one scene folder at a time: " + out.folder.string() + " or " +
                              std::string(name) + "?");
@@ -186,23 +187,22 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
     }
     if (out.folder.empty() && !out.help) {
         throw UsageError(
-            "which scene? Give the folder that `paradize bake` wrote, as in build/assets/island");
+            "no scene folder; give the one that `paradize bake` wrote, such as build/assets/island");
     }
     if (out.interactive && (out.headless || !out.screenshot.empty())) {
         throw UsageError("--interactive needs a window: leave out --headless and --screenshot");
     }
     if (out.bench && (out.interactive || out.check_finite || !out.screenshot.empty())) {
-        throw UsageError(
-            "--bench measures frames and nothing else: leave out --interactive, --screenshot and "
-            "--check-finite");
+        throw UsageError("--bench only measures frames: leave out --interactive, --screenshot and "
+                         "--check-finite");
     }
     if (out.reference && (out.screenshot.empty() || out.fps || quality_given)) {
         throw UsageError(
-            "--reference makes a picture with everything at its finest: give --screenshot, leave out "
+            "--reference renders one picture at the finest settings: add --screenshot, leave out "
             "--quality and --fps");
     }
     if (out.fps && (quality_given || out.bench)) {
-        throw UsageError("--fps chooses the qualities and watches the time: leave out --quality and --bench");
+        throw UsageError("--fps chooses the quality itself: leave out --quality and --bench");
     }
     if (out.interactive && out.frames) {
         throw UsageError("--interactive ends with Escape, not after a number of frames: leave out --frames");
@@ -212,24 +212,24 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
 
 std::string usage(std::span<const std::string_view> passes) {
     return "paradize-player DIR [--headless] [--time S] [--frames N] [--size WxH] [--screenshot F.png]\n"
-           "                    [--quality T | TRADE=T,...] [--reference N] [--fps N] [--disable PASS,...]\n"
+           "                    [--quality T|FEATURE=T,...] [--reference N] [--fps N] [--disable PASS,...]\n"
            "                    [--wait-resident] [--interactive] [--bench] [--json] [--mute] [--debug]\n"
            "                    [--check-finite]\n"
            "\n"
-           "Plays a baked scene. Any key ends the show.\n"
-           "  --headless         no window and no sound; draws one frame unless --frames says more\n"
+           "Plays a baked scene. Any key ends playback.\n"
+           "  --headless         no window and no sound; draws one frame, or --frames\n"
            "  --time S           start at this second of the flight\n"
            "  --frames N         draw N frames, 1/30 s apart, and end\n"
            "  --size WxH         size of the picture in pixels (default: the scene's)\n"
-           "  --screenshot F.png draw one frame with everything resident into this file; with --frames N\n"
-           "                     the files F_0000.png, F_0001.png ..., which show how it streams in\n"
-           "  --quality T        how fine to draw: " +
+           "  --screenshot F.png draw one frame with all data resident into this file; with --frames N\n"
+           "                     the files F_0000.png, F_0001.png ..., while the scene streams in\n"
+           "  --quality T        speed against exactness: " +
            listed(tier_names) + " (default: balanced); or for each of\n                     " +
            listed(feature_names) +
            ":\n"
            "                     --quality shadow=fast,lod=exact\n"
-           "  --reference N      the screenshot is the mean of N frames with everything at its finest: what\n"
-           "                     qualities are judged by\n"
+           "  --reference N      the screenshot is the mean of N frames at the finest settings: the picture\n"
+           "                     that qualities are compared with\n"
            "  --fps N            measure, choose the qualities that reach N frames a second with the least "
            "error,\n"
            "                     and keep to them\n"
@@ -239,12 +239,12 @@ std::string usage(std::span<const std::string_view> passes) {
            "  --wait-resident    upload everything before the first frame\n"
            "  --interactive      fly yourself: W A S D Q E, mouse, Z X roll, Shift is faster, Space pauses,\n"
            "                     M mutes, - and + volume, Escape ends\n"
-           "  --bench            measure 100 frames (or --frames) with everything resident: median and 95th\n"
+           "  --bench            measure 100 frames (or --frames) with all data resident: median and 95th\n"
            "                     percentile\n"
            "  --json             print one JSON object about the run\n"
            "  --mute             no sound\n"
-           "  --debug            complaints of the graphics driver are errors\n"
-           "  --check-finite     a NaN or infinity in the picture is an error\n";
+           "  --debug            errors reported by the graphics driver are fatal\n"
+           "  --check-finite     a NaN or infinity in the picture is fatal\n";
 }
 
 } // namespace paradize

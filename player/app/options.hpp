@@ -1,5 +1,5 @@
 #pragma once
-// The command line.
+// Parses the command line.
 
 #include "scene/quality.hpp"
 
@@ -13,33 +13,33 @@
 
 namespace paradize {
 
-/// Wrong usage: exit code 2.
+/// Wrong usage. The exit code is 2.
 class UsageError : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
 struct Options {
-    std::filesystem::path folder; // of the baked scene
+    std::filesystem::path folder; // folder of the baked scene
     bool headless = false;
     double time_s = 0.0;
     std::optional<int> frames;
     std::optional<int> width_px, height_px; // both or none
-    std::filesystem::path screenshot;       // empty: none
+    std::filesystem::path screenshot;       // empty: no screenshot
     std::vector<std::string> disabled;
     Quality quality = all_at(Tier::balanced);
-    std::optional<int> reference; // frames that a picture averages
-    std::optional<double> fps;    // that the qualities are chosen for
+    std::optional<int> reference; // number of frames averaged per picture
+    std::optional<double> fps;    // target frame rate
     bool wait_resident = false;
     bool interactive = false;
     bool bench = false;
     bool json = false;
     bool mute = false;
-    bool debug = false;        // the driver's complaints are errors
-    bool check_finite = false; // a NaN in the linear picture is an error
+    bool debug = false;        // errors reported by the driver are fatal
+    bool check_finite = false; // NaN or infinity in the linear picture is fatal
     bool help = false;
 };
 
-/// Throws UsageError. `passes` are the names that --disable takes.
+/// `passes` are the names that --disable accepts. Throws UsageError.
 Options parse_options(std::span<const char *const> arguments, std::span<const std::string_view> passes);
 
 std::string usage(std::span<const std::string_view> passes);

@@ -37,17 +37,18 @@ namespace paradize {
 namespace {
 
 constexpr std::size_t upload_bytes_per_frame = std::size_t{4} << 20U;
-constexpr double frame_s = 1.0 / 30.0;          // between the frames of --frames
-constexpr int bench_frames = 100;               // of --bench, unless --frames says otherwise
-constexpr int warm_up_frames = 5;               // of --bench before them: a driver compiles at the first draw
-constexpr int pass_frames = 10;                 // of --bench, in which each pass is waited for
-constexpr std::size_t max_recent_frames = 4096; // of --fps, remembered
-constexpr double max_delta_s = 0.25; // a longer pause (a sleeping machine) does not move the show further
+constexpr double frame_s = 1.0 / 30.0; // between two frames of --frames
+constexpr int bench_frames = 100;      // measured frames of --bench; --frames overrides it
+constexpr int warm_up_frames = 5; // untimed frames before them: drivers compile shaders at the first draw
+constexpr int pass_frames = 10;   // frames of --bench that wait for each pass
+constexpr std::size_t max_recent_frames = 4096; // frame times that --fps keeps
+// upper limit of a time step, so that a suspended machine does not skip ahead
+constexpr double max_delta_s = 0.25;
 constexpr float volume_step = 0.1F;
 
 assets::SceneFile load_scene(const std::filesystem::path &folder) {
     const std::filesystem::path path = folder / "scene.json";
-    std::error_code unknown; // a name too long, a folder that may not be read: opening tells
+    std::error_code unknown; // errors other than a missing file are reported when the file is opened
     if (!std::filesystem::exists(path, unknown) && !unknown) {
         throw Error(path.string() +
                     ": there is no such file; `paradize bake SCENE.toml` writes a scene folder");
@@ -77,8 +78,8 @@ std::vector<QualityFeature> available_features(const assets::SceneFile &file, co
     return out;
 }
 
-/// What the player's trades err in this scene: `paradize measure` may have left it beside the folder, as
-/// island.tradeoff.json beside island/.
+/// Loads the errors of the quality features for this scene, which `paradize measure` may have written beside
+/// the folder: island.tradeoff.json beside island/. Returns an empty list if there is no such file.
 std::vector<assets::FeatureError> load_tradeoff(const std::filesystem::path &folder) {
     std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
     path = path.has_filename() ? path : path.parent_path();
@@ -92,10 +93,10 @@ std::vector<assets::FeatureError> load_tradeoff(const std::filesystem::path &fol
     return assets::parse_tradeoff({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, path);
 }
 
-/// Everything of one run that lives as long as the GL context.
+/// Plays one scene folder. It lives as long as the GL context.
 class Playback {
   public:
-    /// rebaked: where scenes come from that replace the first; nullptr: none will.
+    /// `watcher` supplies scenes that replace the first one. nullptr: the scene is never replaced.
     Playback(const Options &options, PendingScene pending, const RendererOptions &renderer_options,
              assets::SceneWatcher *watcher)
         : options_(options), renderer_options_(renderer_options),
@@ -115,14 +116,14 @@ class Playback {
         }
     }
 
-    /// Says once what a steered camera at this place goes beyond.
+    /// Warns once if the free camera leaves the region that the scene was baked for.
     void check_free_camera(const glm::dvec3 &eye) { log_unless_empty(bake_limits_->check_camera(eye)); }
 
     const assets::SceneFile &file() const { return scenes_.current().file; }
     Renderer &renderer() { return *renderer_; }
     std::vector<double> &frame_ms() { return frame_ms_; }
 
-    /// A frame took so long until the device had finished it.
+    /// Records the duration of a finished frame, and adjusts the quality for --fps.
     void record_frame_time(double ms) {
         if (frame_ms_.size() < frame_ms_.capacity()) {
             frame_ms_.push_back(ms);
@@ -155,7 +156,8 @@ class Playback {
     }
 
     void frame(double elapsed_s, const Pose &pose, gl::DebugLog &log) {
-        // Headless frames do not depend on the clock; those for the eye do not wait.
+        // Headless frames wait for data, so that they do not depend on timing. Frames in a window do not
+        // wait.
         log_unless_empty(bake_limits_->check_size(renderer_->width_px(), renderer_->height_px()));
         const NotReady not_ready = options_.headless ? NotReady::wait : NotReady::skip;
         if (LoadedScene *next = scenes_.upload(upload_bytes_per_frame, not_ready)) {
@@ -220,7 +222,7 @@ class Playback {
         renderer_->change_settings(renderer_options_.settings);
     }
 
-    /// Measures, chooses, says what came of it.
+    /// Calibrates, chooses the first quality and logs both.
     void start_frame_governor(double fps) {
         calibration_ = calibrate(*renderer_, file(), features_, device_, options_.time_s,
                                  load_tradeoff(options_.folder));
@@ -229,11 +231,10 @@ class Playback {
         apply(governor_->current().quality);
         const std::string wanted = "--fps " + shortest(fps) + ": ";
         const std::string expected = fixed(governor_->current().ms, 3) + " ms";
-        log_message(wanted + to_text(governor_->current().quality) + "; " + expected +
-                    " a frame are expected");
+        log_message(wanted + to_text(governor_->current().quality) + "; expected " + expected + " per frame");
         if (governor_->out_of_reach()) {
-            log_message(wanted + "a frame may take " + fixed(governor_->budget_ms(), 3) + " ms, and takes " +
-                        expected + " even at the cheapest qualities; give a smaller --size");
+            log_message(wanted + "the budget is " + fixed(governor_->budget_ms(), 3) +
+                        " ms per frame, the fastest quality needs " + expected + "; use a smaller --size");
         }
     }
 
@@ -247,7 +248,7 @@ class Playback {
         log_unless_empty(terrain_warning(scenes_.current().streamer.terrain_bytes()));
     }
 
-    /// Shows a new scene from here on. The moment of the show and its camera stay.
+    /// Replaces the scene by `next`. Playback time and camera stay.
     void activate(LoadedScene &next, double elapsed_s) {
         const std::uint64_t terrain_bytes = scenes_.current().streamer.terrain_bytes();
         renderer_options_.width_px = renderer_->width_px();
@@ -260,7 +261,7 @@ class Playback {
             gl::check_memory();
             renderer->continue_from(*renderer_);
             const std::unique_ptr<LoadedScene> before = scenes_.activate();
-            renderer_ = std::move(renderer); // the one before ends here, and then its act
+            renderer_ = std::move(renderer); // destroys the previous renderer, then the previous scene
             bake_limits_ = std::make_unique<BakeLimits>(file());
         } catch (const Error &error) {
             scenes_.refuse(error.what());
@@ -281,15 +282,15 @@ class Playback {
     std::unique_ptr<BakeLimits> bake_limits_ = std::make_unique<BakeLimits>(file());
     gl::ShaderLibrary shaders_;
     std::unique_ptr<Renderer> renderer_;
-    std::vector<Sample> samples_; // of --reference; else none
+    std::vector<Sample> samples_; // of --reference, otherwise empty
     std::vector<double> frame_ms_;
     std::vector<std::uint8_t> pixels_;
     std::vector<std::string> screenshots_;
     Device device_ = device();
     std::vector<QualityFeature> features_ = available_features(file(), device_);
-    Calibration calibration_; // of --fps; as are the next
+    Calibration calibration_; // this and the next two members belong to --fps
     std::optional<FrameGovernor> governor_;
-    std::vector<double> recent_ms_; // frames since the last change
+    std::vector<double> recent_ms_; // since the last change of quality
     std::vector<std::pair<std::string, double>> passes_ms_;
 };
 
@@ -302,7 +303,7 @@ std::filesystem::path numbered(const std::filesystem::path &path, int number) {
     return out;
 }
 
-/// A fixed number of frames, 1/30 s apart.
+/// Draws a fixed number of frames, 1/30 s apart.
 void play_frames(Playback &playback, const Options &options, gl::DebugLog &log, Window *window) {
     const int before = options.bench ? warm_up_frames : 0;
     const int frames = before + options.frames.value_or(options.bench ? bench_frames : 1);
@@ -310,7 +311,7 @@ void play_frames(Playback &playback, const Options &options, gl::DebugLog &log, 
     for (int i = 0; i < frames; ++i) {
         const double elapsed_s = options.time_s + i * frame_s;
         if (options.bench) {
-            glFinish(); // what a window still does of the last frame
+            glFinish(); // finishes the window's previous frame
         }
         const double start = now_ms();
         playback.frame(elapsed_s, flight_pose(playback.file().flight, elapsed_s), log);
@@ -336,7 +337,7 @@ void play_frames(Playback &playback, const Options &options, gl::DebugLog &log, 
     }
 }
 
-/// Plays the scene's sound; one that is played already goes on.
+/// Plays the scene's sound. If that sound is already playing, it continues.
 void start_sound(const assets::SceneFile &file, const Options &options, Audio &audio,
                  std::string &loaded_sha256, bool &muted) {
     const assets::Artifact *sound = file.sound ? file.find_artifact(file.sound->artifact) : nullptr;
@@ -352,7 +353,7 @@ void start_sound(const assets::SceneFile &file, const Options &options, Audio &a
     try {
         const assets::FileBytes bytes = assets::read_artifact(*sound, options.folder);
         muted = !audio.load(bytes.bytes(), sound->file);
-    } catch (const Error &error) { // it was right when the scene was opened
+    } catch (const Error &error) { // the file has changed since the scene was loaded
         log_message(std::string("no sound: ") + error.what());
         audio.stop();
         muted = true;
@@ -361,11 +362,11 @@ void start_sound(const assets::SceneFile &file, const Options &options, Audio &a
     audio.play();
 }
 
-/// Until a key, Escape or the window's button ends it.
+/// Runs until a key, Escape or the close button ends playback.
 void play_window(Playback &playback, const Options &options, gl::DebugLog &log, Window &window) {
     Audio audio;
     bool muted = true;
-    std::string loaded_sha256; // SHA-256
+    std::string loaded_sha256; // of the sound that is playing
     start_sound(playback.file(), options, audio, loaded_sha256, muted);
     playback.frame_ms().reserve(1U << 20U);
     FreeCamera camera(flight_pose(playback.file().flight, options.time_s));
@@ -412,7 +413,7 @@ void play_window(Playback &playback, const Options &options, gl::DebugLog &log, 
         gl::blit_color(playback.renderer().output(), playback.renderer().width_px(),
                        playback.renderer().height_px(), 0, width, height);
         if (options.fps) {
-            glFinish(); // what is held is the drawing, not the wait for the screen
+            glFinish(); // measure the drawing, not the wait for the display
             playback.record_frame_time(now_ms() - start);
         }
         window.swap();
@@ -429,11 +430,12 @@ void play_window(Playback &playback, const Options &options, gl::DebugLog &log, 
 
 int run(const Options &options) {
     const bool counted = options.headless || options.bench || options.frames || !options.screenshot.empty();
-    std::optional<assets::SceneWatcher> watcher; // before scene.json is read, so that none is missed
+    // created before scene.json is read, so that no change is missed
+    std::optional<assets::SceneWatcher> watcher;
     if (!options.bench && !options.reference && (!counted || options.frames)) {
         watcher.emplace(options.folder / "scene.json");
     }
-    // Its files are read while the context is made.
+    // Threads read the files while the GL context is created.
     PendingScene pending(load_scene(options.folder), options.folder);
     const assets::SceneFile &file = *pending.file;
     RendererOptions renderer_options;

@@ -1,5 +1,5 @@
 #pragma once
-// PNG files of finished pictures.
+// Writes PNG files.
 
 #include <cstdint>
 #include <filesystem>
@@ -7,8 +7,8 @@
 
 namespace paradize {
 
-/// Writes 8-bit sRGB, rows from the top, whole or not at all (a hidden file beside it is renamed). `pixels`
-/// holds width * height * 3 bytes. Throws Error.
+/// Writes 8-bit sRGB pixels, first row at the top. `pixels` holds width * height * 3 bytes. Writes a hidden
+/// temporary file and renames it, so that no partial file appears. Throws Error.
 void write_png(const std::filesystem::path &path, std::span<const std::uint8_t> pixels, int width_px,
                int height_px);
 

@@ -110,7 +110,7 @@ std::vector<std::string> shared_libraries() {
     std::vector<std::string> out;
     ::dl_iterate_phdr(
         [](dl_phdr_info *info, std::size_t /*bytes*/, void *names) {
-            // The program itself has no name, the kernel's page has no folder.
+            // The program itself has an empty name, and the kernel's vDSO has no folder.
             if (const std::string_view path = info->dlpi_name; path.find('/') != std::string_view::npos) {
                 static_cast<std::vector<std::string> *>(names)->emplace_back(
                     path.substr(path.rfind('/') + 1));
@@ -127,9 +127,9 @@ std::string terrain_warning(std::uint64_t bytes) {
     if (bytes <= most) {
         return "";
     }
-    return "the terrain's tiles take " + std::to_string(bytes >> 20U) + " MiB of the device, more than " +
+    return "the terrain's tiles take " + std::to_string(bytes >> 20U) + " MiB of device memory, more than " +
            std::to_string(most >> 20U) +
-           ": all of them stay there while the show runs; raise the terrain's `max_error_m` or "
+           " MiB, and stay resident during playback; raise the terrain's `max_error_m` or "
            "`lod_error_px` in the scene, or set `quantise`, and bake it again";
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// What --json prints.
+// The data and the text of --json, --bench and --fps.
 
 #include "app/frame_rate.hpp"
 #include "streaming/terrain_tiles.hpp"
@@ -12,60 +12,60 @@
 
 namespace paradize {
 
-/// What --fps came to.
+/// Results of --fps.
 struct FrameRate {
-    double wanted = 0.0; // frames a second
+    double wanted = 0.0; // target, frames per second
     Quality quality{};   // of the last frame
     double predicted_ms = 0.0;
-    double median_ms = 0.0; // of the frames since the last change
-    int changes = 0;        // since the first choice
-    FeatureCosts table{};   // as calibrated
+    double median_ms = 0.0; // of the frames since the last change of quality
+    int changes = 0;        // changes since the first choice
+    FeatureCosts table{};   // the calibration
 };
 
 struct Report {
     int width_px = 0, height_px = 0;
-    std::vector<double> frame_ms; // drawing of each frame until the device has finished it
-    bool bench = false;           // they were measured by --bench
+    std::vector<double> frame_ms; // drawing time of each frame, until the device has finished
+    bool bench = false;           // true: frame_ms was measured by --bench
     std::vector<std::pair<std::string, double>> passes_ms; // of --bench, in drawing order
     Quality quality = all_at(Tier::balanced);
-    std::vector<QualityFeature> features; // that do something for this scene on this device
-    std::optional<int> reference;         // frames that each picture averages
+    std::vector<QualityFeature> features; // that apply to this scene on this device
+    std::optional<int> reference;         // number of frames averaged per picture
     std::optional<FrameRate> fps;
     std::uint64_t resident_bytes = 0;
     std::uint64_t total_bytes = 0;
-    std::uint64_t terrain_bytes = 0;      // of the total
+    std::uint64_t terrain_bytes = 0;      // part of total_bytes
     std::optional<TerrainCounts> terrain; // of the last frame
     std::string renderer, version;
     std::vector<std::string> screenshots;
-    std::vector<std::string> exceeded_limits; // what of the bake's limits was exceeded, in words
+    std::vector<std::string> exceeded_limits; // messages of BakeLimits
 };
 
-/// The smallest value that at least this share (above 0, up to 1) of them does not exceed; 0 when there is
-/// none.
+/// Returns the smallest value that at least this `share` (0 to 1, above 0) of the values does not exceed. 0
+/// if there are no values.
 double percentile(std::vector<double> values, double share);
 
-/// Middle value; 0 when there is none.
+/// Returns the middle value, or 0 if there are no values.
 double median(std::vector<double> values);
 
-/// Largest memory of this process so far, bytes.
+/// Peak resident memory of this process, bytes.
 std::uint64_t peak_rss_bytes();
 
-/// Bytes of the program's own file (the release build is stripped); 0 when it cannot be asked.
+/// Size of the player's executable, bytes. 0 if it cannot be read. The release build is stripped.
 std::uint64_t program_bytes();
 
-/// File names of the shared libraries that are loaded now, the graphics driver's among them, sorted.
+/// File names of all loaded shared libraries, sorted. The graphics driver's libraries are included.
 std::vector<std::string> shared_libraries();
 
-/// What is to be told of a terrain that takes so many bytes of the device; nothing of up to 2 GiB.
+/// Returns a warning if the terrain takes more than 2 GiB of device memory, else an empty text.
 std::string terrain_warning(std::uint64_t bytes);
 
-/// What --fps says in words, one line: what was chosen, and whether it reaches the rate.
+/// Returns one line: the target, whether it is reached, and the chosen qualities.
 std::string fps_line(const FrameRate &fps);
 
-/// What --bench says in words, one line.
+/// Returns one line with the frame times of --bench.
 std::string bench_line(const Report &report);
 
-/// One JSON object, one line.
+/// Returns one JSON object on one line.
 std::string to_json(const Report &report);
 
 } // namespace paradize

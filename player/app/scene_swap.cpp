@@ -23,13 +23,14 @@ SceneSwap::SceneSwap(PendingScene first, std::filesystem::path folder, assets::S
 void SceneSwap::refuse(const char *error) {
     next_.reset();
     pending_.reset();
-    // Where yet another bake is done, the files of this one may be gone, and its scene is on the way.
+    // If scene.json has changed again, this scene's files may be gone. The newer scene follows, so no message
+    // is needed.
     if (!watcher_->outdated(stamp_)) {
-        log_message(std::string("the new scene is not shown, the one before stays: ") + error);
+        log_message(std::string("the new scene cannot be shown, the previous one stays: ") + error);
     }
 }
 
-/// Takes a scene that came, and makes an act of it once its files are there.
+/// Takes an update from the watcher, and loads it once its files are read.
 void SceneSwap::poll(NotReady not_ready) {
     try {
         if (const std::unique_ptr<assets::SceneUpdate> update = watcher_->take()) {

@@ -1,5 +1,5 @@
 #pragma once
-// The scene that is shown, and the one that takes its place when a bake has replaced scene.json.
+// Holds the current scene, and loads the next one when a new bake has replaced scene.json.
 
 #include "assets/scene_file.hpp"
 #include "assets/watcher.hpp"
@@ -13,9 +13,9 @@
 
 namespace paradize {
 
-/// A scene.json whose files threads read and check.
+/// A scene.json whose files are being read and checked by threads.
 struct PendingScene {
-    /// What `before` has and what did not change is kept.
+    /// Artifacts that are unchanged in `before` are reused.
     PendingScene(assets::SceneFile scene_file, const std::filesystem::path &folder,
                  const Streamer *before = nullptr);
 
@@ -23,9 +23,9 @@ struct PendingScene {
     SceneLoad load;
 };
 
-/// Everything that comes of one scene.json.
+/// Everything that is created from one scene.json.
 struct LoadedScene {
-    /// Waits for the files. Throws Error.
+    /// Waits until the files are read. Throws Error.
     explicit LoadedScene(PendingScene pending);
 
     const std::unique_ptr<const assets::SceneFile> owned_file;
@@ -36,19 +36,20 @@ struct LoadedScene {
 
 class SceneSwap {
   public:
-    /// rebaked: where new scenes come from; nullptr: none will. It outlives this. Throws Error.
+    /// `watcher` supplies new scenes and must outlive this object. nullptr: there are no new scenes. Throws
+    /// Error.
     SceneSwap(PendingScene first, std::filesystem::path folder, assets::SceneWatcher *watcher);
 
     LoadedScene &current() { return *current_; }
     const LoadedScene &current() const { return *current_; }
-    /// Uploads at most so much, of the scene that came if one did, else of the one that is shown. Returns the
-    /// new one once it is resident, for turn(); nullptr: go on with the old one. Files that are still read
-    /// are waited for, or left for a later frame. A scene that cannot be shown is told once, on standard
-    /// error, and forgotten. Throws Error for a fault of the one shown.
+    /// Uploads at most `budget_bytes`, to the next scene if there is one, else to the current scene. Returns
+    /// the next scene once it is resident; call activate() then. Otherwise returns nullptr. `not_ready` says
+    /// whether to wait for files that are still being read. An error of the next scene is logged once and
+    /// that scene is dropped. Throws Error if the current scene fails.
     LoadedScene *upload(std::size_t budget_bytes, NotReady not_ready);
-    /// Shows the new one from now on. What is returned must stay until nothing refers to it.
+    /// Makes the next scene the current one. Returns the previous scene; keep it until nothing refers to it.
     std::unique_ptr<LoadedScene> activate();
-    /// Forgets the new one, which `fault` keeps from being shown.
+    /// Drops the next scene and logs `error`.
     void refuse(const char *error);
 
   private:
@@ -58,7 +59,7 @@ class SceneSwap {
     assets::SceneWatcher *watcher_;
     std::unique_ptr<LoadedScene> current_, next_;
     std::optional<PendingScene> pending_;
-    assets::FileStamp stamp_{}; // of the new one
+    assets::FileStamp stamp_{}; // of the next scene
 };
 
 } // namespace paradize

@@ -58,20 +58,20 @@ Window::Window(const Settings &settings) : impl_(std::make_unique<Impl>()) {
     };
     glfwInitHint(GLFW_JOYSTICK_HAT_BUTTONS, GLFW_FALSE);
     if (glfwInit() != GLFW_TRUE) {
-        fail("no display to open a window on");
+        fail("there is no display to open a window on");
     }
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
     glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
     glfwWindowHint(GLFW_OPENGL_DEBUG_CONTEXT, settings.debug ? GLFW_TRUE : GLFW_FALSE);
-    glfwWindowHint(GLFW_DEPTH_BITS, 0); // the picture is finished in a target of its own
+    glfwWindowHint(GLFW_DEPTH_BITS, 0); // the picture is rendered into its own framebuffer
     glfwWindowHint(GLFW_STENCIL_BITS, 0);
     glfwWindowHint(GLFW_VISIBLE, settings.visible ? GLFW_TRUE : GLFW_FALSE);
     impl_->window =
         glfwCreateWindow(settings.width_px, settings.height_px, settings.title.c_str(), nullptr, nullptr);
     if (impl_->window == nullptr) {
-        fail("no window with OpenGL 3.3 core");
+        fail("cannot create a window with OpenGL 3.3 core");
     }
     glfwSetWindowUserPointer(impl_->window, impl_.get());
     glfwSetKeyCallback(impl_->window, Impl::on_key);

@@ -1,21 +1,21 @@
 #pragma once
-// A GLFW window with an OpenGL 3.3 core context, its keys and its mouse.
+// A GLFW window with an OpenGL 3.3 core context, keyboard and mouse.
 
 #include <memory>
 #include <string>
 
 namespace paradize {
 
-/// What the person did since the last poll.
+/// Keyboard and mouse input since the last poll.
 struct Input {
-    bool close = false;                               // the window's button
-    bool any_key = false;                             // a key went down
-    bool escape = false, pause = false, mute = false; // went down
+    bool close = false;                               // the close button was pressed
+    bool any_key = false;                             // a key was pressed
+    bool escape = false, pause = false, mute = false; // the key was pressed
     int volume_steps = 0;
-    // held, -1 to 1
+    // Keys that are held down, -1 to 1.
     float right = 0.0F, up = 0.0F, forward = 0.0F, roll = 0.0F;
     bool fast = false;
-    double yaw_px = 0.0, pitch_px = 0.0; // mouse, right and down
+    double yaw_px = 0.0, pitch_px = 0.0; // mouse motion, to the right and downwards
 };
 
 class Window {
@@ -27,18 +27,18 @@ class Window {
         bool capture_mouse = false;
         bool debug = false;
     };
-    /// Makes the window and its context current. Throws Error when there is no display.
+    /// Creates the window and makes its context current. Throws Error if there is no display.
     explicit Window(const Settings &settings);
     ~Window();
     Window(const Window &) = delete;
     Window &operator=(const Window &) = delete;
 
     Input poll();
-    /// Of the framebuffer, at least 1 x 1.
+    /// Size of the framebuffer, at least 1 x 1.
     void size(int &width_px, int &height_px) const;
     bool minimised() const;
     void swap();
-    /// Seconds since the window was made.
+    /// Seconds since the window was created.
     double seconds() const;
 
   private:

@@ -28,7 +28,7 @@ ArtifactLoader::ArtifactLoader(const SceneFile &scene, std::filesystem::path fol
 
 ArtifactLoader::~ArtifactLoader() {
     for (std::jthread &thread : threads_) {
-        thread.request_stop(); // all of them before the first is waited for
+        thread.request_stop(); // all threads stop before the first is joined
     }
 }
 
@@ -41,7 +41,7 @@ void ArtifactLoader::work(const std::stop_token &stop) {
                 waiting_bytes_.fetch_sub(bytes);
                 release_fine(loaded_[i]);
             }
-        } catch (const std::exception &error) { // the thread's end: take() tells
+        } catch (const std::exception &error) { // take() rethrows it
             errors_[i] = error.what();
             std::size_t first = first_error_.load();
             while (i < first && !first_error_.compare_exchange_weak(first, i)) {

@@ -1,5 +1,5 @@
 #pragma once
-// Threads that open artifacts: the drawing thread waits neither for the disk nor for a hash.
+// Loads artifacts on threads, so that the drawing thread waits neither for the disk nor for hashing.
 
 #include "assets/loaded_artifact.hpp"
 
@@ -15,8 +15,9 @@ namespace paradize::assets {
 
 class ArtifactLoader {
   public:
-    /// `wanted`: indices of artifacts, the first one first. `scene` outlives this. Of files that have more
-    /// than `max_waiting` bytes together some keep only what is coarse: see release_fine().
+    /// `wanted` holds indices of artifacts, loaded in this order. `scene` must outlive this object. If the
+    /// files exceed `max_waiting` bytes together, later files keep only their coarse data; see
+    /// release_fine().
     ArtifactLoader(const SceneFile &scene, std::filesystem::path folder, std::vector<std::uint32_t> wanted,
                    std::uint64_t max_waiting);
     ~ArtifactLoader();
@@ -24,9 +25,10 @@ class ArtifactLoader {
     ArtifactLoader &operator=(const ArtifactLoader &) = delete;
 
     const std::vector<std::uint32_t> &wanted() const { return wanted_; }
-    /// Would take() return at once?
+    /// True if take() would return at once.
     bool ready() const { return left_.load(std::memory_order_acquire) == 0; }
-    /// Waits; once. As `wanted`. Throws Error: the fault of the first that has one.
+    /// Waits for all artifacts and returns them in the order of `wanted`. Call once. Throws Error: the first
+    /// artifact's error.
     std::vector<LoadedArtifact> take();
 
   private:
@@ -35,13 +37,13 @@ class ArtifactLoader {
     const SceneFile &scene_;
     const std::filesystem::path folder_;
     const std::vector<std::uint32_t> wanted_;
-    std::vector<LoadedArtifact> loaded_; // as wanted_; each is written by one thread
-    std::vector<std::string> errors_;    // empty: none
+    std::vector<LoadedArtifact> loaded_; // in the order of wanted_; each entry is written by one thread
+    std::vector<std::string> errors_;    // empty: no error
     const std::uint64_t max_waiting_bytes_;
     std::atomic<std::uint64_t> waiting_bytes_{0};
     std::atomic<std::size_t> next_{0};
-    std::atomic<std::size_t> first_error_; // what comes after it is not opened
-    std::atomic<std::size_t> left_;        // threads that are at work
+    std::atomic<std::size_t> first_error_; // artifacts after it are not loaded
+    std::atomic<std::size_t> left_;        // running threads
     std::vector<std::jthread> threads_;
 };
 

@@ -19,11 +19,12 @@ constexpr std::size_t part_bytes = std::size_t{1} << 20U;
 
 } // namespace
 
-/// A file that is open for reading.
+/// An open file descriptor.
 class FileBytes::Descriptor {
   public:
     explicit Descriptor(const std::filesystem::path &path)
-        : number_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) { // a pipe is not waited for
+        // O_NONBLOCK: opening a pipe does not block
+        : number_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
         if (number_ < 0) {
             throw Error(path.string() + ": " + std::strerror(errno));
         }
@@ -39,7 +40,7 @@ class FileBytes::Descriptor {
 
 namespace {
 
-/// Size of a regular file that may be read.
+/// Returns the size of a regular file. Throws Error if it is not allowed.
 std::uint64_t size_of(int file, const std::string &name, FileSize expected) {
     struct stat status {};
     if (::fstat(file, &status) != 0) {
@@ -49,7 +50,7 @@ std::uint64_t size_of(int file, const std::string &name, FileSize expected) {
         throw Error(name + ": is a folder; move it away" + bake_again);
     }
     if (!S_ISREG(status.st_mode)) {
-        throw Error(name + ": is no regular file" + bake_again);
+        throw Error(name + ": is not a regular file" + bake_again);
     }
     const auto size = static_cast<std::uint64_t>(status.st_size);
     if (expected.exactly != 0 && size != expected.exactly) {
@@ -60,8 +61,8 @@ std::uint64_t size_of(int file, const std::string &name, FileSize expected) {
         throw Error(name + ": is empty" + bake_again);
     }
     if (size > expected.max) {
-        throw Error(name + ": has " + std::to_string(size) + " bytes, at most " +
-                    std::to_string(expected.max) + " are taken");
+        throw Error(name + ": has " + std::to_string(size) + " bytes, the limit is " +
+                    std::to_string(expected.max));
     }
     return size;
 }

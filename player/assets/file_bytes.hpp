@@ -1,6 +1,6 @@
 #pragma once
-// A file, read whole into memory of its own: whatever happens to the file afterwards, these bytes stay. (A
-// mapping would end the program with SIGBUS where the file becomes shorter.)
+// Reads a whole file into memory. Later changes of the file do not affect these bytes. (A memory mapping
+// would raise SIGBUS if the file became shorter.)
 
 #include "assets/reserved_memory.hpp"
 
@@ -15,12 +15,12 @@
 
 namespace paradize::assets {
 
-/// A GLB cannot be larger.
+/// The limit of the GLB format.
 inline constexpr std::uint64_t max_file_bytes = std::uint64_t{1} << 32U;
 
-/// The size that a file must have.
+/// The allowed size of a file.
 struct FileSize {
-    std::uint64_t exactly = 0; // 0: any up to `most`
+    std::uint64_t exactly = 0; // 0: any size up to `max`
     std::uint64_t max = max_file_bytes;
 };
 
@@ -29,8 +29,8 @@ class FileBytes {
     using OnBytes = std::function<void(std::span<const std::byte>)>;
 
     FileBytes() noexcept;
-    /// `each` is called with one part after the other as it comes, and may throw. Throws Error when the file
-    /// is missing, no regular file, empty, of another size, or becomes shorter meanwhile.
+    /// Reads the file. `on_bytes` gets each part as it is read, and may throw. Throws Error if the file is
+    /// missing, not a regular file, empty, of the wrong size, or truncated while it is read.
     explicit FileBytes(const std::filesystem::path &path, FileSize size = {}, const OnBytes &on_bytes = {});
 
     FileBytes(FileBytes &&) noexcept;
@@ -38,14 +38,14 @@ class FileBytes {
     ~FileBytes();
 
     std::span<const std::byte> bytes() const;
-    /// Gives the memory back; there are no bytes any more.
+    /// Frees the memory. bytes() is empty afterwards.
     void release();
-    /// Gives the memory back of what lies behind the first `kept` bytes, rounded up to whole pages, until
-    /// fetch(). The file stays open: it may be swept meanwhile. False: there is nothing behind them. Throws
-    /// Error when it cannot be opened.
+    /// Frees the memory after the first `keep_bytes` bytes (rounded up to whole pages) until reload(). Keeps
+    /// the file open, because it may be deleted meanwhile. Returns false if there is nothing to free. Throws
+    /// Error if the file cannot be opened.
     bool release_from(const std::filesystem::path &path, std::size_t keep_bytes);
-    /// Reads the file again, for what was given back; the bytes that were kept are not written to. `each` is
-    /// called with all of it, part by part. Throws Error as the constructor does.
+    /// Reads the freed part again. The kept bytes are not overwritten. `on_bytes` gets the whole file, part
+    /// by part. Throws Error like the constructor.
     void reload(const std::string &name, const OnBytes &on_bytes);
 
   private:
@@ -53,8 +53,8 @@ class FileBytes {
     void read(const Descriptor &file, const std::string &name, const OnBytes &on_bytes);
 
     std::optional<ReservedMemory> memory_;
-    std::unique_ptr<Descriptor> descriptor_; // while a part is given back
-    std::size_t keep_bytes_ = 0;             // bytes that read() leaves as they are
+    std::unique_ptr<Descriptor> descriptor_; // open while a part is freed
+    std::size_t keep_bytes_ = 0;             // bytes that read() does not overwrite
 };
 
 } // namespace paradize::assets

@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint32_t glb_magic = 0x46546C67;  // "glTF"
 constexpr std::uint32_t json_chunk = 0x4E4F534A; // "JSON"
 constexpr std::uint32_t bin_chunk = 0x004E4942;  // "BIN\0"
-constexpr std::size_t max_entries = 1 << 20;     // a tile of the terrain has six accessors a patch
+constexpr std::size_t max_entries = 1 << 20;     // a terrain tile has six accessors per patch
 constexpr long long max_count = 1LL << 31;
 constexpr long long byte_type = 5120;
 constexpr long long ubyte_type = 5121;
@@ -28,11 +28,11 @@ constexpr long long ushort_type = 5123;
 constexpr long long float_type = 5126;
 constexpr long long uint_type = 5125;
 
-constexpr double max_length_m = 1e7;    // no coordinate of a vertex is larger
-constexpr double max_position_m = 1e10; // no place in an object's space, or in the world, lies farther out
-constexpr std::size_t max_sharing = 4;  // all levels together are at most so many times as long as the buffer
+constexpr double max_length_m = 1e7;    // limit of a vertex coordinate
+constexpr double max_position_m = 1e10; // limit of a position in object or world space
+constexpr std::size_t max_sharing = 4;  // limit of all levels' bytes, as a multiple of the buffer's size
 
-/// Bytes of a component; 0 of what glTF does not know.
+/// Returns the bytes of a component, or 0 if glTF has no such type.
 constexpr std::size_t size_of(long long component) {
     switch (component) {
     case byte_type:
@@ -49,8 +49,8 @@ constexpr std::size_t size_of(long long component) {
     }
 }
 
-/// Which components an attribute may have besides float32, and whether those are normalized
-/// (KHR_mesh_quantization, as far as the bake uses it).
+/// The integer types that an attribute may have besides float32, and whether they are normalized. A subset of
+/// KHR_mesh_quantization.
 struct AttributeTypes {
     std::string_view key;
     const char *type;
@@ -80,7 +80,7 @@ struct Chunks {
 Chunks split(std::span<const std::byte> file, const std::string &name) {
     const auto refuse = [&](const std::string &what) { throw Error(name + ": " + what); };
     if (file.size() < 20 || word_at(file, 0) != glb_magic) {
-        refuse("is no GLB file (" + std::to_string(file.size()) + " bytes, wrong or cut header)");
+        refuse("is not a GLB file (" + std::to_string(file.size()) + " bytes, wrong or truncated header)");
     }
     if (word_at(file, 4) != 2) {
         refuse("header: version " + std::to_string(word_at(file, 4)) + ", must be 2");
@@ -101,7 +101,7 @@ Chunks split(std::span<const std::byte> file, const std::string &name) {
         return out;
     }
     if (json_bytes % 4 != 0 || file.size() - next < 8 || word_at(file, next + 4) != bin_chunk) {
-        refuse("second chunk: must be a BIN chunk at a multiple of 4 bytes, stands at byte " +
+        refuse("second chunk: must be a BIN chunk at a multiple of 4 bytes, is at byte " +
                std::to_string(next) + " of " + std::to_string(file.size()));
     }
     if (word_at(file, next) > file.size() - next - 8) {
@@ -162,11 +162,11 @@ class Reader {
 
     std::vector<std::string> materials() const { return materials_; }
 
-    /// Adds the node's level; all of them stand alike.
+    /// Adds the node's level. All levels must have the same scale and translation.
     void add(const JsonObject &node, Glb &glb) {
         for (const char *key : {"matrix", "rotation"}) {
             if (node.has(key)) {
-                node.fail(key, "is not ours: a mesh is moved and stretched only");
+                node.fail(key, "is not supported: meshes may have scale and translation only");
             }
         }
         QuantizationGrid grid;
@@ -189,7 +189,7 @@ class Reader {
     }
 
   private:
-    /// Where the bounds lie, metres from the origin.
+    /// Checks that the bounds of the positions are within max_position_m.
     static void check_bounds(const JsonObject &node, const QuantizationGrid &grid, const GlbLevel &level) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
             for (const float bound : {level.low[axis], level.high[axis]}) {
@@ -231,7 +231,7 @@ class Reader {
             entry.fail("componentType", "must be one of 5120 to 5123, 5125 and 5126");
         }
         const JsonObject view = views_[index(entry, "bufferView", views_.size())];
-        // Vertices start at multiples of four bytes, indices follow each other.
+        // Vertices are aligned to four bytes, indices are tightly packed.
         const std::size_t packed = component_bytes * components;
         const std::size_t stride = components == 1 ? packed : (packed + 3) / 4 * 4;
         out.stride = stride;
@@ -244,17 +244,17 @@ class Reader {
             static_cast<std::size_t>(view.integer_or("byteStride", 0, 252, static_cast<long long>(packed)));
         if (given_stride != stride) {
             view.fail("byteStride", "is " + std::to_string(given_stride) + ", must be " +
-                                        std::to_string(stride) + ", as near as vertices may lie");
+                                        std::to_string(stride) + " (tightly packed)");
         }
         if (length > bin_.size() - start) {
             view.fail("byteLength", std::to_string(length) + " bytes from byte " + std::to_string(start) +
-                                        " on do not lie in a buffer of " + std::to_string(bin_.size()));
+                                        " on exceed a buffer of " + std::to_string(bin_.size()));
         }
         const std::uint64_t needed = std::uint64_t{out.count} * stride;
         if (within > length || needed > length - within) {
             entry.fail("count", std::to_string(out.count) + " entries of " + std::to_string(stride) +
-                                    " bytes from byte " + std::to_string(within) +
-                                    " on do not lie in a view of " + std::to_string(length));
+                                    " bytes from byte " + std::to_string(within) + " on exceed a view of " +
+                                    std::to_string(length));
         }
         if ((start + within) % component_bytes != 0) {
             entry.fail("byteOffset", "byte " + std::to_string(start + within) +
@@ -271,13 +271,13 @@ class Reader {
                                [](double number) { return static_cast<float>(number); });
     }
 
-    /// Levels and primitives that share their bytes would make a small file a large mesh.
+    /// Limits shared bytes. Otherwise a small file could describe a huge mesh.
     void count_bytes(const JsonObject &from, std::string_view key, std::size_t bytes) {
         used_bytes_ += bytes;
         if (used_bytes_ > max_sharing * bin_.size()) {
-            from.fail(key, "all levels up to here have " + std::to_string(used_bytes_) +
-                               " bytes, the buffer has " + std::to_string(bin_.size()) + ": at most " +
-                               std::to_string(max_sharing) + " times as many may be shared");
+            from.fail(key, "all levels so far use " + std::to_string(used_bytes_) +
+                               " bytes, the buffer has " + std::to_string(bin_.size()) + ", the limit is " +
+                               std::to_string(max_sharing) + " times as many");
         }
     }
 
@@ -333,7 +333,7 @@ class Reader {
     }
 
     std::span<const std::byte> bin_;
-    std::size_t used_bytes_ = 0; // bytes of all levels
+    std::size_t used_bytes_ = 0; // of all levels so far
     JsonArray accessors_, views_, meshes_;
     std::vector<std::string> materials_;
 };

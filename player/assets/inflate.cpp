@@ -9,9 +9,9 @@ namespace paradize::assets {
 std::string frame_error(std::span<const std::byte> frame, std::uint64_t expected) {
     const unsigned long long stated_bytes = ZSTD_getFrameContentSize(frame.data(), frame.size());
     if (stated_bytes == ZSTD_CONTENTSIZE_ERROR) {
-        return "is no Zstandard frame";
+        return "is not a Zstandard frame";
     }
-    // A skippable frame says 0, and no level is empty.
+    // A skippable frame states 0, and no level is empty.
     if (stated_bytes != ZSTD_CONTENTSIZE_UNKNOWN && stated_bytes != expected) {
         return "its Zstandard frame says " + std::to_string(stated_bytes) + " bytes, expected " +
                std::to_string(expected);

@@ -1,5 +1,5 @@
 #pragma once
-// Zstandard (RFC 8878), as KTX2's supercompression scheme 2 uses it: one frame a level.
+// Zstandard (RFC 8878) as in KTX2's supercompression scheme 2: one frame per level.
 
 #include <cstddef>
 #include <cstdint>
@@ -11,19 +11,19 @@ struct ZSTD_DCtx_s;
 
 namespace paradize::assets {
 
-/// Empty when a frame may hold `expected` bytes (it says so, or does not say); else what is wrong with it.
-/// Looks at the frame's header only.
+/// Checks the header of a frame. Returns an empty text if it states `expected` bytes or no size, else what is
+/// wrong.
 std::string frame_error(std::span<const std::byte> frame, std::uint64_t expected);
 
-/// Unpacks frames; one thread at a time.
+/// Decompresses frames. Use one object per thread.
 class Inflater {
   public:
     Inflater();
     ~Inflater();
     Inflater(const Inflater &) = delete;
     Inflater &operator=(const Inflater &) = delete;
-    /// Fills `out` from one frame, and never writes beyond it. Empty when the frame held exactly that; else
-    /// what is wrong with it, and `out` then holds anything.
+    /// Decompresses one frame into `out`. Returns an empty text if the frame held exactly out.size() bytes,
+    /// else what is wrong; `out` is then undefined. Never writes past `out`.
     std::string inflate(std::span<const std::byte> frame, std::span<std::byte> out);
 
   private:

@@ -1,4 +1,4 @@
-// The one file that, with unique_tree.hpp, includes nlohmann/json (it costs seconds to compile).
+// Only this file and unique_tree.hpp include nlohmann/json, because it takes seconds to compile.
 #include "assets/json_reader.hpp"
 
 #include "assets/unique_tree.hpp"
@@ -20,11 +20,11 @@ const Json &json(const void *value) {
     return *static_cast<const Json *>(value);
 }
 
-/// Where a value is, put into words only when it is refused: one document has a million of them.
+/// The path of a value. It is formatted only for an error, because a document may have a million values.
 struct JsonPath {
     const std::string &object;
     std::string_view key;
-    std::ptrdiff_t row = -1, column = -1; // of an array, and of an array in it; -1: none
+    std::ptrdiff_t row = -1, column = -1; // index in an array and in an array inside it; -1: none
 
     [[nodiscard]] std::string text() const {
         std::string out = object + (object.ends_with(": ") ? "" : ".") + std::string(key);
@@ -43,7 +43,7 @@ double checked_number(const Json &value, const JsonPath &path, double low, doubl
     if (!(number >= low && number <= high)) {
         throw Error(path.text() + ": is " + shortest(number) +
                     (low <= high ? ", must lie in [" + shortest(low) + ", " + shortest(high) + "]"
-                                 : ", but the file holds nothing that it could count"));
+                                 : ", but the file has no such entries"));
     }
     return number;
 }
@@ -253,7 +253,7 @@ void JsonObject::ignore(std::initializer_list<std::string_view> keys) const {
 void JsonObject::reject_unknown_keys() const {
     for (const auto &item : json(value_).items()) {
         if (std::ranges::find(read_members_, &item.value()) == read_members_.end()) {
-            fail(item.key(), "is not known to this player; bake the scene with the same version of Paradize");
+            fail(item.key(), "is unknown to this player; bake the scene with the same version of Paradize");
         }
     }
 }
@@ -277,8 +277,8 @@ struct JsonDocument::Value {
 JsonDocument::JsonDocument(std::string_view text, const std::string &file)
     : value_(std::make_unique<Value>()), file_(file) {
     if (text.size() > max_json_bytes) {
-        throw Error(file + ": " + std::to_string(text.size()) + " bytes of JSON, at most " +
-                    std::to_string(max_json_bytes) + " are taken");
+        throw Error(file + ": " + std::to_string(text.size()) + " bytes of JSON, the limit is " +
+                    std::to_string(max_json_bytes));
     }
     UniqueTree tree(value_->json);
     if (!Json::sax_parse(text, &tree)) {
@@ -287,7 +287,7 @@ JsonDocument::JsonDocument(std::string_view text, const std::string &file)
         }
         // "[json.exception.parse_error.101] parse error at line ..."
         const std::size_t code = tree.problem.starts_with('[') ? tree.problem.find("] ") : std::string::npos;
-        throw Error(file + ": is no JSON: " +
+        throw Error(file + ": is not valid JSON: " +
                     (code == std::string::npos ? tree.problem : tree.problem.substr(code + 2)));
     }
     if (!value_->json.is_object()) {

@@ -1,5 +1,6 @@
 #pragma once
-// Strict reading of JSON objects: every member is asked for by name, with its range, or refused.
+// Strict reading of JSON objects. Each member is read by name and checked against a range. Unknown members
+// are errors.
 
 #include <cstddef>
 #include <initializer_list>
@@ -13,18 +14,18 @@
 
 namespace paradize::assets {
 
-/// Of a document; the pipeline writes none that is larger.
+/// Limit of a document. The pipeline writes none that is larger.
 inline constexpr std::size_t max_json_bytes = std::size_t{64} << 20U;
 
 class JsonObject;
 
-/// An array of objects, which are made when they are asked for.
+/// An array of objects. The objects are created on access.
 class JsonArray {
   public:
     JsonArray(const void *value, std::string path) : value_(value), path_(std::move(path)) {}
 
     std::size_t size() const;
-    /// Throws Error when the entry is no object.
+    /// Throws Error if the entry is not an object.
     JsonObject operator[](std::size_t index) const;
 
   private:
@@ -32,60 +33,60 @@ class JsonArray {
     std::string path_;
 };
 
-/// One object of a document. Errors name the document's file and the place, as in `file: objects[2].radius_m:
-/// ...`.
+/// One object of a document. Errors name the file and the path, as in `file: objects[2].radius_m: ...`.
 class JsonObject {
   public:
     JsonObject(const void *value, std::string path);
 
     const std::string &path() const { return path_; }
-    /// Is the member there, and not null? (Counts as asked for.)
+    /// True if the member exists and is not null. Counts as read.
     bool has(std::string_view key) const;
     double number(std::string_view key, double low, double high) const;
     double number_or(std::string_view key, double low, double high, double fallback) const;
-    /// A whole number; refuses fractions.
+    /// Throws Error for a fraction.
     long long integer(std::string_view key, long long low, long long high) const;
     long long integer_or(std::string_view key, long long low, long long high, long long fallback) const;
     bool boolean_or(std::string_view key, bool fallback) const;
     std::string text(std::string_view key) const;
-    std::string text_or(std::string_view key, std::string fallback) const; // also for null
-    /// An array of `count` numbers, each in the range.
+    std::string text_or(std::string_view key, std::string fallback) const; // the fallback also replaces null
+    /// An array of exactly `count` numbers, each within the range.
     std::vector<double> numbers(std::string_view key, std::size_t count, double low, double high) const;
-    /// An array of at most `most` numbers, each in the range.
+    /// An array of at most `most` numbers, each within the range.
     std::vector<double> column(std::string_view key, std::size_t most, double low, double high) const;
     std::vector<long long> integers(std::string_view key, std::size_t most, long long low,
                                     long long high) const;
     std::vector<std::string> texts(std::string_view key, std::size_t most) const;
-    /// An array of rows of `count` numbers.
+    /// An array of 1 to `most` rows of `count` numbers.
     std::vector<std::vector<double>> rows(std::string_view key, std::size_t most, std::size_t count,
                                           double low, double high) const;
-    /// The same rows, one after the other in one array; it may be empty.
+    /// The same rows concatenated into one array, which may be empty.
     std::vector<double> flat_rows(std::string_view key, std::size_t most, std::size_t count, double low,
                                   double high) const;
     JsonObject object(std::string_view key) const;
-    std::optional<JsonObject> object_or_none(std::string_view key) const; // none: absent or null
+    std::optional<JsonObject> object_or_none(std::string_view key) const; // nullopt: absent or null
     JsonArray array(std::string_view key, std::size_t most) const;
     std::vector<JsonObject> objects(std::string_view key, std::size_t most) const;
-    /// Names of all members, in the document's order of names (sorted); they count as asked for.
+    /// The names of all members, sorted. All count as read.
     std::vector<std::string> names() const;
-    /// Members that may be there and are not read.
+    /// Marks members as read without reading them.
     void ignore(std::initializer_list<std::string_view> keys) const;
-    /// Refuses members that nobody asked for.
+    /// Throws Error if the object has members that were not read.
     void reject_unknown_keys() const;
     [[noreturn]] void fail(std::string_view key, const std::string &what) const;
 
   private:
-    const void *find(std::string_view key) const;   // nullptr: it is not there
-    const void *member(std::string_view key) const; // throws Error when it is not there
+    const void *find(std::string_view key) const;   // nullptr: no such member
+    const void *member(std::string_view key) const; // throws Error if there is no such member
 
     const void *value_;
     std::string path_;
-    mutable std::vector<const void *> read_members_; // members
+    mutable std::vector<const void *> read_members_; // members that were read
 };
 
 class JsonDocument {
   public:
-    /// Throws Error when the text is no JSON object, longer than 64 MiB, not UTF-8, or has a key twice.
+    /// Throws Error if the text is not one JSON object in UTF-8, exceeds 64 MiB or repeats a key in an
+    /// object.
     JsonDocument(std::string_view text, const std::string &file);
     ~JsonDocument();
     JsonDocument(const JsonDocument &) = delete;

@@ -28,7 +28,7 @@ T read_at(std::span<const std::byte> bytes, std::size_t offset) {
     return value;
 }
 
-/// Is [offset, offset + length) inside `size` bytes? Never overflows.
+/// True if [offset, offset + length) lies inside `size` bytes. Does not overflow.
 bool inside(std::uint64_t offset, std::uint64_t length, std::uint64_t size) {
     return offset <= size && length <= size - offset;
 }
@@ -69,7 +69,8 @@ BlockShape block_shape(PixelFormat format) {
 Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
     const auto refuse = [&](const std::string &what) { throw Error(name + ": " + what); };
     if (file.size() < header_bytes || std::memcmp(file.data(), identifier.data(), identifier.size()) != 0) {
-        refuse("is no KTX2 file (" + std::to_string(file.size()) + " bytes, wrong or cut identifier)");
+        refuse("is not a KTX2 file (" + std::to_string(file.size()) +
+               " bytes, wrong or truncated identifier)");
     }
     const auto field = [&](std::size_t offset) { return read_at<std::uint32_t>(file, offset); };
     Ktx2 out;
@@ -133,7 +134,7 @@ Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
         }
         if (!inside(offset, length, file.size())) {
             refuse(place + std::to_string(length) + " bytes from byte " + std::to_string(offset) +
-                   " on do not lie in a file of " + std::to_string(file.size()));
+                   " on exceed a file of " + std::to_string(file.size()));
         }
         level.bytes = file.subspan(offset, length);
         if (compressed) {
@@ -144,7 +145,7 @@ Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
             }
             total += expected;
             if (total > max_inflated_bytes) {
-                refuse(place + "inflates to more than " + std::to_string(max_inflated_bytes) + " bytes");
+                refuse(place + "decompresses to more than " + std::to_string(max_inflated_bytes) + " bytes");
             }
             if (const std::string error = frame_error(level.bytes, expected); !error.empty()) {
                 refuse(place + error);

@@ -1,6 +1,7 @@
 #pragma once
-// KTX2 textures as the bake writes them (Khronos KTX 2.0 specification; pipeline/paradize/formats/FORMAT.md).
-// Zstandard-supercompressed levels are found and checked here; an Inflater unpacks them.
+// Reads KTX2 textures as the bake writes them (Khronos KTX 2.0 specification;
+// pipeline/paradize/formats/FORMAT.md). Zstandard-compressed levels are located and checked here; an Inflater
+// decompresses them.
 
 #include "assets/reserved_memory.hpp"
 
@@ -12,7 +13,7 @@
 
 namespace paradize::assets {
 
-/// Values are Vulkan's VkFormat.
+/// The values are those of VkFormat.
 enum class PixelFormat : std::uint32_t {
     r8_unorm = 9,
     rg8_unorm = 16,
@@ -35,18 +36,18 @@ enum class PixelFormat : std::uint32_t {
     bc7_srgb = 146,
 };
 
-/// Bytes and edge length of the block that a format stores; an uncompressed texel is a block of edge 1.
+/// Bytes and edge length of a format's blocks. For uncompressed formats a block is one texel.
 struct BlockShape {
     std::uint32_t bytes = 0;
     std::uint32_t edge_px = 1;
 };
-/// Bytes 0 for a format that is not in PixelFormat.
+/// `bytes` is 0 for a format that is not in PixelFormat.
 BlockShape block_shape(PixelFormat format);
 
 struct Ktx2Level {
-    std::span<const std::byte> bytes;      // all faces, one after the other; rows top first, not padded
-    std::span<const std::byte> compressed; // the Zstandard frame that `bytes` is inflated from; empty: none
-    std::span<std::byte> inflated; // with `packed`: where it is inflated to, the same place as `bytes`
+    std::span<const std::byte> bytes;      // all faces in order, rows from the top, without padding
+    std::span<const std::byte> compressed; // Zstandard frame of `bytes`; empty: not compressed
+    std::span<std::byte> inflated;         // if compressed: the memory of `bytes`, filled later
     std::uint32_t width_px = 0;
     std::uint32_t height_px = 0;
     PixelFormat format = PixelFormat::rgba8_unorm; // of the texture
@@ -55,18 +56,17 @@ struct Ktx2Level {
 
 struct Ktx2 {
     PixelFormat format = PixelFormat::rgba8_unorm;
-    std::uint32_t faces = 1;                     // 1, or 6: +X -X +Y -Y +Z -Z
-    std::vector<Ktx2Level> levels;               // level 0, the finest, first
-    std::vector<ReservedMemory> inflated_memory; // of supercompressed files: one a level
+    std::uint32_t faces = 1;                     // 1, or 6 in the order +X -X +Y -Y +Z -Z
+    std::vector<Ktx2Level> levels;               // level 0, the finest, comes first
+    std::vector<ReservedMemory> inflated_memory; // one per level of a supercompressed file
 };
 
-/// Edge of the largest texture that is taken.
+/// Limit of a texture's edge.
 inline constexpr std::uint32_t max_texture_px = 16384;
-/// What a supercompressed file may inflate to.
+/// Limit of a file's size after decompression.
 inline constexpr std::uint64_t max_inflated_bytes = std::uint64_t{1} << 31U;
 
-/// Spans point into `file`, or into rooms that are yet to be inflated into. Throws Error with the place, the
-/// value and the limit.
+/// Spans point into `file`, or into memory that is filled later. Throws Error with place, value and limit.
 Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name);
 
 } // namespace paradize::assets

@@ -15,14 +15,14 @@ struct Rows {
     std::size_t first = 0, count = 0;
 };
 
-/// The patches of a tile.
+/// Returns the rows of scene.json's patch table that belong to a tile.
 Rows rows_of(const Terrain &terrain, std::uint32_t tile) {
     const auto [first, end] = std::ranges::equal_range(terrain.patches.tile, tile);
     return {static_cast<std::size_t>(first - terrain.patches.tile.begin()),
             static_cast<std::size_t>(end - first)};
 }
 
-/// The first of these patches that is not the tile's node in its place; their count: all are.
+/// Returns the first patch whose node in the tile has another name, or rows.count if all names fit.
 std::size_t first_other(const Glb &glb, const Rows &rows) {
     std::size_t i = 0;
     while (i < rows.count && glb.levels[i].name == "patch" + std::to_string(rows.first + i)) {
@@ -52,12 +52,13 @@ void open_tile(const Terrain &terrain, std::uint32_t index, LoadedArtifact &out)
 /// Throws Error when the hashes differ.
 void check_hash(const std::string &found, const std::string &expected, const std::string &path) {
     if (found != expected) {
-        constexpr std::size_t digits = 12; // enough to tell two files apart, unless someone made them alike
+        // tells two files apart, unless their hashes were made to look alike
+        constexpr std::size_t digits = 12;
         const bool alike = found.starts_with(expected.substr(0, digits));
         const auto shown = [&](const std::string &hex) {
             return alike ? hex : hex.substr(0, digits) + "...";
         };
-        throw Error(path + ": was damaged or exchanged: its SHA-256 is " + shown(found) +
+        throw Error(path + ": is damaged or was replaced: its SHA-256 is " + shown(found) +
                     ", scene.json says " + shown(expected) + bake_again);
     }
 }
@@ -70,7 +71,7 @@ FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &f
     Sha256 hash;
     FileBytes out(path, {.exactly = artifact.bytes}, [&](std::span<const std::byte> part) {
         if (stop.stop_requested()) {
-            throw Error(path.string() + ": is not wanted any more");
+            throw Error(path.string() + ": loading was cancelled");
         }
         hash.add(part);
     });
@@ -88,7 +89,7 @@ void release_fine(LoadedArtifact &loaded) {
         }
     }
     const auto first = std::ranges::find(loaded.chunks, false, &UploadChunk::coarse);
-    // A sound, or a file that is coarse as a whole, has nothing that is fine.
+    // Sounds and files with only coarse data have nothing to release.
     if (first == loaded.chunks.end() || !loaded.file.release_from(loaded.path, keep_bytes)) {
         return;
     }
@@ -140,13 +141,13 @@ LoadedArtifact load_artifact(const SceneFile &scene, std::uint32_t index, const 
         check_mesh(out.glb, out.path);
         plan_mesh(out.glb, index, out.chunks);
     } else if (artifact.kind == ArtifactKind::sound) {
-        out.file.release(); // it is heard later, or not at all
+        out.file.release(); // read again when the sound is played
     } else {
         out.ktx = read_ktx2(out.file.bytes(), out.path);
         const bool cube = artifact.kind == ArtifactKind::cubemap;
         if (cube != (out.ktx.faces == 6)) {
-            throw Error(out.path + ": has " + std::to_string(out.ktx.faces) + " faces, which is no " +
-                        (cube ? "cube map" : "flat texture"));
+            throw Error(out.path + ": has " + std::to_string(out.ktx.faces) + " faces, a " +
+                        (cube ? "cube map has 6" : "texture has 1"));
         }
         check_texels(out.ktx, out.path);
         plan_texture(out.ktx, index, out.chunks);

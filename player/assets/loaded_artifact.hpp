@@ -1,5 +1,5 @@
 #pragma once
-// An artifact's file in memory, found to be the one that scene.json names, with what it holds.
+// An artifact's file in memory, checked against scene.json, with its parsed content.
 
 #include "assets/file_bytes.hpp"
 #include "assets/glb.hpp"
@@ -18,32 +18,32 @@ namespace paradize::assets {
 
 struct LoadedArtifact {
     std::string path;
-    std::string sha256;                // that scene.json states
-    FileBytes file;                    // what the rest points into; of a sound released
+    std::string sha256;                // from scene.json
+    FileBytes file;                    // the other members point into it; released for a sound
     Ktx2 ktx;                          // of a texture or cube map
     Glb glb;                           // of a mesh or tile
     std::optional<std::uint32_t> tile; // index into Terrain::tiles
     std::vector<UploadChunk> chunks;
 };
 
-/// Reads the file whole and compares its SHA-256 with scene.json's. Throws Error; also when it is asked to
-/// stop.
+/// Reads the whole file and checks its SHA-256. Throws Error, also when `stop` is requested.
 FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &folder,
                         const std::stop_token &stop = {});
 
-/// The same, and reads and checks what it holds. Throws Error.
+/// Reads the file, parses its content and checks it. Throws Error.
 LoadedArtifact load_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
                              const std::stop_token &stop = {});
 
-/// Gives back the memory of everything fine: its pieces are absent until reload_fine().
+/// Frees the fine data. Its chunks are marked as released until reload_fine().
 void release_fine(LoadedArtifact &loaded);
-/// Reads that again, and compares the whole file with its SHA-256 once more. What is wrong; empty: nothing.
+/// Reads the fine data again and checks the file's SHA-256 once more. Returns what went wrong, or an empty
+/// text.
 std::string reload_fine(LoadedArtifact &loaded);
 
-/// Are the tile's levels the patches that scene.json has in this tile, in their order?
+/// True if the tile's levels are the patches that scene.json lists for this tile, in the same order.
 bool fits_tile(const Glb &glb, const Terrain &terrain, std::uint32_t tile);
 
-/// Index into Terrain::tiles; none: the artifact is no tile.
+/// Returns the index into Terrain::tiles, or nullopt if the artifact is not a tile.
 std::optional<std::uint32_t> tile_of(const SceneFile &scene, const Artifact &artifact);
 
 } // namespace paradize::assets

@@ -1,6 +1,6 @@
 #pragma once
-// The maps that an object may have, said once: scene.json, the streamed scene and the objects' pass follow
-// this list. pipeline/paradize/maps.py is the pipeline's.
+// The maps that an object may have. scene.json, the streamed scene and the objects pass use this list.
+// pipeline/paradize/maps.py is the list of the pipeline.
 
 #include <array>
 #include <cstddef>
@@ -10,11 +10,11 @@ namespace paradize::assets {
 
 enum class ObjectMap : std::size_t { color, normal, height, gloss };
 
-/// The members of scene.json that name their artifacts. A shader reads the map NAME as u_NAME where
-/// u_has_NAME is 1; its texture unit is its place here.
+/// The members of scene.json that name the artifacts. Shaders sample the map NAME as u_NAME if u_has_NAME is
+/// 1. The index in this list is the texture unit.
 inline constexpr std::array<std::string_view, 4> object_map_names{"color", "normal", "height", "gloss"};
 
-/// One T for each map.
+/// One value per map.
 template <typename T>
 class PerMap {
   public:
@@ -25,7 +25,7 @@ class PerMap {
     std::array<T, object_map_names.size()> values_{};
 };
 
-/// Calls visit(map, name) for each.
+/// Calls visit(map, name) for each map.
 template <typename Visit>
 void for_each_map(Visit visit) {
     for (std::size_t i = 0; i < object_map_names.size(); ++i) {

@@ -16,7 +16,7 @@ namespace {
 
 constexpr float max_uv = 1e7F;
 constexpr float max_texel = 1e7F;
-// Codes of 8 bits are at most 0.7 % off the unit length.
+// 8-bit quantization changes the length by at most 0.7 %.
 constexpr float min_unit_length = 0.9F;
 constexpr float max_unit_length = 1.1F;
 
@@ -62,7 +62,7 @@ Numbers numbers_at(std::span<const std::byte> bytes, const GlbFormat &format, st
 }
 
 bool within(float value, float low, float high) {
-    return value >= low && value <= high; // NaN never
+    return value >= low && value <= high; // false for NaN
 }
 
 bool unit(const Numbers &v) {
@@ -86,7 +86,7 @@ struct Attribute {
 constexpr std::array<Attribute, mesh_attributes> attributes{
     {{"POSITION", 3}, {"NORMAL", 3}, {"TANGENT", 4}, {"TEXCOORD_0", 2}, {"TEXCOORD_1", 2}, {"COLOR_0", 4}}};
 
-/// What the numbers of an attribute must be; empty: they are.
+/// Returns the rule that an attribute's value breaks, or an empty text.
 std::string broken_rule(const GlbLevel &level, std::uint32_t part, const Numbers &v) {
     const auto all_within = [&](float low, float high) {
         return std::all_of(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(attributes[part].components),
@@ -140,15 +140,15 @@ void check_level(const GlbLevel &level, const std::string &place) {
     }
 }
 
-/// Value of a half float (IEEE 754 binary16) whose exponent says that it is no finite number.
+/// Decodes a half float (IEEE 754 binary16) that is an infinity or NaN.
 float non_finite_half(std::uint16_t code) {
     const float size = (code & 0x3FFU) == 0 ? std::numeric_limits<float>::infinity()
                                             : std::numeric_limits<float>::quiet_NaN();
     return (code & 0x8000U) != 0 ? -size : size;
 }
 
-/// Place of the first code that is bad, in codes; their count: none is. A first walk only finds out whether
-/// there is one, without a branch.
+/// Returns the index of the first bad value, or their count. A first loop without branches checks whether
+/// there is one at all.
 template <typename Code, typename Bad>
 std::size_t first_invalid(std::span<const std::byte> bytes, Bad bad) {
     const std::size_t count = bytes.size() / sizeof(Code);

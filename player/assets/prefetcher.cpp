@@ -10,7 +10,7 @@ namespace paradize::assets {
 
 namespace {
 
-constexpr std::size_t chunks_ahead = 16; // of at most 1 MiB: bounds the memory that waits
+constexpr std::size_t chunks_ahead = 16; // of at most 1 MiB each; limits the memory in use
 constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
 
 } // namespace

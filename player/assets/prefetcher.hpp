@@ -1,6 +1,6 @@
 #pragma once
-// A thread that is ahead of the upload: it inflates supercompressed levels, and reads again what was given
-// back of a large scene, so that the drawing thread waits neither for Zstandard nor for the disk.
+// A thread that runs ahead of the upload. It decompresses levels, and reloads file data that was released, so
+// that the drawing thread waits neither for Zstandard nor for the disk.
 
 #include "assets/inflate.hpp"
 #include "assets/upload_plan.hpp"
@@ -17,22 +17,23 @@ namespace paradize::assets {
 
 class Prefetcher {
   public:
-    /// Brings the bytes of an artifact that are absent. What is wrong, in full; empty: nothing.
+    /// Reloads the released data of an artifact. Returns what went wrong, or an empty text.
     using Reload = std::function<std::string(std::uint32_t artifact)>;
 
-    /// `pieces`, their files and their rooms outlive this.
+    /// `chunks`, their files and their memory must outlive this object.
     explicit Prefetcher(std::span<const UploadChunk> chunks, Reload reload = {});
     ~Prefetcher();
     Prefetcher(const Prefetcher &) = delete;
     Prefetcher &operator=(const Prefetcher &) = delete;
-    /// The drawing thread has used that many pieces.
+    /// Reports how many chunks the drawing thread has uploaded.
     void advance(std::size_t used);
-    /// Is piece `index` in memory, inflated? Only those that are absent or inflated need to be asked for.
+    /// True if chunk `index` is in memory and decompressed. Only released or compressed chunks need this
+    /// call.
     bool ready(std::size_t index) const { return ready_.load(std::memory_order_acquire) > index; }
-    /// Returns when it is. All pieces before it have been told to advance().
+    /// Waits until chunk `index` is ready. Call advance() with all chunks before it first.
     void wait(std::size_t index) const;
-    /// Once ready: what is wrong with the piece, when it could not be inflated or holds no numbers; empty:
-    /// nothing. Nothing after it comes.
+    /// Call when the chunk is ready. Returns why the chunk could not be loaded or holds invalid texels, or an
+    /// empty text. Chunks after an error are never loaded.
     const std::string &error(std::size_t index) const {
         return index == failed_chunk_.load(std::memory_order_acquire) ? error_ : none_;
     }
@@ -42,8 +43,8 @@ class Prefetcher {
 
     std::atomic<std::size_t> used_{0};
     std::atomic<std::size_t> ready_{0};
-    std::atomic<std::size_t> failed_chunk_{static_cast<std::size_t>(-1)}; // no piece
-    std::string error_;                                                   // written before faulty_
+    std::atomic<std::size_t> failed_chunk_{static_cast<std::size_t>(-1)}; // no chunk
+    std::string error_;                                                   // written before failed_chunk_
     const std::string none_;
     const Reload reload_;
     Inflater inflater_;

@@ -1,5 +1,5 @@
 #pragma once
-// Address space for bytes to come: it takes memory only where it is written.
+// Reserved address space. It uses physical memory only where it is written.
 
 #include <cstddef>
 #include <span>
@@ -8,15 +8,15 @@ namespace paradize::assets {
 
 class ReservedMemory {
   public:
-    /// `size` > 0. Throws Error when the system has no address space left.
+    /// `size` must be above 0. Throws Error if the system has no address space left.
     explicit ReservedMemory(std::size_t size);
     ~ReservedMemory();
     ReservedMemory(ReservedMemory &&other) noexcept;
     ReservedMemory &operator=(ReservedMemory &&other) noexcept;
     std::span<std::byte> bytes() const { return {data_, size_}; }
-    /// Gives the memory back; the space stays, and reads as zero.
+    /// Frees the physical memory. The address space stays reserved and reads as zero.
     void release() const { release_from(0); }
-    /// The same of what lies behind the first `kept` bytes, whole pages.
+    /// Frees the physical memory after the first `keep_bytes` bytes (whole pages).
     void release_from(std::size_t keep_bytes) const;
 
   private:

@@ -31,7 +31,7 @@ std::string optional_artifact(const SceneFile &scene, const JsonObject &from, st
     if (!name.empty()) {
         const Artifact *artifact = scene.find_artifact(name);
         if (artifact == nullptr || artifact->kind != kind) {
-            from.fail(key, "names \"" + name + "\", which is no artifact of the right kind");
+            from.fail(key, "names \"" + name + "\", which is not an artifact of the right kind");
         }
     }
     return name;

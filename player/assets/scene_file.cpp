@@ -117,7 +117,7 @@ class SceneReader {
         for (const std::string &name : root_.texts("streaming", max_entries)) {
             const Artifact *found = out_.find_artifact(name);
             if (found == nullptr) {
-                root_.fail("streaming", "names \"" + name + "\", which is no artifact");
+                root_.fail("streaming", "names \"" + name + "\", which is not an artifact");
             }
             out_.streaming.push_back(static_cast<std::uint32_t>(found - out_.artifacts.data()));
         }

@@ -1,6 +1,6 @@
 #pragma once
-// scene.json, version 3, as plain values. Knows no GL. What a name means is in
-// pipeline/paradize/formats/FORMAT.md.
+// scene.json, version 3, as plain values. Uses no GL. pipeline/paradize/formats/FORMAT.md describes the
+// members.
 
 #include "assets/object_maps.hpp"
 
@@ -23,23 +23,24 @@ enum class ArtifactKind { mesh, texture, cubemap, sound };
 
 struct Artifact {
     std::string name;
-    std::string file; // inside the scene's folder
+    std::string file; // relative to the scene's folder
     ArtifactKind kind = ArtifactKind::mesh;
     std::string sha256; // of the file, 64 hex digits
     std::uint64_t bytes = 0;
     double first_needed_s = 0.0;
-    std::optional<int> max_level; // the coarsest mip to sample; beyond it neighbours bleed in
-    int trimmed_levels = 0;       // levels finer than the file's that no view of the flight asks for
+    std::optional<int> max_level; // coarsest mip to sample; coarser mips mix neighbouring charts
+    // finer mips or LODs that the bake left out, because no view of the flight needs them
+    int trimmed_levels = 0;
 };
 
-/// Where a steered camera may be: what is baked is as fine as it needs there.
+/// The region of the free camera. The bake is fine enough everywhere inside it.
 struct FreeCameraBox {
-    glm::dvec3 low{0.0}, high{0.0}; // corners of a box
-    float near_m = 0.0F;            // how near it comes to a surface
+    glm::dvec3 low{0.0}, high{0.0}; // corners of the box
+    float near_m = 0.0F;            // smallest distance to a surface
 };
 
 struct Sun {
-    glm::vec3 direction{0.0F, 1.0F, 0.0F}; // unit, from the ground to the sun
+    glm::vec3 direction{0.0F, 1.0F, 0.0F}; // unit, from ground to sun
     glm::vec3 color{1.0F};                 // linear
     float intensity = 1.0F;
     float angular_diameter_rad = 0.0093F;
@@ -59,27 +60,28 @@ struct Shadow {
     int size_px = 2048;
     float extent_m = 100.0F; // edge of the square that the map covers
     glm::dvec3 center{0.0};
-    float blur_distance_m = 50.0F; // beyond this from the eye the shadow's edge is not blurred
+    float blur_distance_m = 50.0F; // beyond this distance from the eye the shadow's edge is not blurred
 };
 
-/// Right triangles of several sizes that cover the terrain; the coarse levels first. Columns of one length, a
-/// row a patch; spheres are in the world.
+/// Right triangles of several sizes that cover the terrain, coarse levels first. A table with one row per
+/// patch; all columns have the same length. Spheres are in world space.
 struct TerrainPatches {
-    std::vector<std::uint32_t> tile;          // index into Terrain::tiles, never falling
-    std::vector<std::uint32_t> node;          // of the tile's GLB, rising within a tile
-    std::vector<std::uint32_t> level;         // never falling
-    std::vector<std::int32_t> parent_diamond; // the diamond whose split shows it; -1: a root
-    std::vector<std::int32_t> diamond;    // the diamond whose split replaces it; -1: nothing finer is baked
-    std::vector<glm::vec3> center;        // of a sphere around it, metres
-    std::vector<float> radius_m, error_m; // error: measured, vertical
+    std::vector<std::uint32_t> tile;          // index into Terrain::tiles, ascending
+    std::vector<std::uint32_t> node;          // node index in the tile's GLB, ascending within a tile
+    std::vector<std::uint32_t> level;         // ascending
+    std::vector<std::int32_t> parent_diamond; // diamond whose split creates this patch; -1: a root
+    std::vector<std::int32_t> diamond; // diamond whose split replaces this patch; -1: there is nothing finer
+    std::vector<glm::vec3> center;     // bounding sphere, metres
+    std::vector<float> radius_m, error_m; // error: measured vertically
 
     std::size_t size() const { return tile.size(); }
 };
 
-/// The one or two patches that share a hypotenuse; they split together. Columns of one length, coarse first.
+/// A diamond is the one or two patches that share a hypotenuse; they split together. A table with one row per
+/// diamond, coarse levels first.
 struct TerrainDiamonds {
     std::vector<std::uint32_t> level;
-    std::vector<float> error_m; // of its patches and of all that come of them
+    std::vector<float> error_m; // largest error of its patches and of all their descendants
     std::vector<glm::vec3> center;
     std::vector<float> radius_m;
 
@@ -90,8 +92,7 @@ struct Terrain {
     std::vector<std::string> tiles; // artifacts of kind mesh
     TerrainPatches patches;
     TerrainDiamonds diamonds;
-    std::uint64_t trimmed_patches =
-        0; // patches that no moment of the flight asks for and that were not baked
+    std::uint64_t trimmed_patches = 0; // left out by the bake, because no view of the flight needs them
     std::string sand_color, effect_color, effect_normal, sand_normal; // artifacts; empty: none
     float sand_repeat = 1.0F;                                         // TEXCOORD_0 spans [0, sand_repeat]
     float mix_low_m = 0.0F;                                           // at and below: effect only
@@ -109,10 +110,10 @@ struct Water {
     std::string normal, dudv;
     float level_m = 0.0F;
     float size_m = 1.0F;
-    float tile = 1.0F;            // how often the wave maps lie along size_m
+    float tile = 1.0F;            // repeats of the wave maps along size_m
     float k = 0.0F;               // refraction strength
-    glm::vec2 scroll_per_s{0.0F}; // tiles per second
-    float strength = 1.0F;        // how far the du/dv map shakes the reflection
+    glm::vec2 scroll_per_s{0.0F}; // repeats per second
+    float strength = 1.0F;        // how far the du/dv map distorts the reflection
     glm::vec3 deep_color{0.0F};
     glm::vec3 shallow_color{0.0F};
     glm::vec3 absorption_per_m{0.0F};
@@ -122,10 +123,10 @@ struct Water {
 
 struct Material {
     std::string name;
-    glm::vec3 color{1.0F}; // linear; the colour map times this
+    glm::vec3 color{1.0F}; // linear, multiplied with the colour map
     float parallax_scale = 0.0F;
     float parallax_bias = 0.0F;
-    std::optional<float> parallax_limit; // how far a sample may be moved, of the map's sides
+    std::optional<float> parallax_limit; // largest displacement of a sample, relative to the map's edge
     float specular = 0.0F;
     float smoothness = 0.3F;
     bool two_sided = false;
@@ -148,9 +149,9 @@ struct Object {
     PerMap<std::string> maps; // artifacts; empty: none
     glm::dvec3 center{0.0};   // bounding sphere in the mesh's space
     float radius_m = 1.0F;
-    bool camera = true, shadow = true, reflection = true, refraction = true; // the views that draw it
-    bool repeat = true;          // its maps tile, else they end at their edges
-    std::vector<ObjectLod> lods; // level 0, the finest, first
+    bool camera = true, shadow = true, reflection = true, refraction = true; // views that draw it
+    bool repeat = true;          // true: its maps repeat; false: they are clamped
+    std::vector<ObjectLod> lods; // level 0, the finest, comes first
     std::vector<Material> materials;
     std::vector<Placement> instances;
 };
@@ -162,7 +163,7 @@ struct ParticleField {
     int count = 0;
     glm::vec2 size_m{0.05F, 0.1F};    // smallest, largest
     glm::vec2 life_per_s{0.2F, 0.5F}; // slowest, fastest loss of life
-    float threshold = 0.1F;           // reborn below this life
+    float threshold = 0.1F;           // respawned below this life
     glm::vec3 color{1.0F};            // linear
 
     bool operator==(const ParticleField &) const = default;
@@ -173,7 +174,7 @@ struct Sound {
     float volume = 1.0F;
 };
 
-/// value(u) = a + b u + c u^2 + d u^3 with (a, b, c, d) in a vec4, u in [0, 1].
+/// Polynomials with coefficients (a, b, c, d): value(u) = a + b u + c u^2 + d u^3, u in [0, 1].
 struct FlightSegment {
     std::array<glm::dvec4, 3> eye{};    // x, y, z; metres
     std::array<glm::dvec4, 3> target{}; // x, y, z; metres
@@ -182,7 +183,7 @@ struct FlightSegment {
 
 struct TimeKnot {
     double time_s = 0.0;
-    double position = 0.0; // U: whole part is the segment
+    double position = 0.0; // spline parameter U; the whole part is the segment
     double speed = 0.0;    // dU/dt, 1/s
 };
 
@@ -200,19 +201,19 @@ struct SceneFile {
     float exposure = 1.0F;
     int width_px = 1280;
     int height_px = 720;
-    int largest_width_px = 1280; // of a picture that the scene was baked for
+    int largest_width_px = 1280; // largest picture that the scene was baked for
     int largest_height_px = 720;
     std::optional<FreeCameraBox> free_camera;
     float lod_error_px = 1.0F;
     double poster_s = 0.0;
     std::vector<Artifact> artifacts;      // sorted by name
-    std::vector<std::uint32_t> streaming; // indices of artifacts, in the order of their upload
+    std::vector<std::uint32_t> streaming; // indices of artifacts in upload order
     Sun sun;
     Ambient ambient;
     Fog fog;
     std::string sky; // cube map artifact; empty: none
     std::optional<Shadow> shadow;
-    std::optional<float> reflection_scale; // of the picture's size
+    std::optional<float> reflection_scale; // relative to the picture's size
     std::optional<float> refraction_scale;
     std::optional<Terrain> terrain;
     std::optional<Water> water;
@@ -221,18 +222,17 @@ struct SceneFile {
     std::optional<Sound> sound;
     Flight flight;
 
-    /// Is there anything finer than what the files hold, because no view of the flight asks for it?
+    /// True if the bake left out finer data that no view of the flight needs.
     bool is_trimmed() const;
 
-    /// nullptr when there is none of that name.
+    /// Returns nullptr if there is no artifact of this name.
     const Artifact *find_artifact(std::string_view artifact) const;
 };
 
-/// Reads and checks scene.json's text. Throws Error with file, place in the document, value and limit;
-/// refuses another format, another version, unknown keys, dangling references, numbers out of range or not
-/// finite.
+/// Parses and checks the text of scene.json. Throws Error with file, path, value and limit for another format
+/// or version, unknown keys, dangling references, and numbers that are out of range or not finite.
 SceneFile parse_scene(std::string_view text, const std::filesystem::path &file);
-/// The same of a file. Throws Error when it cannot be read, too.
+/// Reads and parses a file. Throws Error also if it cannot be read.
 SceneFile read_scene(const std::filesystem::path &file);
 
 } // namespace paradize::assets

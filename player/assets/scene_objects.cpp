@@ -155,9 +155,9 @@ void read_flight(const JsonObject &root, SceneFile &out) {
     }
     if (table.size() < 2 || table.front().time_s != 0.0 || table.front().position < 0.0 ||
         std::abs(table.back().time_s - value.duration_s) > 1e-3 || table.back().position > last + 1e-6) {
-        from.fail("time_table", "must lead from second 0 to duration_s and stay within the segments");
+        from.fail("time_table", "must start at second 0, end at duration_s and stay within the segments");
     }
-    from.ignore({"waypoint_u", "errors"}); // how well the path was made
+    from.ignore({"waypoint_u", "errors"}); // quality of the path fit, not used here
     from.reject_unknown_keys();
 }
 

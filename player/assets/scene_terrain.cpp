@@ -10,7 +10,7 @@ constexpr std::size_t max_tiles = 4096;
 constexpr std::size_t max_patches = 1 << 20;
 constexpr long long max_levels = 64;
 
-/// Columns of a table: all as long as its first.
+/// Reads the columns of a table. All must have the same length.
 class Table {
   public:
     Table(const JsonObject &from, std::size_t most) : from_(from), most_(most) {}
@@ -40,7 +40,7 @@ class Table {
         }
     }
 
-    /// Refuses row `row` of a column.
+    /// Throws Error for row `row` of a column.
     [[noreturn]] void fail(std::string_view key, std::size_t row, const std::string &what) const {
         from_.fail(std::string(key) + "[" + std::to_string(row) + "]", what);
     }
@@ -69,16 +69,16 @@ void check_sorted(const Table &table, const char *key, const std::vector<T> &col
     const auto falls = std::ranges::adjacent_find(column, std::ranges::greater());
     if (falls != column.end()) {
         const auto row = static_cast<std::size_t>(falls - column.begin()) + 1;
-        table.fail(key, row, labelled("is", column[row]) + labelled(", must not fall from", column[row - 1]));
+        table.fail(key, row, labelled("is", column[row]) + labelled(", must not be below", column[row - 1]));
     }
 }
 
-/// Do the patches and diamonds make one tree? Each level follows from the one before it.
+/// Checks that patches and diamonds form one tree: each patch is one level below its parent diamond.
 void check_tree(const Table &patch_table, const Table &diamond_table, const TerrainPatches &patches,
                 const TerrainDiamonds &diamonds) {
     struct DiamondLinks {
-        int patches = 0;  // patches that a diamond replaces
-        int children = 0; // patches that it shows instead
+        int patches = 0;  // that the diamond replaces
+        int children = 0; // that the diamond creates
     };
     std::vector<DiamondLinks> links(diamonds.size());
     for (std::size_t row = 0; row < patches.size(); ++row) {
@@ -116,9 +116,9 @@ void check_tree(const Table &patch_table, const Table &diamond_table, const Terr
         const DiamondLinks &link = links[row];
         if (link.patches < 1 || link.patches > 2 || link.children < 1 || link.children > 2 * link.patches) {
             diamond_table.fail("level", row,
-                               "the diamond has " + std::to_string(link.patches) + " patches and makes " +
-                                   std::to_string(link.children) +
-                                   ", must have one or two and make one or two of each");
+                               "the diamond has " + std::to_string(link.patches) +
+                                   " patches and the children " + std::to_string(link.children) +
+                                   ", must have one or two, and one or two children for each");
         }
     }
 }
@@ -148,7 +148,7 @@ void read_patches(const JsonObject &from, std::size_t tiles, Terrain &out) {
     table.lengths("error_m", patches.error_m);
     patch_from.reject_unknown_keys();
     if (patches.size() == 0) {
-        patch_from.fail("tile", "holds no patch");
+        patch_from.fail("tile", "has no patch");
     }
     check_sorted(table, "tile", patches.tile);
     check_sorted(table, "level", patches.level);
@@ -161,15 +161,15 @@ void read_tiles(const SceneFile &scene, const JsonObject &from, Terrain &out) {
         const std::string path = "tiles[" + std::to_string(i) + "]";
         const Artifact *artifact = scene.find_artifact(out.tiles[i]);
         if (artifact == nullptr || artifact->kind != ArtifactKind::mesh) {
-            from.fail(path, "names \"" + out.tiles[i] + "\", which is no artifact of the right kind");
+            from.fail(path, "names \"" + out.tiles[i] + "\", which is not an artifact of the right kind");
         }
         if (std::ranges::find(out.tiles.begin(), out.tiles.begin() + static_cast<std::ptrdiff_t>(i),
                               out.tiles[i]) != out.tiles.begin() + static_cast<std::ptrdiff_t>(i)) {
-            from.fail(path, "names \"" + out.tiles[i] + "\" again");
+            from.fail(path, "names \"" + out.tiles[i] + "\" twice");
         }
     }
     if (out.tiles.empty()) {
-        from.fail("tiles", "names no artifact");
+        from.fail("tiles", "is empty");
     }
     read_patches(from, out.tiles.size(), out);
     if (const auto demand = from.object_or_none("demand")) {

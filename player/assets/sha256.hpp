@@ -1,5 +1,5 @@
 #pragma once
-// SHA-256 (FIPS 180-4), by Nettle, which uses the processor's instructions for it.
+// SHA-256 (FIPS 180-4) by Nettle, which uses the processor's SHA instructions.
 
 #include <cstddef>
 #include <memory>
@@ -15,7 +15,7 @@ class Sha256 {
     Sha256();
     ~Sha256();
     void add(std::span<const std::byte> bytes);
-    /// 64 hex digits of all that was added. Begins anew.
+    /// Returns 64 hex digits of all bytes added so far, and starts a new hash.
     std::string hex();
 
   private:

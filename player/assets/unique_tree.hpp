@@ -1,5 +1,5 @@
 #pragma once
-// Part of json_reader.cpp, the one file that includes nlohmann/json.
+// Part of json_reader.cpp.
 
 #include <nlohmann/json.hpp>
 
@@ -10,18 +10,18 @@
 
 namespace paradize::assets {
 
-/// Builds the tree of a document in one walk through its text; stops at a key that appears twice in one
-/// object, and at what is no JSON. (Json::parse keeps the last of two; its callback could find them, in time
-/// that grows with the square of an object's members.)
+/// Builds the tree of a document in one pass. Stops at a key that is repeated within one object, and at
+/// invalid JSON. (Json::parse keeps the last of two equal keys. Its callback could find them, but in time
+/// quadratic in the number of members.)
 class UniqueTree : public nlohmann::json_sax<nlohmann::json> {
   public:
     using Json = nlohmann::json;
 
-    /// The tree is put into `root`, which outlives this.
+    /// Writes the tree to `root`, which must outlive this object.
     explicit UniqueTree(Json &root) : root_(root) {}
 
-    std::string duplicate_key; // the key, when there is one
-    std::string problem;       // what the parser complains of
+    std::string duplicate_key; // the repeated key, if there is one
+    std::string problem;       // the parser's message
 
     bool null() override { return add(nullptr); }
     bool boolean(bool value) override { return add(value); }
@@ -49,7 +49,7 @@ class UniqueTree : public nlohmann::json_sax<nlohmann::json> {
     }
 
   private:
-    /// Puts a value where the walk is: the document itself, an array's end, or the member that was named.
+    /// Stores a value at the current position: as the document, at an array's end, or as the named member.
     template <typename T>
     Json *put(T &&value) {
         if (open_.empty()) {
@@ -81,7 +81,7 @@ class UniqueTree : public nlohmann::json_sax<nlohmann::json> {
 
     Json &root_;
     Json *member_ = nullptr;
-    std::vector<Json *> open_; // an array grows only while what is in it is closed
+    std::vector<Json *> open_; // stays valid, because an array grows only while its entries are closed
 };
 
 } // namespace paradize::assets

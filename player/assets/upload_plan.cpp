@@ -72,8 +72,7 @@ void plan_level(const GlbLevel &level, std::size_t index, bool coarse, std::uint
             chunk.offset = static_cast<std::uint32_t>(at);
             chunk.coarse = coarse;
             chunk.bytes = bytes.subspan(at, std::min(chunk_bytes, bytes.size() - at));
-            // Every level has positions and at least one primitive with indices: the last piece is one of
-            // those.
+            // Every level has positions and at least one primitive, so its last chunk is one of indices.
             chunk.last = part + 1 == parts && at + chunk.bytes.size() == bytes.size();
             chunks.push_back(chunk);
         }

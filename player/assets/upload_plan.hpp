@@ -1,5 +1,5 @@
 #pragma once
-// In which pieces and in which order baked files go to the GPU. Knows no GL.
+// Splits baked files into chunks and orders them for upload to the GPU. Uses no GL.
 
 #include "assets/glb.hpp"
 #include "assets/ktx2.hpp"
@@ -11,12 +11,13 @@
 
 namespace paradize::assets {
 
-/// A piece is at most this long, unless one row of blocks is longer.
+/// Largest chunk, unless a single row of blocks is larger.
 inline constexpr std::size_t chunk_bytes = std::size_t{1} << 20U;
-/// Mips up to this edge count as coarse and go before everything fine.
+/// Mips up to this edge count as coarse and are uploaded before everything fine.
 inline constexpr std::uint32_t coarse_edge_px = 64;
 
-/// Attributes of a mesh level in the order of gl::Attribute; indices follow, one part per primitive.
+/// Number of vertex attributes of a mesh level, in the order of gl::Attribute. The indices of each primitive
+/// follow as further parts.
 inline constexpr std::uint32_t mesh_attributes = 6;
 std::span<const std::byte> mesh_attribute(const GlbLevel &level, std::uint32_t attribute);
 
@@ -26,23 +27,23 @@ struct UploadChunk {
     std::uint32_t part = 0;   // texture: face; mesh: attribute, or mesh_attributes + primitive
     std::uint32_t offset = 0; // texture: first row of texels; mesh: byte inside the part
     std::uint32_t rows = 0;   // texture: rows of texels
-    bool last = false;        // the level is complete with this piece
+    bool last = false;        // this chunk completes the level
     bool coarse = false;
     std::span<const std::byte> bytes;
-    const Ktx2Level *inflate = nullptr; // the supercompressed level that begins with this piece
-    bool inflated = false;              // the piece is of a supercompressed level
-    bool released = false;              // its bytes were given back, and are read again before it
-    bool reload = false;                // the first of its file that is absent
+    const Ktx2Level *inflate = nullptr; // compressed level that starts with this chunk; nullptr: none
+    bool inflated = false;              // the chunk belongs to a compressed level
+    bool released = false;              // its bytes were freed and must be reloaded first
+    bool reload = false;                // the first released chunk of its file
 };
 
-/// Append an artifact's pieces, coarsest level first; they point into the texture or mesh, which outlives
-/// them.
+/// These append the chunks of an artifact, coarsest level first. The chunks point into `texture` or `mesh`,
+/// which must outlive them.
 void plan_texture(const Ktx2 &texture, std::uint32_t artifact, std::vector<UploadChunk> &chunks);
 void plan_mesh(const Glb &mesh, std::uint32_t artifact, std::vector<UploadChunk> &chunks);
-/// A tile of the terrain, its patches in the order of the file; the first `coarse` of them count as coarse.
+/// Appends the chunks of a terrain tile, patches in file order. The first `coarse` patches count as coarse.
 void plan_patches(const Glb &tile, std::size_t coarse, std::uint32_t artifact,
                   std::vector<UploadChunk> &chunks);
-/// Coarse pieces first; otherwise the order stays.
+/// Moves coarse chunks to the front and keeps the order otherwise.
 void order_chunks(std::vector<UploadChunk> &chunks);
 
 } // namespace paradize::assets

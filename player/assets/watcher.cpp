@@ -16,7 +16,7 @@ namespace paradize::assets {
 
 namespace {
 
-// How often the file is looked at, for file systems that tell nothing (those of other machines).
+// Interval for file systems without inotify events, such as network file systems.
 constexpr int poll_ms = 500;
 
 std::int64_t nanoseconds(const timespec &time) {
@@ -38,12 +38,13 @@ FileStamp stamp_of(const std::filesystem::path &file) {
 SceneWatcher::SceneWatcher(std::filesystem::path scene_json)
     : path_(std::move(scene_json)), last_stamp_(stamp_of(path_)), wake_(::eventfd(0, EFD_CLOEXEC)) {
     if (wake_ < 0) {
-        throw Error(path_.string() + ": cannot be followed: " + std::strerror(errno));
+        throw Error(path_.string() + ": cannot be watched: " + std::strerror(errno));
     }
     notify_ = ::inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
     if (notify_ >= 0) {
         const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
-        ::inotify_add_watch(notify_, folder.c_str(), IN_MOVED_TO | IN_CLOSE_WRITE); // else: poll_ms
+        // otherwise poll_ms finds changes
+        ::inotify_add_watch(notify_, folder.c_str(), IN_MOVED_TO | IN_CLOSE_WRITE);
     }
     thread_ = std::jthread([this](const std::stop_token &stop) { run(stop); });
 }
@@ -64,7 +65,7 @@ std::unique_ptr<SceneUpdate> SceneWatcher::take() {
 }
 
 void SceneWatcher::run(const std::stop_token &stop) {
-    std::array<char, 4096> events{}; // what happened does not count: the stamp tells
+    std::array<char, 4096> events{}; // the content is ignored: the stamp shows changes
     while (true) {
         std::array<pollfd, 2> waits{{{wake_, POLLIN, 0}, {notify_, POLLIN, 0}}};
         ::poll(waits.data(), waits.size(), poll_ms);
@@ -89,7 +90,7 @@ std::unique_ptr<SceneUpdate> SceneWatcher::read() const {
     update->stamp = last_stamp_;
     try {
         update->file = read_scene(path_);
-    } catch (const std::exception &error) { // the thread's end: it is told where frames are drawn
+    } catch (const std::exception &error) { // reported by the drawing thread
         update->error = error.what();
     }
     return update;

@@ -1,5 +1,5 @@
 #pragma once
-// A thread that follows a scene's folder: whenever a bake replaces scene.json, it reads the new one.
+// Watches a scene's folder on a thread, and reads scene.json whenever a bake replaces it.
 
 #include "assets/scene_file.hpp"
 
@@ -13,30 +13,30 @@
 
 namespace paradize::assets {
 
-/// What tells one scene.json from the next: device, inode, bytes, times of its text and of its entry in
-/// nanoseconds; zeros: there is none.
+/// Identifies a version of scene.json: device, inode, size, modification and change time in nanoseconds. All
+/// zero if there is no file.
 using FileStamp = std::array<std::int64_t, 5>;
 FileStamp stamp_of(const std::filesystem::path &file);
 
-/// A scene.json that took the place of another, or what is wrong with it.
+/// A new scene.json, or why it could not be read.
 struct SceneUpdate {
     FileStamp stamp{};
     SceneFile file;
-    std::string error; // empty: none
+    std::string error; // empty: no error
 };
 
 class SceneWatcher {
   public:
-    /// Follows from now on: make it before the first scene.json is read. Throws Error when the system has no
+    /// Starts watching. Create it before scene.json is first read. Throws Error if the system has no file
     /// descriptor left.
     explicit SceneWatcher(std::filesystem::path scene_json);
     ~SceneWatcher();
     SceneWatcher(const SceneWatcher &) = delete;
     SceneWatcher &operator=(const SceneWatcher &) = delete;
 
-    /// The last one that came since the last call; nullptr: none. Neither waits nor allocates.
+    /// Returns the newest update since the last call, or nullptr. Neither waits nor allocates.
     std::unique_ptr<SceneUpdate> take();
-    /// Has another one come since this one was read? Its artifacts may be gone then.
+    /// True if scene.json has changed since this stamp. Its artifacts may be gone then.
     bool outdated(const FileStamp &stamp) const { return stamp_of(path_) != stamp; }
 
   private:
@@ -45,8 +45,8 @@ class SceneWatcher {
 
     std::filesystem::path path_;
     FileStamp last_stamp_;
-    int wake_ = -1;   // eventfd: the thread is to end
-    int notify_ = -1; // inotify of the folder; -1: the file is looked at now and then
+    int wake_ = -1;   // eventfd that ends the thread
+    int notify_ = -1; // inotify descriptor of the folder; -1: only polling
     std::atomic<SceneUpdate *> update_{nullptr};
     std::jthread thread_;
 };

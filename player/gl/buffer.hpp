@@ -1,5 +1,5 @@
 #pragma once
-// Buffers and vertex arrays.
+// Creates and fills buffers, and describes vertex attributes.
 
 #include "gl/handle.hpp"
 
@@ -8,32 +8,32 @@
 
 namespace paradize::gl {
 
-/// Fixed places of vertex attributes, the same in every shader: layout(location = N).
+/// Locations of the vertex attributes, the same in every shader: layout(location = N).
 enum Attribute : unsigned {
-    attribute_position = 0, // vec3, metres, or codes of the mesh's lattice
+    attribute_position = 0, // vec3, metres or quantized values on the mesh's quantization grid
     attribute_normal = 1,   // vec3, unit
     attribute_tangent = 2,  // vec4, xyz unit, w = +-1
     attribute_uv0 = 3,      // vec2, origin at the top left texel corner
     attribute_uv1 = 4,      // vec2
     attribute_color = 5,    // vec4, linear
-    attribute_free = 6,     // first place that no baked mesh uses: per-instance data of a pass
+    attribute_free = 6,     // first location that no baked mesh uses, for per-instance data of a pass
 };
 
 enum class Usage { fixed, streamed };
 
-/// A buffer of `bytes` bytes without contents. `target` is GL_ARRAY_BUFFER, GL_ELEMENT_ARRAY_BUFFER ...
-/// Leaves it bound (an element buffer: unbind the vertex array first).
+/// Creates a buffer of `bytes` bytes with undefined content and leaves it bound. `target` is GL_ARRAY_BUFFER,
+/// GL_ELEMENT_ARRAY_BUFFER and so on. Unbind the vertex array before you create an element buffer.
 Buffer make_buffer(unsigned target, std::size_t bytes, Usage usage);
-/// Writes into a buffer made by make_buffer; offset + data must lie inside it.
+/// Writes into a buffer from make_buffer(). `offset` plus the size of `data` must not exceed the buffer.
 void write_buffer(unsigned target, const Buffer &buffer, std::size_t offset, std::span<const std::byte> data);
 
-/// One float attribute of the vertex array that is bound, read from `buffer`; `divisor` 1 advances per
+/// Sets a float attribute of the bound vertex array, read from `buffer`. `divisor` 1 advances it once per
 /// instance.
 void attribute_floats(unsigned location, int components, const Buffer &buffer, int stride_bytes,
                       std::size_t offset_bytes, unsigned divisor = 0);
 
-/// One attribute of any component type for `buffer`'s vertices; normalized integers reach the shader as 0 to
-/// 1 or -1 to 1, others as they are.
+/// Sets an attribute of any component type. Normalized integers reach the shader in [0, 1] or [-1, 1], other
+/// integers as they are.
 void attribute_numbers(unsigned location, int components, unsigned component_type, bool normalized,
                        const Buffer &buffer, int stride_bytes, std::size_t offset_bytes);
 

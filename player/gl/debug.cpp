@@ -13,7 +13,7 @@ namespace {
 void GLAPIENTRY on_message(GLenum /*source*/, GLenum type, GLuint /*id*/, GLenum severity, GLsizei /*length*/,
                            const GLchar *message, const void *log) {
     if (type == GL_DEBUG_TYPE_ERROR || severity == GL_DEBUG_SEVERITY_HIGH) {
-        // The pointer is the one that install() gave, which is not const.
+        // install() passed this pointer, and it is not const there
         static_cast<DebugLog *>(const_cast<void *>(log))->record(message);
     }
 }
@@ -46,15 +46,16 @@ void DebugLog::throw_on_error() {
         record(("error " + std::to_string(code)).c_str());
     }
     if (const std::uint64_t count = std::exchange(errors_, 0); count != 0) {
-        throw Error("the graphics driver complains (" + std::to_string(count) + " times): " + first_);
+        throw Error("the graphics driver reports errors (" + std::to_string(count) +
+                    "), the first: " + first_);
     }
 }
 
 void check_memory() {
     if (glGetError() == GL_OUT_OF_MEMORY) {
         throw Error(
-            "the graphics driver has no memory left for this scene; bake it with smaller maps, or run "
-            "with a smaller --size");
+            "the graphics driver is out of memory for this scene; bake it with smaller maps, or use a "
+            "smaller --size");
     }
 }
 

@@ -1,22 +1,23 @@
 #pragma once
-// The driver's own complaints (KHR_debug).
+// Errors that the graphics driver reports (KHR_debug), and what the context is.
 
 #include <cstdint>
 #include <string>
 
 namespace paradize::gl {
 
-/// Collects errors of the context that is current. Keep it alive as long as that context draws.
+/// Collects errors of the current context. Must outlive all drawing in that context.
 class DebugLog {
   public:
     DebugLog() = default;
     DebugLog(const DebugLog &) = delete;
     DebugLog &operator=(const DebugLog &) = delete;
 
-    /// Installs a synchronous callback; false when the context has no KHR_debug (then glGetError is asked).
+    /// Installs a synchronous callback. Returns false if the context lacks KHR_debug; glGetError is used
+    /// then.
     bool install();
     std::uint64_t errors() const { return errors_; }
-    /// Throws Error with the first complaint since the last call, when there was one.
+    /// Throws Error with the first driver error since the last call, if there was one.
     void throw_on_error();
 
     void record(const char *message);
@@ -26,13 +27,13 @@ class DebugLog {
     std::string first_;
 };
 
-/// Throws Error when an earlier call found no memory. Clears the error flag.
+/// Throws Error if an earlier GL call ran out of memory. Clears GL's error flag.
 void check_memory();
 
-/// GL_RENDERER and GL_VERSION of the context that is current.
+/// GL_RENDERER and GL_VERSION of the current context.
 std::string renderer_name();
 std::string version_name();
-/// Is the renderer a program on the CPU (llvmpipe, softpipe, SwiftShader)?
+/// True for CPU rasterisers: llvmpipe, softpipe, SwiftShader.
 bool software_renderer();
 
 } // namespace paradize::gl

@@ -1,6 +1,6 @@
 #pragma once
-// The uniform block that every shader shares: std140, one copy per view and frame. shaders/lib/frame.glsl
-// declares the same names in the same order; Program checks the offsets when it links.
+// The uniform block that all shaders share: std140, one copy per view and frame. shaders/lib/frame.glsl
+// declares the same members in the same order. Program checks their offsets when it links.
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec4.hpp>
@@ -14,18 +14,20 @@ struct FrameUniforms {
     glm::mat4 view;                    // eye from world
     glm::mat4 inverse_view_projection; // world from clip
     glm::mat4 shadow_from_world;       // [0,1]^3 of the shadow map from world
-    glm::vec4 eye;                     // xyz metres: the eye of THIS view; w 1
+    glm::vec4 eye;                     // xyz m, the eye of this view (the mirrored eye in the mirror); w 1
     glm::vec4 clip_plane;              // kept where dot(clip_plane, vec4(p, 1)) >= 0; (0,0,0,1) keeps all
     glm::vec4 viewport;                // width px, height px, 1/width, 1/height
     glm::vec4 lens;                    // near m, far m, pixels per metre at 1 m, 1 when mirrored
     glm::vec4 sun_direction;           // xyz unit, from ground to sun; w angular radius, rad
-    glm::vec4 sun_radiance;            // rgb colour x intensity, linear; w 1 when a shadow map is there
-    glm::vec4 ambient; // rgb colour x intensity, linear; w pixel edges that one shading covers
-    glm::vec4 fog;     // rgb linear; w density, 1/m
-    glm::vec4 water;   // rgb absorption, 1/m; w level, m (-1e9: no water)
-    glm::vec4 clock;   // x second of the flight, y second since the start (float: not for scrolling),
-                       // z exposure, w frame number modulo 4096
-    glm::vec4 anchor;  // xyz where the coordinates above, and all positions, are counted from in the world, m
+    glm::vec4 sun_radiance;            // rgb colour x intensity, linear; w 1 if there is a shadow map
+    // rgb colour x intensity, linear; w edge of the area that one shaded sample represents, px
+    glm::vec4 ambient;
+    glm::vec4 fog;   // rgb linear; w density, 1/m
+    glm::vec4 water; // rgb absorption, 1/m; w water level, m (-1e9: no water)
+    // x second of the flight, y seconds since the start (float: too coarse for scrolling), z exposure, w
+    // frame number modulo 4096
+    glm::vec4 clock;
+    glm::vec4 anchor; // xyz floating origin: world position that all coordinates are relative to, m
 };
 
 static_assert(sizeof(FrameUniforms) == 432);

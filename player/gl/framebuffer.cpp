@@ -15,8 +15,8 @@ void check_complete() {
     if (status != GL_FRAMEBUFFER_COMPLETE) {
         char code[16];
         std::snprintf(code, sizeof code, "0x%04x", status);
-        throw Error(std::string("the graphics driver refuses a drawing target (status ") + code +
-                    "); update the driver or run with a smaller --size");
+        throw Error(std::string("the graphics driver rejects a render target (status ") + code +
+                    "); update the driver or use a smaller --size");
     }
 }
 

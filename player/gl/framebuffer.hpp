@@ -1,20 +1,20 @@
 #pragma once
-// Framebuffers over textures or multisampled renderbuffers. They do not own what is attached.
+// Framebuffers with textures or multisampled renderbuffers. They do not own their attachments.
 
 #include "gl/handle.hpp"
 
 namespace paradize::gl {
 
-/// A framebuffer over 2D textures; either may be empty (depth only: no draw buffer). Throws Error when
-/// incomplete.
+/// Creates a framebuffer with 2D textures. Either may be empty; without colour there is no draw buffer.
+/// Throws Error if it is incomplete.
 Framebuffer make_framebuffer(const Texture &color, const Texture &depth);
-/// A framebuffer over renderbuffers (multisampled).
+/// Creates a framebuffer with renderbuffers, which may be multisampled.
 Framebuffer make_framebuffer(const Renderbuffer &color, const Renderbuffer &depth);
 
-/// Binds for drawing and sets the viewport to the whole of it. Name 0 is the window.
+/// Binds the framebuffer for drawing and sets the viewport to its whole size. Name 0 is the window.
 void bind_framebuffer(unsigned framebuffer, int width_px, int height_px);
 
-/// Copies or resolves colour; both have the same size unless both have one sample.
+/// Copies or resolves the colour. The sizes must be equal unless both have one sample.
 void blit_color(unsigned from, int from_width_px, int from_height_px, unsigned to, int to_width_px,
                 int to_height_px);
 

@@ -28,7 +28,7 @@ unsigned generate(Kind kind) {
     case Kind::program:
         name = glCreateProgram();
         break;
-    case Kind::shader: // made by Program, which knows the shader's type
+    case Kind::shader: // created by Program, because it needs the shader's type
         break;
     }
     return name;

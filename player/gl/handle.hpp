@@ -1,5 +1,5 @@
 #pragma once
-// Move-only names of GL objects. Zero is empty; a name is freed exactly once.
+// Move-only owners of GL object names. Name 0 is empty. Each name is deleted exactly once.
 
 #include <utility>
 
@@ -7,9 +7,9 @@ namespace paradize::gl {
 
 enum class Kind { buffer, texture, vertex_array, program, shader, framebuffer, renderbuffer, sampler };
 
-/// Makes one name of a kind that GL generates by glGen*; programs and shaders are made by their own classes.
+/// Creates one object name with the glGen function of its kind. Shaders are created by Program.
 unsigned generate(Kind kind);
-/// Frees a name; zero is ignored. Needs the context that made it to be current.
+/// Deletes a name and ignores 0. The context that created it must be current.
 void destroy(Kind kind, unsigned name) noexcept;
 
 template <Kind kind>
@@ -33,7 +33,7 @@ class Handle {
 
     unsigned name() const noexcept { return name_; }
     explicit operator bool() const noexcept { return name_ != 0; }
-    /// Gives the name away; the caller frees it.
+    /// Returns the name and gives up ownership. The caller deletes it.
     unsigned release() noexcept { return std::exchange(name_, 0U); }
 
   private:

@@ -11,7 +11,8 @@ namespace paradize::gl {
 
 namespace {
 
-/// A surfaceless context of 3.3 core on an initialised display, or EGL_NO_CONTEXT.
+/// Creates a surfaceless OpenGL 3.3 core context on an initialised display. Returns EGL_NO_CONTEXT on
+/// failure.
 EGLContext make_context(EGLDisplay display, bool debug) {
     if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE ||
         !epoxy_has_egl_extension(display, "EGL_KHR_surfaceless_context")) {
@@ -38,7 +39,7 @@ EGLContext make_context(EGLDisplay display, bool debug) {
 } // namespace
 
 HeadlessContext::HeadlessContext(bool debug) {
-    // The loader of the entry points (epoxy) would end the process.
+    // Without libEGL, epoxy would end the process.
     if (::dlopen("libEGL.so.1", RTLD_LAZY | RTLD_GLOBAL) == nullptr) {
         throw Error("there is no libEGL.so.1 to draw without a display; install it (Debian: libegl1)");
     }
@@ -61,7 +62,8 @@ HeadlessContext::HeadlessContext(bool debug) {
         return false;
     };
     if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base")) {
-        // Devices first: a graphics card where there is one. Mesa lists its software device last.
+        // Devices first, so that a graphics card is used if there is one. Mesa lists its software device
+        // last.
         if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") &&
             epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_device")) {
             std::array<EGLDeviceEXT, 16> devices{};
@@ -78,14 +80,14 @@ HeadlessContext::HeadlessContext(bool debug) {
             return;
         }
     }
-    throw Error("EGL gives no OpenGL 3.3 core context without a display; install a driver (Debian: libegl1, "
+    throw Error("EGL offers no OpenGL 3.3 core context without a display; install a driver (Debian: libegl1, "
                 "libgl1-mesa-dri) or run with a display and without --headless");
 }
 
 HeadlessContext::~HeadlessContext() {
     eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     eglDestroyContext(display_, context_);
-    // The display is the process's, not ours: terminating it would unload the driver under other contexts.
+    // The display belongs to the whole process. Terminating it would unload the driver under other contexts.
 }
 
 } // namespace paradize::gl

@@ -7,7 +7,7 @@ namespace paradize::gl {
 
 class HeadlessContext {
   public:
-    /// Makes the context and makes it current. Throws Error when EGL offers none.
+    /// Creates the context and makes it current. Throws Error if EGL offers none.
     explicit HeadlessContext(bool debug);
     ~HeadlessContext();
     HeadlessContext(const HeadlessContext &) = delete;

@@ -18,7 +18,7 @@ namespace paradize::gl {
 
 namespace {
 
-/// Puts file names where the driver's log has source-string numbers: "2:17(3)" (Mesa), "2(17)" (NVIDIA).
+/// Replaces source-string numbers in the driver's log by file names: "2:17(3)" (Mesa), "2(17)" (NVIDIA).
 std::string with_file_names(const std::string &log, const std::vector<std::string> &files) {
     std::string out;
     bool line_start = true;
@@ -84,7 +84,7 @@ constexpr std::array<Member, 15> members{{
     {"anchor", offsetof(FrameUniforms, anchor)},
 }};
 
-/// The shader's block must be the struct, member for member.
+/// Checks that the shader's block has the same members and offsets as the struct, and binds it.
 void bind_frame_uniforms(unsigned program, std::string_view file) {
     const unsigned block = glGetUniformBlockIndex(program, "FrameUniforms");
     if (block == GL_INVALID_INDEX) {

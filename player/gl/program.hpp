@@ -1,5 +1,5 @@
 #pragma once
-// A linked program from shader files, and its uniforms.
+// A linked shader program and its uniforms.
 
 #include "gl/handle.hpp"
 
@@ -20,19 +20,21 @@ inline constexpr unsigned frame_uniforms_binding = 0;
 class Program {
   public:
     Program() noexcept = default;
-    /// Loads, compiles, links, unless a program of the same files and defines is in use: then it is that one,
-    /// with its uniforms. Binds the block FrameUniforms (and checks its offsets against FrameUniforms) when
-    /// the program has it. Throws Error with file, line and the driver's message.
+    /// Loads, compiles and links. If a program of the same files and defines exists, shares that one and its
+    /// uniform values. Binds the block FrameUniforms if the program uses it, and checks its offsets. Throws
+    /// Error with file, line and the driver's message.
     Program(const ShaderLibrary &library, std::string_view vertex_file, std::string_view fragment_file,
             std::initializer_list<std::string_view> defines = {});
 
     void use() const;
-    /// -1 when the program has no such active uniform; set() ignores -1. Look up once, when built.
+    /// Returns -1 if the program has no such active uniform; set() ignores -1. Look locations up once, in a
+    /// constructor.
     int location(const char *name) const;
-    /// Ties a sampler uniform to a texture unit, once, when built (the program need not be in use).
+    /// Assigns a texture unit to a sampler uniform. Call it once, in a constructor. Makes the program
+    /// current.
     void set_unit(const char *name, int unit) const;
 
-    // These write to the program in use.
+    // These set uniforms of the program in use.
     static void set(int location, int value);
     static void set(int location, float value);
     static void set(int location, const glm::vec2 &value);

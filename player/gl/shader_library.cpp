@@ -23,7 +23,7 @@ std::string read_text(const std::filesystem::path &path) {
     return text.str();
 }
 
-/// The name in `#include "name"`, or empty when the line is no include.
+/// Returns the name in `#include "name"`, or an empty text if the line is not an include.
 std::string include_name(std::string_view line, const std::string &place) {
     const std::size_t start = line.find_first_not_of(" \t");
     if (start == std::string_view::npos || !line.substr(start).starts_with("#include")) {
@@ -36,7 +36,7 @@ std::string include_name(std::string_view line, const std::string &place) {
     }
     std::string name(line.substr(open + 1, close - open - 1));
     if (name.front() == '/' || name.find("..") != std::string::npos) {
-        throw Error(place + ": \"" + name + "\" leaves the shader folder; give a path from its root");
+        throw Error(place + ": \"" + name + "\" is outside the shader folder; give a path from its root");
     }
     return name;
 }
@@ -71,7 +71,7 @@ ShaderLibrary::ShaderLibrary(std::filesystem::path root, Dialect dialect)
 std::filesystem::path ShaderLibrary::find() {
     if (const char *set = std::getenv("PARADIZE_SHADERS"); set != nullptr && *set != '\0') {
         if (!std::filesystem::is_directory(set)) {
-            throw Error(std::string("$PARADIZE_SHADERS is ") + set + ", which is no folder");
+            throw Error(std::string("$PARADIZE_SHADERS is ") + set + ", which is not a folder");
         }
         return set;
     }
@@ -93,7 +93,7 @@ ShaderSource ShaderLibrary::source(std::string_view file, std::span<const std::s
     if (dialect_ == Dialect::glsl330) {
         out.text = "#version 330 core\n";
     } else {
-        // Samplers default to lowp in ES: 1e-4 off on Mesa.
+        // Without this, samplers in ES default to lowp, which errs by 1e-4 on Mesa.
         out.text =
             "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2D;\n"
             "precision highp samplerCube;\nprecision highp sampler2DShadow;\n";

@@ -1,5 +1,5 @@
 #pragma once
-// Where shader files are and how one becomes a source that GL takes.
+// Finds shader files, resolves their includes and adds the preamble.
 
 #include "gl/handle.hpp"
 
@@ -15,28 +15,28 @@ namespace paradize::gl {
 
 enum class Dialect { glsl330, es300 };
 
-/// What GL compiles; `files[n]` is the file whose source-string number in GL's messages is n.
+/// Source text for GL. `files[n]` is the file with source-string number n in GL's messages.
 struct ShaderSource {
     std::string text;
     std::vector<std::string> files;
 };
 
-/// The shaders/ folder. A file holds a body without #version; `#include "lib/x.glsl"` (from the folder's
-/// root, each file once) is resolved here; names in messages stay those of the files.
+/// The folder shaders/. A file holds a shader body without #version. `#include "lib/x.glsl"` is resolved from
+/// the folder's root, each file once. Messages name the original files.
 class ShaderLibrary {
   public:
     explicit ShaderLibrary(std::filesystem::path root, Dialect dialect = Dialect::glsl330);
 
-    /// $PARADIZE_SHADERS, else beside the executable: ../../shaders, ../../../shaders (build folders) or
-    /// ../share/paradize/shaders (installed). Throws Error naming the places when there is none.
+    /// Returns $PARADIZE_SHADERS, or a folder beside the executable: ../../shaders, ../../../shaders (build
+    /// folders) or ../share/paradize/shaders (installed). Throws Error with these paths if there is none.
     static std::filesystem::path find();
 
-    /// Preamble (#version, precisions of ES 300, one `#define` per entry, "NAME" or "NAME VALUE") and the
-    /// body.
-    /// Throws Error when a file is missing, an include is malformed or leaves the folder.
+    /// Returns the preamble and the body. The preamble holds #version, the precisions for ES 300 and one
+    /// `#define` per entry ("NAME" or "NAME VALUE"). Throws Error if a file is missing or an include is
+    /// malformed or outside the folder.
     ShaderSource source(std::string_view file, std::span<const std::string_view> defines = {}) const;
     const std::filesystem::path &root() const { return root_; }
-    /// The programs that are in use, by files and defines: what Program finds and keeps.
+    /// Programs that exist, by files and defines. Program uses it to share them.
     std::map<std::string, std::weak_ptr<const ProgramName>> &programs() const { return programs_; }
 
   private:

@@ -8,7 +8,7 @@ namespace paradize::gl {
 
 namespace {
 
-/// Format and type that TexImage2D accepts together with an internal format when there is no data.
+/// Returns the format and type that glTexImage2D accepts with this internal format when there is no data.
 void transfer_format(unsigned internal_format, GLenum &format, GLenum &type) {
     type = GL_FLOAT;
     switch (internal_format) {
@@ -58,7 +58,7 @@ Texture allocate(unsigned internal_format, int width_px, int height_px, GLint fi
 Texture make_target(unsigned internal_format, int width_px, int height_px) {
     const bool depth = internal_format == GL_DEPTH_COMPONENT16 || internal_format == GL_DEPTH_COMPONENT24 ||
                        internal_format == GL_DEPTH_COMPONENT32F || internal_format == GL_DEPTH24_STENCIL8;
-    // Depth values of neighbours have no meaningful mean.
+    // Depth is not filtered: the mean of neighbouring depths has no meaning.
     return allocate(internal_format, width_px, height_px, depth ? GL_NEAREST : GL_LINEAR);
 }
 

@@ -14,8 +14,8 @@ namespace paradize {
 
 namespace {
 
-/// Scale against `tile`, bearing in radians, speed against `scroll`: no two layers share a period, so that
-/// their sum does not visibly repeat.
+/// Wave layer: scale relative to `tile`, bearing in radians, speed relative to `scroll`. No two layers share
+/// a period, so that their sum does not visibly repeat.
 struct Layer {
     double scale, bearing, speed;
 };
@@ -38,7 +38,7 @@ Waves waves_at(const assets::Water &water, double elapsed_s, const glm::dvec3 &a
         waves.rows[i] = glm::vec4(c * tile, s * tile, -s * tile, c * tile);
         const double u = layer.scale * layer.speed * (c * water.scroll_per_s.x + s * water.scroll_per_s.y);
         const double v = layer.scale * layer.speed * (c * water.scroll_per_s.y - s * water.scroll_per_s.x);
-        // Rounded to float a value just below 1 may become 1, which is 0 again.
+        // A value just below 1 may round to 1.0F, which equals 0 because the map repeats.
         const double origin_u = tile * (c * anchor.x + s * anchor.z);
         const double origin_v = tile * (c * anchor.z - s * anchor.x);
         waves.offsets[i] = glm::vec2(wrapped(u * elapsed_s + origin_u), wrapped(v * elapsed_s + origin_v));
@@ -76,24 +76,24 @@ EnvironmentBindings::EnvironmentBindings(const PassSetup &setup, const gl::Progr
     }
     program.set_unit("u_wave_normal", unit_wave_normal);
     program.set_unit("u_wave_dudv", unit_wave_dudv);
-    sky_blur_at_ = program.location("u_sky_blur");
-    sky_trimmed_mips_at_ = program.location("u_sky_left_out");
-    shadow_texel_at_ = program.location("u_shadow_texel");
-    shadow_texel_m_at_ = program.location("u_shadow_texel_m");
-    shadow_radius_at_ = program.location("u_shadow_radius");
-    shadow_blur_m_at_ = program.location("u_shadow_blur_m");
-    shadow_range_m_at_ = program.location("u_shadow_range_m");
-    wave_rows_at_ = program.location("u_wave_rows");
-    wave_offsets_at_ = program.location("u_wave_offsets");
-    caustics_at_ = program.location("u_caustics");
-    sun_refracted_at_ = program.location("u_sun_refracted");
-    water_glow_at_ = program.location("u_water_glow");
-    water_scatter_at_ = program.location("u_water_scatter");
-    clip_plane_at_ = program.location("u_clip_plane");
-    refraction_index_at_ = program.location("u_index");
-    refracting_at_ = program.location("u_refracting");
+    sky_blur_location_ = program.location("u_sky_blur");
+    sky_trimmed_mips_location_ = program.location("u_sky_trimmed_mips");
+    shadow_texel_location_ = program.location("u_shadow_texel");
+    shadow_texel_m_location_ = program.location("u_shadow_texel_m");
+    shadow_radius_location_ = program.location("u_shadow_radius");
+    shadow_blur_m_location_ = program.location("u_shadow_blur_m");
+    shadow_range_m_location_ = program.location("u_shadow_range_m");
+    wave_rows_location_ = program.location("u_wave_rows");
+    wave_offsets_location_ = program.location("u_wave_offsets");
+    caustics_location_ = program.location("u_caustics");
+    sun_refracted_location_ = program.location("u_sun_refracted");
+    water_glow_location_ = program.location("u_water_glow");
+    water_scatter_location_ = program.location("u_water_scatter");
+    clip_plane_location_ = program.location("u_clip_plane");
+    refraction_index_location_ = program.location("u_refraction_index");
+    refracting_location_ = program.location("u_refracting");
     if (const StreamedTexture *sky = setup.scene.texture(setup.scene.file().sky)) {
-        // The mip with two texels an edge, and a little coarser.
+        // Slightly coarser than the mip with two texels per edge.
         sky_blur_ = std::max(0.0F, static_cast<float>(sky->levels()) - 2.3F);
         const assets::SceneFile &file = setup.scene.file();
         sky_trimmed_mips_ = static_cast<float>(file.find_artifact(file.sky)->trimmed_levels);
@@ -105,8 +105,8 @@ void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
     if (const StreamedTexture *sky = frame.scene.texture(file.sky)) {
         sky->bind(unit_sky);
     }
-    gl::Program::set(sky_blur_at_, sky_blur_);
-    gl::Program::set(sky_trimmed_mips_at_, sky_trimmed_mips_);
+    gl::Program::set(sky_blur_location_, sky_blur_);
+    gl::Program::set(sky_trimmed_mips_location_, sky_trimmed_mips_);
 
     const gl::Texture *shadow = frame.shared.shadow_map;
     const unsigned shadow_name = shadow != nullptr ? shadow->name() : no_shadow_.name();
@@ -117,14 +117,14 @@ void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
     if (file.shadow) {
         const auto size_px = static_cast<float>(frame.settings.shadow_size_px);
         const float texel_m = file.shadow->extent_m / size_px;
-        // A disc's edge spreads by its angle over the height of what stands here: some ten metres.
+        // The penumbra grows with the sun's angle and the height of the casters, about ten metres here.
         const float spread_m = std::max(file.sun.angular_diameter_rad, 0.004F) * 14.0F;
-        gl::Program::set(shadow_texel_at_, 1.0F / size_px);
-        gl::Program::set(shadow_texel_m_at_, texel_m);
-        gl::Program::set(shadow_radius_at_, std::clamp(spread_m / texel_m, 1.3F, 4.0F));
+        gl::Program::set(shadow_texel_location_, 1.0F / size_px);
+        gl::Program::set(shadow_texel_m_location_, texel_m);
+        gl::Program::set(shadow_radius_location_, std::clamp(spread_m / texel_m, 1.3F, 4.0F));
         const View &light = frame.view(ViewKind::light);
-        gl::Program::set(shadow_range_m_at_, light.far_m - light.near_m);
-        gl::Program::set(shadow_blur_m_at_, file.shadow->blur_distance_m);
+        gl::Program::set(shadow_range_m_location_, light.far_m - light.near_m);
+        gl::Program::set(shadow_blur_m_location_, file.shadow->blur_distance_m);
     }
 
     const bool refracting = view.kind == ViewKind::refraction;
@@ -138,25 +138,25 @@ void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
             map->bind(unit_wave_dudv, wave_sampler_.name());
         }
         const Waves waves = waves_at(water, frame.clock.elapsed_s, view.anchor);
-        if (wave_rows_at_ >= 0) {
-            glUniform4fv(wave_rows_at_, Waves::layers, glm::value_ptr(waves.rows[0]));
+        if (wave_rows_location_ >= 0) {
+            glUniform4fv(wave_rows_location_, Waves::layers, glm::value_ptr(waves.rows[0]));
         }
-        if (wave_offsets_at_ >= 0) {
-            glUniform2fv(wave_offsets_at_, Waves::layers, glm::value_ptr(waves.offsets[0]));
+        if (wave_offsets_location_ >= 0) {
+            glUniform2fv(wave_offsets_location_, Waves::layers, glm::value_ptr(waves.offsets[0]));
         }
-        gl::Program::set(caustics_at_, 1.0F);
-        gl::Program::set(water_glow_at_, water_glow(file));
-        gl::Program::set(water_scatter_at_, water_scatter(water));
+        gl::Program::set(caustics_location_, 1.0F);
+        gl::Program::set(water_glow_location_, water_glow(file));
+        gl::Program::set(water_scatter_location_, water_scatter(water));
     }
     glm::vec3 refracted_sun = frame.to_sun;
     refracted_sun.x /= water_refraction;
     refracted_sun.z /= water_refraction;
     refracted_sun.y = std::sqrt(
         std::max(0.0F, 1.0F - refracted_sun.x * refracted_sun.x - refracted_sun.z * refracted_sun.z));
-    gl::Program::set(sun_refracted_at_, refracted_sun);
-    gl::Program::set(clip_plane_at_, clip_plane);
-    gl::Program::set(refraction_index_at_, refracting ? water_refraction : 1.0F);
-    gl::Program::set(refracting_at_, refracting ? 1.0F : 0.0F);
+    gl::Program::set(sun_refracted_location_, refracted_sun);
+    gl::Program::set(clip_plane_location_, clip_plane);
+    gl::Program::set(refraction_index_location_, refracting ? water_refraction : 1.0F);
+    gl::Program::set(refracting_location_, refracting ? 1.0F : 0.0F);
 }
 
 std::string shadow_define(const RenderSettings &settings) {

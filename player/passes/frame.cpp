@@ -13,8 +13,8 @@ namespace paradize {
 
 namespace {
 
-constexpr int uniform_slots =
-    24; // enough that the driver never waits for a slot still being read by an earlier frame
+// Enough slots that the driver never waits for one that an earlier frame still reads.
+constexpr int uniform_slots = 24;
 constexpr float no_water = -1e9F;
 
 } // namespace

@@ -1,6 +1,5 @@
 #pragma once
-// What a pass is handed in a frame: the clock, the views, what is visible in each, and what other passes
-// made.
+// What a pass gets in each frame: clock, views, visible instances, and the textures of other passes.
 
 #include "gl/handle.hpp"
 #include "passes/pass_meter.hpp"
@@ -19,25 +18,24 @@ namespace paradize {
 
 class Pass;
 
-/// Length of one step of the simulation (Pass::step).
+/// Time step of the simulation (Pass::step).
 inline constexpr double step_s = 1.0 / 120.0;
 
 struct Clock {
-    double elapsed_s = 0.0; // since the start; grows for ever: reduce it in double before it becomes a float
+    double elapsed_s = 0.0; // since the start; unbounded, so wrap it in double before converting it to float
     double flight_s = 0.0;  // second of the flight, in [0, duration)
-    double delta_s = 0.0;   // since the last frame; 0 in the first
+    double delta_s = 0.0;   // since the last frame; 0 in the first frame
     std::uint64_t frame = 0;
 };
 
-/// What one pass makes for others to sample in the same frame. nullptr: that pass is disabled or absent.
+/// Textures that one pass makes for others in the same frame. nullptr: that pass is disabled or absent.
 struct Shared {
-    const gl::Texture *shadow_map = nullptr;       // the light's depth, as the shadow pass documents it
-    const gl::Texture *reflection = nullptr;       // linear HDR, seen by View mirror
-    const gl::Texture *refraction = nullptr;       // linear HDR, seen by View refraction
-    const gl::Texture *refraction_depth = nullptr; // its depth, window [0, 1]
-    const gl::Texture *picture =
-        nullptr;                        // the resolved linear HDR picture, RGBA16F; for filter() and finish()
-    const gl::Texture *depth = nullptr; // its depth, window [0, 1], one sample of each pixel; for filter()
+    const gl::Texture *shadow_map = nullptr;       // depth seen by the light, from the shadow pass
+    const gl::Texture *reflection = nullptr;       // linear HDR, seen by ViewKind::mirror
+    const gl::Texture *refraction = nullptr;       // linear HDR, seen by ViewKind::refraction
+    const gl::Texture *refraction_depth = nullptr; // window depth [0, 1] of the refraction view
+    const gl::Texture *picture = nullptr;          // resolved linear HDR, RGBA16F; for filter() and finish()
+    const gl::Texture *depth = nullptr;            // its window depth [0, 1], one sample; for filter()
 };
 
 class Frame {
@@ -50,31 +48,31 @@ class Frame {
     const Scene &scene;
     Clock clock;
     Shared shared;
-    RenderSettings settings;            // what this frame is drawn with
-    glm::vec3 to_sun{0.0F, 1.0F, 0.0F}; // unit; in a sample of the reference a place of the sun's disc
-    PassMeter *meter = nullptr;         // measures the main view's passes; nullptr: nobody asks
+    RenderSettings settings;            // settings of this frame
+    glm::vec3 to_sun{0.0F, 1.0F, 0.0F}; // unit; in --reference a point of the sun's disc
+    PassMeter *meter = nullptr;         // measures the passes of the main view; nullptr: no measurement
     int width_px = 0, height_px = 0;    // of the picture
-    unsigned filtered = 0;              // framebuffer that filter() draws into: RGBA16F, width x height
-    unsigned output = 0;                // framebuffer that finish() draws into: RGBA8, width x height
+    unsigned filtered = 0;              // framebuffer that filter() draws into: RGBA16F, width_px x height_px
+    unsigned output = 0;                // framebuffer that finish() draws into: RGBA8, width_px x height_px
 
-    /// The views of this frame; copy one to change it (its size, its clip plane) before draw_view.
+    /// The views of this frame. Copy a view to change its size or clip plane before draw_view().
     const View &view(ViewKind kind) const { return views_[static_cast<std::size_t>(kind)]; }
-    /// Height of the water in the views' coordinates; far below where there is none.
+    /// Returns the water level in the views' coordinates. Far below if there is no water.
     float water_m() const;
-    /// Visible instances, culled and with their level, in this view.
+    /// Returns the visible instances of this view, with their level of detail.
     std::span<const DrawItem> visible(ViewKind kind) const {
         return visible_[static_cast<std::size_t>(kind)];
     }
 
-    /// The terrain with the cut of this frame; nullptr: the scene has none.
+    /// Returns the terrain with this frame's cut, or nullptr if the scene has none.
     TerrainTiles *terrain() const { return terrain_.get(); }
 
-    /// Uploads and binds FrameUniforms for the view, binds the framebuffer with the view's size as viewport,
-    /// sets winding and clip distance, clears depth and (unless depth_only) colour to transparent black, lets
-    /// every pass draw in order, and puts the default state back. Restores no framebuffer.
+    /// Draws all passes in one view, in order. Uploads FrameUniforms, binds the framebuffer with the view's
+    /// size, sets winding and clip distance, and clears depth and (unless depth_only) colour to transparent
+    /// black. Afterwards the GL state is the default state; the framebuffer stays bound.
     void draw_view(const View &view, unsigned framebuffer, bool depth_only = false);
 
-    /// Draws three vertices without attributes: a full-screen triangle made from gl_VertexID.
+    /// Draws a full-screen triangle from gl_VertexID, without attributes.
     void draw_fullscreen() const;
 
   private:

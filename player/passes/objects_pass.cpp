@@ -14,7 +14,7 @@ unsigned unit_of(ObjectMap map) {
     return static_cast<unsigned>(map);
 }
 
-/// Leaves are what is seen from both sides; so much of the light behind comes through.
+/// Two-sided materials are leaves. They transmit this share of the light from behind.
 constexpr float leaf_translucency = 0.55F;
 
 std::string parallax_define(const RenderSettings &settings) {
@@ -35,16 +35,19 @@ ObjectsPass::ObjectsPass(const PassSetup &setup)
     : depth_(setup.shaders, "depth.vert", "depth.frag"),
       program_(setup.shaders, "object.vert", "object.frag",
                {shadow_define(setup.settings), parallax_define(setup.settings)}),
-      environment_(setup, program_), depth_model_at_(depth_.location("u_model")),
-      depth_cutoff_at_(depth_.location("u_alpha_cutoff")), model_at_(program_.location("u_model")),
-      scale_at_(program_.location("u_scale")), base_color_at_(program_.location("u_base_color")),
-      parallax_at_(program_.location("u_parallax")), shine_at_(program_.location("u_shine")),
-      cutoff_at_(program_.location("u_alpha_cutoff")), translucency_at_(program_.location("u_translucency")),
-      multisampled_at_(program_.location("u_multisampled")) {
+      environment_(setup, program_), depth_model_location_(depth_.location("u_model")),
+      depth_cutoff_location_(depth_.location("u_alpha_cutoff")),
+      model_location_(program_.location("u_model")), scale_location_(program_.location("u_scale")),
+      base_color_location_(program_.location("u_base_color")),
+      parallax_location_(program_.location("u_parallax")),
+      shine_location_(program_.location("u_specular_smoothness")),
+      cutoff_location_(program_.location("u_alpha_cutoff")),
+      translucency_location_(program_.location("u_translucency")),
+      multisampled_location_(program_.location("u_multisampled")) {
     depth_.set_unit("u_color", unit_of(ObjectMap::color));
     assets::for_each_map([&](ObjectMap map, std::string_view name) {
         program_.set_unit(("u_" + std::string(name)).c_str(), unit_of(map));
-        has_at_[map] = program_.location(("u_has_" + std::string(name)).c_str());
+        has_map_locations_[map] = program_.location(("u_has_" + std::string(name)).c_str());
     });
     for (const Object &object : setup.scene.objects()) {
         const assets::Object &file = *object.file;
@@ -83,11 +86,11 @@ void ObjectsPass::draw_depth(const Frame &frame, const View &light) {
         if (color != nullptr) {
             color->bind(unit_of(ObjectMap::color), samplers_of(frame, object)[ObjectMap::color]);
         }
-        gl::Program::set(depth_model_at_, light.local(item.instance->model));
+        gl::Program::set(depth_model_location_, light.local(item.instance->model));
         for (std::size_t m = 0; m < object.materials.size(); ++m) {
             const assets::Material &material = object.materials[m];
             set_two_sided(material.two_sided);
-            gl::Program::set(depth_cutoff_at_, color != nullptr ? material.alpha_cutoff : 0.0F);
+            gl::Program::set(depth_cutoff_location_, color != nullptr ? material.alpha_cutoff : 0.0F);
             object.mesh->draw(item.lod, static_cast<int>(m));
         }
     }
@@ -103,7 +106,7 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
     program_.use();
     environment_.apply(frame, view);
     const bool multisampled = view.kind == ViewKind::main && frame.settings.samples > 1;
-    gl::Program::set(multisampled_at_, multisampled ? 1.0F : 0.0F);
+    gl::Program::set(multisampled_location_, multisampled ? 1.0F : 0.0F);
     if (multisampled) {
         glEnable(GL_SAMPLE_ALPHA_TO_COVERAGE);
     }
@@ -114,18 +117,18 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
             if (object.maps[map] != nullptr) {
                 object.maps[map]->bind(unit_of(map), samplers[map]);
             }
-            gl::Program::set(has_at_[map], object.maps[map] != nullptr ? 1.0F : 0.0F);
+            gl::Program::set(has_map_locations_[map], object.maps[map] != nullptr ? 1.0F : 0.0F);
         });
-        gl::Program::set(model_at_, view.local(item.instance->model));
-        gl::Program::set(scale_at_, item.instance->scale * object.mesh->grid().step[0]);
+        gl::Program::set(model_location_, view.local(item.instance->model));
+        gl::Program::set(scale_location_, item.instance->scale * object.mesh->grid().step[0]);
         for (std::size_t m = 0; m < object.materials.size(); ++m) {
             const assets::Material &material = object.materials[m];
             set_two_sided(material.two_sided);
-            gl::Program::set(base_color_at_, material.color);
-            gl::Program::set(parallax_at_, parallax_of(material));
-            gl::Program::set(shine_at_, glm::vec2(material.specular, material.smoothness));
-            gl::Program::set(cutoff_at_, material.alpha_cutoff);
-            gl::Program::set(translucency_at_, material.two_sided ? leaf_translucency : 0.0F);
+            gl::Program::set(base_color_location_, material.color);
+            gl::Program::set(parallax_location_, parallax_of(material));
+            gl::Program::set(shine_location_, glm::vec2(material.specular, material.smoothness));
+            gl::Program::set(cutoff_location_, material.alpha_cutoff);
+            gl::Program::set(translucency_location_, material.two_sided ? leaf_translucency : 0.0F);
             object.mesh->draw(item.lod, static_cast<int>(m));
         }
     }

@@ -1,5 +1,5 @@
 #pragma once
-// Palm, jetty and whatever else the scene places: bump and parallax mapped, with gloss, translucent leaves.
+// Draws all objects: normal and parallax mapped, with gloss and translucent leaves.
 
 #include "gl/handle.hpp"
 #include "gl/program.hpp"
@@ -24,7 +24,7 @@ class ObjectsPass : public Pass {
     gl::Program depth_;
     gl::Program program_;
     EnvironmentBindings environment_;
-    /// How one object's maps are read: the names of samplers.
+    /// Sampler names of one object's maps.
     const assets::PerMap<unsigned> &samplers_of(const Frame &frame, const Object &object) const;
     unsigned sampler(gl::Wrap wrap, std::optional<int> max_level, const RenderSettings &settings);
 
@@ -34,12 +34,12 @@ class ObjectsPass : public Pass {
         gl::Sampler sampler;
     };
     std::vector<CachedSampler> samplers_;
-    std::vector<assets::PerMap<unsigned>> object_samplers_; // by object, in the scene's order
-    assets::PerMap<int> has_at_;                            // uniforms
-    int depth_model_at_ = -1, depth_cutoff_at_ = -1;
-    int model_at_ = -1, scale_at_ = -1, base_color_at_ = -1, parallax_at_ = -1, shine_at_ = -1,
-        cutoff_at_ = -1;
-    int translucency_at_ = -1, multisampled_at_ = -1;
+    std::vector<assets::PerMap<unsigned>> object_samplers_; // one entry per object, in the scene's order
+    assets::PerMap<int> has_map_locations_;                 // of the uniforms u_has_NAME
+    int depth_model_location_ = -1, depth_cutoff_location_ = -1;
+    int model_location_ = -1, scale_location_ = -1, base_color_location_ = -1, parallax_location_ = -1,
+        shine_location_ = -1, cutoff_location_ = -1;
+    int translucency_location_ = -1, multisampled_location_ = -1;
 };
 
 } // namespace paradize

@@ -14,7 +14,7 @@ namespace paradize {
 namespace {
 
 constexpr int floats_each = 6;
-constexpr float fade_in_share = 0.12F; // share of its life in which a new particle becomes visible
+constexpr float fade_in_share = 0.12F; // share of its life during which a new particle fades in
 
 } // namespace
 
@@ -35,19 +35,19 @@ ParticleSwarm::ParticleSwarm(const assets::ParticleField &field, std::uint64_t s
     : field_(field), seed_(seed), random_(seed),
       particles_(static_cast<std::size_t>(std::max(field.count, 0))) {
     for (Particle &particle : particles_) {
-        // The first are born at all ages, so that the show does not begin with a flash.
+        // The first particles start at all ages, so that playback does not begin with a flash.
         respawn(particle, random_.uniform(field_.threshold, 1.0F));
     }
 }
 
 void ParticleSwarm::respawn(Particle &particle, float life) {
-    // Evenly in a ball: a point of the cube around it, tried again while outside.
+    // Uniform in a ball: picks points of the enclosing cube until one is inside.
     glm::vec3 p;
     do {
         p = {random_.uniform(-1.0F, 1.0F), random_.uniform(-1.0F, 1.0F), random_.uniform(-1.0F, 1.0F)};
     } while (p.x * p.x + p.y * p.y + p.z * p.z > 1.0F);
     particle.position = p * field_.radius_m;
-    // Few are large.
+    // Cubed, so that few particles are large.
     const float large = random_.uniform(0.0F, 1.0F);
     particle.size_m = field_.size_m.x + (field_.size_m.y - field_.size_m.x) * large * large * large;
     particle.rotation_rad = random_.uniform(0.0F, 2.0F * std::numbers::pi_v<float>);
@@ -71,7 +71,7 @@ void ParticleSwarm::step(double seconds) {
 
 ParticlesPass::ParticlesPass(const PassSetup &setup)
     : program_(setup.shaders, "particle.vert", "particle.frag"), environment_(setup, program_),
-      quads_(gl::VertexArray::create()), color_at_(program_.location("u_color")) {
+      quads_(gl::VertexArray::create()), color_location_(program_.location("u_color")) {
     std::size_t count = 0;
     std::uint64_t seed = 1;
     for (const assets::ParticleField &field : setup.scene.file().particles) {
@@ -125,7 +125,7 @@ void ParticlesPass::draw(const Frame &frame, const View &view) {
     environment_.apply(frame, view);
     glBindVertexArray(quads_.name());
     glEnable(GL_BLEND);
-    glBlendFunc(GL_ONE, GL_ONE); // light is added
+    glBlendFunc(GL_ONE, GL_ONE); // additive
     glDepthMask(GL_FALSE);
     glDisable(GL_CULL_FACE);
     std::size_t first = 0;
@@ -135,7 +135,7 @@ void ParticlesPass::draw(const Frame &frame, const View &view) {
         constexpr int stride = floats_each * static_cast<int>(sizeof(float));
         gl::attribute_floats(gl::attribute_free, 4, instances_, stride, offset, 1);
         gl::attribute_floats(gl::attribute_free + 1, 2, instances_, stride, offset + 4 * sizeof(float), 1);
-        gl::Program::set(color_at_, colors_[i]);
+        gl::Program::set(color_location_, colors_[i]);
         glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(count));
         first += count;
     }

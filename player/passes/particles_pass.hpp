@@ -1,6 +1,6 @@
 #pragma once
-// Sparkles in the air. A particle's life is its transparency; it falls at a rate of its own, and one that
-// fades below the threshold is born again elsewhere, with another size and orientation.
+// Sparkles in the air. A particle's life is its transparency and falls at its own rate. Below the threshold
+// the particle is respawned elsewhere with a new size and rotation.
 
 #include "assets/scene_file.hpp"
 #include "gl/handle.hpp"
@@ -15,8 +15,8 @@
 
 namespace paradize {
 
-/// Random numbers of our own, the same on every machine: PCG32 (M. O'Neill, "PCG: A Family of Simple Fast
-/// Space-Efficient Statistically Good Algorithms for Random Number Generation", 2014).
+/// A portable random generator, the same on every machine: PCG32, M. O'Neill, "PCG: A Family of Simple Fast
+/// Space-Efficient Statistically Good Algorithms for Random Number Generation", 2014.
 class Pcg {
   public:
     explicit Pcg(std::uint64_t stream) : increment_((stream << 1U) | 1U) {
@@ -25,7 +25,7 @@ class Pcg {
         next();
     }
     std::uint32_t next();
-    /// Uniform in [low, high).
+    /// Returns a uniform number in [low, high).
     float uniform(float low, float high);
 
   private:
@@ -34,24 +34,24 @@ class Pcg {
 };
 
 struct Particle {
-    glm::vec3 position{0.0F}; // metres, from its field's center
+    glm::vec3 position{0.0F}; // metres, relative to the field's centre
     float size_m = 0.0F;
     float rotation_rad = 0.0F;
     float life = 1.0F;          // 1 at birth
-    float life_per_s = 0.1F;    // its own loss
+    float life_per_s = 0.1F;    // loss of life per second
     float drift_m_per_s = 0.0F; // upwards
-    float opacity = 0.0F;       // life, after a short dawn
+    float opacity = 0.0F;       // life, with a short fade-in
     std::uint32_t births = 0;
 };
 
-/// One field of sparkles. Steps are of fixed length, so that the frame rate changes nothing.
+/// One field of sparkles. It is stepped with a fixed time step, so that it does not depend on the frame rate.
 class ParticleSwarm {
   public:
     ParticleSwarm(const assets::ParticleField &field, std::uint64_t seed);
     void step(double seconds);
     const std::vector<Particle> &particles() const { return particles_; }
     const glm::dvec3 &center() const { return field_.center; } // in the world
-    /// Of the same field, begun with the same seed: after as many steps one is what the other is.
+    /// True for the same field and seed. After the same number of steps both swarms are equal.
     bool matches(const ParticleSwarm &other) const { return field_ == other.field_ && seed_ == other.seed_; }
 
   private:
@@ -78,8 +78,8 @@ class ParticlesPass : public Pass {
     gl::Buffer instances_;
     std::vector<ParticleSwarm> swarms_;
     std::vector<glm::vec3> colors_;
-    std::vector<float> data_; // six floats a particle
-    int color_at_ = -1;
+    std::vector<float> data_; // six floats per particle
+    int color_location_ = -1;
 };
 
 } // namespace paradize

@@ -1,5 +1,5 @@
 #pragma once
-// One drawing step of the player, and the list of them.
+// The interface of a drawing pass, and the list of all passes.
 
 #include "scene/quality.hpp"
 
@@ -19,17 +19,17 @@ class Frame;
 class Scene;
 struct View;
 
-/// What a pass may keep; it all outlives the passes.
+/// Input of a pass's constructor. The references outlive the pass.
 struct PassSetup {
     const Scene &scene;
     const gl::ShaderLibrary &shaders;
-    RenderSettings settings; // what the pass draws with; another detail is another pass
+    RenderSettings settings; // fixed for the pass's lifetime; other settings may need another pass
 };
 
-/// Constructors load shaders and make GL objects, and may throw; the functions below never throw and never
-/// allocate (resize may). Each leaves GL in the default state: depth test LESS and depth writes on, back
-/// faces culled, no blending, no alpha to coverage, all colours written, polygon offset off. Program, vertex
-/// array, texture and sampler bindings may be left as they are.
+/// A drawing pass. The constructor loads shaders and creates GL objects; it may throw. The functions below
+/// never throw, and only resize() may allocate. Each function leaves GL in the default state: depth test
+/// LESS, depth writes on, back faces culled, no blending, no alpha to coverage, all colour channels written,
+/// polygon offset off. Bindings of programs, vertex arrays, textures and samplers may change.
 class Pass {
   public:
     virtual ~Pass() = default;
@@ -37,41 +37,38 @@ class Pass {
     Pass(const Pass &) = delete;
     Pass &operator=(const Pass &) = delete;
 
-    /// The picture has this size: called before the first frame and after every change. Targets are made
-    /// here.
+    /// Called before the first frame and whenever the picture's size changes. Create render targets here.
     virtual void resize(int /*width_px*/, int /*height_px*/) {}
-    /// One fixed step of the simulation, from `time_s` to time_s + step_s (passes/frame.hpp). Counted from
-    /// second 0, so that a moment of the show looks the same however it was reached; a show that begins after
-    /// its tenth minute begins to step ten minutes before.
+    /// Advances the simulation by one fixed step from `time_s` to time_s + step_s (passes/frame.hpp). Steps
+    /// are counted from second 0, so that a frame does not depend on how it was reached. If playback starts
+    /// after 600 s, stepping starts 600 s earlier.
     virtual void step(double /*time_s*/) {}
-    /// Goes on from where the passes of another renderer have stepped to. False: it cannot, and is to be
-    /// stepped from the beginning; true also for a pass that does not step.
+    /// Takes over the simulation of the passes of another renderer. Returns false if it cannot; the pass is
+    /// then stepped from the beginning. Passes without a simulation return true.
     virtual bool continue_from(std::span<const std::unique_ptr<Pass>> /*before*/) { return true; }
-    /// Before the picture: textures that others read (shadow map, reflection, refraction), put into
-    /// frame.shared.
+    /// Draws textures that other passes sample (shadow map, reflection, refraction) and stores them in
+    /// frame.shared. Called before the main view.
     virtual void prepare(Frame & /*frame*/) {}
-    /// Draws what this pass has to show in one view. Called for every view; a pass ignores the kinds where it
-    /// has nothing (view.kind).
+    /// Draws this pass in one view. Called for every view; check view.kind.
     virtual void draw(const Frame & /*frame*/, const View & /*view*/) {}
-    /// Whether filter() is to be called. Depth is resolved, and a second picture is there, where a pass says
-    /// so.
+    /// True if filter() must be called. The renderer then resolves the depth and keeps a second picture.
     virtual bool filters() const { return false; }
-    /// After the picture is resolved: from frame.shared.picture and frame.shared.depth into all of
-    /// frame.filtered, in linear light. The next pass that filters, and finish(), find that as
-    /// frame.shared.picture. FrameUniforms are the main view's.
+    /// Draws from frame.shared.picture and frame.shared.depth (resolved) into all of frame.filtered, in
+    /// linear light. The result becomes frame.shared.picture for the next filter and for finish(). The main
+    /// view's FrameUniforms are bound.
     virtual void filter(Frame & /*frame*/) {}
-    /// The step to the screen: from frame.shared.picture into frame.output.
+    /// Draws from frame.shared.picture to the screen format, into frame.output.
     virtual void finish(Frame & /*frame*/) {}
 };
 
-/// Every name that --disable takes, in drawing order.
+/// All names that --disable accepts, in drawing order.
 std::span<const std::string_view> pass_names();
 
-/// The passes that the scene asks for, without the disabled ones: indices into pass_names(), rising.
+/// Returns the passes that the scene needs and that are not disabled, as ascending indices into pass_names().
 std::vector<std::size_t> enabled_passes(const assets::SceneFile &file, std::span<const std::string> disabled);
-/// Throws Error.
+/// Builds the pass with this index. Throws Error.
 std::unique_ptr<Pass> make_pass(std::size_t index, const PassSetup &setup);
-/// Is a pass made for one detail as good for the other?
+/// True if a pass that was built with one set of settings gives the same picture as one built with the other.
 bool reusable(std::size_t index, const RenderSettings &made_for, const RenderSettings &wanted);
 
 } // namespace paradize

@@ -1,19 +1,20 @@
 #pragma once
-// What each pass of a frame costs.
+// Measures the duration of each pass.
 
 #include <cstddef>
 #include <vector>
 
 namespace paradize {
 
-/// Milliseconds of each pass of one frame, each waited for: their sum is more than an ordinary frame, whose
-/// passes overlap. What a pass lets others draw for it (the shadow map, the mirror) is its own.
+/// Milliseconds of each pass of one frame. The device finishes each pass before the next one starts, so that
+/// the sum exceeds a normal frame, whose passes overlap. Views that a pass draws (shadow map, mirror) count
+/// as its own time.
 class PassMeter {
   public:
     explicit PassMeter(std::size_t passes) : ms_(passes) {}
-    /// Waits for the device; the clock runs from here.
+    /// Waits for the device and starts the clock.
     void start();
-    /// Waits for the device; all since the last start or stop was this pass.
+    /// Waits for the device and adds the time since the last start() or stop() to `pass`.
     void stop(std::size_t pass);
     const std::vector<double> &ms() const { return ms_; }
 
@@ -22,7 +23,7 @@ class PassMeter {
     double since_ms_ = 0.0;
 };
 
-/// A clock that only goes forward, milliseconds.
+/// A monotonic clock in milliseconds.
 double now_ms();
 
 } // namespace paradize

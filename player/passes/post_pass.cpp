@@ -13,15 +13,16 @@ namespace paradize {
 
 namespace {
 enum Unit : unsigned { unit_picture, unit_glow };
-constexpr int glow_rows = 180;         // about so high is the glow's texture, whatever the picture's size
-constexpr float glow_strength = 0.22F; // share of the light of bright spots that falls around them
+constexpr int glow_rows = 180;         // approximate height of the glow texture, whatever the picture's size
+constexpr float glow_strength = 0.22F; // share of the light of bright pixels that spreads around them
 } // namespace
 
 PostPass::PostPass(const PassSetup &setup)
     : program_(setup.shaders, "fullscreen.vert", "post.frag"),
-      glow_(setup.shaders, "fullscreen.vert", "glow.frag"), glow_strength_at_(program_.location("u_spill")),
-      blur_step_at_(glow_.location("u_step")), downsample_at_(glow_.location("u_gather")),
-      exposure_at_(glow_.location("u_exposure")) {
+      glow_(setup.shaders, "fullscreen.vert", "glow.frag"),
+      glow_strength_location_(program_.location("u_glow_strength")),
+      blur_step_location_(glow_.location("u_blur_step")),
+      downsample_location_(glow_.location("u_downsample")), exposure_location_(glow_.location("u_exposure")) {
     program_.set_unit("u_picture", unit_picture);
     program_.set_unit("u_glow", unit_glow);
     glow_.set_unit("u_source", unit_picture);
@@ -41,8 +42,8 @@ void PostPass::draw_glow(const Frame &frame, unsigned source, unsigned framebuff
                          float step_x, float step_y) const {
     gl::bind_framebuffer(framebuffer, glow_width_px_, glow_height_px_);
     gl::bind_texture(unit_picture, GL_TEXTURE_2D, source);
-    gl::Program::set(downsample_at_, downsample);
-    gl::Program::set(blur_step_at_, glm::vec2(step_x, step_y));
+    gl::Program::set(downsample_location_, downsample);
+    gl::Program::set(blur_step_location_, glm::vec2(step_x, step_y));
     frame.draw_fullscreen();
 }
 
@@ -51,7 +52,7 @@ void PostPass::finish(Frame &frame) {
     glDisable(GL_CULL_FACE);
 
     glow_.use();
-    gl::Program::set(exposure_at_, frame.scene.file().exposure);
+    gl::Program::set(exposure_location_, frame.scene.file().exposure);
     const float step_x = 1.0F / static_cast<float>(glow_width_px_);
     const float step_y = 1.0F / static_cast<float>(glow_height_px_);
     draw_glow(frame, frame.shared.picture->name(), glow_framebuffer_[0].name(), downsampling_, 0.0F, 0.0F);
@@ -60,7 +61,7 @@ void PostPass::finish(Frame &frame) {
 
     gl::bind_framebuffer(frame.output, frame.width_px, frame.height_px);
     program_.use();
-    gl::Program::set(glow_strength_at_, glow_strength);
+    gl::Program::set(glow_strength_location_, glow_strength);
     gl::bind_texture(unit_picture, GL_TEXTURE_2D, frame.shared.picture->name());
     gl::bind_texture(unit_glow, GL_TEXTURE_2D, glow_color_[0].name());
     frame.draw_fullscreen();

@@ -1,5 +1,5 @@
-// The list of passes, in drawing order: the views that others sample, then opaque things, the sky behind
-// them, the water that shows both, the sparkles, and the step to the screen.
+// The list of passes in drawing order: views that others sample, opaque surfaces, sky, water, particles, and
+// the conversion to the screen.
 
 #include "passes/objects_pass.hpp"
 #include "passes/particles_pass.hpp"
@@ -89,7 +89,7 @@ std::vector<std::size_t> enabled_passes(const SceneFile &file, std::span<const s
     std::vector<std::size_t> needed;
     for (std::size_t i = 0; i < entries.size(); ++i) {
         const Entry &entry = entries[i];
-        // Without the water nobody looks at what it would show.
+        // Only the water samples these two.
         const bool unused =
             is_disabled("water") && (entry.name == "reflection" || entry.name == "refraction");
         if (entry.needed(file) && !is_disabled(entry.name) && !unused) {

@@ -1,6 +1,6 @@
 #pragma once
-// The sun's shadow map: depth from the light. Nothing that casts a shadow moves, so it is drawn again
-// only when what it would show has changed: another level of detail, data that has just arrived.
+// Draws the sun's shadow map. Casters do not move, so the map is redrawn only when its content changes:
+// another level of detail, or data that has just become resident.
 
 #include "gl/handle.hpp"
 #include "passes/pass.hpp"
@@ -15,10 +15,10 @@ class ShadowPass : public Pass {
     void prepare(Frame &frame) override;
 
   private:
-    gl::Texture map_; // depth, compared on lookup: 1 is lit
+    gl::Texture map_; // depth, compared on lookup; 1 is lit
     gl::Framebuffer framebuffer_;
     int size_px_ = 0;
-    std::uint64_t drawn_fingerprint_ = 0; // fingerprint of what the map shows; 0: nothing yet
+    std::uint64_t drawn_fingerprint_ = 0; // of what the map shows; 0: nothing yet
 };
 
 } // namespace paradize

@@ -6,7 +6,7 @@ namespace paradize {
 
 SkyPass::SkyPass(const PassSetup &setup)
     : program_(setup.shaders, "sky.vert", "sky.frag"), environment_(setup, program_),
-      max_radiance_at_(program_.location("u_limit")) {}
+      max_radiance_location_(program_.location("u_max_radiance")) {}
 
 void SkyPass::draw(const Frame &frame, const View &view) {
     if (view.kind != ViewKind::main && view.kind != ViewKind::mirror) {
@@ -14,9 +14,9 @@ void SkyPass::draw(const Frame &frame, const View &view) {
     }
     program_.use();
     environment_.apply(frame, view);
-    // The water draws the sun's glitter itself: in the mirror the disc is cut to a bright sky.
-    gl::Program::set(max_radiance_at_, view.kind == ViewKind::mirror ? 8.0F : 60.0F);
-    glDepthFunc(GL_LEQUAL); // it lies upon the far plane, where depth was cleared to
+    // The water pass draws the sun's reflection itself, so the mirror view clamps the sun's disc.
+    gl::Program::set(max_radiance_location_, view.kind == ViewKind::mirror ? 8.0F : 60.0F);
+    glDepthFunc(GL_LEQUAL); // the sky is drawn at the far plane, where depth is 1
     glDepthMask(GL_FALSE);
     glDisable(GL_CULL_FACE);
     frame.draw_fullscreen();

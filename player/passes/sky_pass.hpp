@@ -1,5 +1,5 @@
 #pragma once
-// The sky: a cube map behind everything, lost in haze towards the horizon.
+// Draws the sky: a cube map that fades into haze towards the horizon.
 
 #include "gl/program.hpp"
 #include "passes/environment_bindings.hpp"
@@ -15,7 +15,7 @@ class SkyPass : public Pass {
   private:
     gl::Program program_;
     EnvironmentBindings environment_;
-    int max_radiance_at_ = -1;
+    int max_radiance_location_ = -1;
 };
 
 } // namespace paradize

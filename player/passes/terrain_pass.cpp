@@ -9,7 +9,8 @@ namespace paradize {
 
 namespace {
 enum Unit : unsigned { unit_sand_color, unit_sand_normal, unit_effect_color, unit_effect_normal };
-constexpr float grain_shift_m = 0.12F; // at a slope of one, in pictures of the ground seen closely
+// displacement of the effect map by grains at a slope of one, close to the eye
+constexpr float grain_shift_m = 0.12F;
 } // namespace
 
 TerrainPass::TerrainPass(const PassSetup &setup)
@@ -19,13 +20,15 @@ TerrainPass::TerrainPass(const PassSetup &setup)
       repeat_sampler_(gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, setup.settings.anisotropy,
                                        std::nullopt, setup.settings.mip_bias)),
       clamp_sampler_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::mipmapped, setup.settings.anisotropy)),
-      depth_model_at_(depth_.location("u_model")), depth_cutoff_at_(depth_.location("u_alpha_cutoff")),
-      has_sand_normal_at_(program_.location("u_has_sand_normal")),
-      has_effect_at_(program_.location("u_has_effect")),
-      sand_reference_at_(program_.location("u_sand_reference_m")),
-      grain_offset_at_(program_.location("u_edge")), mix_at_(program_.location("u_mix")),
-      wet_at_(program_.location("u_wet")), clip_at_(program_.location("u_clip_plane")),
-      model_at_(program_.location("u_model")), normals_at_(program_.location("u_normals")) {
+      depth_model_location_(depth_.location("u_model")),
+      depth_cutoff_location_(depth_.location("u_alpha_cutoff")),
+      has_sand_normal_location_(program_.location("u_has_sand_normal")),
+      has_effect_location_(program_.location("u_has_effect")),
+      sand_reference_location_(program_.location("u_sand_reference_m")),
+      grain_offset_location_(program_.location("u_grain_offset_uv")),
+      mix_location_(program_.location("u_sand_mix")), wet_location_(program_.location("u_wet")),
+      clip_location_(program_.location("u_clip_plane")), model_location_(program_.location("u_model")),
+      normals_location_(program_.location("u_normal_matrix")) {
     program_.set_unit("u_sand_color", unit_sand_color);
     program_.set_unit("u_sand_normal", unit_sand_normal);
     program_.set_unit("u_effect_color", unit_effect_color);
@@ -37,9 +40,9 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
     const assets::Terrain &terrain = *file.terrain;
     if (view.kind == ViewKind::light) {
         depth_.use();
-        gl::Program::set(depth_cutoff_at_, 0.0F);
+        gl::Program::set(depth_cutoff_location_, 0.0F);
         depth_bias(true);
-        frame.terrain()->draw(view, no_plane, {depth_model_at_});
+        frame.terrain()->draw(view, no_plane, {depth_model_location_});
         depth_bias(false);
         return;
     }
@@ -56,16 +59,17 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
     const bool has_sand_normal = bind(terrain.sand_normal, unit_sand_normal, repeat_sampler_);
     const bool has_effect = bind(terrain.effect_color, unit_effect_color, clamp_sampler_) &&
                             bind(terrain.effect_normal, unit_effect_normal, clamp_sampler_);
-    gl::Program::set(has_sand_normal_at_, has_sand_normal ? 1.0F : 0.0F);
-    gl::Program::set(has_effect_at_, has_effect ? 1.0F : 0.0F);
+    gl::Program::set(has_sand_normal_location_, has_sand_normal ? 1.0F : 0.0F);
+    gl::Program::set(has_effect_location_, has_effect ? 1.0F : 0.0F);
     const float repeat_m = terrain.size_m.x / std::max(terrain.sand_repeat, 1e-3F);
-    gl::Program::set(sand_reference_at_, 4.0F * repeat_m);
-    gl::Program::set(grain_offset_at_, grain_shift_m / glm::vec2(terrain.size_m));
-    gl::Program::set(mix_at_,
+    gl::Program::set(sand_reference_location_, 4.0F * repeat_m);
+    gl::Program::set(grain_offset_location_, grain_shift_m / glm::vec2(terrain.size_m));
+    gl::Program::set(mix_location_,
                      glm::vec4(terrain.mix_low_m, terrain.mix_high_m, terrain.specular, terrain.smoothness));
-    gl::Program::set(wet_at_, glm::vec3(terrain.wet_high_m, terrain.wet_darkness, terrain.wet_smoothness));
+    gl::Program::set(wet_location_,
+                     glm::vec3(terrain.wet_high_m, terrain.wet_darkness, terrain.wet_smoothness));
 
-    // Under water the refraction's picture shows the floor: the main view need not draw it twice.
+    // The refraction texture shows the sea floor, so the main view does not draw it again.
     const bool clipped_at_water = view.kind == ViewKind::main && frame.shared.refraction != nullptr &&
                                   file.water && view.eye.y > frame.water_m();
     glm::vec4 plane = view.clipped ? view.clip_plane : no_plane;
@@ -73,13 +77,12 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
         glEnable(GL_CLIP_DISTANCE0);
         plane = glm::vec4(0.0F, 1.0F, 0.0F, 0.3F - frame.water_m());
     }
-    // The refraction's picture reaches a little up the beach: at the water's edge its coarser pixels must not
-    // show a gap.
+    // The refraction view reaches 1 m up the beach, so that its coarser pixels leave no gap at the shore.
     if (view.kind == ViewKind::refraction && file.water) {
         plane = glm::vec4(0.0F, -1.0F, 0.0F, frame.water_m() + 1.0F);
     }
-    gl::Program::set(clip_at_, plane);
-    frame.terrain()->draw(view, plane, {model_at_, normals_at_});
+    gl::Program::set(clip_location_, plane);
+    frame.terrain()->draw(view, plane, {model_location_, normals_location_});
     if (clipped_at_water) {
         glDisable(GL_CLIP_DISTANCE0);
     }

@@ -1,5 +1,5 @@
 #pragma once
-// The ground: sand pattern and effect map mixed by height, lit, wet along the water, dissolved under it.
+// Draws the terrain: sand and effect map mixed by height, lit, wet at the shore, fading out under water.
 
 #include "gl/handle.hpp"
 #include "gl/program.hpp"
@@ -17,12 +17,14 @@ class TerrainPass : public Pass {
     gl::Program depth_;
     gl::Program program_;
     EnvironmentBindings environment_;
-    gl::Sampler repeat_sampler_; // repeats
-    gl::Sampler
-        clamp_sampler_; // clamps: the effect map covers the terrain once; sharpened by its mips, which stay
-    int depth_model_at_ = -1, depth_cutoff_at_ = -1;
-    int has_sand_normal_at_ = -1, has_effect_at_ = -1, sand_reference_at_ = -1, grain_offset_at_ = -1,
-        mix_at_ = -1, wet_at_ = -1, clip_at_ = -1, model_at_ = -1, normals_at_ = -1;
+    gl::Sampler repeat_sampler_; // repeats, for the sand
+    // Clamps, because the effect map covers the terrain once. It has no mip bias: its coarse mips are used
+    // for sharpening.
+    gl::Sampler clamp_sampler_;
+    int depth_model_location_ = -1, depth_cutoff_location_ = -1;
+    int has_sand_normal_location_ = -1, has_effect_location_ = -1, sand_reference_location_ = -1,
+        grain_offset_location_ = -1, mix_location_ = -1, wet_location_ = -1, clip_location_ = -1,
+        model_location_ = -1, normals_location_ = -1;
 };
 
 } // namespace paradize

@@ -17,10 +17,11 @@ namespace {
 
 enum Unit : unsigned { unit_reflection, unit_refraction };
 
-constexpr int grid_steps = 24;       // quads an edge
-constexpr double swash_period_s = 7; // of the waves that run up the beach
+constexpr int grid_steps = 24;       // quads per edge
+constexpr double swash_period_s = 7; // period of the waves that run up the beach
 
-/// Lines of the grid in metres around the eye, close near it and far apart at `reach_m`.
+/// Returns a grid line's distance from the eye in metres. Lines are dense near the eye; the last one is at
+/// `reach_m`.
 float grid_line(int index, float reach_m) {
     const float t = 2.0F * static_cast<float>(index) / static_cast<float>(grid_steps) - 1.0F;
     return reach_m * t * t * t;
@@ -31,15 +32,19 @@ float grid_line(int index, float reach_m) {
 WaterPass::WaterPass(const PassSetup &setup)
     : program_(setup.shaders, "water.vert", "water.frag", {shadow_define(setup.settings)}),
       environment_(setup, program_), clamped_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::linear)),
-      grid_(gl::VertexArray::create()), half_size_at_(program_.location("u_half_m")),
-      has_textures_at_(program_.location("u_textures")), distortion_at_(program_.location("u_shake")),
-      deep_at_(program_.location("u_deep_color")), shallow_at_(program_.location("u_shallow_color")),
-      shine_at_(program_.location("u_shine")), wave_length_at_(program_.location("u_wave_length_m")),
-      fade_distance_at_(program_.location("u_fade_m")), swash_at_(program_.location("u_swash")) {
+      grid_(gl::VertexArray::create()), half_size_location_(program_.location("u_half_size_m")),
+      has_textures_location_(program_.location("u_has_textures")),
+      distortion_location_(program_.location("u_distortion")),
+      deep_location_(program_.location("u_deep_color")),
+      shallow_location_(program_.location("u_shallow_color")),
+      shine_location_(program_.location("u_specular_smoothness")),
+      wave_length_location_(program_.location("u_wave_length_m")),
+      fade_distance_location_(program_.location("u_fade_distance_m")),
+      swash_location_(program_.location("u_swash")) {
     program_.set_unit("u_reflection", unit_reflection);
     program_.set_unit("u_refraction", unit_refraction);
 
-    const float reach_m = 0.69F * setup.scene.file().flight.far_m; // its corners touch the far plane
+    const float reach_m = 0.69F * setup.scene.file().flight.far_m; // the corners reach the far plane
     std::vector<glm::vec3> points;
     std::vector<std::uint16_t> triangles;
     for (int z = 0; z <= grid_steps; ++z) {
@@ -79,20 +84,20 @@ void WaterPass::draw(const Frame &frame, const View &view) {
                      clamped_.name());
     gl::bind_texture(unit_refraction, GL_TEXTURE_2D, refraction != nullptr ? refraction->name() : 0,
                      clamped_.name());
-    gl::Program::set(has_textures_at_,
+    gl::Program::set(has_textures_location_,
                      glm::vec2(reflection != nullptr ? 1.0F : 0.0F, refraction != nullptr ? 1.0F : 0.0F));
     const float half_m = 0.5F * water.size_m;
-    gl::Program::set(half_size_at_, half_m);
-    // The sea's edge lies in haze, be it the far plane's or its own.
+    gl::Program::set(half_size_location_, half_m);
+    // The edge of the sea fades into haze before the far plane or the sea's own border.
     const float far_m = 0.69F * view.far_m;
-    gl::Program::set(fade_distance_at_, far_m);
-    gl::Program::set(distortion_at_, glm::vec2(water.strength, water.k));
-    gl::Program::set(deep_at_, water.deep_color);
-    gl::Program::set(shallow_at_, water.shallow_color);
-    gl::Program::set(shine_at_, glm::vec2(water.specular, water.smoothness));
-    gl::Program::set(wave_length_at_, waves_at(water, 0.0).lengths_m);
+    gl::Program::set(fade_distance_location_, far_m);
+    gl::Program::set(distortion_location_, glm::vec2(water.strength, water.k));
+    gl::Program::set(deep_location_, water.deep_color);
+    gl::Program::set(shallow_location_, water.shallow_color);
+    gl::Program::set(shine_location_, glm::vec2(water.specular, water.smoothness));
+    gl::Program::set(wave_length_location_, waves_at(water, 0.0).lengths_m);
     const double phase = frame.clock.elapsed_s / swash_period_s;
-    gl::Program::set(swash_at_, static_cast<float>(phase - std::floor(phase)));
+    gl::Program::set(swash_location_, static_cast<float>(phase - std::floor(phase)));
 
     glEnable(GL_BLEND);
     glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);

@@ -1,5 +1,5 @@
 #pragma once
-// The sea: reflection and refraction shaken by the waves, coloured by its depth, glittering in the sun.
+// Draws the sea: reflection and refraction distorted by waves, absorption by depth, sun glitter and foam.
 
 #include "gl/handle.hpp"
 #include "gl/program.hpp"
@@ -20,9 +20,9 @@ class WaterPass : public Pass {
     gl::VertexArray grid_;
     gl::Buffer vertices_, indices_;
     int index_count_ = 0;
-    int half_size_at_ = -1, has_textures_at_ = -1, distortion_at_ = -1, deep_at_ = -1, shallow_at_ = -1,
-        shine_at_ = -1;
-    int wave_length_at_ = -1, fade_distance_at_ = -1, swash_at_ = -1;
+    int half_size_location_ = -1, has_textures_location_ = -1, distortion_location_ = -1, deep_location_ = -1,
+        shallow_location_ = -1, shine_location_ = -1;
+    int wave_length_location_ = -1, fade_distance_location_ = -1, swash_location_ = -1;
 };
 
 } // namespace paradize

@@ -31,7 +31,7 @@ ReflectionPass::ReflectionPass(const PassSetup &setup)
 void ReflectionPass::prepare(Frame &frame) {
     const assets::SceneFile &file = frame.scene.file();
     if (file.water && frame.view(ViewKind::main).eye.y <= frame.water_m()) {
-        return; // an eye under water sees no mirror from above
+        return; // below the surface there is no reflection from above
     }
     draw_into(frame);
     frame.shared.reflection = &color_;

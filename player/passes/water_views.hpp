@@ -1,5 +1,5 @@
 #pragma once
-// The two pictures that the water is made of: what it mirrors, and what lies in it.
+// Draws the two textures that the water samples: reflection and refraction.
 
 #include "gl/handle.hpp"
 #include "passes/frame.hpp"
@@ -7,7 +7,7 @@
 
 namespace paradize {
 
-/// Draws one view of the frame into a half-float texture of a share of the picture's size.
+/// Draws one view of the frame into a half-float texture, scaled relative to the picture.
 class WaterView : public Pass {
   public:
     WaterView(ViewKind kind, float scale) : kind_(kind), scale_(scale) {}
@@ -26,14 +26,14 @@ class WaterView : public Pass {
     int width_px_ = 0, height_px_ = 0;
 };
 
-/// What stands above the water, seen by the eye mirrored in it.
+/// Draws what is above the water, seen by the mirrored eye.
 class ReflectionPass : public WaterView {
   public:
     explicit ReflectionPass(const PassSetup &setup);
     void prepare(Frame &frame) override;
 };
 
-/// What lies below the water; alpha holds the packed depth of the floor (shaders/lib/underwater.glsl).
+/// Draws what is below the water. Alpha holds the packed depth of the floor (shaders/lib/underwater.glsl).
 class RefractionPass : public WaterView {
   public:
     explicit RefractionPass(const PassSetup &setup);

@@ -15,7 +15,7 @@ namespace paradize {
 
 namespace {
 
-// A show that begins later than this begins its simulation this long before, so that --time never takes long.
+// Limits how far the simulation is stepped before the first frame, so that --time starts quickly.
 constexpr std::uint64_t max_steps = 600 * 120;
 std::vector<std::unique_ptr<Pass>> make_passes(std::span<const std::size_t> index, const PassSetup &setup) {
     std::vector<std::unique_ptr<Pass>> passes;
@@ -33,7 +33,7 @@ void set_default_state() {
     glCullFace(GL_BACK);
     glFrontFace(GL_CCW);
     glDisable(GL_BLEND);
-    glDisable(GL_DITHER); // ours is in the last pass
+    glDisable(GL_DITHER); // the last pass dithers
     glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
 }
@@ -80,7 +80,7 @@ void Renderer::resize(int width_px, int height_px) {
         depth_framebuffer_ = gl::make_framebuffer({}, resolved_depth_);
     }
     output_ = gl::make_framebuffer(final_, {});
-    cached_passes_.clear(); // theirs is another size
+    cached_passes_.clear(); // their size is wrong now
     for (const std::unique_ptr<Pass> &pass : passes_) {
         pass->resize(width_px, height_px);
     }
@@ -183,7 +183,7 @@ bool Renderer::has_filters() const {
     return std::ranges::any_of(passes_, [](const std::unique_ptr<Pass> &pass) { return pass->filters(); });
 }
 
-/// The resolved picture goes from one target to the other, once for each pass that filters.
+/// Runs the passes that filter. The picture alternates between two targets.
 void Renderer::filter() {
     gl::blit_depth(drawn_.name(), depth_framebuffer_.name(), width_px_, height_px_);
     frame_.shared.depth = &resolved_depth_;
@@ -201,7 +201,7 @@ void Renderer::filter() {
     }
 }
 
-/// Into the picture, resolved and filtered.
+/// Draws, resolves and filters the linear picture.
 void Renderer::draw_linear(const Pose &pose, const Sample &sample) {
     set_views(pose, sample);
     frame_.shared = Shared();

@@ -1,5 +1,5 @@
 #pragma once
-// One frame after the other: simulation, streaming, views, passes, resolve.
+// Draws frames: steps the simulation, sets the views, runs the passes, resolves the picture.
 
 #include "passes/frame.hpp"
 #include "passes/pass.hpp"
@@ -25,7 +25,7 @@ struct RendererOptions {
     std::vector<std::string> disabled; // names of passes
 };
 
-/// The place of a value that is no finite number.
+/// A pixel with a value that is not finite.
 struct BadPixel {
     int x = 0, y = 0; // from the top left
     float value[4] = {};
@@ -40,28 +40,31 @@ class Renderer {
     Renderer &operator=(const Renderer &) = delete;
 
     void resize(int width_px, int height_px);
-    /// Goes on from the moment that another renderer has drawn, with its simulation where that is the same.
+    /// Continues from the last frame of another renderer. Takes over its simulation if it is the same.
     void continue_from(const Renderer &before);
-    /// From the next frame on; the first with a detail that was not drawn with yet builds what it needs.
+    /// Takes effect with the next frame. Passes that cannot be reused with these settings are taken from a
+    /// cache or built.
     void change_settings(const RenderSettings &settings);
-    /// Draws the moment `elapsed_s` of the show, seen from `pose`. Steps the simulation up to it first.
+    /// Draws the frame at playback time `elapsed_s`, seen from `pose`. Steps the simulation up to that time
+    /// first.
     void draw(double elapsed_s, const Pose &pose);
-    /// The same moment as the mean of several frames' linear light, each seen through another place of the
-    /// pixel and lit from another place of the sun's disc; exposure and all that follows come after the mean.
+    /// Draws the mean of several frames in linear light. Each sample has its own place inside the pixel and
+    /// its own point on the sun's disc. Exposure and all later steps follow the mean.
     void draw_mean(double elapsed_s, const Pose &pose, const std::vector<Sample> &samples);
-    /// Draws a frame and waits for each of its passes; milliseconds by name, in drawing order.
+    /// Draws one frame and waits for the device after each pass. Returns name and milliseconds of each pass,
+    /// in drawing order.
     std::vector<std::pair<std::string_view, double>> measure_passes(double elapsed_s, const Pose &pose);
 
-    /// Of the last frame; none where the scene has no terrain.
+    /// Terrain counts of the last frame. Empty if the scene has no terrain.
     std::optional<TerrainCounts> terrain_counts() const;
 
-    /// Framebuffer with the finished 8-bit picture.
+    /// Framebuffer of the finished 8-bit picture.
     unsigned output() const;
     int width_px() const { return width_px_; }
     int height_px() const { return height_px_; }
-    /// The finished picture: RGB, rows from the top. `pixels` is resized.
+    /// Reads the finished picture as RGB, first row at the top. Resizes `pixels`.
     void read_picture(std::vector<std::uint8_t> &pixels) const;
-    /// First pixel of the linear picture with a NaN or an infinity.
+    /// Finds the first pixel of the linear picture that holds a NaN or an infinity.
     std::optional<BadPixel> find_bad_pixel() const;
 
   private:
@@ -85,7 +88,7 @@ class Renderer {
         RenderSettings settings;
         std::unique_ptr<Pass> pass;
     };
-    std::vector<CachedPass> cached_passes_; // made for details that were drawn with before
+    std::vector<CachedPass> cached_passes_; // built for settings that were used before
     bool has_post_ = false;
     Frame frame_;
     gl::Renderbuffer color_, depth_;

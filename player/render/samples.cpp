@@ -9,7 +9,7 @@ namespace paradize {
 
 namespace {
 
-/// Digits of `index` to `base`, mirrored at the point: [0, 1).
+/// Mirrors the digits of `index` in base `base` at the point. The result lies in [0, 1).
 double radical_inverse(int index, int base) {
     double out = 0.0;
     double digit = 1.0;

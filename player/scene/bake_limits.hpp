@@ -1,5 +1,6 @@
 #pragma once
-// What a picture asks of a bake that left out what no view of the flight asks for.
+// Checks whether the bake covers what is drawn. A bake leaves out mips and LODs that no view of the flight
+// needs.
 
 #include "assets/scene_file.hpp"
 
@@ -10,18 +11,19 @@
 
 namespace paradize {
 
-/// Says once of each limit of a bake that a run goes beyond it: the largest picture, the free camera's
-/// region. Then the finest there is is shown. Nothing is said of a bake that left nothing out.
+/// Returns one warning per limit that playback exceeds: the largest picture and the free camera's region. The
+/// player then shows the finest data that was baked. There are no warnings for a bake that left nothing out.
 class BakeLimits {
   public:
     explicit BakeLimits(const assets::SceneFile &file) : file_(file), untrimmed_(!file.is_trimmed()) {}
 
-    /// What is to be said of a picture of this size; empty: nothing, or it was said.
+    /// Returns a warning if the picture is larger than the scene was baked for. Empty if it is not, or if the
+    /// warning was returned before.
     std::string check_size(int width_px, int height_px);
-    /// The same of a steered camera, at its eye.
+    /// The same for the eye of the free camera.
     std::string check_camera(const glm::dvec3 &eye);
 
-    /// All that was said.
+    /// All warnings so far.
     const std::vector<std::string> &messages() const { return messages_; }
 
   private:

@@ -25,7 +25,7 @@ void finish_view(View &view) {
 }
 
 glm::dvec3 anchor_of(const glm::dvec3 &eye) {
-    constexpr double near_m = 4096.0; // float32 has steps of 0.5 mm there
+    constexpr double near_m = 4096.0; // float32 has a precision of 0.5 mm there
     constexpr double step_m = 1024.0;
     glm::dvec3 out(0.0);
     for (int axis = 0; axis < 3; ++axis) {
@@ -96,7 +96,7 @@ View light_view(const assets::Shadow &shadow, const glm::vec3 &to_sun, const glm
     out.width_px = shadow.size_px;
     out.height_px = shadow.size_px;
     const float half = shadow.extent_m * 0.5F;
-    // Deep enough for all that stands on the square, however low the sun.
+    // Covers everything on the square even for a low sun.
     const float reach = shadow.extent_m * 1.5F;
     out.near_m = 0.0F;
     out.far_m = 2.0F * reach;

@@ -1,5 +1,5 @@
 #pragma once
-// Views of one frame: the picture's camera, its mirror image under the water, the light's.
+// Builds the views of a frame: main camera, camera mirrored in the water, refraction and light.
 
 #include "assets/scene_file.hpp"
 #include "scene/flight.hpp"
@@ -9,32 +9,32 @@
 
 namespace paradize {
 
-/// Clip planes stand this far on the other side of the water, so that shaken lookups at its edge find
-/// something.
+/// The clip planes lie this far behind the water surface, so that distorted lookups at the shore find a
+/// colour.
 inline constexpr float clip_margin_m = 0.05F;
 
-/// Where a view from this eye counts its coordinates from: 0 along each axis that it is near on, else a
-/// multiple of 1024 m next to it.
+/// Returns the floating origin for an eye: 0 along each axis where the eye is near the world's origin, else a
+/// multiple of 1024 m near the eye.
 glm::dvec3 anchor_of(const glm::dvec3 &eye);
 
-/// The picture's camera.
+/// The main camera.
 View main_view(const Pose &pose, const assets::Flight &flight, int width_px, int height_px);
-/// The camera mirrored in the plane y = level_m of the world, `scale` times as fine; keeps what is above the
-/// water.
+/// The camera mirrored in the plane y = level_m (world). `scale` multiplies its resolution. Clips what lies
+/// below the water.
 View mirror_view(const View &main, double level_m, float scale);
-/// The picture's camera, `scale` times as fine; keeps what is below the water.
+/// The main camera at `scale` times its resolution. Clips what lies above the water.
 View refraction_view(const View &main, double level_m, float scale);
-/// Parallel light over the square of the shadow map.
+/// Orthographic view from the sun over the square of the shadow map.
 View light_view(const assets::Shadow &shadow, const glm::vec3 &to_sun,
                 const glm::dvec3 &anchor = glm::dvec3(0.0));
 
-/// [0,1]^3 of the light's map from its clip space.
+/// Maps the light's clip space to [0,1]^3 of the shadow map.
 glm::mat4 texture_from_clip();
 
-/// Moves what a view sees by a part of its own pixel, x to the right and y up.
+/// Shifts the view by a fraction of its own pixel, x to the right, y upwards.
 void jitter(View &view, const glm::vec2 &pixels);
 
-/// Fills view_projection and the frustum's planes from view and projection.
+/// Computes view_projection and the frustum planes from view and projection.
 void finish_view(View &view);
 
 } // namespace paradize

@@ -17,7 +17,7 @@ glm::dvec3 cubic(const std::array<glm::dvec4, 3> &c, double u) {
     return {cubic(c[0], u), cubic(c[1], u), cubic(c[2], u)};
 }
 
-/// Place on the spline, in segments, at a second inside the flight.
+/// Returns the spline parameter U at a second of the flight: the whole part is the segment.
 double spline_position(const assets::Flight &flight, double second) {
     const std::vector<assets::TimeKnot> &table = flight.time_table;
     const auto after =

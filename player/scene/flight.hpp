@@ -1,5 +1,5 @@
 #pragma once
-// Where the camera is at a second of the flight. In double: the show runs for days.
+// The camera pose at a second of the flight. Uses double, because playback runs for days.
 
 #include "assets/scene_file.hpp"
 
@@ -11,18 +11,18 @@ namespace paradize {
 struct Pose {
     glm::dvec3 eye{0.0};
     glm::dvec3 target{0.0, 0.0, -1.0};
-    double roll_rad = 0.0; // positive: the horizon falls to the left
+    double roll_rad = 0.0; // positive: the horizon tilts down to the left
 };
 
-/// Second in [0, duration) for any second; t and t + n duration agree to the last bits of t.
+/// Wraps any time into [0, duration). t and t + n duration give the same result up to rounding of t.
 double flight_second(double elapsed_s, double duration_s);
 
-/// The pose at second `time_s` (reduced modulo the duration): the time table's cubic Hermite gives the place
-/// on the spline, the segment's cubics give eye, target and roll.
+/// Returns the pose at `time_s` (wrapped into the flight). The time table's cubic Hermite gives the spline
+/// parameter, the segment's cubics give eye, target and roll.
 Pose flight_pose(const assets::Flight &flight, double time_s);
 
-/// Eye from world. Guards: an eye on its target looks along -Z, a look straight up or down takes -Z / +Z as
-/// up.
+/// Returns the matrix from world to eye space. An eye at its target looks along -Z. A vertical view direction
+/// uses -Z or +Z as its up vector.
 glm::mat4 view_matrix(const Pose &pose);
 
 } // namespace paradize

@@ -12,7 +12,7 @@ constexpr int exact_parallax_steps = 24;
 constexpr int reference_parallax_steps = 128;
 constexpr float graphics_anisotropy = 4.0F;
 constexpr float max_anisotropy = 16.0F;
-constexpr float finest_mip_bias = -3.0F; // eight samples along a pixel's edge
+constexpr float finest_mip_bias = -3.0F; // as for eight samples along a pixel's edge
 
 template <typename T>
 T pick(const Quality &quality, QualityFeature feature, T fast, T balanced, T exact) {

@@ -1,6 +1,5 @@
 #pragma once
-// The scene as the passes see it: what scene.json says, joined with the textures and meshes that the streamer
-// fills.
+// The scene for the passes: scene.json joined with the textures and meshes of the streamer.
 
 #include "assets/scene_file.hpp"
 #include "scene/view.hpp"
@@ -27,11 +26,11 @@ struct Object {
     const assets::Object *file = nullptr;
     const StreamedMesh *mesh = nullptr;
     assets::PerMap<const StreamedTexture *> maps; // nullptr: the object has no such map
-    std::vector<assets::Material> materials;      // one per name in mesh->materials(), same order
+    std::vector<assets::Material> materials;      // one entry per name in mesh->materials(), same order
     std::vector<Instance> instances;
 };
 
-/// One instance to draw in one view, at a level whose data is resident.
+/// An instance to draw in one view, with a level of detail that is resident.
 struct DrawItem {
     const Object *object = nullptr;
     const Instance *instance = nullptr;
@@ -40,8 +39,8 @@ struct DrawItem {
 
 class Scene {
   public:
-    /// Joins objects with their maps and materials. Throws Error when scene.json and the meshes disagree.
-    /// Both outlive the scene.
+    /// Joins objects with their maps and materials. `file` and `streamer` must outlive the scene. Throws
+    /// Error if scene.json and the meshes disagree.
     Scene(const assets::SceneFile &file, const Streamer &streamer);
     Scene(const Scene &) = delete;
     Scene &operator=(const Scene &) = delete;
@@ -49,16 +48,17 @@ class Scene {
     const assets::SceneFile &file() const { return file_; }
     std::span<const Object> objects() const { return objects_; }
 
-    /// By artifact name; nullptr for an empty name. The scene file's references are checked when it is read,
-    /// so that a name of the scene file is always there.
+    /// Returns nullptr for an empty name. Every name in the scene file is valid, because references are
+    /// checked when scene.json is read.
     const StreamedTexture *texture(std::string_view artifact) const;
     const StreamedMesh *mesh(std::string_view artifact) const;
     const Streamer &streamer() const { return streamer_; }
 
     std::size_t instance_count() const { return instance_count_; }
-    /// Culls by sphere and picks levels; appends to `items`, whose capacity must hold instance_count()
-    /// already. Levels are picked for `eye` (the light's view takes the picture's, so that shadows fit their
-    /// casters), the coarsest with an error of at most `error_px` pixels.
+    /// Appends the visible instances of `view` to `items`, culled by their bounding spheres. Picks for each
+    /// the coarsest level with an error of at most `error_px` pixels seen from `eye`. The light view uses the
+    /// main view's eye, so that shadows fit their casters. The capacity of `items` must hold instance_count()
+    /// already.
     void collect(const View &view, const glm::vec3 &eye, float pixels_at_1m, float error_px,
                  std::vector<DrawItem> &items) const;
 
@@ -69,12 +69,12 @@ class Scene {
     std::size_t instance_count_ = 0;
 };
 
-/// Scale and bias of a material's parallax: as asked, or both made smaller so that the steepest look, which
-/// moves a sample by scale / 2 + |bias|, stays within the limit.
+/// Returns the scale and bias of a material's parallax. Both are reduced if the largest displacement, scale /
+/// 2 + |bias|, exceeds the material's limit.
 glm::vec2 parallax_of(const assets::Material &material);
 
-/// The coarsest level whose error, seen from `distance_m`, covers no more than `error_px` pixels.
-/// errors_m: level 0 first, growing. Returns 0 when none is coarse enough.
+/// Returns the coarsest level whose error covers at most `error_px` pixels at `distance_m`, or 0 if none
+/// does. `errors_m` starts with level 0 and grows.
 int choose_lod(std::span<const float> errors_m, float distance_m, float pixels_at_1m, float error_px);
 
 } // namespace paradize

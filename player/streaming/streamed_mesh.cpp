@@ -67,7 +67,7 @@ StreamedMesh::StreamedMesh(const assets::Glb &glb) : materials_(glb.materials), 
 void StreamedMesh::upload(const assets::UploadChunk &chunk) {
     MeshLevel &made = levels_[chunk.level];
     const bool indices = chunk.part >= assets::mesh_attributes;
-    // A copy target, so that no vertex array's element buffer is disturbed.
+    // A copy target leaves the element buffer of the bound vertex array unchanged.
     gl::write_buffer(GL_COPY_WRITE_BUFFER, indices ? made.indices : made.vertices,
                      offsets_[chunk.level][chunk.part] + chunk.offset, chunk.bytes);
     made.resident = made.resident || chunk.last;

@@ -1,5 +1,5 @@
 #pragma once
-// An object's mesh on the GPU: a vertex array per level of detail.
+// An object's mesh on the GPU: one vertex array per level of detail.
 
 #include "assets/glb.hpp"
 #include "assets/upload_plan.hpp"
@@ -14,7 +14,7 @@
 
 namespace paradize {
 
-/// A run of triangles of one material.
+/// A range of triangles with one material.
 struct MeshPrimitive {
     int material = 0; // index into StreamedMesh::materials()
     int index_count = 0;
@@ -33,35 +33,35 @@ struct MeshLevel {
 class StreamedMesh {
   public:
     StreamedMesh() = default;
-    /// Buffers for all levels.
+    /// Creates the buffers of all levels.
     explicit StreamedMesh(const assets::Glb &glb);
 
-    std::span<const MeshLevel> levels() const { return levels_; } // level 0, the finest, first
+    std::span<const MeshLevel> levels() const { return levels_; } // level 0, the finest, comes first
     std::span<const std::string> materials() const { return materials_; }
-    /// Where its positions stand in the object's space; the steps are the same along all axes.
+    /// The quantization grid of the positions. Its step is the same along all axes.
     const assets::QuantizationGrid &grid() const { return grid_; }
-    /// The resident level nearest to `wanted`, coarser ones first; -1 when none is there.
+    /// Returns the resident level nearest to `wanted`; coarser levels are preferred. -1 if none is resident.
     int best_level(int wanted) const;
-    /// Draws all primitives of a material, or of all (-1). Leaves the vertex array bound.
+    /// Draws all primitives of a material, or of all materials (-1). Leaves the vertex array bound.
     void draw(int level, int material = -1) const;
 
-    /// Writes a piece of plan_mesh().
+    /// Writes a chunk of plan_mesh().
     void upload(const assets::UploadChunk &chunk);
 
   private:
     std::vector<MeshLevel> levels_;
     std::vector<std::string> materials_;
     assets::QuantizationGrid grid_;
-    std::vector<std::vector<std::size_t>> offsets_; // per level and part, byte in its buffer
+    std::vector<std::vector<std::size_t>> offsets_; // per level and part, offset in its buffer in bytes
 };
 
-/// What makes metres of a lattice's codes.
+/// Returns the matrix from quantized values to metres.
 glm::dmat4 model_of(const assets::QuantizationGrid &grid);
-/// Enables attribute `part` of the vertex array that is bound, unless the level has none such: read from
-/// `vertices` at `offset_bytes`.
+/// Enables attribute `part` of the bound vertex array, read from `vertices` at `offset_bytes`. Does nothing
+/// if the level lacks that attribute.
 void attach_attribute(const assets::GlbLevel &level, std::uint32_t part, const gl::Buffer &vertices,
                       std::size_t offset_bytes);
-/// Where the next attribute may begin.
+/// Returns the aligned offset of the next attribute.
 std::size_t attribute_end(std::size_t offset_bytes, std::size_t bytes);
 
 } // namespace paradize

@@ -22,14 +22,14 @@ void check_same_layout(const assets::Glb &glb, const assets::GlbLevel &level, co
     for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
         if (vertex_bytes(level, part) != vertex_bytes(first, part) ||
             level.formats[part] != first.formats[part]) {
-            refuse("its attributes are not those of node " + first.name);
+            refuse("its attributes differ from those of node " + first.name);
         }
     }
     if (level.index_bytes != first.index_bytes) {
-        refuse("its indices are not of the type of node " + first.name + "'s");
+        refuse("its index type differs from that of node " + first.name);
     }
     if (level.primitives.size() != 1) {
-        refuse("has " + std::to_string(level.primitives.size()) + " primitives, a patch has one");
+        refuse("has " + std::to_string(level.primitives.size()) + " primitives, must have one");
     }
 }
 
@@ -68,7 +68,7 @@ void StreamedTile::upload(const assets::Glb &glb, const assets::UploadChunk &chu
     const assets::GlbLevel &level = glb.levels[chunk.level];
     const PatchRange &range = ranges_[chunk.level];
     if (chunk.part >= assets::mesh_attributes) {
-        // A copy target, so that no vertex array's element buffer is disturbed.
+        // A copy target leaves the element buffer of the bound vertex array unchanged.
         gl::write_buffer(GL_COPY_WRITE_BUFFER, indices_, range.index_offset + chunk.offset, chunk.bytes);
     } else {
         const std::size_t before =

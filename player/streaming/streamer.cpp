@@ -20,22 +20,22 @@ void StreamedTexture::bind(unsigned unit, unsigned sampler) const {
     gl::bind_texture(unit, target_, resident() ? texture_.name() : fallback_.name(), sampler);
 }
 
-/// One artifact on its way.
+/// One artifact with its GPU objects. Scenes that share an artifact share the item.
 struct StreamItem {
-    assets::LoadedArtifact loaded; // its file until all of it is uploaded
+    assets::LoadedArtifact loaded; // kept until everything is uploaded
     StreamedTexture texture;
     StreamedMesh mesh;
     StreamedTile tile;
     assets::ArtifactKind kind = assets::ArtifactKind::sound;
     std::string sha256;
     std::size_t chunks_left = 0;
-    std::uint64_t bytes = 0; // of all its pieces
+    std::uint64_t bytes = 0; // of all its chunks
 };
 
 struct Streamer::Impl {
     const assets::SceneFile &scene;
-    std::vector<std::shared_ptr<StreamItem>> items; // one per artifact, same order; of several scenes
-    std::vector<std::uint32_t> tiles;               // the items that are the terrain's
+    std::vector<std::shared_ptr<StreamItem>> items; // one per artifact, same order
+    std::vector<std::uint32_t> tiles;               // items that are terrain tiles
     std::vector<assets::UploadChunk> chunks;
     std::size_t next = 0;
     std::uint64_t resident = 0;
@@ -43,7 +43,7 @@ struct Streamer::Impl {
     std::uint64_t terrain = 0;
     std::unique_ptr<assets::Prefetcher> prefetcher;
 
-    std::size_t reused = 0; // items of the scene before
+    std::size_t reused = 0; // items taken over from the previous scene
 
     explicit Impl(const assets::SceneFile &file) : scene(file) {
         if (scene.terrain) {
@@ -54,7 +54,7 @@ struct Streamer::Impl {
         }
     }
 
-    /// Makes the device's objects for an artifact that was opened.
+    /// Creates the GPU objects of a loaded artifact.
     void add(std::uint32_t index, assets::LoadedArtifact loaded) {
         items[index] = std::make_shared<StreamItem>();
         StreamItem &item = *items[index];
@@ -76,7 +76,7 @@ struct Streamer::Impl {
         item.loaded.chunks = {};
     }
 
-    /// What this scene has whole of an artifact of another; nullptr: nothing.
+    /// Returns a complete item for an artifact of another scene, or nullptr if there is none.
     std::shared_ptr<StreamItem> find_reusable(const assets::SceneFile &other,
                                               const assets::Artifact &artifact) const {
         const std::optional<std::uint32_t> tile = tile_of(other, artifact);
@@ -113,10 +113,10 @@ struct Streamer::Impl {
         }
     }
 
-    /// Is the next piece there? Throws Error when it never will be.
+    /// True if the next chunk can be uploaded. Throws Error if its file or level is broken.
     bool next_is_ready(NotReady not_ready) {
         if (!chunks[next].inflated && !chunks[next].released) {
-            return true; // in memory
+            return true; // already in memory
         }
         if (!prefetcher->ready(next)) {
             if (not_ready == NotReady::skip) {
@@ -128,7 +128,7 @@ struct Streamer::Impl {
         if (const std::string &error = prefetcher->error(next); !error.empty()) {
             const std::string &path = items[chunks[next].artifact]->loaded.path;
             throw Error(error.starts_with(path)
-                            ? error // of the file as a whole
+                            ? error // the error concerns the whole file
                             : path + ": level " + std::to_string(chunks[next].level) + ": " + error);
         }
         return true;
@@ -154,7 +154,7 @@ struct Streamer::Impl {
 SceneLoad::SceneLoad(const assets::SceneFile &file, const std::filesystem::path &folder,
                      const Streamer *before, std::uint64_t max_waiting)
     : reused_(file.artifacts.size()) {
-    std::vector<std::uint32_t> order = file.streaming; // and after it what it does not name
+    std::vector<std::uint32_t> order = file.streaming; // then all artifacts that it does not name
     for (std::uint32_t i = 0; i < file.artifacts.size(); ++i) {
         order.push_back(i);
     }
@@ -188,7 +188,7 @@ Streamer::Streamer(const assets::SceneFile &file, const std::filesystem::path &f
 Streamer::Streamer(const assets::SceneFile &file, SceneLoad load) : impl_(std::make_unique<Impl>(file)) {
     std::vector<assets::LoadedArtifact> loaded = load.loader_->take();
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    // What a mesh does not have: a normal upwards, a tangent along X, white.
+    // Values for attributes that a mesh lacks: normal upwards, tangent along X, colour white.
     glVertexAttrib3f(gl::attribute_normal, 0.0F, 1.0F, 0.0F);
     glVertexAttrib4f(gl::attribute_tangent, 1.0F, 0.0F, 0.0F, 1.0F);
     glVertexAttrib4f(gl::attribute_color, 1.0F, 1.0F, 1.0F, 1.0F);

@@ -56,13 +56,13 @@ void TerrainCut::update(const CutEye &eye) {
         }
     }
     reached_.assign(roots_.begin(), roots_.end());
-    for (std::size_t i = 0; i < reached_.size(); ++i) { // grows: each split appends what it makes
+    for (std::size_t i = 0; i < reached_.size(); ++i) { // the vector grows: each split appends its children
         const std::int32_t diamond = patches_.diamond[reached_[i]];
         if (diamond < 0) {
             continue;
         }
         const auto d = static_cast<std::uint32_t>(diamond);
-        // The last of its patches to be shown decides: by then all that made them are split.
+        // The last patch of a diamond to be reached decides. By then all diamonds above it are split.
         if (++reached_count_[d] == patch_count_[d] && missing_children_[d] == 0 && wants_split(d, eye)) {
             split_[d] = 1;
             reached_.insert(reached_.end(), children_.begin() + first_child_[d],

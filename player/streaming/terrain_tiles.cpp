@@ -49,7 +49,7 @@ bool TerrainTiles::sees(const View &view, const glm::vec4 &plane, std::uint32_t 
     if (above(plane, center) < -radius_m) {
         return false;
     }
-    // What is below the water is lifted towards it: the sphere, swept upwards.
+    // The refraction view lifts what is below the water, so the sphere is swept upwards.
     glm::vec3 top = center;
     if (view.kind == ViewKind::refraction) {
         top.y = std::max(top.y, static_cast<float>(water_m_ - view.anchor.y));
@@ -63,7 +63,7 @@ void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainU
     const std::span<const std::uint32_t> patches = cut_.patches();
     std::uint32_t drawn = 0;
     std::uint64_t triangles = 0;
-    // From the last: fine patches are near, and hide what coarse ones behind them would shade.
+    // From the last patch to the first: fine patches are near and hide coarse ones behind them.
     for (std::size_t end = patches.size(); end > 0;) {
         const std::uint32_t tile_index = terrain_.patches.tile[patches[end - 1]];
         const StreamedTile &tile = streamer_.tile(tile_index);

@@ -1,6 +1,5 @@
 #pragma once
-// The terrain of a scene: its tiles as they arrive, the cut of the frame, and the patches of it that a view
-// sees.
+// The terrain of a scene: its tiles, the cut of the frame, and the drawing of patches in a view.
 
 #include "scene/view.hpp"
 #include "streaming/streamer.hpp"
@@ -15,40 +14,41 @@
 
 namespace paradize {
 
-/// How much of the terrain a frame draws.
+/// Terrain statistics of one frame.
 struct TerrainCounts {
     std::uint32_t patches = 0;     // drawn in the main view
-    std::uint64_t triangles = 0;   // of them
-    std::uint32_t cut_patches = 0; // of the frame's cut, seen or not
+    std::uint64_t triangles = 0;   // of these patches
+    std::uint32_t cut_patches = 0; // in the frame's cut, visible or not
     std::uint64_t cut_triangles = 0;
-    std::uint32_t resident_patches = 0; // patches that are on the device
-    std::uint32_t total_patches = 0;    // patches of the scene
+    std::uint32_t resident_patches = 0; // on the device
+    std::uint32_t total_patches = 0;    // of the scene
 };
 
-/// A plane that keeps everything.
+/// A plane that clips nothing.
 inline constexpr glm::vec4 no_plane{0.0F, 0.0F, 0.0F, 1.0F};
 
-/// Uniforms of the program that draws; -1: it has none such.
+/// Uniform locations of the program that draws; -1: the program has no such uniform.
 struct TerrainUniforms {
     int model = -1;   // mat4, world from mesh
-    int normals = -1; // mat3, of normals
+    int normals = -1; // mat3, transforms normals
 };
 
 class TerrainTiles {
   public:
-    /// All outlive it.
+    /// `terrain` and `streamer` must outlive this object.
     TerrainTiles(const assets::Terrain &terrain, const Streamer &streamer);
 
-    /// Takes what has arrived, and finds the cut for the eye of the main view; all views of the frame share
-    /// it, so that shadows and reflections fit. Allocates nothing, nor do the others.
+    /// Registers newly resident patches and finds the cut for the main view's eye. All views of the frame
+    /// share the cut, so that shadows and reflections fit. Allocates nothing; nor do the other functions.
     void update(const View &main, float error_px);
     const TerrainCut &cut() const { return cut_; }
-    /// Is any of the patch in the view, and on the kept side of `plane` (in the view's coordinates, inward)?
+    /// True if any part of the patch is inside the view and on the kept side of `plane`. The plane is in the
+    /// view's coordinates and points inwards.
     bool sees(const View &view, const glm::vec4 &plane, std::uint32_t patch) const;
-    /// In the refraction's view, what lies below the water is drawn somewhere between its place and this
-    /// height.
+    /// Sets the water level. The refraction view draws what is below the water between its true height and
+    /// this level.
     void set_water(double level_m) { water_m_ = level_m; }
-    /// Draws what sees() says with the program in use. Leaves a vertex array bound.
+    /// Draws the patches that sees() accepts, with the program in use. Leaves a vertex array bound.
     void draw(const View &view, const glm::vec4 &plane, const TerrainUniforms &uniforms);
     TerrainCounts counts() const;
 
@@ -57,9 +57,9 @@ class TerrainTiles {
     const Streamer &streamer_;
     TerrainCut cut_;
     double water_m_ = -1e30;
-    std::vector<std::uint32_t> first_patch_;    // per tile, and one more
-    std::vector<std::uint32_t> known_resident_; // per tile: patches that the cut knows to have arrived
-    // One draw call, as glMultiDrawElementsBaseVertex takes it.
+    std::vector<std::uint32_t> first_patch_;    // per tile, plus the end
+    std::vector<std::uint32_t> known_resident_; // per tile: resident patches that cut_ knows of
+    // Arguments of glMultiDrawElementsBaseVertex.
     std::vector<int> counts_, base_vertices_;
     std::vector<const void *> offsets_;
     std::uint32_t main_patches_ = 0;

@@ -13,7 +13,7 @@ namespace {
 
 using assets::PixelFormat;
 
-/// `format` 0: block-compressed.
+/// `format` 0 means block-compressed.
 struct Format {
     GLenum internal = 0;
     GLenum format = 0;
@@ -117,20 +117,20 @@ gl::Texture allocate_texture(const assets::Ktx2 &ktx, const std::string &file, S
     if (needs_s3tc(ktx.format) &&
         !(epoxy_has_gl_extension("GL_EXT_texture_compression_s3tc") &&
           (epoxy_has_gl_extension("GL_EXT_texture_sRGB") || epoxy_gl_version() >= 40))) {
-        throw Error(file +
-                    ": this driver samples no BC1 or BC3 textures; bake the scene with RGBA8 textures");
+        throw Error(
+            file + ": this driver does not support BC1 and BC3 textures; bake the scene with RGBA8 textures");
     }
     if (needs_bptc(ktx.format) &&
         !(epoxy_has_gl_extension("GL_ARB_texture_compression_bptc") || epoxy_gl_version() >= 42)) {
         throw Error(file +
-                    ": this driver samples no BC7 textures (GL_ARB_texture_compression_bptc); bake the "
+                    ": this driver does not support BC7 textures (GL_ARB_texture_compression_bptc); bake the "
                     "scene at another tier than exact");
     }
     GLint most = 0;
     glGetIntegerv(ktx.faces == 6 ? GL_MAX_CUBE_MAP_TEXTURE_SIZE : GL_MAX_TEXTURE_SIZE, &most);
     if (static_cast<GLint>(std::max(ktx.levels[0].width_px, ktx.levels[0].height_px)) > most) {
         throw Error(file + ": " + std::to_string(ktx.levels[0].width_px) + " x " +
-                    std::to_string(ktx.levels[0].height_px) + " texels, this driver takes " +
+                    std::to_string(ktx.levels[0].height_px) + " texels, the driver's limit is " +
                     std::to_string(most));
     }
     const Format format = gl_format(ktx.format);

@@ -1,5 +1,5 @@
 #pragma once
-// From what KTX2 says to what GL takes.
+// Maps KTX2 formats to GL, allocates textures and uploads rows.
 
 #include "assets/ktx2.hpp"
 #include "assets/upload_plan.hpp"
@@ -10,14 +10,14 @@
 namespace paradize {
 
 enum class Storage { immutable, mutable_levels };
-/// Immutable where the driver has ARB_texture_storage.
+/// Returns immutable if the driver has ARB_texture_storage.
 Storage best_storage();
 
-/// Storage for all levels; nothing can be sampled yet. Repeats and filters trilinearly; cube maps clamp.
-/// Throws Error when the driver does not sample the format or the size.
+/// Allocates all levels; nothing can be sampled yet. Repeat and trilinear, cube maps clamp. Throws Error if
+/// the driver does not support the format or the size.
 gl::Texture allocate_texture(const assets::Ktx2 &ktx, const std::string &file, Storage storage);
 
-/// One texel that stands in until data is there: mid grey, or zero for signed and two-channel maps.
+/// Creates a one-texel placeholder: mid grey, or zero for signed and two-channel maps.
 gl::Texture neutral_texture(const assets::Ktx2 &ktx);
 
 /// Uploads rows of one level and face. Leaves the texture bound to the active unit.

@@ -4,29 +4,28 @@
 
 const float PI = 3.14159265358979;
 
-// Roughness alpha of a smoothness in [0,1]: (1 - s)^2, floored so that the lobe stays representable.
+// GGX roughness alpha of a smoothness in [0,1]: (1 - s)^2, with a lower limit to stay representable.
 float alpha_of_smoothness(float smoothness) {
     float rough = 1.0 - clamp(smoothness, 0.0, 1.0);
     return max(rough * rough, 0.002);
 }
 
 // GGX: B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007.
-// Written as in the fp-safe form: 1 - n_h^2 is computed by the caller's cross product where it matters.
 float ggx_distribution(float n_h, float alpha) {
     float a2 = alpha * alpha;
     float d = n_h * n_h * (a2 - 1.0) + 1.0;
     return a2 / (PI * max(d * d, 1e-8));
 }
 
-// Visibility G / (4 n_l n_v), height-correlated Smith approximated as in E. Hammon, "PBR Diffuse
-// Lighting for GGX+Smith Microsurfaces", GDC 2017.
+// Visibility G / (4 n_l n_v): height-correlated Smith, approximated as in E. Hammon, "PBR Diffuse Lighting
+// for GGX+Smith Microsurfaces", GDC 2017.
 float ggx_visibility(float n_l, float n_v, float alpha) {
     float smith = mix(2.0 * n_l * n_v, n_l + n_v, alpha);
     return 0.5 / max(smith, 1e-4);
 }
 
-// Specular reflectance of direction l seen from v, already multiplied by n.l; f0 is the intensity at
-// normal incidence (the gloss map's R times the material's), never above `limit`.
+// Specular reflectance of light from direction l towards v, including the factor n.l, at most `limit`. f0 is
+// the reflectance at normal incidence.
 float specular_ggx(vec3 n, vec3 v, vec3 l, float f0, float alpha, float limit) {
     float n_l = dot(n, l);
     if (n_l <= 0.0) {
@@ -39,8 +38,8 @@ float specular_ggx(vec3 n, vec3 v, vec3 l, float f0, float alpha, float limit) {
     return min(ggx_distribution(n_h, alpha) * ggx_visibility(n_l, n_v, alpha) * f * n_l, limit);
 }
 
-// Reflectance towards v of light from all sides around the mirrored direction: the fit of B. Karis, "Physically
-// Based Shading on Mobile", 2014. Below f0 = 0.02 nothing natural reflects at grazing angles either: S. Lagarde, 2011.
+// Reflectance of environment light towards v: fit of B. Karis, "Physically Based Shading on Mobile", 2014.
+// Below f0 = 0.02 the grazing term fades out too: S. Lagarde, 2011.
 float environment_reflectance(float f0, float n_v, float alpha) {
     vec4 r = sqrt(clamp(alpha, 0.0, 1.0)) * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
     float a = min(r.x * r.x, exp2(-9.28 * clamp(n_v, 0.0, 1.0))) * r.x + r.y;
@@ -48,8 +47,8 @@ float environment_reflectance(float f0, float n_v, float alpha) {
     return max(f0 * ab.x + clamp(50.0 * f0, 0.0, 1.0) * ab.y, 0.0);
 }
 
-// Widens alpha by the normal's variance inside the pixel, so that highlights do not shimmer:
-// Y. Tokuyoshi, A. Kaplanyan, "Improved Geometric Specular Antialiasing", I3D 2019.
+// Widens alpha by the variance of the normal inside a pixel, so that highlights do not shimmer: Y. Tokuyoshi,
+// A. Kaplanyan, "Improved Geometric Specular Antialiasing", I3D 2019.
 float filtered_alpha(vec3 n, float alpha) {
     vec3 dx = dFdx(n);
     vec3 dy = dFdy(n);

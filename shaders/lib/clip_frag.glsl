@@ -1,4 +1,4 @@
-// The fragment's half of lib/clip_vert.glsl: call it first.
+// Fragment part of lib/clip_vert.glsl. Call apply_clip() first in main().
 #ifdef GL_ES
 in float v_clip_side;
 void apply_clip() {

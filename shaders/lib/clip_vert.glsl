@@ -1,6 +1,6 @@
-// The clip plane of a view: points with dot(plane, position) < 0 are not drawn. The desktop clips
-// triangles; ES 300 has no clip distance in its core, so there lib/clip_frag.glsl discards fragments.
-uniform vec4 u_clip_plane; // world space; (0,0,0,1) clips nothing
+// The clip plane of a view. Points with dot(plane, position) < 0 are not drawn. Desktop GL uses clip
+// distances. ES 300 has none, so lib/clip_frag.glsl discards fragments there.
+uniform vec4 u_clip_plane; // in the view's coordinates; (0,0,0,1) clips nothing
 
 #ifdef GL_ES
 out float v_clip_side;

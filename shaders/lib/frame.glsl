@@ -1,6 +1,5 @@
-// What every shader knows of the view and of the light: player/gl/frame_uniforms.hpp says what each field
-// means. Each view (picture, mirror, refraction, light) has its own copy with its own eye, so that highlights
-// and parallax in the mirror are the mirror's.
+// Shared data of view and light. player/gl/frame_uniforms.hpp describes each member. Every view (main,
+// mirror, refraction, light) has its own copy with its own eye.
 layout(std140) uniform FrameUniforms {
     mat4 view_projection;
     mat4 view;

@@ -1,6 +1,6 @@
-// Fresnel reflectance of a dielectric, C. Schlick, "An Inexpensive BRDF Model for Physically-based
-// Rendering", Computer Graphics Forum 13(3), 1994.
-// cosine may leave [0,1] by rounding: it is clamped first, for pow of a negative number is NaN.
+// Fresnel reflectance of a dielectric: C. Schlick, "An Inexpensive BRDF Model for Physically-based
+// Rendering", Computer Graphics Forum 13(3), 1994. `cosine` is clamped, because rounding may carry it outside
+// [0,1].
 float fresnel_schlick(float f0, float cosine) {
     float m = 1.0 - clamp(cosine, 0.0, 1.0);
     float m2 = m * m;

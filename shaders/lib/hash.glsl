@@ -1,4 +1,4 @@
-// Integer hash to [0,1): PCG2D of M. Jarzynski, M. Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020.
+// Integer hash: PCG2D of M. Jarzynski, M. Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020.
 uvec2 pcg2d(uvec2 v) {
     v = v * 1664525u + 1013904223u;
     v.x += v.y * 1664525u;
@@ -12,7 +12,7 @@ uvec2 pcg2d(uvec2 v) {
 
 float hash21(ivec2 cell) { return float(pcg2d(uvec2(cell)).x >> 8u) * (1.0 / 16777216.0); }
 
-// Value noise in [0,1], quintic interpolation: K. Perlin, "Improving Noise", SIGGRAPH 2002.
+// Value noise in [0,1] with quintic interpolation: K. Perlin, "Improving Noise", SIGGRAPH 2002.
 float value_noise(vec2 p) {
     vec2 base = floor(p);
     vec2 f = p - base;
@@ -25,6 +25,6 @@ float value_noise(vec2 p) {
     return mix(mix(a, b, w.x), mix(c, d, w.x), w.y);
 }
 
-// Interleaved gradient noise, J. Jimenez, "Next Generation Post Processing in Call of Duty: Advanced
-// Warfare", SIGGRAPH 2014. Static: it depends on the pixel only, never on time.
+// Interleaved gradient noise: J. Jimenez, "Next Generation Post Processing in Call of Duty: Advanced
+// Warfare", SIGGRAPH 2014. Static: it depends on the pixel, not on time.
 float gradient_noise(vec2 pixel) { return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715)))); }

@@ -1,9 +1,8 @@
-// Filmic curve of H. Uchimura, "HDR Theory and Practice", CEDEC 2017 ("GT tone map"): a toe, a straight
-// middle that keeps the colours of sand and water as they were painted, and a shoulder that never clips.
-// Linear scene radiance after exposure -> linear display light in [0,1].
-const float TONE_TOE = 0.22;         // below: more contrast
-const float TONE_CONTRAST = 1.33;    // of the toe
-const float TONE_SHOULDER = 0.532;   // above: compressed; TONE_TOE + 0.4 * (1 - TONE_TOE)
+// Filmic tone curve with toe, linear middle and shoulder: H. Uchimura, "HDR Theory and Practice", CEDEC 2017
+// ("GT tone map"). Input: linear radiance after exposure. Output: linear display light in [0,1].
+const float TONE_TOE = 0.22;       // start of the linear part
+const float TONE_CONTRAST = 1.33;  // contrast of the toe
+const float TONE_SHOULDER = 0.532; // end of the linear part: TONE_TOE + 0.4 * (1 - TONE_TOE)
 
 vec3 tone_map(vec3 color) {
     vec3 x = clamp(color, vec3(0.0), vec3(1e4));

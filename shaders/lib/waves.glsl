@@ -1,8 +1,8 @@
-// The sea's surface: layers of one tileable wave map at different scales and bearings. Layers 0 and 1 run
-// in opposite directions, 2 is a wide swell that breaks their repetition. Offsets are wrapped to [0,1) on the CPU in double,
-// so that the waves of the seventh day are as steady as those of the first second.
+// The waves: three layers of one tileable normal map at different scales and bearings. Layers 0 and 1 run in
+// opposite directions, layer 2 is a wide swell that hides their repetition. The CPU wraps the offsets to
+// [0,1) in double, so that the waves stay smooth after days.
 uniform sampler2D u_wave_normal; // signed xy, tangent space
-uniform vec4 u_wave_rows[3];     // rows of the 2 x 2 matrix from world xz in metres to UV, one layer each
+uniform vec4 u_wave_rows[3];     // per layer: rows of the 2 x 2 matrix from world xz in metres to UV
 uniform vec2 u_wave_offsets[3];  // UV
 
 vec2 wave_uv(int layer, vec2 xz) {
@@ -10,7 +10,7 @@ vec2 wave_uv(int layer, vec2 xz) {
     return vec2(dot(rows.xy, xz), dot(rows.zw, xz)) + u_wave_offsets[layer];
 }
 
-// A map's signed xy (x along u, y against v) turned into world x and z.
+// Rotates a map's signed xy (x along u, y against v) to world x and z.
 vec2 wave_to_world(int layer, vec2 xy) {
     vec4 rows = u_wave_rows[layer];
     vec2 u_axis = rows.xy * inversesqrt(max(dot(rows.xy, rows.xy), 1e-12));
@@ -18,7 +18,7 @@ vec2 wave_to_world(int layer, vec2 xy) {
     return xy.x * u_axis - xy.y * v_axis;
 }
 
-// Horizontal part of the unit normal of one layer, world x and z.
+// Horizontal part (world x and z) of the unit normal of one layer.
 vec2 wave_tilt(int layer, vec2 xz) {
     return wave_to_world(layer, texture(u_wave_normal, wave_uv(layer, xz)).rg);
 }

@@ -83,23 +83,23 @@ TEST_CASE("files: what is given back is read again part by part, and what is kep
 }
 
 TEST_CASE(
-    "files: what is no regular file, empty, or of another size is refused, and a pipe is not waited for") {
+    "files: what is not a regular file, empty, or of another size is refused, and a pipe is not waited for") {
     const test::Folder folder;
     CHECK(tells(error(folder.path() / "none"), "none: No such file"));
     CHECK(tells(error(folder.path()), "is a folder; move it away; bake the scene again"));
-    CHECK(tells(error("/dev/zero"), "is no regular file"));
+    CHECK(tells(error("/dev/zero"), "is not a regular file"));
     const auto pipe = folder.path() / "pipe";
     REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
-    CHECK(tells(error(pipe), "is no regular file"));
+    CHECK(tells(error(pipe), "is not a regular file"));
     CHECK(tells(error(folder.write("empty", std::string())), "is empty"));
     const auto file = folder.write("file", std::string("1234"));
     CHECK(tells(error(file, {.exactly = 5}), "has 4 bytes, scene.json says 5; bake the scene again"));
     CHECK(tells(error(file, {.exactly = 3}), "has 4 bytes, scene.json says 3; bake the scene again"));
     CHECK(error(file, {.exactly = 4}).empty());
     CHECK(error(file, {.max = 4}).empty());
-    CHECK(tells(error(file, {.max = 3}), "has 4 bytes, at most 3 are taken"));
+    CHECK(tells(error(file, {.max = 3}), "has 4 bytes, the limit is 3"));
     std::filesystem::resize_file(file, (std::uint64_t{1} << 32U) + 1); // takes no room on the disk
-    CHECK(tells(error(file), "has 4294967297 bytes, at most 4294967296 are taken"));
+    CHECK(tells(error(file), "has 4294967297 bytes, the limit is 4294967296"));
 }
 
 TEST_CASE("A scene.json that is larger than any is refused before it is read") {
@@ -107,5 +107,5 @@ TEST_CASE("A scene.json that is larger than any is refused before it is read") {
     const auto file = folder.write("scene.json", std::string("{"));
     std::filesystem::resize_file(file, assets::max_json_bytes + 1);
     CHECK_THROWS_WITH_AS(assets::read_scene(file),
-                         doctest::Contains("has 67108865 bytes, at most 67108864 are taken"), Error);
+                         doctest::Contains("has 67108865 bytes, the limit is 67108864"), Error);
 }

@@ -98,7 +98,7 @@ def test_one_bit_of_damage_anywhere_is_told_with_both_hashes_and_the_mend(
         path.write_bytes(damaged)
         found = f"its SHA-256 is {identity(bytes(damaged))['sha256'][:12]}..., "
         expected = f"scene.json says {identity(whole)['sha256'][:12]}...; "
-        refused(player(scene), f"{path.name}: was damaged or exchanged: ", found + expected, "paradize bake")
+        refused(player(scene), f"{path.name}: is damaged or was replaced: ", found + expected, "paradize bake")
         path.write_bytes(whole)
 
 
@@ -132,7 +132,7 @@ def test_a_sound_is_an_artifact_like_any_other(player: Player, tmp_path: Path) -
     manifest["sound"] = {"artifact": "ocean", "volume": 0.5}
     (scene / "scene.json").write_text(json.dumps(manifest))
     (scene / "ocean.ogg").write_bytes(b"pea")
-    refused(player(scene), "ocean.ogg: was damaged or exchanged")
+    refused(player(scene), "ocean.ogg: is damaged or was replaced")
     (scene / "ocean.ogg").write_bytes(b"sea")
     assert player(scene).returncode == 0
 

@@ -114,9 +114,9 @@ TEST_CASE("GLB: what does not fit is told with its offset, and the sentence is t
         return replaced(json, from, to);
     };
     check_refused(with(R"("byteOffset":96,"byteLength":12)", R"("byteOffset":97,"byteLength":12)"),
-                  "bufferViews[2].byteLength: 12 bytes from byte 97 on do not lie in a buffer of 108");
+                  "bufferViews[2].byteLength: 12 bytes from byte 97 on exceed a buffer of 108");
     check_refused(with(R"("byteOffset":6,"componentType":5123)", R"("byteOffset":8,"componentType":5123)"),
-                  "accessors[3].count: 3 entries of 2 bytes from byte 8 on do not lie in a view of 12");
+                  "accessors[3].count: 3 entries of 2 bytes from byte 8 on exceed a view of 12");
     check_refused(with(R"("byteOffset":6,"componentType":5123,"count":3)",
                        R"("byteOffset":1,"componentType":5123,"count":3)"),
                   "accessors[3].byteOffset: byte 97 of the buffer, must be a multiple of 2");
@@ -126,7 +126,7 @@ TEST_CASE("GLB: what does not fit is told with its offset, and the sentence is t
     std::string none = with(R"("nodes":[{"name":"lod0","mesh":0,"extensions":{"MSFT_lod":{"ids":[1]}}},)"
                             R"({"name":"lod1","mesh":1}])",
                             R"("nodes":[])");
-    check_refused(none, "scenes[0].nodes[0]: is 0, but the file holds nothing that it could count");
+    check_refused(none, "scenes[0].nodes[0]: is 0, but the file has no such entries");
     test::Bytes file = test::glb_file(json);
     file[12] = std::byte{0xFF}; // the first chunk's length: less than its text
     CHECK_THROWS_AS(assets::read_glb(file, "a.glb"), Error);

@@ -103,10 +103,10 @@ TEST_CASE("KTX2: a level that lies beyond the file is told by its offset, one of
     };
     const std::string size = std::to_string(file.size());
     CHECK(told(80, file.size() - 16383) == "a.ktx2: level 0: 16384 bytes from byte " +
-                                               std::to_string(file.size() - 16383) +
-                                               " on do not lie in a file of " + size);
+                                               std::to_string(file.size() - 16383) + " on exceed a file of " +
+                                               size);
     CHECK(told(80, ~std::uint64_t{0}) ==
-          "a.ktx2: level 0: 16384 bytes from byte 18446744073709551615 on do not lie in a file of " + size);
+          "a.ktx2: level 0: 16384 bytes from byte 18446744073709551615 on exceed a file of " + size);
     CHECK(told(88, 16383) == "a.ktx2: level 0: the level index says 16383 bytes, 64 x 64 texels take 16384");
 }
 
@@ -138,7 +138,7 @@ TEST_CASE("KTX2: a frame that holds another size than its level is refused, bomb
     const test::Bytes bomb(std::size_t{1} << 26U);
     CHECK_THROWS_WITH_AS(read(test::zstd_frame(bomb)),
                          "bad.ktx2: level 0: its Zstandard frame says 67108864 bytes, expected 4096", Error);
-    CHECK_THROWS_WITH_AS(read(test::Bytes(100, std::byte{1})), "bad.ktx2: level 0: is no Zstandard frame",
+    CHECK_THROWS_WITH_AS(read(test::Bytes(100, std::byte{1})), "bad.ktx2: level 0: is not a Zstandard frame",
                          Error);
     CHECK_THROWS_AS(read({}), Error);
     const test::Bytes skippable{std::byte{0x50}, std::byte{0x2A}, std::byte{0x4D},
@@ -188,7 +188,7 @@ TEST_CASE("KTX2: lengths that lie, and levels that inflate beyond the limit, are
     }
     large.insert(large.end(), frame.begin(), frame.end());
     CHECK_THROWS_WITH_AS(assets::read_ktx2(large, "large.ktx2"),
-                         "large.ktx2: level 1: inflates to more than 2147483648 bytes", Error);
+                         "large.ktx2: level 1: decompresses to more than 2147483648 bytes", Error);
 }
 
 TEST_CASE("KTX2: any byte of a supercompressed file may be wrong without harm") {

@@ -55,7 +55,7 @@ TEST_CASE("command line: wrong usage is told, never guessed") {
     CHECK_THROWS_AS(parse({"a", "--headless", "--interactive"}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--frames", "3", "--interactive"}), UsageError);
     CHECK_THROWS_WITH_AS(parse({"a", "--disable", "sky,wter"}),
-                         "--disable wter: is no pass; passes are sky, water", UsageError);
+                         "--disable wter: is not a pass; choose from sky, water", UsageError);
 }
 
 TEST_CASE("command line: qualities by name, for all and for one") {
@@ -67,13 +67,13 @@ TEST_CASE("command line: qualities by name, for all and for one") {
     CHECK(parse({"a", "--quality=shadow=fast,lod=exact"}).quality == mixed);
     CHECK(parse({"a", "--quality", "fast,balanced,shadow=fast,lod=exact"}).quality == mixed);
     CHECK_THROWS_WITH_AS(parse({"a", "--quality", "best"}),
-                         "--quality best: is no quality; there are fast, balanced, exact", UsageError);
+                         "--quality best: is not a tier; choose from fast, balanced, exact", UsageError);
     CHECK_THROWS_WITH_AS(parse({"a", "--quality", "shadow=best"}),
-                         "--quality best: is no quality; there are fast, balanced, exact", UsageError);
-    CHECK_THROWS_WITH_AS(
-        parse({"a", "--quality", "sky=fast"}),
-        "--quality sky: is no trade; there are shadow, reflection, refraction, parallax, anisotropy, lod",
-        UsageError);
+                         "--quality best: is not a tier; choose from fast, balanced, exact", UsageError);
+    CHECK_THROWS_WITH_AS(parse({"a", "--quality", "sky=fast"}),
+                         "--quality sky: is not a quality feature; choose from shadow, reflection, "
+                         "refraction, parallax, anisotropy, lod",
+                         UsageError);
     CHECK_THROWS_AS(parse({"a", "--quality", ""}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--quality", "fast,"}), UsageError);
 }

@@ -115,10 +115,10 @@ def test_every_pass_can_be_left_out_alone_and_all_at_once(
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        ([], "which scene?"),
+        ([], "no scene folder; give"),
         (["--nonsense"], "--nonsense"),
-        (["--benchmark"], "there is no option --benchmark"),
-        (["--disable", "sky,ocean"], "ocean: is no pass"),
+        (["--benchmark"], "unknown option --benchmark"),
+        (["--disable", "sky,ocean"], "ocean: is not a pass"),
         (["--size", "12"], "must be WxH"),
         (["--frames", "0"], "--frames 0"),
         (["--time", "soon"], "--time soon"),
@@ -135,7 +135,7 @@ def test_wrong_usage_exits_2_with_one_message(
 def test_a_folder_that_is_no_scene_is_refused(player: Player, tmp_path: Path) -> None:
     refused(player(tmp_path / "none"), 1, "scene.json", "paradize bake")
     (tmp_path / "scene.json").write_text("{")
-    refused(player(tmp_path), 1, "scene.json", "is no JSON")
+    refused(player(tmp_path), 1, "scene.json", "is not valid JSON")
     (tmp_path / "scene.json").write_text('{"format": "paradize-scene", "version": 99}')
     refused(player(tmp_path), 1, "version: is 99")
 
@@ -148,11 +148,11 @@ def test_a_cut_a_foreign_and_a_missing_artifact_are_refused_by_name(player: Play
     refused(player(scene), 1, "box_mesh.glb", "scene.json says")
     foreign = b"x" * len(whole)
     mesh.write_bytes(foreign)
-    refused(player(scene), 1, "box_mesh.glb", "was damaged or exchanged")
+    refused(player(scene), 1, "box_mesh.glb", "is damaged or was replaced")
     manifest = json.loads((scene / "scene.json").read_text())
     manifest["artifacts"]["box_mesh"] |= identity(foreign)
     (scene / "scene.json").write_text(json.dumps(manifest))
-    refused(player(scene), 1, "box_mesh.glb", "is no GLB file")
+    refused(player(scene), 1, "box_mesh.glb", "is not a GLB file")
     mesh.unlink()
     refused(player(scene), 1, "box_mesh.glb", "No such file")
 
@@ -180,7 +180,7 @@ def test_names_too_long_and_scenes_that_are_no_files_are_told_in_one_s_own_words
     (tmp_path / "scene.json").rmdir()
     (tmp_path / "scene.json").write_text('{"format" 1}')
     result = player(tmp_path)
-    refused(result, 1, "is no JSON: parse error at line 1")
+    refused(result, 1, "is not valid JSON: parse error at line 1")
     assert "exception" not in result.stderr
 
 

@@ -69,7 +69,7 @@ TEST_CASE("scene.json: an unknown key is refused by name") {
     text.extra = R"("moon": 1,)";
     check_refused(
         text,
-        "scene.json: moon: is not known to this player; bake the scene with the same version of Paradize");
+        "scene.json: moon: is unknown to this player; bake the scene with the same version of Paradize");
 }
 
 TEST_CASE("scene.json: numbers out of range, references to nothing and holes are refused with their place") {
@@ -83,10 +83,10 @@ TEST_CASE("scene.json: numbers out of range, references to nothing and holes are
     text.shadow = "null";
     text.color = R"("sky")";
     check_refused(text,
-                  "scene.json: objects[0].color: names \"sky\", which is no artifact of the right kind");
+                  "scene.json: objects[0].color: names \"sky\", which is not an artifact of the right kind");
     text.color = "null";
     text.streaming = R"(["nothing"])";
-    check_refused(text, "scene.json: streaming: names \"nothing\", which is no artifact");
+    check_refused(text, "scene.json: streaming: names \"nothing\", which is not an artifact");
 }
 
 TEST_CASE("scene.json: a number hardly beyond its limit does not look like the limit") {
@@ -171,9 +171,9 @@ TEST_CASE("scene.json: more particles in all fields together than one field may 
         "scene.json: particles[1].count: makes more than 1000000 particles in all fields together", Error);
 }
 
-TEST_CASE("scene.json: what is no JSON is told in words of one's own") {
+TEST_CASE("scene.json: what is not valid JSON is told in words of one's own") {
     CHECK_THROWS_WITH_AS(assets::parse_scene("{\"a\" 1}", "scene.json"),
-                         doctest::Contains("scene.json: is no JSON: parse error at line 1"), Error);
+                         doctest::Contains("scene.json: is not valid JSON: parse error at line 1"), Error);
 }
 
 TEST_CASE("scene.json: deep nesting is refused, not a crash") {

@@ -99,7 +99,7 @@ TEST_CASE("rebaked: a scene.json that takes another's place comes once, a broken
     CHECK_FALSE(watcher.outdated(found->stamp));
     CHECK(watcher.take() == nullptr);
     baked.publish("{");
-    CHECK(wait_for(watcher)->error.find("scene.json: is no JSON") != std::string::npos);
+    CHECK(wait_for(watcher)->error.find("scene.json: is not valid JSON") != std::string::npos);
     CHECK(watcher.outdated(found->stamp));
     baked.publish(R"({"format": "paradize-scene", "version": 99})");
     CHECK(wait_for(watcher)->error.find("version: is 99") != std::string::npos);

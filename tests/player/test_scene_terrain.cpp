@@ -60,19 +60,18 @@ TEST_CASE("terrain: tables that make no tree are refused with their place") {
         const char *from, *to, *message;
     };
     for (const auto &[from, to, message] : {
-             Broken{"\"more_mesh\"]", "\"quad_mesh\"]", "tiles[1]: names \"quad_mesh\" again"},
+             Broken{"\"more_mesh\"]", "\"quad_mesh\"]", "tiles[1]: names \"quad_mesh\" twice"},
              Broken{"\"more_mesh\"]", "\"sky\"]",
-                    "tiles[1]: names \"sky\", which is no artifact of the right kind"},
+                    "tiles[1]: names \"sky\", which is not an artifact of the right kind"},
              Broken{"[\"quad_mesh\", \"more_mesh\"]", "[]", "tiles: names no artifact"},
              Broken{"[0, 0, 0, 1, 1, 1]", "[0, 0, 0, 2, 1, 1]", "patches.tile[3]: is 2, must lie in [0, 1]"},
-             Broken{"[0, 0, 0, 1, 1, 1]", "[0, 0, 1, 0, 1, 1]",
-                    "patches.tile[3]: is 0, must not fall from 1"},
+             Broken{"[0, 0, 0, 1, 1, 1]", "[0, 0, 1, 0, 1, 1]", "patches.tile[3]: is 0, must not be below 1"},
              Broken{"[0, 1, 2, 0, 1, 2]", "[0, 1, 1, 0, 1, 2]",
                     "patches.node[2]: is 1, must be above the 1 before it"},
              Broken{"[0, 1, 2, 0, 1, 2]", "[0, 1, 2, 0, 1]",
                     "patches.node: has 5 entries, the columns before it have 6"},
              Broken{"[0, 0, 1, 1, 1, 1]", "[0, 1, 0, 1, 1, 1]",
-                    "patches.level[2]: is 0, must not fall from 1"},
+                    "patches.level[2]: is 0, must not be below 1"},
              Broken{"[0, 0, 1, 1, 1, 1]", "[0, 0, 1, 1, 1, 2]",
                     "patches.made_by[5]: names a diamond of level 0, the patch has level 2"},
              Broken{"[-1, -1, 0, 0, 0, 0]", "[-1, -1, 0, 0, 0, -1]",

@@ -167,7 +167,7 @@ TEST_CASE("streamer: what is read a second time is compared a second time, and a
     }
     const SmallScene scene;
     const std::filesystem::path color = scene.folder.path() / "quad_color.ktx2";
-    for (const std::string part : {"was damaged or exchanged: its SHA-256 is ", "ended at byte 100 of "}) {
+    for (const std::string part : {"is damaged or was replaced: its SHA-256 is ", "ended at byte 100 of "}) {
         SceneLoad load(scene.file, scene.folder.path(), nullptr, 0);
         while (!load.ready()) { // nothing is read again before there is a streamer
             std::this_thread::yield();

@@ -122,7 +122,7 @@ def test_settings_of_passes_are_swapped_and_nothing_is_uploaded_again(tmp_path: 
 UNKNOWN = '{"format": "paradize-scene", "version": 99}'
 
 
-@pytest.mark.parametrize(("broken", "part"), [("{", "is no JSON"), (UNKNOWN, "version: is 99")])
+@pytest.mark.parametrize(("broken", "part"), [("{", "is not valid JSON"), (UNKNOWN, "version: is 99")])
 def test_a_broken_scene_is_told_once_and_the_one_before_is_drawn_on(
     tmp_path: Path, broken: str, part: str
 ) -> None:
@@ -134,7 +134,7 @@ def test_a_broken_scene_is_told_once_and_the_one_before_is_drawn_on(
         aside.write_text(broken)
         aside.replace(scene / "scene.json")
         text = show.says()
-        assert part in text and "the one before stays" in text
+        assert part in text and "the previous one stays" in text
         tree["artifacts"]["box_color"]["file"] = "none.ktx2"
         publish(scene, tree)
         assert "none.ktx2" in show.says()
@@ -143,7 +143,7 @@ def test_a_broken_scene_is_told_once_and_the_one_before_is_drawn_on(
         tree["artifacts"]["box_color"]["file"] = "damaged.ktx2"
         publish(scene, tree)
         text = show.says()
-        assert "damaged.ktx2: was damaged or exchanged" in text and "the one before stays" in text
+        assert "damaged.ktx2: is damaged or was replaced" in text and "the previous one stays" in text
         tree["artifacts"]["box_color"]["file"] = "green.ktx2"
         publish(scene, tree)
         assert show.swapped()[0].startswith("1 of ")  # and nothing was said a second time

@@ -230,4 +230,4 @@ def test_a_tile_that_is_not_what_scene_json_says_is_refused_by_name(
     manifest["terrain"]["tiles"] = ["terrain_mesh", "terrain_mesh_1", "sky"]
     result = player(place(tmp_path / "sky", hilly, manifest))
     assert result.returncode == 1
-    assert 'terrain.tiles[2]: names "sky", which is no artifact of the right kind' in result.stderr
+    assert 'terrain.tiles[2]: names "sky", which is not an artifact of the right kind' in result.stderr

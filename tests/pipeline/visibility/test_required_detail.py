@@ -262,11 +262,11 @@ def test_the_shaders_have_the_numbers_that_are_reckoned_with() -> None:
     assert layers is not None
     scales = [float(found) for found in re.findall(r"\{?([\d.]+), -?[\d.]+, -?[\d.]+\}", layers[1])]
     assert {"normal": min(scales), "dudv": min(scales[:2])} == required_detail.WAVES
-    assert f"textureLod(u_sky, up, {required_detail.SEA_MIP}.0 - u_sky_left_out)" in text(
+    assert f"textureLod(u_sky, up, {required_detail.SEA_MIP}.0 - u_sky_trimmed_mips)" in text(
         "shaders/water.frag"
     )
     assert "static_cast<float>(sky->levels()) - 2.3F" in text("player/passes/environment_bindings.cpp")
-    assert "(u_sky_blur + u_sky_left_out) * sqrt(sqrt(alpha)) - u_sky_left_out" in text(
+    assert "(u_sky_blur + u_sky_trimmed_mips) * sqrt(sqrt(alpha)) - u_sky_trimmed_mips" in text(
         "shaders/lib/light.glsl"
     )
 
