@@ -116,9 +116,9 @@ void check_tree(const Table &patch_table, const Table &diamond_table, const Terr
         const DiamondLinks &link = links[row];
         if (link.patches < 1 || link.patches > 2 || link.children < 1 || link.children > 2 * link.patches) {
             diamond_table.fail("level", row,
-                               "the diamond has " + std::to_string(link.patches) +
-                                   " patches and the children " + std::to_string(link.children) +
-                                   ", must have one or two, and one or two children for each");
+                               "the diamond has " + std::to_string(link.patches) + " patches and " +
+                                   std::to_string(link.children) +
+                                   " children, must have one or two patches and one or two children of each");
         }
     }
 }

@@ -41,10 +41,10 @@ void throw_on_error() {
     CHECK_NOTHROW(shared().log.throw_on_error());
 }
 
-void forget() {
+void clear_errors() {
     try {
         shared().log.throw_on_error();
-    } catch (const Error &) { // as announced
+    } catch (const Error &) { // as documented
     }
 }
 

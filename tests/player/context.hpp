@@ -1,14 +1,14 @@
 #pragma once
-// One headless context for all GL tests.
+// The headless context that all GL tests share.
 
 namespace paradize::test {
 
-/// Makes the context current on the first call; false, with a message of doctest, where there is no EGL
-/// driver.
+/// Makes the context current. Creates it on the first call. Without an EGL driver it returns false and
+/// doctest prints a message.
 bool have_context();
-/// Fails the test when the driver complained since the last call.
+/// Fails the test if the driver has reported an error since the last call.
 void throw_on_error();
-/// Forgets complaints, as of a shader that a test breaks.
-void forget();
+/// Clears recorded errors, after a test has caused them on purpose.
+void clear_errors();
 
 } // namespace paradize::test

@@ -1,5 +1,5 @@
 #pragma once
-// Small baked files, made in memory, and folders that vanish.
+// Small baked files in memory, and temporary folders.
 
 #include "assets/ktx2.hpp"
 
@@ -14,29 +14,29 @@ namespace paradize::test {
 
 using Bytes = std::vector<std::byte>;
 
-/// A KTX2 file with a full mip chain; byte i of level n is (i + n) mod 256.
+/// A KTX2 file with all mips; byte i of level n is (i + n) mod 256.
 Bytes ktx2_file(assets::PixelFormat format, std::uint32_t width_px, std::uint32_t height_px,
                 std::uint32_t faces = 1);
 
-/// The same, supercompressed.
+/// The same, compressed with Zstandard.
 Bytes zstd_ktx2_file(assets::PixelFormat format, std::uint32_t width_px, std::uint32_t height_px,
                      std::uint32_t faces = 1);
-/// A KTX2 file that is not supercompressed, with each level as a Zstandard frame.
+/// Compresses each level of an uncompressed KTX2 file.
 Bytes zstd_of(const Bytes &plain);
-/// `bytes` as one Zstandard frame, which says its content's size or does not.
+/// Compresses `bytes` to one Zstandard frame, with or without its content size.
 Bytes zstd_frame(std::span<const std::byte> bytes, bool says_size = true);
-/// The file with the frame of its level 0 (the last in the file) replaced.
+/// Returns the file with the frame of level 0 (the last in the file) replaced.
 Bytes with_frame(const Bytes &file, std::span<const std::byte> frame);
 
-/// A GLB of one or two levels of detail: a quad of two materials, and a triangle. `last_index` replaces the
-/// last index of level 0.
+/// JSON of a GLB with one or two levels of detail: a quad with two materials, and a triangle. `last_index`
+/// replaces the last index of level 0.
 std::string glb_json(bool two_levels = true);
 Bytes glb_file(const std::string &json, std::uint16_t last_index = 3);
 
-/// "sha256" and "bytes" of an artifact, as scene.json has them.
+/// Returns "sha256" and "bytes" of an artifact as in scene.json.
 std::string identity(std::span<const std::byte> file);
 
-/// A scene.json of one object, one sky and a circular flight; `{}` in its parts are JSON.
+/// The text of a scene.json with one object, one sky and a circular flight. Its parts are JSON.
 struct SceneText {
     std::string version = "3";
     std::string shadow = R"({"size": 64, "extent_m": 10, "center": [0, 0, 0], "blur_distance_m": 5})";
@@ -48,7 +48,7 @@ struct SceneText {
     std::string str() const;
 };
 
-/// Removed with all it holds.
+/// A temporary folder that is deleted with its content.
 class Folder {
   public:
     Folder();
@@ -63,7 +63,7 @@ class Folder {
     std::filesystem::path path_;
 };
 
-/// A folder with scene.json and its three artifacts.
+/// Writes scene.json and its three artifacts.
 void write_scene(const Folder &folder, const SceneText &text = {});
 
 } // namespace paradize::test

@@ -1,3 +1,3 @@
-// The tests' main: every other file beside it includes <doctest/doctest.h> only.
+// The main() of the tests. All other files only include <doctest/doctest.h>.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
-"""A small terrain as tiles of patches, made without any bake: a whole tree of right triangles on a square.
+"""A small terrain as tiles of patches, made without a bake: a complete tree of right triangles on a square.
 
-Every patch is cut in the same way, so that two that share an edge have the same vertices on it, whatever
-their levels are.
+Every patch is subdivided in the same way. Two patches that share an edge therefore have the same vertices on
+it, whatever their levels are.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Corners = tuple[Point, Point, Point]  # the right angle first, then the hypotenu
 
 
 def flat(x: npt.NDArray[np.float64], z: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """No hills at all: every level draws the same."""
+    """A flat terrain: every level draws the same."""
     return 0.0 * (x + z)
 
 
@@ -75,7 +75,7 @@ def _tree(levels: int) -> tuple[list[_Patch], list[list[int]]]:
 
 
 def _cut(corners: Corners, refine: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint32]]:
-    """A patch bisected `refine` times: (n, 2) places and (m, 3) indices, seen from above counterclockwise."""
+    """A patch bisected `refine` times: (n, 2) positions and (m, 3) indices, counterclockwise from above."""
     triangles = [corners]
     for _ in range(refine):
         halves: list[Corners] = []
@@ -153,9 +153,10 @@ def tiled(
     lattice: QuantizationGrid | None = None,
     torn: bool = False,
 ) -> Tiled:
-    """A square terrain in the middle. error_m: of the roots, halved every other level; otherwise it is
-    measured.
-    lattice: vertices as codes of it. torn: every patch is a thousandth narrower than it should be."""
+    """A square terrain around the origin.
+
+    error_m: error of the roots, halved every other level; None: measured. lattice: step of the quantization
+    grid, if vertices are quantized. torn: every patch is a thousandth too narrow, which opens cracks."""
     patches, members = _tree(levels)
     meshes = [_mesh(*_cut(patch.corners, refine), size_m, height, repeat) for patch in patches]
     if torn:

@@ -1,4 +1,4 @@
-"""A baked scene seen from a place of one's own: its files, with another camera and other settings."""
+"""Renders a baked scene from other camera poses and with other settings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Picture = NDArray[np.float32]
 
 @dataclass
 class Posed:
-    """Renders one scene again and again; a picture that was asked for before comes from memory."""
+    """Renders one scene repeatedly. Pictures are cached."""
 
     source: Path
     player: Callable[..., Any]
@@ -32,7 +32,7 @@ class Posed:
     kept: dict[str, Picture] = field(default_factory=dict)
 
     def scene(self) -> dict[str, Any]:
-        """A copy of its scene.json, to be changed."""
+        """A copy of its scene.json, for changes."""
         return copy.deepcopy(json.loads((self.source / "scene.json").read_text()))
 
     def render(

@@ -1,15 +1,15 @@
-"""Plays a person at the keyboard, through libX11.
+"""Simulates keyboard and mouse through libX11.
 
 usage: press.py STEP... -- PLAYER ARGUMENT...
 
 Starts the player, waits for its window and takes the steps in order:
-  KEY        presses a key by its X name (w, Escape, Left): enough to end the show
-  hold:KEY   presses it, and lets it go after a while
+  KEY        presses a key by its X name (w, Escape, Left)
+  hold:KEY   presses it and releases it after a while
   mouse      moves the mouse across the window
-  still      the window's picture stays the same for a while
-  moved      the window's picture differs from what the last step `still` or `moved` saw
-  end        the player has ended, with exit code 0
-Exits 0 when every step did what it says.
+  still      waits until the window's picture stays the same
+  moved      waits until the picture differs from the one of the last step `still` or `moved`
+  end        waits until the player has ended with exit code 0
+The exit code is 0 if every step succeeds.
 """
 
 from __future__ import annotations

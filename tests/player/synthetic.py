@@ -1,4 +1,4 @@
-"""A small baked scene without any bake: a box on a sand plane, with or without sea, sky and shadow."""
+"""A small scene folder made without a bake: a box on a sand plane, with or without sea, sky and shadow."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ EYE = [0.0, 3.0, 9.0]
 
 
 def _levels(texels: npt.NDArray[Any]) -> tuple[bytes, ...]:
-    """Mips by taking every second texel: the player does not mind."""
+    """Mips of every second texel, which is enough for these tests."""
     levels = [np.ascontiguousarray(texels)]
     while max(levels[-1].shape[-3:-1]) > 1:
         levels.append(np.ascontiguousarray(levels[-1][..., ::2, ::2, :]))
@@ -64,13 +64,13 @@ def checker(a: tuple[int, int, int], b: tuple[int, int, int], size: int = 64) ->
 
 
 def flat_terrain() -> Tiled:
-    """60 m of flat ground in patches, which say that their coarse levels have errors."""
+    """60 m of flat terrain in patches; scene.json states errors for the coarse levels."""
     return tiled(60.0, error_m=0.2)
 
 
 def write_scene(folder: Path, *, bare: bool = False, terrain: Tiled | None = None, **changes: Any) -> Path:
-    """Writes scene.json and its artifacts; `bare` leaves out every pass that a scene may leave out. `changes`
-    replace top-level members of the manifest."""
+    """Writes scene.json and its artifacts. `bare` leaves out every optional pass. `changes` replace top-level
+    members of scene.json."""
     ground = terrain or flat_terrain()
     folder.mkdir(parents=True, exist_ok=True)
     flat = np.zeros((16, 16, 2), dtype=np.int8)
@@ -116,12 +116,12 @@ def write_scene(folder: Path, *, bare: bool = False, terrain: Tiled | None = Non
 
 
 def identity(data: bytes) -> dict[str, Any]:
-    """What scene.json says of an artifact's file, and the player demands of it."""
+    """SHA-256 and size of an artifact, as scene.json states them and the player checks them."""
     return {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
 
 
 def tile_names(terrain: Tiled) -> list[str]:
-    """The artifacts that the bake would call its tiles."""
+    """Names of the terrain tiles' artifacts."""
     return ["terrain_mesh", *(f"terrain_mesh_{i}" for i in range(1, len(terrain.tiles)))]
 
 
@@ -137,7 +137,7 @@ def _manifest(artifacts: dict[str, Any], bare: bool, ground: Tiled) -> dict[str,
         "alpha_cutoff": 0.0,
     }
     still = [[0.0, 0.0, 0.0, 0.0]] * 3
-    # There and back on a line past the box, to the same place after ten seconds.
+    # Back and forth on a line past the box, ten seconds per round trip.
     way = [[[-2.0, 4.0, 0.0, 0.0], [EYE[1], 0, 0, 0], [EYE[2], 0, 0, 0]]]
     way.append([[2.0, -4.0, 0.0, 0.0], [EYE[1], 0, 0, 0], [EYE[2], 0, 0, 0]])
     manifest: dict[str, Any] = {

@@ -44,7 +44,7 @@ TEST_CASE("mirror: a point is seen where its mirror image is seen by the camera"
     CHECK(mirror.pixels_at_1m == doctest::Approx(main.pixels_at_1m * 0.5F));
 }
 
-TEST_CASE("mirror: what is below the water is cut away, and the other way round in the refraction") {
+TEST_CASE("mirror: clips what is below the water; the refraction clips what is above") {
     const View main = main_view(pose, lens(), 640, 360);
     const View mirror = mirror_view(main, 0.0F, 1.0F);
     const View below = refraction_view(main, 0.0F, 1.0F);
@@ -59,7 +59,7 @@ TEST_CASE("mirror: what is below the water is cut away, and the other way round 
     CHECK(mirror.sees({0.0F, 1.0F, 0.0F}, 1.0F));
 }
 
-TEST_CASE("frustum: spheres inside and across are seen, outside not") {
+TEST_CASE("frustum: spheres inside and across the border are visible, outside not") {
     const View view = main_view({{0.0, 0.0, 0.0}, {0.0, 0.0, -1.0}, 0.0}, lens(), 100, 100);
     CHECK(view.sees({0.0F, 0.0F, -10.0F}, 0.1F));
     CHECK_FALSE(view.sees({0.0F, 0.0F, 10.0F}, 0.1F));
@@ -70,7 +70,7 @@ TEST_CASE("frustum: spheres inside and across are seen, outside not") {
     CHECK(view.sees({edge + 0.5F, 0.0F, -10.0F}, 1.0F));
 }
 
-TEST_CASE("light: the square's middle is the map's middle, heights stay inside its depth") {
+TEST_CASE("light: the square's centre is the map's centre, and heights stay inside its depth range") {
     assets::Shadow shadow;
     shadow.extent_m = 40.0F;
     shadow.center = glm::dvec3(5.0, 0.0, -3.0);
@@ -84,7 +84,7 @@ TEST_CASE("light: the square's middle is the map's middle, heights stay inside i
     CHECK(std::abs(high.z) < 1.0F);
 }
 
-TEST_CASE("far away: what stands beside the eye is seen where it is seen beside an eye at the origin") {
+TEST_CASE("floating origin: points near a distant eye project as near an eye at the world's origin") {
     assets::Shadow shadow;
     shadow.center = glm::dvec3(5.0, 0.0, -3.0);
     const glm::vec3 sun = glm::normalize(glm::vec3(0.4F, 0.3F, 0.2F));
@@ -108,13 +108,13 @@ TEST_CASE("far away: what stands beside the eye is seen where it is seen beside 
     }
 }
 
-TEST_CASE("light: a sun straight above has a view") {
+TEST_CASE("light: a sun in the zenith has a valid view") {
     const View view = light_view(assets::Shadow(), {0.0F, 1.0F, 0.0F});
     CHECK(std::isfinite(view.view_projection[0][0]));
     CHECK(std::abs(project(view, glm::vec3(0.0F)).x) < 1e-5F);
 }
 
-TEST_CASE("levels of detail: the coarsest whose error stays below the pixels that are accepted") {
+TEST_CASE("levels of detail: the coarsest level with an accepted error is chosen") {
     const std::array<float, 3> errors{0.0F, 0.01F, 0.1F};
     const float pixels_at_1m = 400.0F;
     CHECK(choose_lod(errors, 1.0F, pixels_at_1m, 1.0F) == 0);

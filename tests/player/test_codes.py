@@ -1,4 +1,4 @@
-"""A mesh of codes is drawn as the same mesh of floats."""
+"""A quantized mesh is drawn like the same mesh in floats."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def picture(folder: Path, player: Callable[..., Any], glb: bytes) -> np.ndarray:
 
 
 def tilted() -> Mesh:
-    """The box on one of its edges: no direction lies along an axis, where codes are exact."""
+    """The box on one of its edges, because quantized normals along an axis would be exact."""
     box = synthetic.box()
     turn = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
     assert box.normals is not None
@@ -48,7 +48,7 @@ def tilted() -> Mesh:
 
 
 @pytest.mark.parametrize(("direction_deg", "kind"), [(0.1, np.int16), (1.0, np.int8)])
-def test_codes_are_drawn_as_floats_are(
+def test_a_quantized_mesh_is_drawn_like_floats(
     tmp_path: Path, player: Callable[..., Any], direction_deg: float, kind: type
 ) -> None:
     lods = [Lod(tilted(), 0.0, 0.0), Lod(tilted(), 0.02, 0.01)]

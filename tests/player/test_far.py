@@ -1,4 +1,4 @@
-"""Far from the origin the player draws what it draws beside it."""
+"""Far from the origin the player draws the same picture as near it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ YAW_RAD = 0.4  # of the synthetic scene's box
 
 
 def moved(scene: dict[str, Any], by: Vec) -> dict[str, Any]:
-    """Everything but the object, which the caller moves: the flight, the shadow's square, particles."""
+    """Moves flight, shadow square and particles; the caller moves the object."""
     for segment in scene["flight"]["segments"]:
         for key in ("eye", "target"):
             for row, shift in zip(segment[key], by, strict=True):
@@ -42,7 +42,7 @@ def moved(scene: dict[str, Any], by: Vec) -> dict[str, Any]:
 
 
 def dry(folder: Path) -> dict[str, Any]:
-    """The synthetic scene without ground and sea, which stay at the origin."""
+    """The synthetic scene without terrain and sea, which cannot be moved."""
     synthetic.write_scene(folder)
     scene: dict[str, Any] = json.loads((folder / "scene.json").read_text())
     assert scene["shadow"] and scene["particles"] and scene["sky"]
@@ -69,9 +69,7 @@ def assert_alike(home: Path, far: Path) -> None:
 
 
 @pytest.mark.parametrize("place", PLACES.values(), ids=PLACES)
-def test_a_scene_that_is_moved_is_drawn_as_it_was(
-    tmp_path: Path, player: Callable[..., Any], place: Vec
-) -> None:
+def test_a_moved_scene_gives_the_same_picture(tmp_path: Path, player: Callable[..., Any], place: Vec) -> None:
     home = picture(tmp_path / "home", dry(tmp_path / "home"), player)
     scene = moved(dry(tmp_path / "far"), place)
     for instance in scene["objects"][0]["instances"]:
@@ -81,7 +79,7 @@ def test_a_scene_that_is_moved_is_drawn_as_it_was(
 
 @pytest.mark.parametrize("quantise", [False, True], ids=["floats", "codes"])
 @pytest.mark.parametrize("place", PLACES.values(), ids=PLACES)
-def test_a_mesh_whose_own_places_are_far_away_is_drawn_as_near_by(
+def test_a_mesh_with_distant_vertices_is_drawn_like_a_near_one(
     tmp_path: Path, player: Callable[..., Any], place: Vec, quantise: bool
 ) -> None:
     home = picture(tmp_path / "home", dry(tmp_path / "home"), player)

@@ -23,7 +23,7 @@ std::string error(const std::filesystem::path &path, assets::FileSize size = {})
     return "";
 }
 
-bool tells(const std::string &text, const std::string &part) {
+bool contains(const std::string &text, const std::string &part) {
     return text.find(part) != std::string::npos;
 }
 
@@ -41,7 +41,7 @@ TEST_CASE("SHA-256: the digests of FIPS 180-4, in one part or many") {
             std::as_bytes(std::span(million)).subspan(at, std::min<std::size_t>(997, million.size() - at)));
     }
     CHECK(hash.hex() == "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
-    CHECK(hash.hex() == assets::sha256_of({})); // begins anew
+    CHECK(hash.hex() == assets::sha256_of({})); // the hash restarts
 }
 
 TEST_CASE("files: the bytes are the file's, part by part, and stay when it changes") {
@@ -61,7 +61,7 @@ TEST_CASE("files: the bytes are the file's, part by part, and stay when it chang
     CHECK(std::ranges::equal(file.bytes(), bytes));
 }
 
-TEST_CASE("files: what is given back is read again part by part, and what is kept stays as it is") {
+TEST_CASE("files: a released part is read again part by part, and kept bytes are not overwritten") {
     const test::Folder folder;
     const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
     test::Bytes bytes((std::size_t{2} << 20U) + 3 * page);
@@ -70,11 +70,12 @@ TEST_CASE("files: what is given back is read again part by part, and what is kep
     }
     const std::filesystem::path path = folder.write("a", bytes);
     assets::FileBytes file(path);
-    CHECK_FALSE(file.release_from(path, bytes.size() - page + 1)); // kept in whole pages: all of it
+    // rounded up to whole pages, this keeps everything
+    CHECK_FALSE(file.release_from(path, bytes.size() - page + 1));
     CHECK(file.release_from(path, (std::size_t{1} << 20U) + 1));
     const std::size_t kept = (std::size_t{1} << 20U) + page;
     CHECK(std::ranges::equal(file.bytes().first(kept), std::span(bytes).first(kept)));
-    std::filesystem::remove(path); // it stays open
+    std::filesystem::remove(path); // the open descriptor keeps the content
     test::Bytes parts;
     file.reload(
         "a", [&](std::span<const std::byte> part) { parts.insert(parts.end(), part.begin(), part.end()); });
@@ -82,27 +83,26 @@ TEST_CASE("files: what is given back is read again part by part, and what is kep
     CHECK(std::ranges::equal(file.bytes(), bytes));
 }
 
-TEST_CASE(
-    "files: what is not a regular file, empty, or of another size is refused, and a pipe is not waited for") {
+TEST_CASE("files: irregular and empty files and wrong sizes are rejected, and a pipe does not block") {
     const test::Folder folder;
-    CHECK(tells(error(folder.path() / "none"), "none: No such file"));
-    CHECK(tells(error(folder.path()), "is a folder; move it away; bake the scene again"));
-    CHECK(tells(error("/dev/zero"), "is not a regular file"));
+    CHECK(contains(error(folder.path() / "none"), "none: No such file"));
+    CHECK(contains(error(folder.path()), "is a folder; move it away; bake the scene again"));
+    CHECK(contains(error("/dev/zero"), "is not a regular file"));
     const auto pipe = folder.path() / "pipe";
     REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
-    CHECK(tells(error(pipe), "is not a regular file"));
-    CHECK(tells(error(folder.write("empty", std::string())), "is empty"));
+    CHECK(contains(error(pipe), "is not a regular file"));
+    CHECK(contains(error(folder.write("empty", std::string())), "is empty"));
     const auto file = folder.write("file", std::string("1234"));
-    CHECK(tells(error(file, {.exactly = 5}), "has 4 bytes, scene.json says 5; bake the scene again"));
-    CHECK(tells(error(file, {.exactly = 3}), "has 4 bytes, scene.json says 3; bake the scene again"));
+    CHECK(contains(error(file, {.exactly = 5}), "has 4 bytes, scene.json says 5; bake the scene again"));
+    CHECK(contains(error(file, {.exactly = 3}), "has 4 bytes, scene.json says 3; bake the scene again"));
     CHECK(error(file, {.exactly = 4}).empty());
     CHECK(error(file, {.max = 4}).empty());
-    CHECK(tells(error(file, {.max = 3}), "has 4 bytes, the limit is 3"));
-    std::filesystem::resize_file(file, (std::uint64_t{1} << 32U) + 1); // takes no room on the disk
-    CHECK(tells(error(file), "has 4294967297 bytes, the limit is 4294967296"));
+    CHECK(contains(error(file, {.max = 3}), "has 4 bytes, the limit is 3"));
+    std::filesystem::resize_file(file, (std::uint64_t{1} << 32U) + 1); // a sparse file, needs no disk space
+    CHECK(contains(error(file), "has 4294967297 bytes, the limit is 4294967296"));
 }
 
-TEST_CASE("A scene.json that is larger than any is refused before it is read") {
+TEST_CASE("files: a scene.json above the limit is rejected before it is read") {
     const test::Folder folder;
     const auto file = folder.write("scene.json", std::string("{"));
     std::filesystem::resize_file(file, assets::max_json_bytes + 1);

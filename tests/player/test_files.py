@@ -1,4 +1,4 @@
-"""Only what a bake wrote is drawn: a file that is damaged, exchanged or shrinks is refused, never a crash."""
+"""Only files as the bake wrote them are drawn. Damaged, replaced and shrinking files are rejected."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Player = Callable[..., "subprocess.CompletedProcess[str]"]
 
 @pytest.fixture(scope="module")
 def shrink(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A shared library that cuts a file at a moment of its being read."""
+    """A shared library that truncates a file while it is read."""
     compiler = shutil.which("g++") or shutil.which("c++")
     assert compiler, "no C++ compiler"
     library = tmp_path_factory.mktemp("shrink") / "shrink.so"
@@ -31,7 +31,7 @@ def shrink(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def noisy_scene(folder: Path) -> Path:
-    """A scene whose colour map takes 5.6 MB: it is read in several parts, and uploaded over two frames."""
+    """A scene whose colour map of 5.6 MB is read in several parts and uploaded over two frames."""
     scene = write_scene(folder, bare=True)
     rows = np.kron(checker((200, 60, 40), (240, 220, 200)), np.ones((16, 16, 1), np.uint8))
     data = texture("RGBA8_SRGB", rows)
@@ -57,7 +57,7 @@ def refused(result: subprocess.CompletedProcess[str], *parts: str) -> None:
         ("read", "ended at byte {half} of {whole} while it was read; bake the scene again"),
     ],
 )
-def test_a_file_that_shrinks_before_it_is_read_is_refused_with_the_place(
+def test_a_file_that_shrinks_before_it_is_read_is_rejected_with_the_offset(
     player: Player, shrink: Path, tmp_path: Path, moment: str, part: str
 ) -> None:
     scene = noisy_scene(tmp_path / "scene")
@@ -68,7 +68,7 @@ def test_a_file_that_shrinks_before_it_is_read_is_refused_with_the_place(
     refused(result, "box_color.ktx2: " + part.format(half=whole // 2, whole=whole))
 
 
-def test_a_file_that_shrinks_once_it_is_read_changes_nothing(
+def test_a_file_that_shrinks_after_it_is_read_changes_nothing(
     player: Player, shrink: Path, tmp_path: Path
 ) -> None:
     scene = noisy_scene(tmp_path / "scene")
@@ -87,7 +87,7 @@ def test_a_file_that_shrinks_once_it_is_read_changes_nothing(
 
 
 @pytest.mark.parametrize("at", [0, 80, -1])
-def test_one_bit_of_damage_anywhere_is_told_with_both_hashes_and_the_mend(
+def test_one_wrong_bit_anywhere_is_reported_with_both_hashes_and_the_remedy(
     player: Player, tmp_path: Path, at: int
 ) -> None:
     scene = write_scene(tmp_path / "scene", bare=True)
@@ -98,11 +98,13 @@ def test_one_bit_of_damage_anywhere_is_told_with_both_hashes_and_the_mend(
         path.write_bytes(damaged)
         found = f"its SHA-256 is {identity(bytes(damaged))['sha256'][:12]}..., "
         expected = f"scene.json says {identity(whole)['sha256'][:12]}...; "
-        refused(player(scene), f"{path.name}: is damaged or was replaced: ", found + expected, "paradize bake")
+        refused(
+            player(scene), f"{path.name}: is damaged or was replaced: ", found + expected, "paradize bake"
+        )
         path.write_bytes(whole)
 
 
-def test_the_first_damaged_file_in_the_order_of_streaming_is_told_whatever_the_threads_do(
+def test_the_first_damaged_file_in_streaming_order_is_reported_whatever_the_threads_do(
     player: Player, tmp_path: Path
 ) -> None:
     scene = write_scene(tmp_path / "scene")
@@ -117,7 +119,7 @@ def test_the_first_damaged_file_in_the_order_of_streaming_is_told_whatever_the_t
 
 
 @pytest.mark.parametrize("value", ["", "0" * 63, "0" * 65, "A" * 64, "g" * 64, None])
-def test_an_artifact_without_its_hash_is_refused(player: Player, tmp_path: Path, value: str | None) -> None:
+def test_an_artifact_without_a_hash_is_rejected(player: Player, tmp_path: Path, value: str | None) -> None:
     scene = write_scene(tmp_path / "scene", bare=True)
     manifest = json.loads((scene / "scene.json").read_text())
     manifest["artifacts"]["box_mesh"]["sha256"] = value
@@ -125,7 +127,7 @@ def test_an_artifact_without_its_hash_is_refused(player: Player, tmp_path: Path,
     refused(player(scene), "artifacts.box_mesh.sha256: ")
 
 
-def test_a_sound_is_an_artifact_like_any_other(player: Player, tmp_path: Path) -> None:
+def test_a_damaged_sound_is_rejected_like_any_artifact(player: Player, tmp_path: Path) -> None:
     scene = write_scene(tmp_path / "scene", bare=True)
     manifest = json.loads((scene / "scene.json").read_text())
     manifest["artifacts"]["ocean"] = {"file": "ocean.ogg", "kind": "sound", **identity(b"sea")}
@@ -138,7 +140,7 @@ def test_a_sound_is_an_artifact_like_any_other(player: Player, tmp_path: Path) -
 
 
 def rewritten(scene: Path, name: str, change: Callable[[bytearray], None]) -> str:
-    """Changes an artifact's file and what scene.json says of it, as a faulty bake would; the file's name."""
+    """Changes an artifact's file and its entry in scene.json, as a faulty bake would. Returns its name."""
     manifest = json.loads((scene / "scene.json").read_text())
     entry = manifest["artifacts"][name]
     data = bytearray((scene / entry["file"]).read_bytes())
@@ -160,21 +162,19 @@ def set_binary(values: bytes, at: int) -> Callable[[bytearray], None]:
 
 
 @pytest.mark.parametrize("value", ["nan", "inf", "1e30", "-1e30"])
-def test_a_mesh_with_a_number_that_cannot_be_drawn_is_refused_with_its_vertex(
+def test_a_mesh_with_an_invalid_number_is_rejected_with_its_vertex(
     player: Player, tmp_path: Path, value: str
 ) -> None:
     for name in ("box_mesh", "terrain_mesh"):
         scene = write_scene(tmp_path / name)
         bits = np.float32(value).tobytes()
-        file = rewritten(scene, name, set_binary(bits, 0))  # the coarsest level's first place
+        file = rewritten(scene, name, set_binary(bits, 0))  # the first position of the coarsest level
         refused(
             player(scene, "--size", "16x16"), f"{file}: node ", "POSITION, vertex 0: is (", "paradize bake"
         )
 
 
-def test_a_sky_with_a_texel_that_is_no_number_is_refused_with_its_texel(
-    player: Player, tmp_path: Path
-) -> None:
+def test_a_sky_with_a_nan_is_rejected_with_its_texel(player: Player, tmp_path: Path) -> None:
     scene = write_scene(tmp_path / "scene")
 
     def spoil(data: bytearray) -> None:
@@ -185,7 +185,7 @@ def test_a_sky_with_a_texel_that_is_no_number_is_refused_with_its_texel(
     refused(player(scene, "--size", "16x16"), place, "paradize bake")
 
 
-def test_to_bake_again_mends_a_damaged_file_as_the_message_says(
+def test_baking_again_repairs_a_damaged_file_as_the_message_says(
     player: Player, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))

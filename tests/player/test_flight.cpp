@@ -29,7 +29,7 @@ bool finite(const glm::mat4 &m) {
 
 } // namespace
 
-TEST_CASE("flight: waypoints are met at the times of the table") {
+TEST_CASE("flight: waypoints are reached at the times of the table") {
     const assets::Flight f = flight();
     CHECK(flight_pose(f, 0.0).eye.x == doctest::Approx(0.0));
     CHECK(flight_pose(f, 5.0).eye.x == doctest::Approx(5.0));
@@ -49,17 +49,17 @@ TEST_CASE("flight: it loops without a jump, and a week later it is the same") {
     CHECK(flight_second(10.0, 10.0) == 0.0);
 }
 
-TEST_CASE("flight: each sample lies near the one before, through every knot") {
+TEST_CASE("flight: consecutive samples are close together, also across knots") {
     const assets::Flight f = flight();
     double last = flight_pose(f, 0.0).eye.x;
     for (double t = 0.001; t < 20.0; t += 0.001) {
         const double x = flight_pose(f, t).eye.x;
-        CHECK(std::abs(x - last) < 0.0025); // at most 1 m/s here
+        CHECK(std::abs(x - last) < 0.0025); // the speed is at most 1 m/s
         last = x;
     }
 }
 
-TEST_CASE("look: the target is in the middle and up is up") {
+TEST_CASE("view matrix: the target is in the centre and up points up") {
     const Pose pose{{1.0, 2.0, 3.0}, {4.0, 1.0, -5.0}, 0.0};
     const glm::mat4 view = view_matrix(pose);
     const glm::vec4 target = view * glm::vec4(pose.target, 1.0);
@@ -70,7 +70,7 @@ TEST_CASE("look: the target is in the middle and up is up") {
     CHECK(above.y > 0.5F);
 }
 
-TEST_CASE("look: roll turns the picture about its middle") {
+TEST_CASE("view matrix: roll rotates the picture about its centre") {
     Pose pose{{0.0, 0.0, 0.0}, {0.0, 0.0, -1.0}, 0.0};
     pose.roll_rad = 0.5;
     const glm::vec4 right = view_matrix(pose) * glm::vec4(1.0F, 0.0F, 0.0F, 0.0F);
@@ -78,7 +78,7 @@ TEST_CASE("look: roll turns the picture about its middle") {
     CHECK(right.y == doctest::Approx(-std::sin(0.5)));
 }
 
-TEST_CASE("look: an eye on its target and a look straight up or down stay finite") {
+TEST_CASE("view matrix: an eye at its target and vertical views are finite") {
     CHECK(finite(view_matrix({{1.0, 2.0, 3.0}, {1.0, 2.0, 3.0}, 0.0})));
     CHECK(finite(view_matrix({{1.0, 2.0, 3.0}, {1.0, 9.0, 3.0}, 0.3})));
     CHECK(finite(view_matrix({{1.0, 2.0, 3.0}, {1.0, -9.0, 3.0}, 0.0})));

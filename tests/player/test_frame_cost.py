@@ -1,4 +1,4 @@
-"""What a frame may cost: no allocation, and no more bytes to the GPU than its budget."""
+"""The cost of a frame: no allocation, and no more uploaded bytes than the budget."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_frames_of_every_pass_allocate_nothing(player: Player, counter: Path, tm
         environment = {
             "LD_PRELOAD": str(counter),
             "PARADIZE_COUNT_FILE": str(out),
-            # Mesa compiles with templates that the linker shares with ours: alike in every run.
+            # Mesa allocates through templates that the linker merges with ours, the same number in every run.
             "MESA_SHADER_CACHE_DISABLE": "true",
         }
         result = player(scene, "--frames", frames, "--wait-resident", *arguments, env=environment)
@@ -45,13 +45,13 @@ def test_frames_of_every_pass_allocate_nothing(player: Player, counter: Path, tm
         return int(out.read_text())
 
     few = allocations(6)
-    assert few > 100  # it does count: loading allocates,
-    assert allocations(16, "--check-finite") >= few + 16  # and so does a search of each picture
-    assert allocations(26) == few  # twenty frames more, not one allocation more
+    assert few > 100  # the counter works: loading allocates,
+    assert allocations(16, "--check-finite") >= few + 16  # and so does the check of each picture
+    assert allocations(26) == few  # twenty more frames, no more allocations
 
 
 def large_scene(folder: Path) -> Path:
-    """A scene whose one colour map (21 MiB with its mips) takes several frames to arrive."""
+    """A scene whose colour map (21 MiB with mips) takes several frames to upload."""
     scene = write_scene(folder, bare=True)
     data = texture(
         "RGBA8_SRGB", np.kron(checker((200, 60, 40), (240, 220, 200)), np.ones((32, 32, 1), np.uint8))
@@ -71,7 +71,7 @@ def test_streaming_keeps_to_its_budget_and_ends_with_the_same_picture(player: Pl
         report = json.loads(result.stdout)
         assert 0 < report["resident_bytes"] <= frames * BUDGET_BYTES
         assert (report["resident_bytes"] == report["total_bytes"]) == (frames == 8)
-    # Numbered pictures show it coming; the first of them, and the last as if it had always been there.
+    # Numbered pictures show the streaming. The last one equals a picture with all data resident.
     close = json.loads((scene / "scene.json").read_text())
     close["flight"] |= {"fov_rad": 0.02}
     (scene / "scene.json").write_text(json.dumps(close))

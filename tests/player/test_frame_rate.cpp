@@ -1,7 +1,7 @@
-// --fps: the choice against brute force, and how it is held.
+// --fps: the choice compared with brute force, and the governor.
 
 #include "app/frame_rate.hpp"
-#include "passes/particles_pass.hpp" // random numbers of our own
+#include "passes/particles_pass.hpp" // Pcg, a portable random generator
 
 #include <doctest/doctest.h>
 
@@ -17,7 +17,8 @@ constexpr std::array<QualityFeature, 6> all_features{QualityFeature::shadow,    
                                                      QualityFeature::refraction, QualityFeature::parallax,
                                                      QualityFeature::anisotropy, QualityFeature::lod};
 
-/// Costs that mostly rise and errors that mostly fall, with ties and trades that are not worth their time.
+/// Random costs that mostly rise and errors that mostly fall, with ties and features that are not worth their
+/// cost.
 FeatureCosts random_table(std::uint64_t seed) {
     Pcg random(seed);
     FeatureCosts table{};
@@ -31,7 +32,7 @@ FeatureCosts random_table(std::uint64_t seed) {
     return table;
 }
 
-/// The least error of all 729 qualities inside the budget; infinity when none is.
+/// Least error of all 729 qualities within the budget, or infinity if none fits.
 double brute_force(const FeatureCosts &table, double base_ms, double budget_ms) {
     double best = std::numeric_limits<double>::infinity();
     for (int code = 0; code < 729; ++code) {
@@ -55,7 +56,7 @@ std::vector<PredictedQuality> ladder() {
     return pareto_front(table, std::array{QualityFeature::shadow}, 4.0);
 }
 
-/// Frames of one length until the governor has decided `windows` times; how often it changed.
+/// Feeds frames of one length until the governor has decided `windows` times. Returns the number of changes.
 int run(FrameGovernor &governor, int windows, double frame_ms) {
     int changes = 0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(windows) * FrameGovernor::window_frames; ++i) {
@@ -74,7 +75,7 @@ TEST_CASE("fps: the choice is the one that brute force finds") {
             const double best = brute_force(table, 5.0, budget);
             const PredictedQuality &chosen = front[choose(front, budget)];
             if (std::isinf(best)) {
-                CHECK(chosen.ms > budget); // the fastest, which is too slow as well
+                CHECK(chosen.ms > budget); // the fastest quality, which is too slow as well
             } else {
                 CHECK(chosen.ms <= budget);
                 CHECK(chosen.error == doctest::Approx(best));
@@ -83,7 +84,7 @@ TEST_CASE("fps: the choice is the one that brute force finds") {
     }
 }
 
-TEST_CASE("fps: the front rises in time, falls in error, and adds up what it says") {
+TEST_CASE("fps: the Pareto front rises in time, falls in error, and its sums are right") {
     const FeatureCosts table = random_table(7);
     const std::vector<PredictedQuality> front = pareto_front(table, all_features, 5.0);
     for (std::size_t i = 0; i < front.size(); ++i) {
@@ -99,7 +100,7 @@ TEST_CASE("fps: the front rises in time, falls in error, and adds up what it say
     }
 }
 
-TEST_CASE("fps: a trade that the scene does not have stays balanced") {
+TEST_CASE("fps: a feature that the scene does not have stays balanced") {
     const FeatureCosts table = random_table(3);
     for (const PredictedQuality &choice : pareto_front(table, std::array{QualityFeature::lod}, 1.0)) {
         CHECK(choice.quality[0] == Tier::balanced);
@@ -118,11 +119,11 @@ TEST_CASE("fps: one long frame changes nothing, a slower device does") {
     FrameGovernor governor(ladder(), 9.0);
     CHECK_FALSE(governor.observe(500.0));
     CHECK(run(governor, 1, 8.0) == 0);
-    CHECK(run(governor, 2, 16.0) == 1); // twice as slow as predicted: 4 ms will be 8
+    CHECK(run(governor, 2, 16.0) == 1); // twice as slow as predicted: 4 ms takes 8
     CHECK(governor.current().ms == 4.0);
 }
 
-TEST_CASE("fps: what even the fastest cannot reach is said") {
+TEST_CASE("fps: a budget that even the fastest quality exceeds is reported") {
     FrameGovernor slow(ladder(), 3.0);
     CHECK(slow.out_of_reach());
     FrameGovernor governor(ladder(), 9.0);
@@ -132,15 +133,15 @@ TEST_CASE("fps: what even the fastest cannot reach is said") {
     CHECK(governor.out_of_reach());
 }
 
-TEST_CASE("fps: room to spare is used only after it has lasted") {
+TEST_CASE("fps: spare time is used only after several windows") {
     FrameGovernor governor(ladder(), 9.0);
     CHECK(run(governor, FrameGovernor::first_wait_windows - 1, 4.0) == 0);
-    CHECK(run(governor, 1, 4.0) == 1); // half as slow as predicted: 12 ms will be 6
+    CHECK(run(governor, 1, 4.0) == 1); // twice as fast as predicted: 12 ms takes 6
     CHECK(governor.current().ms == 12.0);
 }
 
-TEST_CASE("fps: a load that punishes each step up is met ever more rarely") {
-    // The better quality takes much longer than its neighbours let one predict.
+TEST_CASE("fps: failing steps up become ever rarer") {
+    // The better quality takes much longer than predicted.
     FrameGovernor governor(ladder(), 9.0);
     int early = 0;
     int late = 0;

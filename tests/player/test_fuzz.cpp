@@ -1,5 +1,5 @@
-// Thousands of seeded mutations of every kind of file that the player reads: each is refused by name or read
-// whole, inside its bytes, as numbers that can be drawn. The sanitizers watch.
+// Thousands of seeded mutations of every file type of the player. Each is rejected by name, or read
+// completely, inside its bytes, as numbers that can be drawn. Most useful with the sanitizers.
 #include "assets/inflate.hpp"
 #include "assets/loaded_artifact.hpp"
 #include "assets/payload.hpp"
@@ -22,42 +22,42 @@ using assets::PixelFormat;
 
 namespace {
 
-constexpr int rounds = 1500; // of each file
+constexpr int rounds = 1500; // per file
 
-/// Numbers of a seed: std's distributions differ between libraries.
-class Dice {
+/// Random numbers from a seed. The distributions of the standard library differ between implementations.
+class Random {
   public:
-    explicit Dice(unsigned seed) : engine_(seed) {}
+    explicit Random(unsigned seed) : engine_(seed) {}
     std::size_t below(std::size_t count) { return engine_() % count; }
 
   private:
     std::mt19937 engine_;
 };
 
-/// One to four changes: bits, bytes, words at their ends, ranges that are copied, cut out or doubled, a cut
-/// end.
-void mutate(test::Bytes &bytes, Dice &dice) {
+/// Applies one to four changes: bits, bytes, words at extreme values, ranges that are copied, deleted or
+/// doubled, truncation.
+void mutate(test::Bytes &bytes, Random &random) {
     constexpr std::array<std::uint32_t, 8> words{0,          1,          0x7FFFFFFF, 0x80000000,
                                                  0xFFFFFFFF, 0x7FC00000, 0x7149F2CA, 65536};
-    for (std::size_t change = 1 + dice.below(4); change > 0 && bytes.size() > 8; --change) {
-        const std::size_t at = dice.below(bytes.size() - 4);
+    for (std::size_t change = 1 + random.below(4); change > 0 && bytes.size() > 8; --change) {
+        const std::size_t at = random.below(bytes.size() - 4);
         const auto place = bytes.begin() + static_cast<std::ptrdiff_t>(at);
         const auto length =
-            static_cast<std::ptrdiff_t>(1 + dice.below(std::min<std::size_t>(64, bytes.size() - at)));
-        switch (dice.below(7)) {
+            static_cast<std::ptrdiff_t>(1 + random.below(std::min<std::size_t>(64, bytes.size() - at)));
+        switch (random.below(7)) {
         case 0:
-            *place ^= static_cast<std::byte>(1U << dice.below(8));
+            *place ^= static_cast<std::byte>(1U << random.below(8));
             break;
         case 1:
-            *place = static_cast<std::byte>(dice.below(256));
+            *place = static_cast<std::byte>(random.below(256));
             break;
         case 2:
-            std::memcpy(bytes.data() + at, &words[dice.below(words.size())], 4);
+            std::memcpy(bytes.data() + at, &words[random.below(words.size())], 4);
             break;
         case 3:
             std::copy_n(place, std::min(length, bytes.end() - place),
-                        bytes.begin() + static_cast<std::ptrdiff_t>(
-                                            dice.below(bytes.size() - static_cast<std::size_t>(length) + 1)));
+                        bytes.begin() + static_cast<std::ptrdiff_t>(random.below(
+                                            bytes.size() - static_cast<std::size_t>(length) + 1)));
             break;
         case 4:
             bytes.erase(place, place + length);
@@ -68,27 +68,27 @@ void mutate(test::Bytes &bytes, Dice &dice) {
             break;
         }
         default:
-            bytes.resize(dice.below(8) == 0 ? at : bytes.size());
+            bytes.resize(random.below(8) == 0 ? at : bytes.size());
         }
     }
 }
 
-/// Mutations of a text that keep it JSON more often: a number or a word becomes another.
-void mutate_text(std::string &text, Dice &dice) {
+/// Mutates a text such that it often stays JSON: replaces numbers and words.
+void mutate_text(std::string &text, Random &random) {
     constexpr std::array<const char *, 16> values{
         "1e30", "-1e30", "1e400", "-1",   "0",    "1.5",   "4294967296",  "1e-320",
         "null", "[]",    "{}",    "\"\"", "true", "[[0]]", "\"\\u0000\"", "\"sky\""};
-    for (std::size_t change = 1 + dice.below(3); change > 0; --change) {
-        std::size_t begin = text.find_first_of("0123456789\"[{", dice.below(text.size()));
+    for (std::size_t change = 1 + random.below(3); change > 0; --change) {
+        std::size_t begin = text.find_first_of("0123456789\"[{", random.below(text.size()));
         if (begin == std::string::npos) {
             continue;
         }
         const std::size_t end = text.find_first_of(",]}:\n", begin);
-        text.replace(begin, std::min(end, text.size()) - begin, values[dice.below(values.size())]);
+        text.replace(begin, std::min(end, text.size()) - begin, values[random.below(values.size())]);
     }
 }
 
-unsigned touched = 0; // of every byte that is handed out: the sanitizer sees those that are not there
+unsigned touched = 0; // reads every byte, so that the sanitizer finds invalid ones
 
 void touch(std::span<const std::byte> bytes) {
     for (const std::byte byte : bytes) {
@@ -96,7 +96,7 @@ void touch(std::span<const std::byte> bytes) {
     }
 }
 
-/// A scene of one artifact, whose hash is right.
+/// A scene of one artifact with a correct hash.
 struct OneFile {
     test::Folder folder;
     assets::SceneFile scene;
@@ -108,7 +108,7 @@ struct OneFile {
         scene.artifacts.push_back(artifact);
     }
 
-    /// Is it taken?
+    /// True if the file is accepted.
     bool open(const test::Bytes &bytes) {
         folder.write("a", bytes);
         scene.artifacts[0].bytes = bytes.size();
@@ -136,7 +136,7 @@ struct OneFile {
 
 } // namespace
 
-TEST_CASE("fuzz: mutated textures are refused or whole") {
+TEST_CASE("fuzz: mutated textures are rejected or read completely") {
     for (const test::Bytes &file : {test::ktx2_file(PixelFormat::bc1_rgb_srgb, 32, 16),
                                     test::zstd_ktx2_file(PixelFormat::rg8_snorm, 16, 8),
                                     test::zstd_ktx2_file(PixelFormat::rgba16_float, 4, 8),
@@ -144,51 +144,51 @@ TEST_CASE("fuzz: mutated textures are refused or whole") {
         OneFile one(assets::ArtifactKind::texture);
         int taken = 0;
         for (unsigned seed = 0; seed < rounds; ++seed) {
-            Dice dice(seed);
+            Random random(seed);
             test::Bytes wrong = file;
-            mutate(wrong, dice);
+            mutate(wrong, random);
             taken += one.open(wrong) ? 1 : 0;
         }
         CHECK(taken < rounds);
     }
 }
 
-TEST_CASE("fuzz: mutated meshes are refused or whole, and what is taken can be drawn") {
+TEST_CASE("fuzz: mutated meshes are rejected or read completely and drawable") {
     OneFile one(assets::ArtifactKind::mesh);
     const std::string json = test::glb_json();
     int taken = 0;
     for (unsigned seed = 0; seed < rounds; ++seed) {
-        Dice dice(seed);
+        Random random(seed);
         test::Bytes wrong;
         if (seed % 2 == 0) {
             std::string text = json;
-            mutate_text(text, dice);
+            mutate_text(text, random);
             wrong = test::glb_file(text);
         } else {
             wrong = test::glb_file(json);
-            mutate(wrong, dice);
+            mutate(wrong, random);
         }
         taken += one.open(wrong) ? 1 : 0;
     }
-    CHECK(taken > 0); // names, materials, normals that are still of length 1
+    CHECK(taken > 0); // for example names, materials, or normals that still have length 1
     CHECK(taken < rounds);
 }
 
-TEST_CASE("fuzz: a mutated scene.json is refused or holds numbers that lead a camera somewhere") {
+TEST_CASE("fuzz: a mutated scene.json is rejected or gives finite camera poses") {
     test::SceneText whole;
     whole.extra =
         R"("largest_viewport": [640, 480], "free_camera": {"low": [-1, 0, -2], "high": [1, 3, 2], "near_m": 0.5},)";
     const std::string text = whole.str();
     int taken = 0;
     for (unsigned seed = 0; seed < rounds; ++seed) {
-        Dice dice(seed);
+        Random random(seed);
         std::string wrong = text;
         if (seed % 3 != 0) {
-            mutate_text(wrong, dice);
+            mutate_text(wrong, random);
         } else {
             const auto *raw = reinterpret_cast<const std::byte *>(text.data());
             test::Bytes bytes(raw, raw + text.size());
-            mutate(bytes, dice);
+            mutate(bytes, random);
             wrong.assign(reinterpret_cast<const char *>(bytes.data()), bytes.size());
         }
         try {

@@ -27,7 +27,7 @@ bool alive(const gl::Buffer &buffer) {
 
 } // namespace
 
-TEST_CASE("handle: nothing is zero, and zero is empty") {
+TEST_CASE("handle: a default handle has name zero and is empty") {
     const gl::Texture texture;
     CHECK(texture.name() == 0);
     CHECK_FALSE(static_cast<bool>(texture));
@@ -42,14 +42,14 @@ TEST_CASE("handle: a moved-from handle is empty and frees nothing") {
     const unsigned name = a.name();
     {
         const gl::Buffer b = std::move(a);
-        CHECK(a.name() == 0); // NOLINT: what is promised of a moved-from handle
+        CHECK(a.name() == 0); // NOLINT: tests the state after a move
         CHECK(b.name() == name);
         CHECK(glIsBuffer(name) == GL_TRUE);
     }
     CHECK(glIsBuffer(name) == GL_FALSE);
 }
 
-TEST_CASE("handle: an assigned-over handle frees what it had") {
+TEST_CASE("handle: assigning to a handle frees its old name") {
     if (!test::have_context()) {
         return;
     }
@@ -87,12 +87,12 @@ TEST_CASE("framebuffer: a multisampled picture resolves into a texture") {
     glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved.name());
     float pixel[4] = {};
     glReadPixels(7, 3, 1, 1, GL_RGBA, GL_FLOAT, pixel);
-    CHECK(pixel[0] == 2.0F); // more than one: floats all the way
+    CHECK(pixel[0] == 2.0F); // above 1: the target holds floats
     CHECK(pixel[1] == 0.25F);
     test::throw_on_error();
 }
 
-TEST_CASE("framebuffer: depth of several samples resolves into a texture that can be read") {
+TEST_CASE("framebuffer: multisampled depth resolves into a texture") {
     if (!test::have_context()) {
         return;
     }
@@ -116,13 +116,13 @@ TEST_CASE("framebuffer: depth of several samples resolves into a texture that ca
     CHECK(glGetError() == GL_NO_ERROR);
 }
 
-TEST_CASE("framebuffer: an impossible one is refused") {
+TEST_CASE("framebuffer: invalid attachments are rejected") {
     if (!test::have_context()) {
         return;
     }
     const gl::Texture color = gl::make_target(GL_RGBA8, 4, 4);
-    CHECK_THROWS_AS(gl::make_framebuffer({}, color), Error); // colour as depth
-    test::forget();
+    CHECK_THROWS_AS(gl::make_framebuffer({}, color), Error); // a colour texture as depth
+    test::clear_errors();
 }
 
 TEST_CASE("program: a compile error names the file and the line, through includes") {
@@ -143,10 +143,10 @@ TEST_CASE("program: a compile error names the file and the line, through include
     } catch (const Error &error) {
         CHECK_MESSAGE(std::string(error.what()).find("lib/part.glsl") != std::string::npos, error.what());
     }
-    test::forget();
+    test::clear_errors();
 }
 
-TEST_CASE("program: a FrameUniforms block that differs from the player's is refused") {
+TEST_CASE("program: a FrameUniforms block that differs from the struct is rejected") {
     if (!test::have_context()) {
         return;
     }
@@ -162,7 +162,7 @@ TEST_CASE("program: a FrameUniforms block that differs from the player's is refu
     CHECK_THROWS_AS(gl::Program(library, "b.vert", "a.frag"), Error);
 }
 
-TEST_CASE("shaders: an include comes once, defines and dialect are in the preamble") {
+TEST_CASE("shaders: each include comes once, defines and dialect are in the preamble") {
     const test::Folder folder;
     folder.write("lib/a.glsl", std::string("const float A = 1.0;\n"));
     folder.write("lib/b.glsl", std::string("#include \"lib/a.glsl\"\n"));
@@ -176,7 +176,7 @@ TEST_CASE("shaders: an include comes once, defines and dialect are in the preamb
     CHECK(web.starts_with("#version 300 es\nprecision highp float;"));
 }
 
-TEST_CASE("shaders: missing files and includes that leave the folder are refused") {
+TEST_CASE("shaders: missing files and includes outside the folder are rejected") {
     const test::Folder folder;
     folder.write("x.frag", std::string("#include \"../secret\"\n"));
     folder.write("y.frag", std::string("#include lib\n"));
@@ -186,7 +186,7 @@ TEST_CASE("shaders: missing files and includes that leave the folder are refused
     CHECK_THROWS_AS(library.source("z.frag"), Error);
 }
 
-TEST_CASE("sampler: no mip coarser than the last one given is read") {
+TEST_CASE("sampler: no mip coarser than max_level is sampled") {
     if (!test::have_context()) {
         return;
     }

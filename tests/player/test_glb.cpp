@@ -28,7 +28,7 @@ void check_refused(const std::string &json, const std::string &part) {
 
 } // namespace
 
-TEST_CASE("GLB: levels, primitives and materials come out as they went in") {
+TEST_CASE("GLB: levels, primitives and materials are read as written") {
     const test::Bytes file = test::glb_file(test::glb_json());
     const assets::Glb glb = assets::read_glb(file, "a.glb");
     REQUIRE(glb.levels.size() == 2);
@@ -47,7 +47,7 @@ TEST_CASE("GLB: without MSFT_lod there is one level") {
     CHECK(assets::read_glb(test::glb_file(test::glb_json(false)), "a.glb").levels.size() == 1);
 }
 
-TEST_CASE("GLB: a file cut anywhere is refused") {
+TEST_CASE("GLB: a file truncated anywhere is rejected") {
     const test::Bytes file = test::glb_file(test::glb_json());
     for (std::size_t length = 0; length < file.size(); ++length) {
         const test::Bytes cut(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(length));
@@ -55,7 +55,7 @@ TEST_CASE("GLB: a file cut anywhere is refused") {
     }
 }
 
-TEST_CASE("GLB: a file cut anywhere whose header lies about its length is refused or harmless") {
+TEST_CASE("GLB: a truncated file with a matching length in its header is rejected or harmless") {
     const test::Bytes file = test::glb_file(test::glb_json());
     for (std::size_t length = 20; length < file.size(); ++length) {
         test::Bytes cut(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(length));
@@ -65,7 +65,7 @@ TEST_CASE("GLB: a file cut anywhere whose header lies about its length is refuse
     }
 }
 
-TEST_CASE("GLB: any byte may be wrong without harm") {
+TEST_CASE("GLB: any wrong byte is harmless") {
     const test::Bytes file = test::glb_file(test::glb_json());
     for (std::size_t at = 0; at < file.size(); ++at) {
         for (const unsigned value : {0x00U, 0x39U, 0x5DU, 0xFFU}) {
@@ -76,13 +76,13 @@ TEST_CASE("GLB: any byte may be wrong without harm") {
                 for (const assets::GlbLevel &level : glb.levels) {
                     CHECK(level.positions.data() + level.positions.size() <= wrong.data() + wrong.size());
                 }
-            } catch (const Error &) { // refused: as good
+            } catch (const Error &) { // rejected, which is fine
             }
         }
     }
 }
 
-TEST_CASE("GLB: what the player cannot draw is refused with its place") {
+TEST_CASE("GLB: content that the player cannot draw is rejected with its place") {
     const std::string json = test::glb_json();
     check_refused(replaced(json, "\"byteLength\":108", "\"byteLength\":109"),
                   "buffers[0].byteLength: is 109");
@@ -99,16 +99,16 @@ TEST_CASE("GLB: what the player cannot draw is refused with its place") {
     check_refused(replaced(json, "\"scene\":0", "\"scene\":0,\"scene\":0"), "appears twice");
 }
 
-TEST_CASE("GLB: a small file whose primitives share their indices does not become a large mesh") {
+TEST_CASE("GLB: a small file with shared indices does not become a large mesh") {
     const std::string one = R"({"attributes":{"POSITION":0,"NORMAL":1},"indices":2,"material":0},)";
     std::string many;
     for (int i = 0; i < 90; ++i) {
         many += one;
     }
-    check_refused(replaced(test::glb_json(), one, many), "at most 4 times as many may be shared");
+    check_refused(replaced(test::glb_json(), one, many), "the limit is 4 times as many");
 }
 
-TEST_CASE("GLB: what does not fit is told with its offset, and the sentence is true") {
+TEST_CASE("GLB: data outside the buffer is reported with its correct offset") {
     const std::string json = test::glb_json();
     const auto with = [&](const std::string &from, const std::string &to) {
         return replaced(json, from, to);
@@ -128,14 +128,14 @@ TEST_CASE("GLB: what does not fit is told with its offset, and the sentence is t
                             R"("nodes":[])");
     check_refused(none, "scenes[0].nodes[0]: is 0, but the file has no such entries");
     test::Bytes file = test::glb_file(json);
-    file[12] = std::byte{0xFF}; // the first chunk's length: less than its text
+    file[12] = std::byte{0xFF}; // length of the first chunk, shorter than its text
     CHECK_THROWS_AS(assets::read_glb(file, "a.glb"), Error);
 }
 
 namespace {
 
-/// One triangle of codes: positions in bytes 0 to 24, normals 24 to 36, UVs 36 to 48, indices 48 to 54.
-std::string coded_json() {
+/// One quantized triangle: positions in bytes 0 to 24, normals 24 to 36, UVs 36 to 48, indices 48 to 54.
+std::string quantized_json() {
     return R"({"asset":{"version":"2.0"},"extensionsRequired":["KHR_mesh_quantization"],"scene":0,
 "scenes":[{"nodes":[0]}],"nodes":[{"name":"lod0","mesh":0,"translation":[1,2,3],"scale":[0.5,0.25,0.125]}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1,"TEXCOORD_0":2},"indices":3}]}],
@@ -151,8 +151,8 @@ std::string coded_json() {
 
 } // namespace
 
-TEST_CASE("GLB: codes come with their types, their strides and their lattice") {
-    const test::Bytes file = test::glb_file(coded_json());
+TEST_CASE("GLB: quantized attributes are read with types, strides and grid") {
+    const test::Bytes file = test::glb_file(quantized_json());
     const assets::Glb glb = assets::read_glb(file, "a.glb");
     REQUIRE(glb.levels.size() == 1);
     const assets::GlbLevel &level = glb.levels[0];
@@ -166,8 +166,8 @@ TEST_CASE("GLB: codes come with their types, their strides and their lattice") {
     CHECK(assets::read_glb(test::glb_file(test::glb_json()), "b.glb").grid == assets::QuantizationGrid());
 }
 
-TEST_CASE("GLB: codes that the player cannot draw are refused with their place") {
-    const std::string json = coded_json();
+TEST_CASE("GLB: unsupported quantized attributes are rejected with their place") {
+    const std::string json = quantized_json();
     check_refused(replaced(json, R"("componentType":5120,"normalized":true)", R"("componentType":5120)"),
                   "NORMAL: must be normalized");
     check_refused(replaced(json, R"("componentType":5123,"count":3,"type":"VEC3")",
@@ -188,7 +188,7 @@ TEST_CASE("GLB: codes that the player cannot draw are refused with their place")
     check_refused(replaced(json, R"("mesh":0,)", R"("mesh":0,"rotation":[0,0,0,1],)"), "rotation");
 }
 
-TEST_CASE("GLB: levels that stand apart are refused") {
+TEST_CASE("GLB: levels with different grids are rejected") {
     check_refused(replaced(test::glb_json(), R"("name":"lod1",)", R"("name":"lod1","scale":[2,2,2],)"),
                   "must be those of the other levels");
 }

@@ -1,4 +1,4 @@
-"""What scene.json allows of mips and parallax is what the player does, seen in its pictures."""
+"""The player keeps the limits of mips and parallax in scene.json, seen in its pictures."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MAGENTA, GREEN = (255, 0, 255, 255), (30, 160, 40, 255)
 
 
 def mips(colors: list[tuple[int, int, int, int]]) -> bytes:
-    """A colour map whose every level has a colour of its own, the last for all that follow."""
+    """A colour map with one colour per level; the last colour fills all further levels."""
     levels = []
     for level in range(SIZE.bit_length()):
         texel = colors[min(level, len(colors) - 1)]
@@ -66,7 +66,7 @@ def picture(tmp_path: Path, player: Callable[..., Any]) -> Callable[..., np.ndar
 
 
 def squeeze(patch: pytest.MonkeyPatch, factor: float, offset: float) -> None:
-    """Gives the box UVs of a part of its map."""
+    """Restricts the box's UVs to a part of its map."""
     whole = synthetic.box
 
     def squeezed() -> Mesh:
@@ -97,14 +97,14 @@ def magenta(pixels: np.ndarray) -> int:
     return int(((red > green + 0.25) & (blue > green + 0.25)).sum())
 
 
-def test_mips_beyond_the_last_safe_one_are_never_sampled(picture: Callable[..., np.ndarray]) -> None:
+def test_mips_coarser_than_max_level_are_never_sampled(picture: Callable[..., np.ndarray]) -> None:
     files = {"box_color": mips([GREEN, GREEN, GREEN, MAGENTA])}
     assert magenta(picture(files=files, edit=limit_mips(None))) > 50
     assert magenta(picture(files=files, edit=limit_mips(2))) == 0
     assert magenta(picture(files=files, edit=limit_mips(3))) > 50
 
 
-def test_level_0_alone_can_be_what_is_safe(picture: Callable[..., np.ndarray]) -> None:
+def test_max_level_0_samples_level_0_only(picture: Callable[..., np.ndarray]) -> None:
     files = {"box_color": mips([GREEN, MAGENTA])}
     assert magenta(picture(files=files, edit=limit_mips(0))) == 0
 
@@ -120,7 +120,7 @@ def relief(scale: float, bias: float, limit: float | None) -> Edit:
 
 
 @pytest.mark.parametrize("bias", [0.0, -0.1])
-def test_parallax_is_held_to_its_limit(picture: Callable[..., np.ndarray], bias: float) -> None:
+def test_parallax_keeps_its_limit(picture: Callable[..., np.ndarray], bias: float) -> None:
     height = np.zeros((64, 64, 1), np.uint8)
     height[::2] = 255
     files = {"box_color": stripes(), "box_height": synthetic.texture("R8_UNORM", height)}
@@ -134,11 +134,11 @@ def test_parallax_is_held_to_its_limit(picture: Callable[..., np.ndarray], bias:
     assert np.abs(picture(files=files, edit=relief(0.4, bias, reach), size="320x180") - free).max() == 0.0
 
 
-def test_the_steepest_look_moves_a_sample_no_farther_than_the_gutter(
+def test_grazing_views_move_no_sample_beyond_the_gutter(
     picture: Callable[..., np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # The UVs cover the middle half of the map, a ring around it is green as well, as wide as the gutter is
-    # made for, and beyond it all is magenta: no look from anywhere may bring that in.
+    # The UVs cover the middle half of the map. The ring around it, as wide as the gutter, is green too. The
+    # rest is magenta and must not show from any direction.
     size, reach = 64, 0.1
     files = {
         "box_color": ring(size, int(reach * size) + 2),
@@ -158,11 +158,11 @@ def test_the_steepest_look_moves_a_sample_no_farther_than_the_gutter(
     assert magenta(picture(files=files, edit=edit, size="320x180")) > 20
 
 
-def test_maps_that_do_not_tile_end_at_their_edges(
+def test_maps_that_do_not_repeat_are_clamped(
     picture: Callable[..., np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # Green but for the last column, which lies beside the first only where the map repeats; UVs begin at the
-    # first and end before the last.
+    # Green except for the last column, which is next to the first only if the map repeats. The UVs start at
+    # the first column and end before the last.
     texels = np.full((4, 4, 4), GREEN, np.uint8)
     texels[:, 3] = MAGENTA
     files = {"box_color": encode_ktx2(Texture("RGBA8_SRGB", 4, 4, (texels.tobytes(),)))}

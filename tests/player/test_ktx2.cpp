@@ -12,7 +12,7 @@ using assets::PixelFormat;
 
 namespace {
 
-/// The first fault of a file's levels, inflated one by one.
+/// Decompresses all levels and returns the first error.
 std::string inflate_all(const assets::Ktx2 &ktx) {
     assets::Inflater inflater;
     for (const assets::Ktx2Level &level : ktx.levels) {
@@ -25,7 +25,7 @@ std::string inflate_all(const assets::Ktx2 &ktx) {
 
 } // namespace
 
-TEST_CASE("KTX2: every level of every format is found where the writer put it") {
+TEST_CASE("KTX2: every level of every format is found at its offset") {
     for (const PixelFormat format :
          {PixelFormat::r8_unorm, PixelFormat::rg8_snorm, PixelFormat::rgba8_srgb, PixelFormat::r16_unorm,
           PixelFormat::rgba16_float, PixelFormat::r32_float, PixelFormat::bc1_rgb_srgb, PixelFormat::bc3_srgb,
@@ -50,16 +50,17 @@ TEST_CASE("KTX2: a cube map has six faces in each level") {
     CHECK(ktx.levels[0].bytes.size() == 4 * 4 * 8 * 6);
 }
 
-TEST_CASE("KTX2: a file cut anywhere is refused and never read beyond its end") {
+TEST_CASE("KTX2: a file truncated anywhere is rejected and never read past its end") {
     const test::Bytes file = test::ktx2_file(PixelFormat::bc1_rgb_srgb, 16, 16);
     for (std::size_t length = 0; length < file.size(); ++length) {
         const test::Bytes cut(file.begin(),
-                              file.begin() + static_cast<std::ptrdiff_t>(length)); // ASan watches its end
+                              // on the heap, so that ASan finds reads past the end
+                              file.begin() + static_cast<std::ptrdiff_t>(length));
         CHECK_THROWS_AS(assets::read_ktx2(cut, "cut.ktx2"), Error);
     }
 }
 
-TEST_CASE("KTX2: any byte of the header may be wrong without harm") {
+TEST_CASE("KTX2: any wrong byte in the header is harmless") {
     const test::Bytes file = test::ktx2_file(PixelFormat::rg8_snorm, 16, 8);
     for (std::size_t at = 0; at < 80 + 24 * 5; ++at) {
         for (const unsigned value : {0x00U, 0x01U, 0x7FU, 0xFFU}) {
@@ -71,7 +72,7 @@ TEST_CASE("KTX2: any byte of the header may be wrong without harm") {
                     CHECK(level.bytes.data() >= wrong.data());
                     CHECK(level.bytes.data() + level.bytes.size() <= wrong.data() + wrong.size());
                 }
-            } catch (const Error &) { // refused: as good
+            } catch (const Error &) { // rejected, which is fine
             }
         }
     }
@@ -89,7 +90,7 @@ TEST_CASE("KTX2: the message names file, place, value and limit") {
                          Error);
 }
 
-TEST_CASE("KTX2: a level that lies beyond the file is told by its offset, one of a wrong size by its size") {
+TEST_CASE("KTX2: a level outside the file is reported by its offset, a wrong size by the size") {
     const test::Bytes file = test::ktx2_file(PixelFormat::rgba8_srgb, 64, 64);
     const auto told = [&](std::size_t at, std::uint64_t value) -> std::string {
         test::Bytes wrong = file;
@@ -110,7 +111,7 @@ TEST_CASE("KTX2: a level that lies beyond the file is told by its offset, one of
     CHECK(told(88, 16383) == "a.ktx2: level 0: the level index says 16383 bytes, 64 x 64 texels take 16384");
 }
 
-TEST_CASE("KTX2: every level of a supercompressed file holds what the plain file holds") {
+TEST_CASE("KTX2: a compressed file has the same levels as the uncompressed file") {
     for (const PixelFormat format :
          {PixelFormat::bc7_srgb, PixelFormat::rg16_snorm, PixelFormat::r8_unorm, PixelFormat::rgba16_float}) {
         for (const std::uint32_t faces : {1U, 6U}) {
@@ -129,7 +130,7 @@ TEST_CASE("KTX2: every level of a supercompressed file holds what the plain file
     }
 }
 
-TEST_CASE("KTX2: a frame that holds another size than its level is refused, bombs before they go off") {
+TEST_CASE("KTX2: a frame with another size than its level is rejected, decompression bombs included") {
     const test::Bytes file = test::zstd_ktx2_file(PixelFormat::r8_unorm, 64, 64);
     const test::Bytes level(64 * 64, std::byte{7});
     const auto read = [&](std::span<const std::byte> frame) {
@@ -146,12 +147,14 @@ TEST_CASE("KTX2: a frame that holds another size than its level is refused, bomb
                                 std::byte{0},    std::byte{0},    std::byte{9}};
     CHECK_THROWS_AS(read(skippable), Error);
 
-    // What does not say its size shows when it is inflated, and never writes beyond its level.
+    // Without a stated content size, a wrong size shows during decompression. Nothing is written past the
+    // level.
     const auto inflate = [&](std::span<const std::byte> frame) {
-        const test::Bytes bad = test::with_frame(file, frame); // outlives the spans
+        const test::Bytes bad = test::with_frame(file, frame); // must outlive the spans
         assets::Inflater inflater;
         const assets::Ktx2 ktx = assets::read_ktx2(bad, "bad.ktx2");
-        test::Bytes out(ktx.levels[0].inflated.size()); // ASan watches its end
+        // on the heap, so that ASan finds writes past the end
+        test::Bytes out(ktx.levels[0].inflated.size());
         return inflater.inflate(ktx.levels[0].compressed, out);
     };
     const std::span<const std::byte> all(level);
@@ -167,12 +170,12 @@ TEST_CASE("KTX2: a frame that holds another size than its level is refused, bomb
     CHECK_FALSE(inflate(cut).empty());
 }
 
-TEST_CASE("KTX2: lengths that lie, and levels that inflate beyond the limit, are refused") {
+TEST_CASE("KTX2: wrong lengths and levels that decompress above the limit are rejected") {
     test::Bytes file = test::zstd_ktx2_file(PixelFormat::r8_unorm, 8, 8);
     file[96] = std::byte{65};
     CHECK_THROWS_WITH_AS(assets::read_ktx2(file, "lie.ktx2"),
                          "lie.ktx2: level 0: 65 bytes uncompressed, expected 64", Error);
-    // 16384 x 16384 half floats: 2 GiB of level 0 alone fit, with a second level they do not.
+    // 16384 x 16384 half floats: level 0 fits into 2 GiB, a second level does not.
     test::Bytes large = test::zstd_ktx2_file(PixelFormat::rgba16_float, 2, 2);
     const auto put = [&](std::size_t at, auto value) {
         std::memcpy(large.data() + at, &value, sizeof value);
@@ -182,7 +185,7 @@ TEST_CASE("KTX2: lengths that lie, and levels that inflate beyond the limit, are
     put(96, std::uint64_t{16384} * 16384 * 8);
     put(120, std::uint64_t{8192} * 8192 * 8);
     const test::Bytes frame = test::zstd_frame(test::Bytes(8), false);
-    for (const std::size_t entry : {80U, 104U}) { // both levels: one frame that does not say its size
+    for (const std::size_t entry : {80U, 104U}) { // both levels use one frame without a content size
         put(entry, std::uint64_t{large.size()});
         put(entry + 8, std::uint64_t{frame.size()});
     }
@@ -191,7 +194,7 @@ TEST_CASE("KTX2: lengths that lie, and levels that inflate beyond the limit, are
                          "large.ktx2: level 1: decompresses to more than 2147483648 bytes", Error);
 }
 
-TEST_CASE("KTX2: any byte of a supercompressed file may be wrong without harm") {
+TEST_CASE("KTX2: any wrong byte of a compressed file is harmless") {
     const test::Bytes file = test::zstd_ktx2_file(PixelFormat::rg8_snorm, 16, 8);
     int refused = 0;
     for (std::size_t at = 0; at < file.size(); ++at) {

@@ -1,4 +1,4 @@
-// Every number that a KTX2 file states, set to the ends of what it can say.
+// Sets every number in a KTX2 file to its extreme values.
 #include "assets/inflate.hpp"
 #include "assets/ktx2.hpp"
 #include "error.hpp"
@@ -22,7 +22,8 @@ test::Bytes with(test::Bytes file, std::size_t at, T value) {
     return file;
 }
 
-/// Around 0, the file's end, half the range, all of it, and powers of two: where arithmetic breaks.
+/// Values around 0, the file size, half the range, the whole range and powers of two, where arithmetic may
+/// overflow.
 template <typename T>
 std::vector<T> ends(std::size_t length) {
     std::vector<T> out;
@@ -30,14 +31,14 @@ std::vector<T> ends(std::size_t length) {
     for (const T near : {T{0}, static_cast<T>(length), static_cast<T>(top / 2), top, T{1} << 16U,
                          static_cast<T>(T{1} << 31U), static_cast<T>(top - length)}) {
         for (const int step : {-2, -1, 0, 1, 2}) {
-            out.push_back(static_cast<T>(near + static_cast<T>(step))); // wraps: another end
+            out.push_back(static_cast<T>(near + static_cast<T>(step))); // wraps around to the other extreme
         }
     }
     return out;
 }
 
-/// Read and inflated whole, inside its file; or refused by name.
-void survives(const test::Bytes &wrong) {
+/// The file is read and decompressed without leaving its bytes, or rejected by name.
+void check_harmless(const test::Bytes &wrong) {
     try {
         const assets::Ktx2 ktx = assets::read_ktx2(wrong, "wrong.ktx2");
         assets::Inflater inflater;
@@ -46,7 +47,8 @@ void survives(const test::Bytes &wrong) {
             CHECK(held.data() >= wrong.data());
             CHECK(held.data() + held.size() <= wrong.data() + wrong.size());
             if (!level.compressed.empty()) {
-                static_cast<void>(inflater.inflate(level.compressed, level.inflated)); // ASan watches
+                // ASan checks the accesses
+                static_cast<void>(inflater.inflate(level.compressed, level.inflated));
             }
         }
     } catch (const Error &error) {
@@ -56,31 +58,31 @@ void survives(const test::Bytes &wrong) {
 
 } // namespace
 
-TEST_CASE("KTX2: every field at its ends is refused by name or harmless") {
+TEST_CASE("KTX2: every field at its extreme values is rejected by name or harmless") {
     for (const test::Bytes &file : {test::ktx2_file(PixelFormat::rg8_snorm, 16, 8),
                                     test::zstd_ktx2_file(PixelFormat::rg8_snorm, 16, 8)}) {
         for (std::size_t at = 12; at < 64; at += 4) {
             for (const auto value : ends<std::uint32_t>(file.size())) {
-                survives(with(file, at, value));
+                check_harmless(with(file, at, value));
             }
         }
         for (std::size_t at = 64; at < 80 + 24 * level_count; at += 8) {
             for (const auto value : ends<std::uint64_t>(file.size())) {
-                survives(with(file, at, value));
+                check_harmless(with(file, at, value));
             }
         }
     }
 }
 
-TEST_CASE("KTX2: an offset and a length whose sum wraps around never leave the file") {
+TEST_CASE("KTX2: an offset and a length whose sum overflows stay inside the file") {
     for (const test::Bytes &file : {test::ktx2_file(PixelFormat::rg8_snorm, 16, 8),
                                     test::zstd_ktx2_file(PixelFormat::rg8_snorm, 16, 8)}) {
         for (std::size_t entry = 80; entry < 80 + 24 * level_count; entry += 24) {
             for (const auto offset : ends<std::uint64_t>(file.size())) {
                 const test::Bytes moved = with(file, entry, offset);
-                survives(moved);
+                check_harmless(moved);
                 for (const auto length : ends<std::uint64_t>(file.size())) {
-                    survives(with(moved, entry + 8, length));
+                    check_harmless(with(moved, entry + 8, length));
                 }
             }
         }

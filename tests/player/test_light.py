@@ -1,4 +1,4 @@
-"""Edges and shadows: smooth where they should be, at the price that they may have."""
+"""Smooth edges and soft shadows, where they are wanted."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def edit(scene: Path, change: Callable[[dict[str, Any]], None]) -> None:
 
 
 def white_box(folder: Path) -> Path:
-    """A white box before black, lit from everywhere."""
+    """A white box on black, lit from all sides."""
     scene = write_scene(folder, bare=True)
     data = texture("RGBA8_SRGB", np.full((64, 64, 4), 255, dtype=np.uint8))
     (scene / "box_color.ktx2").write_bytes(data)
@@ -52,10 +52,10 @@ def test_outlines_are_smooth(player: Player, tmp_path: Path) -> None:
     steps = np.abs(np.diff(picture, axis=1))
     crossings = np.count_nonzero(np.diff((picture > 25).astype(int), axis=1))
     assert crossings > 100
-    assert np.count_nonzero(steps > 0.7 * picture.max()) < 0.1 * crossings  # from all to nothing in one pixel
+    assert np.count_nonzero(steps > 0.7 * picture.max()) < 0.1 * crossings  # from full to none in one pixel
 
 
-def test_shadows_are_soft_near_the_camera_and_cost_no_blur_far_away(player: Player, tmp_path: Path) -> None:
+def test_shadows_are_soft_near_the_camera_and_not_blurred_far_away(player: Player, tmp_path: Path) -> None:
     pictures = {}
     for blur_m in (0.0, 3.0, 40.0):
         scene = write_scene(tmp_path / str(blur_m))
@@ -66,7 +66,7 @@ def test_shadows_are_soft_near_the_camera_and_cost_no_blur_far_away(player: Play
 
         edit(scene, change)
         pictures[blur_m] = render(player, scene, tmp_path / "a.png")
-    # The shadow lies further than 3 m from the eye: not a pixel is blurred.
+    # The shadow is more than 3 m from the eye: no pixel is blurred.
     assert np.array_equal(pictures[0.0], pictures[3.0])
     changed = np.abs(pictures[0.0] - pictures[40.0]) > 4
-    assert 0.0005 < changed.mean() < 0.1  # along the shadow's edge, and nowhere else
+    assert 0.0005 < changed.mean() < 0.1  # only along the shadow's edge

@@ -1,4 +1,4 @@
-"""No name of a broken or hostile file steers the terminal that a message is written to."""
+"""No name from a broken or hostile file can control the terminal."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.conftest import ROOT
 from tests.player.synthetic import write_scene
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
-# Clears the screen, sets the window's title, turns letters around, begins a line of its own.
+# Clears the screen, sets the window's title, reverses text, starts a new line.
 EVIL = "\x1b[2J\x1b]0;owned\x07\x9b31m\u202eexe\nparadize-player: all is well\r\x7f"
 Edit = Callable[[dict[str, Any]], None]
 
@@ -76,7 +76,7 @@ def test_names_of_folders_and_options_reach_the_terminal_escaped(player: Player,
     harmless(result.stderr)
 
 
-def test_what_the_player_says_goes_through_one_function() -> None:
+def test_all_messages_go_through_one_function() -> None:
     for path in sorted((ROOT / "player").rglob("*.[ch]pp")):
         if path.name != "messages.cpp":
             text = path.read_text()

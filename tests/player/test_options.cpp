@@ -16,7 +16,7 @@ Options parse(std::initializer_list<const char *> arguments) {
 
 } // namespace
 
-TEST_CASE("command line: the contract's options are taken") {
+TEST_CASE("command line: all documented options are accepted") {
     const Options o =
         parse({"scene", "--headless", "--time", "12.5", "--frames=3", "--size", "64x36", "--screenshot",
                "a.png", "--disable", "sky,water", "--wait-resident", "--json", "--mute"});
@@ -35,7 +35,7 @@ TEST_CASE("command line: the contract's options are taken") {
     CHECK(o.mute);
 }
 
-TEST_CASE("command line: wrong usage is told, never guessed") {
+TEST_CASE("command line: wrong usage is an error") {
     CHECK_THROWS_AS(parse({}), UsageError);
     CHECK_THROWS_AS(parse({"a", "b"}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--nonsense"}), UsageError);
@@ -58,7 +58,7 @@ TEST_CASE("command line: wrong usage is told, never guessed") {
                          "--disable wter: is not a pass; choose from sky, water", UsageError);
 }
 
-TEST_CASE("command line: qualities by name, for all and for one") {
+TEST_CASE("command line: tiers for all features and for single ones") {
     CHECK(parse({"a"}).quality == all_at(Tier::balanced));
     CHECK(parse({"a", "--quality", "exact"}).quality == all_at(Tier::exact));
     Quality mixed = all_at(Tier::balanced);
@@ -78,7 +78,7 @@ TEST_CASE("command line: qualities by name, for all and for one") {
     CHECK_THROWS_AS(parse({"a", "--quality", "fast,"}), UsageError);
 }
 
-TEST_CASE("command line: a reference is a picture of its own, a rate chooses for itself") {
+TEST_CASE("command line: --reference and --fps exclude --quality") {
     CHECK(parse({"a", "--reference", "64", "--screenshot", "a.png"}).reference == 64);
     CHECK(parse({"a", "--fps", "59.94"}).fps == 59.94);
     CHECK_THROWS_AS(parse({"a", "--reference", "64"}), UsageError);

@@ -21,7 +21,7 @@
 
 using namespace paradize;
 
-TEST_CASE("PNG: pixels come back as they were, first row on top") {
+TEST_CASE("PNG: pixels are read back unchanged, first row at the top") {
     const test::Folder folder;
     std::vector<std::uint8_t> pixels(3 * 2 * 3);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -40,9 +40,9 @@ TEST_CASE("PNG: pixels come back as they were, first row on top") {
     CHECK(back == pixels);
 }
 
-TEST_CASE("PNG: where no file can be, there is an error and no half file") {
+TEST_CASE("PNG: a failed write gives an error and no partial file") {
     const test::Folder folder;
-    folder.write("a.png/inside", std::string("x")); // a folder has the name
+    folder.write("a.png/inside", std::string("x")); // the name is taken by a folder
     const std::vector<std::uint8_t> pixels(3);
     CHECK_THROWS_AS(write_png(folder.path() / "a.png", pixels, 1, 1), Error);
     int entries = 0;
@@ -52,7 +52,7 @@ TEST_CASE("PNG: where no file can be, there is an error and no half file") {
     CHECK(entries == 1);
 }
 
-TEST_CASE("sound: an empty file or a file that is no sound leaves the show silent") {
+TEST_CASE("sound: empty and invalid files leave playback silent") {
     Audio audio;
     CHECK_FALSE(audio.load({}, "none.ogg"));
     CHECK_FALSE(audio.load(std::as_bytes(std::span("no sound at all")), "noise.ogg"));
@@ -64,7 +64,7 @@ TEST_CASE("sound: an empty file or a file that is no sound leaves the show silen
     CHECK(audio.volume() == 0.0F);
 }
 
-TEST_CASE("sound: what is louder than full scale is clipped, not wrapped; floats are heard") {
+TEST_CASE("sound: samples above full scale are clipped, not wrapped; float files are read") {
     const test::Folder folder;
     const auto path = folder.path() / "loud.wav";
     SF_INFO info{};
@@ -115,14 +115,14 @@ TEST_CASE("sound: load, loop, pause, stop, volume") {
     CHECK_FALSE(audio.playing());
 }
 
-TEST_CASE("report: a terrain that takes more than 2 GiB of the device is told") {
+TEST_CASE("report: a terrain of more than 2 GiB of device memory gives a warning") {
     CHECK(terrain_warning(std::uint64_t{2} << 30U).empty());
     const std::string words = terrain_warning(std::uint64_t{3} << 30U);
     CHECK(words.find("3072 MiB") != std::string::npos);
     CHECK(words.find("max_error_m") != std::string::npos);
 }
 
-TEST_CASE("report: the middle of the frames, and JSON that escapes") {
+TEST_CASE("report: median of the frames, and escaped JSON") {
     CHECK(median({}) == 0.0);
     CHECK(median({3.0, 1.0, 100.0}) == 3.0);
     CHECK(percentile({}, 0.95) == 0.0);
@@ -155,20 +155,20 @@ TEST_CASE("report: the middle of the frames, and JSON that escapes") {
                       [](const std::string &name) { return name.starts_with("libc.so"); }));
 }
 
-TEST_CASE("messages: bytes of a broken file reach no terminal") {
+TEST_CASE("messages: control bytes of a broken file are escaped") {
     const std::string plain = "plain\nname\t\xC3\xA9 \xF0\x9F\x8C\xB4";
     CHECK(printable(plain) == plain);
     CHECK(printable("\x1B[2J\x7F") == "\\x1B[2J\\x7F");
     CHECK(printable(std::string_view("\0\r", 2)) == "\\x00\\x0D");
     CHECK(printable("\xFF\xC0\x80 \xE2\x82") == "\\xFF\\xC0\\x80 \\xE2\\x82");
     CHECK(printable("\xED\xA0\x80") == "\\xED\\xA0\\x80");          // half of a surrogate pair
-    CHECK(printable("\xF5\x80\x80\x80") == "\\xF5\\x80\\x80\\x80"); // beyond Unicode
+    CHECK(printable("\xF5\x80\x80\x80") == "\\xF5\\x80\\x80\\x80"); // above the Unicode range
     CHECK(printable("\xC2\x9B"
-                    "31m") == "\\u{9B}31m"); // a terminal's CSI in one character
+                    "31m") == "\\u{9B}31m"); // CSI of a terminal in one character
     CHECK(printable("\xE2\x80\xAE"
-                    "bin.exe") == "\\u{202E}bin.exe"); // turns what follows around
+                    "bin.exe") == "\\u{202E}bin.exe"); // reverses the text that follows
     CHECK(printable("a\xE2\x80\xA8"
-                    "b\xEF\xBB\xBF") == "a\\u{2028}b\\u{FEFF}"); // a line's end, nothing
+                    "b\xEF\xBB\xBF") == "a\\u{2028}b\\u{FEFF}"); // line separator, zero-width space
     CHECK(printable("\xF3\xA0\x81\x81") == "\\u{E0041}");
 }
 
@@ -181,7 +181,7 @@ TEST_CASE("messages: numbers that differ look different") {
     CHECK(fixed(std::numeric_limits<double>::max(), 3).size() == 313);
 }
 
-TEST_CASE("free camera: starts where the flight is, walks where it looks") {
+TEST_CASE("free camera: starts at the flight's pose and moves along its view") {
     FreeCamera camera({{1.0, 2.0, 3.0}, {1.0, 2.0, -7.0}, 0.0});
     const Pose start = camera.pose();
     CHECK(glm::distance(start.eye, glm::dvec3(1.0, 2.0, 3.0)) < 1e-12);
@@ -194,7 +194,7 @@ TEST_CASE("free camera: starts where the flight is, walks where it looks") {
     input.pitch_px = -100000.0;
     camera.move(input, 0.1);
     CHECK(camera.pose().target.y - camera.pose().eye.y > 0.99);
-    CHECK(camera.pose().target.y - camera.pose().eye.y < 1.0); // never quite upright
+    CHECK(camera.pose().target.y - camera.pose().eye.y < 1.0); // pitch stays below 90 degrees
     CHECK(camera.pose().roll_rad == 0.0);
     input = Input();
     input.roll = 1.0F;

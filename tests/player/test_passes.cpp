@@ -1,4 +1,4 @@
-// What the passes compute on the CPU: the waves' scroll and the sparkles.
+// The CPU side of the passes: scrolling waves and particles.
 
 #include "passes/environment_bindings.hpp"
 #include "passes/frame.hpp"
@@ -33,8 +33,8 @@ assets::ParticleField sparkle() {
     return field;
 }
 
-/// Distance of two offsets on a circle of length 1.
-double apart(float a, float b) {
+/// Distance of two offsets on a circle of circumference 1.
+double circular_distance(float a, float b) {
     const double d = std::abs(static_cast<double>(a) - static_cast<double>(b));
     return std::min(d, 1.0 - d);
 }
@@ -47,7 +47,7 @@ TEST_CASE("waves: the first two layers run against each other over the sea") {
     const Waves later = waves_at(water, 1.0);
     glm::dvec2 drift[2];
     for (std::size_t i = 0; i < 2; ++i) {
-        // UV = R xz + offset: the pattern moves in the world by -R^-1 of the offset's change.
+        // UV = R xz + offset, so the pattern moves by -R^-1 times the change of the offset.
         const glm::dvec4 rows(start.rows[i]);
         glm::dvec2 change(later.offsets[i] - start.offsets[i]);
         change -= glm::dvec2(std::round(change.x), std::round(change.y));
@@ -61,42 +61,42 @@ TEST_CASE("waves: the first two layers run against each other over the sea") {
     CHECK(along / lengths == doctest::Approx(-1.0).epsilon(1e-3));
 }
 
-TEST_CASE("waves: a week later they move as evenly as at the start") {
+TEST_CASE("waves: their motion is as smooth after a week as at the start") {
     const assets::Water water = sea();
     constexpr double week_s = 7.0 * 86400.0;
     for (const double start_s : {0.0, week_s}) {
-        const double step =
-            apart(waves_at(water, start_s + 1.0 / 60.0).offsets[0].x, waves_at(water, start_s).offsets[0].x);
+        const double step = circular_distance(waves_at(water, start_s + 1.0 / 60.0).offsets[0].x,
+                                              waves_at(water, start_s).offsets[0].x);
         CHECK(step == doctest::Approx(0.03 / 60.0).epsilon(2e-3));
     }
 }
 
-TEST_CASE("waves: after whole periods of a layer it is where it was") {
+TEST_CASE("waves: a layer repeats after whole periods") {
     assets::Water water = sea();
-    water.scroll_per_s = {0.25F, 0.5F}; // exact in binary: 4 s and 2 s
+    water.scroll_per_s = {0.25F, 0.5F}; // exact in binary: periods of 4 s and 2 s
     const Waves start = waves_at(water, 0.0);
     const Waves later = waves_at(water, 4.0 * 1e6);
-    CHECK(apart(start.offsets[0].x, later.offsets[0].x) < 1e-6);
-    CHECK(apart(start.offsets[0].y, later.offsets[0].y) < 1e-6);
+    CHECK(circular_distance(start.offsets[0].x, later.offsets[0].x) < 1e-6);
+    CHECK(circular_distance(start.offsets[0].y, later.offsets[0].y) < 1e-6);
     for (const glm::vec2 &offset : waves_at(water, 12345.678).offsets) {
         CHECK(offset.x >= 0.0F);
         CHECK(offset.x <= 1.0F);
     }
 }
 
-TEST_CASE("waves: counted from another place of the world they lie where they lie") {
+TEST_CASE("waves: the floating origin does not move them") {
     const assets::Water water = sea();
     const glm::dvec3 anchor(5.2e6, 0.0, -1e6);
     const Waves whole = waves_at(water, 3.0);
     const Waves part = waves_at(water, 3.0, anchor);
     for (std::size_t i = 0; i < Waves::layers; ++i) {
         const glm::dvec4 rows(whole.rows[i]);
-        // The rows are float32: so far away they lose what the offsets do not.
+        // The rows are float32 and lose precision so far away; the offsets do not.
         const double u = rows.x * anchor.x + rows.y * anchor.z + static_cast<double>(whole.offsets[i].x);
         const double v = rows.z * anchor.x + rows.w * anchor.z + static_cast<double>(whole.offsets[i].y);
         const double slack = 2e-7 * (std::abs(anchor.x) + std::abs(anchor.z)) * std::abs(rows.x) + 1e-6;
-        CHECK(apart(static_cast<float>(u - std::floor(u)), part.offsets[i].x) < slack);
-        CHECK(apart(static_cast<float>(v - std::floor(v)), part.offsets[i].y) < slack);
+        CHECK(circular_distance(static_cast<float>(u - std::floor(u)), part.offsets[i].x) < slack);
+        CHECK(circular_distance(static_cast<float>(v - std::floor(v)), part.offsets[i].y) < slack);
     }
 }
 
@@ -113,7 +113,7 @@ TEST_CASE("waves: no scroll and no tile give finite numbers") {
 }
 
 TEST_CASE(
-    "sparkle: life falls at a rate of its own, and one that fades is born again elsewhere and otherwise") {
+    "particles: life falls at its own rate, and faded particles are respawned elsewhere and differently") {
     const assets::ParticleField field = sparkle();
     ParticleSwarm swarm(field, 1);
     std::vector<Particle> before = swarm.particles();
@@ -147,7 +147,7 @@ TEST_CASE(
     CHECK(before[0].life_per_s != before[1].life_per_s);
 }
 
-TEST_CASE("sparkle: the same seed is the same swarm, another is another") {
+TEST_CASE("particles: the same seed gives the same swarm, another seed another one") {
     ParticleSwarm one(sparkle(), 7), same(sparkle(), 7), other(sparkle(), 8);
     for (int i = 0; i < 600; ++i) {
         one.step(step_s);
@@ -163,7 +163,7 @@ TEST_CASE("sparkle: the same seed is the same swarm, another is another") {
     CHECK_FALSE(one.matches(ParticleSwarm(fewer, 7)));
 }
 
-TEST_CASE("sparkle: a field without particles, and one whose life does not fall") {
+TEST_CASE("particles: an empty field, and one whose life does not fall") {
     assets::ParticleField field = sparkle();
     field.count = 0;
     ParticleSwarm none(field, 1);

@@ -1,4 +1,4 @@
-"""Each pass shows its effect where it draws and nowhere else, on the baked island from poses of our own."""
+"""Each pass changes the picture where it draws and nowhere else, on the baked island from fixed poses."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from paradize.formats.glb.cut import cut_glb
 from paradize.formats.ktx2.encode import encode_ktx2
 from tests.player.posed import HEIGHT, WIDTH, Picture, Posed, Vec, around, differs, pixel
 
-# Poses on the island: facts of its terrain and flight, not of the player.
-PALM_EYE: Vec = (-2.0, 1.6, 8.0)  # over the lagoon, the palm before it
+# Poses on the island. They depend on its terrain, not on the player.
+PALM_EYE: Vec = (-2.0, 1.6, 8.0)  # over the lagoon, with the palm ahead
 PALM_TARGET: Vec = (-24.0, 2.0, 3.0)
 FLOOR_EYE: Vec = (1.0, 3.0, 14.0)  # over the middle of the lagoon, straight down
 FLOOR_TARGET: Vec = (1.0, 0.0, 13.9)
@@ -33,7 +33,7 @@ def posed(island: Path, player: Callable[..., Any], tmp_path_factory: pytest.Tem
 
 
 def without(posed: Posed, name: str) -> dict[str, Any]:
-    """The scene without one of its objects and without what flies about it."""
+    """The scene without one of its objects and without particles."""
     scene = posed.scene()
     scene["objects"] = [item for item in scene["objects"] if item["name"] != name]
     scene["particles"] = []
@@ -46,39 +46,39 @@ def crown(posed: Posed) -> Vec:
 
 
 def plain(color: tuple[int, int, int]) -> bytes:
-    """A colour texture of one colour."""
+    """A texture of a single colour."""
     levels = tuple(bytes((*color, 255)) * (size * size) for size in (4, 2, 1))
     return encode_ktx2(Texture("RGBA8_SRGB", 4, 4, levels))
 
 
-def test_the_palm_stands_upon_its_head_in_the_water(posed: Posed) -> None:
+def test_the_water_mirrors_the_palm(posed: Posed) -> None:
     x, y, z = crown(posed)
     here = pixel(PALM_EYE, PALM_TARGET, (x, -y, z))
     assert 0 < here[1] < HEIGHT, "the pose does not show the mirrored crown"
     with_palm = posed.render(PALM_EYE, PALM_TARGET)
     bare = without(posed, "palm")
     assert around(differs(with_palm, posed.render(PALM_EYE, PALM_TARGET, scene=bare)), *here, 10).mean() > 0.1
-    # Without the pass the same water does not know of the palm.
+    # Without the reflection pass the water does not show the palm.
     blind = posed.render(PALM_EYE, PALM_TARGET, disable="reflection")
     blind_bare = posed.render(PALM_EYE, PALM_TARGET, disable="reflection", scene=bare)
     assert not around(differs(blind, blind_bare), *here, 10).any()
 
 
 def test_reflection_and_refraction_change_water_and_nothing_else(posed: Posed) -> None:
-    # Without the last step, whose glow carries light over every edge.
+    # Without the post pass, whose glow spreads light over every edge.
     whole = posed.render(PALM_EYE, PALM_TARGET, disable="post")
     bare = posed.render(PALM_EYE, PALM_TARGET, disable="post,water")
     for name in ("reflection", "refraction"):
         blind = posed.render(PALM_EYE, PALM_TARGET, disable=f"post,{name}")
         changed = differs(whole, blind)
         assert changed.mean() > 0.02
-        # At its very edge the water is clear only while the refraction tells how shallow it is.
+        # At its edge the water is transparent only with the refraction pass, which gives its depth.
         water = differs(whole, bare, 2.5 / 255.0) | differs(blind, bare, 2.5 / 255.0)
         assert (changed & ~water).mean() < 0.001
         assert not changed[: HEIGHT // 4].any()
 
 
-def test_the_palm_s_shadow_lies_on_the_sand(posed: Posed) -> None:
+def test_the_palm_casts_a_shadow_on_the_sand(posed: Posed) -> None:
     scene = posed.scene()
     sun = np.asarray(scene["sun"]["direction"])
     top = np.asarray(crown(posed))
@@ -88,7 +88,7 @@ def test_the_palm_s_shadow_lies_on_the_sand(posed: Posed) -> None:
     shadowed = posed.render(eye, target)
     dark = differs(lit, shadowed) & (shadowed.mean(axis=2) < lit.mean(axis=2))
     assert around(dark, WIDTH / 2, HEIGHT / 2, 40).mean() > 0.1
-    # No shadow is brighter than the light, and without the palm there is none on that sand.
+    # A shadow is never brighter than lit sand, and without the palm there is no shadow there.
     assert (differs(lit, shadowed) & (shadowed.mean(axis=2) > lit.mean(axis=2))).mean() < 0.002
     bare = without(posed, "palm")
     alone = differs(
@@ -97,7 +97,7 @@ def test_the_palm_s_shadow_lies_on_the_sand(posed: Posed) -> None:
     assert around(alone, WIDTH / 2, HEIGHT / 2, 40).mean() < 0.01
 
 
-def test_a_caster_of_shadows_alone_needs_no_more_than_its_places(posed: Posed) -> None:
+def test_a_shadow_caster_needs_positions_only(posed: Posed) -> None:
     scene = posed.scene()
     sun, top = np.asarray(scene["sun"]["direction"]), np.asarray(crown(posed))
     place = top - sun * (top[1] - 0.4) / sun[1]
@@ -114,7 +114,7 @@ def test_a_caster_of_shadows_alone_needs_no_more_than_its_places(posed: Posed) -
     )
     dark = differs(lit, shadowed) & (shadowed.mean(axis=2) < lit.mean(axis=2))
     assert around(dark, WIDTH / 2, HEIGHT / 2, 40).mean() > 0.1
-    # Where the palm itself stood there is now what is behind it.
+    # Where the palm stood, the picture now shows what is behind it.
     beside = (float(top[0]) + 8.0, 4.0, float(top[2]) + 12.0)
     there, gone = (
         posed.render(beside, (float(top[0]), float(top[1]), float(top[2])), **given)
@@ -123,7 +123,7 @@ def test_a_caster_of_shadows_alone_needs_no_more_than_its_places(posed: Posed) -
     assert around(differs(there, gone), WIDTH / 2, HEIGHT / 2, 15).mean() > 0.2
 
 
-def test_fronds_cast_the_shadow_of_their_leaves_not_of_their_cards(posed: Posed) -> None:
+def test_fronds_cast_shadows_with_their_alpha_cutoff(posed: Posed) -> None:
     scene = posed.scene()
     sun, top = np.asarray(scene["sun"]["direction"]), np.asarray(crown(posed))
     place = top - sun * (top[1] - 0.4) / sun[1]
@@ -184,8 +184,8 @@ def test_shallows_are_turquoise_and_the_open_sea_is_blue(posed: Posed) -> None:
 
 
 def test_a_pole_is_bent_where_it_enters_the_water(posed: Posed) -> None:
-    # The jetty's part below the water is seen nearer to the surface than a straight ray would show it: with
-    # another index of refraction, here none at all, its picture reaches further down.
+    # Below the water the jetty appears nearer to the surface than along a straight ray. Without refraction
+    # (index 1) its picture reaches further down.
     bare = without(posed, "jetty")
     seen = differs(posed.render(JETTY_EYE, JETTY_TARGET), posed.render(JETTY_EYE, JETTY_TARGET, scene=bare))
     dry = differs(
@@ -196,13 +196,13 @@ def test_a_pole_is_bent_where_it_enters_the_water(posed: Posed) -> None:
         posed.render(JETTY_EYE, JETTY_TARGET, disable="refraction,reflection"),
         posed.render(JETTY_EYE, JETTY_TARGET, scene=bare, disable="refraction,reflection"),
     )
-    below = ~blind & dry  # pixels that a straight look gives to what stands under water
+    below = ~blind & dry  # pixels of the part under water along straight rays
     assert below.mean() > 0.01, "the pose does not show poles under water"
-    assert (seen & below).sum() > 0.1 * below.sum()  # they are seen through the water,
-    assert (seen & below).sum() < 0.9 * below.sum()  # but not where a straight look has them
+    assert (seen & below).sum() > 0.1 * below.sum()  # it is visible through the water,
+    assert (seen & below).sum() < 0.9 * below.sum()  # but not at these pixels
 
 
-def test_below_mix_low_there_is_only_the_effect_map_and_above_mix_high_only_sand(posed: Posed) -> None:
+def test_effect_map_only_below_mix_low_and_sand_only_above_mix_high(posed: Posed) -> None:
     strange = plain((255, 0, 255))
     files = {"sand_color": strange}
     floor = posed.render(FLOOR_EYE, FLOOR_TARGET, disable="water")
@@ -216,7 +216,7 @@ def test_below_mix_low_there_is_only_the_effect_map_and_above_mix_high_only_sand
     assert differs(floor, posed.render(FLOOR_EYE, FLOOR_TARGET, disable="water", files=files)).mean() > 0.9
 
 
-def test_sand_neither_shimmers_nor_melts_into_one_colour(posed: Posed) -> None:
+def test_sand_neither_shimmers_nor_fades_to_one_colour(posed: Posed) -> None:
     scene = posed.scene()
     scene["particles"] = []
     eye, target = (-8.0, 8.0, -20.0), (4.0, 5.0, -24.0)
@@ -242,7 +242,7 @@ def test_sparkles_are_light_around_the_palm_only(posed: Posed) -> None:
     x, y = pixel(eye, target, crown(posed))
     metre = abs(pixel(eye, target, (crown(posed)[0], crown(posed)[1] + 1.0, crown(posed)[2]))[1] - y)
     rows, columns = np.nonzero(changed[: int(y + 20)])
-    # They drift upwards a little in their lives; nearer ones look further out.
+    # They drift upwards; nearer ones appear further out.
     assert np.hypot(columns - x, rows - y).max() < (field["radius_m"] * 1.6 + 1.0) * metre
     later = posed.render(eye, target, time_s=9.0)
     assert differs(whole, later, 2.5 / 255.0)[: HEIGHT // 3].any()
@@ -269,17 +269,17 @@ def test_parallax_moves_the_wood_and_only_the_wood(posed: Posed) -> None:
         posed.render(eye, target, scene=scene), posed.render(eye, target, scene=without(posed, "jetty"))
     )
     assert (changed & jetty).sum() > 0.05 * jetty.sum()
-    assert (changed & ~jetty).mean() < 0.02  # its shadow and its mirror image stay
+    assert (changed & ~jetty).mean() < 0.02  # its shadow and its reflection remain
 
 
-def test_an_eye_in_the_water_s_surface_sees_no_rubbish(posed: Posed) -> None:
+def test_an_eye_at_the_water_surface_gives_a_clean_picture(posed: Posed) -> None:
     for height_m in (0.02, 0.0, -0.02, -0.8):
         picture = posed.render((0.0, height_m, 20.0), (0.0, height_m + 0.1, 0.0))
         assert picture.mean() > 0.05
         assert picture.std() > 0.005
 
 
-def test_the_horizon_is_lost_in_haze(posed: Posed) -> None:
+def test_the_horizon_fades_into_haze(posed: Posed) -> None:
     picture = posed.render(SEA_EYE, (170.0, 0.7, 190.0), disable="particles")
     column: Picture = picture[HEIGHT // 2 - 10 : HEIGHT // 2 + 10].mean(axis=1)
     assert np.abs(np.diff(column, axis=0)).max() < 0.1

@@ -1,4 +1,4 @@
-// Numbers that cannot be drawn are refused where they stand, whichever way they are stored.
+// Invalid numbers are rejected with their place, in every storage type.
 #include "assets/payload.hpp"
 #include "assets/prefetcher.hpp"
 #include "error.hpp"
@@ -30,7 +30,7 @@ std::string error(const assets::Glb &glb) {
     return "";
 }
 
-/// A triangle whose attributes are kept as `Code`, in rows of `stride` codes, all of them right.
+/// A valid triangle with attributes of type `Code` in rows of `stride` values.
 template <typename Code>
 struct Triangle {
     std::array<std::vector<Code>, assets::mesh_attributes> rows;
@@ -82,7 +82,7 @@ struct Named {
 constexpr std::array<Named, assets::mesh_attributes> names{
     {{"POSITION", 3}, {"NORMAL", 3}, {"TANGENT", 4}, {"TEXCOORD_0", 2}, {"TEXCOORD_1", 2}, {"COLOR_0", 4}}};
 
-/// Every level of the file is inflated and looked at by the loader's thread; its fault.
+/// Loads every level with the prefetcher and returns its error.
 std::string loaded(const assets::Ktx2 &ktx) {
     std::vector<assets::UploadChunk> chunks;
     plan_texture(ktx, 0, chunks);
@@ -106,14 +106,14 @@ std::string texel_message(const test::Bytes &file) {
     return "";
 }
 
-/// The file with other bytes in its level 0, which is the last.
+/// Returns the file with other bytes in level 0, which is the last one.
 template <typename Code>
 test::Bytes with_code(test::Bytes file, std::size_t level_codes, std::size_t at, Code code) {
     std::memcpy(file.data() + file.size() - (level_codes - at) * sizeof code, &code, sizeof code);
     return file;
 }
 
-/// A file of floats that are all 0.
+/// A float texture of zeros.
 test::Bytes zeros(PixelFormat format, std::uint32_t width, std::uint32_t height, std::uint32_t faces) {
     test::Bytes file = test::ktx2_file(format, width, height, faces);
     const assets::Ktx2 ktx = assets::read_ktx2(file, "a.ktx2");
@@ -125,7 +125,7 @@ test::Bytes zeros(PixelFormat format, std::uint32_t width, std::uint32_t height,
 
 } // namespace
 
-TEST_CASE("payload: a number that is not finite or far too large is refused in every attribute, vertex and "
+TEST_CASE("payload: a number that is not finite or too large is rejected in every attribute, vertex and "
           "channel") {
     CHECK(error(Triangle<float>(5126).glb()).empty());
     for (std::size_t part = 0; part < names.size(); ++part) {
@@ -146,7 +146,7 @@ TEST_CASE("payload: a number that is not finite or far too large is refused in e
     }
 }
 
-TEST_CASE("payload: positions hold to their accessor's bounds, normals and tangents to their length, to the "
+TEST_CASE("payload: bounds of positions and unit length of normals and tangents are checked to the "
           "last bit") {
     Triangle<float> triangle(5126);
     triangle.at(0, 2, 1) = 1.0F;
@@ -156,30 +156,30 @@ TEST_CASE("payload: positions hold to their accessor's bounds, normals and tange
           "a.glb: node lod0, POSITION, vertex 2: is (0, 1.0000001, 0), must lie within its "
           "accessor's min (-1, -1, -1) and max (1, 1, 1); bake the scene again: paradize bake "
           "SCENE.toml");
-    const auto refuses = [](std::size_t part, std::size_t channel, float value) {
+    const auto is_rejected = [](std::size_t part, std::size_t channel, float value) {
         Triangle<float> wrong(5126);
         wrong.at(part, 1, channel) = value;
         return !error(wrong.glb()).empty();
     };
-    CHECK(refuses(1, 1, 0.0F));
-    CHECK(refuses(1, 1, 0.5F));
-    CHECK(refuses(1, 1, 2.0F));
-    CHECK(refuses(1, 1, 0.89F));
-    CHECK(refuses(1, 1, 1.11F));
-    CHECK_FALSE(refuses(1, 1, -1.0F));
-    CHECK_FALSE(refuses(1, 1, 0.995F));
-    CHECK(refuses(2, 0, 0.0F));
-    CHECK(refuses(2, 3, 0.0F));
-    CHECK(refuses(2, 3, -0.89F));
-    CHECK_FALSE(refuses(2, 3, -1.0F));
-    CHECK(refuses(5, 3, -0.001F));
-    CHECK(refuses(5, 0, 1.001F));
-    CHECK_FALSE(refuses(3, 0, -4000.0F));
-    CHECK_FALSE(refuses(4, 1, 1e7F));
-    CHECK(refuses(4, 1, std::nextafter(1e7F, infinity)));
+    CHECK(is_rejected(1, 1, 0.0F));
+    CHECK(is_rejected(1, 1, 0.5F));
+    CHECK(is_rejected(1, 1, 2.0F));
+    CHECK(is_rejected(1, 1, 0.89F));
+    CHECK(is_rejected(1, 1, 1.11F));
+    CHECK_FALSE(is_rejected(1, 1, -1.0F));
+    CHECK_FALSE(is_rejected(1, 1, 0.995F));
+    CHECK(is_rejected(2, 0, 0.0F));
+    CHECK(is_rejected(2, 3, 0.0F));
+    CHECK(is_rejected(2, 3, -0.89F));
+    CHECK_FALSE(is_rejected(2, 3, -1.0F));
+    CHECK(is_rejected(5, 3, -0.001F));
+    CHECK(is_rejected(5, 0, 1.001F));
+    CHECK_FALSE(is_rejected(3, 0, -4000.0F));
+    CHECK_FALSE(is_rejected(4, 1, 1e7F));
+    CHECK(is_rejected(4, 1, std::nextafter(1e7F, infinity)));
 }
 
-TEST_CASE("payload: codes are held to the same rules as floats") {
+TEST_CASE("payload: quantized values obey the same rules as floats") {
     Triangle<std::int8_t> bytes(5120);
     bytes.at(0, 0, 0) = 0;
     CHECK(error(bytes.glb()).empty());
@@ -194,18 +194,18 @@ TEST_CASE("payload: codes are held to the same rules as floats") {
     colors.at(5, 2, 3) = 255;
     CHECK(error(colors.glb()).empty());
     bytes.at(1, 1, 1) = 127;
-    bytes.at(0, 2, 0) = -128; // stands for -1, as -127 does
+    bytes.at(0, 2, 0) = -128; // means -1, as does -127
     assets::Glb lowest = bytes.glb();
     lowest.levels[0].formats[0].normalized = true;
     CHECK(error(lowest).empty());
     Triangle<std::uint16_t> places(5123);
     places.at(0, 1, 2) = 1;
     CHECK(error(places.glb()).empty());
-    places.at(0, 1, 2) = 2; // its bounds end at 1
+    places.at(0, 1, 2) = 2; // above the bound of 1
     CHECK(error(places.glb()).find("POSITION, vertex 1: is (0, 0, 2), must lie within") != std::string::npos);
 }
 
-TEST_CASE("payload: an index beyond the vertices is told with its place and value") {
+TEST_CASE("payload: an index beyond the vertices is reported with place and value") {
     Triangle<float> triangle(5126);
     triangle.indices[2] = 3;
     CHECK(error(triangle.glb()) ==
@@ -213,7 +213,7 @@ TEST_CASE("payload: an index beyond the vertices is told with its place and valu
           "scene again: paradize bake SCENE.toml");
 }
 
-TEST_CASE("payload: of an index of four bytes all four count, and its place is told in indices") {
+TEST_CASE("payload: all four bytes of an index count, and its place is reported in indices") {
     Triangle<float> triangle(5126);
     const std::array<std::uint32_t, 3> indices{0, 65537, 2};
     assets::Glb glb = triangle.glb();
@@ -244,7 +244,7 @@ TEST_CASE("payload: half floats that are NaN or infinite are found in every texe
     }
 }
 
-TEST_CASE("payload: float texels are finite and near, in levels that are inflated too") {
+TEST_CASE("payload: float texels must be finite and within the limit, also in compressed levels") {
     const test::Bytes file = zeros(PixelFormat::r32_float, 8, 4, 1);
     CHECK(texel_message(with_code(file, 32, 13, 1e7F)).empty());
     for (const float value : {not_a_number, infinity, 1e30F, -std::nextafter(1e7F, infinity)}) {
@@ -252,7 +252,7 @@ TEST_CASE("payload: float texels are finite and near, in levels that are inflate
         const std::string message = texel_message(wrong);
         CHECK_MESSAGE(message.starts_with("a.ktx2: level 0, texel (5, 1), channel 0: is "), message);
         const test::Bytes compressed = test::zstd_of(wrong);
-        CHECK(texel_message(compressed).empty()); // not yet inflated
+        CHECK(texel_message(compressed).empty()); // not decompressed yet
         CHECK(loaded(assets::read_ktx2(compressed, "a.ktx2"))
                   .starts_with("level 0: texel (5, 1), channel 0: is "));
     }

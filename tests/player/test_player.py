@@ -1,4 +1,4 @@
-"""The player from outside: its command line, its pictures, its refusals."""
+"""The player as a program: command line, pictures, errors."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def refused(result: subprocess.CompletedProcess[str], code: int, *parts: str) ->
     assert "terminate called" not in result.stderr
 
 
-def test_a_screenshot_has_the_scene_s_size_and_something_on_it(
+def test_a_screenshot_has_the_scene_s_size_and_is_not_empty(
     player: Player, scene: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "new folder" / "a.png"
@@ -56,13 +56,11 @@ def test_a_screenshot_has_the_scene_s_size_and_something_on_it(
     assert any(name.startswith("libepoxy.so") for name in report["shared_libraries"])
     picture = pixels(out)
     assert picture.shape == (54, 96, 3)
-    assert picture.std() > 10  # not one colour
+    assert picture.std() > 10  # more than one colour
     assert [path.name for path in out.parent.iterdir()] == ["a.png"]
 
 
-def test_a_scene_without_any_pass_that_may_be_left_out_still_shows_its_object(
-    player: Player, tmp_path: Path
-) -> None:
+def test_a_scene_without_optional_passes_shows_its_object(player: Player, tmp_path: Path) -> None:
     bare = write_scene(tmp_path / "bare", bare=True)
     result = player(bare, "--time", 2.5, "--screenshot", tmp_path / "a.png", *CHECKED)
     assert result.returncode == 0, result.stderr
@@ -80,7 +78,7 @@ def test_frames_are_numbered_and_a_thirtieth_of_a_second_apart(
     assert json.loads(result.stdout)["frames"] == 4
     third = player(scene, "--time", 1.1, "--screenshot", tmp_path / "third.png")
     assert third.returncode == 0, third.stderr
-    # The moment is the same however it was reached; the last bits of the second may differ.
+    # The same second gives the same frame however it is reached; the last bits of the time may differ.
     difference = np.abs(pixels(tmp_path / "f_0003.png").astype(int) - pixels(tmp_path / "third.png"))
     assert (difference > 2).mean() < 0.001
 
@@ -101,7 +99,7 @@ def test_the_picture_a_flight_later_differs_only_where_the_sea_and_the_sparkle_m
     assert np.array_equal(pixels(tmp_path / "a.png"), pixels(tmp_path / "c.png"))
 
 
-def test_every_pass_can_be_left_out_alone_and_all_at_once(
+def test_every_pass_can_be_disabled_alone_and_all_at_once(
     player: Player, scene: Path, tmp_path: Path
 ) -> None:
     told = player("--help").stdout
@@ -132,7 +130,7 @@ def test_wrong_usage_exits_2_with_one_message(
     refused(player(*([] if arguments == [] else [scene]), *arguments), 2, part, "--help")
 
 
-def test_a_folder_that_is_no_scene_is_refused(player: Player, tmp_path: Path) -> None:
+def test_a_folder_without_a_scene_is_rejected(player: Player, tmp_path: Path) -> None:
     refused(player(tmp_path / "none"), 1, "scene.json", "paradize bake")
     (tmp_path / "scene.json").write_text("{")
     refused(player(tmp_path), 1, "scene.json", "is not valid JSON")
@@ -140,7 +138,7 @@ def test_a_folder_that_is_no_scene_is_refused(player: Player, tmp_path: Path) ->
     refused(player(tmp_path), 1, "version: is 99")
 
 
-def test_a_cut_a_foreign_and_a_missing_artifact_are_refused_by_name(player: Player, tmp_path: Path) -> None:
+def test_truncated_foreign_and_missing_artifacts_are_rejected_by_name(player: Player, tmp_path: Path) -> None:
     scene = write_scene(tmp_path / "scene", bare=True)
     mesh = scene / "box_mesh.glb"
     whole = mesh.read_bytes()
@@ -171,9 +169,7 @@ def test_standard_output_that_is_full_is_an_error(scene: Path, arguments: list[s
     assert "standard output: cannot write" in result.stderr
 
 
-def test_names_too_long_and_scenes_that_are_no_files_are_told_in_one_s_own_words(
-    player: Player, tmp_path: Path
-) -> None:
+def test_invalid_scene_paths_give_the_player_s_own_message(player: Player, tmp_path: Path) -> None:
     refused(player("a" * 5000), 1, "scene.json: File name too long")
     (tmp_path / "scene.json").mkdir()
     refused(player(tmp_path), 1, "scene.json: is a folder; move it away")
@@ -184,7 +180,7 @@ def test_names_too_long_and_scenes_that_are_no_files_are_told_in_one_s_own_words
     assert "exception" not in result.stderr
 
 
-def test_missing_shaders_are_told(player: Player, scene: Path, tmp_path: Path) -> None:
+def test_missing_shaders_are_reported(player: Player, scene: Path, tmp_path: Path) -> None:
     refused(player(scene, env={"PARADIZE_SHADERS": str(tmp_path / "no")}), 1, "PARADIZE_SHADERS")
 
 
@@ -197,7 +193,7 @@ def test_without_a_display_and_without_headless_the_message_says_what_to_add(sce
     refused(result, 1, "--headless")
 
 
-def test_a_nan_in_the_picture_is_found_and_placed(player: Player, scene: Path, tmp_path: Path) -> None:
+def test_a_nan_in_the_picture_is_reported_with_its_pixel(player: Player, scene: Path, tmp_path: Path) -> None:
     shaders = tmp_path / "shaders"
     for source in sorted((ROOT / "shaders").rglob("*.*")):
         text = source.read_text()
@@ -212,7 +208,7 @@ def test_a_nan_in_the_picture_is_found_and_placed(player: Player, scene: Path, t
     refused(result, 1, "pixel (", "nan")
 
 
-def test_bench_measures_as_many_frames_as_asked_with_everything_resident(player: Player, scene: Path) -> None:
+def test_bench_measures_the_given_number_of_frames(player: Player, scene: Path) -> None:
     result = player(scene, "--bench", "--frames", 7, "--size", "32x18", "--json")
     assert result.returncode == 0, result.stderr
     report = json.loads(result.stdout)
@@ -222,4 +218,4 @@ def test_bench_measures_as_many_frames_as_asked_with_everything_resident(player:
     line = player(scene, "--bench", "--frames", 2, "--size", "32x18").stdout
     assert re.fullmatch(r"2 frames of 32 x 18: median [\d.]+ ms, 95th percentile [\d.]+ ms, .+\n", line)
     assert "bench" not in json.loads(player(scene, "--size", "32x18", "--json").stdout)
-    refused(player(scene, "--bench", "--check-finite"), 2, "--bench measures frames and nothing else")
+    refused(player(scene, "--bench", "--check-finite"), 2, "--bench only measures frames")

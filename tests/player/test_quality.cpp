@@ -1,4 +1,4 @@
-// What a quality draws with, and the samples of the reference.
+// Render settings of each quality, and the samples of the reference.
 
 #include "assets/tradeoff_file.hpp"
 #include "error.hpp"
@@ -34,7 +34,7 @@ Quality only(QualityFeature feature, Tier tier) {
 
 } // namespace
 
-TEST_CASE("quality: balanced is what the scene asks for") {
+TEST_CASE("quality: balanced gives the scene's own settings") {
     const RenderSettings settings = render_settings(island(), all_at(Tier::balanced), Device());
     RenderSettings asked;
     asked.shadow_size_px = 2048;
@@ -45,7 +45,7 @@ TEST_CASE("quality: balanced is what the scene asks for") {
     CHECK(settings == asked);
 }
 
-TEST_CASE("quality: each trade moves its own setting and nothing else") {
+TEST_CASE("quality: each feature changes its own setting only") {
     const assets::SceneFile file = island();
     const RenderSettings balanced = render_settings(file, all_at(Tier::balanced), Device());
     for (std::size_t i = 0; i < feature_count; ++i) {
@@ -79,7 +79,7 @@ TEST_CASE("quality: each trade moves its own setting and nothing else") {
     }
 }
 
-TEST_CASE("quality: a device has its limits, and a scene not every trade") {
+TEST_CASE("quality: device limits hold, and a scene need not have every feature") {
     Device small{true, 2048};
     CHECK(render_settings(island(), all_at(Tier::exact), small).shadow_size_px == 2048);
     for (const Tier tier : {Tier::fast, Tier::exact}) {
@@ -88,12 +88,12 @@ TEST_CASE("quality: a device has its limits, and a scene not every trade") {
     CHECK_FALSE(has_feature(island(), QualityFeature::anisotropy, small));
     CHECK(has_feature(island(), QualityFeature::anisotropy, Device()));
     CHECK(has_feature(island(), QualityFeature::shadow, small));
-    CHECK_FALSE(has_feature(island(), QualityFeature::parallax, small)); // no object has a relief
+    CHECK_FALSE(has_feature(island(), QualityFeature::parallax, small)); // no object has parallax
     CHECK_FALSE(has_feature(assets::SceneFile(), QualityFeature::shadow, small));
     CHECK_FALSE(has_feature(assets::SceneFile(), QualityFeature::lod, small));
 }
 
-TEST_CASE("reference: its samples lie in the pixel and on the sun, with the middle as their mean") {
+TEST_CASE("reference: samples lie in the pixel and on the sun's disc, with the centre as their mean") {
     for (const int count : {1, 4, 16, 64, 100}) {
         glm::dvec2 pixel(0.0);
         glm::dvec2 sun(0.0);
@@ -109,7 +109,7 @@ TEST_CASE("reference: its samples lie in the pixel and on the sun, with the midd
     CHECK(reference_samples(1)[0].pixel == glm::vec2(0.0F));
 }
 
-TEST_CASE("reference: a place of the sun's disc is as far from its middle as the sun is wide") {
+TEST_CASE("reference: directions to the sun's disc span its angular size") {
     for (const glm::vec3 to_sun :
          {glm::vec3(0.0F, 1.0F, 0.0F), glm::normalize(glm::vec3(0.3F, 0.4F, -0.5F))}) {
         for (const glm::vec2 place : {glm::vec2(1.0F, 0.0F), glm::vec2(0.0F, -1.0F)}) {
@@ -122,7 +122,7 @@ TEST_CASE("reference: a place of the sun's disc is as far from its middle as the
     }
 }
 
-TEST_CASE("trade file: groups of frame time are read, others are not, and nonsense is refused") {
+TEST_CASE("tradeoff file: groups of frame time are read, others are skipped, invalid files rejected") {
     const auto read = assets::parse_tradeoff(
         R"({"groups": [{"time": "stage", "name": "mesh"}, {"time": "frame", "name": "shadow", "points":
             [{"tier": "fast", "error": {"mean": 0.25, "max": 1}}]}]})",

@@ -1,4 +1,4 @@
-"""Speed against accuracy: each quality changes its own thing, and finer ones approach the reference."""
+"""Quality: each feature changes its own effect only, and higher tiers approach the reference."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Draw = Callable[..., Picture]
 
 @pytest.fixture
 def draw(player: Player, tmp_path: Path) -> Draw:
-    """Draws a folder; options as the command line takes them."""
+    """Draws a scene folder with command-line options."""
 
     def picture(folder: Path, *options: object, size: str = "192x108", time_s: float = 1.0) -> Picture:
         out = tmp_path / "picture.png"
@@ -39,12 +39,12 @@ def error(reference: Picture, test: Picture) -> float:
     return float(flip(reference, test).mean())
 
 
-def at(trade: str, tier: str) -> tuple[str, str]:
-    return "--quality", f"{trade}={tier}"
+def at(feature: str, tier: str) -> tuple[str, str]:
+    return "--quality", f"{feature}={tier}"
 
 
 def filtered(fmt: str, texels: NDArray[np.uint8]) -> bytes:
-    """KTX2 of (64, 64, c) texels with mips that are means: those of the synthetic scene skip texels."""
+    """KTX2 of (64, 64, c) texels with averaged mips, unlike those of the synthetic scene."""
     levels = [texels.astype(np.float64)]
     while len(levels[-1]) > 1:
         fine = levels[-1]
@@ -54,7 +54,7 @@ def filtered(fmt: str, texels: NDArray[np.uint8]) -> bytes:
 
 
 def relief(folder: Path) -> Path:
-    """The scene with its box deeply carved, without water."""
+    """The scene with a strong relief on its box and without water."""
     write_scene(folder)
     y, x = np.mgrid[0:64, 0:64]
     waves = np.sin(x * np.pi / 8) * np.sin(y * np.pi / 8)
@@ -84,7 +84,7 @@ def changed(folder: Path, change: Callable[[dict[str, Any]], None]) -> Path:
 
 
 def wide_sun(scene: dict[str, Any]) -> None:
-    """A sun so wide that the shadow of a box high above the ground has a broad edge; no water."""
+    """A wide sun and a box high above the ground: a broad penumbra. No water."""
     scene["sun"]["angular_diameter_rad"] = 0.06
     along = 12.0 / SUN[1]
     scene["objects"][0]["instances"][0] |= {"position": [along * x for x in SUN], "scale": 1.5}
@@ -93,27 +93,25 @@ def wide_sun(scene: dict[str, Any]) -> None:
 
 
 def calm_sea(scene: dict[str, Any]) -> None:
-    """The box over a sea at its foot, which hardly shakes what it mirrors."""
+    """The box at the edge of a sea that hardly distorts its reflection."""
     scene["water"] |= {"level_m": 0.05, "strength": 0.0005, "k": 0.0005, "absorption_per_m": [0.01] * 3}
     scene["particles"] = []
     scene["shadow"] = None
 
 
-def test_balanced_is_what_is_drawn_without_a_word(draw: Draw, tmp_path: Path) -> None:
+def test_balanced_is_the_default(draw: Draw, tmp_path: Path) -> None:
     folder = write_scene(tmp_path / "scene")
     assert np.array_equal(draw(folder), draw(folder, "--quality", "balanced"))
 
 
-def test_exact_shadows_are_nearer_to_the_reference_than_balanced_and_those_than_fast(
-    draw: Draw, tmp_path: Path
-) -> None:
+def test_shadows_approach_the_reference_from_fast_to_exact(draw: Draw, tmp_path: Path) -> None:
     folder = changed(write_scene(tmp_path / "scene"), wide_sun)
     truth = draw(folder, "--reference", 64)
     errors = [error(truth, draw(folder, *at("shadow", tier))) for tier in ("fast", "balanced", "exact")]
     assert errors[0] > errors[1] > errors[2] > 0.0, errors
 
 
-def test_a_finer_mirror_is_nearer_to_the_reference(draw: Draw, tmp_path: Path) -> None:
+def test_a_finer_reflection_is_nearer_to_the_reference(draw: Draw, tmp_path: Path) -> None:
     folder = changed(write_scene(tmp_path / "scene"), calm_sea)
     truth = draw(folder, "--reference", 64)
     errors = [error(truth, draw(folder, *at("reflection", tier))) for tier in ("fast", "balanced", "exact")]
@@ -128,15 +126,15 @@ def test_more_steps_of_parallax_are_nearer_to_the_reference(draw: Draw, tmp_path
     assert errors[0] > errors[1] > errors[2] > 0.0, errors
 
 
-def test_a_quality_changes_nothing_where_its_thing_is_not(draw: Draw, tmp_path: Path) -> None:
+def test_a_feature_changes_nothing_in_scenes_without_it(draw: Draw, tmp_path: Path) -> None:
     dry = changed(write_scene(tmp_path / "scene"), wide_sun)
     plain = draw(dry)
-    for trade in ("reflection", "refraction", "parallax"):
+    for feature in ("reflection", "refraction", "parallax"):
         for tier in ("fast", "exact"):
-            assert np.array_equal(draw(dry, *at(trade, tier)), plain), (trade, tier)
+            assert np.array_equal(draw(dry, *at(feature, tier)), plain), (feature, tier)
 
 
-def test_a_shadow_s_quality_changes_its_edge_and_no_sky(draw: Draw, tmp_path: Path) -> None:
+def test_shadow_quality_changes_shadow_edges_only(draw: Draw, tmp_path: Path) -> None:
     folder = changed(write_scene(tmp_path / "scene"), wide_sun)
     plain = draw(folder, "--disable", "post")
     lit = np.abs(draw(folder, "--disable", "post,shadow") - plain).max(axis=2) > 0.02
@@ -150,8 +148,8 @@ def test_a_shadow_s_quality_changes_its_edge_and_no_sky(draw: Draw, tmp_path: Pa
         assert not (moved & ~near).any()
 
 
-def test_the_reference_is_not_shifted_against_ordinary_frames(draw: Draw, tmp_path: Path) -> None:
-    """Sharp edges all over: half a pixel's shift, in any direction, would err more than no shift."""
+def test_the_reference_is_not_shifted_against_normal_frames(draw: Draw, tmp_path: Path) -> None:
+    """With sharp edges everywhere, a shift of half a pixel in any direction errs more than no shift."""
     folder = changed(write_scene(tmp_path / "scene", bare=True), lambda scene: None)
     truth = draw(folder, "--reference", 64)
     plain = draw(folder)
@@ -170,12 +168,10 @@ def test_the_reference_converges_and_is_the_same_each_time(draw: Draw, tmp_path:
     assert np.array_equal(many, draw(folder, "--reference", 64))
 
 
-def test_a_reference_of_one_frame_has_no_jitter_and_ends_where_an_ordinary_frame_does(
-    draw: Draw, tmp_path: Path
-) -> None:
+def test_a_reference_of_one_frame_has_no_jitter_and_the_same_post_pass(draw: Draw, tmp_path: Path) -> None:
     folder = write_scene(tmp_path / "scene", bare=True)
     one, plain = draw(folder, "--reference", 1), draw(folder)
-    inner = np.abs(one - plain).max(axis=2) > 0.02  # only edges: one sample of a pixel instead of four
+    inner = np.abs(one - plain).max(axis=2) > 0.02  # only at edges: one sample per pixel instead of four
     assert 0.0 < inner.mean() < 0.1
 
 
@@ -184,7 +180,7 @@ def test_every_quality_is_finite_on_the_island(draw: Draw, island: Path, word: s
     assert draw(island, word, time_s=75.0).std() > 0.05
 
 
-def test_fps_tells_what_it_chose_and_whether_it_reaches_it(player: Player, tmp_path: Path) -> None:
+def test_fps_reports_its_choice_and_whether_the_rate_is_reached(player: Player, tmp_path: Path) -> None:
     folder = write_scene(tmp_path / "scene")
     told = {}
     for rate in ("0.01", "1000"):
@@ -192,16 +188,16 @@ def test_fps_tells_what_it_chose_and_whether_it_reaches_it(player: Player, tmp_p
         assert result.returncode == 0, result.stderr
         told[rate] = json.loads(result.stdout)
         assert told[rate]["fps"]["budget_ms"] == pytest.approx(1000.0 / float(rate))
-        assert ("cheapest" in result.stderr) == (rate == "1000")
+        assert ("the fastest quality needs" in result.stderr) == (rate == "1000")
     slow = told["0.01"]
     assert slow["fps"]["reached"] and not told["1000"]["fps"]["reached"]
     assert slow["trades"] == ["shadow", "reflection", "refraction", "lod"]
-    # With all the time in the world the quality is the one with the least error: exact.
-    assert {slow["quality"][trade] for trade in slow["trades"]} == {"exact"}
+    # A very long budget gives the quality with the least error: exact.
+    assert {slow["quality"][feature] for feature in slow["trades"]} == {"exact"}
     assert set(slow["fps"]["calibration"]) == set(slow["trades"])
 
 
-def test_fps_takes_the_errors_that_were_measured_for_this_scene(player: Player, tmp_path: Path) -> None:
+def test_fps_uses_the_errors_measured_for_this_scene(player: Player, tmp_path: Path) -> None:
     folder = write_scene(tmp_path / "scene")
     errors = {"fast": 0.1, "balanced": 0.2, "exact": 0.3}
     points = [{"tier": tier, "error": {"mean": mean}} for tier, mean in errors.items()]
@@ -216,7 +212,7 @@ def test_fps_takes_the_errors_that_were_measured_for_this_scene(player: Player, 
     assert "scene.tradeoff.json" in broken.stderr
 
 
-def test_bench_tells_its_frames_their_quartiles_and_the_passes(player: Player, tmp_path: Path) -> None:
+def test_bench_reports_frames_quartiles_and_passes(player: Player, tmp_path: Path) -> None:
     folder = write_scene(tmp_path / "scene")
     result = player(folder, "--size", "64x36", "--bench", "--frames", 8, "--json", "--quality", "shadow=fast")
     told = json.loads(result.stdout)

@@ -19,7 +19,7 @@ void check_refused(const test::SceneText &text, const std::string &message) {
 
 } // namespace
 
-TEST_CASE("scene.json: what it says is what the player holds") {
+TEST_CASE("scene.json: all values are read as written") {
     const assets::SceneFile scene = assets::parse_scene(test::SceneText().str(), "scene.json");
     CHECK(scene.name == "test");
     CHECK(scene.width_px == 64);
@@ -41,7 +41,7 @@ TEST_CASE("scene.json: what it says is what the player holds") {
     CHECK(scene.objects[0].materials[0].parallax_limit == 0.25F);
 }
 
-TEST_CASE("scene.json: the largest picture, the free camera's region and what was left out") {
+TEST_CASE("scene.json: largest picture, free camera's region and trimmed data are read") {
     test::SceneText text;
     CHECK(assets::parse_scene(text.str(), "scene.json").largest_width_px == 64);
     CHECK_FALSE(assets::parse_scene(text.str(), "scene.json").is_trimmed());
@@ -56,7 +56,7 @@ TEST_CASE("scene.json: the largest picture, the free camera's region and what wa
     CHECK((scene.objects[0].camera && scene.objects[0].shadow && scene.objects[0].reflection));
 }
 
-TEST_CASE("scene.json: another version is refused with what to do") {
+TEST_CASE("scene.json: another version is rejected with a remedy") {
     test::SceneText text;
     text.version = "4";
     check_refused(
@@ -64,7 +64,7 @@ TEST_CASE("scene.json: another version is refused with what to do") {
               "came with the player");
 }
 
-TEST_CASE("scene.json: an unknown key is refused by name") {
+TEST_CASE("scene.json: an unknown key is rejected by name") {
     test::SceneText text;
     text.extra = R"("moon": 1,)";
     check_refused(
@@ -72,7 +72,8 @@ TEST_CASE("scene.json: an unknown key is refused by name") {
         "scene.json: moon: is unknown to this player; bake the scene with the same version of Paradize");
 }
 
-TEST_CASE("scene.json: numbers out of range, references to nothing and holes are refused with their place") {
+TEST_CASE("scene.json: numbers out of range, dangling references and missing members are rejected with their "
+          "path") {
     test::SceneText text;
     text.shadow = R"({"size": 0, "extent_m": 10, "center": [0, 0, 0]})";
     check_refused(text, "scene.json: shadow.size: is 0, must lie in [1, 16384]");
@@ -89,13 +90,13 @@ TEST_CASE("scene.json: numbers out of range, references to nothing and holes are
     check_refused(text, "scene.json: streaming: names \"nothing\", which is not an artifact");
 }
 
-TEST_CASE("scene.json: a number hardly beyond its limit does not look like the limit") {
+TEST_CASE("scene.json: a number just beyond its limit is printed with enough digits") {
     test::SceneText text;
     text.shadow = R"({"size": 64, "extent_m": 10000000.000000002, "center": [0, 0, 0]})";
     check_refused(text, "scene.json: shadow.extent_m: is 10000000.000000002, must lie in [0.001, 10000000]");
 }
 
-TEST_CASE("scene.json: a level or a limit that cannot be is refused with its place") {
+TEST_CASE("scene.json: an invalid level or limit is rejected with its path") {
     for (const auto &[from, to, place] :
          {std::array<std::string, 3>{"\"max_level\": 3", "\"max_level\": -1",
                                      "artifacts.quad_color.max_level"},
@@ -109,10 +110,10 @@ TEST_CASE("scene.json: a level or a limit that cannot be is refused with its pla
     }
 }
 
-TEST_CASE("parallax: what is asked within the limit, and beyond it all of it made smaller alike") {
+TEST_CASE("parallax: kept within the limit, scaled down as a whole beyond it") {
     assets::Material material;
     material.parallax_scale = 0.2F;
-    material.parallax_bias = -0.1F; // reaches 0.2
+    material.parallax_bias = -0.1F; // displaces by up to 0.2
     CHECK(parallax_of(material) == glm::vec2(0.2F, -0.1F));
     material.parallax_limit = 0.3F;
     CHECK(parallax_of(material) == glm::vec2(0.2F, -0.1F));
@@ -123,17 +124,17 @@ TEST_CASE("parallax: what is asked within the limit, and beyond it all of it mad
     material.parallax_limit = 0.0F;
     CHECK(parallax_of(material) == glm::vec2(0.0F));
     material.parallax_scale = material.parallax_bias = 0.0F;
-    CHECK(parallax_of(material) == glm::vec2(0.0F)); // no division by nothing
+    CHECK(parallax_of(material) == glm::vec2(0.0F)); // no division by zero
 }
 
-TEST_CASE("scene.json: a text cut anywhere is refused") {
+TEST_CASE("scene.json: a text truncated anywhere is rejected") {
     const std::string text = test::SceneText().str();
     for (std::size_t length = 0; length < text.size(); length += 7) {
         CHECK_THROWS_AS(assets::parse_scene(text.substr(0, length), "scene.json"), Error);
     }
 }
 
-TEST_CASE("scene.json: files outside the scene's folder are refused") {
+TEST_CASE("scene.json: files outside the scene's folder are rejected") {
     std::string text = test::SceneText().str();
     text.replace(text.find("sky.ktx2"), 8, "../x.ktx");
     CHECK_THROWS_WITH_AS(
@@ -141,7 +142,7 @@ TEST_CASE("scene.json: files outside the scene's folder are refused") {
         "scene.json: artifacts.sky.file: \"../x.ktx\" must be a path inside the scene's folder", Error);
 }
 
-TEST_CASE("scene.json: a hundred thousand artifacts are read in a moment, and found by name") {
+TEST_CASE("scene.json: a hundred thousand artifacts are read and found by name") {
     std::string artifacts;
     std::string streaming = "[";
     const std::string same = test::identity(test::Bytes(1));
@@ -161,7 +162,7 @@ TEST_CASE("scene.json: a hundred thousand artifacts are read in a moment, and fo
     CHECK(scene.artifacts[scene.streaming[777]].name == "a777");
 }
 
-TEST_CASE("scene.json: more particles in all fields together than one field may have are refused") {
+TEST_CASE("scene.json: too many particles in all fields together are rejected") {
     const std::string field = R"({"name": "s", "center": [0, 0, 0], "radius_m": 1, "count": 600000,
         "size_m": [1, 1], "life_per_s": [1, 1], "threshold": 0.1, "color": [1, 1, 1]})";
     std::string text = test::SceneText().str();
@@ -171,12 +172,12 @@ TEST_CASE("scene.json: more particles in all fields together than one field may 
         "scene.json: particles[1].count: makes more than 1000000 particles in all fields together", Error);
 }
 
-TEST_CASE("scene.json: what is not valid JSON is told in words of one's own") {
+TEST_CASE("scene.json: invalid JSON gives the player's own message") {
     CHECK_THROWS_WITH_AS(assets::parse_scene("{\"a\" 1}", "scene.json"),
                          doctest::Contains("scene.json: is not valid JSON: parse error at line 1"), Error);
 }
 
-TEST_CASE("scene.json: deep nesting is refused, not a crash") {
+TEST_CASE("scene.json: deep nesting is rejected without a crash") {
     std::string deep = "{\"format\":";
     deep.append(200000, '[');
     CHECK_THROWS_AS(assets::parse_scene(deep, "scene.json"), Error);

@@ -19,10 +19,10 @@ namespace {
 
 constexpr std::size_t everything = std::size_t{1} << 30U;
 
-/// A scene's folder as bakes leave it: files with their hash in the name, scene.json renamed into its place.
+/// A scene folder like those of the bake: hashes in file names, scene.json replaced by renaming.
 struct BakedFolder {
     test::Folder folder;
-    int color = 0; // the last quad_color
+    int color = 0; // of the last quad_color
 
     BakedFolder() { bake(); }
 
@@ -33,7 +33,7 @@ struct BakedFolder {
         const std::uint32_t edge = color % 2 == 0 ? 128 : 256;
         out.color_name = "quad_color-" + std::to_string(color) + ".ktx2";
         out.color_file = test::ktx2_file(assets::PixelFormat::rgba8_srgb, edge, edge);
-        out.color_file[68] = static_cast<std::byte>(color); // of the metadata's place, which is not read
+        out.color_file[68] = static_cast<std::byte>(color); // in the metadata, which is not read
         return out;
     }
 
@@ -41,7 +41,7 @@ struct BakedFolder {
         std::filesystem::rename(folder.write(".scene.json.part", text), scene_json());
     }
 
-    /// Another picture; the last one is swept.
+    /// Writes another colour map and deletes the previous one.
     void bake() {
         const std::string before = scene().color_name;
         ++color;
@@ -64,15 +64,15 @@ std::unique_ptr<assets::SceneUpdate> wait_for(assets::SceneWatcher &watcher) {
 }
 
 /// Uploads until a new scene is resident.
-LoadedScene *wait_for(SceneSwap &acts) {
+LoadedScene *wait_for(SceneSwap &scenes) {
     LoadedScene *next = nullptr;
-    while ((next = acts.upload(everything, NotReady::wait)) == nullptr) {
+    while ((next = scenes.upload(everything, NotReady::wait)) == nullptr) {
         std::this_thread::yield();
     }
     return next;
 }
 
-/// Textures, buffers, vertex arrays, programs, framebuffers, samplers and renderbuffers that there are.
+/// Numbers of existing textures, buffers, vertex arrays, programs, framebuffers, samplers and renderbuffers.
 std::array<int, 7> objects() {
     std::array<int, 7> out{};
     for (GLuint name = 1; name < 4096; ++name) {
@@ -88,7 +88,7 @@ std::array<int, 7> objects() {
 
 } // namespace
 
-TEST_CASE("rebaked: a scene.json that takes another's place comes once, a broken one with its fault") {
+TEST_CASE("scene watcher: a replaced scene.json gives one update, a broken one gives its error") {
     BakedFolder baked;
     assets::SceneWatcher watcher(baked.scene_json());
     CHECK(watcher.take() == nullptr);
@@ -107,7 +107,7 @@ TEST_CASE("rebaked: a scene.json that takes another's place comes once, a broken
     CHECK(wait_for(watcher)->error.empty());
 }
 
-TEST_CASE("rebaked: what was replaced before the first scene.json was read is not missed") {
+TEST_CASE("scene watcher: a change before the first scene.json is read is not missed") {
     BakedFolder baked;
     assets::SceneWatcher watcher(baked.scene_json());
     baked.bake();
@@ -116,58 +116,58 @@ TEST_CASE("rebaked: what was replaced before the first scene.json was read is no
           first.find_artifact("quad_color")->sha256);
 }
 
-TEST_CASE("acts: a new scene keeps what did not change, and shows when it is whole") {
+TEST_CASE("scene swap: a new scene reuses unchanged artifacts and is shown when it is complete") {
     if (!test::have_context()) {
         return;
     }
     BakedFolder baked;
     assets::SceneWatcher watcher(baked.scene_json());
-    SceneSwap acts(PendingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
-                   baked.folder.path(), &watcher);
-    while (!acts.current().streamer.complete()) {
-        CHECK(acts.upload(everything, NotReady::wait) == nullptr);
+    SceneSwap scenes(PendingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
+                     baked.folder.path(), &watcher);
+    while (!scenes.current().streamer.complete()) {
+        CHECK(scenes.upload(everything, NotReady::wait) == nullptr);
     }
-    const StreamedMesh *mesh = acts.current().streamer.mesh("quad_mesh");
-    const StreamedTexture *sky = acts.current().streamer.texture("sky");
-    const StreamedTexture *color = acts.current().streamer.texture("quad_color");
+    const StreamedMesh *mesh = scenes.current().streamer.mesh("quad_mesh");
+    const StreamedTexture *sky = scenes.current().streamer.texture("sky");
+    const StreamedTexture *color = scenes.current().streamer.texture("quad_color");
     baked.bake();
-    const LoadedScene *next = wait_for(acts);
-    CHECK(acts.current().streamer.texture("quad_color") == color);
+    const LoadedScene *next = wait_for(scenes);
+    CHECK(scenes.current().streamer.texture("quad_color") == color);
     CHECK(next->streamer.reused() == 2);
     CHECK(next->streamer.complete());
     CHECK(next->streamer.resident_bytes() == next->streamer.total_bytes());
-    { const std::unique_ptr<LoadedScene> before = acts.activate(); }
-    CHECK(&acts.current() == next);
-    CHECK(acts.current().streamer.mesh("quad_mesh") == mesh);
-    CHECK(acts.current().streamer.texture("sky") == sky);
+    { const std::unique_ptr<LoadedScene> before = scenes.activate(); }
+    CHECK(&scenes.current() == next);
+    CHECK(scenes.current().streamer.mesh("quad_mesh") == mesh);
+    CHECK(scenes.current().streamer.texture("sky") == sky);
     CHECK(sky->complete());
-    CHECK(acts.current().streamer.texture("quad_color") != color);
-    CHECK(acts.current().streamer.texture("quad_color")->width_px() == 128);
+    CHECK(scenes.current().streamer.texture("quad_color") != color);
+    CHECK(scenes.current().streamer.texture("quad_color")->width_px() == 128);
     test::throw_on_error();
 }
 
-TEST_CASE("acts: a scene that cannot be shown leaves the one before, and the next takes its place") {
+TEST_CASE("scene swap: a broken scene leaves the previous one, and a later scene replaces it") {
     if (!test::have_context()) {
         return;
     }
     BakedFolder baked;
     assets::SceneWatcher watcher(baked.scene_json());
-    SceneSwap acts(PendingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
-                   baked.folder.path(), &watcher);
-    const LoadedScene *first = &acts.current();
+    SceneSwap scenes(PendingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
+                     baked.folder.path(), &watcher);
+    const LoadedScene *first = &scenes.current();
     std::string text = baked.scene().str();
-    text.replace(text.find("quad_color-1.ktx2"), 17, "quad_color-0.ktx2"); // which is not there
+    text.replace(text.find("quad_color-1.ktx2"), 17, "quad_color-0.ktx2"); // a file that does not exist
     baked.publish(text);
     baked.publish("[");
     baked.bake();
-    wait_for(acts);
-    CHECK(&acts.current() == first);
-    acts.activate();
-    CHECK(acts.current().file.find_artifact("quad_color")->file == "quad_color-2.ktx2");
+    wait_for(scenes);
+    CHECK(&scenes.current() == first);
+    scenes.activate();
+    CHECK(scenes.current().file.find_artifact("quad_color")->file == "quad_color-2.ktx2");
     test::throw_on_error();
 }
 
-TEST_CASE("acts: fifty scenes leave no object behind") {
+TEST_CASE("scene swap: fifty scenes leave no GL object behind") {
     if (!test::have_context()) {
         return;
     }
@@ -180,27 +180,27 @@ TEST_CASE("acts: fifty scenes leave no object behind") {
     const std::array<int, 7> none = objects();
     {
         assets::SceneWatcher watcher(baked.scene_json());
-        SceneSwap acts(PendingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
-                       baked.folder.path(), &watcher);
-        auto renderer = std::make_unique<Renderer>(acts.current().scene, shaders, options);
-        while (!acts.current().streamer.complete()) {
-            acts.upload(everything, NotReady::wait);
+        SceneSwap scenes(PendingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
+                         baked.folder.path(), &watcher);
+        auto renderer = std::make_unique<Renderer>(scenes.current().scene, shaders, options);
+        while (!scenes.current().streamer.complete()) {
+            scenes.upload(everything, NotReady::wait);
         }
-        renderer->draw(0.0, flight_pose(acts.current().file.flight, 0.0));
+        renderer->draw(0.0, flight_pose(scenes.current().file.flight, 0.0));
         const std::array<int, 7> first = objects();
-        const std::uint64_t bytes = acts.current().streamer.resident_bytes();
+        const std::uint64_t bytes = scenes.current().streamer.resident_bytes();
         for (int i = 0; i < 50; ++i) {
             baked.bake();
-            const LoadedScene *next = wait_for(acts);
+            const LoadedScene *next = wait_for(scenes);
             auto other = std::make_unique<Renderer>(next->scene, shaders, options);
-            const std::unique_ptr<LoadedScene> before = acts.activate();
+            const std::unique_ptr<LoadedScene> before = scenes.activate();
             renderer = std::move(other);
-            renderer->draw(0.1 * i, flight_pose(acts.current().file.flight, 0.1 * i));
+            renderer->draw(0.1 * i, flight_pose(scenes.current().file.flight, 0.1 * i));
         }
         CHECK(objects() == first);
-        CHECK(acts.current().streamer.resident_bytes() == bytes); // of the same size again
+        CHECK(scenes.current().streamer.resident_bytes() == bytes); // the size is unchanged
     }
-    glUseProgram(0); // one in use stays until then
+    glUseProgram(0); // a program in use is deleted only then
     CHECK(objects() == none);
     test::throw_on_error();
 }

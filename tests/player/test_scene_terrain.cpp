@@ -10,7 +10,7 @@ using namespace paradize;
 
 namespace {
 
-/// Two roots of one diamond, and the four patches that it makes, in two tiles.
+/// Two roots that form one diamond, and its four children, in two tiles.
 const char *const tiled = R"({"tiles": ["quad_mesh", "more_mesh"],
 "patches": {"tile": [0, 0, 0, 1, 1, 1], "node": [0, 1, 2, 0, 1, 2], "level": [0, 0, 1, 1, 1, 1],
  "made_by": [-1, -1, 0, 0, 0, 0], "diamond": [0, 0, -1, -1, -1, -1],
@@ -38,7 +38,7 @@ std::string replaced(std::string text, const std::string &from, const std::strin
 
 } // namespace
 
-TEST_CASE("terrain: its tables are what the player holds") {
+TEST_CASE("terrain: its tables are read as written") {
     const assets::SceneFile scene = assets::parse_scene(scene_with(tiled), "scene.json");
     REQUIRE(scene.terrain);
     const assets::Terrain &terrain = *scene.terrain;
@@ -55,7 +55,7 @@ TEST_CASE("terrain: its tables are what the player holds") {
     CHECK(terrain.trimmed_patches == 3);
 }
 
-TEST_CASE("terrain: tables that make no tree are refused with their place") {
+TEST_CASE("terrain: tables that are not a tree are rejected with their path") {
     struct Broken {
         const char *from, *to, *message;
     };
@@ -63,7 +63,7 @@ TEST_CASE("terrain: tables that make no tree are refused with their place") {
              Broken{"\"more_mesh\"]", "\"quad_mesh\"]", "tiles[1]: names \"quad_mesh\" twice"},
              Broken{"\"more_mesh\"]", "\"sky\"]",
                     "tiles[1]: names \"sky\", which is not an artifact of the right kind"},
-             Broken{"[\"quad_mesh\", \"more_mesh\"]", "[]", "tiles: names no artifact"},
+             Broken{"[\"quad_mesh\", \"more_mesh\"]", "[]", "tiles: is empty"},
              Broken{"[0, 0, 0, 1, 1, 1]", "[0, 0, 0, 2, 1, 1]", "patches.tile[3]: is 2, must lie in [0, 1]"},
              Broken{"[0, 0, 0, 1, 1, 1]", "[0, 0, 1, 0, 1, 1]", "patches.tile[3]: is 0, must not be below 1"},
              Broken{"[0, 1, 2, 0, 1, 2]", "[0, 1, 1, 0, 1, 2]",
@@ -81,14 +81,14 @@ TEST_CASE("terrain: tables that make no tree are refused with their place") {
              Broken{"[0, 0, -1, -1, -1, -1]", "[0, 0, 0, -1, -1, -1]",
                     "patches.diamond[2]: names a diamond of level 0, the patch has level 1"},
              Broken{"[0, 0, -1, -1, -1, -1]", "[0, -1, -1, -1, -1, -1]",
-                    "diamonds.level[0]: the diamond has 1 patches and makes 4"},
+                    "diamonds.level[0]: the diamond has 1 patches and 4 children"},
              Broken{"[0, 0, -1, -1, -1, -1]", "[-1, -1, -1, -1, -1, -1]",
-                    "diamonds.level[0]: the diamond has 0 patches and makes 4"},
+                    "diamonds.level[0]: the diamond has 0 patches and 4 children"},
              Broken{"[3, 0, 0]", "[3, 0]", "patches.center[3]: must be an array of 3 entries"},
              Broken{"[2, 2, 1, 1, 1, 1]", "[2, 2, 1, -1, 1, 1]",
                     "patches.radius_m[3]: is -1, must lie in [0, 10000000]"},
              Broken{"\"left_out\": 3, ", "", "demand.left_out: is missing"},
-             Broken{"\"demand\"", "\"demands\"", "demands: is not known to this player"},
+             Broken{"\"demand\"", "\"demands\"", "demands: is unknown to this player"},
          }) {
         CHECK_THROWS_WITH_AS(assets::parse_scene(scene_with(replaced(tiled, from, to)), "scene.json"),
                              doctest::Contains((std::string("scene.json: terrain.") + message).c_str()),
@@ -96,7 +96,7 @@ TEST_CASE("terrain: tables that make no tree are refused with their place") {
     }
 }
 
-TEST_CASE("terrain: more patches than the player takes are refused") {
+TEST_CASE("terrain: too many patches are rejected") {
     std::string many = "[0";
     for (int i = 0; i < 1 << 20; ++i) {
         many += ",0";

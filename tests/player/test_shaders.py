@@ -1,4 +1,4 @@
-"""Every shader body compiles for the desktop and for the web, and includes only what exists."""
+"""Every shader compiles for the desktop and for the web, and its includes exist."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ PREAMBLES = {
         for what in ("float", "int", "sampler2D", "samplerCube", "sampler2DShadow")
     ),
 }
-STEPS = [f"PARALLAX_STEPS {i}" for i in (0, 1, 24, 128)]  # as player/scene/quality.cpp asks for
+STEPS = [f"PARALLAX_STEPS {i}" for i in (0, 1, 24, 128)]  # the values that player/scene/quality.cpp sets
 INCLUDE = re.compile(r'^#include "(lib/[a-z0-9_]+\.glsl)"$')
 
 
 def expand(name: str, seen: set[str]) -> list[str]:
-    """Lines of a body with its includes in place, each once."""
+    """Lines of a shader with its includes resolved, each once."""
     lines: list[str] = []
     for line in (SHADERS / name).read_text().splitlines():
         match = INCLUDE.match(line)
@@ -38,7 +38,7 @@ def expand(name: str, seen: set[str]) -> list[str]:
 
 
 def compiles(source: str, stage: str, folder: Path) -> str:
-    """What glslangValidator has against a source; nothing when it is happy."""
+    """The errors of glslangValidator, or an empty text."""
     path = folder / f"body.{stage}"
     path.write_text(source)
     result = subprocess.run(["glslangValidator", path], capture_output=True, text=True, timeout=30)
@@ -53,7 +53,7 @@ def _validator() -> None:
 
 @pytest.mark.parametrize("version", PREAMBLES)
 @pytest.mark.parametrize("name", BODIES)
-def test_every_body_compiles_for_desktop_and_web(name: str, version: str, tmp_path: Path) -> None:
+def test_every_shader_compiles_for_desktop_and_web(name: str, version: str, tmp_path: Path) -> None:
     source = PREAMBLES[version] + "\n".join(expand(name, set())) + "\n"
     assert compiles(source, name.rsplit(".")[-1], tmp_path) == ""
 
@@ -70,7 +70,7 @@ def test_every_quality_compiles_for_desktop_and_web(
     assert compiles(source, "frag", tmp_path) == ""
 
 
-def test_a_broken_body_is_noticed(tmp_path: Path) -> None:
+def test_a_broken_shader_is_reported(tmp_path: Path) -> None:
     source = PREAMBLES["330"] + "void main() { gl_Position = vec3(1.0); }\n"
     assert compiles(source, "vert", tmp_path) != ""
 
@@ -78,7 +78,7 @@ def test_a_broken_body_is_noticed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name", [*BODIES, *(f"lib/{path.name}" for path in sorted(SHADERS.glob("lib/*.glsl")))]
 )
-def test_no_body_uses_what_one_of_the_two_lacks(name: str) -> None:
+def test_no_shader_uses_features_that_one_language_lacks(name: str) -> None:
     text = re.sub(r"//.*", "", (SHADERS / name).read_text())
     for word in ("#version", "precision ", "textureGather", "layout(binding", "double ", "textureQueryLod"):
         assert word not in text, f"{name} uses {word}"

@@ -22,14 +22,14 @@ using namespace paradize;
 
 namespace {
 
-// The small scene of files.hpp, in a folder of its own.
+// The small scene of files.hpp in its own folder.
 struct SmallScene {
     test::Folder folder;
     assets::SceneFile file = assets::parse_scene(test::SceneText().str(), "scene.json");
 
     SmallScene() { test::write_scene(folder); }
     [[nodiscard]] Streamer streamer() const { return Streamer(file, folder.path()); }
-    // Another file in the place of an artifact's, as a bake puts it there.
+    // Replaces the file of an artifact, as a bake does.
     void put(const std::string &name, const test::Bytes &bytes) {
         const auto entry = std::ranges::find(file.artifacts, name, &assets::Artifact::name);
         folder.write(entry->file, bytes);
@@ -38,7 +38,7 @@ struct SmallScene {
     }
 };
 
-// How many bytes of quad_color are not those of its file, which count up.
+// Number of bytes of quad_color on the device that differ from its file.
 int wrong_bytes(const Streamer &streamer) {
     streamer.texture("quad_color")->bind(0);
     std::vector<unsigned char> texels(256 * 256 * 4);
@@ -51,8 +51,8 @@ int wrong_bytes(const Streamer &streamer) {
     return wrong;
 }
 
-// What is said of a scene that is uploaded whole; nothing where nothing is wrong.
-std::string complaint(const SmallScene &scene, NotReady not_ready) {
+// Uploads a scene completely. Returns the error, or an empty text.
+std::string upload_error(const SmallScene &scene, NotReady not_ready) {
     try {
         Streamer streamer = scene.streamer();
         while (!streamer.upload(1 << 20, not_ready)) {
@@ -66,7 +66,7 @@ std::string complaint(const SmallScene &scene, NotReady not_ready) {
 
 } // namespace
 
-TEST_CASE("streamer: coarse first, within the budget, complete at last") {
+TEST_CASE("streamer: coarse data first, within the budget, complete in the end") {
     if (!test::have_context()) {
         return;
     }
@@ -83,9 +83,9 @@ TEST_CASE("streamer: coarse first, within the budget, complete at last") {
     constexpr std::size_t budget = 30000;
     std::uint64_t before = 0;
     streamer.upload(budget);
-    CHECK(color->resident());        // mips up to 64 x 64 came
-    CHECK_FALSE(color->complete());  // 256 x 256 did not
-    CHECK(mesh->best_level(0) == 0); // a small mesh fits
+    CHECK(color->resident());        // mips up to 64 x 64 are resident
+    CHECK_FALSE(color->complete());  // 256 x 256 is not
+    CHECK(mesh->best_level(0) == 0); // the small mesh fits
     CHECK(streamer.resident_bytes() <= budget);
     int frames = 1;
     while (!streamer.complete()) {
@@ -102,7 +102,7 @@ TEST_CASE("streamer: coarse first, within the budget, complete at last") {
     test::throw_on_error();
 }
 
-TEST_CASE("streamer: the texels that arrive are those of the file") {
+TEST_CASE("streamer: uploaded texels are those of the file") {
     if (!test::have_context()) {
         return;
     }
@@ -114,7 +114,7 @@ TEST_CASE("streamer: the texels that arrive are those of the file") {
     test::throw_on_error();
 }
 
-TEST_CASE("streamer: files that shrink, grow or go while they stream in are shown as they were") {
+TEST_CASE("streamer: files that shrink, grow or vanish during streaming are drawn as they were") {
     if (!test::have_context()) {
         return;
     }
@@ -124,7 +124,7 @@ TEST_CASE("streamer: files that shrink, grow or go while they stream in are show
             scene.put("quad_color", test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
         }
         Streamer streamer = scene.streamer();
-        CHECK_FALSE(streamer.upload(30000)); // amid streaming
+        CHECK_FALSE(streamer.upload(30000)); // in the middle of streaming
         for (const assets::Artifact &artifact : scene.file.artifacts) {
             std::filesystem::resize_file(scene.folder.path() / artifact.file,
                                          artifact.name == "sky" ? 1 << 20 : 0);
@@ -139,7 +139,7 @@ TEST_CASE("streamer: files that shrink, grow or go while they stream in are show
 }
 
 TEST_CASE(
-    "streamer: a scene larger than what it may hold shows the same texels, though a bake sweeps its files") {
+    "streamer: a scene above the memory limit gives the same texels, even if a bake deletes its files") {
     if (!test::have_context()) {
         return;
     }
@@ -161,7 +161,7 @@ TEST_CASE(
     test::throw_on_error();
 }
 
-TEST_CASE("streamer: what is read a second time is compared a second time, and a file that shrank is told") {
+TEST_CASE("streamer: reloaded data is checked again, and a file that shrank is reported") {
     if (!test::have_context()) {
         return;
     }
@@ -169,7 +169,7 @@ TEST_CASE("streamer: what is read a second time is compared a second time, and a
     const std::filesystem::path color = scene.folder.path() / "quad_color.ktx2";
     for (const std::string part : {"is damaged or was replaced: its SHA-256 is ", "ended at byte 100 of "}) {
         SceneLoad load(scene.file, scene.folder.path(), nullptr, 0);
-        while (!load.ready()) { // nothing is read again before there is a streamer
+        while (!load.ready()) { // nothing is reloaded before there is a streamer
             std::this_thread::yield();
         }
         if (part.starts_with("ended")) {
@@ -192,7 +192,7 @@ TEST_CASE("streamer: what is read a second time is compared a second time, and a
     }
 }
 
-TEST_CASE("streamer: a supercompressed texture arrives as the plain one does, and its room is given back") {
+TEST_CASE("streamer: a compressed texture gives the same texels, and its memory is freed") {
     if (!test::have_context()) {
         return;
     }
@@ -206,7 +206,7 @@ TEST_CASE("streamer: a supercompressed texture arrives as the plain one does, an
             ++frames;
             std::this_thread::yield();
         }
-        CHECK(frames >= 1); // 350 kB in steps of 100 kB or one piece
+        CHECK(frames >= 1); // 350 kB in steps of 100 kB or one chunk
         CHECK(streamer.resident_bytes() == streamer.total_bytes());
         CHECK(streamer.total_bytes() > 256 * 256 * 4);
         CHECK(wrong_bytes(streamer) == 0);
@@ -214,7 +214,7 @@ TEST_CASE("streamer: a supercompressed texture arrives as the plain one does, an
     test::throw_on_error();
 }
 
-TEST_CASE("streamer: a level that does not inflate is told by file and level, and stops the show") {
+TEST_CASE("streamer: a level that does not decompress is reported by file and level and ends playback") {
     if (!test::have_context()) {
         return;
     }
@@ -223,17 +223,17 @@ TEST_CASE("streamer: a level that does not inflate is told by file and level, an
     const test::Bytes short_one = test::zstd_frame(test::Bytes(256 * 256 * 4 - 1), false);
     scene.put("quad_color", test::with_frame(whole, short_one));
     for (const NotReady not_ready : {NotReady::wait, NotReady::skip}) {
-        const std::string message = complaint(scene, not_ready);
+        const std::string message = upload_error(scene, not_ready);
         CHECK_MESSAGE(
             message.find(
                 "quad_color.ktx2: level 0: its Zstandard frame holds 262143 bytes, expected 262144") !=
                 std::string::npos,
             message);
     }
-    { const Streamer unused = scene.streamer(); } // ends while its loader is at work
+    { const Streamer unused = scene.streamer(); } // destroyed while its prefetcher is running
 }
 
-TEST_CASE("textures: storage of a plain 3.3 driver holds the same texels as immutable storage") {
+TEST_CASE("textures: mutable storage holds the same texels as immutable storage") {
     if (!test::have_context()) {
         return;
     }
@@ -256,24 +256,24 @@ TEST_CASE("textures: storage of a plain 3.3 driver holds the same texels as immu
             glGetTexImage(GL_TEXTURE_2D, 1, GL_RG, GL_FLOAT, out.data());
         }
         CHECK(texels[0] == texels[1]);
-        CHECK(texels[0][0] != texels[0][2 * 5]); // there is something in it
+        CHECK(texels[0][0] != texels[0][2 * 5]); // the texels are not empty
     }
     test::throw_on_error();
 }
 
-TEST_CASE("streamer: an index beyond the vertices, a wrong size and a flat sky are refused by name") {
+TEST_CASE("streamer: an index beyond the vertices, a wrong size and a flat sky are rejected by name") {
     if (!test::have_context()) {
         return;
     }
     SmallScene scene;
     scene.put("quad_mesh", test::glb_file(test::glb_json(), 4));
-    const std::string message = complaint(scene, NotReady::wait);
+    const std::string message = upload_error(scene, NotReady::wait);
     CHECK_MESSAGE(
         message.find("quad_mesh.glb: node lod0, primitive 1, index 2: is 4, must be below the 4 vertices") !=
             std::string::npos,
         message);
     assets::SceneFile wrong = scene.file;
-    wrong.artifacts[0].bytes = 17; // in the order of names: quad_color
+    wrong.artifacts[0].bytes = 17; // quad_color is the first in order of names
     CHECK_THROWS_AS(Streamer(wrong, scene.folder.path()), Error);
     scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 8, 8, 1));
     CHECK_THROWS_AS(scene.streamer(), Error);
@@ -281,7 +281,7 @@ TEST_CASE("streamer: an index beyond the vertices, a wrong size and a flat sky a
     CHECK_THROWS_AS(scene.streamer(), Error);
 }
 
-TEST_CASE("scene: visible instances come with a resident level, hidden ones do not come") {
+TEST_CASE("scene: visible instances are collected with a resident level, hidden ones are not") {
     if (!test::have_context()) {
         return;
     }
@@ -289,9 +289,9 @@ TEST_CASE("scene: visible instances come with a resident level, hidden ones do n
     Streamer streamer = small.streamer();
     const Scene scene(small.file, streamer);
     CHECK(scene.instance_count() == 1);
-    CHECK(scene.objects()[0].materials[1].two_sided);       // leaf, by name
-    CHECK_FALSE(scene.objects()[0].materials[0].two_sided); // wood: defaults
-    View view;                                              // planes of zero see all
+    CHECK(scene.objects()[0].materials[1].two_sided);       // leaf: found by name
+    CHECK_FALSE(scene.objects()[0].materials[0].two_sided); // wood: default values
+    View view;                                              // planes of zero cull nothing
     std::vector<DrawItem> items;
     items.reserve(scene.instance_count());
     scene.collect(view, {0.0F, 0.0F, 5.0F}, 400.0F, 1.0F, items);
@@ -306,7 +306,7 @@ TEST_CASE("scene: visible instances come with a resident level, hidden ones do n
     CHECK(items.empty());
 }
 
-TEST_CASE("scene: a scene.json that disagrees with its meshes is refused") {
+TEST_CASE("scene: a scene.json that disagrees with its meshes is rejected") {
     if (!test::have_context()) {
         return;
     }

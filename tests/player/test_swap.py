@@ -1,4 +1,4 @@
-"""A running player shows what a bake publishes, without a restart: saved, baked, swapped in."""
+"""A running player shows a new bake without a restart."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FRAME_S = 1.0 / 30.0
 
 
 class Running:
-    """A player that draws frame after frame into numbered pictures."""
+    """A player that draws frames into numbered pictures until it is ended."""
 
     def __init__(self, scene: Path, frames: Path) -> None:
         self.frames = frames
@@ -38,20 +38,20 @@ class Running:
             env=os.environ | RENDER_ENVIRONMENT,
         )
 
-    def says(self) -> str:
-        """Its next message."""
+    def next_message(self) -> str:
+        """The next line on standard error."""
         assert self.process.stderr
         return self.process.stderr.readline()
 
     def swapped(self) -> tuple[str, int]:
-        """How many artifacts are new, and the first frame that shows them."""
-        text = self.says()
+        """The number of new artifacts as text, and the first frame that shows them."""
+        text = self.next_message()
         assert "scene.json was replaced" in text, text
         second = float(text.split("second ")[1].split()[0])
         return text.split("replaced: ")[1].split(" artifacts")[0], round(second / FRAME_S)
 
     def picture(self, number: int) -> Any:
-        """Of a frame, once it is whole: when the next one is begun."""
+        """The picture of a frame. It is complete when the next one exists."""
         after = self.frames / f"f_{number + 1:04d}.png"
         changes: Iterator[Any] = iter(watchfiles.watch(self.frames, step=10, rust_timeout=60_000))
         while not after.exists():
@@ -70,14 +70,14 @@ def running(scene: Path, frames: Path) -> Iterator[Running]:
 
 
 def publish(scene: Path, tree: Any) -> None:
-    """As a bake does: scene.json is renamed into its place."""
+    """Replaces scene.json by renaming a file, as a bake does."""
     aside = scene / ".scene.json.part"
     aside.write_text(json.dumps(tree))
     aside.replace(scene / "scene.json")
 
 
 def recolored(scene: Path, name: str, color: tuple[int, int, int]) -> Any:
-    """The scene with its box in another colour, in a file of its own; what was there is swept."""
+    """Writes a new colour map for the box. Returns the changed scene.json."""
     tree = json.loads((scene / "scene.json").read_text())
     artifact = tree["artifacts"]["box_color"]
     data = texture("RGBA8_SRGB", checker(color, color))
@@ -86,18 +86,18 @@ def recolored(scene: Path, name: str, color: tuple[int, int, int]) -> Any:
     return tree
 
 
-def test_the_frames_after_a_swap_are_those_of_a_player_that_begins_with_the_new_scene(
+def test_frames_after_a_swap_equal_those_of_a_player_started_with_the_new_scene(
     player: Player, tmp_path: Path
 ) -> None:
     scene = write_scene(tmp_path / "scene")
-    with running(scene, tmp_path / "frames") as show:
-        show.picture(0)
+    with running(scene, tmp_path / "frames") as run:
+        run.picture(0)
         publish(scene, recolored(scene, "green.ktx2", (10, 250, 10)))
         (scene / "box_color.ktx2").unlink()
-        what, frame = show.swapped()
+        what, frame = run.swapped()
         assert what.startswith("1 of ")
-        seen = show.picture(frame).astype(int)
-        before = show.picture(frame - 1).astype(int)
+        seen = run.picture(frame).astype(int)
+        before = run.picture(frame - 1).astype(int)
         assert ((seen - before)[..., 1] > 40).any(), "the box did not become green"
         second = frame * FRAME_S
         assert player(scene, "--time", second, "--screenshot", tmp_path / "new.png").returncode == 0
@@ -105,61 +105,61 @@ def test_the_frames_after_a_swap_are_those_of_a_player_that_begins_with_the_new_
         assert (difference > 2).mean() < 0.001
 
 
-def test_settings_of_passes_are_swapped_and_nothing_is_uploaded_again(tmp_path: Path) -> None:
+def test_changed_settings_take_effect_without_a_new_upload(tmp_path: Path) -> None:
     scene = write_scene(tmp_path / "scene")
-    with running(scene, tmp_path / "frames") as show:
-        was = show.picture(0).mean()
+    with running(scene, tmp_path / "frames") as run:
+        was = run.picture(0).mean()
         tree = json.loads((scene / "scene.json").read_text())
         tree["fog"] = {"color": [0.0, 0.0, 0.0], "density_per_m": 1.0}
         del tree["shadow"]
         tree["shadow"] = None
         publish(scene, tree)
-        what, frame = show.swapped()
+        what, frame = run.swapped()
         assert what.startswith("0 of ")
-        assert show.picture(frame).mean() < was / 2
+        assert run.picture(frame).mean() < was / 2
 
 
 UNKNOWN = '{"format": "paradize-scene", "version": 99}'
 
 
 @pytest.mark.parametrize(("broken", "part"), [("{", "is not valid JSON"), (UNKNOWN, "version: is 99")])
-def test_a_broken_scene_is_told_once_and_the_one_before_is_drawn_on(
+def test_a_broken_scene_gives_one_message_and_the_previous_one_stays(
     tmp_path: Path, broken: str, part: str
 ) -> None:
     scene = write_scene(tmp_path / "scene", bare=True)
-    with running(scene, tmp_path / "frames") as show:
-        show.picture(0)
+    with running(scene, tmp_path / "frames") as run:
+        run.picture(0)
         tree = recolored(scene, "green.ktx2", (10, 250, 10))
         aside = scene / "aside"
         aside.write_text(broken)
         aside.replace(scene / "scene.json")
-        text = show.says()
+        text = run.next_message()
         assert part in text and "the previous one stays" in text
         tree["artifacts"]["box_color"]["file"] = "none.ktx2"
         publish(scene, tree)
-        assert "none.ktx2" in show.says()
+        assert "none.ktx2" in run.next_message()
         whole = (scene / "green.ktx2").read_bytes()
         (scene / "damaged.ktx2").write_bytes(whole[:-1] + b"?")
         tree["artifacts"]["box_color"]["file"] = "damaged.ktx2"
         publish(scene, tree)
-        text = show.says()
+        text = run.next_message()
         assert "damaged.ktx2: is damaged or was replaced" in text and "the previous one stays" in text
         tree["artifacts"]["box_color"]["file"] = "green.ktx2"
         publish(scene, tree)
-        assert show.swapped()[0].startswith("1 of ")  # and nothing was said a second time
+        assert run.swapped()[0].startswith("1 of ")  # and there was no second message
 
 
-def test_a_picture_that_is_saved_and_baked_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The whole way: source, bake, sweep, player."""
+def test_a_saved_and_baked_picture_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From a changed source through the bake to the player."""
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     scene, out = make_cove(tmp_path / "cove"), tmp_path / "out"
     assert not bake(scene, out).errors
-    with running(out, tmp_path / "frames") as show:
-        show.picture(0)
+    with running(out, tmp_path / "frames") as run:
+        run.picture(0)
         write_image(scene.parent / "sand.png", np.full((32, 32, 3), [250, 10, 10], np.uint8))
         report = bake(scene, out)
         assert not report.errors
-        what, frame = show.swapped()
+        what, frame = run.swapped()
         assert 1 <= int(what.split()[0]) <= report.count("baked")
-        change = show.picture(frame).astype(int) - show.picture(frame - 1).astype(int)
+        change = run.picture(frame).astype(int) - run.picture(frame - 1).astype(int)
         assert ((change[..., 0] - change[..., 1]) > 30).mean() > 0.05, "the sand did not become red"

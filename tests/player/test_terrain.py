@@ -1,4 +1,4 @@
-"""The terrain as patches: no cracks at any moment, culling that nobody sees, few triangles where few do."""
+"""The terrain as patches: no cracks at any time, correct culling, few triangles where few suffice."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ FLIGHT = 24  # frames
 
 
 def hills(x: npt.NDArray[np.float64], z: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Up to 3 m above and below the middle, with small ones in one corner only."""
+    """Hills of up to 3 m, with small hills in one corner only."""
     small = np.exp(-((x - 15) ** 2 + (z - 15) ** 2) / 100) * np.sin(3 * x) * np.cos(2.5 * z)
     return np.asarray(2.4 * np.sin(x / 6) * np.cos(z / 8) + 0.6 * small)
 
 
 @pytest.fixture(scope="module")
 def hilly(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Hills in a sea, in 1022 patches and three tiles; measured errors."""
+    """Hills in a sea: 1022 patches in three tiles, with measured errors."""
     terrain = tiled(SIZE_M, hills, levels=LEVELS, refine=4, tiles=3)
     folder = write_scene(tmp_path_factory.mktemp("hilly"), terrain=terrain, objects=[], particles=[])
     manifest = json.loads((folder / "scene.json").read_text())
@@ -45,7 +45,7 @@ def hilly(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def pose(manifest: dict[str, Any], eye: tuple[float, ...], target: tuple[float, ...]) -> dict[str, Any]:
-    """The scene seen from one place for ever."""
+    """A flight that stays at one pose."""
     out = copy.deepcopy(manifest)
     out["flight"]["segments"] = [
         {
@@ -60,7 +60,7 @@ def pose(manifest: dict[str, Any], eye: tuple[float, ...], target: tuple[float, 
 
 
 def place(folder: Path, source: Path, manifest: dict[str, Any]) -> Path:
-    """A scene folder of other text and the same artifacts."""
+    """A scene folder with another scene.json and the same artifacts."""
     folder.mkdir(parents=True)
     for artifact in manifest["artifacts"].values():
         (folder / artifact["file"]).symlink_to(source / artifact["file"])
@@ -68,7 +68,7 @@ def place(folder: Path, source: Path, manifest: dict[str, Any]) -> Path:
     return folder
 
 
-def shown(player: Player, folder: Path, *arguments: object) -> tuple[npt.NDArray[np.float32], dict[str, int]]:
+def draw(player: Player, folder: Path, *arguments: object) -> tuple[npt.NDArray[np.float32], dict[str, int]]:
     """The picture (180, 320, 3) in 0..1, and the counts of the terrain."""
     out = folder / "picture.png"
     asked = ["--size", f"{WIDTH}x{HEIGHT}", "--screenshot", out, "--json", "--debug", "--check-finite"]
@@ -87,41 +87,41 @@ EYES = {
 
 
 @pytest.mark.parametrize("eye", EYES)
-def test_the_cut_looks_like_the_finest_and_costs_less(
+def test_the_cut_looks_like_the_finest_level_with_fewer_triangles(
     eye: str, hilly: Path, player: Player, tmp_path: Path
 ) -> None:
     manifest = pose(json.loads((hilly / "scene.json").read_text()), *EYES[eye])
-    cut, counts = shown(player, place(tmp_path / "cut", hilly, manifest))
-    finest, most = shown(player, place(tmp_path / "fine", hilly, manifest | {"lod_error_px": 0.01}))
+    cut, counts = draw(player, place(tmp_path / "cut", hilly, manifest))
+    finest, most = draw(player, place(tmp_path / "fine", hilly, manifest | {"lod_error_px": 0.01}))
     assert most["cut_patches"] > 0.7 * 2 ** (LEVELS // 2 * 2)
     assert counts["cut_triangles"] < 0.7 * most["cut_triangles"]
     assert counts["patches"] <= counts["cut_patches"]
     assert counts["triangles"] == 16 * counts["patches"]
     assert counts["arrived"] == counts["baked"] == 2 ** (LEVELS + 1) - 2
-    worse = np.abs(cut - finest).max(axis=2) > 0.1  # silhouettes move by less than a pixel, shading stays
+    worse = np.abs(cut - finest).max(axis=2) > 0.1  # only silhouettes differ, by less than a pixel
     assert worse.mean() < 0.02
 
 
 def test_nothing_that_a_view_sees_is_culled(hilly: Path, player: Player, tmp_path: Path) -> None:
-    """Picture, mirror, refraction and shadow: the same bytes as with spheres that reach everywhere."""
+    """All views give the same bytes as with bounding spheres that are always visible."""
     for name, (eye, target) in EYES.items():
         manifest = pose(json.loads((hilly / "scene.json").read_text()), eye, target)
-        culled, counts = shown(player, place(tmp_path / name / "culled", hilly, manifest))
+        culled, counts = draw(player, place(tmp_path / name / "culled", hilly, manifest))
         patches = manifest["terrain"]["patches"]
         patches["radius_m"] = [1e6] * len(patches["radius_m"])
-        whole, all_of_it = shown(player, place(tmp_path / name / "whole", hilly, manifest))
+        whole, all_of_it = draw(player, place(tmp_path / name / "whole", hilly, manifest))
         assert np.array_equal(culled, whole), name
         assert all_of_it["patches"] == all_of_it["cut_patches"] == counts["cut_patches"]
         assert counts["patches"] < (1.0 if name in ("above", "at the rim") else 0.8) * all_of_it["patches"]
 
 
-def flown(folder: Path, player: Player, torn: bool) -> tuple[list[int], list[dict[str, int]]]:
+def fly_over(folder: Path, player: Player, torn: bool) -> tuple[list[int], list[dict[str, int]]]:
     """A low flight over the hills while they arrive, under a sky that is brighter than any ground and has no
     green. Of each frame the pixels that show some of it (a quarter of a pixel, one of its four samples, is
     enough to see); of runs of 1, 2 and all frames the counts of the terrain."""
     terrain = tiled(SIZE_M, hills, levels=LEVELS, refine=8, tiles=3, torn=torn)
     folder = write_scene(folder, terrain=terrain, objects=[], particles=[], water=None, shadow=None)
-    # Only what is looked at glares: ground is lit by the coarse mips.
+    # Only the visible sky is bright: terrain is lit by its coarse mips.
     sides = {8: [500.0, 0.0, 500.0, 1.0], 4: [0.3, 0.5, 0.9, 1.0], 2: [0.3, 0.5, 0.9, 1.0]}
     sides[1] = sides[2]
     levels = tuple(np.full((6, n, n, 4), v, dtype=np.float16).tobytes() for n, v in sides.items())
@@ -158,23 +158,23 @@ def flown(folder: Path, player: Player, torn: bool) -> tuple[list[int], list[dic
     return glaring, counts
 
 
-def test_no_crack_opens_in_flight_while_the_tiles_arrive(player: Player, tmp_path: Path) -> None:
-    """Not a sample of the sky is seen through the ground; that it would be is shown by patches that are
-    a thousandth too narrow: gaps of a fortieth of a pixel."""
-    glaring, counts = flown(tmp_path / "whole", player, torn=False)
+def test_no_crack_opens_in_flight_while_tiles_stream_in(player: Player, tmp_path: Path) -> None:
+    """No sample of the sky shows through the terrain. Patches that are a thousandth too narrow (gaps of a
+    fortieth of a pixel) show that the test would find one."""
+    glaring, counts = fly_over(tmp_path / "whole", player, torn=False)
     assert glaring == [0] * FLIGHT
     assert counts[0]["arrived"] < counts[1]["arrived"] < counts[2]["arrived"] == counts[2]["baked"]
     assert len({count["cut_patches"] for count in counts}) == 3
-    torn, _ = flown(tmp_path / "torn", player, torn=True)
+    torn, _ = fly_over(tmp_path / "torn", player, torn=True)
     assert min(torn) > 0
 
 
-def test_codes_are_drawn_as_floats_are_in_every_view(player: Player, tmp_path: Path) -> None:
+def test_a_quantized_terrain_is_drawn_like_floats_in_every_view(player: Player, tmp_path: Path) -> None:
     """Picture, mirror, refraction and shadow of the same patches: with codes a surface moves by no more than
     the lattice says, so that pictures differ where an edge crosses a pixel, and there by little."""
     steps = 64
     lattice = terrain_lattice((steps + 1, steps + 1), (SIZE_M, SIZE_M), (-3.2, 3.2))
-    assert lattice.step[1] < 0.001  # heights lose half of it, metres; x and z, pixels, lose nothing
+    assert lattice.step[1] < 0.001  # heights err by up to half a step, metres; x and z fall on the grid
     kinds = {"floats": None, "codes": lattice}
     pictures: dict[str, list[npt.NDArray[np.float32]]] = {}
     for name, kind in kinds.items():
@@ -182,18 +182,18 @@ def test_codes_are_drawn_as_floats_are_in_every_view(player: Player, tmp_path: P
         folder = write_scene(tmp_path / name, terrain=terrain, objects=[], particles=[])
         manifest = json.loads((folder / "scene.json").read_text())
         manifest["terrain"] |= {"mix_low_m": -5.0, "mix_high_m": -4.0}
-        manifest["sun"]["direction"] = [0.9903, 0.139, 0.0]  # low: hills throw shadows
+        manifest["sun"]["direction"] = [0.9903, 0.139, 0.0]  # a low sun, so that hills cast shadows
         manifest["shadow"]["extent_m"] = 80.0
         shots = []
         for key, eye in EYES.items():
-            shots.append(shown(player, place(tmp_path / f"{name} {key}", folder, pose(manifest, *eye)))[0])
+            shots.append(draw(player, place(tmp_path / f"{name} {key}", folder, pose(manifest, *eye)))[0])
         low = pose(manifest, *EYES["low"]) | {"shadow": None}
-        shots.append(shown(player, place(tmp_path / f"{name} unshaded", folder, low))[0])
+        shots.append(draw(player, place(tmp_path / f"{name} unshaded", folder, low))[0])
         low = pose(manifest, *EYES["low"]) | {"reflection": None, "refraction": None}
-        shots.append(shown(player, place(tmp_path / f"{name} dull", folder, low))[0])
+        shots.append(draw(player, place(tmp_path / f"{name} dull", folder, low))[0])
         pictures[name] = shots
     low_shot = list(EYES).index("low")
-    for other in pictures["floats"][len(EYES) :]:  # shadows and the water's views are seen
+    for other in pictures["floats"][len(EYES) :]:  # shadows, reflection and refraction are visible
         assert (np.abs(pictures["floats"][low_shot] - other).max(axis=2) > 0.05).mean() > 0.002
     for floats, codes in zip(pictures["floats"], pictures["codes"], strict=True):
         off = np.abs(floats - codes).max(axis=2)
@@ -201,13 +201,13 @@ def test_codes_are_drawn_as_floats_are_in_every_view(player: Player, tmp_path: P
         assert (off > 4 / 255).mean() < 0.001
 
 
-def test_a_window_larger_than_the_bake_was_made_for_is_told_once(
+def test_a_window_larger_than_the_bake_covers_gives_one_warning(
     hilly: Path, player: Player, tmp_path: Path
 ) -> None:
     manifest = json.loads((hilly / "scene.json").read_text())
     manifest["terrain"]["demand"]["left_out"] = 7
     folder = place(tmp_path / "left_out", hilly, manifest)
-    words = "the scene was baked for 96 x 54 at most"
+    words = "the scene was baked for at most 96 x 54"
     for scene, size, times in (
         (folder, "96x55", 1),
         (folder, "200x54", 1),
@@ -219,7 +219,7 @@ def test_a_window_larger_than_the_bake_was_made_for_is_told_once(
         assert result.stderr.count(words) == times, (size, result.stderr)
 
 
-def test_a_tile_that_is_not_what_scene_json_says_is_refused_by_name(
+def test_a_tile_that_differs_from_scene_json_is_rejected_by_name(
     hilly: Path, player: Player, tmp_path: Path
 ) -> None:
     manifest = json.loads((hilly / "scene.json").read_text())

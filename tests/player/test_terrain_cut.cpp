@@ -18,10 +18,10 @@ using namespace paradize;
 namespace {
 
 using Corner = std::array<int, 2>;
-using Corners = std::array<Corner, 3>; // the right angle first, then the hypotenuse's ends
+using Corners = std::array<Corner, 3>; // the right angle first, then the ends of the hypotenuse
 
-/// A whole tree over a square of `side` (a power of two) metres, flat, whose errors and spheres are its own:
-/// not saturated, so that only the rule of the cut can keep it conforming.
+/// A complete tree over a flat square of `side` metres (a power of two). Errors and spheres are random and
+/// not saturated, so that only the rule of the cut keeps it conforming.
 struct Tree {
     assets::TerrainPatches patches;
     assets::TerrainDiamonds diamonds;
@@ -29,18 +29,18 @@ struct Tree {
     int side;
 
     explicit Tree(int length, std::uint32_t seed) : side(length), random_(seed) {
-        std::vector<std::pair<Corners, int>> level; // patches and the diamonds that made them
+        std::vector<std::pair<Corners, int>> level; // patches and their parent diamonds
         level.push_back({{{{side, 0}, {0, 0}, {side, side}}}, -1});
         level.push_back({{{{0, side}, {side, side}, {0, 0}}}, -1});
         for (std::uint32_t depth = 0; !level.empty(); ++depth) {
-            std::map<Hypotenuse, int> shared; // patches on each, then the diamond of it or -1
+            std::map<Hypotenuse, int> shared; // patches on each hypotenuse, then its diamond or -1
             for (const auto &[at, maker] : level) {
                 shared[hypotenuse(at)] += 1;
             }
             for (auto &[ends, patches_on_it] : shared) {
                 const Corner middle = middle_of(ends.first, ends.second);
                 const bool rim = middle[0] % side == 0 || middle[1] % side == 0;
-                const bool whole = patches_on_it == (rim ? 1 : 2); // else its neighbour was left out
+                const bool whole = patches_on_it == (rim ? 1 : 2); // otherwise its neighbour was left out
                 const bool finest = depth + 1 == static_cast<std::uint32_t>(
                                                      std::bit_width(static_cast<unsigned>(side * side)));
                 patches_on_it = -1;
@@ -101,9 +101,9 @@ struct Tree {
     std::mt19937 random_;
 };
 
-/// The rule as FORMAT.md has it, diamond after diamond.
-std::vector<std::uint32_t> by_the_rule(const Tree &tree, const CutEye &eye,
-                                       const std::vector<bool> &mark_resident) {
+/// The rule of FORMAT.md, applied diamond by diamond.
+std::vector<std::uint32_t> expected_cut(const Tree &tree, const CutEye &eye,
+                                        const std::vector<bool> &mark_resident) {
     const auto &[patches, diamonds, corners, side] =
         std::tie(tree.patches, tree.diamonds, tree.corners, tree.side);
     std::vector<bool> split(diamonds.size());
@@ -136,10 +136,10 @@ int side_of(const Corner &a, const Corner &b, const Corner &p) {
     return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
 }
 
-/// Does every quarter of every unit cell lie in exactly one patch? No patch cuts a quarter: all their borders
-/// are lines of the lattice or diagonals of its cells.
+/// True if every quarter of every unit cell lies in exactly one patch. Patches never cut a quarter, because
+/// their edges are grid lines or cell diagonals.
 bool covers_once(const Tree &tree, std::span<const std::uint32_t> cut) {
-    // Scaled by six, a quarter's inside holds the whole point 1 beside the middle of its cell.
+    // Scaled by six, the integer point at distance 1 from the cell's centre lies inside the quarter.
     const std::array<Corner, 4> quarters{{{1, 3}, {5, 3}, {3, 1}, {3, 5}}};
     std::vector<int> hits(static_cast<std::size_t>(tree.side * tree.side * 4));
     for (const std::uint32_t patch : cut) {
@@ -169,7 +169,7 @@ bool covers_once(const Tree &tree, std::span<const std::uint32_t> cut) {
     return std::ranges::all_of(hits, [](int count) { return count == 1; });
 }
 
-/// Is no corner of a patch inside an edge of another?
+/// True if no corner of a patch lies inside an edge of another patch.
 bool conforms(const Tree &tree, std::span<const std::uint32_t> cut) {
     std::set<Corner> corners;
     for (const std::uint32_t patch : cut) {
@@ -193,7 +193,7 @@ bool conforms(const Tree &tree, std::span<const std::uint32_t> cut) {
 
 } // namespace
 
-TEST_CASE("terrain cut: covers every place once, conforms, and is what the rule says, whatever has arrived") {
+TEST_CASE("terrain cut: covers every point once, conforms and follows the rule, whatever is resident") {
     for (std::uint32_t seed = 0; seed < 6; ++seed) {
         const Tree tree(32, seed);
         const auto count = static_cast<std::uint32_t>(tree.patches.size());
@@ -210,7 +210,7 @@ TEST_CASE("terrain cut: covers every place once, conforms, and is what the rule 
                                 static_cast<float>(random() % 48) - 8.0F};
                 eye.pixels_at_1m = static_cast<float>(1U << (random() % 8));
                 cut.update(eye);
-                const std::vector<std::uint32_t> expected = by_the_rule(tree, eye, mark_resident);
+                const std::vector<std::uint32_t> expected = expected_cut(tree, eye, mark_resident);
                 REQUIRE(std::ranges::equal(cut.patches(), expected));
                 sizes.insert(expected.size());
                 if (next >= 2) {
@@ -229,29 +229,29 @@ TEST_CASE("terrain cut: covers every place once, conforms, and is what the rule 
             }
         }
         CHECK(cut.resident_count() == count);
-        CHECK(sizes.size() > 8); // the eyes and what had arrived did make a difference
+        CHECK(sizes.size() > 8); // eye and resident patches made a difference
     }
 }
 
-TEST_CASE("terrain cut: the checks of this file see a hole, a double cover and a hanging corner") {
+TEST_CASE("terrain cut: these checks find a hole, an overlap and a hanging vertex") {
     const Tree tree(8, 1);
     CHECK(covers_once(tree, std::array<std::uint32_t, 2>{0, 1}));
     CHECK(conforms(tree, std::array<std::uint32_t, 2>{0, 1}));
     CHECK_FALSE(covers_once(tree, std::array<std::uint32_t, 1>{0}));
     CHECK_FALSE(covers_once(tree, std::array<std::uint32_t, 3>{0, 1, 2}));
     // One root, and the halves of the other.
-    std::vector<std::uint32_t> torn{1};
+    std::vector<std::uint32_t> broken_cut{1};
     for (std::uint32_t patch = 2; patch < 6; ++patch) {
         const Corners &at = tree.corners[patch];
         if (side_of({0, 0}, {8, 8}, at[1]) < 0 || side_of({0, 0}, {8, 8}, at[2]) < 0) {
-            torn.push_back(patch);
+            broken_cut.push_back(patch);
         }
     }
-    CHECK(covers_once(tree, torn));
-    CHECK_FALSE(conforms(tree, torn));
+    CHECK(covers_once(tree, broken_cut));
+    CHECK_FALSE(conforms(tree, broken_cut));
 }
 
-TEST_CASE("terrain cut: from far away the roots, from near the finest, and the error in between is kept") {
+TEST_CASE("terrain cut: roots from far away, the finest from near, and the error limit holds in between") {
     const Tree tree(32, 3);
     TerrainCut cut(tree.patches, tree.diamonds);
     for (std::uint32_t patch = 0; patch < tree.patches.size(); ++patch) {
@@ -264,7 +264,7 @@ TEST_CASE("terrain cut: from far away the roots, from near the finest, and the e
         const int diamond = tree.patches.diamond[patch];
         CHECK((diamond < 0 || tree.diamonds.error_m[static_cast<std::size_t>(diamond)] == 0.0F));
     }
-    // Where nothing hinders it, no diamond of the cut is seen with more than the accepted error.
+    // With everything resident, no diamond of the cut exceeds the accepted error.
     const CutEye eye{{3.0F, 2.0F, 5.0F}, 20.0F, 0.5F, 1.0F};
     cut.update(eye);
     std::size_t looked_at = 0;

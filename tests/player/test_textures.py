@@ -1,4 +1,4 @@
-"""What the player samples: supercompressed files, BC7, 16-bit maps. They look like their plain kin."""
+"""Compressed files, BC7 and 16-bit maps look like their plain counterparts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.pictures import load
 from tests.player.synthetic import identity, texture, write_scene
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
-COLOR = (201, 61, 41)  # odd, so that one parity bit does for all channels
+COLOR = (201, 61, 41)  # odd, so that one parity bit fits all channels
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def variant(scene: Path, folder: Path, files: dict[str, bytes]) -> Path:
-    """The scene with other bytes for some artifacts."""
+    """The scene with some artifacts replaced."""
     shutil.copytree(scene, folder)
     manifest = json.loads((folder / "scene.json").read_text())
     for name, data in files.items():
@@ -60,7 +60,7 @@ def solid_bc7(color: tuple[int, int, int], size: int) -> bytes:
 
 
 @pytest.mark.parametrize("level", [1, 19])
-def test_a_supercompressed_scene_looks_as_the_plain_one(
+def test_a_compressed_scene_looks_like_the_plain_one(
     player: Player, scene: Path, tmp_path: Path, level: int
 ) -> None:
     entries = json.loads((scene / "scene.json").read_text())["artifacts"]
@@ -73,7 +73,7 @@ def test_a_supercompressed_scene_looks_as_the_plain_one(
     zstd = variant(scene, tmp_path / "zstd", packed)
     plain = picture(player, scene, tmp_path / "plain.png")
     assert picture(player, zstd, tmp_path / "zstd.png") == plain
-    # Streaming in: each numbered frame of each run too.
+    # Also every frame while the scene streams in.
     for folder in (scene, zstd):
         picture_name = tmp_path / folder.name / "frame.png"
         result = player(folder, "--frames", 3, "--screenshot", picture_name)
@@ -94,12 +94,12 @@ def test_bc7_shows_the_colour_that_it_holds(player: Player, scene: Path, tmp_pat
         pictures[name] = load(path)
     picture(player, scene, tmp_path / "other.png")
     assert np.array_equal(pictures["bc7"], pictures["packed"])
-    # Rasterisers turn sRGB to linear light in different code for plain and for block formats.
+    # Rasterisers decode sRGB differently for plain and for block formats.
     assert np.abs(pictures["bc7"] - pictures["plain"]).max() <= 1.01 / 255
     assert np.abs(pictures["bc7"] - load(tmp_path / "other.png")).max() > 20 / 255
 
 
-def test_a_driver_without_bc7_is_told_with_a_mend(player: Player, scene: Path, tmp_path: Path) -> None:
+def test_without_bc7_the_message_has_a_remedy(player: Player, scene: Path, tmp_path: Path) -> None:
     folder = variant(scene, tmp_path / "bc7", {"box_color": solid_bc7(COLOR, 64)})
     without = {"MESA_EXTENSION_OVERRIDE": "-GL_ARB_texture_compression_bptc"}
     result = player(folder, "--screenshot", tmp_path / "a.png", env=without)
@@ -109,10 +109,10 @@ def test_a_driver_without_bc7_is_told_with_a_mend(player: Player, scene: Path, t
     assert not (tmp_path / "a.png").exists()
 
 
-def test_sixteen_bit_normals_and_shakes_look_as_those_of_eight_bits_do(
+def test_sixteen_bit_normals_and_dudv_look_like_eight_bit_ones(
     player: Player, scene: Path, tmp_path: Path
 ) -> None:
-    """127 steps of 8 bits lie exactly on steps of 16 bits only at 0 and the ends: so these are used."""
+    """Uses only 0 and the ends, where 8-bit and 16-bit SNORM are equal."""
     y, x = np.mgrid[0:16, 0:16]
     signs = np.dstack([(x // 4 + y // 4) % 3 - 1, (x // 8) % 2]).astype(np.int16)
     eight = texture("RG8_SNORM", (127 * signs).astype(np.int8))
@@ -126,7 +126,7 @@ def test_sixteen_bit_normals_and_shakes_look_as_those_of_eight_bits_do(
 
 
 @pytest.mark.parametrize("damage", ["header", "end", "cut"])
-def test_a_damaged_frame_ends_the_show_with_its_name(
+def test_a_damaged_level_ends_playback_with_the_file_name(
     player: Player, scene: Path, tmp_path: Path, damage: str
 ) -> None:
     noise = np.random.default_rng(3).integers(0, 256, (64, 64, 4), dtype=np.uint8)
@@ -135,7 +135,7 @@ def test_a_damaged_frame_ends_the_show_with_its_name(
     if damage == "header":
         packed[first] ^= 0xFF
     elif damage == "end":
-        packed[first + 9 : first + 12] = b"\xff\xff\xff"  # the first block: of a kind that does not exist
+        packed[first + 9 : first + 12] = b"\xff\xff\xff"  # the first block has an invalid type
     else:
         packed[88:96] = (size - 1).to_bytes(8, "little")
     folder = variant(scene, tmp_path / "bad", {"box_color": bytes(packed)})

@@ -1,4 +1,4 @@
-"""The player's trade as groups of tradeoff.json."""
+"""The player's quality features in tradeoff.json."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.player.synthetic import write_scene
 PLAYER = ROOT / "build/bin/paradize-player"
 
 
-def test_every_trade_of_the_scene_is_timed_and_held_to_the_reference(tmp_path: Path) -> None:
+def test_every_quality_feature_is_timed_and_compared_with_the_reference(tmp_path: Path) -> None:
     folder = write_scene(tmp_path / "scene")
     told: list[str] = []
     groups = list(
@@ -46,7 +46,7 @@ def test_every_trade_of_the_scene_is_timed_and_held_to_the_reference(tmp_path: P
             assert point["seconds"]["runs"] == 2
             assert 0.0 < point["error"]["mean"] <= point["error"]["p99"] <= point["error"]["max"] <= 1.0
             assert point["error"]["value"] == point["error"]["mean"]
-    # The same folder under another name is the same picture.
+    # The same folder under another name gives the same picture.
     same = groups[-1]["points"]
     assert same[0]["error"] == same[1]["error"]
     assert same[0]["bytes"] == same[1]["bytes"] > 0
@@ -55,7 +55,7 @@ def test_every_trade_of_the_scene_is_timed_and_held_to_the_reference(tmp_path: P
     assert len(told) == 1 + int(told[0].partition("/")[2].split()[0])
 
 
-def test_a_player_that_draws_nothing_is_told_in_its_own_words(tmp_path: Path) -> None:
+def test_a_player_that_fails_is_reported_with_its_own_message(tmp_path: Path) -> None:
     folder = write_scene(tmp_path / "scene")
     (folder / "sky.ktx2").unlink()
     with pytest.raises(BakeError, match=r"sky\.ktx2"):

@@ -8,7 +8,7 @@
 
 using namespace paradize;
 
-TEST_CASE("streaming: pieces cover every byte of a texture once and stay small") {
+TEST_CASE("upload plan: chunks cover every byte of a texture once and stay small") {
     const test::Bytes file = test::ktx2_file(assets::PixelFormat::bc3_srgb, 2048, 1024);
     const assets::Ktx2 ktx = assets::read_ktx2(file, "a.ktx2");
     std::vector<assets::UploadChunk> chunks;
@@ -28,7 +28,7 @@ TEST_CASE("streaming: pieces cover every byte of a texture once and stay small")
     }
 }
 
-TEST_CASE("streaming: something coarse of everything comes before anything fine, finer after coarser") {
+TEST_CASE("upload plan: coarse data of all artifacts comes first, finer after coarser") {
     const test::Bytes image = test::ktx2_file(assets::PixelFormat::rgba8_srgb, 512, 512);
     const test::Bytes model = test::glb_file(test::glb_json());
     const assets::Ktx2 ktx = assets::read_ktx2(image, "a.ktx2");

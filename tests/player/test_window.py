@@ -1,4 +1,4 @@
-"""The player in a window, on a display of its own (Xvfb): its picture, its keys, its mouse."""
+"""The player in a window on a virtual display (Xvfb): picture, keys, mouse."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.fixture(scope="module")
 def bare(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A box before nothing: a picture that only the camera changes."""
+    """A box on an empty background, so that only the camera changes the picture."""
     return write_scene(tmp_path_factory.mktemp("window") / "bare", bare=True)
 
 
@@ -50,13 +50,13 @@ def test_a_window_s_picture_is_the_headless_one(player: Player, bare: Path, tmp_
         assert (tmp_path / f"window{name}").read_bytes() == (tmp_path / f"headless{name}").read_bytes()
 
 
-def test_any_key_ends_the_show(bare: Path) -> None:
+def test_any_key_ends_playback(bare: Path) -> None:
     result = on_a_display(sys.executable, PRESS, "Left", "end", "--", PLAYER, bare, "--json")
     assert result.returncode == 0, result.stderr
     assert json.loads(result.stdout)["frames"] > 0
 
 
-def test_a_sound_that_is_no_sound_does_not_stop_the_show(tmp_path: Path) -> None:
+def test_an_invalid_sound_does_not_stop_playback(tmp_path: Path) -> None:
     scene = write_scene(tmp_path / "scene", bare=True)
     manifest = json.loads((scene / "scene.json").read_text())
     noise = b"OggS, or so it says"
@@ -69,7 +69,7 @@ def test_a_sound_that_is_no_sound_does_not_stop_the_show(tmp_path: Path) -> None
     assert "no sound" in result.stderr
 
 
-def test_interactive_keys_and_mouse_move_the_camera_and_only_escape_ends(bare: Path) -> None:
+def test_in_interactive_mode_keys_and_mouse_move_the_camera_and_only_escape_ends(bare: Path) -> None:
     steps = [
         "still",
         "hold:w",

@@ -1,5 +1,5 @@
-// Preloaded into the player by test_frame_cost.py: counts what the program's own code allocates with operator
-// new, and says so at the end. What libraries allocate, the graphics driver above all, is their own.
+// Preloaded into the player by test_frame_cost.py. Counts the calls of operator new from the player's own
+// code and prints the count at exit. Allocations of libraries, such as the graphics driver, are not counted.
 
 #include <atomic>
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace {
 
 std::atomic<unsigned long> count{0};
 
-/// Where the program's code lies in memory.
+/// Address range of the player's code.
 struct Program {
     std::uintptr_t first = 0, last = 0;
 
@@ -27,7 +27,7 @@ struct Program {
                         range.last = range.first + part.p_memsz;
                     }
                 }
-                return 1; // the first is the program
+                return 1; // the first object is the program
             },
             this);
     }

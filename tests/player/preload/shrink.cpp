@@ -1,7 +1,6 @@
-// Preloaded into the player by tests/pipeline/readers/test_files.py: cuts a file to half its length at one
-// moment of its being read: right after it was opened ("open"), after its size was asked for ("stat"), after
-// its first bytes came
-// ("read"), or as it is closed ("close").
+// Preloaded into the player by tests/pipeline/readers/test_files.py. Truncates a file to half its length
+// while it is read: after it was opened ("open"), after its size was read ("stat"), after its first bytes
+// were read ("read"), or when it is closed ("close").
 
 #include <cstdarg>
 #include <cstdlib>
@@ -22,7 +21,7 @@ Call real(const char *name) {
     return reinterpret_cast<Call>(::dlsym(RTLD_NEXT, name));
 }
 
-/// Cuts the file behind the descriptor when it is the one and this is the moment.
+/// Truncates the file behind the descriptor, if it is the chosen file and moment.
 void moment(const char *now, int descriptor) {
     const char *file = std::getenv("PARADIZE_SHRINK_FILE");
     const char *when = std::getenv("PARADIZE_SHRINK_AT");
