@@ -1,6 +1,6 @@
-"""Makes every source of the island again: python raw_assets/make/all.py [FOLDER], else raw_assets itself.
+"""Generates all sources of the island: python raw_assets/make/all.py [FOLDER]; default: raw_assets.
 
-Images come out the same on every machine to within one step of their last bit; the sound's samples likewise.
+Images and sound are the same on every machine up to one step of the last bit.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MAKERS = (terrain, sand, effect, water, sky, sound, palm, jetty)
 
 
 def main(arguments: list[str]) -> int:
-    """Runs each maker into the folder given; exit status 0, or 2 where the usage is wrong."""
+    """Runs every generator. Returns exit code 0, or 2 for wrong usage."""
     if len(arguments) > 1 or any(a.startswith("-") for a in arguments):
         print("usage: python raw_assets/make/all.py [FOLDER]", file=sys.stderr)
         return 2

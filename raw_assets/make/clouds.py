@@ -1,10 +1,10 @@
-"""Cumulus low over the sea, for the sky: small volumes of vapour, lit through, seen from afar.
+"""Cumulus clouds over the horizon: small lit volumes, seen from afar.
 
-Each cloud is its own box of density: heaps of round puffs on a flat base, eaten into by noise. The box is
-seen along one axis, so that light and sight are sums along its slices: sunlight by sweeping the box slice by
-slice away from the sun, sight by compositing front to back. Several scatterings are stood in for by octaves
-of weaker absorption, after M. Wrenninge, C. Kulla and V. Lundqvist, "Oz: The Great and Volumetric", 2013; the
-bright rim towards the sun is the phase function's.
+Each cloud is a box of densities: round puffs on a flat base, eroded by noise. The box is seen along one axis,
+so that light and view rays are sums over its slices: sunlight slice by slice away from the sun, the view by
+compositing front to back. Octaves of weaker absorption approximate multiple scattering: M. Wrenninge, C.
+Kulla and V. Lundqvist, "Oz: The Great and Volumetric", 2013. The phase function gives the bright rim towards
+the sun.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ HAZE = np.array([0.93, 0.83, 0.75])
 
 @dataclass(frozen=True)
 class Cloud:
-    """Where a cloud stands: bearing and half width in degrees, base, aspect, share of haze, its seed."""
+    """A cloud: bearing and half width in degrees, base, aspect, share of haze, seed."""
 
     azimuth_deg: float
     half_width_deg: float
@@ -39,7 +39,7 @@ class Cloud:
 
 
 def sky_of_clouds() -> list[Cloud]:
-    """The clouds of this sky, farthest first: two uneven belts round the horizon."""
+    """The clouds, farthest first: two uneven belts along the horizon."""
     belts = []
     for belt, (count, width, base, haze) in enumerate(((17, 9.0, 0.3, 0.50), (13, 15.0, 1.5, 0.16))):
         pick = uniform((count, 4), 301 + belt)
@@ -61,7 +61,7 @@ def density(cloud: Cloud) -> Array:
     pick = uniform((26, 4), cloud.seed)
     field = np.full(BOX, -1.0)
     for a, b, c, d in pick:
-        across = (a + pick[int(26 * b), 0]) * 0.5 - 0.5  # two draws: heaped towards the middle
+        across = (a + pick[int(26 * b), 0]) * 0.5 - 0.5  # mean of two numbers: denser in the middle
         reach = 1.0 - (abs(across) / 0.5) ** 1.5
         radius = (0.035 + 0.075 * d) * (0.45 + 0.65 * reach)
         lift = 0.20 * cloud.height + (cloud.height * 0.62 - radius) * c * reach * (0.35 + 0.65 * d)
@@ -79,7 +79,7 @@ def density(cloud: Cloud) -> Array:
 
 
 def _shifted(plane: Array, rows: float, columns: float) -> Array:
-    """A plane moved by a fraction of pixels, zeros coming in; bilinear."""
+    """A plane shifted by a fraction of pixels, bilinear; zeros outside."""
     for axis, amount in ((0, rows), (1, columns)):
         whole = int(np.floor(amount))
         part = amount - whole
@@ -109,7 +109,7 @@ def sun_depth(field: Array, sun: Array, height: float) -> Array:
 
 
 def render(cloud: Cloud, sun: Array) -> Array:
-    """The cloud as seen: (up, across, 4), row 0 at the base, premultiplied radiance and cover."""
+    """The rendered cloud: (up, across, 4), row 0 at the base, premultiplied radiance and opacity."""
     azimuth = np.radians(cloud.azimuth_deg)
     right = np.array([np.cos(azimuth), 0.0, np.sin(azimuth)])
     away = np.array([np.sin(azimuth), 0.0, -np.cos(azimuth)])
@@ -147,7 +147,7 @@ def _pictures(sun: tuple[float, float, float]) -> list[tuple[Cloud, Array]]:
 
 
 def over(direction: Array, sky: Array, sun: Array) -> Array:
-    """The sky with its clouds before it; direction, sky : (..., 3)."""
+    """Composites the clouds over the sky; direction, sky : (..., 3)."""
     azimuth = np.degrees(np.arctan2(direction[..., 0], -direction[..., 2]))
     elevation = np.degrees(np.arcsin(np.clip(direction[..., 1], -1.0, 1.0)))
     result = sky.copy()

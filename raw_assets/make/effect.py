@@ -1,9 +1,9 @@
-"""terrain/effect.png and terrain/effect_height.png: what lies on the ground, over the whole terrain.
+"""terrain/effect.png and terrain/effect_height.png: details of the whole terrain.
 
-Drawn from the terrain's own heightmap: wind ripples on the dunes, a wet band and a line of shells on the
-beach, wave ripples, starfish, sea grass and corals on the sea floor. The first file is their colour, the
-second their relief, from which the terrain's normal map is baked. Row 0 at -Z, column 0 at -X; a texel is a
-square of 0.098 m.
+Placed by the terrain's heightmap: wind ripples on the dunes, a wet band and shells on the beach, wave
+ripples, starfish, sea grass and corals on the sea floor. The first file is the colour. The second is the
+relief, from which the terrain's normal map is baked. Row 0 at -Z, column 0 at -X; a texel is a square of
+0.098 m.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from picture import hex_color, write_image
 PIXELS = 2048
 TEXEL_M = terrain.SIZE_M / PIXELS
 RELIEF_LOW_M, RELIEF_HIGH_M = -0.12, 0.28  # relief of grey levels 0 and 65535
-RELIEF_STEP = 16  # grey levels are multiples of this: finer ones would only be noise that does not compress
+RELIEF_STEP = 16  # grey levels are multiples of this, because finer noise does not compress
 
 DRY, WET, FLOOR, DEEP = (hex_color(c) for c in ("#E8D3A2", "#C3A676", "#E4DAB9", "#BFC0A8"))
 HOLLOW, GRASS, RUBBLE = (hex_color(c) for c in ("#8F7A58", "#66845A", "#77705A"))
@@ -32,7 +32,7 @@ CORALS = ("#C98F86", "#DDAF8E", "#B98A9C", "#D6BA92", "#C77F6E")
 
 
 def spread(field: Array) -> Array:
-    """A field whose pixels are vertices, read at the texels' centres: bilinear, (2048, 2048)."""
+    """Samples a vertex grid at texel centres, bilinear: (2048, 2048)."""
     position = (np.arange(PIXELS) + 0.5) / PIXELS * (field.shape[0] - 1)
     first = np.minimum(np.floor(position).astype(np.int64), field.shape[0] - 2)
     part = position - first
@@ -41,14 +41,14 @@ def spread(field: Array) -> Array:
 
 
 def broad(cell_m: float, seed: int, octaves: int = 3) -> Array:
-    """Soft noise of the given cell size over the terrain, deviation about 1: (2048, 2048)."""
+    """Smooth noise with the given cell size, standard deviation about 1: (2048, 2048)."""
     x, z = terrain.grid_m(513)
     return spread(3.0 * fbm(x / cell_m, z / cell_m, seed, octaves))
 
 
 def ripples(length_m: float, toward: tuple[float, float], fan: float, seed: int) -> Array:
-    """Ripple crests -1..1 across a direction (x, z), forking where they meet: a narrow band of waves."""
-    count = terrain.SIZE_M / 2 / length_m  # waves per tile: the pattern lies twice along each side
+    """Ripples in -1..1 across a direction (x, z): a narrow band of waves, whose crests fork."""
+    count = terrain.SIZE_M / 2 / length_m  # waves per tile; the tile repeats twice along each side
 
     def weight(kx: Array, ky: Array) -> Array:
         k = np.hypot(kx, ky)
@@ -63,9 +63,9 @@ def ripples(length_m: float, toward: tuple[float, float], fan: float, seed: int)
 
 
 def scatter(spacing_m: float, seed: int, wanted: Array) -> list[tuple[tuple[float, float], Array]]:
-    """Points over the terrain, one at most per cell of the spacing, kept with the chance `wanted` there.
+    """Random points, at most one per cell of the spacing, kept with the probability `wanted` at the point.
 
-    Each is ((column, row) in texels, eight draws 0..1).
+    Each is ((column, row) in texels, eight random numbers in 0..1).
     """
     cells = int(terrain.SIZE_M / spacing_m)
     pick = uniform((cells, cells, 11), seed)
@@ -77,7 +77,7 @@ def scatter(spacing_m: float, seed: int, wanted: Array) -> list[tuple[tuple[floa
 
 
 class Ground:
-    """The picture in the making: color (2048, 2048, 3) sRGB, relief (2048, 2048) metres above the terrain."""
+    """The picture: color (2048, 2048, 3) sRGB, relief (2048, 2048) in metres above the terrain."""
 
     def __init__(self, color: Array, relief: Array) -> None:
         self.color = color
@@ -86,7 +86,7 @@ class Ground:
     def stamp(
         self, point: tuple[float, float], reach: float, shade: Array, rise_m: float, draw: strokes.Stroke
     ) -> None:
-        """Blends a shape in about a point (column, row): its colour and its height."""
+        """Blends the colour and height of a shape at a point (column, row)."""
         column, row = point
         x0, x1 = max(0, int(column - reach)), min(PIXELS, int(column + reach) + 2)
         y0, y1 = max(0, int(row - reach)), min(PIXELS, int(row + reach) + 2)
@@ -100,17 +100,16 @@ class Ground:
 
 
 def bare_ground(height: Array) -> Ground:
-    """The sand itself, dry and wet and under water, with its ripples; height : (2048, 2048) metres."""
+    """Dry, wet and submerged sand with ripples; height : (2048, 2048) metres."""
     tone, hue, patch = broad(14.0, 11, 4), broad(9.0, 17), broad(4.0, 23)
-    line = (
-        height - 0.05 - 0.045 * broad(9.0, 29, 2) - 0.02 * broad(2.6, 31, 2)
-    )  # how far up the last waves ran
+    # height of the last waves on the beach
+    line = height - 0.05 - 0.045 * broad(9.0, 29, 2) - 0.02 * broad(2.6, 31, 2)
     wet = smoothstep(0.10, -0.08, line)
     under = smoothstep(0.06, -0.40, height)
     color = DRY + (WET - DRY) * wet[:, :, None]
     color = color + (FLOOR - color) * under[:, :, None]
     color = color + (DEEP - color) * smoothstep(-2.5, -9.0, height)[:, :, None]
-    # relief: wind ripples where it is dry, wave ripples under water, grain
+    # relief: wind ripples on dry sand, wave ripples under water, grains
     calm = 0.65 + 0.35 * np.clip(broad(11.0, 37, 2), -1.0, 1.0)
     wind = calm * ripples(0.62, terrain.WIND, 0.16, 41) * smoothstep(0.6, 1.7, height + 0.12 * tone)
     turn = smoothstep(-0.7, 0.7, broad(26.0, 53, 2))
@@ -124,7 +123,7 @@ def bare_ground(height: Array) -> Ground:
 
 
 def grow(ground: Ground, height: Array) -> None:
-    """Sea grass in soft meadows and coral heads on rubble, on the outer shelf."""
+    """Sea grass meadows and corals on the outer shelf."""
     shelf = smoothstep(-1.9, -3.0, height) * smoothstep(-8.5, -5.5, height)
     meadow = smoothstep(0.55, 1.35, broad(19.0, 71, 3) + 0.4 * broad(3.0, 73, 3)) * shelf
     blades = 0.5 + 0.5 * ripples(0.42, (0.3, 0.95), 0.9, 79)
@@ -148,7 +147,7 @@ def grow(ground: Ground, height: Array) -> None:
 
 
 def strew(ground: Ground, height: Array) -> None:
-    """Shells along the beach, most where the waves leave them, and starfish on the floor of the shallows."""
+    """Shells along the beach, most of them near the water line, and starfish in shallow water."""
     drift = 0.24 + 0.05 * broad(8.0, 91, 2)
     line = np.exp(-(((height - drift) / 0.06) ** 2))
     beach = smoothstep(0.02, 0.15, height) * smoothstep(1.1, 0.5, height)
@@ -171,7 +170,7 @@ def strew(ground: Ground, height: Array) -> None:
 
 
 def litter(ground: Ground) -> None:
-    """What lies about the palm's foot: sand darkened by the fibres that fell on it, heaped up by the wind."""
+    """The sand around the palm: darkened by fallen fibres, piled up by the wind."""
     column, row = ((v / terrain.SIZE_M + 0.5) * PIXELS for v in terrain.PALM)
     ground.stamp((column, row), 2.6 / TEXEL_M, FIBRE, -0.05, strokes.hollow(0.62 / TEXEL_M, 0.62))
     for a, b, c, d in uniform((70, 4), 99):
@@ -183,7 +182,7 @@ def litter(ground: Ground) -> None:
 
 @cache
 def painted() -> Ground:
-    """The whole ground."""
+    """The complete picture."""
     height = spread(terrain.heights_m())
     ground = bare_ground(height)
     grow(ground, height)

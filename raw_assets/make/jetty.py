@@ -1,9 +1,9 @@
-"""Models the jetty: planks on stringers and cross beams, on pairs of poles that go down below the sea floor.
+"""Models the jetty: planks on stringers and cross beams, on pairs of poles that end below the sea floor.
 
 Usage: python jetty.py RAW_ASSETS
-Local axes: it starts at the origin on the beach, runs 25 m along +Z into the sea, 2 m wide along X, and the
-deck's height is y = 0 but for the first metres, which lead down to the sand. The poles are weathered for a
-sea 1.2 m below the deck. Metres.
+Local axes, metres: the jetty starts at the origin on the beach, runs 25 m along +Z into the sea and is 2 m
+wide along X. The deck is at y = 0, except for the first metres, which descend to the sand. The poles are
+weathered for a sea level 1.2 m below the deck.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Ints = NDArray[np.int64]
 LENGTH_M = 25.0
 HALF_WIDTH_M = 1.0
 THICK_M = 0.042
-RAMP_M, RAMP_DROP_M = 4.2, 0.82  # the first metres rise from the sand to the deck
+RAMP_M, RAMP_DROP_M = 4.2, 0.82  # the deck rises from the sand over this length
 FRAMES = 11  # pairs of poles
 FRAME_M = 2.4
 POLE_X_M = 1.14
@@ -38,7 +38,7 @@ POLE_SIDES = 10
 
 @dataclass(frozen=True)
 class Plank:
-    """One plank as laid: its pattern and how it is turned, its middle, sizes (m), small angles (rad)."""
+    """One plank: pattern and orientation, centre, sizes (m), small angles (rad)."""
 
     pattern: int
     turned: bool  # end for end
@@ -51,22 +51,23 @@ class Plank:
     lift: float
     yaw: float
     roll: float
-    bow: float  # rise of its middle over its ends
+    bow: float  # height of the middle above the ends
     twist: float
 
 
 def deck_y(z: float) -> float:
-    """Height of the deck's surface over the jetty's length."""
+    """Height of the deck at a position along the jetty."""
     return -RAMP_DROP_M * (1.0 - float(smoothstep(0.0, 1.0, np.array(z / RAMP_M))))
 
 
 def deck_slope(z: float) -> float:
-    """Rise of the deck along +Z."""
+    """Slope of the deck along +Z."""
     return (deck_y(z + 0.05) - deck_y(z - 0.05)) / 0.1
 
 
 def planks() -> list[Plank]:
-    """The deck from the beach outwards: uneven gaps, ends, tilt; two planks gone, one broken, some warped."""
+    """The planks from the beach outwards, with uneven gaps, ends and tilt. Two are missing, one is broken,
+    some are warped."""
     laid: list[Plank] = []
     z, k = 0.10, 0
     gone, broken = (61, 104), 83
@@ -110,7 +111,7 @@ PROFILE = ((-1, 1.0, 0), (-1, 0.16, 20), (-0.9, 0.0, 24), (0.9, 0.0, 92), (1, 0.
 
 
 def add_plank(model: Model, plank: Plank) -> None:
-    """A plank: top, chamfers and sides smooth in one piece; bottom and end grain apart."""
+    """Adds a plank: top, chamfers and sides as one smooth patch, bottom and ends as separate patches."""
     sections = 5 if plank.bow or plank.twist else 2
     x0, y0 = atlas.plank_corner(plank.pattern)
     slope = math.atan(deck_slope(plank.z))
@@ -181,12 +182,12 @@ def add_timber(
 
 
 def foot_y(z: float) -> float:
-    """Where the poles end: well below the sea floor, which falls away with z."""
+    """Height of the poles' lower ends, below the sea floor, which descends with z."""
     return -2.5 - 4.3 * (z / LENGTH_M) ** 2
 
 
 def add_pole(model: Model, number: int, x: float, z: float, top: float) -> None:
-    """A pole: a leaning, lumpy, tapering cylinder with a slanting, worn top."""
+    """Adds a pole: a leaning, uneven, tapering cylinder with a slanted, worn top."""
     r = [rand(32 * number + i, 23) for i in range(32)]
     pattern = (number * 3 + int(r[0] * 2.0)) % atlas.POLES
     x0, y0 = atlas.pole_corner(pattern)
@@ -237,12 +238,12 @@ def add_pole(model: Model, number: int, x: float, z: float, top: float) -> None:
 
 
 def frames() -> list[float]:
-    """Where along the jetty its pairs of poles stand."""
+    """Positions of the pairs of poles along the jetty."""
     return [0.7 + FRAME_M * k for k in range(FRAMES)]
 
 
 def add_poles(model: Model) -> None:
-    """Poles in pairs: some rise above the deck, some are cut off below it; the last pair is tall."""
+    """Adds the pairs of poles. Some rise above the deck, some end below it; the last pair is tall."""
     for number in range(2 * FRAMES):
         k, sign = number // 2, 1.0 if number % 2 else -1.0
         chance = rand(number, 31)
@@ -253,7 +254,7 @@ def add_poles(model: Model) -> None:
 
 
 def add_beams(model: Model) -> None:
-    """Cross beams from pole to pole, braces where the water is deep, stringers from frame to frame."""
+    """Adds cross beams between poles, braces in deep water, and stringers between frames."""
     under = -THICK_M - 0.004
     forward, aside = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
     for k, z in enumerate(frames()):

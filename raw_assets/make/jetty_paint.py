@@ -1,6 +1,6 @@
 """Paints the jetty's atlas: nine planks (top and sides), their end grain, four poles, and the poles' tops.
 
-Painted at twice the atlas's size and halved. Lightness doubles as height.
+Painted at twice the atlas's size and downsampled. Lightness is also used as height.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ GUTTER = 16
 
 PLANKS = 9
 LENGTH = 968  # pixels of a plank's 2 m, and of a pole's height
-TOP, SIDE, CHAMFER = 76, 20, 4  # pixels across a plank: top with its chamfers, each side
+TOP, SIDE, CHAMFER = 76, 20, 4  # pixels across a plank: top with chamfers, and each side
 BAND = TOP + 2 * SIDE
 COLUMN_X = (24, 1040)
 PLANK_LENGTH_M = 2.0
 PX_PER_M = TOP / 0.15
 
 POLES = 4
-POLE_BAND = 128  # once round a pole
+POLE_BAND = 128  # circumference of a pole
 POLE_Y = 424
-POLE_TOP_M, POLE_BEND_M, POLE_FOOT_M = 1.1, -1.7, -6.9  # heights that a pole's length is stretched over
-POLE_BEND = 700  # pixels from the top to POLE_BEND_M; the rest lies under water
-WATERLINE_M = -1.2  # height of the sea in the jetty's own axes
+POLE_TOP_M, POLE_BEND_M, POLE_FOOT_M = 1.1, -1.7, -6.9  # range of heights along a pole
+POLE_BEND = 700  # pixels from the top to POLE_BEND_M; the rest is under water
+WATERLINE_M = -1.2  # sea level in the jetty's local axes
 
 END_Y = 832
 CAP_RADIUS, CAP_Y = 42, 924
@@ -50,17 +50,17 @@ def end_corner(k: int) -> tuple[int, int]:
 
 
 def pole_corner(k: int) -> tuple[int, int]:
-    """Top left pixel of pole k's island: its top at the left, its foot at the right."""
+    """Top left pixel of pole k's island; the pole's top is at the left, its foot at the right."""
     return COLUMN_X[1], POLE_Y + 148 * k
 
 
 def cap_center(k: int) -> tuple[int, int]:
-    """Middle of the disc that is pole k's cut top."""
+    """Centre of the disc of pole k's top."""
     return COLUMN_X[0] + 66 + 106 * k, CAP_Y
 
 
 def pole_pixel(height_m: float) -> float:
-    """Pixels from a pole's top for a height above the deck."""
+    """Pixels from the pole's top to a height above the deck."""
     if height_m >= POLE_BEND_M:
         return (POLE_TOP_M - height_m) / (POLE_TOP_M - POLE_BEND_M) * POLE_BEND
     return POLE_BEND + (POLE_BEND_M - height_m) / (POLE_BEND_M - POLE_FOOT_M) * (LENGTH - POLE_BEND)
@@ -74,7 +74,7 @@ def pole_height(pixel: Floats) -> Floats:
 
 
 def paint_plank(k: int) -> Floats:
-    """One plank, unfolded: side, top, side; (BAND + 16, LENGTH + 16, 3) with its gutters."""
+    """One unfolded plank with gutters: side, top, side; (BAND + 16, LENGTH + 16, 3)."""
     seed = 1000 + 37 * k
     g = GUTTER // 2
     rows, columns = 2 * (BAND + 2 * g), 2 * (LENGTH + 2 * g)
@@ -83,7 +83,7 @@ def paint_plank(k: int) -> Floats:
     r = [rand(i, seed) for i in range(16)]
     bent, knot, knot_rings = around(x, q, knots_of(seed + 1, int(0.4 + 4.2 * r[0]), 2.0, 0.15))
     bent += 0.0040 * fbm(x * 1.3, q * 5.0, seed + 2, 3)
-    # year rings as the saw cut them: arches where the cut ran flat past the heart, straight lines elsewhere
+    # annual rings: arches where the cut is tangential, straight lines elsewhere
     heart = 0.15 * (0.15 + 0.7 * r[1])
     far = 0.012 + 0.10 * r[2] * r[2]
     depth = far + (r[3] - 0.5) * 0.045 * x + 0.006 * noise(x * 1.6, x * 0.0, seed + 3)
@@ -100,7 +100,7 @@ def paint_plank(k: int) -> Floats:
     light = 0.54 + (0.12 + 0.16 * wear) * (late * strong - 0.35) + 0.20 * fibre - 0.14 * pores + 0.15 * cloud
     light += 0.10 * (r[5] - 0.5)
     color = ramp(WOOD, light)
-    # each plank its own age: silvered, brown, or rosy
+    # a tint per plank: grey, brown or reddish
     tint = (
         rgb("#f6f4f0"), rgb("#fbeeda"), rgb("#f8e6d4"), rgb("#ebecea"), rgb("#fff7ea"),
     )[int(r[6] * 5.0)]  # fmt: skip
@@ -110,7 +110,7 @@ def paint_plank(k: int) -> Floats:
     color = mix(color, dark_knot, 0.85 * knot)
     halo = 1.0 - step(0.0, 1.0, np.abs(knot - 0.5) * 2.0)
     color *= (1.0 - 0.35 * halo)[..., None]
-    # nails where the stringers run, their rust drawn along the grain
+    # nails above the stringers, with rust along the grain
     for i, (nx, nq) in enumerate(((0.25, 0.036), (0.25, 0.112), (1.75, 0.036), (1.75, 0.112))):
         nx, nq = nx + 0.03 * (rand(40 + i, seed) - 0.5), nq + 0.02 * (rand(50 + i, seed) - 0.5)
         away = np.sqrt((x - nx) ** 2 + (q - nq) ** 2)
@@ -123,7 +123,7 @@ def paint_plank(k: int) -> Floats:
         color = mix(color, rgb("#a08f80"), 0.5 * (1.0 - step(0.0, 0.0030, shine)))
     split = cracks(x, bent, seed + 10, 5 + int(6.0 * r[8]), 2.0, 0.15)
     color = mix(color, rgb("#17120e"), 0.88 * split)
-    # ends soak: darker, a little green; edges worn light; sides in the neighbour's shade
+    # ends are darker and slightly green, edges light and worn, sides shaded by the next plank
     end = np.minimum(x, 2.0 - x)
     soak = 1.0 - step(0.0, 0.07 + 0.06 * cloud + 0.03 * fibre, end)
     color = mix(color, color * rgb("#a39a86"), 0.6 * soak)
@@ -137,7 +137,7 @@ def paint_plank(k: int) -> Floats:
 
 
 def paint_end(k: int) -> Floats:
-    """End grain of plank k: arcs of year rings, dark and furred; (SIDE + 16, TOP + 16, 3)."""
+    """End grain of plank k: dark arcs of annual rings; (SIDE + 16, TOP + 16, 3)."""
     seed = 2000 + 41 * k
     g = GUTTER // 2
     rows, columns = 2 * (SIDE + 2 * g), 2 * (TOP + 2 * g)
@@ -160,7 +160,7 @@ def paint_end(k: int) -> Floats:
 
 
 def paint_pole(k: int) -> Floats:
-    """One pole without bark, unrolled: (POLE_BAND + 16, LENGTH + 16, 3); top and bottom edge meet."""
+    """One unrolled pole without bark: (POLE_BAND + 16, LENGTH + 16, 3); the top and bottom edges join."""
     seed = 3000 + 43 * k
     g = GUTTER // 2
     rows, columns = 2 * (POLE_BAND + 2 * g), 2 * (LENGTH + 2 * g)
@@ -173,7 +173,7 @@ def paint_pole(k: int) -> Floats:
     bands = fbm(t * 14.0, y * 0.9, seed + 2, 3, period_x=14)
     cloud = fbm(a * 4.0, y * 2.6, seed + 3, 4, period_x=4)
     light = 0.46 + 0.22 * fibre + 0.20 * bands + 0.14 * cloud
-    # deep checks: lines that open and close along the pole
+    # drying cracks of varying width along the pole
     line = np.abs(noise(t * 9.0, y * 0.35, seed + 4, period_x=9))
     gape = step(0.0, 0.5, fbm(a * 5.0, y * 1.3, seed + 5, 2, period_x=5) + (0.25, 0.45, 0.1, 0.3)[k])
     check = (1.0 - step(0.015, 0.06, line)) * gape
@@ -190,7 +190,7 @@ def paint_pole(k: int) -> Floats:
         away = np.sqrt((da / size) ** 2 + ((y - ky) / (size * 0.9)) ** 2) + 0.12 * fibre
         eye = ramp(["#211812", "#5f4a35", "#8d7557", "#4b3a2a"], np.abs(2.0 * ((away * 3.0) % 1.0) - 1.0))
         color = mix(color, eye, 0.8 * (1.0 - step(0.85, 1.1, away)))
-    # the top has soaked and silvered
+    # the top is weathered and grey
     color = mix(color, color * 0.6 + rgb("#b9b3a6") * 0.4, 0.5 * step(-0.4, 0.8, y + 0.3 * cloud))
     if k == 2:  # a rope, wound four times
         winding = (y - 0.16) / 0.034 + a
@@ -202,7 +202,7 @@ def paint_pole(k: int) -> Floats:
             0.15 + 0.55 * body * (0.55 + 0.45 * strand) + 0.18 * fibre,
         )
         color = mix(color, rope, inside)
-    # the tide: a dark wet band, barnacles, weed below
+    # tidal zone: a dark wet band, barnacles, weed below
     tide = y - WATERLINE_M + 0.10 * cloud + 0.03 * fibre
     wet = 1.0 - step(0.10, 0.34, tide)
     color = mix(color, color * rgb("#6a6152"), 0.85 * wet)
@@ -219,7 +219,7 @@ def paint_pole(k: int) -> Floats:
 
 
 def paint_cap(k: int) -> Floats:
-    """The cut top of pole k: year rings and cracks from the heart; a square of 2 * (CAP_RADIUS + 8)."""
+    """The top of pole k with annual rings and radial cracks; a square of 2 * (CAP_RADIUS + 8) pixels."""
     seed = 4000 + 47 * k
     side = 4 * (CAP_RADIUS + GUTTER // 2)
     py, px = np.meshgrid(

@@ -1,7 +1,8 @@
-"""Deterministic noise for the island's sources: integer hashes, lattices, spectra. No clock, no random state.
+"""Deterministic noise for the island's sources: integer hashes, lattices, spectra. It uses no clock and no
+global random state.
 
-Every function is a pure function of its arguments: the same call gives the same numbers on every machine (up
-to the last bits of sin, exp and the FFT, which stay far below one step of an 8 or 16 bit image).
+All functions are pure. The same call gives the same numbers on every machine, up to the last bits of sin, exp
+and the FFT, which are far below one step of an 8 or 16 bit image.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def uniform(shape: tuple[int, ...], seed: int) -> Array:
 
 
 def normal(shape: tuple[int, ...], seed: int) -> Array:
-    """White noise, mean 0, variance 1, bell-shaped: the sum of four uniforms (Irwin-Hall), float64."""
+    """White noise, mean 0, variance 1, nearly normal: a sum of four uniforms (Irwin-Hall), float64."""
     total = sum((uniform(shape, seed * 4 + i) for i in range(4)), np.zeros(shape))
     return np.asarray((total - 2.0) * np.sqrt(3.0))
 
@@ -69,18 +70,19 @@ def gradient_noise(x: Array, y: Array, seed: int) -> Array:
 
 
 def fbm(x: Array, y: Array, seed: int, octaves: int, gain: float = 0.5) -> Array:
-    """Fractal sum of gradient noise, about [-1, 1]; each octave is turned, so that lattices never line up."""
+    """Fractal sum of gradient noise, about [-1, 1]. Each octave is rotated, so that the lattices do not
+    align."""
     total, amplitude, norm = np.zeros(np.broadcast(x, y).shape), 1.0, 0.0
     for octave in range(octaves):
         total += amplitude * gradient_noise(x + 17.3 * octave, y - 9.1 * octave, seed + 101 * octave)
         norm += amplitude
-        x, y = 1.62 * x - 1.19 * y, 1.19 * x + 1.62 * y  # a turn of 36 degrees and a scale of 2.01
+        x, y = 1.62 * x - 1.19 * y, 1.19 * x + 1.62 * y  # rotation by 36 degrees and scale by 2.01
         amplitude *= gain
     return np.asarray(total / norm)
 
 
 def spline_weights(points: int, cells: int, *, wrap: bool) -> Array:
-    """Cubic B-spline weights that spread a lattice over a row of pixels: (points, cells or cells + 3)."""
+    """Cubic B-spline weights from a lattice to a row of pixels: (points, cells or cells + 3)."""
     position = np.arange(points) * (cells / points if wrap else cells / max(points - 1, 1))
     first = np.minimum(np.floor(position).astype(np.int64), cells - 1)
     t = position - first
@@ -95,7 +97,7 @@ def spline_weights(points: int, cells: int, *, wrap: bool) -> Array:
 def lattice_noise(shape: tuple[int, ...], cells: tuple[int, ...], seed: int, *, wrap: bool = True) -> Array:
     """Smooth noise on a grid of 2 or 3 axes, mean about 0, deviation about 1; periodic when wrap is set.
 
-    shape : pixels per axis; cells : lattice cells per axis. A random lattice seen through cubic B-splines.
+    shape : pixels per axis; cells : lattice cells per axis. Interpolates a random lattice by cubic B-splines.
     """
     field = normal(tuple(c if wrap else c + 3 for c in cells), seed)
     for axis, (points, count) in enumerate(zip(shape, cells, strict=True)):
@@ -125,10 +127,10 @@ def lattice_fbm(
 def spectral_noise(
     size: int, weight: Callable[[Array, Array], Array], seed: int
 ) -> NDArray[np.complexfloating]:
-    """Periodic complex noise with a spectrum of one's own: (size, size) complex64, real part of deviation 1.
+    """Periodic complex noise with a given spectrum: (size, size) complex64, standard deviation 1.
 
     weight : amplitude for wave numbers (kx, ky) in cycles per tile, integers from -size/2 to size/2 - 1.
-    Where the weight lives on one half plane only, the argument of the result is the phase of its waves.
+    If the weight is zero on one half plane, the argument of the result is the phase of the waves.
     """
     k = np.fft.fftfreq(size, 1.0 / size)
     kx, ky = k[None, :], k[:, None]
@@ -138,13 +140,14 @@ def spectral_noise(
 
 
 def smoothstep(low: float, high: float, x: Array) -> Array:
-    """0 below low, 1 above high, a smooth S between; low > high runs the other way."""
+    """0 below low, 1 above high, smooth between them. low > high gives a falling edge."""
     t = np.clip((x - low) / (high - low), 0.0, 1.0)
     return np.asarray(t * t * (3.0 - 2.0 * t))
 
 
 def blur(field: Array, radius: float, *, wrap: bool = True) -> Array:
-    """Gaussian blur of a 2D field; radius is the deviation in pixels; borders wrap or are held."""
+    """Gaussian blur of a 2D field. radius is the standard deviation in pixels; borders wrap or are
+    clamped."""
     reach = max(1, int(np.ceil(3.0 * radius)))
     taps = np.exp(-0.5 * (np.arange(-reach, reach + 1) / radius) ** 2)
     taps /= taps.sum()

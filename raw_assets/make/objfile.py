@@ -1,8 +1,7 @@
 """Wavefront OBJ and MTL writing for the island's models.
 
-Texture coordinates are given in atlas pixels from the top-left corner (the way they are painted) and are
-written as OBJ's bottom-left [0, 1] pair. Numbers have a fixed count of decimals, so the same model gives the
-same bytes.
+Texture coordinates are atlas pixels from the top-left corner and are written as OBJ's [0, 1] pair from the
+bottom-left corner. Numbers have a fixed number of decimals, so that the same model gives the same bytes.
 """
 
 from __future__ import annotations
@@ -21,7 +20,8 @@ Ints = NDArray[np.int64]
 def smooth_normals(points: Floats, triangles: Ints) -> Floats:
     """Area-weighted unit normals, (n, 3), of one smooth patch.
 
-    Vertices at one place (within 10 micrometres) share a normal, so a texture seam is not seen in the light.
+    Vertices at one position (within 10 micrometres) share a normal, so that texture seams do not show in the
+    light.
     """
     corner = points[triangles]
     facet = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -37,7 +37,7 @@ def smooth_normals(points: Floats, triangles: Ints) -> Floats:
 def grid_triangles(rows: int, columns: int) -> Ints:
     """Triangles of a rows x columns grid of vertices, row-major.
 
-    Counter-clockwise seen from where rows run up and columns run left.
+    Counter-clockwise as seen with rows upwards and columns to the left.
     """
     faces = []
     for i in range(rows - 1):
@@ -50,7 +50,7 @@ def grid_triangles(rows: int, columns: int) -> Ints:
 
 @dataclass
 class Model:
-    """Triangles in groups, collected patch by patch, and written as one OBJ."""
+    """Collects patches of triangles in groups and writes them as one OBJ."""
 
     atlas_width: int
     atlas_height: int
@@ -70,7 +70,7 @@ class Model:
     ) -> None:
         """Adds a patch: `points` (n, 3) metres, `pixels` (n, 2) of the atlas, `triangles` (m, 3).
 
-        Without `normals` the patch is smooth. Triangles of no area are refused: ValueError.
+        Without `normals` the patch is smooth. Raises ValueError for triangles without area.
         """
         corner = points[triangles]
         facet = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])

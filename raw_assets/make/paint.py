@@ -1,7 +1,7 @@
 """Painting for the models' atlases: smooth noise on arrays of points, blending, and filling around islands.
 
-The noise is value noise on a hashed lattice, joined by Ken Perlin's quintic (Improving Noise, 2002); unlike
-noise.py's it repeats where asked, at any points. Colours are sRGB-encoded, 0..1.
+The noise is value noise on a hashed lattice with Ken Perlin's quintic (Improving Noise, 2002). Unlike that of
+noise.py it can repeat and is defined at any points. Colours are sRGB-encoded, 0..1.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Mask = NDArray[np.bool_]
 
 
 def hash01(x: NDArray[np.int64], y: NDArray[np.int64], seed: int) -> Floats:
-    """Uniform numbers in [0, 1) that depend on the integers x, y and the seed only."""
+    """Uniform numbers in [0, 1) that depend only on the integers x, y and the seed."""
     return np.asarray(hash_u32(x, y, seed) / np.float64(2**32))
 
 
@@ -27,7 +27,8 @@ def rand(index: int, seed: int) -> float:
 
 
 def noise(x: Floats, y: Floats, seed: int, period_x: int = 0, period_y: int = 0) -> Floats:
-    """Value noise in [-1, 1] at points x, y; cells are 1 wide; a period, in cells, makes it repeat."""
+    """Value noise in [-1, 1] at points x, y, with cells of width 1. It repeats after `period` cells, if
+    given."""
     ix, iy = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
     fx, fy = x - ix, y - iy
     fx = fx * fx * fx * (fx * (fx * 6.0 - 15.0) + 10.0)
@@ -44,7 +45,7 @@ def noise(x: Floats, y: Floats, seed: int, period_x: int = 0, period_y: int = 0)
 def fbm(
     x: Floats, y: Floats, seed: int, octaves: int, period_x: int = 0, period_y: int = 0, gain: float = 0.5
 ) -> Floats:
-    """Noise of several octaves, each twice as fine and `gain` times as strong; within about [-1, 1]."""
+    """Sum of octaves, each with twice the frequency and `gain` times the amplitude; about [-1, 1]."""
     total, weight, scale, amount = np.zeros_like(x), 0.0, 1, 1.0
     for octave in range(octaves):
         total += amount * noise(x * scale, y * scale, seed + 101 * octave, period_x * scale, period_y * scale)
@@ -60,7 +61,7 @@ def mix(a: Floats, b: Floats, amount: Floats | float) -> Floats:
 
 
 def ramp(colors: list[str], t: Floats) -> Floats:
-    """A colour ramp through evenly spaced colours, t in 0..1 (clamped)."""
+    """A gradient through evenly spaced colours; t is clamped to 0..1."""
     table = np.array([hex_color(code) for code in colors])
     s = np.clip(t, 0.0, 1.0) * (len(colors) - 1)
     i = np.minimum(s.astype(np.int64), len(colors) - 2)
@@ -74,10 +75,10 @@ def halve(image: Floats) -> Floats:
 
 
 def dilate(image: Floats, known: Mask) -> Floats:
-    """Fills the unknown pixels of (h, w, c) from the known ones around them, farther ones ever smoother.
+    """Fills unknown pixels of (h, w, c) from the known pixels around them, smoother with distance.
 
-    Pull-push: levels are halved while the known part is averaged, and what is unknown comes from the coarser
-    one (Gortler et al., The Lumigraph, 1996, section 3.4.1).
+    Pull-push: averages known pixels into ever coarser levels, then fills unknown pixels from the coarser
+    level (Gortler et al., The Lumigraph, 1996, section 3.4.1).
     """
     height, width = known.shape
     if known.all() or min(height, width) < 2 or height % 2 or width % 2:

@@ -1,7 +1,7 @@
-"""Models the palm: a ringed trunk bent over the lagoon, a crown of fronds, a cluster of coconuts.
+"""Models the palm: a ringed, bent trunk, a crown of fronds, a cluster of coconuts.
 
 Usage: python palm.py RAW_ASSETS
-Local axes: the foot stands at the origin, Y is up, the trunk bends towards +Z. Metres.
+Local axes, metres: the foot is at the origin, Y is up, the trunk bends towards +Z.
 """
 
 from __future__ import annotations
@@ -23,15 +23,16 @@ Floats = NDArray[np.float64]
 
 TRUNK_LENGTH = 8.6
 TRUNK_SIDES = 9
-TRUNK_RINGS = 37  # odd: one ring of vertices is shared by the two lengths of bark
+TRUNK_RINGS = 37  # odd, because the two bark textures share one ring of vertices
 FRONDS = 16
 SEGMENTS = 12  # along a frond
-SPREAD = 1.55  # a frond is this much wider than painted
+SPREAD = 1.55  # geometry of a frond is this much wider than the painted one
 
 
 @dataclass(frozen=True)
 class Leaf:
-    """One frond: `azimuth` round the crown, `rise` of its foot above the horizon, `droop` towards its tip.
+    """One frond: `azimuth` around the crown, `rise` of its base above the horizontal, `droop` towards its
+    tip.
 
     Angles in radians, lengths in metres.
     """
@@ -42,7 +43,7 @@ class Leaf:
     droop: float
     length: float
     twist: float
-    fold: float  # how far the two halves hang, radians below the midrib's plane
+    fold: float  # angle of the two halves below the plane of the midrib, rad
 
 
 def norm(v: Floats) -> Floats:
@@ -50,7 +51,7 @@ def norm(v: Floats) -> Floats:
 
 
 def trunk_axis(s: float) -> tuple[Floats, Floats]:
-    """Point and direction of the trunk's axis at s in 0..1, stepped along: leaning out, then rising."""
+    """Points and directions of the trunk's axis at s in 0..1: first leaning, then rising."""
     point, steps = np.zeros(3), 200
     direction = np.zeros(3)
     for k in range(steps + 1):
@@ -65,13 +66,13 @@ def trunk_axis(s: float) -> tuple[Floats, Floats]:
 
 
 def add_trunk(model: Model) -> None:
-    """A tapering, ringed tube in two lengths, closed by a pointed top under the crown."""
+    """Adds the trunk: a tapering, ringed tube in two parts, closed by a tip under the crown."""
     rings, centers = [], []
     for i in range(TRUNK_RINGS):
         s = i / (TRUNK_RINGS - 1)
         center, along = trunk_axis(s)
         if i == 0:
-            center = center - along * 0.5  # below the sand, so that a slope never shows its foot
+            center = center - along * 0.5  # below the sand, so that the end never shows on a slope
         side = norm(np.cross(np.array([0.0, 0.0, 1.0]), along))
         front = np.cross(along, side)
         radius = 0.155 - 0.060 * s + 0.15 * (1.0 - min(1.0, s / 0.11)) ** 2
@@ -113,7 +114,7 @@ def add_trunk(model: Model) -> None:
 
 
 def leaves() -> list[Leaf]:
-    """The crown: young fronds upright in its heart, grown ones arching, old ones hanging."""
+    """The fronds of the crown: young ones upright in the centre, grown ones arched, old ones hanging."""
     crown = []
     count = FRONDS
     golden = math.pi * (3.0 - math.sqrt(5.0))
@@ -136,7 +137,8 @@ def leaves() -> list[Leaf]:
 
 
 def add_leaf(model: Model, leaf: Leaf, foot: Floats) -> None:
-    """One frond: a strip five vertices wide that arches, twists, and hangs on both sides of its midrib."""
+    """Adds a frond: an arched and twisted strip, five vertices wide, that hangs on both sides of the
+    midrib."""
     out = np.array([math.cos(leaf.azimuth), 0.0, math.sin(leaf.azimuth)])
     up = np.array([0.0, 1.0, 0.0])
     side = np.array([-math.sin(leaf.azimuth), 0.0, math.cos(leaf.azimuth)])
@@ -172,9 +174,9 @@ def add_leaf(model: Model, leaf: Leaf, foot: Floats) -> None:
 
 
 def icosphere() -> tuple[Floats, NDArray[np.int64]]:
-    """An icosahedron with a vertex at each pole, divided once: 42 vertices, 80 triangles.
+    """An icosphere with a vertex at each pole: 42 vertices, 80 triangles.
 
-    Ten of its vertices lie on the equator, so that it falls into two halves.
+    Ten vertices lie on the equator, so that it divides into two halves.
     """
     points = [np.array([0.0, 1.0, 0.0])]
     height, radius = 1.0 / math.sqrt(5.0), 2.0 / math.sqrt(5.0)
@@ -204,7 +206,7 @@ def icosphere() -> tuple[Floats, NDArray[np.int64]]:
 
 
 def add_nuts(model: Model, crown: Floats) -> None:
-    """Coconuts under the crown, in two halves that meet at the equator, each half on a disc of the atlas."""
+    """Adds coconuts under the crown. Each half is textured by a disc of the atlas."""
     sphere, faces = icosphere()
     up_half = sphere[faces][:, :, 1].mean(axis=1) > 0.0
     for k in range(6):

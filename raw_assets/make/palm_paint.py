@@ -1,7 +1,7 @@
 """Paints the palm's atlas: two lengths of bark, three fronds (fresh, grown, old) and three coconuts.
 
-Painted at twice the atlas's size and halved, so that thin leaflets have soft edges. Lightness doubles as
-height: leaflet midribs, ring ridges and fibres are lighter than what lies deeper.
+Painted at twice the atlas's size and downsampled, so that thin leaflets have soft edges. Lightness is also
+used as height: midribs, ring ridges and fibres are lighter than deeper parts.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 
 SIZE = 1024
 GUTTER = 16
-BARK_WIDTH = 160  # once round the trunk
+BARK_WIDTH = 160  # circumference of the trunk
 BARK_HEIGHT = 976  # half of the trunk's length
 BARK_X = (24, 216)  # left edges: the lower and the upper half of the trunk
 BARK_Y = 24
@@ -30,20 +30,20 @@ FROND_X = (408, 616, 824)
 FROND_Y = 24
 NUT_RADIUS = 42
 NUT_Y = 956
-NUT_X = (452, 554, 656, 758, 860, 962)  # pairs: top and bottom half of each nut
+NUT_X = (452, 554, 656, 758, 860, 962)  # pairs: upper and lower half of each nut
 
 
 @dataclass(frozen=True)
 class Frond:
-    """How one frond pattern looks: colours run from the foot's shadow to a leaflet's light edge."""
+    """Parameters of a frond. Colours run from the dark base to a leaflet's light edge."""
 
     seed: int
     colors: list[str]
     tip: str
     rib: str
     leaflets: int  # on each side
-    missing: float  # share of leaflets lost
-    tatter: float  # how uneven their lengths are
+    missing: float  # share of missing leaflets
+    tatter: float  # variation of their lengths
 
 
 FRONDS = (
@@ -54,14 +54,14 @@ FRONDS = (
 
 
 def outline(s: Floats) -> Floats:
-    """Half width of a frond, 0..1, at s along it (0: foot, 1: tip)."""
+    """Half width of a frond, 0..1, at position s (0: base, 1: tip)."""
     rise = step(0.10, 0.34, s)
     fall = 1.0 - np.clip((s - 0.42) / 0.58, 0.0, 1.0) ** 2 * 0.86
     return np.clip(0.05 + 0.95 * rise * fall, 0.0, 1.0)
 
 
 def paint_frond(frond: Frond) -> tuple[Floats, Floats]:
-    """One frond at double size: colour (h, w, 3) and opacity (h, w), gutters included."""
+    """One frond at twice the size, with gutters: colour (h, w, 3) and opacity (h, w)."""
     scale, gutter = 2, GUTTER // 2
     width, height = (FROND_WIDTH + 2 * gutter) * scale, (FROND_HEIGHT + 2 * gutter) * scale
     half = FROND_WIDTH * scale / 2.0
@@ -73,7 +73,7 @@ def paint_frond(frond: Frond) -> tuple[Floats, Floats]:
     color[:] = rgb(frond.colors[1])
     alpha = np.zeros((height, width))
     for side in (-1, 1):
-        # from the tip to the foot, so that each leaflet lies over the one before it, as on a real frond
+        # from the tip to the base, so that each leaflet covers the previous one, as on a real frond
         for k in range(frond.leaflets - 1, -1, -1):
             seed = frond.seed * 1000 + (side + 1) * 200
             r = [rand(k * 8 + i, seed) for i in range(8)]
@@ -83,11 +83,11 @@ def paint_frond(frond: Frond) -> tuple[Floats, Floats]:
             start = s * length
             reach = float(outline(np.array([s]))[0]) * half * (0.97 - frond.tatter * r[2] * (0.35 + r[3]))
             reach = max(reach, 0.06 * half)
-            # forward slope: leaflets stand out in the middle and close towards the tip
+            # leaflets point outwards in the middle and forwards at the tip
             slope = 0.62 + 1.9 * s * s * s + 0.35 * (r[4] - 0.5)
             bend = (0.25 + 0.5 * r[5]) * slope
             rise = (slope + bend) * reach
-            limit = (length - start) * (0.90 - 0.1 * r[3])  # so that the tips close to a point
+            limit = (length - start) * (0.90 - 0.1 * r[3])  # so that the tips form a point
             if rise > limit:
                 reach *= limit / rise
                 if reach < 3.0:
@@ -116,7 +116,7 @@ def paint_frond(frond: Frond) -> tuple[Floats, Floats]:
             shade += 0.34 * (1.0 - step(0.05, 0.26, edge)) - 0.32 * (1.0 - step(0.0, 0.16, t))
             shade -= (
                 0.10 * np.sign(distance) * np.minimum(1.0, edge)
-            )  # one half of the folded leaflet is turned away
+            )  # one half of the folded leaflet faces away
             leaf = ramp(frond.colors, shade)
             dry = step(0.72 + 0.2 * r[3], 1.0, t) * (0.35 + 0.65 * frond.tatter * 2.0)
             blotch = step(0.25, 0.7, fbm(x * 0.03 + k, y * 0.03, seed + 5, 3)) * frond.tatter
@@ -137,16 +137,16 @@ def paint_frond(frond: Frond) -> tuple[Floats, Floats]:
 
 
 def paint_bark() -> Floats:
-    """The whole trunk, foot at the bottom, at double size: both lengths in one, with gutters all round.
+    """The whole trunk at twice the size, foot at the bottom: both parts in one picture, with gutters.
 
-    Repeats round the trunk; the gutters are its true continuation.
+    It repeats around the trunk, and the gutters continue it.
     """
     gutter = GUTTER // 2
     rows, columns = 2 * (2 * BARK_HEIGHT + 2 * gutter), 2 * (BARK_WIDTH + 2 * gutter)
     py, px = np.meshgrid(np.arange(rows) + 0.5, np.arange(columns) + 0.5, indexing="ij")
     u = (px / 2.0 - gutter) / BARK_WIDTH
     v = (2 * BARK_HEIGHT + gutter - py / 2.0) / (2 * BARK_HEIGHT)  # 0 foot, 1 crown
-    # leaf scars: 74 rings, denser towards the crown, wavering round the trunk
+    # leaf scars: 74 uneven rings, denser towards the crown
     waver = 0.42 * fbm(u * 4.0, v * 34.0, 3, 3, period_x=4) + 0.16 * fbm(
         u * 16.0, v * 120.0, 4, 2, period_x=16
     )
@@ -166,7 +166,7 @@ def paint_bark() -> Floats:
     open_ = step(0.05, 0.35, fbm(u * 4.0, v * 16.0, 18, 3, period_x=4))
     light -= 0.30 * depth * open_
     color = ramp(["#2f2720", "#5d5145", "#8b7d6b", "#b1a28b", "#cfc1a8"], light)
-    # lichen, salt at the foot, green towards the crown, and the brown fibre the fronds grow from
+    # lichen, salt at the foot, green towards the crown, and brown fibres below the fronds
     lichen = step(0.30, 0.62, fbm(u * 6.0, v * 44.0, 21, 4, period_x=6)) * step(0.05, 0.3, v)
     color = mix(color, color * 0.4 + rgb("#b9bd9b") * 0.6, 0.55 * lichen)
     color = mix(color, color * rgb("#c9a77c"), 0.55 * (1.0 - step(0.0, 0.10, v + 0.03 * coarse)))
@@ -181,7 +181,7 @@ def paint_bark() -> Floats:
 
 
 def paint_nut(kind: int, top: bool) -> Floats:
-    """Half a coconut seen along its axis, at double size, filling a square of 4 * (NUT_RADIUS + 8) pixels."""
+    """Half a coconut seen along its axis, at twice the size: a square of 4 * (NUT_RADIUS + 8) pixels."""
     side = 4 * (NUT_RADIUS + GUTTER // 2)
     py, px = np.meshgrid(np.arange(side) + 0.5 - side / 2, np.arange(side) + 0.5 - side / 2, indexing="ij")
     radius = np.sqrt(px * px + py * py) / (2.0 * NUT_RADIUS)
@@ -191,14 +191,14 @@ def paint_nut(kind: int, top: bool) -> Floats:
         ["#3b2412", "#5f3f20", "#83603a", "#a98558"],
     )[kind]
     seed = 60 + kind
-    # fibres run from pole to pole: noise along the direction, stretched along the radius
+    # fibres from pole to pole: noise over the angle, stretched along the radius
     ux, uy = px / np.maximum(radius, 1e-6) / 90.0, py / np.maximum(radius, 1e-6) / 90.0
     fibre = 0.5 * noise(ux * 14.0, uy * 14.0, seed) + 0.5 * noise(ux * 31.0, uy * 31.0, seed + 1)
     spots = fbm(px * 0.03, py * 0.03, seed + 2, 4)
     light = 0.56 + 0.16 * fibre + 0.30 * spots - 0.16 * radius
     color = ramp(colors, light)
     color = mix(color, rgb("#5a4020"), 0.7 * step(0.28, 0.62, fbm(px * 0.02, py * 0.02, seed + 3, 4)))
-    if top:  # the cap where the nut hung
+    if top:  # the cap at the stalk
         cap = 1.0 - step(0.16, 0.34, radius + 0.05 * fibre)
         color = mix(color, rgb("#8c7443") * (0.8 + 0.25 * fibre[..., None]), 0.9 * cap)
     return color
@@ -223,7 +223,7 @@ def atlas() -> tuple[Floats, Floats]:
     for x, frond in zip(FROND_X, FRONDS, strict=True):
         leaf, cover = paint_frond(frond)
         seen = halve(cover[..., None])
-        # colour weighted by cover, then spread into the gaps: a leaf's edge must not fetch another colour
+        # colour weighted by opacity, then extended into the gaps, so that leaf edges filter no foreign colour
         leaf = halve(leaf * cover[..., None]) / np.maximum(seen, 1e-6)
         leaf = dilate(leaf, seen[..., 0] > 0.02)
         put(leaf, x - gutter, FROND_Y - gutter)
@@ -236,7 +236,7 @@ def atlas() -> tuple[Floats, Floats]:
 
 
 def frond_half_width(s: float) -> float:
-    """Half width, in atlas pixels, of the strip of geometry that carries a frond at s along it."""
+    """Half width in atlas pixels of a frond's strip of geometry at position s."""
     reach = float(outline(np.array([s]))[0])
     spread = max(float(outline(np.array([max(0.0, s - k * 0.02)]))[0]) for k in range(7))
     room = max(reach, spread, 0.1)

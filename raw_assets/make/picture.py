@@ -1,4 +1,4 @@
-"""Writing images through OpenImageIO, the same bytes at every run."""
+"""Writes images through OpenImageIO, with the same bytes in every run."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from noise import Array
 
 
 def write_image(path: Path, pixels: Array, depth: str) -> None:
-    """Writes one image; the folder is made.
+    """Writes one image and creates its folder.
 
     pixels : (h, w) or (h, w, c), 0..1 for the integer depths, any finite value for half
     depth : "uint8" (sRGB colour, tagged so), "uint16" (plain data) or "half" (EXR, ZIP)
-    Raises OSError with OpenImageIO's message.
+    Raises OSError with OpenImageIO's message if it cannot be written.
     """
     if not np.isfinite(pixels).all():
         raise ValueError(f"{path.name}: a pixel is not finite")

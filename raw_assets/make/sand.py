@@ -1,7 +1,7 @@
-"""terrain/sand.png and terrain/sand_height.png: one tile of pale gold sand, and its grain as a height.
+"""terrain/sand.png and terrain/sand_height.png: one tile of pale sand, as colour and height.
 
-Both come from one tile of periodic noise, so that light and relief agree. No single feature stands out, so
-that the repeat is not seen: coarse octaves are faint and the fine ones carry the picture.
+Both come from the same periodic noise, so that shading and relief agree. Coarse octaves are faint and no
+single feature stands out, so that the repetition is not visible.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ SAND = hex_color("#E8D3A2")
 
 @cache
 def relief() -> Array:
-    """The tile's height, (1024, 1024), deviation about 1: grains, and the faint dimples between them."""
+    """Height of the tile, (1024, 1024), standard deviation about 1: grains and faint dimples."""
     grain = normal((PIXELS, PIXELS), 11)
     fine = blur(grain, 0.6) * 2.0
     coarse = blur(normal((PIXELS, PIXELS), 13), 1.5) * 4.8
@@ -32,7 +32,7 @@ def color() -> Array:
     """The tile in sRGB, (1024, 1024, 3)."""
     shape = (PIXELS, PIXELS)
     height = relief()
-    # light falls from the upper left: a slope's brightness reads as grain
+    # light from the upper left, so that slopes look like grains
     lit = 0.5 * (height - np.roll(height, (2, 2), (0, 1)))
     tone = lattice_fbm(shape, (12, 12), 21, 4, 0.8)
     hue = lattice_fbm(shape, (14, 14), 27, 4, 0.85)

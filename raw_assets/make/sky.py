@@ -1,8 +1,8 @@
-"""sky/{px,nx,py,ny,pz,nz}.exr: a late afternoon over a warm sea, six half float faces in linear light.
+"""sky/{px,nx,py,ny,pz,nz}.exr: a late afternoon sky, six half float faces in linear light.
 
 The clear sky is single scattering in a curved atmosphere of air and haze, after T. Nishita, T. Sirai, K.
-Tadamura and E. Nakamae, "Display of the Earth Taking into Account Atmospheric Scattering", 1993, with a flat
-allowance for light that scatters more than once; clouds.py paints the cumulus. Faces follow the cube maps of
+Tadamura and E. Nakamae, "Display of the Earth Taking into Account Atmospheric Scattering", 1993, plus a
+constant for multiple scattering. clouds.py adds the cumulus. Faces follow the cube maps of
 OpenGL 3.3, section 3.8.10: order +X -X +Y -Y +Z -Z, row 0 at the top.
 """
 
@@ -21,17 +21,19 @@ PIXELS = 512
 FACES = ("px", "nx", "py", "ny", "pz", "nz")
 SUN_AZIMUTH_DEG = 233.0  # from -Z (0) over +X (90)
 SUN_ELEVATION_DEG = 33.0
-SUN_RADIUS_DEG = 0.6  # a little larger than life, so that the disc spans a few texels
+SUN_RADIUS_DEG = 0.6  # larger than the real sun, so that the disc covers a few texels
 SUN_DISC = np.array(
     [60.0, 50.0, 36.0]
-)  # radiance added by the disc: moderate, the player adds its own highlights
+)  # radiance of the disc; moderate, because the player adds its own highlights
 
 GROUND_M, TOP_M = 6_360_000.0, 6_420_000.0
 AIR_PER_M = np.array([5.8e-6, 13.5e-6, 33.1e-6])  # Rayleigh scattering at the ground, red green blue
 HAZE_PER_M = 4.5e-6  # Mie scattering at the ground
-OZONE_PER_M = np.array([0.65e-6, 1.88e-6, 0.085e-6])  # absorption, spread as the air is: deepens the blue
+OZONE_PER_M = np.array(
+    [0.65e-6, 1.88e-6, 0.085e-6]
+)  # absorption, distributed like the air; makes the blue deeper
 AIR_SCALE_M, HAZE_SCALE_M = 8000.0, 1200.0
-SUN_LIGHT = 11.0  # irradiance above the air, in the scene's units
+SUN_LIGHT = 11.0  # irradiance above the atmosphere, in the scene's units
 SKY_WEIGHT = 1.0
 
 
@@ -125,15 +127,15 @@ def clear_sky(direction: Array) -> Array:
     cosine = np.clip(direction @ sun_direction(), -1.0, 1.0)
     flat = np.maximum(up, 0.0) + 0.012 * np.exp(
         -np.maximum(up, 0.0) / 0.012
-    )  # no hard line where the air is thickest
+    )  # no hard edge where the air is densest
     sky = np.zeros((*up.shape, 3))
     high = up > 0.0
     sky[high] = _clear_sky_of(flat[high], cosine[high])
-    line = np.linspace(-1.0, 1.0, 513)  # below the horizon only the angle to the sun counts
+    line = np.linspace(-1.0, 1.0, 513)  # below the horizon only the angle to the sun matters
     low = _clear_sky_of(np.full_like(line, 0.012), line)
     for channel in range(3):
         sky[~high, channel] = np.interp(cosine[~high], line, low[:, channel])
-    # the haze that lies on the sea: pale, warm towards the sun
+    # haze over the sea: pale, warm towards the sun
     toward = 0.5 + 0.5 * cosine[..., None]
     haze = np.array([1.0, 0.87, 0.75]) * (0.76 + 0.26 * toward) + np.array([0.28, 0.13, -0.04]) * toward**3
     band = (0.90 * np.exp(-np.maximum(up, 0.0) / 0.05))[..., None]
@@ -144,7 +146,7 @@ def clear_sky(direction: Array) -> Array:
 
 
 def radiance(direction: Array) -> Array:
-    """The whole sky: air, clouds, disc: (..., 3)."""
+    """Radiance of the whole sky with clouds and sun disc: (..., 3)."""
     sky = clear_sky(direction)
     angle = np.degrees(np.arccos(np.clip(direction @ sun_direction(), -1.0, 1.0)))
     glow = 1.6 * np.exp(-angle / 1.5) + 0.30 * np.exp(-angle / 5.0)

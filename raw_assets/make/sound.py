@@ -1,9 +1,8 @@
-"""sound/ocean.ogg: small waves on a sand beach, 24 s, stereo, without a seam.
+"""sound/ocean.ogg: small waves on a sand beach, a stereo loop of 24 s without a seam.
 
-Everything is periodic from the start: noise is made in the frequency domain over the whole loop, and the
-swells that shape it are sums of bumps on a circle of time, so that the last sample leads into the first as
-any sample into the next. Sea wash is noise whose brightness follows the wave: a low rumble always, a wide
-hiss as it breaks, a thin fizz as it drains back through the sand.
+Everything is periodic: noise is generated in the frequency domain over the whole loop, and its envelopes are
+sums of pulses on a circle of time. The spectrum follows the wave: a constant low rumble, a broad hiss when it
+breaks, a thin fizz when it drains back through the sand.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ PEAK = 0.5
 
 
 def shaped_noise(seed: int, low_hz: float, high_hz: float, tilt: float) -> Array:
-    """Periodic noise between two frequencies with soft shoulders, power falling as f**-tilt; deviation 1."""
+    """Periodic noise between two frequencies with soft edges and power f**-tilt; standard deviation 1."""
     frequency = np.fft.rfftfreq(SAMPLES, 1.0 / RATE_HZ)
     f = np.maximum(frequency, 1.0)
     shape = f ** (-0.5 * tilt) / np.sqrt((1.0 + (low_hz / f) ** 4) * (1.0 + (f / high_hz) ** 4))
@@ -36,7 +35,7 @@ def shaped_noise(seed: int, low_hz: float, high_hz: float, tilt: float) -> Array
 
 
 def bump(centre_s: float, rise_s: float, fall_s: float) -> Array:
-    """One swell on the circle of time: 0..1, quick to rise, slow to fall, smooth everywhere."""
+    """Envelope of one wave on the circle of time: 0..1, rises quickly, falls slowly, smooth."""
     t = np.arange(SAMPLES) / RATE_HZ
     away = (t - centre_s + SECONDS / 2) % SECONDS - SECONDS / 2
     return np.asarray(
@@ -73,14 +72,14 @@ def loop() -> Array:
             signal = signal + loud * 0.026 * bump(time + 2.4 + lag, 1.1, 1.3) * hiss  # draining back
         channels.append(signal)
     stereo = np.stack(channels, -1)
-    # the quietest moment of the loop is where it starts
+    # the loop starts at its quietest moment
     power = np.fft.irfft(np.fft.rfft((stereo**2).sum(-1)) * np.fft.rfft(bump(0.0, 0.6, 0.35)), SAMPLES)
     stereo = np.roll(stereo, -int(np.argmin(power)), 0)
     return np.asarray(stereo * (PEAK / np.max(np.abs(stereo))))
 
 
 def fixed_serial(stream: bytes, serial: int = 1) -> bytes:
-    """An Ogg stream with a serial number of our own in every page; the encoder draws one from the clock.
+    """Sets a fixed serial number in every page of an Ogg stream. The encoder takes it from the clock.
 
     Pages and their checksum after S. Pfeiffer, "The Ogg Encapsulation Format Version 0", RFC 3533, 2003.
     """

@@ -1,7 +1,7 @@
-"""Small shapes that effect.py stamps on the ground: starfish, shells, corals, each with its relief.
+"""Small shapes with relief that effect.py places on the terrain: starfish, shells, corals.
 
-A stroke is called with offsets dx, dy in texels from its middle and gives three arrays of their shape: cover
-0..1, tone (a factor on the colour) and rise (the share of the shape's height).
+A stroke takes offsets dx, dy in texels from its centre. It returns three arrays of the same shape: opacity
+0..1, tone (a factor of the colour) and rise (a share of the shape's height).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Stroke = Callable[[Array, Array], tuple[Array, Array, Array]]
 
 
 def hollow(radius: float, depth: float = 0.30) -> Stroke:
-    """A soft dark hollow about a thing that sits in the sand: relief below the ground."""
+    """A soft dark hollow around an object in the sand, with negative relief."""
 
     def draw(dx: Array, dy: Array) -> tuple[Array, Array, Array]:
         soft = np.exp(-(dx * dx + dy * dy) / (radius * radius))
@@ -26,7 +26,7 @@ def hollow(radius: float, depth: float = 0.30) -> Stroke:
 
 
 def starfish(radius: float, turn: float, bend: float) -> Stroke:
-    """Five tapering arms, each a little bent, brightest along their ridges."""
+    """Five tapering, slightly bent arms, brightest along their ridges."""
 
     def draw(dx: Array, dy: Array) -> tuple[Array, Array, Array]:
         r = np.hypot(dx, dy) / radius
@@ -42,7 +42,7 @@ def starfish(radius: float, turn: float, bend: float) -> Stroke:
 
 
 def shell(radius: float, turn: float, ribs: int) -> Stroke:
-    """A scallop: a ribbed fan, hinge at one end, domed."""
+    """A scallop: a domed, ribbed fan with a hinge at one end."""
 
     def draw(dx: Array, dy: Array) -> tuple[Array, Array, Array]:
         x = np.cos(turn) * dx - np.sin(turn) * dy
@@ -61,7 +61,7 @@ def shell(radius: float, turn: float, ribs: int) -> Stroke:
 
 
 def fragment(radius: float) -> Stroke:
-    """A broken bit of shell: a soft dot."""
+    """A fragment of a shell: a soft dot."""
 
     def draw(dx: Array, dy: Array) -> tuple[Array, Array, Array]:
         return 0.9 * np.clip(radius - np.hypot(dx, dy) + 0.5, 0.0, 1.0), np.ones_like(dx), np.ones_like(dx)
@@ -70,7 +70,7 @@ def fragment(radius: float) -> Stroke:
 
 
 def coral(radius: float, phase: float) -> Stroke:
-    """A rounded head with lobes, bright above and dark between."""
+    """A rounded head with lobes, bright on top and dark between them."""
 
     def draw(dx: Array, dy: Array) -> tuple[Array, Array, Array]:
         r, angle = np.hypot(dx, dy) / radius, np.arctan2(dy, dx)

@@ -1,7 +1,7 @@
-"""terrain/height.png: a crescent island round a shallow lagoon that opens to the south (+Z).
+"""terrain/height.png: a crescent island around a shallow lagoon that opens to the south (+Z).
 
-The land is a chain of discs along a bent spine, seen through a domain warp; its signed distance gives beach,
-berm and sea floor, and dunes shaped by one wind stand on what lies far enough inland. Metres, Y up; row 0 at
+The land is a chain of discs along a bent spine with domain warping. Its signed distance gives beach, berm and
+sea floor. Dunes shaped by one wind direction are added far enough inland. Metres, Y up; row 0 at
 -Z, column 0 at -X.
 """
 
@@ -20,7 +20,7 @@ PIXELS = 1025
 BLACK_M, WHITE_M = -16.0, 8.0  # heights of grey levels 0 and 65535
 SEA_FLOOR_M = -15.0
 DUNE_TOP_M = 6.0
-WIND = (0.88, -0.475)  # where the wind blows to, in X and Z: from the south-west, off the sea
+WIND = (0.88, -0.475)  # direction that the wind blows to, X and Z; it comes from the south-west
 
 # x, z and half width of the land along its spine, from the tip of the western horn round the north to the
 # eastern one
@@ -64,12 +64,13 @@ def spine_points(per_span: int = 14) -> Array:
 
 
 def shore_distance(x: Array, z: Array) -> tuple[Array, Array]:
-    """Metres from the shore, negative on land: of the island, and of the island with its lagoon filled."""
+    """Distance to the shore in metres, negative on land: for the island, and for the island with a filled
+    lagoon."""
     warp_x = 8.0 * fbm(x / 42, z / 42, 1, 4) + 1.2 * gradient_noise(x / 11, z / 11, 5)
     warp_z = 8.0 * fbm(x / 42, z / 42, 2, 4) + 1.2 * gradient_noise(x / 11, z / 11, 6)
     px, pz = x + warp_x, z + warp_z
     soft = 2.2
-    single_x, single_z = px.astype(np.float32), pz.astype(np.float32)  # the sum is the slow part
+    single_x, single_z = px.astype(np.float32), pz.astype(np.float32)  # the sum takes most of the time
     total = np.zeros(px.shape, np.float32)
     for cx, cz, radius in spine_points().astype(np.float32):
         away = np.sqrt(np.square(single_x - cx) + np.square(single_z - cz) + np.float32(9.0))
@@ -82,7 +83,8 @@ def shore_distance(x: Array, z: Array) -> tuple[Array, Array]:
 
 
 def dune_ridges(x: Array, z: Array, length_m: float, seed: int) -> Array:
-    """Transverse dunes, 0..1: long windward flanks, sharp crests, short lee flanks, crests that bow and fork.
+    """Transverse dunes, 0..1, with long windward flanks, sharp crests, short lee flanks, and crests that
+    fork.
 
     The wave's phase runs along the wind and is warped; shape after the transverse and barchanoid dunes of R.
     A. Bagnold, "The Physics of Blown Sand and Desert Dunes", 1941.
@@ -106,7 +108,7 @@ def heights_m() -> Array:
     x, z = grid_m()
     land, hull = shore_distance(x, z)
     inland = -land
-    # under water: a beach that runs out into a wide shelf; beyond the hull the floor falls away
+    # under water: a beach and a wide shelf; beyond the hull the floor descends
     out = np.maximum(land, 0.0)
     shelf = -LAGOON_DEPTH_M * (1.0 - np.exp(-0.045 * out / LAGOON_DEPTH_M - (out / 15.0) ** 2))
     beyond = np.maximum(hull - 1.0, 0.0)
@@ -126,16 +128,18 @@ def heights_m() -> Array:
     dunes = room * (0.4 + 1.5 * swell + 2.9 * ridges * strength + 0.32 * small)
     hummocks = 0.22 * smoothstep(6.0, 11.0, up) * (0.5 + 0.5 * fbm(x / 6, z / 6, 61, 3))
     low = beach + hummocks
-    scale = np.min((DUNE_TOP_M - low) / np.maximum(dunes, 1e-9))  # the highest crest reaches the dunes' top
+    scale = np.min(
+        (DUNE_TOP_M - low) / np.maximum(dunes, 1e-9)
+    )  # scaled so that the highest crest has the dunes' height
     ground = low + scale * dunes
     height = np.where(land > 0.0, sea, ground)
-    # the last metres before the edge settle on one level, so that the sea floor can go on beyond it
+    # the floor is level at the border, so that the sea floor can continue beyond it
     edge = np.minimum(SIZE_M / 2 - np.abs(x), SIZE_M / 2 - np.abs(z))
     return np.asarray(SEA_FLOOR_M + (height - SEA_FLOOR_M) * smoothstep(0.0, 24.0, edge))
 
 
 def height_at(x: float, z: float) -> float:
-    """Height in metres of the ground at a point in metres: bilinear between pixels."""
+    """Height of the terrain at a point, metres; bilinear between pixels."""
     field = heights_m()
     column, row = (np.array([x, z]) / SIZE_M + 0.5) * (PIXELS - 1)
     i, j = int(row), int(column)

@@ -1,6 +1,6 @@
-"""Weathered wood: its colours, the bending of its grain round knots, its cracks.
+"""Weathered wood: colours, grain around knots, cracks.
 
-The soft early wood of each year ring is worn away and dark, the hard late wood stands out and has silvered.
+The soft early wood of each annual ring is worn and dark; the hard late wood is raised and grey.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ WOOD = ["#332a22", "#65594c", "#998d7d", "#beb3a3", "#e0d9cb"]
 
 
 def knots_of(seed: int, count: int, length: float, breadth: float) -> list[tuple[float, float, float]]:
-    """Knots: place along and across (metres) and radius across the grain."""
+    """Knots: position along and across the grain (metres), and radius across it."""
     return [
         (
             length * (0.08 + 0.84 * rand(3 * i, seed)),
@@ -29,10 +29,11 @@ def knots_of(seed: int, count: int, length: float, breadth: float) -> list[tuple
 
 
 def around(x: Floats, q: Floats, knots: list[tuple[float, float, float]]) -> tuple[Floats, Floats, Floats]:
-    """Bends the grain round its knots as a stream bends round stones.
+    """Bends the grain around knots.
 
-    Returns the bent coordinate across the grain, the knots' cover 0..1 and the rings inside them. The bending
-    is the stream function of a flow round a cylinder, y (1 - r^2 / d^2) (Lamb, Hydrodynamics, 1932, art. 68).
+    Returns the bent coordinate across the grain, the opacity of the knots 0..1 and the rings inside them. The
+    bending is the stream function of a flow around a cylinder, y (1 - r^2 / d^2) (Lamb, Hydrodynamics, 1932,
+    art. 68).
     """
     bent, cover, rings = q.copy(), np.zeros_like(q), np.zeros_like(q)
     for kx, kq, radius in knots:
@@ -46,7 +47,7 @@ def around(x: Floats, q: Floats, knots: list[tuple[float, float, float]]) -> tup
 
 
 def cracks(x: Floats, bent: Floats, seed: int, count: int, length: float, breadth: float) -> Floats:
-    """Drying cracks along the grain, most of them from an end inwards: depth 0..1."""
+    """Drying cracks along the grain, mostly starting at an end: depth 0..1."""
     depth = np.zeros_like(x)
     for i in range(count):
         r = [rand(6 * i + j, seed) for j in range(6)]
