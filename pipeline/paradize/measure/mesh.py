@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from paradize.bakers.mesh.atlas import overlaps, sound_quality
-from paradize.bakers.mesh.bake import by_material
 from paradize.bakers.mesh.lods import DEFAULT_MAX_ERROR, TIERS, Plan, make_levels
 from paradize.bakers.mesh.lods_from_path import sight_plan
+from paradize.bakers.mesh.prepare import with_normals
 from paradize.bakers.quantise import direction_deg_of
 from paradize.data import Lod, Mesh
 from paradize.errors import BakeError
@@ -22,7 +22,6 @@ from paradize.readers.obj import read_obj
 from paradize.scene.requirements import BakeJob
 from paradize.stages import atlas
 from paradize.stages.lod import METHODS, SIMPLIFIERS
-from paradize.stages.normals import complete_normals
 from paradize.stages.order import draw_order
 from paradize.stages.quantise import mesh_lattice, quantise_levels
 from paradize.stages.simplifiers import require_simplifier
@@ -145,7 +144,7 @@ def _mended_mesh(path: Path, settings: Settings) -> Mesh:
     joined, _ = weld(read.mesh, settings["weld_m"])
     mesh, validation = validate_mesh(joined, path)
     smoothing = read.smoothing[validation.kept]
-    return by_material(complete_normals(mesh, smoothing, crease_deg=settings["crease_deg"])[0])
+    return with_normals(mesh, smoothing, settings["crease_deg"])
 
 
 def _laid_out(path: Path, settings: Settings) -> Mesh:

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from paradize.bakers.mesh.bake import bake_mesh
-from paradize.bakers.mesh.lods import EXACT, TIERS, Plan, Step, make_levels
+from paradize.bakers.mesh.lods import NO_ERROR, TIERS, MeasuredLevel, Plan, make_levels
 from paradize.bakers.mesh.lods_from_path import bake_seen, sight_plan
 from paradize.data import Group, Mesh
 from paradize.metrics.surface import Judge, diagonal, surface_distance
@@ -64,11 +64,13 @@ def test_by_error_the_bisection_ends_at_the_coarsest_that_is_inside(monkeypatch:
     """Of meshes that are off by 10 / triangles: 200 triangles are just inside one twentieth."""
     ball = sphere(20)
 
-    def made(judge: Judge, before: Mesh, target: int, *_: object) -> tuple[Step, str]:
+    def made(judge: Judge, before: Mesh, target: int, *_: object) -> tuple[MeasuredLevel, str]:
         mesh = replace(ball, triangles=ball.triangles[:target], groups=())
-        return Step(mesh, EXACT | {"error_max": 10 / target, "uv_shift_p99": 0.0, "uv_shift_max": 0.0}), ""
+        return MeasuredLevel(
+            mesh, NO_ERROR | {"error_max": 10 / target, "uv_shift_p99": 0.0, "uv_shift_max": 0.0}
+        ), ""
 
-    monkeypatch.setattr("paradize.bakers.mesh.lods._made", made)
+    monkeypatch.setattr("paradize.bakers.mesh.lods._simplified", made)
     steps, _ = make_levels(ball, Plan(errors=(0.05,)), "balanced")
     assert 200 <= len(steps[1].mesh.triangles) <= 210
 
@@ -77,9 +79,9 @@ def test_by_error_the_bisection_ends_at_the_coarsest_that_is_inside(monkeypatch:
 def test_no_level_follows_one_that_is_off_or_slid_as_far_as_the_flight_sees(
     monkeypatch: pytest.MonkeyPatch, off: float, slid: float
 ) -> None:
-    def nearest(judge: Judge, before: Mesh, target: int, *_: object) -> tuple[Step, str]:
-        errors = EXACT | {"error_max": off, "uv_shift_p99": slid, "uv_shift_max": slid}
-        return Step(simplify(before, target).mesh, errors), ""
+    def nearest(judge: Judge, before: Mesh, target: int, *_: object) -> tuple[MeasuredLevel, str]:
+        errors = NO_ERROR | {"error_max": off, "uv_shift_p99": slid, "uv_shift_max": slid}
+        return MeasuredLevel(simplify(before, target).mesh, errors), ""
 
     monkeypatch.setattr("paradize.bakers.mesh.lods._nearest", nearest)
     steps, notes = make_levels(sphere(16), Plan(count=4, farthest=0.03), "balanced")
@@ -97,9 +99,9 @@ def test_a_bound_that_gets_no_level_is_told() -> None:
 def test_a_level_that_a_coarser_one_beats_is_left_out_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
     made = iter((0.05, 0.02, 0.03))
 
-    def nearest(judge: Judge, before: Mesh, target: int, *_: object) -> tuple[Step, str]:
+    def nearest(judge: Judge, before: Mesh, target: int, *_: object) -> tuple[MeasuredLevel, str]:
         off = next(made)
-        return Step(simplify(before, target).mesh, EXACT | {"error_max": off}), ""
+        return MeasuredLevel(simplify(before, target).mesh, NO_ERROR | {"error_max": off}), ""
 
     monkeypatch.setattr("paradize.bakers.mesh.lods._nearest", nearest)
     steps, notes = make_levels(sphere(16), Plan(count=4), "balanced")

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from paradize.bakers.mesh.lods import EXACT, Plan, make_levels
+from paradize.bakers.mesh.lods import NO_ERROR, Plan, make_levels
 from paradize.data import Mesh
 from paradize.kernels.reference import Surface
 from paradize.metrics.surface import Judge, is_loose, surface_distance
@@ -215,7 +215,7 @@ def test_what_is_measured_of_a_level_is_bounded_outwards() -> None:
 
 def test_a_level_whose_bounds_lie_apart_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a kernel's limit of work leaves open: the upper bound is the error, and a note has both."""
-    far = EXACT | {"error_max": 0.02, "error_max_lower": 0.015}
+    far = NO_ERROR | {"error_max": 0.02, "error_max_lower": 0.015}
     monkeypatch.setattr(Judge, "distance", lambda *_: far)
     steps, notes = make_levels(sphere(12), Plan(count=2), "balanced")
     assert steps[1].errors["error_max"] == 0.02

@@ -1,4 +1,4 @@
-"""OBJ -> GLB: reader, stages, format and metrics joined into one product with its report."""
+"""OBJ -> GLB: prepared mesh, levels of detail, tangent frames, draw order, file and report."""
 
 from __future__ import annotations
 
@@ -10,34 +10,27 @@ from typing import Any
 
 import numpy as np
 
-from paradize.bakers.mesh.atlas import with_atlas
-from paradize.bakers.mesh.lods import DEFAULT_MAX_ERROR, TIERS, Plan, make_levels
+from paradize.bakers.mesh.lods import DEFAULT_MAX_ERROR, TIERS, MeasuredLevel, Plan, make_levels
+from paradize.bakers.mesh.prepare import prepare_mesh
 from paradize.bakers.quantise import direction_deg_of, quantised_levels
-from paradize.data import Group, Lod, Mesh, six_down, six_up
+from paradize.data import Lod, Mesh, six_down, six_up
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.reader import verify_glb
 from paradize.metrics.draw import draw_costs
-from paradize.metrics.loading import Loaded, loaded, loading_messages
+from paradize.metrics.loading import Loaded
 from paradize.metrics.tangent import frame_errors, frame_faults, part_of, true_tangents
 from paradize.readers.mtl import base_colors_of
-from paradize.readers.obj import read_obj
 from paradize.scene.baker_settings import MeshSettings
 from paradize.stages.lod import SIMPLIFIERS
-from paradize.stages.normals import complete_normals
 from paradize.stages.order import draw_order
 from paradize.stages.reproject import take_attributes
 from paradize.stages.simplifiers import simplifier_version
 from paradize.stages.tangents import METHODS, tangent_frames
 from paradize.stages.tangents import TIERS as FRAMES
 from paradize.stages.unwrappers import unwrapper_version
-from paradize.stages.validate import messages, repairs, validate_mesh
-from paradize.stages.weld import weld, welded_messages
 
 MAX_LODS = 8
-# Half of the largest float32: the distance of two vertices along an axis, and a simplified vertex a little
-# outside of the others, still are floats.
-_LARGEST = 1.7e38
 
 
 @dataclass(frozen=True)
@@ -120,102 +113,91 @@ def _bake(
     tangent_tiers: bool,
 ) -> MeshProduct:
     started = time.monotonic()
-    asked = _plan_of(settings)
-    read = read_obj(path, root)
-    loading = loaded(read.mesh, read.text)
-    if loading.coordinate_m > _LARGEST:
-        raise SourceError(
-            f"a coordinate of {loading.coordinate_m:g} metres, limit {_LARGEST:g}",
-            file=path,
-            mend="scale the model down",
-        )
-    warnings, lines = list(read.warnings), read.lines
-    warnings += [f"{path}: {text}" for text in loading_messages(loading, lines)]
-    joined, welding = weld(read.mesh, settings.weld_m)
-    try:
-        mesh, found = validate_mesh(joined, path)
-    except SourceError as error:
-        if not welding.joined:
-            raise
-        what = f"{error.what} once places within {settings.weld_m:g} metres are joined"
-        raise SourceError(what, file=path, mend="join with a smaller tolerance") from error
-    found = replace(found, unused_vertices=found.unused_vertices + read.counts["positions_unused"])
-    smoothing, materials = read.smoothing[found.kept], read.materials
-    del read, joined  # a large mesh in memory three times over is three times too often
-    warnings += [f"{path}: {text}" for text in (*welded_messages(welding), *messages(found, lines))]
-    if mesh.colors is not None and (mesh.colors.min() < 0 or mesh.colors.max() > 1):
-        mesh = replace(mesh, colors=np.clip(mesh.colors, 0, 1))
-        warnings.append(f"{path}: vertex colours beyond 0 to 1, held to it")
-    mesh = by_material(complete_normals(mesh, smoothing, crease_deg=settings.crease_deg)[0])
-    layout = None
-    if settings.atlas and not (settings.painted and mesh.uvs is not None):
-        mesh, layout, notes = with_atlas(mesh, path, tier, settings.unwrapper)
-        warnings += notes
-    if mesh.uvs is None:
-        warnings.append(f"{path}: no texture coordinates, so no tangent frames; mesh --atlas makes some")
-    used = TIERS.get(tier, "balanced")
-    if tier not in TIERS:
-        warnings.append(f"{path}: levels of detail have no tier {tier!r}; {used!r} used")
-    if used == "exact" and asked.simplifier != SIMPLIFIERS[0]:
-        used = "balanced"
-        warnings.append(f"{path}: simplifier {asked.simplifier!r} has no tier 'exact'; {used!r} used")
-    frames = FRAMES.get(settings.tangents, settings.tangents)
-    if settings.tangents == "face" and mesh.uvs is not None:
-        warnings.append(f"{path}: tangents 'face' are slower and err more than 'vertex', which is used")
-    steps, notes = make_levels(mesh, asked if plan is None else plan(mesh, asked), used)
-    warnings += [f"{path}: {note}" for note in notes]
-    tiers = _tangent_tiers(steps[0].mesh) if tangent_tiers else {}
-    framed = []
-    while steps:  # what is done with is let go: a level is about as large as its part of the file
-        step = steps.pop(0)
-        framed.append((_framed(mesh, step.mesh, frames), step.errors))
-    del step, mesh
-    unordered = [draw_costs(level) for level, _ in framed]
-    for at, (level, errors) in enumerate(framed):
-        framed[at] = draw_order(level), errors
-    del level
-    done = tuple(_lod(level, errors) for level, errors in framed)
+    prepared = prepare_mesh(path, settings, tier, root)
+    mesh, loading = prepared.mesh, prepared.loading
+    by_settings = _plan_of(settings)
+    used, frames, notes = _methods_of(settings, tier, mesh)
+    levels, left_out = make_levels(mesh, by_settings if plan is None else plan(mesh, by_settings), used)
+    tiers = _tangent_tiers(levels[0].mesh) if tangent_tiers else {}
+    finished = _finished(mesh, levels, frames)
+    lods = tuple(_lod(level) for level in finished)
     if settings.quantise is not None:
-        done = quantised_levels(done, direction_deg=direction_deg_of(settings.quantise))
-    own = base_colors_of(materials) if settings.base_colors is None else settings.base_colors
-    glb = encode_glb(done, path.stem, base_colors=own)
+        lods = quantised_levels(lods, direction_deg=direction_deg_of(settings.quantise))
+    own = base_colors_of(prepared.materials) if settings.base_colors is None else settings.base_colors
+    glb = encode_glb(lods, path.stem, base_colors=own)
     verify_glb(glb, path.with_suffix(".glb"))
+    first = finished[0].mesh
     report: dict[str, Any] = {
-        "triangles": len(framed[0][0].triangles),
-        "vertices": len(framed[0][0].positions),
+        "triangles": len(first.triangles),
+        "vertices": len(first.positions),
         "tier": used,
-        "simplifier": asked.simplifier,
-        "simplifier_version": simplifier_version(asked.simplifier),
-        "atlas": layout is not None,
-        "layout": layout,
-        "unwrapper": None if layout is None else settings.unwrapper,
-        "unwrapper_version": None if layout is None else unwrapper_version(settings.unwrapper),
-        "closed": found.closed,
-        "components": found.topology.components,
-        "tangents": frames if framed[0][0].tangents is not None else None,
+        "simplifier": settings.simplifier,
+        "simplifier_version": simplifier_version(settings.simplifier),
+        "atlas": prepared.layout is not None,
+        "layout": prepared.layout,
+        "unwrapper": None if prepared.layout is None else settings.unwrapper,
+        "unwrapper_version": None if prepared.layout is None else unwrapper_version(settings.unwrapper),
+        "closed": prepared.validation.closed,
+        "components": prepared.validation.topology.components,
+        "tangents": frames if first.tangents is not None else None,
         "tangent_tiers": tiers,
         "bytes": len(glb),
         "quantised": settings.quantise is not None,
-        "origin": list(framed[0][0].origin),
+        "origin": list(first.origin),
         "loading": loading.errors | {"collapsed": loading.collapsed},
-        "repairs": repairs(found, lines) | {"welded": welding.joined, "welded_most_m": welding.largest_m},
-        "materials": [group.material for group in framed[0][0].groups],
-        "lods": [
-            {
-                "triangles": len(level.triangles),
-                "vertices": len(level.positions),
-                **errors,
-                **_told(lod, loading),
-            }
-            | frame_faults(level)
-            | frame_errors(level)
-            | {"draw": draw_costs(level) | {"acmr_before": before["acmr"], "atvr_before": before["atvr"]}}
-            for (level, errors), before, lod in zip(framed, unordered, done, strict=True)
-        ],
+        "repairs": prepared.repairs,
+        "materials": [group.material for group in first.groups],
+        "lods": [_level_report(level, lod, loading) for level, lod in zip(finished, lods, strict=True)],
         "seconds": round(time.monotonic() - started, 3),
-        "warnings": warnings,
+        "warnings": prepared.warnings + [f"{path}: {note}" for note in (*notes, *left_out)],
     }
-    return MeshProduct(glb, report, done)
+    return MeshProduct(glb, report, lods)
+
+
+def _methods_of(settings: MeshSettings, tier: str, mesh: Mesh) -> tuple[str, str, list[str]]:
+    """The LOD tier and the tangent frames that are used, and notes where they are not those asked for."""
+    notes = []
+    used = TIERS.get(tier, "balanced")
+    if tier not in TIERS:
+        notes.append(f"levels of detail have no tier {tier!r}; {used!r} used")
+    if used == "exact" and settings.simplifier != SIMPLIFIERS[0]:
+        used = "balanced"
+        notes.append(f"simplifier {settings.simplifier!r} has no tier 'exact'; {used!r} used")
+    if settings.tangents == "face" and mesh.uvs is not None:
+        notes.append("tangents 'face' are slower and err more than 'vertex', which is used")
+    return used, FRAMES.get(settings.tangents, settings.tangents), notes
+
+
+@dataclass(frozen=True)
+class _FinishedLevel:
+    """A level as it is written, with tangents and in draw order; its errors; what drawing it cost before."""
+
+    mesh: Mesh
+    errors: Mapping[str, float]
+    unordered: Mapping[str, float]
+
+
+def _finished(source: Mesh, levels: list[MeasuredLevel], tangents: str) -> list[_FinishedLevel]:
+    """Empties `levels`: a level is about as large as its part of the file, and is held once."""
+    finished = []
+    while levels:
+        level = levels.pop(0)
+        framed = _framed(source, level.mesh, tangents)
+        finished.append(_FinishedLevel(draw_order(framed), level.errors, draw_costs(framed)))
+    return finished
+
+
+def _level_report(level: _FinishedLevel, lod: Lod, loading: Loaded) -> dict[str, Any]:
+    before = {"acmr_before": level.unordered["acmr"], "atvr_before": level.unordered["atvr"]}
+    return {
+        "triangles": len(level.mesh.triangles),
+        "vertices": len(level.mesh.positions),
+        **level.errors,
+        **_errors_from_text(lod, loading),
+        **frame_faults(level.mesh),
+        **frame_errors(level.mesh),
+        "draw": draw_costs(level.mesh) | before,
+    }
 
 
 def _tangent_tiers(mesh: Mesh) -> dict[str, dict[str, float]]:
@@ -235,12 +217,12 @@ def _framed(source: Mesh, level: Mesh, tangents: str) -> Mesh:
     return level if level.uvs is None else tangent_frames(level, tangents)
 
 
-def _lod(level: Mesh, errors: Mapping[str, float]) -> Lod:
-    more = {key: value for key, value in errors.items() if key not in ("error_max", "error_rms")}
-    return Lod(level, errors["error_max"], errors["error_rms"], more)
+def _lod(level: _FinishedLevel) -> Lod:
+    more = {key: value for key, value in level.errors.items() if key not in ("error_max", "error_rms")}
+    return Lod(level.mesh, level.errors["error_max"], level.errors["error_rms"], more)
 
 
-def _told(lod: Lod, loading: Loaded) -> dict[str, float]:
+def _errors_from_text(lod: Lod, loading: Loaded) -> dict[str, float]:
     """A level's errors against the source's text: its distance from level 0, and what loading cost that."""
     errors = {"error_max": lod.error_max, "error_rms": lod.error_rms}
     whole = {key: six_up(value + loading.largest) for key, value in errors.items()}
@@ -255,20 +237,3 @@ def _colored(source: Mesh, level: Mesh) -> Mesh:
     taken = take_attributes(source, replace(level, colors=None), ("colors",))
     assert taken.colors is not None
     return replace(taken, colors=np.clip(taken.colors, 0, 1))  # the mean of three may round beyond 1
-
-
-def by_material(mesh: Mesh) -> Mesh:
-    """Triangles in one run per material, materials in the order of their first use: one draw each."""
-    runs: dict[str, list[Group]] = {}
-    for group in mesh.groups:
-        runs.setdefault(group.material, []).append(group)
-    order = np.concatenate(
-        [np.arange(group.first, group.first + group.count) for groups in runs.values() for group in groups]
-    )
-    merged, first = [], 0
-    for material, groups in runs.items():
-        count = sum(group.count for group in groups)
-        names = dict.fromkeys(group.name for group in groups)
-        merged.append(Group(next(iter(names)) if len(names) == 1 else material, material, first, count))
-        first += count
-    return replace(mesh, triangles=np.ascontiguousarray(mesh.triangles[order]), groups=tuple(merged))

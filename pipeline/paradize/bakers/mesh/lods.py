@@ -39,8 +39,8 @@ _SAMPLES = 50_000
 # than twice what the surface itself is off is left alone.
 _SLID, _SEEN = 0.01, 0.02
 _HELD = (4.0, 16.0)
-# Words to a level's shares: bounds of the largest distance, its RMS and 99th percentile, of the diagonal.
-EXACT = {"error_max": 0.0, "error_max_lower": 0.0, "error_rms": 0.0, "error_p99": 0.0}
+# The errors of the source itself. Distances are shares of the diagonal.
+NO_ERROR = {"error_max": 0.0, "error_max_lower": 0.0, "error_rms": 0.0, "error_p99": 0.0}
 _SAME = {"normal_mean_deg": 0.0, "normal_p99_deg": 0.0, "normal_max_deg": 0.0}
 _STILL = {"uv_shift_p99": 0.0, "uv_shift_max": 0.0}
 
@@ -66,15 +66,15 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Step:
-    """A level and what was measured of it; `errors` by name, as `mesh --json` tells them."""
+class MeasuredLevel:
+    """A level of detail; its errors by name, as `mesh --json` prints them; seams_kept as in stages.lod."""
 
     mesh: Mesh
     errors: dict[str, float]
     seams_kept: bool = True
 
 
-def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[Step], list[str]]:
+def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[MeasuredLevel], list[str]]:
     """Levels, the finest first, and notes: fewer than asked, with the reason, where no worthy one can be had.
 
     mesh: validated, with normals. tier: one of TIERS; of another simplifier than ours there is `balanced`
@@ -90,10 +90,10 @@ def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[Step], list[str
     return steps, list(dict.fromkeys(notes + _loose(steps) + _slides(steps, plan.simplifier)))
 
 
-def _refined(judge: Judge, steps: list[Step]) -> tuple[list[Step], list[str]]:
+def _refined(judge: Judge, steps: list[MeasuredLevel]) -> tuple[list[MeasuredLevel], list[str]]:
     """The levels, each nearer to the source where that can be had; those that a coarser one then beats are
     left out, with notes."""
-    found: list[Step] = []
+    found: list[MeasuredLevel] = []
     notes: list[str] = []
     before = judge.mesh
     for step in steps:
@@ -102,11 +102,11 @@ def _refined(judge: Judge, steps: list[Step]) -> tuple[list[Step], list[str]]:
             continue
         mesh, errors = refine_level(judge, before, step.mesh, step.errors, step.seams_kept, _SAMPLES)
         before = step.mesh
-        notes += _append(found, Step(mesh, errors, step.seams_kept))
+        notes += _append(found, MeasuredLevel(mesh, errors, step.seams_kept))
     return found, notes
 
 
-def _append(steps: list[Step], found: Step) -> list[str]:
+def _append(steps: list[MeasuredLevel], found: MeasuredLevel) -> list[str]:
     """Appends a level and takes those away that it beats with fewer triangles; notes."""
     notes = []
     while len(steps) > 1 and found.errors["error_max"] < steps[-1].errors["error_max"] - _ROUNDING:
@@ -118,16 +118,16 @@ def _append(steps: list[Step], found: Step) -> list[str]:
     return notes
 
 
-def _chain(judge: Judge, plan: Plan) -> tuple[list[Step], list[str]]:
+def _chain(judge: Judge, plan: Plan) -> tuple[list[MeasuredLevel], list[str]]:
     """The levels of balanced, and notes."""
     mesh = judge.mesh
-    steps, notes = [_told(judge, Step(mesh, EXACT))], []
+    steps, notes = [_fully_measured(judge, MeasuredLevel(mesh, NO_ERROR))], []
     if plan.finest > 0:
         found, note = _coarsest(judge, mesh, plan.finest, plan.simplifier)
         if found is None:
             notes.append(f"lod0 is the source: {note}")
         else:
-            steps = [_told(judge, found)]
+            steps = [_fully_measured(judge, found)]
             share = f"{len(found.mesh.triangles)} of {len(mesh.triangles)} triangles"
             notes.append(f"lod0 has {share}: nothing finer is seen")
     first = len(steps[0].mesh.triangles)
@@ -159,7 +159,7 @@ def _chain(judge: Judge, plan: Plan) -> tuple[list[Step], list[str]]:
             if plan.errors:
                 continue
             break
-        found = _told(judge, found)
+        found = _fully_measured(judge, found)
         turned = found.errors["normal_mean_deg"]
         if not plan.errors and turned > _TURNED_DEG:
             shape = f"{len(found.mesh.triangles)} triangles turn normals by {turned:.0f} degrees on the mean"
@@ -169,17 +169,17 @@ def _chain(judge: Judge, plan: Plan) -> tuple[list[Step], list[str]]:
     return steps, notes
 
 
-def _told(judge: Judge, step: Step) -> Step:
-    """The step with all that is told of a level: its normals and its texture measured too."""
+def _fully_measured(judge: Judge, step: MeasuredLevel) -> MeasuredLevel:
+    """The level with the errors of its normals and its texture measured too."""
     if step.mesh is judge.mesh:
-        return replace(step, errors=EXACT | _SAME | _STILL)
+        return replace(step, errors=NO_ERROR | _SAME | _STILL)
     normals = normal_error(judge, step.mesh, _SAMPLES, apart=step.errors["error_max"])
     slid = {key: step.errors[key] for key in _STILL if key in step.errors}
     slid = slid or uv_shift(judge, step.mesh, _SAMPLES)
     return replace(step, errors=step.errors | normals | slid)
 
 
-def _loose(steps: list[Step]) -> list[str]:
+def _loose(steps: list[MeasuredLevel]) -> list[str]:
     return [
         f"lod{at}: the largest distance to the source lies between {step.errors['error_max_lower']:.3g} and "
         f"{step.errors['error_max']:.3g} of the diagonal, and the second is told: a closer search would take "
@@ -189,7 +189,7 @@ def _loose(steps: list[Step]) -> list[str]:
     ]
 
 
-def _slides(steps: list[Step], simplifier: str) -> list[str]:
+def _slides(steps: list[MeasuredLevel], simplifier: str) -> list[str]:
     notes = []
     mend = "ask for fewer levels" if simplifier in METHODS else f"take the simplifier {METHODS[0]!r}"
     for at, step in enumerate(steps):
@@ -208,7 +208,9 @@ def _slides(steps: list[Step], simplifier: str) -> list[str]:
     return notes
 
 
-def _made(judge: Judge, before: Mesh, target: int, limit: float, simplifier: str) -> tuple[Step | None, str]:
+def _simplified(
+    judge: Judge, before: Mesh, target: int, limit: float, simplifier: str
+) -> tuple[MeasuredLevel | None, str]:
     """About `target` triangles, measured; None where nothing would be left; and why there are more. Where its
     texture slid it is made again with more weight on that, and the least slid one inside `limit` is taken."""
     level = simplify(before, target, method=simplifier, original=judge.mesh)
@@ -216,11 +218,13 @@ def _made(judge: Judge, before: Mesh, target: int, limit: float, simplifier: str
         mesh, _ = validate_mesh(level.mesh)
     except SourceError:
         return None, "nothing would be left"
-    step = Step(mesh, judge.distance(mesh, _SAMPLES), level.seams_kept)
-    return _held(judge, step, before, target, limit, simplifier), level.note
+    step = MeasuredLevel(mesh, judge.distance(mesh, _SAMPLES), level.seams_kept)
+    return _with_texture_held(judge, step, before, target, limit, simplifier), level.note
 
 
-def _held(judge: Judge, step: Step, before: Mesh, target: int, limit: float, simplifier: str) -> Step:
+def _with_texture_held(
+    judge: Judge, step: MeasuredLevel, before: Mesh, target: int, limit: float, simplifier: str
+) -> MeasuredLevel:
     """The step; where its texture slid too far, one of as few triangles inside `limit` whose slid less."""
     if judge.mesh.uvs is None or simplifier not in METHODS or step.errors["error_max"] > limit:
         return step
@@ -238,24 +242,24 @@ def _held(judge: Judge, step: Step, before: Mesh, target: int, limit: float, sim
             continue
         errors |= uv_shift(judge, mesh, _SAMPLES)
         if level.seams_kept >= step.seams_kept and errors["uv_shift_p99"] < best.errors["uv_shift_p99"]:
-            best = Step(mesh, errors, level.seams_kept)
+            best = MeasuredLevel(mesh, errors, level.seams_kept)
     return best
 
 
 def _nearest(
     judge: Judge, before: Mesh, target: int, limit: float, simplifier: str
-) -> tuple[Step | None, str]:
+) -> tuple[MeasuredLevel | None, str]:
     """The level nearest to `target` triangles whose measured error stays inside `limit`, or None; and why
     not nearer."""
     most = int(len(before.triangles) * (1 - _WORTH))
     least, best, note = target, None, ""
     for _ in range(_BISECTIONS):
-        step, told = _made(judge, before, target, limit, simplifier)
+        step, reason = _simplified(judge, before, target, limit, simplifier)
         if step is None:
-            return best, note or told
+            return best, note or reason
         count = len(step.mesh.triangles)
         if count > most:
-            note = note or told or f"{len(before.triangles)} triangles are the least"
+            note = note or reason or f"{len(before.triangles)} triangles are the least"
             break
         if step.errors["error_max"] <= limit:
             best, most = step, count
@@ -272,18 +276,18 @@ def _nearest(
     return best, note
 
 
-def _coarsest(judge: Judge, before: Mesh, bound: float, simplifier: str) -> tuple[Step | None, str]:
+def _coarsest(judge: Judge, before: Mesh, bound: float, simplifier: str) -> tuple[MeasuredLevel | None, str]:
     """The mesh of the fewest triangles whose measured error stays inside `bound`, found by bisection of the
     count on a logarithmic scale; None where none saves a triangle worth saving."""
     whole = len(before.triangles)
     low, high = LEAST_TRIANGLES, int(whole * (1 - _WORTH))
-    best: Step | None = None
+    best: MeasuredLevel | None = None
     note = f"{whole} triangles are the least"
     for _ in range(2 * _BISECTIONS):
         if low > high:
             break
         target = max(low, min(high, isqrt(low * high)))
-        step, told = _made(judge, before, target, bound, simplifier)
+        step, reason = _simplified(judge, before, target, bound, simplifier)
         if step is None or step.errors["error_max"] > bound:
             if step is not None:
                 off = step.errors["error_max"]
@@ -294,7 +298,7 @@ def _coarsest(judge: Judge, before: Mesh, bound: float, simplifier: str) -> tupl
             continue
         count = len(step.mesh.triangles)
         if count > int(whole * (1 - _WORTH)):
-            note = told or note
+            note = reason or note
             low = target + 1
             continue
         if best is None or count < len(best.mesh.triangles):

@@ -1,0 +1,117 @@
+"""OBJ -> one mesh that is ready for levels of detail: read, welded, validated, with normals and UVs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from paradize.bakers.mesh.atlas import with_atlas
+from paradize.data import Group, Mesh
+from paradize.errors import SourceError
+from paradize.metrics.loading import Loaded, loaded, loading_messages
+from paradize.readers.obj import read_obj
+from paradize.scene.baker_settings import MeshSettings
+from paradize.stages.normals import complete_normals
+from paradize.stages.validate import Report, messages, repairs, validate_mesh
+from paradize.stages.weld import Welding, weld, welded_messages
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from paradize.readers.mtl import Material
+
+# Half of the largest float32: the distance of two vertices along an axis, and a simplified vertex a little
+# outside of the others, still are floats.
+_LARGEST = 1.7e38
+
+
+@dataclass(frozen=True)
+class PreparedMesh:
+    """A validated mesh with normals, its triangles sorted by material, and what was found on the way.
+
+    loading: what rounding the file's text cost. layout: what was measured of a UV layout made here; None
+    without one. repairs: as `mesh --json` prints them. materials: of the MTL, by name.
+    """
+
+    mesh: Mesh
+    loading: Loaded
+    validation: Report
+    repairs: dict[str, Any]
+    layout: dict[str, Any] | None
+    materials: Mapping[str, Material]
+    warnings: list[str]
+
+
+def prepare_mesh(path: Path, settings: MeshSettings, tier: str, root: Path | None = None) -> PreparedMesh:
+    """Reads an OBJ and makes it ready for levels of detail. root: the folder that material files must lie in.
+
+    Raises SourceError (of several faults GroupedError) for a file that cannot be baked, BakeError where a
+    layout cannot be made.
+    """
+    read = read_obj(path, root)
+    loading = loaded(read.mesh, read.text)
+    if loading.coordinate_m > _LARGEST:
+        raise SourceError(
+            f"a coordinate of {loading.coordinate_m:g} metres, limit {_LARGEST:g}",
+            file=path,
+            mend="scale the model down",
+        )
+    joined, welding = weld(read.mesh, settings.weld_m)
+    mesh, validation = _validated(joined, path, welding)
+    unused = validation.unused_vertices + read.counts["positions_unused"]
+    validation = replace(validation, unused_vertices=unused)
+    warnings = list(read.warnings)
+    found = (
+        *loading_messages(loading, read.lines),
+        *welded_messages(welding),
+        *messages(validation, read.lines),
+    )
+    warnings += [f"{path}: {text}" for text in found]
+    if mesh.colors is not None and (mesh.colors.min() < 0 or mesh.colors.max() > 1):
+        mesh = replace(mesh, colors=np.clip(mesh.colors, 0, 1))
+        warnings.append(f"{path}: vertex colours beyond 0 to 1, held to it")
+    smoothing, materials = read.smoothing[validation.kept], read.materials
+    welded = {"welded": welding.joined, "welded_most_m": welding.largest_m}
+    repaired: dict[str, Any] = {**repairs(validation, read.lines), **welded}
+    del read, joined  # a large mesh is in memory once while its layout is made
+    mesh = with_normals(mesh, smoothing, settings.crease_deg)
+    layout = None
+    if settings.atlas and not (settings.painted and mesh.uvs is not None):
+        mesh, layout, notes = with_atlas(mesh, path, tier, settings.unwrapper)
+        warnings += notes
+    if mesh.uvs is None:
+        warnings.append(f"{path}: no texture coordinates, so no tangent frames; mesh --atlas makes some")
+    return PreparedMesh(mesh, loading, validation, repaired, layout, materials, warnings)
+
+
+def _validated(mesh: Mesh, path: Path, welding: Welding) -> tuple[Mesh, Report]:
+    try:
+        return validate_mesh(mesh, path)
+    except SourceError as error:
+        if not welding.joined:
+            raise
+        what = f"{error.what} once places within {welding.tolerance_m:g} metres are joined"
+        raise SourceError(what, file=path, mend="join with a smaller tolerance") from error
+
+
+def with_normals(mesh: Mesh, smoothing: npt.NDArray[np.uint32], crease_deg: float) -> Mesh:
+    """The mesh with a unit normal at every vertex, and its triangles in one run per material (one draw each),
+    materials in the order of their first use. smoothing: (m,) group of each triangle."""
+    mesh = complete_normals(mesh, smoothing, crease_deg=crease_deg)[0]
+    runs: dict[str, list[Group]] = {}
+    for group in mesh.groups:
+        runs.setdefault(group.material, []).append(group)
+    order = np.concatenate(
+        [np.arange(group.first, group.first + group.count) for groups in runs.values() for group in groups]
+    )
+    merged, first = [], 0
+    for material, groups in runs.items():
+        count = sum(group.count for group in groups)
+        names = dict.fromkeys(group.name for group in groups)
+        merged.append(Group(next(iter(names)) if len(names) == 1 else material, material, first, count))
+        first += count
+    return replace(mesh, triangles=np.ascontiguousarray(mesh.triangles[order]), groups=tuple(merged))
