@@ -45,6 +45,7 @@ def test_each_package_that_the_code_imports_is_named_as_a_dependency() -> None:
     optional = {named(each) for extra in project["optional-dependencies"].values() for each in extra}
     names = packages_distributions() | {"dask": ["distributed"]}  # which needs it
     others = imported() - set(sys.stdlib_module_names) - {"paradize"}
+    names |= {name: [name] for name in others - names.keys()}
     assert {
         name for name in others if not {named(each) for each in names[name]} & (asked | optional)
     } == set()
