@@ -85,7 +85,7 @@ def _verdict(group: Group) -> tuple[str, str]:
         return "plain", "one tier only"
     if advice and advice["tier"] and advice["tier"] != used["tier"]:
         return "hint", f"take {advice['tier']}" if advice["why"] != "knee" else f"bends at {advice['tier']}"
-    return "good", "no tier is better" if budget is None else "inside budget"
+    return "good", "keep it" if budget is None else "keep it: inside budget"
 
 
 def _overview(groups: Sequence[Group]) -> str:
