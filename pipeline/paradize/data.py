@@ -1,7 +1,7 @@
-"""What flows between stages: arrays with units, frozen, with no reading or writing of files.
+"""The data that stages exchange: frozen arrays with units. Nothing here reads or writes files.
 
-Axes: right-handed, Y up, metres. UVs: origin at the top-left texel corner, v grows downwards. Every array is
-C-contiguous; a stage returns new arrays and never writes into those it was given.
+Axes: right-handed, Y up, metres. UVs: origin at the top-left texel corner, v grows downwards. All arrays are
+C-contiguous. A stage returns new arrays and never writes into its arguments.
 """
 
 from __future__ import annotations
@@ -29,26 +29,26 @@ Vec3: TypeAlias = tuple[float, float, float]
 ORIGIN: Vec3 = (0.0, 0.0, 0.0)
 
 
-def six(value: float) -> float:
-    """A measured value as it is told: six significant digits, the same wherever it was measured."""
+def rounded(value: float) -> float:
+    """Rounds a measured value to six significant digits, the form in which values are written to files."""
     return float(f"{value:.6g}")
 
 
-def six_up(value: float) -> float:
-    """The same of a bound: not below it."""
-    found = six(value)
-    return found if found >= value else six(value * (1.0 + 1e-5))
+def rounded_up(value: float) -> float:
+    """Rounds an upper bound to six significant digits, never downwards."""
+    nearest = rounded(value)
+    return nearest if nearest >= value else rounded(value * (1.0 + 1e-5))
 
 
-def six_down(value: float) -> float:
-    """The same of a lower bound, 0 or more: not above it."""
-    found = six(value)
-    return found if found <= value else six(value * (1.0 - 1e-5))
+def rounded_down(value: float) -> float:
+    """Rounds a lower bound (>= 0) to six significant digits, never upwards."""
+    nearest = rounded(value)
+    return nearest if nearest <= value else rounded(value * (1.0 - 1e-5))
 
 
 @dataclass(frozen=True)
 class Group:
-    """A run of triangles that share a name and a material: triangles [first, first + count)."""
+    """Triangles [first, first + count), which share a name and a material."""
 
     name: str
     material: str
@@ -58,14 +58,15 @@ class Group:
 
 @dataclass(frozen=True)
 class Mesh:
-    """Indexed triangles; a vertex is unique in (position, normal, uv, uv1).
+    """Indexed triangles. A vertex is unique in (position, normal, uv, uv1).
 
-    positions: (n, 3) float32, metres, Y up, counted from origin. triangles: (m, 3) uint32, counter-clockwise
-    from outside.
-    normals: (n, 3) float32, unit. tangents: (n, 4) float32, xyz unit, w = +-1, B = w * cross(N, T).
-    uvs, uvs1: (n, 2) float32, top-left origin. colors: (n, 4) float32, linear, 0..1.
-    groups cover all triangles in order, without gap or overlap; one per run of a material. origin: where the
-    mesh lies, x y z in metres as float64; other than 0 only far from it, where float32 loses small distances.
+    positions: (n, 3) float32, metres, Y up, relative to `origin`. triangles: (m, 3) uint32, counter-clockwise
+    seen from outside. normals: (n, 3) float32, unit. tangents: (n, 4) float32, xyz unit, w = +-1, B = w *
+    cross(N, T). uvs, uvs1: (n, 2) float32, top-left origin. colors: (n, 4) float32, linear, 0..1.
+
+    groups: cover all triangles in order without gaps or overlaps, one for each run of triangles with the same
+    name and material. origin: position of the mesh, x y z in metres. It is 0 except for a mesh far from 0,
+    where float32 positions would lose small distances.
     """
 
     positions: F32
@@ -79,30 +80,33 @@ class Mesh:
     origin: Vec3 = ORIGIN
 
     @property
-    def places(self) -> F64:
-        """(n, 3) float64: the positions in the mesh's space, origin and all."""
+    def absolute_positions(self) -> F64:
+        """(n, 3) float64, metres: positions + origin."""
         return self.positions.astype(np.float64) + self.origin
 
 
 @dataclass(frozen=True)
-class SourcePlaces:
-    """Where a source file has a mesh's vertices. places: (n, 3) float64, as the file counts them; of several
-    that are one vertex, the farthest from it. merged: triangles with an area in the file of which two corners
-    became one vertex, and the first."""
+class SourcePositions:
+    """Vertex positions as the source file writes them, the reference for errors of loading.
 
-    places: F64
+    positions: (n, 3) float64. If several positions of the file became one vertex, the one farthest from that
+    vertex. merged: number of triangles with an area in the file of which two corners became one vertex.
+    first_merged: the first of them.
+    """
+
+    positions: F64
     merged: int = 0
     first_merged: int = 0
 
 
 @dataclass(frozen=True)
 class Image:
-    """A decoded picture, as its file holds it.
+    """A decoded picture, with the values of its file.
 
-    values: (h, w, c) with row 0 at the top: uint8 or uint16 codes, or float32 numbers as they are.
-    color_space: "srgb" (values stay encoded as in the file; stages linearise them), "linear" or "data".
-    source_bits: 8, 16 or 32: bits per channel of the file. top: the file's code that stands for 1 (255, 65535
-    ...); None where it holds floats or signed integers, which are numbers as they are.
+    values: (h, w, c), row 0 at the top: uint8 or uint16 integers, or float32. color_space: "srgb" (values are
+    encoded as in the file; stages convert them to linear), "linear" or "data". source_bits: 8, 16 or 32 bits
+    per channel of the file. top: the integer of the file that means 1 (255, 65535 ...); None where the file
+    holds floats or signed integers, which are used as they are.
     """
 
     values: U8 | U16 | F32
@@ -112,8 +116,8 @@ class Image:
 
     @property
     def pixels(self) -> F32:
-        """The values as float32, codes mapped to 0..1 by correctly rounded division; made anew at each call
-        from codes."""
+        """The values as float32, integers mapped to 0..1 by correctly rounded division. Each call on integers
+        makes a new array."""
         if self.values.dtype == np.float32:
             return self.values  # type: ignore[return-value]
         top = np.float32(255 if self.values.dtype == np.uint8 else 65535)
@@ -124,10 +128,10 @@ class Image:
 
 @dataclass(frozen=True)
 class Heightfield:
-    """Heights on a regular grid whose pixels are vertices; pixel (0, 0) is the corner at -X, -Z.
+    """Heights on a regular grid. A pixel is a vertex; pixel (0, 0) is the corner at -X, -Z.
 
-    heights_m: (h, w) float32, metres, row 0 at -Z. size_x_m and size_z_m span first to last pixel. metres:
-    whether the source holds metres, so that a height given for white says nothing of it.
+    heights_m: (h, w) float32, metres, row 0 at -Z. size_x_m, size_z_m: distance from the first to the last
+    pixel. metres: whether the source holds metres, so that `--height` has no effect.
     """
 
     heights_m: F32
@@ -138,16 +142,18 @@ class Heightfield:
 
 @dataclass(frozen=True)
 class HeightMap:
-    """Heights of a map and how its normals are taken from them.
+    """Heights of a texture and how its normals are derived.
 
-    heights: (h, w) float32. slope_scale: slope of one unit of height between neighbours along (x, y):
-    amplitude over texel size. wrap: whether the map repeats along (x, y); where it does not, the slope at an
-    edge goes on as it came. filter_name: one of stages.filters.FILTERS. islands: (h, w) int32, an id per
-    UV island and below zero outside; no slope crosses a border. codes: (n,) float32, rising: the heights that
-    the codes of the source stand for, so that a height is known to half of the gap beside it; None where the
-    source holds floats. held: whether slopes are held to what those half steps allow. truth: (h, w) float32,
-    the heights of the source that metrics hold the map to (metrics/source.py), and true_codes the same of its
-    codes; None: `heights` and `codes`.
+    heights: (h, w) float32. slope_scale: slope along (x, y) of one unit of height between neighbouring
+    texels, amplitude / texel size. wrap: whether the map repeats along (x, y); where it does not, the slope
+    continues at the edges. filter_name: one of stages.filters.FILTERS. islands: (h, w) int32, id of the
+    UV island, below 0 outside; no slope crosses a border.
+
+    height_levels: (n,) float32, rising: the heights that the integers of the source stand for. A height is
+    known to half the gap between neighbouring levels. None where the source holds floats. clamp_slopes:
+    whether slopes are clamped to what these half gaps allow. reference_heights: (h, w) float32, heights of
+    the source that metrics compare with (metrics/source.py), and reference_levels its height_levels; None:
+    `heights` and `height_levels`.
     """
 
     heights: F32
@@ -156,18 +162,18 @@ class HeightMap:
     filter_name: str
     green_down: bool = False
     islands: I32 | None = None
-    codes: F32 | None = None
-    held: bool = False
-    truth: F32 | None = None
-    true_codes: F32 | None = None
+    height_levels: F32 | None = None
+    clamp_slopes: bool = False
+    reference_heights: F32 | None = None
+    reference_levels: F32 | None = None
 
 
 @dataclass(frozen=True)
 class Texture:
-    """An encoded texture: `format` as in KTX2's VkFormat without prefix and suffix, for example "BC5_SNORM".
+    """An encoded texture. format: KTX2's VkFormat without prefix and suffix, such as "BC5_SNORM".
 
-    levels: the bytes of each mip, level 0 (the finest) first; with six faces each level holds
-    +X -X +Y -Y +Z -Z one after the other. width and height are those of level 0, in texels.
+    levels: bytes of each mip, level 0 (the finest) first. With six faces each level holds +X -X +Y -Y +Z -Z
+    in this order. width, height: of level 0, in texels.
     """
 
     format: str
@@ -179,7 +185,7 @@ class Texture:
 
 @dataclass(frozen=True)
 class QuantizationGrid:
-    """Places that whole numbers can name: origin + code * step along each axis, codes 0 to 65,535.
+    """A grid of positions: origin + i * step along each axis, i = 0..65535.
 
     step, origin: metres along x, y, z; steps are above 0.
     """
@@ -189,21 +195,21 @@ class QuantizationGrid:
 
     @property
     def uniform(self) -> bool:
-        """Whether one step serves all axes: then directions need no change."""
+        """Whether the steps of all axes are equal. Then normals and tangents need no correction."""
         return self.step[0] == self.step[1] == self.step[2]
 
 
 @dataclass(frozen=True)
 class QuantizedValues:
-    """A mesh's vertices as whole numbers, one row each; what is float32 stayed as it was.
+    """Vertices as integers, one row each. Attributes that are not quantized stay float32.
 
-    positions: (n, 3), places of `lattice`. normals (n, 3), tangents (n, 4): v = max(code / 127, -1) or of
-    32,767; in the lattice's space: where its steps differ, a normal's part along an axis was multiplied by
-    the step and a tangent's divided by it, and both made unit again. uvs, uvs1: code / 65,535. colors:
-    (n, 4), code / 255 or / 65,535.
+    positions: (n, 3), indices into `grid`. normals: (n, 3), tangents: (n, 4): v = max(q / 127, -1) for int8,
+    q / 32767 for int16. They are in the space of the grid: where its steps differ, the components of a normal
+    are multiplied by the steps and those of a tangent divided by them, and both are normalized again. uvs,
+    uvs1: q / 65535. colors: (n, 4), q / 255 or q / 65535.
     """
 
-    lattice: QuantizationGrid
+    grid: QuantizationGrid
     positions: U16
     normals: I8 | I16 | F32 | None = None
     tangents: I8 | I16 | F32 | None = None
@@ -214,12 +220,12 @@ class QuantizedValues:
 
 @dataclass(frozen=True)
 class Lod:
-    """One level of detail with its two-sided surface distance from level 0, as fractions of the bounding
-    box's diagonal: the largest found, and the larger of the two directions' RMS. errors: what else was
-    measured of it, by name. codes: its vertices as a file shall hold them; None: as float32."""
+    """A level of detail. error_max, error_rms: two-sided surface distance from level 0 as a fraction of the
+    bounding box's diagonal: the largest, and the larger RMS of the two directions. errors: further errors by
+    name. quantized: its vertices as integers; None: float32."""
 
     mesh: Mesh
     error_max: float
     error_rms: float
     errors: Mapping[str, float] = field(default_factory=dict)
-    codes: QuantizedValues | None = None
+    quantized: QuantizedValues | None = None

@@ -1,8 +1,8 @@
-"""JSON and TOML that others wrote, read in time that grows with their bytes alone.
+"""Reads JSON and TOML from untrusted files in time proportional to their size.
 
-What a parser would take longer for is refused before it begins, with the place and the limit. JSON is RFC
-8259's and no more: no NaN, no key twice. Whole numbers fit into 64 bits and others into a float64, texts are
-Unicode, and little is nested: so that nothing overflows that is computed from them.
+Input that would take a parser longer is refused before it starts, with the place and the limit. JSON follows
+RFC 8259 strictly: no NaN, no duplicate keys. Integers must fit into 64 bits, other numbers into float64,
+texts must be Unicode, and nesting is limited. So code that uses the values cannot overflow.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 SCENE_FILE = "scene.json"  # the document of a baked folder
-JSON_BYTES = 64 << 20  # the player's limit as well
+JSON_BYTES = 64 << 20  # the player has the same limit
 TOML_BYTES = 4 << 20
-DEPTH = 64  # tables and lists inside one another
-KEY_PARTS = 16  # of a TOML key: a.b.c has three. A parser's work grows with their square
-WHOLE = 1 << 63  # the least whole number that does not fit into 64 bits
+DEPTH = 64  # nesting of tables and lists
+KEY_PARTS = 16  # parts of a TOML key: a.b.c has three. Parsing time grows with their square
+WHOLE = 1 << 63  # the smallest integer that does not fit into 64 bits
 
-# TOML's strings and comments, which may hold anything, an open one to its line's or the file's end. Nothing
-# that was matched is given back, so that every character is looked at once.
+# TOML's strings and comments. An unclosed one ends with its line or the file. Possessive quantifiers: the
+# match never backtracks, so that each character is read once.
 _OPAQUE = re.compile(
     r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|\Z)'
     r"|'''(?:[^']|'(?!''))*+(?:'{3,5}|\Z)"
@@ -41,12 +41,12 @@ _OPAQUE = re.compile(
 _MANY_PARTS = re.compile(rf"(?<![ \t])(?:[ \t]*+\.[ \t]*+[\w-]++){{{KEY_PARTS}}}")
 
 
-def parse_json(data: bytes | memoryview, file: object = None, *, most: int = JSON_BYTES) -> Any:
-    """What JSON in UTF-8 holds. Raises FormatError (file, place, limit)."""
-    if len(data) > most:
-        raise FormatError(f"{len(data)} bytes of JSON, limit {most}", file=file)
+def parse_json(data: bytes | memoryview, file: object = None, *, limit: int = JSON_BYTES) -> Any:
+    """Parses UTF-8 JSON of at most `limit` bytes. Raises FormatError (file, place, limit)."""
+    if len(data) > limit:
+        raise FormatError(f"{len(data)} bytes of JSON, limit {limit}", file=file)
     try:
-        with _AtOnce():
+        with _WithoutGarbageCollection():
             tree = json.loads(
                 bytes(data).decode(), parse_constant=_refuse_constant, object_pairs_hook=_unique_keys
             )
@@ -56,7 +56,7 @@ def parse_json(data: bytes | memoryview, file: object = None, *, most: int = JSO
         place = f"line {error.lineno}, column {error.colno}"
         raise FormatError(f"is not JSON: {error.msg}", file=file, place=place) from None
     except ValueError as error:
-        raise FormatError(f"is not JSON: {_digits(error)}", file=file) from None
+        raise FormatError(f"is not JSON: {_reason(error)}", file=file) from None
     except RecursionError:
         raise _too_deep(FormatError, file) from None
     except MemoryError:
@@ -66,7 +66,7 @@ def parse_json(data: bytes | memoryview, file: object = None, *, most: int = JSO
 
 
 def read_json(path: Path) -> Any:
-    """What a JSON file of at most JSON_BYTES holds. Raises OSError as `open_file` and FormatError as
+    """Parses a JSON file of at most JSON_BYTES. Raises OSError as `open_file` and FormatError as
     `parse_json`."""
     return parse_json(read_file(path, JSON_BYTES), path)
 
@@ -74,51 +74,52 @@ def read_json(path: Path) -> Any:
 def parse_toml(
     data: bytes, file: object, error: type[ParadizeError] = FormatError, *, mend: str | None = None
 ) -> dict[str, Any]:
-    """What TOML in UTF-8 holds. Raises `error` (file, place, limit); mend: of what is no TOML."""
+    """Parses UTF-8 TOML. Raises `error` (file, place, limit). mend: advice for a file that is not TOML."""
     if len(data) > TOML_BYTES:
         raise error(f"holds {len(data)} bytes, limit {TOML_BYTES}", file=file)
     try:
         text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as wrong:
-        raise error(f"byte {wrong.start} is not UTF-8", file=file, mend="save it as UTF-8") from None
-    bare = _OPAQUE.sub(_bare, text)
-    if found := _MANY_PARTS.search(bare):
-        place = f"line {bare.count(chr(10), 0, found.start()) + 1}"
+    except UnicodeDecodeError as cause:
+        raise error(f"byte {cause.start} is not UTF-8", file=file, mend="save it as UTF-8") from None
+    without_strings = _OPAQUE.sub(_blank, text)
+    if match := _MANY_PARTS.search(without_strings):
+        place = f"line {without_strings.count(chr(10), 0, match.start()) + 1}"
         raise error(f"a key has more than {KEY_PARTS} parts", file=file, place=place)
     try:
-        with _AtOnce():
+        with _WithoutGarbageCollection():
             tree = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as wrong:
-        raise error(f"is not TOML: {wrong}", file=file, mend=mend) from None
-    except ValueError as wrong:
-        raise error(f"is not TOML: {_digits(wrong)}", file=file) from None
+    except tomllib.TOMLDecodeError as cause:
+        raise error(f"is not TOML: {cause}", file=file, mend=mend) from None
+    except ValueError as cause:
+        raise error(f"is not TOML: {_reason(cause)}", file=file) from None
     except RecursionError:
         raise _too_deep(error, file) from None
     _require_plain(tree, file, error, finite=False)
     return tree
 
 
-def _bare(found: re.Match[str]) -> str:
-    """A word for a string, nothing for a comment; lines stay where they are."""
-    text = found[0]
+def _blank(match: re.Match[str]) -> str:
+    """Replaces a string by a word and a comment by nothing, and keeps the number of lines."""
+    text = match[0]
     return "" if text[0] == "#" else "\n" * text.count("\n") + "q"
 
 
 def _refuse_constant(name: str) -> NoReturn:
-    raise ValueError(f"{name} is no number of it")
+    raise ValueError(f"{name} is not a JSON number")
 
 
 def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) != len(pairs):
+    result = dict(pairs)
+    if len(result) != len(pairs):
         seen: set[str] = set()
         twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
         raise ValueError(f"an object holds the key {twice[:40]!r} twice")
-    return found
+    return result
 
 
-def _digits(error: ValueError) -> str:
-    """The error in words; Python's own of many digits tells how to raise its limit."""
+def _reason(error: ValueError) -> str:
+    """The message of an error. Python's own message about long integers is replaced: it says how to raise the
+    limit."""
     return "a whole number of more than 4300 digits" if "int_max_str_digits" in str(error) else str(error)
 
 
@@ -127,8 +128,8 @@ def _too_deep(error: type[ParadizeError], file: object) -> ParadizeError:
 
 
 def _require_plain(tree: Any, file: object, error: type[ParadizeError], *, finite: bool) -> None:
-    """Raises `error` for what is nested too deeply, and for a number or a text that is beyond what others
-    hold. Level by level: nothing recurses before the depth is known."""
+    """Raises `error` for input that is nested too deeply and for numbers or texts out of range. Works level
+    by level, so that nothing recurses before the depth is known."""
     level = [tree]
     for _ in range(DEPTH):
         below = []
@@ -136,7 +137,7 @@ def _require_plain(tree: Any, file: object, error: type[ParadizeError], *, finit
             if type(part) is dict:
                 for key in part:
                     if not key.isascii() and not _is_unicode(key):
-                        raise error("a key is no Unicode text", file=file, place=_path(tree, part))
+                        raise error("a key is not valid Unicode", file=file, place=_path(tree, part))
             values = part.values() if type(part) is dict else part if type(part) is list else (part,)
             for value in values:
                 kind = type(value)
@@ -151,7 +152,7 @@ def _require_plain(tree: Any, file: object, error: type[ParadizeError], *, finit
                         what = "a number beyond the largest float64"
                         raise error(what, file=file, place=_path(tree, value))
                 elif kind is str and not value.isascii() and not _is_unicode(value):
-                    raise error("no Unicode text", file=file, place=_path(tree, value))
+                    raise error("not valid Unicode", file=file, place=_path(tree, value))
         if not below:
             return
         level = below
@@ -167,15 +168,15 @@ def _is_unicode(text: str) -> bool:
     return True
 
 
-def _path(tree: Any, sought: object) -> str | None:
-    """The key path of a part of a tree; None where it is the whole. No deeper than DEPTH."""
-    if tree is sought:
+def _path(tree: Any, value_at: object) -> str | None:
+    """The key path of a value in a tree, such as a.b[3]; None for the tree itself."""
+    if tree is value_at:
         return None
     trail: list[Any] = []
     levels = [_members(tree)]
     while levels:
         for key, value in levels[-1]:
-            if value is sought:
+            if value is value_at:
                 names = [f"[{name}]" if type(name) is int else f".{name}" for name in (*trail, key)]
                 return ascii("".join(names).removeprefix("."))[1:-1]
             if type(value) is dict or type(value) is list:
@@ -192,9 +193,9 @@ def _members(part: Any) -> Iterator[tuple[Any, Any]]:
     return iter(part.items()) if type(part) is dict else enumerate(part)
 
 
-class _AtOnce:
-    """While a tree is made, the garbage collector would look at all of it again and again: nothing of it is
-    garbage."""
+class _WithoutGarbageCollection:
+    """Disables the garbage collector while a tree is built: it would scan the growing tree again and
+    again."""
 
     def __enter__(self) -> None:
         self.enabled = gc.isenabled()

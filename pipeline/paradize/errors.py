@@ -1,11 +1,11 @@
-"""The exception tree. Every error a person can meet says: file, place, value, limit, mend.
+"""The exceptions. Each message for a user says: file, place, what is wrong (value, limit), what to do.
 
 ParadizeError
-├── SourceError    an input file is missing, broken or outside what Paradize accepts
-├── SceneError     the scene TOML asks for something that does not exist or is out of range
-├── FormatError    a baked file is not what its format says
-├── BakeError      a stage could not do its work on valid input
-└── GroupedError   all of a run's errors, told together
+├── SourceError    an input file is missing, broken or not accepted
+├── SceneError     the scene TOML names something that does not exist or is out of range
+├── FormatError    a baked file does not follow its format
+├── BakeError      a stage failed on valid input
+└── GroupedError   all errors of a run, reported together
 """
 
 from __future__ import annotations
@@ -16,31 +16,31 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-# Control characters, line separators, marks of direction, and characters that show nothing. The player's
+# Control characters, line separators, direction marks and characters without a glyph. The player's
 # app/messages.cpp has the same list.
-_UNSEEN = (
+_INVISIBLE = (
     r"[\x00-\x1f\x7f-\x9f\xad\u061c\u180e\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufe00-\ufe0f\ufeff\ufff9-\ufffb"
     r"\U0001d173-\U0001d17a\U000e0000-\U000e0fff]"
 )
 
-MOST = 800  # characters of one part of a message
+MAX_PART = 800  # of each part of a message
 _LINES = 5  # line numbers that one message lists
-MOST_ADVICE = 2000  # of a mend, which may list all that is known
+MAX_MEND = 2000  # of the advice, which may list all known names
 
 
 def one_line(text: str) -> str:
-    """The text with line ends and what a terminal obeys or hides escaped: names of files may hold any."""
-    return re.sub(_UNSEEN, lambda found: ascii(found.group())[1:-1], text)
+    """Escapes line ends and invisible or control characters, which names of files may contain."""
+    return re.sub(_INVISIBLE, lambda match: ascii(match.group())[1:-1], text)
 
 
-def bounded(text: str, most: int = MOST) -> str:
-    """The text on one line of at most so many characters: what is too long loses its middle. Every part of
-    every message goes through here, so that no broken file fills a screen."""
+def bounded(text: str, limit: int = MAX_PART) -> str:
+    """Returns the text on one line of at most `limit` characters. Cuts the middle out of a longer text. All
+    parts of all messages go through this function, so no broken file can fill a screen."""
     text = one_line(text)
-    if len(text) <= most:
+    if len(text) <= limit:
         return text
-    tail = most // 3
-    return f"{text[: most - tail - 5]} ... {text[-tail:]}"
+    tail = limit // 3
+    return f"{text[: limit - tail - 5]} ... {text[-tail:]}"
 
 
 def merged(texts: Iterable[str]) -> list[str]:
@@ -63,7 +63,10 @@ def merged(texts: Iterable[str]) -> list[str]:
 
 
 class ParadizeError(Exception):
-    """One message for a person: `file: place: what is wrong (value, limit); mend`."""
+    """A message for a user: `file: place: what is wrong (value, limit); what to do`.
+
+    what: the fault. file: the file's path. place: line, texel, JSON path ... mend: what to do about it.
+    """
 
     def __init__(
         self, what: str, *, file: object = None, place: str | None = None, mend: str | None = None
@@ -71,24 +74,24 @@ class ParadizeError(Exception):
         self.what = bounded(what)
         self.file = None if file is None else str(file)
         self.place = place and bounded(place)
-        self.mend = mend and bounded(mend, MOST_ADVICE)
+        self.mend = mend and bounded(mend, MAX_MEND)
         head = ": ".join(part for part in (self.file, self.place) if part)
         message = f"{head}: {self.what}" if head else self.what
         super().__init__(f"{message}; {self.mend}" if self.mend else message)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _remade, (type(self), self.what, self.file, self.place, self.mend), self.__dict__
+        return _rebuild, (type(self), self.what, self.file, self.place, self.mend), self.__dict__
 
 
-def _remade(
+def _rebuild(
     kind: type[ParadizeError], what: str, file: str | None, place: str | None, mend: str | None
 ) -> ParadizeError:
-    """An error as another process raised it."""
+    """Restores an unpickled error from another process."""
     return kind(what, file=file, place=place, mend=mend)
 
 
 class SourceError(ParadizeError):
-    """A source file is missing, broken or outside what Paradize accepts."""
+    """A source file is missing, broken or not accepted."""
 
 
 class SceneError(ParadizeError):
@@ -96,15 +99,15 @@ class SceneError(ParadizeError):
 
 
 class FormatError(ParadizeError):
-    """A baked file is not what its format says."""
+    """A baked file does not follow its format."""
 
 
 class BakeError(ParadizeError):
-    """A stage could not do its work on valid input."""
+    """A stage failed on valid input."""
 
 
 class GroupedError(ParadizeError):
-    """Everything that was found wrong in one run: told together, not one a day."""
+    """All errors of a run, reported together. Groups inside groups are flattened."""
 
     def __init__(self, errors: Iterable[ParadizeError]) -> None:
         self.errors: tuple[ParadizeError, ...] = tuple(

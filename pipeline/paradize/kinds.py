@@ -1,7 +1,7 @@
-"""What kind of file a path leads to, by its first bytes, and which command takes it: so that a reader that
-cannot make sense of a file says what it is and where it belongs. And which names output may have.
+"""Recognises the kind of a file by its first bytes, so that a reader that refuses a file can say what it is
+and which command takes it. Also checks the names of outputs.
 
-A look and no proof: only asked once a reader has refused a file.
+The kind is a guess. It is used only after a reader has refused a file.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from paradize.documents import SCENE_FILE
 from paradize.errors import BakeError, ParadizeError, SceneError, SourceError
-from paradize.files import absence, open_file
+from paradize.files import missing_reason, open_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -29,8 +29,8 @@ _MESH = "`paradize mesh {file} -o {stem}.glb` or `paradize new {stem}-scene --fr
 
 @dataclass(frozen=True)
 class Kind:
-    """name: as a sentence has it, "an OBJ model". mend: what to do with such a file; {file}, {name} and
-    {stem} stand for its own."""
+    """name: with its article, "an OBJ model". mend: what to do with such a file; {file}, {name} and {stem}
+    are replaced by the file's own."""
 
     name: str
     mend: str = ""
@@ -48,8 +48,8 @@ MATERIALS = Kind("an MTL material file", "give the OBJ model that it belongs to"
 GLTF = Kind("a glTF file", "export the model as OBJ")
 FOLDER = Kind("a folder", "name a file in it")
 EMPTY = Kind("an empty file", "save or export it again")
-UNKNOWN = Kind("a binary file of no kind that Paradize knows", "name another file")
-TEXT = Kind("text")  # of any kind: a reader's own message says more
+UNKNOWN = Kind("a binary file of an unknown kind", "name another file")
+TEXT = Kind("text")  # of any kind; the reader's own message is more specific
 
 _MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"\x89PNG\r\n\x1a\n", Kind("a PNG picture", _MAPS)),
@@ -79,7 +79,8 @@ _CONTROLS = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
 
 
 def kind_of(path: Path) -> Kind:
-    """Raises OSError for what is missing, cannot be opened, or is a pipe or a device."""
+    """Returns the kind of a file or folder. Raises OSError for what is missing, cannot be opened, or is a
+    pipe or a device."""
     if path.is_dir():
         return BAKED if os.path.lexists(path / SCENE_FILE) else FOLDER
     with open_file(path) as stream:
@@ -87,10 +88,10 @@ def kind_of(path: Path) -> Kind:
     if not head:
         return EMPTY
     kinds = [kind for magic, kind in _MAGIC if head.startswith(magic)]
-    return kinds[0] if kinds else _SUFFIXES.get(path.suffix.lower()) or _of_text(head)
+    return kinds[0] if kinds else _SUFFIXES.get(path.suffix.lower()) or _kind_of_text(head)
 
 
-def _of_text(head: bytes) -> Kind:
+def _kind_of_text(head: bytes) -> Kind:
     if _STATEMENT.search(head):
         return MODEL
     if _CONTROLS.search(head):
@@ -102,15 +103,15 @@ def _of_text(head: bytes) -> Kind:
     return SCENE if _TABLE.search(head) else TEXT
 
 
-def _is(found: Kind, wanted: Kind) -> bool:
-    """Whether a file of the kind found may be one of the kind wanted, so that its reader knows best."""
-    picture = found is PICTURE or found.name.endswith(" picture")
+def _accepted(actual: Kind, wanted: Kind) -> bool:
+    """Whether a reader of `wanted` may try a file of kind `actual`."""
+    picture = actual is PICTURE or actual.name.endswith(" picture")
     if wanted in (PICTURE, HEIGHTS):
-        return picture or found in (HEIGHTS, UNKNOWN, EMPTY)
-    return found is wanted or (found is TEXT and wanted in (MODEL, SCENE))
+        return picture or actual in (HEIGHTS, UNKNOWN, EMPTY)
+    return actual is wanted or (actual is TEXT and wanted in (MODEL, SCENE))
 
 
-_HINTS = {  # where the file itself says nothing of what it is for
+_HINTS = {  # for files whose own kind suggests nothing
     MODEL: "name an OBJ file",
     PICTURE: "name a PNG, TIFF or OpenEXR file",
     HEIGHTS: "name a picture of one grey channel, or an .hgt tile",
@@ -118,35 +119,41 @@ _HINTS = {  # where the file itself says nothing of what it is for
     BAKED: "`paradize bake SCENE.toml -o DIR` makes one",
     SOUND: "save it as Ogg Vorbis, mono or stereo",
 }
-_SILENT = (TEXT, UNKNOWN, EMPTY, FOLDER)
+_UNSPECIFIC = (TEXT, UNKNOWN, EMPTY, FOLDER)
 
 
 def refusal(wanted: Kind, path: Path) -> tuple[str, str] | None:
-    """What is wrong, and its mend, where a file is missing or of another kind than wanted; else None."""
+    """Returns what is wrong with a file that is missing or of another kind than wanted, and what to do; else
+    None."""
     try:
-        found = kind_of(path)
+        actual = kind_of(path)
     except FileNotFoundError:
-        link = absence(path)
-        return (link, "mend it, or name another file") if link else ("there is no such file", _near(path))
+        link = missing_reason(path)
+        return (
+            (link, "mend it, or name another file") if link else ("there is no such file", _suggestion(path))
+        )
     except OSError:
         return None
-    if _is(found, wanted):
+    if _accepted(actual, wanted):
         return None
-    if found is FOLDER and wanted is BAKED:
+    if actual is FOLDER and wanted is BAKED:
         return f"holds no {SCENE_FILE}", _HINTS[BAKED]
-    return f"is {found.name}, not {wanted.name}", _HINTS[wanted] if found in _SILENT else mend_of(found, path)
+    return f"is {actual.name}, not {wanted.name}", _HINTS[wanted] if actual in _UNSPECIFIC else mend_of(
+        actual, path
+    )
 
 
 def require(wanted: Kind, path: Path) -> None:
-    """Raises SourceError (of a scene SceneError) where `refusal` finds something."""
-    found = refusal(wanted, path)
-    if found:
-        raise (SceneError if wanted is SCENE else SourceError)(found[0], file=path, mend=found[1])
+    """Raises SourceError (SceneError for a scene) with the fault that `refusal` returns."""
+    fault = refusal(wanted, path)
+    if fault:
+        raise (SceneError if wanted is SCENE else SourceError)(fault[0], file=path, mend=fault[1])
 
 
 @contextmanager
 def expecting(wanted: Kind, path: Path) -> Iterator[None]:
-    """Lets a reader read; where it refuses a file that is missing or of another kind, says that instead."""
+    """Wraps a reader. If the reader refuses a file that is missing or of another kind, raises `require`'s
+    message instead."""
     try:
         yield
     except ParadizeError:
@@ -154,27 +161,27 @@ def expecting(wanted: Kind, path: Path) -> Iterator[None]:
         raise
 
 
-def _near(path: Path) -> str:
-    """The file that may have been meant, or where it was looked for."""
+def _suggestion(path: Path) -> str:
+    """A file of a similar name, or the folder that was searched."""
     import difflib
 
     folder = path.parent
     try:
-        names = sorted({*os.listdir(folder)} - {path.name})  # noqa: PTH208 (names, no paths)
+        names = sorted({*os.listdir(folder)} - {path.name})  # noqa: PTH208 (names only)
     except OSError:
         return f"there is no folder {folder}"
-    near = difflib.get_close_matches(path.name, names[:10_000], n=1)
-    return f"did you mean {folder / near[0]}?" if near else f"looked for in {folder.absolute()}"
+    similar = difflib.get_close_matches(path.name, names[:10_000], n=1)
+    return f"did you mean {folder / similar[0]}?" if similar else f"looked for in {folder.absolute()}"
 
 
 def mend_of(kind: Kind, path: Path) -> str:
-    """What to do with a file of a kind, its name filled in as a shell takes it."""
+    """What to do with a file of this kind, with the file's name quoted for a shell."""
     from shlex import quote
 
     file, stem = (f"./{text}" if text.startswith("-") else text for text in (str(path), path.stem))
     name = path.name.replace("\\", "\\\\").replace('"', '\\"')  # inside a TOML string
-    for hole, value in (("{name}", name), ("{stem}", quote(stem)), ("{file}", quote(file))):
-        kind = replace(kind, mend=kind.mend.replace(hole, value))
+    for placeholder, value in (("{name}", name), ("{stem}", quote(stem)), ("{file}", quote(file))):
+        kind = replace(kind, mend=kind.mend.replace(placeholder, value))
     return kind.mend
 
 
@@ -182,24 +189,24 @@ _FILES = (".glb", ".gltf", ".ktx2", ".png", ".jpg", ".exr", ".obj", ".toml", ".j
 
 
 def require_glb(path: Path) -> None:
-    """Raises BakeError for the name of a file that is no GLB's: programs know one by it."""
+    """Raises BakeError for an output name without the suffix .glb, by which programs recognise a GLB."""
     if path.name in ("", ".."):
         raise BakeError("names a folder, not a file", file=path, mend="name a file with -o")
     if path.suffix.lower() != ".glb":
         from shlex import quote
 
-        named = f"`-o {quote(str(path.with_suffix('.glb')))}`"
+        advice = f"`-o {quote(str(path.with_suffix('.glb')))}`"
         raise BakeError(
-            f"ends in {path.suffix or 'nothing'}; what is written is a GLB", file=path, mend=f"write {named}"
+            f"ends in {path.suffix or 'nothing'}; the output is a GLB", file=path, mend=f"write {advice}"
         )
 
 
 def require_folder(path: Path) -> None:
-    """Raises BakeError for a name of a folder that looks like that of a file, where no such folder is yet."""
+    """Raises BakeError for an output folder whose name looks like a file's and that does not exist."""
     if path.suffix.lower() in _FILES and not path.is_dir():
         from shlex import quote
 
-        named = f"`-o {quote(str(path.with_suffix('')))}`"
+        advice = f"`-o {quote(str(path.with_suffix('')))}`"
         raise BakeError(
-            "is the name of a file; what is written is a folder", file=path, mend=f"write {named}"
+            "looks like the name of a file; the output is a folder", file=path, mend=f"write {advice}"
         )

@@ -46,7 +46,7 @@ with tempfile.TemporaryDirectory() as name:
     data = {one: store.find(sha256) for one, sha256 in made.items()} | {f"{owner}_mesh": mesh}
     hashes = made | {f"{owner}_mesh": hash_file(mesh)}
     found, errors = measure_objects(store, scene, met, {owner: list(facts.materials)}, data, hashes, how)
-    how.crew.stop()
+    how.pool.stop()
 assert not errors and all(owner in of for of in found.values()), (found, errors)
 """
 

@@ -31,7 +31,7 @@ from paradize.data import Mesh
 from paradize.kernels.mesh import number_rows
 from paradize.kernels.simplify import simplify
 from paradize.metrics.mapped_normal import normal_error, uv_shift
-from paradize.metrics.surface import Judge, surface_distance
+from paradize.metrics.surface import Original, surface_distance
 from paradize.stages.simplifiers import meshopt_simplify
 from row import BASELINE, Row, Trade, on
 from tests.places import ROOT
@@ -187,7 +187,7 @@ def _fqmr(points: Points, faces: Faces, target: int) -> tuple[Points, Faces]:
     return np.asarray(found, np.float64), np.asarray(kept).astype(np.uint32)
 
 
-def _error(judge: Judge, levels: Levels, which: int) -> tuple[float, str]:
+def _error(judge: Original, levels: Levels, which: int) -> tuple[float, str]:
     """The RMS, and what is told."""
     _, points, faces, columns = levels[which]
     level = Mesh(np.ascontiguousarray(points, np.float32), np.ascontiguousarray(faces, np.uint32))
@@ -224,7 +224,7 @@ def _trade(name: str, rms: float, their_rms: float) -> Trade:
 
 def rows(runs: int, folder: Path) -> Iterator[Row]:
     mesh = centred()
-    judge = Judge(mesh)
+    judge = Original(mesh)
     updating = "npm meshoptimizer (WASM, time inside node), simplifyWithUpdate"
     peers: list[tuple[str, bool, Callable[[Mesh], Levels]]] = [
         ("meshoptimizer, attributes", True, partial(meshopt, attributes=True)),
@@ -266,7 +266,7 @@ def rows(runs: int, folder: Path) -> Iterator[Row]:
     yield from _bare_rows(mesh, judge, min(runs, 5))
 
 
-def _bare_rows(mesh: Mesh, judge: Judge, runs: int) -> Iterator[Row]:
+def _bare_rows(mesh: Mesh, judge: Original, runs: int) -> Iterator[Row]:
     pairs = [(bare(mesh), positions_only(mesh, _fast)) for _ in range(runs)]
     for which, target in enumerate(TARGETS):
         seconds = [float(np.median([pair[side][which][0] for pair in pairs])) for side in (0, 1)]

@@ -73,7 +73,7 @@ def _share_lost(text: str, made: ObjResult) -> float:
 
 def _judged(text: str) -> tuple[ObjResult, dict[str, float]]:
     made = read_text(text)
-    return replace(made, warnings=[]), loaded(made.mesh, made.text).errors
+    return replace(made, warnings=[]), loaded(made.mesh, made.source).errors
 
 
 def _misjudged(text: str, made: tuple[ObjResult, dict[str, float]]) -> float:

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from paradize.data import Mesh, QuantizedValues
 from paradize.metrics.atlas import atlas_quality
-from paradize.metrics.surface import Judge, surface_distance
+from paradize.metrics.surface import Original, surface_distance
 from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.stages.atlas import make_atlas
 from paradize.stages.lod import simplify
@@ -159,7 +159,7 @@ def _coded(mesh: Mesh) -> QuantizedValues:
 
 def _steps_off(mesh: Mesh, made: QuantizedValues) -> float:
     """How far a vertex moved along an axis, in steps of the lattice: half of one at most."""
-    step, origin = np.array(made.lattice.step), np.array(made.lattice.origin)
+    step, origin = np.array(made.grid.step), np.array(made.grid.origin)
     places = made.positions * step + origin
     return float((np.abs(places - sound(mesh).positions.astype(np.float64)) / step).max())
 
@@ -190,7 +190,7 @@ def _halved(method: str) -> Any:
 def _fitted(mesh: Mesh) -> Mesh:
     clean = sound(mesh)
     level = simplify(clean, max(1, len(clean.triangles) // 2)).mesh
-    judge = Judge(clean)
+    judge = Original(clean)
     reach_m = judge.distance(level, 20_000)["error_max"] * judge.diagonal_m
     moved = replace(level, positions=fit_positions(clean, level, reach_m).astype(np.float32))
     return replace(moved, normals=fit_normals(clean, moved))

@@ -124,9 +124,9 @@ EIGHTH = ((4 / 5, -1 / 5, 4 / 105, -1 / 280), (1.0,))
 def reach_of_half_steps(ground: HeightMap) -> tuple[np.ndarray, np.ndarray]:
     """How far the eighth-order slopes along x and down y can be off while every height stays within half of
     the gap to the next code; tap by tap, so that beyond an edge the parts of a reflection add up."""
-    assert ground.codes is not None
-    gaps = np.diff(ground.codes.astype(np.float64))
-    at = np.searchsorted(ground.codes, ground.heights)
+    assert ground.height_levels is not None
+    gaps = np.diff(ground.height_levels.astype(np.float64))
+    at = np.searchsorted(ground.height_levels, ground.heights)
     halves = np.maximum(np.append(gaps, 0.0)[at], np.append(0.0, gaps)[at]) / 2
 
     def along_x(halves: np.ndarray, repeats: bool) -> np.ndarray:

@@ -71,7 +71,7 @@ KINDS: dict[str, Callable[[Path], None]] = {
 
 
 SAID = {  # of each kind, by what opens files
-    "pipe": "is no regular file", "endless": "is no regular file", "listener": "is no regular file",
+    "pipe": "is not a regular file", "endless": "is not a regular file", "listener": "is not a regular file",
     "folder": "is a folder", "circle": os.strerror(errno.ELOOP), "nowhere": os.strerror(errno.ENOENT),
 }  # fmt: skip
 MANY = [kind for kind in KINDS if kind != "vast"]  # what is no file at all

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.data import Group, Mesh, QuantizationGrid
-from paradize.formats.glb.codes import decoded_mesh
+from paradize.formats.glb.quantized import decoded_mesh
 from paradize.formats.glb.tiles import TilePatch, encode_tiles
 from paradize.stages.quantise import direction_bits, quantise
 

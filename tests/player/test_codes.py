@@ -53,9 +53,9 @@ def test_a_quantized_mesh_is_drawn_like_floats(
 ) -> None:
     lods = [Lod(tilted(), 0.0, 0.0), Lod(tilted(), 0.02, 0.01)]
     codes = quantised_levels(lods, direction_deg=direction_deg)
-    assert codes[0].codes is not None
-    assert codes[0].codes.normals is not None
-    assert codes[0].codes.normals.dtype == kind
+    assert codes[0].quantized is not None
+    assert codes[0].quantized.normals is not None
+    assert codes[0].quantized.normals.dtype == kind
     floats = picture(tmp_path / "floats", player, encode_glb(lods, "box"))
     drawn = picture(tmp_path / "codes", player, encode_glb(codes, "box"))
     other = picture(tmp_path / "other", player, encode_glb([Lod(synthetic.box(), 0.0, 0.0)] * 2, "box"))

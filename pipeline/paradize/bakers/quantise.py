@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from paradize.data import Lod, Mesh, QuantizationGrid, QuantizedValues, six_down, six_up
-from paradize.formats.glb.codes import decoded_mesh
+from paradize.data import Lod, Mesh, QuantizationGrid, QuantizedValues, rounded_down, rounded_up
 from paradize.formats.glb.encode import encode_glb
+from paradize.formats.glb.quantized import decoded_mesh
 from paradize.metrics.quantised import quantised_errors
 from paradize.stages.quantise import (
     DIRECTION_DEG,
@@ -33,14 +33,14 @@ def quantised_levels(lods: Sequence[Lod], *, direction_deg: float = DIRECTION_DE
     codes do to the surface. Raises BakeError where the mesh is too small for codes."""
     meshes = [lod.mesh for lod in lods]
     codes = quantise_levels(meshes, mesh_lattice(meshes), direction_deg=direction_deg)
-    coded = [replace(lod, codes=code) for lod, code in zip(lods, codes, strict=True)]
+    coded = [replace(lod, quantized=code) for lod, code in zip(lods, codes, strict=True)]
     found = quantised_errors(encode_glb(coded, "measured"), meshes)
     most = max(errors["quantise_max"] for errors in found)
     return tuple(
         replace(
             lod,
-            error_max=six_up(lod.error_max + most),
-            error_rms=six_up(lod.error_rms + most),
+            error_max=rounded_up(lod.error_max + most),
+            error_rms=rounded_up(lod.error_rms + most),
             errors={**lod.errors, **_lower(lod, most), **errors},
         )
         for lod, errors in zip(coded, found, strict=True)
@@ -50,7 +50,7 @@ def quantised_levels(lods: Sequence[Lod], *, direction_deg: float = DIRECTION_DE
 def _lower(lod: Lod, most: float) -> dict[str, float]:
     """What is left of the distance's lower bound where the surface moved by `most`."""
     lower = lod.errors.get("error_max_lower")
-    return {} if lower is None else {"error_max_lower": six_down(max(0.0, lower - most))}
+    return {} if lower is None else {"error_max_lower": rounded_down(max(0.0, lower - most))}
 
 
 def quantised_terrain(mesh: Mesh, lattice: QuantizationGrid) -> tuple[Mesh, QuantizedValues]:

@@ -20,8 +20,8 @@ Settings = dict[str, Any]
 
 @dataclass(frozen=True)
 class Product:
-    """One of a job's products: the bytes, or the file that holds them, in the room that the maker was given;
-    and what was measured of it, under the product's name."""
+    """One of a job's products: its bytes or the file in the scratch folder that holds them, and what was
+    measured of it under the product's name."""
 
     artifact: Artifact
     data: bytes | Path
@@ -87,11 +87,11 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     return [Product(artifact, made.glb)]
 
 
-def make_terrain(sources: Sources, settings: Settings, tier: str, room: Path) -> list[Product]:
+def make_terrain(sources: Sources, settings: Settings, tier: str, scratch: Path) -> list[Product]:
     """Heightmap -> GLB tiles, as many as it takes, and what scene.json tells of their patches."""
     from paradize.bakers.terrain.tiles import bake_tiles
 
-    made = bake_tiles(sources["heightmap"], room, tier=tier, **settings)
+    made = bake_tiles(sources["heightmap"], scratch, tier=tier, **settings)
     tree = {"tables": made.tables, "first_s": [tile.first_s for tile in made.tiles]}
     record = Artifact("tree", suffix="json", tier=made.tier, warnings=made.warnings)
     found = [Product(record, json.dumps(tree, allow_nan=False).encode())]
@@ -201,7 +201,7 @@ def _texture(name: str, made: Any) -> Product:
 
 
 Maker = Callable[..., list[Product]]  # of sources, settings and tier; those of ROOMS of a folder too
-ROOMS = ("terrain",)
+WITH_SCRATCH = ("terrain",)
 # maker -> (the module whose code, with all that it imports, decides the result; the function)
 MAKERS: dict[str, tuple[str, Maker]] = {
     "mesh": ("paradize.bakers.mesh.lods_from_path", make_mesh),

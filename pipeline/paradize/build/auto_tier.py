@@ -73,7 +73,7 @@ class Bench:
 
     def bake(self, tasks: Iterable[Task]) -> None:
         asked = list(tasks)
-        run_tasks(self.context.store, self.context.room, asked, self.stamps, self.context.how)
+        run_tasks(self.context.store, self.context.scratch, asked, self.stamps, self.context.how)
         self.made.update({task.key: task.seconds for task in asked if not task.error})
 
 

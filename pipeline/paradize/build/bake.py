@@ -51,10 +51,10 @@ def bake(scene_path: Path, out: Path | None = None, how: BuildOptions | None = N
         lock = key_of(str(resolved(folder)))[:32]
         pool = how.pool or WorkerPool()  # the same workers bake and measure
         try:
-            with store.in_use(), store.locked(lock), store.room(lock) as room:
+            with store.in_use(), store.locked(lock), store.scratch(lock) as scratch:
                 flight = plan_flight(scene.flight)
                 used = replace(how, pool=pool)
-                context = BuildContext(store, room, scene_path, scene, flight, folder, used)
+                context = BuildContext(store, scratch, scene_path, scene, flight, folder, used)
                 report = _bake(context, name, was)
         finally:
             if pool is not how.pool:

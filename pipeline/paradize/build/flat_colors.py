@@ -53,7 +53,7 @@ def measure_flat(
 def _kept(mesh: Mesh, size: tuple[int, int], chain: Sequence[F32], unit: float, repeat: bool) -> int:
     if mesh.uvs is None:
         return len(chain) - 1
-    corners = mesh.places[mesh.triangles]
+    corners = mesh.absolute_positions[mesh.triangles]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     cross = np.stack([a[:, i - 2] * b[:, i - 1] - a[:, i - 1] * b[:, i - 2] for i in range(3)], axis=1)
     area = np.sqrt(cross[:, 0] ** 2 + cross[:, 1] ** 2 + cross[:, 2] ** 2)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Mesh, Texture, six
+from paradize.data import Mesh, Texture, rounded
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.kernels.gutter import Bleed, linear_light, walk
@@ -194,12 +194,12 @@ def _facts(
     width = islands.width_texels
     return {
         "islands": islands.count,
-        "needed_texels": six(gutter.needed_texels(in_use, reach, size)),
-        "width_texels": None if width is None else six(width),
+        "needed_texels": rounded(gutter.needed_texels(in_use, reach, size)),
+        "width_texels": None if width is None else rounded(width),
         "level_in_use": in_use,
         "level_by_width": last if width is None else gutter.level_by_width(width, reach, size, last),
         "max_level": None if safe == last else safe,
         "bound": bleed,
-        "bleed_p99": [six(level.all_p99) for level in found],
-        "bleed_max": [six(level.worst) for level in found],
+        "bleed_p99": [rounded(level.all_p99) for level in found],
+        "bleed_max": [rounded(level.worst) for level in found],
     }

@@ -14,7 +14,7 @@ import numpy as np
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.metrics.mapped_normal import SAMPLES, normal_error
-from paradize.metrics.surface import Judge
+from paradize.metrics.surface import Original
 from paradize.metrics.texels import decode_texels
 
 if TYPE_CHECKING:
@@ -35,10 +35,12 @@ def measure_bumps(glb: bytes, texture: bytes, *, name: str, repeat: bool) -> lis
     """
     finest, *coarser = decode_glb(glb, name)
     vectors = _vectors(decode_ktx2(texture, f"{name}_normal"))
-    judge = Judge(finest.mesh)
+    judge = Original(finest.mesh)
     found = [dict.fromkeys(MAPPED, 0.0)]
     for lod in coarser:
-        told = normal_error(judge, lod.mesh, SAMPLES, apart=lod.error_max, normal_map=vectors, repeat=repeat)
+        told = normal_error(
+            judge, lod.mesh, SAMPLES, surface_error=lod.error_max, normal_map=vectors, repeat=repeat
+        )
         found.append({key: told[key] for key in MAPPED})
     return found
 

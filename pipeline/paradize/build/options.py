@@ -70,11 +70,11 @@ class BuildOptions:
 
 @dataclass(frozen=True)
 class BuildContext:
-    """A scene that is being baked. room: a folder for what workers write. scene_path: its file. out: where
+    """A scene that is being baked. scratch: a folder for what workers write. scene_path: its file. out: where
     the artifacts go."""
 
     store: Store
-    room: Path
+    scratch: Path
     scene_path: Path
     scene: Scene
     flight: Flight

@@ -18,7 +18,7 @@ from paradize.errors import ParadizeError
 from paradize.files import resolved
 from paradize.jobs.code import code_files
 from paradize.jobs.libraries import library_versions
-from paradize.store.atomic import is_aside
+from paradize.store.atomic import is_partial
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Store, key_of, stamp
 
@@ -76,7 +76,7 @@ def strays(out: Path, named: Container[str]) -> list[Path]:
     return [
         out / name
         for name in os.listdir(out)  # noqa: PTH208 (a bake with nothing to do makes no path of each)
-        if name not in named and (is_aside(name) or FILE_NAME.fullmatch(name))
+        if name not in named and (is_partial(name) or FILE_NAME.fullmatch(name))
     ]
 
 

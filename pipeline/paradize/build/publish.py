@@ -268,13 +268,13 @@ def _write(out: Path, files: dict[str, tuple[Path, str | None]], manifest: bytes
     for name, (data, sha256) in files.items():
         path = out / name
         if not _is_file(path, data.stat().st_size, sha256):
-            write_whole(path, data, flush=False, sha256=sha256, ours=True)
+            write_whole(path, data, flush=False, sha256=sha256, owned=True)
             wrote = True
     if wrote:
         flush_folder(out)  # their names stand before the one that names them
     scene = out / SCENE_FILE
     if not _holds(scene, manifest):
-        write_whole(scene, manifest, ours=True)
+        write_whole(scene, manifest, owned=True)
     return [text for path in strays(out, files) for text in _removed(path)]
 
 

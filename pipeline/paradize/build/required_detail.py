@@ -139,7 +139,7 @@ def _texture(
 
 def _from_m(thing: SeenObject, level: int, scale: float, views: Views) -> float:
     """Nearer than this a level of a mesh is not drawn."""
-    return thing.errors_m[level] * scale * views.demand.pixels * (1.0 - 1e-5) if level else 0.0
+    return thing.errors_m[level] * scale * views.query.pixels * (1.0 - 1e-5) if level else 0.0
 
 
 def _ground(
@@ -161,7 +161,7 @@ def _ground(
         seen = finest(views, [(least, Placement())])
         if name.startswith("sand") and seen.texels < float("inf"):
             far_m = GRAINS * REFERENCE_REPEATS * repeat_m
-            far = far_m * views.pixel * views.demand.corner * views.demand.corner * float(least.density.min())
+            far = far_m * views.pixel * views.query.corner * views.query.corner * float(least.density.min())
             texels = SHORTEST * min(seen.texels, far)
             texels = min(texels, LUMPS * seen.texels) if name == "sand_normal" else texels
             seen = FinestMip(texels, seen.second_s, seen.view)
@@ -176,7 +176,7 @@ def _water(
     corners = [(-half, level_m, -half), (half, level_m, -half), (-half, level_m, half), (half, level_m, half)]
     square = np.array([[corners[0], corners[2], corners[1]], [corners[1], corners[2], corners[3]]])
     found = {}
-    dry = bool((views.demand.eye[1] - views.demand.slack_m - views.demand.reach[1] > level_m).all())
+    dry = bool((views.query.eye[1] - views.query.slack_m - views.query.reach[1] > level_m).all())
     for name, size in textures.items():
         density = WAVES[name.rpartition("_")[2]] * tile / size_m * min(size)
         seen = finest(views, [(Surface(square, np.full(2, density)), Placement())])
@@ -187,7 +187,7 @@ def _water(
 
 def _sky(views: Views, *, water: bool, side: int, levels: int, smoothest: float | None) -> dict[str, Any]:
     """A face's texels are sparsest in its middle: side / 2 of them to a radian."""
-    corner = views.demand.corner * views.demand.corner
+    corner = views.query.corner * views.query.corner
     texels = 0.5 * side * views.pixel * corner / max(1.0, views.mirror or 0.0)
     found = _told(FinestMip(texels, 0.0, "camera"))
     if water:

@@ -149,12 +149,12 @@ def solo_terrain(
         "tier": made.tier,
         "bytes": len(made.glb),
         "quantised": quantise,
-        **made.codes,
+        **made.quantization_errors,
         "warnings": made.warnings,
     }
     errors = {"terrain_max_m": made.max_error_m, "terrain_rms_m": made.rms_error_m}
     rows = [(path.stem, made.tier, errors, len(made.glb))]
-    return BakedFiles({path.stem: made.glb}, told, rows, {"terrain": errors | made.codes})
+    return BakedFiles({path.stem: made.glb}, told, rows, {"terrain": errors | made.quantization_errors})
 
 
 def solo_maps(

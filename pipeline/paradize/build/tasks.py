@@ -159,14 +159,14 @@ def recall(store: Store, task: Task) -> bool:
 
 def run_tasks(
     store: Store,
-    room: Path,
+    scratch: Path,
     tasks: list[Task],
     stamps: Mapping[Path, Stamp | None],
     how: BuildOptions,
 ) -> None:
-    """Bakes the tasks in worker processes and keeps what they make; their errors stay with them. room: where
-    they write what they do not hand over. stamps: of the sources when they were hashed; what was made of a
-    source that changed since is refused."""
+    """Bakes the tasks in worker processes and stores their products; errors stay with their tasks. scratch:
+    folder for files that workers write. stamps: of the sources when they were hashed; a product of a source
+    that changed since is refused."""
     by_name = {task.order.name: task for task in tasks}
 
     def ended(outcome: Outcome) -> None:
@@ -191,7 +191,7 @@ def run_tasks(
             task.order.name,
             registry.MAKERS[task.order.maker][1],
             {"sources": task.order.sources, "settings": task.settings, "tier": task.tier}
-            | ({"room": room / task.key} if task.order.maker in registry.ROOMS else {}),
+            | ({"scratch": scratch / task.key} if task.order.maker in registry.WITH_SCRATCH else {}),
             file=next(iter(task.order.sources.values()), None),
             code=code_of(registry.MAKERS[task.order.maker][0], ASKED),
             timeout_s=time_limit(seconds_of(task.order.sources.values())),

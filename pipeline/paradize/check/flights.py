@@ -99,7 +99,7 @@ def _nearest_object(manifest: dict[str, Any], folder: Path, eyes: F64, reach: fl
             last = item["mesh"]
             try:
                 mesh = decode_glb(read_entry(folder, manifest["artifacts"][last]), last)[0].mesh
-                corners = mesh.places[mesh.triangles]
+                corners = mesh.absolute_positions[mesh.triangles]
             except (OSError, ParadizeError):
                 corners = np.zeros((0, 3, 3))
         if not len(corners):

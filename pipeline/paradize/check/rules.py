@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from paradize.errors import MOST, MOST_ADVICE, ParadizeError, bounded
+from paradize.errors import MAX_MEND, MAX_PART, ParadizeError, bounded
 
 
 @dataclass(frozen=True)
@@ -230,7 +230,11 @@ class Finding:
     waived: str = ""
 
     def __post_init__(self) -> None:
-        for name, most in (("what", MOST), ("place", MOST), ("mend", MOST_ADVICE)):
+        for name, most in (
+            ("what", MAX_PART),
+            ("place", MAX_PART),
+            ("mend", MAX_MEND),
+        ):
             object.__setattr__(self, name, bounded(getattr(self, name), most))
 
     @property

@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
     from paradize.store.local import Store, default_root
 
     store = Store(default_root())
-    cleaned = clean(store, now_s=time.time(), older_than_s=arguments.older_than, to_bytes=arguments.to_size)
+    cleaned = clean(store, now_s=time.time(), older_than_s=arguments.older_than, max_bytes=arguments.to_size)
     result = {"store": str(store.root), "dropped": cleaned.dropped}
     result |= {"freed_bytes": cleaned.freed_bytes, "kept_bytes": cleaned.kept_bytes}
     if arguments.json:

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.visibility.finest_mip import halves, sphere_around
-from paradize.visibility.query import Demand, Runs, Sphere, camera_demand
+from paradize.visibility.finest_mip import sphere_around, split_triangles
+from paradize.visibility.query import Runs, Sphere, VisibilityQuery, camera_query
 
 F64 = npt.NDArray[np.float64]
 _BLOCK = 32  # runs whose eyes get a common box
@@ -72,8 +72,8 @@ class Camera:
 
     def __init__(self, manifest: dict[str, Any]) -> None:
         with np.errstate(over="ignore", invalid="ignore"):  # a damaged path is not usable
-            demand = camera_demand(manifest)
-        self.demand: Demand = demand
+            demand = camera_query(manifest)
+        self.demand: VisibilityQuery = demand
         self.pixels = demand.pixels  # that one metre covers at one metre
         columns = (*demand.eye, *demand.ahead, *demand.reach, demand.slack_m)
         self.usable = all(bool((np.abs(column) < _FAR_M).all()) for column in columns)
@@ -169,7 +169,7 @@ class _Search:
                 corners = shape(moved.row)
             if corners is None or not loose:
                 return self.known if self.known is not None and known > moved.px else moved
-            for half, _ in halves(corners):
+            for half, _ in split_triangles(corners):
                 middle, radius_m = sphere_around(half)
                 radius_m += float(surfaces.error_m[moved.row])
                 self._look(moved.row, half, middle, radius_m, part.runs)

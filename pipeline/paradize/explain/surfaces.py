@@ -148,13 +148,13 @@ def _finest(data: bytes) -> list[F64]:
     from paradize.formats.glb.reader import decode_glb
 
     mesh = decode_glb(data, "the mesh")[0].mesh
-    return [mesh.places[mesh.triangles]]
+    return [mesh.absolute_positions[mesh.triangles]]
 
 
 def _patches(data: bytes) -> list[F64]:
     from paradize.formats.glb.tiles import decode_tile
 
-    return [patch.mesh.places[patch.mesh.triangles] for patch in decode_tile(data)]
+    return [patch.mesh.absolute_positions[patch.mesh.triangles] for patch in decode_tile(data)]
 
 
 def _patch(triangles: _Triangles, nodes: npt.NDArray[np.intp], row: int) -> F64 | None:

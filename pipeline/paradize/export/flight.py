@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from paradize.data import ORIGIN, Vec3, six
+from paradize.data import ORIGIN, Vec3, rounded
 from paradize.scene.flight import Flight
 
 if TYPE_CHECKING:
@@ -57,7 +57,10 @@ def flight_keys(tree: dict[str, Any]) -> Keys:
     angles = np.degrees(4.0 * np.arcsin(np.clip(same / 2.0, 0.0, 1.0)))
     errors: dict[str, float] = {}
     for name, values in (("path_export_m", apart), ("path_export_deg", angles)):
-        errors |= {f"{name}_max": six(values.max()), f"{name}_p99": six(np.percentile(values, 99))}
+        errors |= {
+            f"{name}_max": rounded(values.max()),
+            f"{name}_p99": rounded(np.percentile(values, 99)),
+        }
     return Keys(times_s, keys, turns.astype(np.float32), errors, origin)
 
 

@@ -10,7 +10,7 @@ from paradize.data import Texture
 from paradize.formats.png import encode_png
 from paradize.metrics.texels import decode_texels
 from paradize.preview.pictures import rebuilt, to_bytes
-from paradize.preview.shade import to_codes, to_light
+from paradize.preview.shade import to_light, to_srgb
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -43,7 +43,7 @@ def sky_pngs(cube: Texture, exposure: float) -> list[bytes]:
     """The six faces as the player shows them: with exposure and tone mapping, sRGB."""
     edge = cube.width
     faces = np.frombuffer(cube.levels[0], np.float16).reshape(6, edge, edge, 4)
-    return [encode_png(to_codes(_tone(face[:, :, :3].astype(np.float32) * exposure))) for face in faces]
+    return [encode_png(to_srgb(_tone(face[:, :, :3].astype(np.float32) * exposure))) for face in faces]
 
 
 def ground_light(sand: F32, effect: F32 | None, share: F32, repeat: tuple[float, float]) -> F32:

@@ -39,7 +39,7 @@ from paradize.formats.scene_manifest import read_entry, read_scene
 from paradize.jobs.progress import OnProgress
 from paradize.kinds import BAKED, expecting, require_glb
 from paradize.metrics.texels import decode_texels
-from paradize.preview.shade import to_codes
+from paradize.preview.shade import to_srgb
 from paradize.scene.placement import placed
 from paradize.store.atomic import write_whole
 
@@ -151,7 +151,7 @@ class _Export:
         light = ground_light(sand[:, :, :3], None if effect is None else effect[:, :, :3], share, repeat)
         if water := self.manifest["water"]:
             light = under_water(light, heights, water)
-        png = encode_png(to_codes(light))
+        png = encode_png(to_srgb(light))
         color = {"index": self.bundle.texture("ground colour", png, repeat=False), "texCoord": 1}
         look = {
             "baseColorTexture": color,
@@ -251,7 +251,7 @@ class _Export:
             "translation": [float(x) for x in keys.places[0]],
             "rotation": [float(x) for x in keys.turns[0]],
         }
-        self.bundle.movement("flight", node, keys.times_s, keys.places, keys.turns)
+        self.bundle.animation("flight", node, keys.times_s, keys.places, keys.turns)
         if keys.origin != ORIGIN:  # keys are float32, a node's numbers are not
             self.bundle.node("camera's place", translation=list(keys.origin), children=[node])
         self.errors |= keys.errors

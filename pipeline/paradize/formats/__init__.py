@@ -1,1 +1,1 @@
-"""Readers and writers of what is baked: GLB, KTX2, PNG, scene.json. FORMAT.md describes the bytes."""
+"""Readers and writers of baked files: GLB, KTX2, PNG, scene.json. FORMAT.md describes the bytes."""

@@ -1,4 +1,4 @@
-"""What the device holds of a baked file, by its header."""
+"""The GPU memory that a baked file takes, read from its header."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from paradize.formats.ktx2.layout import IDENTIFIER
 
 
 def device_bytes(data: bytes) -> int:
-    """What a KTX2 or a GLB holds for the device; 0 of anything else, and of what cannot be read."""
+    """Bytes that a KTX2 or GLB takes on the GPU; 0 for other files and for damaged ones."""
     try:
         if data[:12] == IDENTIFIER:
             count = struct.unpack_from("<I", data, 40)[0]

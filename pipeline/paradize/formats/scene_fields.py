@@ -1,4 +1,5 @@
-"""What a member of scene.json may hold: checks that know its place, put together in scene_manifest.py."""
+"""Checks for the members of scene.json, combined in scene_manifest.py. Each knows the key path for its
+message."""
 
 from __future__ import annotations
 
@@ -6,10 +7,10 @@ from collections.abc import Callable
 from datetime import date
 from typing import Any
 
-Check = Callable[[Any, str], None]  # value, key path; raises Wrong
+Check = Callable[[Any, str], None]  # takes a value and its key path; raises Wrong
 
 
-class Wrong(Exception):  # noqa: N818 (never leaves this module)
+class Wrong(Exception):  # noqa: N818 (internal)
     def __init__(self, place: str, what: str) -> None:
         super().__init__(what)
         self.place = place
@@ -50,7 +51,7 @@ def file_name(value: Any, place: str) -> None:
 
 
 def file_stem(value: Any, place: str) -> None:
-    """Letters and digits, or nothing: what becomes a part of a file's name."""
+    """ASCII letters and digits, or nothing: a part of a file name."""
     if not isinstance(value, str) or len(value) > 40 or not (value + "a").isalnum() or not value.isascii():
         raise Wrong(place, f"is {value!r:.60}, not letters and digits")
 
@@ -73,13 +74,13 @@ def one_of(*known: str) -> Check:
     return check
 
 
-def list_of(item: Check, *, size: int | None = None, least: int = 0, most: int | None = None) -> Check:
+def list_of(item: Check, *, size: int | None = None, min_size: int = 0, max_size: int | None = None) -> Check:
     def check(value: Any, place: str) -> None:
-        if not isinstance(value, list) or len(value) < least or (size is not None and len(value) != size):
-            wanted = f"{size}" if size is not None else f"at least {least}"
-            raise Wrong(place, f"is not a list of {wanted}")
-        if most is not None and len(value) > most:
-            raise Wrong(place, f"has {len(value)} entries, limit {most}")
+        if not isinstance(value, list) or len(value) < min_size or (size is not None and len(value) != size):
+            expected = f"{size}" if size is not None else f"at least {min_size}"
+            raise Wrong(place, f"is not a list of {expected}")
+        if max_size is not None and len(value) > max_size:
+            raise Wrong(place, f"has {len(value)} entries, limit {max_size}")
         for i, part in enumerate(value):
             item(part, f"{place}[{i}]")
 
@@ -103,7 +104,7 @@ def table(**keys: Check) -> Check:
         dotted = f"{place}." if place else ""
         for key in value:
             if key not in keys:
-                raise Wrong(f"{dotted}{key}", "is not a key that this version knows")
+                raise Wrong(f"{dotted}{key}", "is not a known key")
         for key, item in keys.items():
             if key not in value:
                 raise Wrong(f"{dotted}{key}", "is missing")

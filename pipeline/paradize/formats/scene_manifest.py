@@ -1,8 +1,8 @@
-"""scene.json: everything the player needs to know of a baked scene (see FORMAT.md).
+"""Reads and writes scene.json, the description of a baked scene for the player (see FORMAT.md).
 
-Encoding is canonical (same content, same bytes): one top-level key a line, floats as the shortest decimal
-that reads back the same. Decoding refuses what it does not know: another format or version, unknown keys,
-missing keys, wrong types, NaN, names of artifacts that the manifest does not hold.
+The encoding is canonical: equal content gives equal bytes, with one top-level key per line and floats in
+their shortest exact form. Decoding refuses other formats and versions, unknown and missing keys, wrong types,
+NaN, and names of artifacts that are not in the manifest.
 """
 
 from __future__ import annotations
@@ -72,15 +72,15 @@ GUTTER: dict[str, Check] = {
     "level_in_use": _level,
     "level_by_width": whole(-1, 31),
     "bound": _share,
-    "bleed_p99": list_of(_positive, least=1),
-    "bleed_max": list_of(_positive, least=1),
+    "bleed_p99": list_of(_positive, min_size=1),
+    "bleed_max": list_of(_positive, min_size=1),
 }
 _gutter = table(**GUTTER)
 _GROUND_MAPS: dict[str, Check] = {
     f"{stem}_{key}": or_null(text) for stem in ("sand", "effect") for key in maps_of("ground")
 } | {"sand_color": text}
 
-_asked = table(
+_required_detail = table(
     left_out=_level,
     saved_bytes=whole(0, 1 << 60),
     texels=or_null(_positive),
@@ -88,6 +88,7 @@ _asked = table(
     view=or_null(text),
 )
 
+_instance = table(position=_vec3, yaw_rad=_real, scale=number(1e-9))
 check_artifact = table(  # the fields of paradize.artifact.PUBLISHED
     file=file_name,
     kind=_kind,
@@ -98,7 +99,7 @@ check_artifact = table(  # the fields of paradize.artifact.PUBLISHED
     levels=list_of(map_of(_real)),
     first_needed_s=_positive,
     max_level=or_null(_level),
-    asked=or_null(_asked),
+    asked=or_null(_required_detail),
     gutter=or_null(_gutter),
 )
 
@@ -133,9 +134,9 @@ _manifest = table(
     refraction=_view,
     terrain=or_null(
         table(
-            tiles=list_of(text, least=1),
+            tiles=list_of(text, min_size=1),
             patches=table(
-                tile=list_of(_row, least=1),
+                tile=list_of(_row, min_size=1),
                 node=list_of(_row),
                 level=list_of(_depth),
                 made_by=list_of(_row_or_none),
@@ -188,15 +189,17 @@ _manifest = table(
     objects=list_of(
         table(
             name=text,
-            views=list_of(_view_name, least=1),
+            views=list_of(_view_name, min_size=1),
             mesh=text,
             **dict.fromkeys(maps_of("object"), or_null(text)),
             repeat=flag,
             center=_vec3,
             radius_m=_positive,
-            lods=list_of(table(node=text, error_m=_positive), least=1),
+            lods=list_of(table(node=text, error_m=_positive), min_size=1),
             materials=map_of(_material),
-            instances=list_of(table(position=_vec3, yaw_rad=_real, scale=number(1e-9)), least=1, most=10_000),
+            instances=list_of(
+                table(position=_vec3, yaw_rad=_real, scale=number(1e-9)), min_size=1, max_size=10_000
+            ),
         )
     ),
     particles=list_of(
@@ -218,35 +221,35 @@ _manifest = table(
         near_m=number(1e-9),
         far_m=number(1e-9),
         segments=list_of(
-            table(eye=list_of(_cubic, size=3), target=list_of(_cubic, size=3), roll=_cubic), least=1
+            table(eye=list_of(_cubic, size=3), target=list_of(_cubic, size=3), roll=_cubic), min_size=1
         ),
-        time_table=list_of(list_of(_real, size=3), least=2),
-        waypoint_u=list_of(whole(0, 1 << 30), least=1),
+        time_table=list_of(list_of(_real, size=3), min_size=2),
+        waypoint_u=list_of(whole(0, 1 << 30), min_size=1),
         errors=map_of(_real),
     ),
 )
 
 
 def references(manifest: dict[str, Any]) -> list[tuple[str, str, tuple[str, ...]]]:
-    """(place, artifact name, kinds that may stand there) of everything that the manifest refers to."""
-    found: list[tuple[str, str | None, tuple[str, ...]]] = []
+    """(key path, artifact name, allowed kinds) of each artifact that the manifest refers to."""
+    entries: list[tuple[str, str | None, tuple[str, ...]]] = []
     for i, name in enumerate(manifest["streaming"]):
-        found.append((f"streaming[{i}]", name, KINDS))
+        entries.append((f"streaming[{i}]", name, KINDS))
     if manifest["sky"]:
-        found.append(("sky.cubemap", manifest["sky"]["cubemap"], ("cubemap",)))
+        entries.append(("sky.cubemap", manifest["sky"]["cubemap"], ("cubemap",)))
     if terrain := manifest["terrain"]:
-        found += [(f"terrain.tiles[{i}]", name, ("mesh",)) for i, name in enumerate(terrain["tiles"])]
+        entries += [(f"terrain.tiles[{i}]", name, ("mesh",)) for i, name in enumerate(terrain["tiles"])]
         for key in _GROUND_MAPS:
-            found.append((f"terrain.{key}", terrain[key], ("texture",)))
+            entries.append((f"terrain.{key}", terrain[key], ("texture",)))
     if water := manifest["water"]:
-        found += [(f"water.{key}", water[key], ("texture",)) for key in maps_of("water")]
+        entries += [(f"water.{key}", water[key], ("texture",)) for key in maps_of("water")]
     for i, item in enumerate(manifest["objects"]):
-        found.append((f"objects[{i}].mesh", item["mesh"], ("mesh",)))
+        entries.append((f"objects[{i}].mesh", item["mesh"], ("mesh",)))
         for key in maps_of("object"):
-            found.append((f"objects[{i}].{key}", item[key], ("texture",)))
+            entries.append((f"objects[{i}].{key}", item[key], ("texture",)))
     if manifest["sound"]:
-        found.append(("sound.artifact", manifest["sound"]["artifact"], ("sound",)))
-    return [(place, name, kinds) for place, name, kinds in found if name is not None]
+        entries.append(("sound.artifact", manifest["sound"]["artifact"], ("sound",)))
+    return [(place, name, kinds) for place, name, kinds in entries if name is not None]
 
 
 def _time_table(manifest: dict[str, Any]) -> None:
@@ -261,8 +264,7 @@ def _time_table(manifest: dict[str, Any]) -> None:
 
 
 def encode_scene(manifest: dict[str, Any]) -> bytes:
-    """The bytes of scene.json. Raises FormatError where the manifest is not what version 3 says, or has
-    more than JSON_BYTES."""
+    """The bytes of scene.json. Raises FormatError for an invalid manifest or more than JSON_BYTES."""
     _validate(manifest, "scene.json")
     lines = [
         f"{json.dumps(key)}: {json.dumps(value, separators=(',', ':'), ensure_ascii=False, allow_nan=False)}"
@@ -271,12 +273,12 @@ def encode_scene(manifest: dict[str, Any]) -> bytes:
     data = ("{\n" + ",\n".join(lines) + "\n}\n").encode()
     if len(data) > JSON_BYTES:
         what = f"{len(data)} bytes, limit {JSON_BYTES}"
-        raise FormatError(what, file="scene.json", mend="make several scenes of it")
+        raise FormatError(what, file="scene.json", mend="split the scene")
     return data
 
 
 def decode_scene(data: bytes, file: object = "scene.json") -> dict[str, Any]:
-    """The manifest in the bytes of a scene.json, validated. Raises FormatError (file, key path, value)."""
+    """The validated manifest of a scene.json. Raises FormatError (file, key path, value)."""
 
     manifest = parse_json(data, file)
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
@@ -291,14 +293,14 @@ def decode_scene(data: bytes, file: object = "scene.json") -> dict[str, Any]:
 
 
 def read_scene(path: Path) -> dict[str, Any]:
-    """The manifest in a scene.json of at most JSON_BYTES. Raises OSError as `open_file` and FormatError as
+    """Reads a scene.json of at most JSON_BYTES. Raises OSError as `open_file` and FormatError as
     `decode_scene`."""
     return decode_scene(read_file(path, JSON_BYTES), path)
 
 
 def read_entry(folder: Path, entry: dict[str, Any]) -> bytes:
-    """The file of an entry of `artifacts`, which is in `folder`. Raises OSError as `open_file`, also where it
-    is larger than the entry says."""
+    """Reads the file of an entry of `artifacts` in `folder`. Raises OSError as `open_file`, and where the
+    file is larger than the entry says."""
     return read_file(folder / entry["file"], entry["bytes"])
 
 
@@ -308,11 +310,11 @@ def _validate(manifest: dict[str, Any], file: object) -> None:
         for place, name, kinds in references(manifest):
             artifact = manifest["artifacts"].get(name)
             if artifact is None:
-                raise Wrong(place, f"names {name!r}, which is no artifact here")
+                raise Wrong(place, f"names {name!r}, which is not an artifact of this scene")
             if artifact["kind"] not in kinds:
                 raise Wrong(place, f"names {name!r}, a {artifact['kind']}, not a {' or '.join(kinds)}")
         if manifest["terrain"]:
             check_tree(manifest["terrain"])
         _time_table(manifest)
-    except Wrong as wrong:
-        raise FormatError(str(wrong), file=file, place=wrong.place or None) from None
+    except Wrong as fault:
+        raise FormatError(str(fault), file=file, place=fault.place or None) from None

@@ -79,7 +79,7 @@ def available() -> int | None:
     return max(free, 0)
 
 
-def held_bytes(process: int) -> int:
+def process_memory(process: int) -> int:
     """Anonymous and shared memory of a process and its children in bytes (file mappings are not counted). 0
     where it is unknown or the process has ended."""
     try:
@@ -87,7 +87,7 @@ def held_bytes(process: int) -> int:
         total = 1024 * sum(int(number) for number in _RESIDENT.findall(status))
         for task in os.listdir(f"/proc/{process}/task"):  # noqa: PTH208 (numbers only)
             children = Path(f"/proc/{process}/task/{task}/children").read_bytes()
-            total += sum(held_bytes(int(child)) for child in children.split())
+            total += sum(process_memory(int(child)) for child in children.split())
     except (OSError, ValueError):
         return 0
     return total

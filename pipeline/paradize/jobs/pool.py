@@ -134,7 +134,7 @@ class _Scheduler:
         if not busy or self.limit is None:
             return 0
         free_bytes = self.limit - sum(
-            max(worker.job.memory_bytes, worker.held()) for worker in busy if worker.job
+            max(worker.job.memory_bytes, worker.used_bytes()) for worker in busy if worker.job
         )
         return next((i for i, (job, _) in enumerate(self.waiting) if job.memory_bytes <= free_bytes), None)
 
@@ -157,12 +157,14 @@ class _Scheduler:
             if worker.job and now - worker.since > worker.job.most_s:
                 mend = f"where it only needs longer, set ${TIME_VARIABLE} to more seconds"
                 self.fail(worker, f"took longer than {worker.job.most_s:g} s", mend, self.waiting)
-        if self.limit is None or sum(worker.held() for worker in self.pool.workers) <= self.limit:
+        if self.limit is None or sum(worker.used_bytes() for worker in self.pool.workers) <= self.limit:
             return
         for worker in [worker for worker in self.pool.workers if not worker.job]:
             self.dismiss(worker)
-        beyond = {worker: worker.held() - worker.job.memory_bytes for worker in self.busy() if worker.job}
-        if beyond and sum(worker.held() for worker in beyond) > self.limit:
+        beyond = {
+            worker: worker.used_bytes() - worker.job.memory_bytes for worker in self.busy() if worker.job
+        }
+        if beyond and sum(worker.used_bytes() for worker in beyond) > self.limit:
             what = f"needs more memory than the limit of {self.limit / 1e6:.0f} MB"
             mend = f"bake a smaller input, or set ${VARIABLE}"
             again = self.alone if len(beyond) > 1 else None

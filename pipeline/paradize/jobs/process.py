@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.errors import ParadizeError
-from paradize.jobs.limits import held_bytes, time_limit
+from paradize.jobs.limits import process_memory, time_limit
 from paradize.jobs.scratch import Scratch
 from paradize.kernels.threads import VARIABLE
 
@@ -85,9 +85,9 @@ class Worker:
         self.job, self.tries, self.since = job, tries, time.monotonic()
         self.work.put(job)
 
-    def held(self) -> int:
+    def used_bytes(self) -> int:
         """Memory of the process and its children in bytes."""
-        return held_bytes(self.process.pid)
+        return process_memory(self.process.pid)
 
     def stop(self) -> None:
         """Kills the process."""

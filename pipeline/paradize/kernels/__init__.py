@@ -1,4 +1,4 @@
-"""C++ kernels, a folder per topic: its `__init__` checks arrays and calls the native module built beside it.
+"""C++ kernels, one folder per topic. Its `__init__` checks the arrays and calls the native module beside it.
 
-simd/ and math/ are shared by topics. reference/ holds what metrics measure with; no stage imports it.
+simd/ and math/ are shared by topics. reference/ holds the kernels of the metrics; no stage imports it.
 """

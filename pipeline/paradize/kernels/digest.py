@@ -1,8 +1,7 @@
-"""Writes, as a kernel is built, the source that tells of what it was built: one digest of sources, headers,
-flags and compiler.
+"""Writes a C++ source with the digest of a kernel: of its sources, headers, flags and compiler.
 
-CMake runs it: `digest.py OUT.cpp FLAGS SOURCE...`. jobs/code.py reads the digest, from the file or from the
-module that is loaded. A file that would stay as it is, is not written, so that nothing is linked anew.
+CMake runs `digest.py OUT.cpp FLAGS SOURCE...`. jobs/code.py reads the digest from the file or from the loaded
+module. An unchanged output is not written, so that nothing is linked again.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-_ROOT = Path(__file__).resolve().parent  # of #include "topic/file.hpp"
+_ROOT = Path(__file__).resolve().parent  # base folder of #include "topic/file.hpp"
 _INCLUDE = re.compile(rb'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.MULTILINE)
 _TEXT = """// Written by digest.py: what this module was built of.
 extern "C" {{
@@ -24,22 +23,22 @@ const char paradize_digest[] = "paradize-kernel-digest:{}";
 
 
 def all_files(sources: Iterable[Path]) -> list[Path]:
-    """The sources and every file of ours that they include, also through others; sorted."""
-    todo = [path.resolve() for path in sources]
-    found = set(todo)
-    while todo:
-        path = todo.pop()
+    """The sources and all files of this project that they include, directly or indirectly; sorted."""
+    unread = [path.resolve() for path in sources]
+    files = set(unread)
+    while unread:
+        path = unread.pop()
         for name in _INCLUDE.findall(path.read_bytes()):
             for folder in (path.parent, _ROOT):
                 included = (folder / name.decode()).resolve()
-                if included.is_file() and included not in found:
-                    found.add(included)
-                    todo.append(included)
-    return sorted(found)
+                if included.is_file() and included not in files:
+                    files.add(included)
+                    unread.append(included)
+    return sorted(files)
 
 
 def digest_of(flags: str, sources: Iterable[Path]) -> str:
-    """SHA-256 over the flags and over names and bytes of all files. Folders do not count."""
+    """SHA-256 over the flags and over names and bytes of all files. Folder names are ignored."""
     digest = hashlib.sha256(flags.encode() + b"\0")
     for path in all_files(sources):
         digest.update(path.name.encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
@@ -47,7 +46,7 @@ def digest_of(flags: str, sources: Iterable[Path]) -> str:
 
 
 def main(out: str, flags: str, *sources: str) -> None:
-    """Writes the source `out` where it is not that already."""
+    """Writes the source `out` if it differs."""
     text = _TEXT.format(digest_of(flags, map(Path, sources)))
     path = Path(out)
     if not path.is_file() or path.read_text() != text:

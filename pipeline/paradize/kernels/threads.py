@@ -1,7 +1,7 @@
-"""How many threads a native kernel takes where its caller does not say: results never depend on it.
+"""The default number of threads of native kernels. Results never depend on it.
 
-`run_jobs` tells a worker process through its environment; without word from there it is what the machine
-has, up to what a kernel is worth beside other workers.
+`run_jobs` sets it for its worker processes through the environment. Otherwise it is the number of cores, up
+to a limit of each kernel.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ import os
 VARIABLE = "PARADIZE_THREADS"
 
 
-def default_threads(most: int) -> int:
-    """The number in $PARADIZE_THREADS, 1 or more; else this machine's cores, `most` at most."""
-    told = os.environ.get(VARIABLE, "")
-    if told.isascii() and told.isdigit() and int(told[:6]) >= 1:
-        return int(told[:6])
-    return min(os.cpu_count() or 1, most)
+def default_threads(limit: int) -> int:
+    """$PARADIZE_THREADS if it is 1 or more; else the number of cores, at most `limit`."""
+    text = os.environ.get(VARIABLE, "")
+    if text.isascii() and text.isdigit() and int(text[:6]) >= 1:
+        return int(text[:6])
+    return min(os.cpu_count() or 1, limit)

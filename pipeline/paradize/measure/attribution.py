@@ -16,7 +16,7 @@ import numpy as np
 
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
-from paradize.data import six
+from paradize.data import rounded
 from paradize.errors import GroupedError
 from paradize.jobs.progress import OnProgress
 from paradize.metrics.picture import Picture, flip
@@ -98,9 +98,9 @@ def attribute(
         entries.append(
             {
                 "stage": stage,
-                "flip_mean": six(float(changes.mean(dtype=np.float64))),
-                "flip_p99": six(float(np.quantile(changes, 0.99))),
-                "flip_max": six(float(changes.max())),
+                "flip_mean": rounded(float(changes.mean(dtype=np.float64))),
+                "flip_p99": rounded(float(np.quantile(changes, 0.99))),
+                "flip_max": rounded(float(changes.max())),
                 "tasks": names,
                 "moments_s": moments,
             }

@@ -224,7 +224,7 @@ def vertex_tier(path: Path, settings: Settings, tier: str, runs: int | None) -> 
         quantized = None
         if degrees is not None:
             (quantized,) = quantise_levels([mesh], mesh_lattice([mesh]), direction_deg=degrees)
-        return encode_glb([Lod(mesh, 0.0, 0.0, codes=quantized)], "measured")
+        return encode_glb([Lod(mesh, 0.0, 0.0, quantized=quantized)], "measured")
 
     seconds, glb = timed(write, runs)
     return TrialResult(seconds, quantised_errors(glb, [mesh]), len(glb))

@@ -15,7 +15,7 @@ from paradize.measure.mesh import mesh_groups
 from paradize.measure.terrain import height_map_groups, path_groups, tree_groups
 from paradize.measure.texture import color_groups, map_groups, sky_groups
 from paradize.measure.timing import TrialGroup
-from paradize.readers.heightmap import guessed_source, read_heightmap
+from paradize.readers.heightmap import guess_source, read_heightmap
 from paradize.readers.image import read_image
 from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.requirements import BakeJob, Output
@@ -64,7 +64,7 @@ def file_groups(path: Path, options: FileOptions) -> list[TrialGroup]:
             raise BakeError("is a model; sizes and heights are those of a picture", file=path, mend=mend)
         return mesh_groups(_mesh_job(path))
     image = read_image(path, finite=False)
-    kind = guessed_source(image)[0] if options.source == "auto" else options.source
+    kind = guess_source(image)[0] if options.source == "auto" else options.source
     name, rows, columns = path.stem, *image.values.shape[:2]
     if kind == "color":
         if options.size_m or options.height_m or options.max_error_m is not None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from paradize.data import six
+from paradize.data import rounded
 from paradize.documents import SCENE_FILE, parse_json
 from paradize.formats.scene_manifest import read_scene
 from paradize.jobs.progress import OnProgress
@@ -133,12 +133,13 @@ class _Player:
         bench = ("--bench", "--frames", str(self.frames), *options)
         runs = [self._json(folder, second, *bench)["bench"]["frames_ms"] for second in self.moments]
         # A frame is the mean over the moments: they differ by what they show, not by chance.
-        times = [six(sum(frame) / len(frame) * 1e-3) for frame in zip(*runs, strict=True)]
+        times = [rounded(sum(frame) / len(frame) * 1e-3) for frame in zip(*runs, strict=True)]
         errors = flip_errors(truth, self.pictures(folder, *options))
         return {
             "tier": tier,
             "seconds": spread(times),
-            "error": {"value": six(errors["mean"])} | {name: six(error) for name, error in errors.items()},
+            "error": {"value": rounded(errors["mean"])}
+            | {name: rounded(error) for name, error in errors.items()},
             "bytes": None,
             "in_use": in_use,
             "dominated": False,

@@ -184,9 +184,9 @@ def filter_tier(sources: dict[str, Path], settings: Settings, tier: str, runs: i
     def make() -> HeightMap:
         heights = first
         if named == "auto":
-            name = choose_filter(first.heights, bits, first.wrap, tier, first.islands, first.codes)
-            held = tier == "exact" and first.codes is not None
-            heights = no_worse_than_fast(replace(first, filter_name=name, held=held))
+            name = choose_filter(first.heights, bits, first.wrap, tier, first.islands, first.height_levels)
+            held = tier == "exact" and first.height_levels is not None
+            heights = no_worse_than_fast(replace(first, filter_name=name, clamp_slopes=held))
         run(lambda band: _drop(normal_rows(heights, *band)), bands_of(height, width))
         return heights
 

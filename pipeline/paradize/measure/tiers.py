@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from paradize.data import six
+from paradize.data import rounded
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
 from paradize.jobs.pool import Job, run_jobs
 from paradize.jobs.progress import OnProgress
@@ -135,7 +135,7 @@ def _group(
         needed = trial.row
         point: Point = {
             "tier": trial.tier,
-            "seconds": spread([six(seconds) for seconds in result.seconds]),
+            "seconds": spread([rounded(seconds) for seconds in result.seconds]),
             "error": parts(metric, error),
             "bytes": result.bytes,
             "in_use": needed is not None and all(row.get(key) == value for key, value in needed.items()),
@@ -185,10 +185,10 @@ def parts(metric: str, errors: Mapping[str, float]) -> dict[str, float]:
     """The metric's value as "value", and the mean, p99, rms and max of the same error if they were measured.
 
     For color_psnr_db: color_max; for normal_p99_deg: normal_mean_deg and normal_max_deg."""
-    roles = {"value": six(errors[metric])}
+    roles = {"value": rounded(errors[metric])}
     stem = _ROLE.sub("", metric.removesuffix("_psnr_db"))
     for name, value in errors.items():
         role = _ROLE.search(name)
         if role and _ROLE.sub("", name) == stem:
-            roles[role[1]] = six(value)
+            roles[role[1]] = rounded(value)
     return roles

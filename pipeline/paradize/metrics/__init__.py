@@ -1,1 +1,1 @@
-"""Errors in physical units, each against one reference that no stage shares: README.md has the table."""
+"""Errors in physical units. Each metric has one reference that no stage shares; README.md lists them."""

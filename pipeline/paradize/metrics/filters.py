@@ -1,6 +1,6 @@
-"""The derivative filters once more, as the metrics know them: derived here, not taken from the stages.
+"""Weights of the derivative filters for the metrics, derived independently of the stages.
 
-A filter is (derivative, smooth): weights of h[+k] - h[-k] along the axis for k = 1, 2, ..., and of the centre
+A filter is (derivative, smooth): weights of h[+k] - h[-k] along the axis, k = 1, 2, ..., and of the centre
 and of +-1, +-2, ... across it.
 """
 
@@ -14,15 +14,15 @@ from typing import TypeAlias
 
 Taps: TypeAlias = tuple[tuple[float, ...], tuple[float, ...]]
 
-EXACT = "eighth"  # its error is below a thousandth of a degree from a wavelength of 8 texels on
+EXACT = "eighth"  # error below 0.001 degrees for wavelengths of 8 texels and more
 _ORDERS = {"central": 1, "fourth": 2, EXACT: 4}
-_FITS = {"smooth": 3, "quintic": 5, "septic": 7}  # degrees of the polynomials that are fitted
+_FITS = {"smooth": 3, "quintic": 5, "septic": 7}  # degrees of the fitted polynomials
 _FIT = re.compile(f"({'|'.join(_FITS)})([1-9][0-9]?)")
 
 
 @cache
 def taps(name: str) -> Taps:
-    """The taps of a filter by its name. Raises KeyError for a name unknown."""
+    """The taps of a filter; None for "spectral". Raises KeyError for an unknown name."""
     if name == "scharr":
         return central_weights(1), (10 / 16, 3 / 16)
     fit = _FIT.fullmatch(name)
@@ -35,8 +35,8 @@ def taps(name: str) -> Taps:
 
 
 def central_weights(reach: int) -> tuple[float, ...]:
-    """The weights of h[+k] - h[-k], k = 1 .. reach, that are exact for polynomials of degree 2 reach:
-    (-1)^(k + 1) reach!^2 / (k (reach - k)! (reach + k)!).
+    """Weights of h[+k] - h[-k], k = 1 .. reach, exact for polynomials up to degree 2 reach: (-1)^(k + 1)
+    reach!^2 / (k (reach - k)! (reach + k)!).
 
     Source: B. Fornberg, "Generation of finite difference formulas on arbitrarily spaced grids", 1988.
     """
@@ -48,24 +48,24 @@ def central_weights(reach: int) -> tuple[float, ...]:
 
 
 def fitted_weights(radius: int, degree: int) -> Taps:
-    """Slope (of h[+k] - h[-k]) and value at the centre of the polynomial that fits 2 radius + 1 texels best,
-    by polynomials p_0, p_1, ... that are orthogonal on them: p_(j+1)(x) = x p_j(x) - b_j p_(j-1)(x).
+    """Slope (weights of h[+k] - h[-k]) and value at the centre of the least-squares polynomial through 2
+    radius + 1 texels. Uses orthogonal polynomials p_0, p_1, ...: p_(j+1)(x) = x p_j(x) - b_j p_(j-1)(x).
 
     Source: P. A. Gorry, "General least-squares smoothing and differentiation by the convolution
     (Savitzky-Golay) method", 1990.
     """
     texels = range(-radius, radius + 1)
-    before, here = [Fraction(0)] * len(texels), [Fraction(1)] * len(texels)
-    slope_before, slope_here = Fraction(0), Fraction(0)  # at the centre
+    previous, current = [Fraction(0)] * len(texels), [Fraction(1)] * len(texels)
+    slope_previous, slope_current = Fraction(0), Fraction(0)  # at the centre
     slope, value = [Fraction(0)] * len(texels), [Fraction(0)] * len(texels)
     last_norm = Fraction(0)
     for _ in range(degree + 1):
-        norm = sum((p * p for p in here), Fraction(0))
-        centre = here[radius]
-        slope = [total + slope_here * p / norm for total, p in zip(slope, here, strict=True)]
-        value = [total + centre * p / norm for total, p in zip(value, here, strict=True)]
+        norm = sum((p * p for p in current), Fraction(0))
+        centre = current[radius]
+        slope = [total + slope_current * p / norm for total, p in zip(slope, current, strict=True)]
+        value = [total + centre * p / norm for total, p in zip(value, current, strict=True)]
         b = norm / last_norm if last_norm else Fraction(0)
-        after = [x * p - b * q for x, p, q in zip(texels, here, before, strict=True)]
-        slope_before, slope_here = slope_here, centre - b * slope_before
-        before, here, last_norm = here, after, norm
+        following = [x * p - b * q for x, p, q in zip(texels, current, previous, strict=True)]
+        slope_previous, slope_current = slope_current, centre - b * slope_previous
+        previous, current, last_norm = current, following, norm
     return tuple(map(float, slope[radius + 1 :])), tuple(map(float, value[radius:]))

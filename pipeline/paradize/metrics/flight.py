@@ -1,8 +1,8 @@
-"""How well a camera path keeps its word: waypoints, speed, smoothness, duration and loop.
+"""Measures how well a camera path meets its waypoints, speeds, smoothness, duration and loop.
 
-Sees only the `flight` object of scene.json, the waypoints and the asked speeds. The path is evaluated
-densely in float64 through the time table, as a player does; the asked speed is integrated anew, by the
-midpoint rule.
+Input: the `flight` object of scene.json, the waypoints and the requested speeds. The path is evaluated
+densely in float64 through the time table, as the player does. The requested speed is integrated
+independently, by the midpoint rule.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import six
+from paradize.data import rounded
 
 F64 = npt.NDArray[np.float64]
 
-MOMENTS = 20_000  # moments of the flight at which the speed is measured
-STEPS = 512  # midpoints per segment of the integral that the mean speed is taken from
+MOMENTS = 20_000  # at which the speed is measured
+STEPS = 512  # midpoints per segment, for the integral of the mean speed
 
 
 def _path(segments: Sequence[Any], key: str) -> F64:
     return np.array([segment[key] for segment in segments], np.float64)  # (n, 3, 4)
 
 
-def _at(path: F64, u: F64) -> tuple[F64, F64]:
-    """Position and derivative in U, each (k, 3), at parameters u (k,) in [0, n]."""
+def _evaluate(path: F64, u: F64) -> tuple[F64, F64]:
+    """Position and derivative with respect to U, each (k, 3), at parameters u (k,) in [0, n]."""
     index = np.minimum(u.astype(np.int64), len(path) - 1)
     x = (u - index)[:, None]
     a, b, c, d = (path[index, :, k] for k in range(4))
@@ -38,15 +38,15 @@ def _length(v: F64) -> F64:
     return np.sqrt(v[:, 0] * v[:, 0] + v[:, 1] * v[:, 1] + v[:, 2] * v[:, 2])
 
 
-def _asked(u: F64, knots: F64, factors: F64) -> F64:
-    """Speed factors at parameters u: joined by smoothsteps between the waypoints, around the loop."""
+def _speed_factor(u: F64, knots: F64, factors: F64) -> F64:
+    """Requested speed factors at parameters u: smoothsteps between the waypoints, around the loop."""
     after = np.searchsorted(knots, u, side="right")
     x = np.clip((u - knots[after - 1]) / (knots[after] - knots[after - 1]), 0.0, 1.0)
     return factors[after - 1] + (factors[after] - factors[after - 1]) * (3.0 - 2.0 * x) * x * x
 
 
-def _through_table(table: F64, t: F64) -> tuple[F64, F64]:
-    """(U, dU/dt) at moments t: the cubic Hermite table."""
+def _parameter_at(table: F64, t: F64) -> tuple[F64, F64]:
+    """(U, dU/dt) at times t, from the cubic Hermite table."""
     k = np.clip(np.searchsorted(table[:, 0], t, side="right") - 1, 0, len(table) - 2)
     t0, u0, d0 = table[k].T
     t1, u1, d1 = table[k + 1].T
@@ -65,13 +65,14 @@ def flight_error(
     target: Sequence[Sequence[float]],
     speed: Sequence[float],
 ) -> dict[str, float]:
-    """Measures the `flight` object of a scene.json.
+    """Measures the `flight` object of a scene.json. Returns errors by name, six digits.
 
-    eye, target: (n, 3) waypoints, metres. speed: (n,) asked factors. Returns path_miss_m, the farthest that
-    eye or target passes from a waypoint; path_ripple_max and path_ripple_p99, relative deviation from the
-    asked speed, at MOMENTS moments; path_jump_m, path_jump_m_per_u and path_jump_m_per_u2, the largest jumps
-    in position, first and second derivative between segments, around the loop too; path_time_s, the deviation
-    from duration_s of the time that the asked speeds would take.
+    eye, target: (n, 3) waypoints, metres. speed: (n,) requested factors.
+
+    path_miss_m: largest distance of eye or target from its waypoint. path_ripple_max, path_ripple_p99:
+    relative deviation from the requested speed at MOMENTS times. path_jump_m, path_jump_m_per_u,
+    path_jump_m_per_u2: largest jumps of position, first and second derivative between segments, around the
+    loop as well. path_time_s: difference between duration_s and the time table's end.
     """
     segments = flight["segments"]
     knots = np.array([*flight["waypoint_u"], len(segments)], np.float64)
@@ -80,32 +81,32 @@ def flight_error(
     miss = 0.0
     jumps = [0.0, 0.0, 0.0]
     for path, waypoints in paths.values():
-        reached, _ = _at(path, knots[:-1])
+        reached, _ = _evaluate(path, knots[:-1])
         miss = max(miss, float(_length(reached - np.array(waypoints, np.float64)).max()))
         a, b, c, d = (path[:, :, k] for k in range(4))
         starts, ends = (a, b, 2 * c), (a + b + c + d, b + 2 * c + 3 * d, 2 * c + 6 * d)
         for k in range(3):
             jumps[k] = max(jumps[k], float(_length(np.roll(ends[k], 1, axis=0) - starts[k]).max()))
     curve = paths["eye"][0]
-    # The mean speed: all of the path's length, each piece weighed by its asked factor, in duration_s.
+    # Mean speed: the integral of length / requested factor over the path, divided by duration_s.
     middle = (np.arange(len(segments) * STEPS, dtype=np.float64) + 0.5) / STEPS
-    pace = _length(_at(curve, middle)[1]) / _asked(middle, knots, factors)
+    pace = _length(_evaluate(curve, middle)[1]) / _speed_factor(middle, knots, factors)
     mean = math.fsum(pace.tolist()) / STEPS / flight["duration_s"]
     table = np.array(flight["time_table"], np.float64)
     t = (np.arange(MOMENTS, dtype=np.float64) + 0.5) * (flight["duration_s"] / MOMENTS)
-    u, rate = _through_table(table, t)
-    true = _length(_at(curve, np.clip(u, 0.0, len(segments)))[1]) * rate
-    ripple = np.sort(
-        np.abs(true / (mean * _asked(np.clip(u, 0.0, len(segments) - 1e-9), knots, factors)) - 1.0)
+    u, rate = _parameter_at(table, t)
+    actual = _length(_evaluate(curve, np.clip(u, 0.0, len(segments)))[1]) * rate
+    deviation = np.sort(
+        np.abs(actual / (mean * _speed_factor(np.clip(u, 0.0, len(segments) - 1e-9), knots, factors)) - 1.0)
     )
     ends_s = float(table[-1, 0] - table[0, 0])
-    found = {
+    errors = {
         "path_miss_m": miss,
-        "path_ripple_max": float(ripple[-1]),
-        "path_ripple_p99": float(ripple[math.ceil(0.99 * MOMENTS) - 1]),
+        "path_ripple_max": float(deviation[-1]),
+        "path_ripple_p99": float(deviation[math.ceil(0.99 * MOMENTS) - 1]),
         "path_jump_m": jumps[0],
         "path_jump_m_per_u": jumps[1],
         "path_jump_m_per_u2": jumps[2],
         "path_time_s": abs(ends_s - flight["duration_s"]),
     }
-    return {name: six(value) for name, value in found.items()}
+    return {name: rounded(value) for name, value in errors.items()}

@@ -1,6 +1,7 @@
-"""How much one picture differs from another to a person who flips between them: P. Andersson, J. Nilsson,
-T. Akenine-Moeller, M. Oskarsson, K. Astroem, M. D. Fairchild, "FLIP: A Difference Evaluator for Alternating
-Images", 2020; the authors' own program does the work.
+"""The visible difference of two pictures.
+
+Source: P. Andersson, J. Nilsson, T. Akenine-Moeller, M. Oskarsson, K. Astroem, M. D. Fairchild, "FLIP: A
+Difference Evaluator for Alternating Images", 2020. The authors' own library computes it.
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ Picture = npt.NDArray[np.float32]
 
 
 def flip(reference: Picture, test: Picture) -> Picture:
-    """The FLIP error (h, w) float32, 0..1, of two pictures (h, w, 3) float32, sRGB 0..1, at the evaluator's
-    own viewing distance (67 pixels a degree). Raises ValueError where the shapes differ, where there is no
-    pixel, and where a value is not finite: of those the evaluator tells nothing."""
+    """The FLIP error (h, w) float32, 0..1, of two pictures (h, w, 3) float32, sRGB 0..1, at FLIP's default
+    viewing distance (67 pixels per degree). Raises ValueError for different shapes, empty pictures and values
+    that are not finite, which the library does not check."""
     if reference.shape != test.shape or not reference.size:
         raise ValueError(f"pictures of {reference.shape} and {test.shape} cannot be compared")
     if not np.isfinite([reference.min(), reference.max(), test.min(), test.max()]).all():
@@ -28,7 +29,7 @@ def flip(reference: Picture, test: Picture) -> Picture:
 
 
 def flip_errors(references: Sequence[Picture], tests: Sequence[Picture]) -> dict[str, float]:
-    """Mean, 99th percentile and largest FLIP over all pixels of pairs of pictures of any sizes."""
+    """Mean, 99th percentile and maximum of FLIP over all pixels of all pairs of pictures."""
     errors = np.concatenate([flip(a, b).ravel() for a, b in zip(references, tests, strict=True)])
     return {
         "mean": float(errors.mean(dtype=np.float64)),

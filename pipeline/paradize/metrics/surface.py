@@ -1,9 +1,8 @@
-"""Two-sided distance between surfaces, as a fraction of the first one's bounding-box diagonal.
+"""Two-sided distance between surfaces, as a fraction of the diagonal of the first one's bounding box.
 
-Measured by kernels of its own, which no stage imports. The largest distance is bounded from below and from
-above, over every point of both surfaces (`reference/bound.hpp`); RMS and 99th percentile are of dense samples
-in proportion to area, ten or more in every triangle, against every point of the other surface
-(`reference/distance.hpp`).
+Measured by kernels that no stage imports. The maximum is bounded from below and above over all points of both
+surfaces (`reference/bound.hpp`). RMS and 99th percentile are those of dense samples in proportion to area,
+ten or more per triangle, against all points of the other surface (`reference/distance.hpp`).
 """
 
 from __future__ import annotations
@@ -12,32 +11,32 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from paradize.data import Mesh, six, six_down, six_up
+from paradize.data import Mesh, rounded, rounded_down, rounded_up
 from paradize.kernels.reference import RESOLUTION, Surface
 
 SAMPLES = 100_000
-LOOSE = 0.02
+MAX_BOUND_GAP = 0.02
 
 
 def diagonal(mesh: Mesh) -> float:
-    """Length of the bounding box's diagonal over the vertices that triangles use, metres, in float64."""
-    used = mesh.positions[np.unique(mesh.triangles)].astype(np.float64)
-    x, y, z = (float(side) for side in used.max(axis=0) - used.min(axis=0))
+    """The diagonal of the bounding box of all used vertices, metres, float64."""
+    positions = mesh.positions[np.unique(mesh.triangles)].astype(np.float64)
+    x, y, z = (float(side) for side in positions.max(axis=0) - positions.min(axis=0))
     return float(np.sqrt(x * x + y * y + z * z))
 
 
-class Judge:
-    """An original that levels are measured against: looked at once, asked often. The last level that was
-    measured is kept, so that all metrics of it share one tree."""
+class Original:
+    """The original that levels are measured against. Keeps the tree of the last level, so that all its
+    metrics share it."""
 
     def __init__(self, mesh: Mesh) -> None:
         self.mesh = mesh
-        self.surface = Surface(mesh.positions, mesh.triangles)  # refuses what is no surface
+        self.surface = Surface(mesh.positions, mesh.triangles)  # raises for an invalid surface
         self.diagonal_m = diagonal(mesh)
         self._last: tuple[Mesh, Surface] | None = None
 
     def surface_of(self, level: Mesh) -> Surface:
-        """The level's triangles, ready to be measured."""
+        """The search tree of a level."""
         if level is self.mesh:
             return self.surface
         if self._last is None or not (
@@ -47,16 +46,16 @@ class Judge:
         return self._last[1]
 
     def distance(self, level: Mesh, samples: int = SAMPLES) -> dict[str, float]:
-        """As surface_distance."""
+        """See surface_distance."""
         other = self.surface_of(level)
-        found = self.surface.between(other, samples=samples)
+        distances = self.surface.between(other, samples=samples)
         scale = 1.0 / self.diagonal_m if self.diagonal_m > 0 else 0.0
-        least, most, rms, p99 = (value * scale for value in found)
+        lower, upper, rms, p99 = (value * scale for value in distances)
         return {
-            "error_max": six_up(most),
-            "error_max_lower": six_down(least),
-            "error_rms": six(rms),
-            "error_p99": six(p99),
+            "error_max": rounded_up(upper),
+            "error_max_lower": rounded_down(lower),
+            "error_rms": rounded(rms),
+            "error_p99": rounded(p99),
         }
 
 
@@ -64,15 +63,15 @@ def surface_distance(a: Mesh, b: Mesh, samples: int = SAMPLES) -> dict[str, floa
     """error_max, error_max_lower, error_p99 and error_rms, each the larger of both directions, as fractions
     of a's diagonal.
 
-    No point of either surface lies farther from the other than error_max, and one lies as far as
-    error_max_lower: they are 0.1 % of it or 1e-7 apart, unless the kernel's limit of work ended the search
-    before (is_loose: more than 2 %). samples: about how many each way for the other two (0 to 10^8). Rounded
-    to six digits, bounds outwards, so that a value is the same wherever it is printed.
+    No point of either surface is farther from the other than error_max, and some point is as far as
+    error_max_lower. They differ by at most 0.1 % or 1e-7, unless the kernel's work limit ends the search
+    (is_loose: more than 2 %). samples: approximate number per direction for p99 and RMS (0 to 10^8). Six
+    digits; bounds are rounded outwards.
     """
-    return Judge(a).distance(b, samples)
+    return Original(a).distance(b, samples)
 
 
 def is_loose(errors: Mapping[str, float]) -> bool:
-    """Whether error_max and error_max_lower are so far apart that it must be told."""
+    """Whether error_max and error_max_lower differ so much that a warning is due."""
     low, high = errors["error_max_lower"], errors["error_max"]
-    return high > low * (1.0 + LOOSE) + 1.01 * RESOLUTION
+    return high > low * (1.0 + MAX_BOUND_GAP) + 1.01 * RESOLUTION

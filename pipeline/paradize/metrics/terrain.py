@@ -1,9 +1,8 @@
-"""The terrain's true error: the vertical distance of its triangles from every pixel of the height field.
+"""The true error of a terrain: the vertical distance of its triangles from each pixel of the height field.
 
-Brute force and independent of the mesher: it sees only the float32 positions of the finished mesh, casts a
-vertical line through every pixel and meets each triangle that covers it, in float64, borders included. It
-also counts the pixels that no triangle covers, and the triangles that do not face up. Native, in bands of
-rows.
+Brute force, independent of the mesher: uses only the float32 positions of the finished mesh, casts a vertical
+line through each pixel and intersects all triangles that cover it, in float64, borders included. Also counts
+uncovered pixels and triangles that do not face up. Native code, in bands of rows.
 """
 
 from __future__ import annotations
@@ -18,9 +17,9 @@ from paradize.kernels.reference.terrain import terrain_error as _terrain_error
 
 @dataclass(frozen=True)
 class TerrainError:
-    """max_m, rms_m: vertical metres over all pixels (the worst triangle at each). holes: pixels not covered.
-    flipped: triangles that face down or have no area. worst: (row, column) of the largest error.
-    strays: of a patch, pixels outside of it that it covers."""
+    """max_m, rms_m: vertical metres over all pixels (the worst triangle at each). holes: uncovered pixels.
+    flipped: triangles that face down or have no area. worst: (row, column) of the largest error. strays:
+    pixels outside a patch that its mesh covers."""
 
     max_m: float
     rms_m: float
@@ -31,7 +30,7 @@ class TerrainError:
 
 
 def terrain_error(mesh: Mesh, field: Heightfield) -> TerrainError:
-    """Measures a terrain mesh against its height field (rows x columns pixels over the field's size)."""
+    """Measures a terrain mesh against its height field, of which all pixels are used."""
     largest, squares, covered, holes, flipped, worst = _terrain_error(
         mesh.positions, mesh.triangles, field.heights_m, (field.size_x_m, field.size_z_m)
     )
@@ -47,8 +46,8 @@ def terrain_error(mesh: Mesh, field: Heightfield) -> TerrainError:
 def patch_error(
     mesh: Mesh, field: Heightfield, corners: tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
 ) -> TerrainError:
-    """Measures the mesh of one patch at every pixel of the closed triangle `corners`, (row, column) each,
-    that lies in the field; its positions are those of the whole terrain. Threads may run side by side."""
+    """Measures a patch at all pixels of the field inside the closed triangle `corners`, (row, column) each.
+    mesh: positions in the space of the whole terrain. May be called from several threads."""
     largest, squares, covered, holes, flipped, worst, strays = _patch_error(
         mesh.positions, mesh.triangles, field.heights_m, (field.size_x_m, field.size_z_m), corners
     )

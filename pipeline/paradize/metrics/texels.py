@@ -1,7 +1,7 @@
-"""What the hardware reads from a baked texture: block decoders in numpy that share nothing with the encoders.
+"""Decodes baked textures as the hardware does. The block decoders share nothing with the encoders.
 
-Source: Khronos, "Data Format Specification 1.3", chapters S3TC and RGTC: exact fractions, no rounding in
-between.
+Source: Khronos, "Data Format Specification 1.3", chapters S3TC and RGTC: exact fractions, no intermediate
+rounding.
 """
 
 from __future__ import annotations
@@ -47,51 +47,51 @@ _BLOCKS = {
 _BLOCKS_AT_ONCE = 1 << 12
 
 
-def _picked(palettes: F32, index: npt.NDArray[np.integer], size: int) -> F32:
-    """Of palettes of `size` entries each, one after another: those that the index (n, 16) names."""
-    at = index.astype(np.intp)
-    at += size * np.arange(len(at), dtype=np.intp)[:, None]
-    return palettes.take(at, axis=0)
+def _select(palettes: F32, index: npt.NDArray[np.integer], size: int) -> F32:
+    """Entries of palettes. palettes: `size` entries per block, concatenated. index: (n, 16)."""
+    positions = index.astype(np.intp)
+    positions += size * np.arange(len(positions), dtype=np.intp)[:, None]
+    return palettes.take(positions, axis=0)
 
 
 def _decode_colors(blocks: U8, four: bool) -> F32:
-    """BC1 colour blocks (n, 8) -> (n, 16, 3) in 0..1. four: always four colours, as inside BC3."""
+    """BC1 colour blocks (n, 8) -> (n, 16, 3) in 0..1. four: always four colours, as in BC3."""
     words = blocks[:, :4].view("<u2")
-    ends = np.empty((len(blocks), 2, 3), np.float32)
+    endpoints = np.empty((len(blocks), 2, 3), np.float32)
     for channel, (shift, bits) in enumerate(((11, 5), (5, 6), (0, 5))):
         top = (1 << bits) - 1
-        ends[:, :, channel] = ((words >> shift) & top).astype(np.float32) / np.float32(top)
-    a, b = ends[:, 0], ends[:, 1]
+        endpoints[:, :, channel] = ((words >> shift) & top).astype(np.float32) / np.float32(top)
+    a, b = endpoints[:, 0], endpoints[:, 1]
     third = np.float32(1) / np.float32(3)
     palette = np.stack([a, b, (a + a + b) * third, (a + b + b) * third], axis=1)
     if not four:
-        three = words[:, 0] <= words[:, 1]
-        palette[three, 2] = (a[three] + b[three]) * np.float32(0.5)
-        palette[three, 3] = 0
+        three_colors = words[:, 0] <= words[:, 1]
+        palette[three_colors, 2] = (a[three_colors] + b[three_colors]) * np.float32(0.5)
+        palette[three_colors, 3] = 0
     packed = blocks[:, 4:8].view("<u4")
     index = (packed >> (2 * np.arange(16, dtype=np.uint32))) & 3
-    return _picked(palette.reshape(-1, 3), index, 4)
+    return _select(palette.reshape(-1, 3), index, 4)
 
 
 def _decode_values(blocks: U8, signed: bool) -> F32:
-    """BC4 blocks (n, 8) -> (n, 16) in 0..1, or -1..1 when signed."""
+    """BC4 blocks (n, 8) -> (n, 16) in 0..1, signed: -1..1."""
     codes = (blocks[:, :2].view(np.int8) if signed else blocks[:, :2]).astype(np.float32)
-    ends = np.maximum(codes, np.float32(-127)) / np.float32(127) if signed else codes / np.float32(255)
-    a, b = ends[:, 0], ends[:, 1]
+    endpoints = np.maximum(codes, np.float32(-127)) / np.float32(127) if signed else codes / np.float32(255)
+    a, b = endpoints[:, 0], endpoints[:, 1]
     eight = np.stack([a, b, *(((7 - k) * a + k * b) / np.float32(7) for k in range(1, 7))], axis=1)
-    low = np.full_like(a, -1 if signed else 0)
-    six = np.stack(
-        [a, b, *(((5 - k) * a + k * b) / np.float32(5) for k in range(1, 5)), low, np.ones_like(a)], axis=1
+    lowest = np.full_like(a, -1 if signed else 0)
+    rounded = np.stack(
+        [a, b, *(((5 - k) * a + k * b) / np.float32(5) for k in range(1, 5)), lowest, np.ones_like(a)], axis=1
     )
-    palette = np.where((codes[:, 0] > codes[:, 1])[:, None], eight, six)
-    wide = np.zeros((len(blocks), 8), np.uint8)
-    wide[:, :6] = blocks[:, 2:8]
-    index = (wide.view("<u8") >> (3 * np.arange(16, dtype=np.uint64))) & np.uint64(7)
-    return _picked(palette.reshape(-1), index, 8)
+    palette = np.where((codes[:, 0] > codes[:, 1])[:, None], eight, rounded)
+    padded = np.zeros((len(blocks), 8), np.uint8)
+    padded[:, :6] = blocks[:, 2:8]
+    index = (padded.view("<u8") >> (3 * np.arange(16, dtype=np.uint64))) & np.uint64(7)
+    return _select(palette.reshape(-1), index, 8)
 
 
 def bc7_codes(texture: Texture, level: int = 0, face: int = 0) -> U8:
-    """The codes (h, w, 4) uint8 of one level of one face of a BC7 texture, some rows of blocks at a time."""
+    """The texels (h, w, 4) uint8 of one level of one face of a BC7 texture."""
     width, height = max(1, texture.width >> level), max(1, texture.height >> level)
     across, down = (width + 3) // 4, (height + 3) // 4
     blocks = np.frombuffer(texture.levels[level], np.uint8).reshape(texture.faces, down, across, 16)[face]
@@ -106,8 +106,8 @@ def bc7_codes(texture: Texture, level: int = 0, face: int = 0) -> U8:
 
 
 def decode_texels(texture: Texture, level: int = 0, face: int = 0) -> F32:
-    """The values (h, w, c) float32 of one level of one face: sRGB stays encoded, 0..1; SNORM is -1..1. Raises
-    ValueError where there is no texel."""
+    """The texels (h, w, c) float32 of one level of one face. sRGB stays encoded, 0..1; SNORM is -1..1. Raises
+    ValueError where the texture is empty."""
     if texture.width < 1 or texture.height < 1:
         raise ValueError(f"a texture of {texture.width} x {texture.height} texels")
     width, height = max(1, texture.width >> level), max(1, texture.height >> level)
@@ -129,7 +129,7 @@ def decode_texels(texture: Texture, level: int = 0, face: int = 0) -> F32:
         return np.divide(codes, np.float32(255), out=codes)
     channels = {"BC1": 3, "BC3": 4}.get(texture.format[:3], block_bytes // 8)
     out = np.empty((height, width, channels), np.float32)
-    step = max(1, _BLOCKS_AT_ONCE // across)  # rows of blocks at a time: a band stays in the cache
+    step = max(1, _BLOCKS_AT_ONCE // across)  # rows of blocks decoded together, to stay in the cache
     for first in range(0, down, step):
         band = blocks[first * across : (first + step) * across]
         texels = np.empty((len(band), 16, channels), np.float32)
@@ -149,8 +149,8 @@ def decode_texels(texture: Texture, level: int = 0, face: int = 0) -> F32:
 
 
 def rebuilt(xy: npt.NDArray[np.floating]) -> F64:
-    """The unit vector (..., 3) that a shader rebuilds from x and y: z = sqrt(max(0, 1 - x^2 - y^2)),
-    normalised."""
+    """The unit vector (..., 3) that a shader reconstructs from x and y: z = sqrt(max(0, 1 - x^2 - y^2)),
+    normalized."""
     x, y = xy[..., 0].astype(np.float64), xy[..., 1].astype(np.float64)
     z = np.sqrt(np.maximum(0.0, 1.0 - x * x - y * y))
     length = np.sqrt(x * x + y * y + z * z)

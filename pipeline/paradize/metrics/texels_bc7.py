@@ -1,7 +1,7 @@
-"""BC7 blocks as the hardware reads them, in numpy; shares nothing with the encoder.
+"""Decodes BC7 blocks as the hardware does; shares nothing with the encoder.
 
-Source: Khronos, "Data Format Specification 1.3", chapter BPTC. The result is defined in whole numbers, so
-it is exact. A reserved mode (eight zero bits) decodes to transparent black.
+Source: Khronos, "Data Format Specification 1.3", chapter BPTC. The result is defined in integers, so it is
+exact. A reserved mode (eight zero bits) decodes to transparent black.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 
 class _Mode(NamedTuple):
-    """Bits of the fields of one mode, in the table's order (NS PB RB ISB CB AB EPB SPB IB IB2)."""
+    """Bits of the fields of a mode, in the order of the specification's table (NS PB RB ISB CB AB EPB SPB IB
+    IB2)."""
 
     subsets: int
     partition: int
@@ -42,14 +43,14 @@ _MODES = (
     _Mode(1, 0, 0, 0, 7, 7, 1, 0, 4, 0),
     _Mode(2, 6, 0, 0, 5, 5, 1, 0, 2, 0),
 )
-_AT_ONCE = 1 << 13  # blocks decoded together: some 20 MB
+_BATCH = 1 << 13  # blocks decoded together, about 20 MB
 _WEIGHTS = {
     2: np.array([0, 21, 43, 64], np.uint16),
     3: np.array([0, 9, 18, 27, 37, 46, 55, 64], np.uint16),
     4: np.array([0, 4, 9, 13, 17, 21, 26, 30, 34, 38, 43, 47, 51, 55, 60, 64], np.uint16),
 }
 
-# The subsets of the texels, row by row of the block, and behind each the anchors of subsets 1 and 2.
+# Partitions: the subset of each texel, row by row, then the anchors of subsets 1 and 2.
 _TWO = """
 0011001100110011:15 0001000100010001:15 0111011101110111:15 0001001100110111:15 0000000100010011:15
 0011011101111111:15 0001001101111111:15 0000000100110111:15 0000000000010011:15 0011011111111111:15
@@ -103,22 +104,22 @@ _TABLES = {
 
 
 class _Reader:
-    """Fields of many blocks of one mode, from the lowest bit up. blocks: (n, 16) uint8."""
+    """Reads fields of many blocks of one mode, lowest bit first. blocks: (n, 16) uint8."""
 
     def __init__(self, blocks: U8, start: int) -> None:
         words = np.ascontiguousarray(blocks).view("<u8").astype(np.uint64)
         self.low, self.high = words[:, 0], words[:, 1]
-        self.at = start
+        self.position = start
 
     def _section(self, count: int) -> npt.NDArray[np.uint64]:
         """The next `count` bits, 63 at most, as (n,) uint64."""
-        at, self.at = self.at, self.at + count
-        if at >= 64:
-            section = self.high >> np.uint64(at - 64)
-        elif at == 0:
+        position, self.position = self.position, self.position + count
+        if position >= 64:
+            section = self.high >> np.uint64(position - 64)
+        elif position == 0:
             section = self.low
         else:
-            section = (self.low >> np.uint64(at)) | (self.high << np.uint64(64 - at))
+            section = (self.low >> np.uint64(position)) | (self.high << np.uint64(64 - position))
         return section & np.uint64((1 << count) - 1)
 
     def take(self, count: int) -> Ints:
@@ -126,7 +127,7 @@ class _Reader:
         return self._section(count).astype(np.int32)
 
     def take_indices(self, count: int, anchors: Ints) -> Ints:
-        """Sixteen indices of `count` bits (n, 16); those of the anchors (n, subsets) are a bit shorter."""
+        """Sixteen indices of `count` bits (n, 16); the indices of anchors (n, subsets) have one bit less."""
         section = self._section(16 * count - anchors.shape[1])
         before = (np.arange(16) > anchors[:, :, None]).sum(axis=1)
         widths = count - (np.arange(16) == anchors[:, :, None]).any(axis=1)
@@ -136,43 +137,43 @@ class _Reader:
 
 
 def _expanded(codes: Ints, bits: int) -> Ints:
-    """Codes of `bits` bits -> 0..255: the highest bits once more below the lowest."""
+    """Expands codes of `bits` bits to 0..255 by repeating the highest bits below the lowest."""
     high = codes << (8 - bits)
     value: Ints = high | (high >> bits)
     return value
 
 
-def _ends(reader: _Reader, mode: _Mode) -> Ints:
-    """The ends (n, subsets, 2, 4) as values 0..255; alpha is 255 in a mode that has none."""
-    ends = np.full((len(reader.low), mode.subsets, 2, 4), 255, np.int32)
+def _endpoints(reader: _Reader, mode: _Mode) -> Ints:
+    """Endpoints (n, subsets, 2, 4) as 0..255; alpha is 255 in modes without it."""
+    endpoints = np.full((len(reader.low), mode.subsets, 2, 4), 255, np.int32)
     channels = 4 if mode.alpha else 3
     for channel in range(channels):
         for subset in range(mode.subsets):
             for end in range(2):
-                ends[:, subset, end, channel] = reader.take(mode.alpha if channel == 3 else mode.color)
-    low = 0
+                endpoints[:, subset, end, channel] = reader.take(mode.alpha if channel == 3 else mode.color)
+    p_bits = 0
     for subset in range(mode.subsets if mode.p_per_end or mode.p_per_subset else 0):
-        low = 1
+        p_bits = 1
         p = reader.take(1)
         for end in range(2):
             if end and mode.p_per_end:
                 p = reader.take(1)
-            ends[:, subset, end, :channels] = ends[:, subset, end, :channels] * 2 + p[:, None]
-    ends[..., :3] = _expanded(ends[..., :3], mode.color + low)
+            endpoints[:, subset, end, :channels] = endpoints[:, subset, end, :channels] * 2 + p[:, None]
+    endpoints[..., :3] = _expanded(endpoints[..., :3], mode.color + p_bits)
     if mode.alpha:
-        ends[..., 3] = _expanded(ends[..., 3], mode.alpha + low)
-    return ends
+        endpoints[..., 3] = _expanded(endpoints[..., 3], mode.alpha + p_bits)
+    return endpoints
 
 
-def _between(ends: U8, index: Ints, bits: int) -> U8:
-    """Texels (n, 16, 4) from the ends of their subsets (n, 16, 2, 4) and their indices (n, 16)."""
+def _interpolate(ends: U8, index: Ints, bits: int) -> U8:
+    """Texels (n, 16, 4) from endpoints (n, 16, 2, 4) and indices (n, 16)."""
     weight = _WEIGHTS[bits][index][:, :, None]
     sixty_fourths = ends[:, :, 0] * (64 - weight) + ends[:, :, 1] * weight + np.uint16(32)
     return (sixty_fourths >> 6).astype(np.uint8)
 
 
-def _owned(ends: Ints, owner: U8) -> U8:
-    """The ends (n, 16, 2, 4) of every texel's subset, from those of the subsets (n, subsets, 2, 4)."""
+def _endpoints_of_texels(ends: Ints, owner: U8) -> U8:
+    """The endpoints (n, 16, 2, 4) of each texel's subset, from those of the subsets (n, subsets, 2, 4)."""
     eight_bytes = ends.astype(np.uint8).reshape(len(ends), -1).view(np.uint64)
     own = np.take_along_axis(eight_bytes, owner.astype(np.int64), axis=1)
     return own.view(np.uint8).reshape(len(ends), 16, 2, 4)
@@ -186,13 +187,13 @@ def _decode_mode(blocks: U8, number: int) -> U8:
     rotation = reader.take(mode.rotation)
     selector = reader.take(mode.selector)
     owner, anchors = _TABLES[mode.subsets]
-    ends = _ends(reader, mode)
-    own = _owned(ends, owner[partition])
+    endpoints = _endpoints(reader, mode)
+    endpoints_of_texels = _endpoints_of_texels(endpoints, owner[partition])
     index = reader.take_indices(mode.indices, anchors[partition])
-    texels = _between(own, index, mode.indices)
+    texels = _interpolate(endpoints_of_texels, index, mode.indices)
     if mode.second:
         second = reader.take_indices(mode.second, np.zeros((len(blocks), 1), np.int32))
-        other = _between(own, second, mode.second)
+        other = _interpolate(endpoints_of_texels, second, mode.second)
         swapped = (selector == 1)[:, None]
         color = np.where(swapped[:, :, None], other, texels)[..., :3]
         alpha = np.where(swapped, texels[..., 3], other[..., 3])
@@ -209,11 +210,11 @@ def _decode_mode(blocks: U8, number: int) -> U8:
 def decode_bc7(blocks: U8) -> U8:
     """Blocks (n, 16) uint8 -> texels (n, 16, 4) uint8, row by row of each block."""
     out = np.zeros((len(blocks), 16, 4), np.uint8)
-    for start in range(0, len(blocks), _AT_ONCE):
-        some, into = blocks[start : start + _AT_ONCE], out[start : start + _AT_ONCE]
-        first = some[:, 0].astype(np.int32)
+    for start in range(0, len(blocks), _BATCH):
+        batch, decoded = blocks[start : start + _BATCH], out[start : start + _BATCH]
+        first = batch[:, 0].astype(np.int32)
         for number in range(8):
-            mine = np.flatnonzero((first & ((2 << number) - 1)) == 1 << number)
-            if len(mine):
-                into[mine] = _decode_mode(np.ascontiguousarray(some[mine]), number)
+            rows = np.flatnonzero((first & ((2 << number) - 1)) == 1 << number)
+            if len(rows):
+                decoded[rows] = _decode_mode(np.ascontiguousarray(batch[rows]), number)
     return out

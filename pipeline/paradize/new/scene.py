@@ -19,7 +19,7 @@ from paradize.files import read_file, read_parts, resolved
 from paradize.new.sources import FACES, write_heightmap, write_sand, write_sky, write_vase
 from paradize.readers.mtl import Material
 from paradize.readers.obj import read_obj
-from paradize.store.atomic import ASIDE
+from paradize.store.atomic import PARTIAL
 
 SUN_AZIMUTH_DEG, SUN_ELEVATION_DEG = 215.0, 38.0
 FOV_DEG = 40.0
@@ -72,7 +72,7 @@ def new_scene(folder: Path, model: Path | None = None) -> NewScene:
     where the folder holds something or cannot be written.
     """
     folder = resolved(folder)
-    aside = folder.with_name(f".{folder.name[:40]}{ASIDE}{secrets.token_hex(4)}")
+    aside = folder.with_name(f".{folder.name[:40]}{PARTIAL}{secrets.token_hex(4)}")
     try:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             raise BakeError("is there and not empty", file=folder, mend="name a new folder")
@@ -118,7 +118,7 @@ def _copy_model(source: Path, aside: Path) -> _Model:
         if not (target.exists() and target.samefile(path)):
             with target.open("wb") as copy:
                 copy.writelines(read_parts(path))
-    places = read.mesh.places
+    places = read.mesh.absolute_positions
     low, high = places.min(axis=0).tolist(), places.max(axis=0).tolist()
     half = [0.5 * (b - a) for a, b in zip(low, high, strict=True)]
     model = _Model(

@@ -1,4 +1,4 @@
-"""What a contact sheet shows of maps: each as the hardware reads it, as 8-bit codes, and all of them lit."""
+"""Pictures for contact sheets: each map as the hardware reads it, as 8-bit values, and the lit material."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     U8 = npt.NDArray[np.uint8]
 
 PREVIEW = 640  # pixels
-LARGEST = 1024  # texels a side of the mip that is shown; level 0 is shown in the close view
+MAX_SHOWN = 1024  # texels per side of the shown mip; the close view shows level 0
 
 
 @dataclass(frozen=True)
 class SheetMap:
-    """One map of a material. tier, errors (metric -> value) and levels (one dict of errors a level) as
-    measured; bytes: its file's."""
+    """A map of a material. tier, errors (metric -> value) and levels (a dict of errors per level) as
+    measured. bytes: size of its file."""
 
     texture: Texture
     bytes: int
@@ -37,7 +37,7 @@ class SheetMap:
 
 @dataclass(frozen=True)
 class MaterialDefaults:
-    """What the material is where it has no map. tiles: it repeats, and is shown on a sphere."""
+    """Values of a material without maps. tiles: whether it repeats; then it is shown on a sphere."""
 
     tiles: bool = False
     color: tuple[float, float, float] = (0.5, 0.5, 0.5)
@@ -46,7 +46,7 @@ class MaterialDefaults:
 
 
 def shown_level(texture: Texture, largest: int) -> int:
-    """The finest level of at most `largest` texels a side."""
+    """The finest level of at most `largest` texels per side."""
     level = 0
     while max(texture.width, texture.height) >> level > largest and level + 1 < len(texture.levels):
         level += 1
@@ -54,7 +54,7 @@ def shown_level(texture: Texture, largest: int) -> int:
 
 
 def rebuilt(xy: F32) -> F32:
-    """Unit normals (h, w, 3) of x and y."""
+    """Unit normals (h, w, 3) from x and y."""
     z = np.sqrt(np.maximum(0.0, 1.0 - (xy * xy).sum(axis=2, keepdims=True)))
     out = np.concatenate([xy, z], axis=2)
     length = np.sqrt((out * out).sum(axis=2, keepdims=True))
@@ -63,8 +63,8 @@ def rebuilt(xy: F32) -> F32:
 
 
 def to_bytes(values: F32) -> U8:
-    out: U8 = np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
-    return out
+    texels: U8 = np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
+    return texels
 
 
 def _grey(values: F32) -> U8:
@@ -73,8 +73,7 @@ def _grey(values: F32) -> U8:
 
 
 def picture_of(name: str, decoded: F32, channel: int | None = None) -> U8:
-    """How a map is shown, or one channel of it as grey: colour and grey as they are, signed values with zero
-    in the middle."""
+    """A map as a picture: colour and grey unchanged, signed values with zero at mid-grey."""
     kind = MAPS[name].kind
     if channel is not None or kind == "value":
         return _grey(decoded[:, :, channel or 0])
@@ -82,19 +81,19 @@ def picture_of(name: str, decoded: F32, channel: int | None = None) -> U8:
         return to_bytes(decoded[:, :, :3])
     if kind == "normal":
         return to_bytes(rebuilt(decoded[:, :, :2]) * 0.5 + 0.5)
-    most = max(1e-6, float(np.abs(decoded[:, :, :2]).max()))
-    signed = decoded[:, :, :2] / most * 0.5 + 0.5
+    largest = max(1e-6, float(np.abs(decoded[:, :, :2]).max()))
+    signed = decoded[:, :, :2] / largest * 0.5 + 0.5
     return to_bytes(np.dstack([signed, np.full(signed.shape[:2], 0.5, np.float32)]))
 
 
 def has_holes(texture: Texture) -> bool:
-    """Whether any texel of a colour map lets light through."""
+    """Whether any texel of a colour map is transparent."""
     decoded = decode_texels(texture, shown_level(texture, 256))
     return decoded.shape[2] == 4 and float(decoded[:, :, 3].min()) < 1.0
 
 
 def close_view(texture: Texture, size: int) -> F32:
-    """`size` x `size` texels of level 0's middle, fewer where there are fewer."""
+    """At most `size` x `size` texels from the centre of level 0."""
     rows, columns = min(size, texture.height), min(size, texture.width)
     edge = 4 if texture.format.startswith("BC") else 1
     top = (texture.height - rows) // 2 // edge * edge
@@ -106,26 +105,26 @@ def close_view(texture: Texture, size: int) -> F32:
     return decode_texels(part)[:rows, left : left + columns]
 
 
-def lit_preview(maps: dict[str, SheetMap], ground: MaterialDefaults, size: int = PREVIEW) -> U8:
-    """The material lit, at most (size, size, 3) sRGB bytes, from its decoded maps."""
-    found = {
-        name: decode_texels(entry.texture, shown_level(entry.texture, LARGEST))
+def lit_preview(maps: dict[str, SheetMap], defaults: MaterialDefaults, size: int = PREVIEW) -> U8:
+    """The material, lit, from its decoded maps: sRGB uint8, at most (size, size, 3)."""
+    decoded = {
+        name: decode_texels(entry.texture, shown_level(entry.texture, MAX_SHOWN))
         for name, entry in maps.items()
         if name in ("color", "normal", "gloss")
     }
-    color, gloss = found.get("color"), found.get("gloss")
+    color, gloss = decoded.get("color"), decoded.get("gloss")
     srgb = color is not None and maps["color"].texture.format.endswith("_SRGB")
     material = Material(
         color=None if color is None else to_light(color[:, :, :3]) if srgb else color[:, :, :3],
         alpha=None if color is None or color.shape[2] < 4 else np.ascontiguousarray(color[:, :, 3]),
-        normal=rebuilt(found["normal"][:, :, :2]) if "normal" in found else None,
+        normal=rebuilt(decoded["normal"][:, :, :2]) if "normal" in decoded else None,
         specular=None if gloss is None else np.ascontiguousarray(gloss[:, :, 0]),
         smoothness=None if gloss is None else np.ascontiguousarray(gloss[:, :, 1]),
-        base=ground.color,
-        base_specular=ground.specular,
-        base_smoothness=ground.smoothness,
+        base=defaults.color,
+        base_specular=defaults.specular,
+        base_smoothness=defaults.smoothness,
     )
-    if ground.tiles:
+    if defaults.tiles:
         return sphere_preview(material, size)
     texture = next(iter(maps.values())).texture
     longest = max(texture.width, texture.height)

@@ -1,9 +1,9 @@
-"""A lit preview of a material: a sphere for a map that tiles, else the whole map from above.
+"""A lit preview of a material: a sphere for a tiling map, else the whole map from above.
 
-Everything comes from the decoded artifacts, so a fault of a block encoder shows here as on the screen. Light
-and reflection follow shaders/lib/brdf.glsl: GGX of B. Walter et al., "Microfacet Models for Refraction
-through Rough Surfaces", EGSR 2007, with alpha = (1 - smoothness)^2 and 0.08 of the specular intensity at
-normal incidence.
+Uses the decoded artifacts only, so errors of block compression are visible as in the player. Light and
+reflection follow shaders/lib/brdf.glsl: GGX of B. Walter et al., "Microfacet Models for Refraction through
+Rough Surfaces", EGSR 2007, with alpha = (1 - smoothness)^2 and a reflectance of 0.08 times the specular
+intensity at normal incidence.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     F32 = npt.NDArray[np.float32]
 
 _LIGHT = np.array([-0.55, 0.62, 0.56], np.float32) / np.float32(np.sqrt(0.55**2 + 0.62**2 + 0.56**2))
-_SUN = np.array([3.3, 3.05, 2.7], np.float32)  # radiance times pi where it falls straight
+_SUN = np.array([3.3, 3.05, 2.7], np.float32)  # radiance times pi at normal incidence
 _SKY = np.array([0.30, 0.36, 0.45], np.float32)  # from above
 _GROUND = np.array([0.13, 0.11, 0.09], np.float32)  # from below
-_PAPER = np.array([0.0091, 0.0097, 0.0116], np.float32)  # what lies round the sphere
-_TILES = 2.0  # of a map that repeats, over the half of the sphere that is seen
+_PAPER = np.array([0.0091, 0.0097, 0.0116], np.float32)  # background of the sphere
+_REPEATS = 2.0  # repetitions of a tiling map over the visible half of the sphere
 
 
 @dataclass(frozen=True)
 class Material:
-    """What is lit. color (h, w, 3) linear 0..1; alpha (h, w) or None; normal (h, w, 3) unit, tangent space;
-    specular and smoothness (h, w), 0..1. All of any size of their own; None: as the defaults say."""
+    """The maps to light. color: (h, w, 3) linear 0..1. alpha: (h, w). normal: (h, w, 3) unit, tangent space.
+    specular, smoothness: (h, w), 0..1. All may differ in size; None: the base values."""
 
     color: F32 | None = None
     alpha: F32 | None = None
@@ -41,21 +41,21 @@ class Material:
     base_smoothness: float = 0.5
 
 
-def to_codes(linear: F32) -> npt.NDArray[np.uint8]:
-    """Linear light (..., 3) as sRGB bytes; brighter than 1 is clipped."""
+def to_srgb(linear: F32) -> npt.NDArray[np.uint8]:
+    """Converts linear light (..., 3) to sRGB bytes; values above 1 are clipped."""
     v = np.clip(linear, 0.0, 1.0)
     encoded = np.where(v <= 0.0031308, v * 12.92, 1.055 * np.power(v, 1 / 2.4) - 0.055)
     return np.rint(encoded * 255.0).astype(np.uint8)
 
 
 def to_light(encoded: F32) -> F32:
-    """sRGB-encoded values 0..1 as linear light."""
+    """Converts sRGB-encoded values 0..1 to linear light."""
     light = np.where(encoded <= 0.04045, encoded / 12.92, np.power((encoded + 0.055) / 1.055, 2.4))
     return light.astype(np.float32)
 
 
 def _sample(texels: F32, u: F32, v: F32) -> F32:
-    """Bilinear, repeated; u and v in tiles, v down the image."""
+    """Bilinear samples of a repeating texture. u, v: in repetitions, v down the image."""
     rows, columns = texels.shape[:2]
     x, y = u * np.float32(columns) - np.float32(0.5), v * np.float32(rows) - np.float32(0.5)
     left, top = np.floor(x), np.floor(y)
@@ -77,7 +77,7 @@ def _unit(vectors: F32) -> F32:
 
 
 def _lit(material: Material, u: F32, v: F32, frame: tuple[F32, F32, F32]) -> F32:
-    """Linear radiance (h, w, 3) towards an eye at +Z, far away. frame: T, B, N of every pixel."""
+    """Linear radiance (h, w, 3) towards a distant eye at +Z. frame: T, B, N of each pixel."""
     shape = u.shape
     color = np.broadcast_to(np.asarray(material.base, np.float32), (*shape, 3))
     if material.color is not None:
@@ -112,27 +112,27 @@ def _lit(material: Material, u: F32, v: F32, frame: tuple[F32, F32, F32]) -> F32
     return lit.astype(np.float32)
 
 
-def _behind(width: int, height: int) -> F32:
-    """A dark chequered ground, linear, which holes let through."""
+def _checkerboard(width: int, height: int) -> F32:
+    """A dark checkerboard, linear, visible through transparent texels."""
     y, x = np.mgrid[0:height, 0:width] // 16
     shade = np.where((x + y) % 2 == 0, 0.035, 0.055).astype(np.float32)
     return np.repeat(shade[..., None], 3, axis=2)
 
 
 def flat_preview(material: Material, width: int, height: int) -> npt.NDArray[np.uint8]:
-    """The whole map once over width x height pixels, sRGB bytes."""
+    """The whole map over width x height pixels, sRGB bytes."""
     y, x = np.mgrid[0:height, 0:width].astype(np.float32)
     u, v = (x + np.float32(0.5)) / np.float32(width), (y + np.float32(0.5)) / np.float32(height)
     frame = tuple(np.broadcast_to(np.eye(3, dtype=np.float32)[k], (height, width, 3)) for k in range(3))
     lit = _lit(material, u, v, (frame[0], frame[1], frame[2]))
     if material.alpha is not None:
         cover = np.clip(_sample(material.alpha, u, v), 0, 1)[..., None]
-        lit = lit * cover + _behind(width, height) * (1 - cover)
-    return to_codes(lit)
+        lit = lit * cover + _checkerboard(width, height) * (1 - cover)
+    return to_srgb(lit)
 
 
 def sphere_preview(material: Material, size: int) -> npt.NDArray[np.uint8]:
-    """A sphere with the map in two tiles across, size x size pixels, sRGB bytes."""
+    """A sphere with two repetitions of the map across, size x size pixels, sRGB bytes."""
     radius = 0.47 * size
     y, x = np.mgrid[0:size, 0:size].astype(np.float32)
     x, y = (x + 0.5 - size / 2) / radius, (size / 2 - y - 0.5) / radius
@@ -141,8 +141,8 @@ def sphere_preview(material: Material, size: int) -> npt.NDArray[np.uint8]:
     nx, ny = x * shrink, y * shrink
     nz = np.sqrt(np.maximum(0.0, 1.0 - nx * nx - ny * ny))
     around, above = np.arctan2(nx, nz), np.arcsin(np.clip(ny, -1, 1))
-    u = (around / np.pi * _TILES).astype(np.float32)
-    v = (0.5 - above / np.pi * _TILES).astype(np.float32)
+    u = (around / np.pi * _REPEATS).astype(np.float32)
+    v = (0.5 - above / np.pi * _REPEATS).astype(np.float32)
     zero = np.zeros_like(nx)
     tangent = np.stack([np.cos(around), zero, -np.sin(around)], axis=-1).astype(np.float32)
     normal = np.stack([nx, ny, nz], axis=-1).astype(np.float32)
@@ -150,4 +150,4 @@ def sphere_preview(material: Material, size: int) -> npt.NDArray[np.uint8]:
     cover = np.clip((1.0 - reach) * radius + 0.5, 0.0, 1.0)[..., None]
     if material.alpha is not None:
         cover = cover * np.clip(_sample(material.alpha, u, v), 0, 1)[..., None]
-    return to_codes(lit * cover + _PAPER * (1 - cover))
+    return to_srgb(lit * cover + _PAPER * (1 - cover))

@@ -1,1 +1,1 @@
-"""Readers of what people bring: OBJ, MTL, pictures, heightmaps, sounds."""
+"""Readers of source files: OBJ, MTL, pictures, heightmaps, sounds."""

@@ -1,8 +1,8 @@
-"""What OpenImageIO does not tell: files whose structure says that texels are missing or out of range.
+"""Finds damage that OpenImageIO does not report: missing texels and values out of range.
 
-Only what the file itself contradicts can be known: a value that was changed into another legal one cannot.
-Sources: ITU-T T.81, "JPEG", 1992, annex B; Adobe, "TIFF 6.0", 1992; Microsoft, "Bitmap
-storage"; J. Poskanzer, the manual pages of netpbm (pbm, pgm, ppm, pam, pfm).
+Only contradictions inside the file can be found, not a value that was changed into another legal one.
+Sources: ITU-T T.81, "JPEG", 1992, annex B; Adobe, "TIFF 6.0", 1992; Microsoft, "Bitmap storage"; J.
+Poskanzer, the manual pages of netpbm (pbm, pgm, ppm, pam, pfm).
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ if TYPE_CHECKING:
 
 
 def check_damage(path: Path, kind: str) -> None:
-    """Raises SourceError where a file of this kind (OpenImageIO's name) lacks texels that its header
-    promises, or holds values that its header rules out. Kinds that OpenImageIO reports itself pass."""
+    """Raises SourceError where a file lacks texels that its header promises, or holds values that its header
+    excludes. kind: OpenImageIO's name of the format. Formats whose damage OpenImageIO reports are not
+    checked."""
     check = _CHECKS.get(kind)
     if check is not None:
         check(path)
@@ -37,32 +38,32 @@ def _cut(path: Path, what: str) -> SourceError:
 
 
 def _check_jpeg(path: Path) -> None:
-    """Every marker segment ends inside the file, a scan is there, and the picture ends with its marker."""
+    """All marker segments end inside the file, there is a scan, and the file ends with the end marker."""
     data = read_file(path)
-    at, scans, size = 2, 0, len(data)
+    position, scans, size = 2, 0, len(data)
     while True:
-        at = data.find(b"\xff", at)
-        while 0 <= at < size - 1 and data[at + 1] == 0xFF:
-            at += 1
-        if at < 0 or at + 1 >= size:
+        position = data.find(b"\xff", position)
+        while 0 <= position < size - 1 and data[position + 1] == 0xFF:
+            position += 1
+        if position < 0 or position + 1 >= size:
             raise _cut(path, "the file ends before its picture does")
-        marker = data[at + 1]
+        marker = data[position + 1]
         if marker == 0xD9:
             break
-        at += 2
-        if marker == 0 or marker == 1 or 0xD0 <= marker <= 0xD8:  # a stuffed byte, or a marker alone
+        position += 2
+        if marker == 0 or marker == 1 or 0xD0 <= marker <= 0xD8:  # no segment follows
             continue
-        if at + 2 > size or at + int.from_bytes(data[at : at + 2], "big") > size:
-            raise _cut(path, f"its segment at byte {at - 2} passes the end of the file")
+        if position + 2 > size or position + int.from_bytes(data[position : position + 2], "big") > size:
+            raise _cut(path, f"its segment at byte {position - 2} extends beyond the end of the file")
         if marker == 0xDA:
             scans += 1
-        at += max(2, int.from_bytes(data[at : at + 2], "big"))
+        position += max(2, int.from_bytes(data[position : position + 2], "big"))
     if not scans:
         raise _cut(path, "it holds no scan")
 
 
 def _check_bmp(path: Path) -> None:
-    """The rows of an uncompressed bitmap lie inside the file; palette codes are in their palette."""
+    """The rows of an uncompressed bitmap lie inside the file; palette indices are valid."""
     data = read_file(path)
     if len(data) < 26:
         raise _cut(path, f"{len(data)} bytes; a bitmap's header has 26 or more")
@@ -74,7 +75,7 @@ def _check_bmp(path: Path) -> None:
         width, height, _, bits, packing = struct.unpack_from("<iiHHI", data, 18)
         (colors,) = struct.unpack_from("<I", data, 46)
     else:
-        raise _cut(path, "its header is cut")
+        raise _cut(path, "its header is truncated")
     height = abs(height)
     if packing not in (0, 3, 6):
         return  # run-length coded: the decoder counts its texels
@@ -88,29 +89,29 @@ def _check_bmp(path: Path) -> None:
 
 
 def _check_pnm(path: Path) -> None:
-    """As many values as the header promises, none above its largest."""
+    """The file holds as many values as its header promises, none above its maximum."""
     data = read_file(path)
     kind = data[1:2]
     if kind not in b"123456":
         return  # PAM and PFM: the decoder counts bytes itself
     bitmap = kind in b"14"
-    numbers, at = header_numbers(data, 2 if bitmap else 3)
+    numbers, position = header_numbers(data, 2 if bitmap else 3)
     if len(numbers) < (2 if bitmap else 3):
         raise _cut(path, "its header is cut")
     width, height = numbers[:2]
     top = 1 if bitmap else numbers[2]
     count = width * height * (3 if kind in b"36" else 1)
     if not 1 <= top <= 65535:
-        raise _cut(path, f"its largest value is {top}; 1 to 65535 are allowed")
+        raise _cut(path, f"its maximum value is {top}; 1 to 65535 are allowed")
     if kind in b"123":
-        body = b"\n".join(line.partition(b"#")[0] for line in data[at:].splitlines())
-        words = list(body.translate(None, b" \t\r\n\v\f")) if kind == b"1" else body.split()
-        if len(words) < count:
-            raise _cut(path, f"{len(words)} values; its header promises {count}")
-        if kind != b"1" and any(not word.isdigit() or int(word) > top for word in words[:count]):  # type: ignore[union-attr]
-            raise _cut(path, f"a value is no number in 0..{top}")
+        text = b"\n".join(line.partition(b"#")[0] for line in data[position:].splitlines())
+        tokens = list(text.translate(None, b" \t\r\n\v\f")) if kind == b"1" else text.split()
+        if len(tokens) < count:
+            raise _cut(path, f"{len(tokens)} values; its header promises {count}")
+        if kind != b"1" and any(not word.isdigit() or int(word) > top for word in tokens[:count]):  # type: ignore[union-attr]
+            raise _cut(path, f"a value is not a number in 0..{top}")
         return
-    start = at + 1
+    start = position + 1
     needed = (width + 7) // 8 * height if bitmap else count * (2 if top > 255 else 1)
     if start + needed > len(data):
         raise _cut(path, f"{len(data) - start} bytes of texels; its header promises {needed}")
@@ -124,17 +125,17 @@ _OFFSETS, _COUNTS = (273, 324), (279, 325)  # of strips and of tiles
 
 
 def _check_tiff(path: Path) -> None:
-    """Every strip or tile of the first picture lies inside the file."""
+    """All strips or tiles of the first picture lie inside the file."""
     try:
         with open_file(path) as file:
             size = os.fstat(file.fileno()).st_size
-            found = first_directory(file, _OFFSETS + _COUNTS)
+            tags = first_directory(file, _OFFSETS + _COUNTS)
     except ValueError:
         raise _cut(path, "its header is cut") from None
     except struct.error:
-        raise _cut(path, "its directory passes the end of the file") from None
+        raise _cut(path, "its directory extends beyond the end of the file") from None
     for offsets, counts in zip(_OFFSETS, _COUNTS, strict=True):
-        for offset, count in zip(found.get(offsets, ()), found.get(counts, ()), strict=False):
+        for offset, count in zip(tags.get(offsets, ()), tags.get(counts, ()), strict=False):
             if offset + count > size:
                 raise _cut(path, f"texels end at byte {offset + count} of {size}")
 

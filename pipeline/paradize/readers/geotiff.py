@@ -1,4 +1,4 @@
-"""What a GeoTIFF says of its numbers: which of them is no data, their scale and offset, their unit.
+"""Reads what a GeoTIFF says about its numbers: the no-data value, scale and offset, the unit.
 
 Sources: GDAL, "GTiff driver" (tags 42112, metadata as XML, and 42113, no data as text); OGC 19-008r4,
 "GeoTIFF 1.1", keys 4096 to 4099 (units as EPSG codes).
@@ -30,10 +30,10 @@ _ITEM = re.compile(r"<Item([^<>]*)>([^<>]*)</Item>")
 
 
 @dataclass(frozen=True)
-class Said:
-    """nodata: the number that is no height. scale, offset: height = number * scale + offset, in units of
-    unit_m metres. words: scale, offset and unit as a person reads them; "" where the file says nothing of
-    them, and then its numbers are what they are in any other file."""
+class GeoTiffTags:
+    """nodata: the number that means "no height". scale, offset: height = number * scale + offset, in units of
+    unit_m metres. words: scale, offset and unit as text for messages; "" where the file gives none, and its
+    numbers are used as in any other file."""
 
     nodata: float | None = None
     scale: float = 1.0
@@ -42,28 +42,26 @@ class Said:
     words: str = ""
 
 
-def said_of(path: Path) -> Said:
-    """What the first directory of a TIFF says; nothing for any other file, and of tags that are damaged."""
+def read_geotiff_tags(path: Path) -> GeoTiffTags:
+    """Reads the first directory of a TIFF. Returns defaults for other files and for damaged tags."""
     try:
         with open_file(path) as file:
-            found = first_directory(file, (_KEYS, _METADATA, _NODATA))
+            tags = first_directory(file, (_KEYS, _METADATA, _NODATA))
     except (OSError, ValueError, struct.error):
-        return Said()
-    texts = {
-        tag: value.decode("utf-8", "replace") for tag, value in found.items() if isinstance(value, bytes)
-    }
+        return GeoTiffTags()
+    texts = {tag: value.decode("utf-8", "replace") for tag, value in tags.items() if isinstance(value, bytes)}
     roles = {}
     for attributes, text in _ITEM.findall(texts.get(_METADATA, "")):
         if (role := re.search(r'role="(\w+)"', attributes)) and re.search(r'sample="0"', attributes):
             roles[role[1]] = text.strip()
     scale, offset = _number(roles.get("scale")), _number(roles.get("offset"))
-    keys = found.get(_KEYS, ())
+    keys = tags.get(_KEYS, ())
     codes = [int(keys[k + 3]) for k in range(4, len(keys) - 3, 4) if keys[k] == _VERTICAL_UNITS]
     unit = _NAMES.get(roles.get("unittype", "").lower()) or _EPSG.get(codes[0] if codes else 0)
     numbers = {"scale": scale, "offset": offset}
     parts = [f"{name} {number:g}" for name, number in numbers.items() if number is not None]
     parts += [f"unit {unit[0]}"] if unit else []
-    return Said(
+    return GeoTiffTags(
         _number(texts.get(_NODATA, "").rstrip("\0 ")),
         1.0 if scale is None else scale,
         0.0 if offset is None else offset,

@@ -1,16 +1,15 @@
-"""Pictures of every format that OpenImageIO reads -> Image, or one clear SourceError.
+"""Reads pictures of all formats that OpenImageIO supports, or raises one clear SourceError.
 
-OpenImageIO reports failure by return values, sometimes with pixels beside the error, sometimes with pixels
-and no error at all; it multiplies colour by alpha unless told not to. So this reader asks for straight alpha,
-takes an error for an error whatever came with it, and looks for damage itself (damage.py).
+OpenImageIO reports errors through return values, sometimes with pixels beside the error, sometimes not at
+all, and multiplies colour by alpha by default. This reader asks for straight alpha, treats any error as an
+error, and checks for damage itself (damage.py).
 
-A picture keeps one to four channels: grey; grey and alpha; red, green, blue; and those with alpha. Alpha
-comes out straight (not multiplied into colour). Unsigned integers of 8 and 16 bits stay the file's codes;
-signed integers and floats are numbers as they are. Of files that hold several pictures the first is read. Raw
-SRTM tiles (`.hgt`) are read too.
+A picture has one to four channels: grey; grey and alpha; RGB; RGBA. Alpha is straight (not multiplied into
+colour). Unsigned integers of 8 and 16 bits keep the file's values; signed integers and floats are used as
+they are. Of several pictures in a file the first is read. Raw SRTM tiles (`.hgt`) are read too.
 
-The limits are settings of the environment: PARADIZE_MAX_SIDE (texels), PARADIZE_MAX_TEXELS and
-PARADIZE_MAX_MB (of a decoded picture). They refuse pictures and change none.
+Environment variables set the limits: PARADIZE_MAX_SIDE (texels), PARADIZE_MAX_TEXELS and PARADIZE_MAX_MB (of
+the decoded picture).
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ import OpenImageIO as oiio
 
 from paradize.data import Image
 from paradize.errors import BakeError, SourceError
-from paradize.files import name_for_library, open_file
+from paradize.files import library_path, open_file
 from paradize.kinds import PICTURE, expecting
 from paradize.readers.damage import check_damage
 from paradize.readers.pnm import exact_shares
@@ -40,10 +39,10 @@ if TYPE_CHECKING:
 
     from paradize.data import F32
 
-# Setting -> what holds where the environment does not say: 16384 x 16384 is the largest map that is promised.
+# Variable -> default. The largest supported map is 16384 x 16384.
 LIMITS = {"PARADIZE_MAX_SIDE": 32768, "PARADIZE_MAX_TEXELS": 1 << 29, "PARADIZE_MAX_MB": 8192}
 
-# Formats whose files keep straight alpha, as OpenImageIO hands it over when asked for it.
+# Formats with straight alpha, which OpenImageIO returns unchanged when asked.
 _STRAIGHT = {
     "png",
     "targa",
@@ -60,7 +59,7 @@ _STRAIGHT = {
     "sgi",
 }
 _PLAIN_NUMBERS = {"half": 16, "float": 32, "double": 32, "int8": 8, "int16": 16, "int": 32}  # bits
-_TYPES: dict[str, tuple[Any, Any, float]] = {  # what to ask for, what comes, what maps to 1
+_TYPES: dict[str, tuple[Any, Any, float]] = {  # type to ask for, type of the result, value of 1.0
     "uint8": (oiio.UINT8, np.uint8, 255.0),
     "uint16": (oiio.UINT16, np.uint16, 65535.0),
     "uint": (oiio.UINT32, np.uint32, 4294967295.0),
@@ -74,24 +73,25 @@ _TYPES: dict[str, tuple[Any, Any, float]] = {  # what to ask for, what comes, wh
 
 
 def limit(name: str) -> int:
-    """The limit of this name in LIMITS, or what the environment says instead. Raises BakeError where that is
-    no whole number above 0."""
-    told = os.environ.get(name, "")
-    if not told:
+    """The limit `name` of LIMITS or of the environment. Raises BakeError where the variable is not an integer
+    above 0."""
+    text = os.environ.get(name, "")
+    if not text:
         return LIMITS[name]
-    if not (told.isascii() and told.isdigit() and len(told) <= 18 and int(told) > 0):
-        raise BakeError(f"the setting {name} is {told!r:.40}", mend="give it a whole number above 0")
-    return int(told)
+    if not (text.isascii() and text.isdigit() and len(text) <= 18 and int(text) > 0):
+        raise BakeError(f"${name} is {text!r:.40}; expected a whole number above 0", mend="set or unset it")
+    return int(text)
 
 
 def read_image(path: Path, *, color_space: str | None = None, finite: bool = True) -> Image:
-    """The picture in `path`: values (h, w, 1..4), finite, row 0 at the top, straight alpha.
+    """Reads a picture: values (h, w, 1..4), row 0 at the top, straight alpha.
 
-    color_space: "srgb", "linear" or "data" overrides what the file says; by itself a file of floats or
-    signed integers, and one that declares itself linear, is "linear", every other is "srgb". Pictures beyond
-    the limits are refused before they are decoded. finite: whether NaN and infinity are refused; who takes
-    them looks for them. Raises SourceError for a file that is missing, empty, no
-    picture, damaged, truncated, too large, of a shape that is no picture, or that holds NaN or infinity.
+    color_space: "srgb", "linear" or "data" overrides the file. By default floats, signed integers and files
+    that declare themselves linear are "linear", all others "srgb". finite: whether NaN and infinity are
+    refused.
+
+    Raises SourceError for a file that is missing, empty, not a picture, damaged, truncated, beyond the limits
+    (checked before decoding), of an unsupported shape, or that holds NaN or infinity.
     """
     with expecting(PICTURE, path):
         return _read_image(path, color_space, finite)
@@ -106,11 +106,11 @@ def _read_image(path: Path, color_space: str | None, finite: bool) -> Image:
     hints = oiio.ImageSpec()
     hints.attribute("oiio:UnassociatedAlpha", 1)
     try:
-        with name_for_library(path) as name:
+        with library_path(path) as name:
             with _silenced():
                 source = oiio.ImageInput.open(name, hints)
             if source is None:
-                what = f"no picture that can be read: {_message(oiio) or 'no reason given'}"
+                what = f"is not a readable picture: {_message(oiio) or 'no reason given'}"
                 mend = "save it as PNG, TIFF or OpenEXR"
                 raise SourceError(what.replace(name, path.name), file=path, mend=mend)
             try:
@@ -124,7 +124,7 @@ def _read_image(path: Path, color_space: str | None, finite: bool) -> Image:
 
 
 def _require_file(path: Path) -> None:
-    """Raises SourceError where there is no file with something in it under a name that is text."""
+    """Raises SourceError for a missing or empty file and for a name that is not UTF-8."""
     try:
         with open_file(path) as stream:
             empty = not stream.read(1)
@@ -145,33 +145,33 @@ _silence = threading.Lock()
 
 @contextmanager
 def _silenced() -> Iterator[None]:
-    """Keeps libpng and its like from writing to standard error beside the one message that we give."""
+    """Keeps libraries such as libpng from writing to standard error."""
     with _silence:
         if sys.stderr is not None:
             sys.stderr.flush()
         try:
-            held = os.dup(2)
-        except OSError:  # there is no standard error
+            saved = os.dup(2)
+        except OSError:  # standard error is closed
             yield
             return
-        nowhere = os.open(os.devnull, os.O_WRONLY)
+        null = os.open(os.devnull, os.O_WRONLY)
         try:
-            os.dup2(nowhere, 2)
+            os.dup2(null, 2)
             yield
         finally:
-            os.dup2(held, 2)
-            os.close(nowhere)
-            os.close(held)
+            os.dup2(saved, 2)
+            os.close(null)
+            os.close(saved)
 
 
 def _message(source: Any) -> str:
-    """OpenImageIO's pending error in one line; "" where there is none."""
+    """OpenImageIO's pending error on one line; "" where there is none."""
     try:
         text = str(source.geterror())
     except UnicodeDecodeError:
         return "damaged (its error message cannot be decoded)"
     if "could not find a format reader" in text:
-        return "of no format that OpenImageIO knows"
+        return "OpenImageIO does not know its format"
     return "; ".join(line.strip() for line in text.splitlines() if line.strip())
 
 
@@ -188,7 +188,7 @@ def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -
         values = _decode(source, spec, name, path, 0, spec.nchannels)
         if channels != list(range(spec.nchannels)):
             values = np.ascontiguousarray(values[:, :, channels])
-    else:  # asked for all at once, OpenImageIO would turn one type into another
+    else:  # read one by one: OpenImageIO would convert mixed types to one
         each = [_decode(source, spec, types[k], path, k, k + 1) for k in channels]
         values = np.concatenate([Image(one, "data", 32).pixels for one in each], axis=2)
     top = None if name in _PLAIN_NUMBERS else round(_TYPES[name][2])
@@ -198,7 +198,7 @@ def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -
         require_finite(values, path)
     if values.shape[2] in (2, 4) and _is_premultiplied(spec, kind):
         values = _straighten(Image(values, "data", 32).pixels)
-    if values.shape[2] == 2 and spec.alpha_channel != 1:  # red and green alone
+    if values.shape[2] == 2 and spec.alpha_channel != 1:  # two channels, red and green
         values = np.concatenate([values, np.zeros_like(values[:, :, :1])], axis=2)
     if color_space is None:
         declared = spec.get_string_attribute("oiio:ColorSpace").lower()
@@ -209,12 +209,13 @@ def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -
 
 
 def _types(spec: Any) -> list[str]:
-    """The type of every channel, as OpenImageIO names it."""
+    """The type of each channel, as OpenImageIO names it."""
     return [str(kind) for kind in spec.channelformats] or [str(spec.format)] * spec.nchannels
 
 
 def _require_shape(spec: Any, types: list[str], path: Path) -> None:
-    """Raises SourceError for what is no flat picture, is beyond the limits, or cannot be decoded rightly."""
+    """Raises SourceError for deep and volume pictures, cube maps, pictures beyond the limits, and those that
+    cannot be decoded correctly."""
     width, height = spec.width, spec.height
     if spec.deep or spec.depth > 1:
         raise SourceError("deep and volume pictures are not maps", file=path)
@@ -222,7 +223,9 @@ def _require_shape(spec: Any, types: list[str], path: Path) -> None:
         mend = "save each face as a picture of its own"
         raise SourceError("the six faces of a cube map are not one picture", file=path, mend=mend)
     if width < 1 or height < 1 or spec.nchannels < 1:
-        raise SourceError(f"{width} x {height} texels of {spec.nchannels} channels are no picture", file=path)
+        raise SourceError(
+            f"{width} x {height} texels of {spec.nchannels} channels; expected at least 1 of each", file=path
+        )
     side, texels = limit("PARADIZE_MAX_SIDE"), limit("PARADIZE_MAX_TEXELS")
     if width > side or height > side or width * height > texels:
         what = f"{width} x {height} texels; at most {side} per side and {texels} in all are read"
@@ -234,11 +237,11 @@ def _require_shape(spec: Any, types: list[str], path: Path) -> None:
         )
 
 
-_BAND = 256  # rows looked at together
+_BAND = 256  # rows checked at a time
 
 
 def require_finite(values: npt.NDArray[Any], path: Path) -> None:
-    """Raises SourceError, with the first place and the number of such values, for NaN and infinity."""
+    """Raises SourceError for NaN and infinity, with the first place and the number of such values."""
     first, count = None, 0
     for row in range(0, values.shape[0], _BAND):
         finite = np.isfinite(values[row : row + _BAND])
@@ -254,7 +257,7 @@ def require_finite(values: npt.NDArray[Any], path: Path) -> None:
 
 
 def _channels(spec: Any, path: Path) -> list[int]:
-    """Indices of the channels to keep: all of up to four, else red, green, blue and alpha by their names."""
+    """Indices of the channels to keep: all of up to four, else R, G, B and A by name."""
     if spec.nchannels <= 4:
         return list(range(spec.nchannels))
     names = [name.lower() for name in spec.channelnames]
@@ -265,38 +268,38 @@ def _channels(spec: Any, path: Path) -> list[int]:
     raise SourceError(what, file=path, mend="one to four channels are read")
 
 
-def _decode(source: Any, spec: Any, name: str, path: Path, first: int, last: int) -> npt.NDArray[Any]:
-    """Channels first to last - 1 (h, w, c), of one type: codes of 8 and 16 bits as they are, other unsigned
-    integers as shares of their largest, all else as float32 numbers."""
+def _decode(source: Any, spec: Any, name: str, path: Path, first: int, end: int) -> npt.NDArray[Any]:
+    """Channels first to end - 1, (h, w, c), of one type: integers of 8 and 16 bits unchanged, other unsigned
+    integers as shares of their largest value, everything else as float32."""
     if name not in _TYPES:
         raise SourceError(f"texels of type {name} are not read", file=path)
     wanted, dtype, top = _TYPES[name]
     with _silenced():
-        raw = source.read_image(0, 0, first, last, wanted)
+        raw = source.read_image(0, 0, first, end, wanted)
     error = _message(source) or _message(oiio)
     if raw is None or error:
         raise SourceError(f"damaged or cut: {error or 'the decoder gave no pixels'}", file=path)
     values: npt.NDArray[Any] = np.asarray(raw, dtype=dtype)
-    if values.size != spec.height * spec.width * (last - first):
+    if values.size != spec.height * spec.width * (end - first):
         raise SourceError(f"{values.size} values came for {spec.width} x {spec.height} texels", file=path)
-    values = values.reshape(spec.height, spec.width, last - first)
+    values = values.reshape(spec.height, spec.width, end - first)
     if top in (255.0, 65535.0):
         return values
-    with np.errstate(over="ignore"):  # a double beyond float32 becomes infinity, which is then refused
+    with np.errstate(over="ignore"):  # a double beyond float32 becomes infinity, which is refused later
         if top == 1.0:
             return values.astype(np.float32, copy=False)
         return (values.astype(np.float64) / top).astype(np.float32)
 
 
 def _is_premultiplied(spec: Any, kind: str) -> bool:
-    """Whether colour still carries alpha as a factor."""
+    """Whether colour is multiplied by alpha."""
     if spec.alpha_channel < 0 or spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 1:
         return False
     return kind not in _STRAIGHT
 
 
 def _straighten(pixels: F32) -> F32:
-    """Colour divided by alpha; where alpha is zero, colour as it is."""
+    """Divides colour by alpha; where alpha is 0, colour is unchanged."""
     alpha = pixels[:, :, -1:]
     safe = np.where(alpha > 0, alpha, np.float32(1))
     with np.errstate(over="ignore"):

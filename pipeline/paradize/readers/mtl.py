@@ -1,8 +1,8 @@
-"""Wavefront MTL -> materials: names, colours and the maps they point to.
+"""Reads Wavefront MTL: names, colours and maps of materials.
 
-Format: Wavefront, "Advanced Visualizer Manual, Appendix B2. Material (.mtl)", 1992. A map's path is looked
-for beside the MTL file and must stay inside the root folder; anything else becomes a warning, never a file
-opened. A number that is none, NaN or infinite is an error with its line.
+Format: Wavefront, "Advanced Visualizer Manual, Appendix B2. Material (.mtl)", 1992. A map is searched
+relative to the MTL file and must lie inside the root folder; otherwise it is a warning and no file is opened.
+An invalid number, NaN or infinity is an error with its line.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from paradize.errors import GroupedError, SourceError
 from paradize.files import is_there, read_file, resolved
 
 MAX_BYTES = 16 << 20
-MAX_MAPS = 10_000  # map statements that are followed: each looks for a file
-MAX_TOLD = 100  # warnings, and errors
-_MAX_WORDS = 64  # before a map's name: each option once, and twice as many
-# Arguments that each option of a map statement takes at most.
+MAX_MAPS = 10_000  # map statements that are followed; each opens a file
+MAX_MESSAGES = 100  # of warnings and of errors
+_MAX_WORDS = 64  # words before a map's name; all options together take half as many
+# Largest number of arguments of each option of a map statement.
 _OPTIONS = {
     "-blendu": 1,
     "-blendv": 1,
@@ -39,8 +39,8 @@ _MAPS |= {"map_bump": "map_bump", "bump": "map_bump", "map_kn": "map_normal"}
 
 @dataclass(frozen=True)
 class Material:
-    """kd, ks: RGB 0..1 as written; ns: Phong exponent; opacity 0..1; map_*: existing files inside the
-    root."""
+    """kd, ks: RGB 0..1 as written. ns: Phong exponent. opacity: 0..1. map_*: existing files inside the root
+    folder."""
 
     name: str
     kd: tuple[float, float, float] = (1.0, 1.0, 1.0)
@@ -56,29 +56,30 @@ class Material:
 
 
 def base_colors_of(materials: Mapping[str, Material]) -> dict[str, tuple[float, float, float]]:
-    """Linear RGB by name: the Kd of materials without a colour map; a colour map is the whole colour."""
+    """Linear RGB by name: Kd of the materials without a colour map. A colour map replaces Kd."""
     return {name: material.kd for name, material in materials.items() if material.map_kd is None}
 
 
 def inside(root: Path, folder: Path, name: str) -> Path | None:
-    """The path `name`, seen from `folder`, with links followed; None when it is absolute or leaves `root`."""
+    """The path `name` relative to `folder`, with links followed; None where it is absolute or outside
+    `root`."""
     if not name or "\0" in name or PureWindowsPath(name).drive or PureWindowsPath(name).root:
         return None
     name = name.replace("\\", "/")
     if PurePosixPath(name).is_absolute():
         return None
     try:
-        found = resolved(folder / name)
-        return found if found.is_relative_to(resolved(root)) else None
+        path = resolved(folder / name)
+        return path if path.is_relative_to(resolved(root)) else None
     except (OSError, RuntimeError, ValueError):
         return None
 
 
-def named_file(path: Path, named_by: str, most: int = files.MAX_BYTES) -> bool:
-    """Whether a file is there that another names; False where nothing is. Raises SourceError for what is
-    there and cannot be read, or is larger than `most` bytes. named_by: where it is named, for a person."""
+def named_file(path: Path, named_by: str, limit: int = files.MAX_BYTES) -> bool:
+    """Whether a file exists that another file names. Raises SourceError where it exists but cannot be read or
+    is larger than `limit` bytes. named_by: the naming place, for the message."""
     try:
-        return is_there(path, most)
+        return is_there(path, limit)
     except OSError as error:
         what = f"cannot be read: {error.strerror or error}"
         raise SourceError(what, file=path, mend=f"mend it, or take it out of {named_by}") from None
@@ -87,9 +88,9 @@ def named_file(path: Path, named_by: str, most: int = files.MAX_BYTES) -> bool:
 def read_mtl(
     path: Path, root: Path, absent: list[Path] | None = None
 ) -> tuple[dict[str, Material], list[str]]:
-    """Materials by name in the file's order, and warnings. Maps that are not there are warnings: a mesh is
-    whole without them; absent: takes them. Raises SourceError for a file that cannot be read, and for a bad
-    number, GroupedError for several: each with its line."""
+    """Returns materials by name in the file's order, and warnings. A missing map is a warning; its path is
+    appended to `absent`. Raises SourceError for an unreadable file or an invalid number with its line,
+    GroupedError for several."""
     try:
         raw = read_file(path, MAX_BYTES)
     except OSError as error:
@@ -101,10 +102,10 @@ def read_mtl(
     maps = 0
 
     def warn(text: str) -> None:
-        if len(warnings) < MAX_TOLD:
+        if len(warnings) < MAX_MESSAGES:
             warnings.append(text)
-        elif len(warnings) == MAX_TOLD:
-            warnings.append(f"{path}: more than {MAX_TOLD} warnings: the rest is not told")
+        elif len(warnings) == MAX_MESSAGES:
+            warnings.append(f"{path}: more than {MAX_MESSAGES} warnings; the rest is left out")
 
     try:
         text = raw.removeprefix(b"\xef\xbb\xbf").decode("utf-8")
@@ -142,12 +143,12 @@ def read_mtl(
             if maps > MAX_MAPS:
                 warnings.append(f"{where}: more than {MAX_MAPS} maps: this and all that follows is ignored")
                 break
-            found = _map_path(rest, path, number, root, absent)
-            if isinstance(found, Path):
-                current[_MAPS[word]] = found
+            map_file = _map_path(rest, path, number, root, absent)
+            if isinstance(map_file, Path):
+                current[_MAPS[word]] = map_file
             else:
-                warn(f"{where}: {word}: {found}")
-        if len(errors) == MAX_TOLD:
+                warn(f"{where}: {word}: {map_file}")
+        if len(errors) == MAX_MESSAGES:
             break
     if errors:
         raise errors[0] if len(errors) == 1 else GroupedError(errors)
@@ -164,9 +165,9 @@ def _split_tab(line: str) -> tuple[str, str, str]:
 
 
 def _floats(text: str, count: int) -> tuple[float, ...] | None:
-    """`count` finite numbers; one number stands for all three of a colour."""
+    """`count` finite numbers, or None. For a colour one number stands for all three."""
     words = text.split()[:count]
-    if not all(word.isascii() and "_" not in word for word in words):  # which Python would take
+    if not all(word.isascii() and "_" not in word for word in words):  # forms that only Python accepts
         return None
     try:
         values = [float(word) for word in words]
@@ -180,26 +181,26 @@ def _floats(text: str, count: int) -> tuple[float, ...] | None:
 
 
 def _map_path(text: str, file: Path, line: int, root: Path, absent: list[Path] | None = None) -> Path | str:
-    """The file of a map statement in a line of an MTL file, options skipped; a string says why there is none.
-    Raises SourceError as `named_file`."""
+    """The file of a map statement, options skipped, or a text that says why there is none. Raises SourceError
+    as `named_file`."""
     words = text.split(None, _MAX_WORDS)
-    at = 0
-    while at < len(words) and words[at].lower() in _OPTIONS:
-        most = _OPTIONS[words[at].lower()]
-        at += 1
-        for taken in range(most):
-            if len(words) - at < 2 or (most > 1 and taken and _floats(words[at], 1) is None):
+    index = 0
+    while index < len(words) and words[index].lower() in _OPTIONS:
+        largest_count = _OPTIONS[words[index].lower()]
+        index += 1
+        for count in range(largest_count):
+            if len(words) - index < 2 or (largest_count > 1 and count and _floats(words[index], 1) is None):
                 break
-            at += 1
-    # Names may hold runs of blanks: take the rest of the text as it stands where no option came first.
-    name = " ".join(words[at:]) if at else text.strip()
+            index += 1
+    # A name may contain several blanks in a row: without options the text is taken unchanged.
+    name = " ".join(words[index:]) if index else text.strip()
     if not name:
         return "no file named"
-    found = inside(root, file.parent, name)
-    if found is None:
+    path = inside(root, file.parent, name)
+    if path is None:
         return f"{name[:120]!r} lies outside {root}; ignored"
-    if not named_file(found, f"line {line} of {file}"):
+    if not named_file(path, f"line {line} of {file}"):
         if absent is not None:
-            absent.append(found)
+            absent.append(path)
         return f"{name[:120]!r} does not exist; ignored"
-    return found
+    return path

@@ -1,7 +1,7 @@
-"""Pixels without a height: values that can be none although no file says so, and what surrounds a hole.
+"""Detects values that mean "no height" although the file does not say so, and fills holes.
 
-Filling: a pyramid of means gives each hole its coarse shape, and at every level its pixels relax towards the
-mean of their four neighbours (a membrane). Sums in a fixed order: the same bits on every CPU.
+Filling: a pyramid of means gives each hole its coarse shape; at every level its pixels relax towards the mean
+of their four neighbours (a membrane). Sums are taken in a fixed order, so the bits are the same on all CPUs.
 """
 
 from __future__ import annotations
@@ -12,70 +12,78 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-# What programs write for "no data", besides numbers near the largest of float32.
+# Numbers that programs write for "no data", besides those near float32's maximum.
 _MARKERS = (-999.0, -9999.0, -99999.0, -999999.0, -32767.0, -32768.0, 1e20, -1e20, 9.969209968386869e36)
 _NEAR_LARGEST = 3.4e38
-_APART = 0.1  # how far a marker lies outside the heights, of their span
-_FAR_APART = 10.0  # the same of a number that is no marker
-_ALONE = 0.5  # how far a pixel that may be none lies from all others, of their span, where it is the only one
-_TOGETHER = 0.25  # the same where two pixels or more hold the number
-_STEPS = 4.0  # and of the widest gap between others, so that the lowest of some terraces is none of them
-_FEW = 64  # pixels: of fewer, the span of the others says little
-_HIGHEST_M = 9000.0  # nothing on Earth's land is farther from 0
+_MARKER_MARGIN = 0.1  # distance of a marker from the range of heights, as a share of that range
+_OUTLIER_MARGIN = 10.0  # the same for other numbers
+_SINGLE_MARGIN = 0.5  # the same for a doubtful number in one pixel
+_REPEATED_MARGIN = 0.25  # the same for a doubtful number in two pixels or more
+_GAP_FACTOR = 4.0  # and as a multiple of the widest gap between others, to keep the lowest of terraces
+_MIN_PIXELS = 64  # the range of fewer pixels says little
+_HIGHEST_M = 9000.0  # no land on Earth is farther from 0
 _BAND = 256
-_ROUNDS = 24
+_ITERATIONS = 24
 
 
 def suspects(
     values: npt.NDArray[Any], known: Sequence[Any], *, metres: bool
 ) -> tuple[list[float], float | None]:
-    """Numbers of a field (h, w) that are no heights though nobody says so; and one that may be none.
+    """Finds numbers of a field (h, w) that are not heights although no one says so, and one doubtful number
+    or None.
 
-    known: numbers that are no data already; they and what is not finite do not count. metres: floats or
-    signed integers; among codes (False) none is sure.
+    known: numbers that are no data already; they and non-finite values are ignored. metres: floats or signed
+    integers; with unsigned integers (False) no number is certain.
 
-    No height, so that it may be filled, is a number at the lower or upper end of the field that is
-    - a marker (-999, -9999, -99999, -999999, -32767, -32768, 1e20, the netCDF fill, beyond 3.4e38) and at
-      least a tenth of the span of all heights outside of them; or
-    - held by two pixels or more, beyond 9,000 m, and ten times the span of all others away from them.
-    So a real height is taken for a hole only where it equals a marker exactly with nothing near it (the one
-    deepest pixel of a chart at -9999.0), and a marker stays where depths around it are real. One that may be
-    none, to be told and not filled, is an end that is farther from all others than half of their span (a
-    quarter, where two pixels or more hold it) and than four times the widest gap between them: 0 where all
-    else is 400 to 800, but also a real plain under a plateau. Fields of fewer than 64 pixels have none.
+    A number is not a height, and may be filled, if it is the smallest or largest of the field and
+    - a marker (-999, -9999, -99999, -999999, -32767, -32768, 1e20, the netCDF fill, beyond 3.4e38), at least
+      a tenth of the range of all heights away from them; or
+    - held by two pixels or more, beyond 9,000 m, and ten times the range of all others away from them.
+    So a real height is taken for a hole only if it equals a marker exactly and nothing is near it (the one
+    deepest pixel of a chart at -9999.0). A marker is kept where real depths surround it.
+
+    A number is doubtful (reported, not filled) if it is the smallest or largest and farther from all others
+    than half of their range (a quarter, where two pixels or more hold it) and than four times the widest gap
+    between them: 0 where all others are 400 to 800, but also a real plain below a plateau. Fields of fewer
+    than 64 pixels have no doubtful numbers.
     """
-    ends = _ends(values, known)
-    marks: list[float] = []
-    while metres and ends and (found := [end for end in set(ends) if _is_marker(end)]):
-        marks += found
-        ends = _ends(values, [*known, *marks])
-    if ends is None:  # nothing but markers
+    low_high = _range(values, known)
+    markers: list[float] = []
+    while metres and low_high and (new_markers := [value for value in set(low_high) if _is_marker(value)]):
+        markers += new_markers
+        low_high = _range(values, [*known, *markers])
+    if low_high is None:  # only markers
         return [], None
-    low, high = ends
-    sure = sorted(mark for mark in marks if max(low - mark, mark - high) >= _APART * (high - low))
-    without = [*known, *marks]
+    low, high = low_high
+    certain = sorted(
+        mark for mark in markers if max(low - mark, mark - high) >= _MARKER_MARGIN * (high - low)
+    )
+    excluded = [*known, *markers]
     rows = values[:: max(1, len(values) // 64)]
-    some = _ends(rows, [*without, low, high])
-    if some is None or max(some[0] - low, high - some[1]) <= _TOGETHER * (some[1] - some[0]):
-        return sure, None  # the whole's ends are no farther from all others, and these no closer together
-    inner = _ends(values, [*without, low, high])
+    sample = _range(rows, [*excluded, low, high])
+    margin = 0.0 if sample is None else _REPEATED_MARGIN * (sample[1] - sample[0])
+    if sample is None or max(sample[0] - low, high - sample[1]) <= margin:
+        return certain, None  # the other heights of the whole field span at least as much
+    inner = _range(values, [*excluded, low, high])
     if inner is None or inner[0] == inner[1]:
-        return sure, None
+        return certain, None
     span = inner[1] - inner[0]
     gaps = [
-        (end, gap) for end, gap in ((low, inner[0] - low), (high, high - inner[1])) if gap > _TOGETHER * span
+        (value, gap)
+        for value, gap in ((low, inner[0] - low), (high, high - inner[1]))
+        if gap > _REPEATED_MARGIN * span
     ]
-    step = _widest(rows, [*without, low, high]) if gaps else 0.0
-    maybe = None
-    for end, gap in gaps:
-        alone = _count(values, end) < 2
-        if gap <= max(_STEPS * step, _ALONE * span if alone else 0.0):
+    step = _widest_gap(rows, [*excluded, low, high]) if gaps else 0.0
+    doubtful = None
+    for value, gap in gaps:
+        single = _count(values, value) < 2
+        if gap <= max(_GAP_FACTOR * step, _SINGLE_MARGIN * span if single else 0.0):
             continue
-        if metres and not alone and gap > _FAR_APART * span and abs(end) > _HIGHEST_M:
-            sure.append(end)
-        elif values.size >= _FEW:
-            maybe = end
-    return sure, maybe
+        if metres and not single and gap > _OUTLIER_MARGIN * span and abs(value) > _HIGHEST_M:
+            certain.append(value)
+        elif values.size >= _MIN_PIXELS:
+            doubtful = value
+    return certain, doubtful
 
 
 def _is_marker(value: float) -> bool:
@@ -86,25 +94,25 @@ def _bands(values: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
     return [values[row : row + _BAND] for row in range(0, len(values), _BAND)]
 
 
-def _ends(values: npt.NDArray[Any], without: Sequence[Any]) -> tuple[float, float] | None:
-    """The least and the largest finite number, some left out; None where there is no other."""
-    ends = []
+def _range(values: npt.NDArray[Any], excluded: Sequence[Any]) -> tuple[float, float] | None:
+    """The smallest and largest finite number without the excluded ones; None where there is none."""
+    extremes = []
     for band in _bands(values):
-        part = band
-        if without or band.dtype.kind == "f":
+        kept = band
+        if excluded or band.dtype.kind == "f":
             keep = np.isfinite(band)
-            for number in without:
+            for number in excluded:
                 keep &= band != band.dtype.type(number)
-            part = band[keep]
-        if part.size:
-            ends += [float(part.min()), float(part.max())]
-    return (min(ends), max(ends)) if ends else None
+            kept = band[keep]
+        if kept.size:
+            extremes += [float(kept.min()), float(kept.max())]
+    return (min(extremes), max(extremes)) if extremes else None
 
 
-def _widest(values: npt.NDArray[Any], without: Sequence[Any]) -> float:
-    """The widest gap between neighbours among the numbers of some rows, some left out."""
-    known = np.unique(values[np.isfinite(values)]).astype(np.float64)
-    return float(np.diff(known[~np.isin(known, np.asarray(without, np.float64))]).max(initial=0.0))
+def _widest_gap(values: npt.NDArray[Any], excluded: Sequence[Any]) -> float:
+    """The widest gap between neighbouring numbers, without the excluded ones."""
+    numbers = np.unique(values[np.isfinite(values)]).astype(np.float64)
+    return float(np.diff(numbers[~np.isin(numbers, np.asarray(excluded, np.float64))]).max(initial=0.0))
 
 
 def _count(values: npt.NDArray[Any], number: float) -> int:
@@ -112,8 +120,10 @@ def _count(values: npt.NDArray[Any], number: float) -> int:
 
 
 def fill_nodata(heights: npt.NDArray[np.float64], known: npt.NDArray[np.bool_]) -> npt.NDArray[np.float64]:
-    """The heights (h, w) with every pixel that is not `known` (h, w) put on a membrane through its
-    surroundings. At least one pixel must be known; known pixels stay as they are."""
+    """Fills every pixel that is not `known` with a membrane through its surroundings.
+
+    heights: (h, w) float64. known: (h, w) bool, at least one True; known pixels are unchanged.
+    """
     if known.all():
         return heights
     rows, columns = heights.shape
@@ -129,7 +139,7 @@ def fill_nodata(heights: npt.NDArray[np.float64], known: npt.NDArray[np.bool_]) 
     row, column = np.nonzero(~known)
     up, down = np.maximum(row - 1, 0), np.minimum(row + 1, rows - 1)
     left, right = np.maximum(column - 1, 0), np.minimum(column + 1, columns - 1)
-    for _ in range(_ROUNDS):
+    for _ in range(_ITERATIONS):
         mean = filled[up, column] + filled[down, column] + filled[row, left] + filled[row, right]
         filled[row, column] = 0.25 * mean
     return filled

@@ -1,9 +1,9 @@
-"""Wavefront OBJ -> Mesh, by our own native parser.
+"""Reads Wavefront OBJ into a Mesh with our native parser.
 
-Every face of the file is in the result or in the warnings. Polygons are cut in their own plane. Texture
-coordinates are turned once to the top-left origin (v' = 1 - v). Positions are read in
-float64; the mesh holds the float32 numbers nearest to their offsets from its origin, which is 0 unless the
-model lies far from it (`obj/origin.hpp`).
+Every face of the file is in the result or in a warning. Polygons are triangulated in their own plane. Texture
+coordinates are flipped once to the top-left origin (v' = 1 - v). Positions are read as float64. The mesh
+holds the nearest float32 of their offset from its origin, which is 0 unless the model lies far from 0
+(`obj/origin.hpp`).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from paradize.data import Group, Mesh, SourcePlaces
+from paradize.data import Group, Mesh, SourcePositions
 from paradize.errors import SourceError
 from paradize.files import open_file
 from paradize.kernels.obj import ParsedObj, parse_obj_file
@@ -27,9 +27,9 @@ from paradize.readers.mtl import Material, inside, named_file, read_mtl
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-SHOWN = 3  # remarks on a file without faces
-MAX_WORDS = 16  # of a mtllib statement that names several files: each run of them is looked for
-MAX_LIBRARIES = 256  # mtllib statements that name something else than those before
+SHOWN = 3  # notes in the message about a file without faces
+MAX_WORDS = 16  # of a mtllib statement: each run of words may be a file name
+MAX_LIBRARIES = 256  # different mtllib statements
 UNKNOWN_SMOOTHING = 0xFFFFFFFF
 DEFAULT_NAME = "default"
 
@@ -43,22 +43,21 @@ _NOTES = {
     "long_vt": "{count} texture coordinates with more than three numbers; the first two used",
     "long_vn": "{count} normals with more than three numbers; the first three used",
     "smoothing": "{count} smoothing groups that are not whole numbers; read as off",
-    "crossing_polygons": "{count} polygons whose outline crosses itself; cut as well as can be",
-    "unchecked_polygons": "{count} concave polygons beyond the work limit; cut without a check for overlap",
+    "crossing_polygons": "{count} polygons whose outline crosses itself; triangles may overlap",
+    "unchecked_polygons": "{count} concave polygons beyond the work limit; triangles may overlap",
     "keywords": "{count} more statements with unknown keywords ignored",
 }
 
 
 @dataclass(frozen=True)
 class ObjResult:
-    """mesh: as in the file (normals may hold zero rows: missing). text: where the file has its vertices.
-    smoothing: (m,) uint32 group per triangle,
-    0 off, UNKNOWN_SMOOTHING where the file does not say. lines: (m,) uint32, the face's line in the file.
-    libraries: the material files that were read. absent: material and map files that are named and not
-    there."""
+    """mesh: as in the file (normals may have zero rows: missing). source: the vertex positions of the file.
+    smoothing: (m,) uint32, smoothing group of each triangle, 0 off, UNKNOWN_SMOOTHING where the file has
+    none. lines: (m,) uint32, the line of each triangle's face. libraries: the material files that were read.
+    absent: material and map files that are named but missing."""
 
     mesh: Mesh
-    text: SourcePlaces
+    source: SourcePositions
     materials: dict[str, Material]
     warnings: list[str]
     counts: dict[str, int]
@@ -68,13 +67,13 @@ class ObjResult:
     absent: list[Path] = field(default_factory=list)
 
 
-def read_obj(path: Path, root: Path | None = None, begun: list[Path] | None = None) -> ObjResult:
-    """Reads an OBJ file and the MTL files that it names, which must lie inside `root` (default: its folder).
-    begun: takes each MTL file before it is read.
+def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None = None) -> ObjResult:
+    """Reads an OBJ file and its MTL files, which must lie inside `root` (default: its folder). on_library: a
+    list to which each MTL file's path is appended before it is read.
 
-    Raises SourceError: missing or unreadable file, bad number, NaN, infinity, index out of range (with the
-    line), no faces, more than MAX_BYTES; also for what the OBJ and MTL files name and cannot be read. What
-    they name and is not there is a warning.
+    Raises SourceError for a missing or unreadable file, an invalid number, NaN, infinity, an index out of
+    range (with the line), no faces, more than MAX_BYTES, and for MTL or map files that exist but cannot be
+    read. Missing MTL and map files are warnings.
     """
     with expecting(MODEL, path):
         parsed = _parse(path)
@@ -89,23 +88,25 @@ def read_obj(path: Path, root: Path | None = None, begun: list[Path] | None = No
     absent: list[Path] = []
     statements = list(dict.fromkeys(parsed.libraries))
     if len(statements) > MAX_LIBRARIES:
-        warnings.append(f"{path}: {len(statements)} material files, limit {MAX_LIBRARIES}; the rest ignored")
+        warnings.append(
+            f"{path}: {len(statements)} material files, limit {MAX_LIBRARIES}; the rest is left out"
+        )
     for library in statements[:MAX_LIBRARIES]:
         for found in _libraries(path, root, library, warnings, absent):
             if found not in libraries:
                 libraries.append(found)
-                if begun is not None:
-                    begun.append(found)
-                more, said = read_mtl(found, root, absent)
-                materials |= more
-                warnings += said
+                if on_library is not None:
+                    on_library.append(found)
+                more_materials, more_warnings = read_mtl(found, root, absent)
+                materials |= more_materials
+                warnings += more_warnings
     warnings = list(dict.fromkeys(warnings))
     groups, smoothing = _groups(parsed)
     used = dict.fromkeys(group.material for group in groups)
     missing = [name for name in used if name not in materials and name != DEFAULT_NAME]
     if missing:
         shown = ", ".join(repr(name[:120]) for name in missing[:8]) + (", ..." if len(missing) > 8 else "")
-        warnings.append(f"{path}: {len(missing)} materials are used but defined by no material file: {shown}")
+        warnings.append(f"{path}: {len(missing)} materials are used but not defined: {shown}")
     mesh = Mesh(
         positions=parsed.positions,
         triangles=parsed.triangles,
@@ -122,10 +123,10 @@ def read_obj(path: Path, root: Path | None = None, begun: list[Path] | None = No
         "positions_in_file": parsed.positions_in_file,
         "positions_unused": parsed.positions_unused,
     }
-    text = SourcePlaces(parsed.texts, parsed.collapsed, parsed.first_collapsed)
+    source = SourcePositions(parsed.source_positions, parsed.collapsed, parsed.first_collapsed)
     counts |= {note.code: note.count for note in parsed.notes}
     return ObjResult(
-        *(mesh, text, materials, warnings, counts, smoothing, parsed.triangle_lines),
+        *(mesh, source, materials, warnings, counts, smoothing, parsed.triangle_lines),
         *(libraries, absent),
     )
 
@@ -143,9 +144,12 @@ def _parse(path: Path) -> ParsedObj:
 
 
 def _without_faces(path: Path, warnings: list[str]) -> SourceError:
-    seen = [warning.partition(": ")[2] for warning in warnings]
-    seen = [*seen[:SHOWN], *([f"{len(seen) - SHOWN} more kinds of statements"] if len(seen) > SHOWN else [])]
-    what = "no faces" + (f" ({'; '.join(seen)})" if seen else "")
+    notes = [warning.partition(": ")[2] for warning in warnings]
+    notes = [
+        *notes[:SHOWN],
+        *([f"{len(notes) - SHOWN} more kinds of statements"] if len(notes) > SHOWN else []),
+    ]
+    what = "no faces" + (f" ({'; '.join(notes)})" if notes else "")
     return SourceError(what, file=path, mend="export the model with its faces")
 
 
@@ -160,7 +164,7 @@ def _fault(path: Path, parsed: ParsedObj) -> SourceError:
 
 
 def _warnings(path: Path, parsed: ParsedObj) -> list[str]:
-    said = []
+    warnings = []
     for note in parsed.notes:
         if note.code.startswith("keyword:"):
             word = note.code.removeprefix("keyword:")
@@ -175,61 +179,61 @@ def _warnings(path: Path, parsed: ParsedObj) -> list[str]:
             text = f"{note.count} of {parsed.faces} faces without normals; computed"
         else:
             text = _NOTES[note.code].format(count=note.count)
-        said.append(f"{path}: line {note.line}: {text}")
-    return said
+        warnings.append(f"{path}: line {note.line}: {text}")
+    return warnings
 
 
 def _libraries(path: Path, root: Path, statement: str, warnings: list[str], absent: list[Path]) -> list[Path]:
-    """The files of one mtllib statement: the whole line as one name, or several names that may hold
+    """The files of one mtllib statement: the whole line as one name, or several names that may contain
     blanks. Raises SourceError as `named_file`."""
 
-    by = f"{path} (mtllib)"
+    named_by = f"{path} (mtllib)"
 
-    def look(name: str) -> Path | None:
-        found = inside(root, path.parent, name)
-        return found if found is not None and named_file(found, by, MTL_BYTES) else None
+    def existing(name: str) -> Path | None:
+        library = inside(root, path.parent, name)
+        return library if library is not None and named_file(library, named_by, MTL_BYTES) else None
 
     for spelling in (statement, statement.replace("\\ ", " ")):
-        whole = look(spelling)
+        whole = existing(spelling)
         if whole is not None:
             return [whole]
     words = statement.replace("\\ ", " ").split(" ")[:MAX_WORDS]
-    found = []
-    at = 0
-    while at < len(words):
-        for stop in range(len(words), at, -1):
-            here = look(" ".join(words[at:stop]))
-            if here is not None:
-                found.append(here)
-                at = stop
+    libraries = []
+    index = 0
+    while index < len(words):
+        for stop in range(len(words), index, -1):
+            part = existing(" ".join(words[index:stop]))
+            if part is not None:
+                libraries.append(part)
+                index = stop
                 break
         else:
-            name = words[at]
-            at += 1
+            name = words[index]
+            index += 1
             if not name:
                 continue
-            sought = inside(root, path.parent, name)
-            reason = "lies outside the root folder" if sought is None else "is missing"
-            if sought is not None:
-                absent.append(sought)
+            library = inside(root, path.parent, name)
+            reason = "lies outside the root folder" if library is None else "is missing"
+            if library is not None:
+                absent.append(library)
             warnings.append(f"{path}: material file {name[:120]!r} {reason}; ignored")
-    return found
+    return libraries
 
 
 def _groups(parsed: ParsedObj) -> tuple[tuple[Group, ...], npt.NDArray[np.uint32]]:
-    """Runs of triangles with one name and one material, and the smoothing group of each triangle."""
+    """Runs of triangles with the same name and material, and the smoothing group of each triangle."""
     total = len(parsed.triangles)
     smoothing = np.full(total, UNKNOWN_SMOOTHING, np.uint32)
     groups: list[Group] = []
-    for at, run in enumerate(parsed.runs):
-        stop = parsed.runs[at + 1].first_triangle if at + 1 < len(parsed.runs) else total
+    for index, run in enumerate(parsed.runs):
+        stop = parsed.runs[index + 1].first_triangle if index + 1 < len(parsed.runs) else total
         if run.smoothing is not None:
             smoothing[run.first_triangle : stop] = run.smoothing
         name = run.group or run.object_name or DEFAULT_NAME
         material = run.material or DEFAULT_NAME
         if groups and (groups[-1].name, groups[-1].material) == (name, material):
-            last = groups[-1]
-            groups[-1] = Group(name, material, last.first, stop - last.first)
+            previous = groups[-1]
+            groups[-1] = Group(name, material, previous.first, stop - previous.first)
         else:
             groups.append(Group(name, material, run.first_triangle, stop - run.first_triangle))
     return tuple(groups), smoothing

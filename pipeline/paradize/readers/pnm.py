@@ -1,7 +1,7 @@
-"""What a netpbm file (PBM, PGM, PPM) says before its texels, and shares of its own largest value.
+"""Reads netpbm headers (PBM, PGM, PPM) and undoes OpenImageIO's rounding of their values.
 
-OpenImageIO stretches codes to 8 or 16 bits and cuts off what is left: 99 of 100 comes out as 252 of 255.
-Source: J. Poskanzer, the manual pages of netpbm (pbm, pgm, ppm).
+OpenImageIO stretches values to 8 or 16 bits and truncates: 99 of 100 becomes 252 of 255. Source: J.
+Poskanzer, the manual pages of netpbm (pbm, pgm, ppm).
 """
 
 from __future__ import annotations
@@ -22,31 +22,32 @@ if TYPE_CHECKING:
 HEADER_BYTES = 1 << 16  # comments may be long
 
 
-def header_numbers(data: bytes, wanted: int) -> tuple[list[int], int]:
-    """The first numbers after a two-byte magic, comments skipped, and the byte after the last digit."""
+def header_numbers(data: bytes, count: int) -> tuple[list[int], int]:
+    """The first `count` numbers after the two-byte magic, comments skipped, and the offset after the last
+    digit."""
     numbers: list[int] = []
-    at = 2
-    while at < len(data) and len(numbers) < wanted:
-        if data[at : at + 1] == b"#":
-            end = data.find(b"\n", at)
-            at = len(data) if end < 0 else end
-        elif data[at : at + 1].isdigit():
-            end = at
-            while data[end : end + 1].isdigit() and end - at < 10:
+    position = 2
+    while position < len(data) and len(numbers) < count:
+        if data[position : position + 1] == b"#":
+            end = data.find(b"\n", position)
+            position = len(data) if end < 0 else end
+        elif data[position : position + 1].isdigit():
+            end = position
+            while data[end : end + 1].isdigit() and end - position < 10:
                 end += 1
-            numbers.append(int(data[at:end]))
-            at = end
-        elif data[at : at + 1].isspace():
-            at += 1
+            numbers.append(int(data[position:end]))
+            position = end
+        elif data[position : position + 1].isspace():
+            position += 1
         else:
             break
-    return numbers, at
+    return numbers, position
 
 
 def exact_shares(path: Path, values: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], int]:
-    """OpenImageIO's codes (h, w, c) of a netpbm file and their largest, as they are where the file's largest
-    is that of 8 or 16 bits; else float32, each of the file's own codes over its largest, correctly
-    rounded."""
+    """Values (h, w, c) of a netpbm file from OpenImageIO's, and the value of white. Unchanged where the
+    file's maximum is that of 8 or 16 bits; else float32, the file's own integers divided by its maximum,
+    correctly rounded."""
     with open_file(path) as stream:
         data = stream.read(HEADER_BYTES)
     numbers, _ = header_numbers(data, 3)
@@ -54,7 +55,7 @@ def exact_shares(path: Path, values: npt.NDArray[Any]) -> tuple[npt.NDArray[Any]
     if data[1:2] not in b"2356" or len(numbers) < 3 or not 0 < numbers[2] < stretched:
         return values, stretched
     top = numbers[2]
-    codes = np.arange(stretched + 1, dtype=np.int64)
-    own = -(-codes * top // stretched)  # rounded up: the stretched code was cut off
-    shares: F32 = (own / top).astype(np.float32)[values]
+    stretched_values = np.arange(stretched + 1, dtype=np.int64)
+    original = -(-stretched_values * top // stretched)  # rounded up: the stretched value was truncated
+    shares: F32 = (original / top).astype(np.float32)[values]
     return shares, top

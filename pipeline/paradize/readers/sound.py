@@ -1,4 +1,4 @@
-"""An Ogg Vorbis file -> its bytes, once the whole of it has been decoded and found sound."""
+"""Reads an Ogg Vorbis file and decodes all of it as a check."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _BLOCK = 1 << 16  # frames decoded at a time
 
 @dataclass(frozen=True)
 class Sound:
-    """data: the file. frames: samples per channel. channels: 1 or 2. rate_hz: 8,000 to 192,000."""
+    """data: the file's bytes. frames: samples per channel. channels: 1 or 2. rate_hz: 8,000 to 192,000."""
 
     data: bytes
     frames: int
@@ -31,8 +31,8 @@ class Sound:
 def read_sound(path: Path) -> Sound:
     """Reads and checks an Ogg Vorbis file.
 
-    Raises SourceError: missing, larger than MAX_BYTES, no Ogg Vorbis, more than two channels, longer than
-    MAX_SECONDS, silent from end to end, cut short, or samples that are not finite.
+    Raises SourceError for a file that is missing, larger than MAX_BYTES, not Ogg Vorbis, truncated or silent,
+    has more than two channels, is longer than MAX_SECONDS, or holds samples that are not finite.
     """
     with expecting(SOUND, path):
         return _read_sound(path)
@@ -45,7 +45,7 @@ def _read_sound(path: Path) -> Sound:
     except OSError as error:
         raise SourceError(error.strerror or str(error), file=path) from None
     if data[:4] != b"OggS":
-        raise SourceError("is no Ogg file", file=path, mend=mend)
+        raise SourceError("is not an Ogg file", file=path, mend=mend)
     try:
         with soundfile.SoundFile(io.BytesIO(data)) as stream:
             if stream.format != "OGG" or stream.subtype != "VORBIS":
@@ -57,17 +57,17 @@ def _read_sound(path: Path) -> Sound:
             seconds = stream.frames / stream.samplerate
             if not 0.0 < seconds <= MAX_SECONDS:
                 raise SourceError(f"lasts {seconds:g} s; allowed: up to {MAX_SECONDS:g} s", file=path)
-            told, found, loudest = stream.frames, 0, 0.0
+            expected, decoded, loudest = stream.frames, 0, 0.0
             while len(block := stream.read(_BLOCK, dtype="float32")):
                 if not np.isfinite(block).all():
                     raise SourceError("holds samples that are not finite", file=path)
-                found += len(block)
+                decoded += len(block)
                 loudest = max(loudest, float(np.abs(block).max()))
             channels, rate = stream.channels, stream.samplerate
     except soundfile.LibsndfileError as error:
         raise SourceError(f"cannot be decoded: {error.error_string}", file=path, mend=mend) from None
-    if found != told:
-        raise SourceError(f"is cut short: {found} of {told} samples", file=path, mend="save it again")
+    if decoded != expected:
+        raise SourceError(f"is truncated: {decoded} of {expected} samples", file=path, mend="save it again")
     if loudest == 0.0:
-        raise SourceError("is silent from end to end", file=path)
-    return Sound(data, found, channels, rate)
+        raise SourceError("is silent throughout", file=path)
+    return Sound(data, decoded, channels, rate)

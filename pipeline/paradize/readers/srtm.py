@@ -1,4 +1,4 @@
-"""A raw SRTM tile (`.hgt`): heights in metres, signed, 2 bytes a pixel, big-endian, as many rows as columns.
+"""Reads raw SRTM tiles (`.hgt`): squares of heights in metres, 2 bytes each, signed, big-endian.
 
 Source: NASA/USGS, "SRTM Topography", section 2.0: 1201 or 3601 pixels on a side; -32768 is no data.
 """
@@ -22,8 +22,8 @@ VOID = -32768.0
 
 
 def read_srtm(path: Path) -> Image:
-    """The tile's metres (h, w, 1) float32, voids as they are. Raises SourceError for a file that is no square
-    of 2 to MAX_SIDE pixels on a side, or that cannot be read."""
+    """The tile's heights (h, w, 1) float32 in metres, voids unchanged. Raises SourceError for a file that is
+    not a square of 2 to MAX_SIDE pixels on a side, or cannot be read."""
     try:
         data = read_file(path)
     except OSError as error:
@@ -33,7 +33,7 @@ def read_srtm(path: Path) -> Image:
         raise SourceError(
             f"has {len(data)} bytes; a .hgt file has 2 for each pixel of a square, 2 to {MAX_SIDE} on a side",
             file=path,
-            mend="fetch it again: it may be cut",
+            mend="download it again: it may be truncated",
         )
     raw = np.frombuffer(data, ">i2")
     return Image(raw.reshape(side, side, 1).astype(np.float32), "data", 16)

@@ -1,4 +1,4 @@
-"""The measure of a Targa file: OpenImageIO gives a cut one pixels and no error.
+"""Checks that a Targa file is complete: OpenImageIO returns pixels of a truncated one without an error.
 
 Source: Truevision Inc., "TGA File Format Specification, Version 2.0", 1991.
 """
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 def check_targa(path: Path) -> None:
-    """Raises SourceError when the file ends before its last texel, or a run passes the end of the picture."""
+    """Raises SourceError if the file ends before its last texel, or a run extends beyond the picture."""
     data = read_file(path)
     if len(data) < 18:
-        raise SourceError(f"{len(data)} bytes are no Targa file; its header has 18", file=path)
+        raise SourceError(f"{len(data)} bytes; the header of a Targa file has 18", file=path)
     id_length, _, kind = data[0], data[1], data[2]
     palette_size, palette_bits = struct.unpack_from("<HB", data, 5)
     width, height, bits = struct.unpack_from("<HHB", data, 12)
@@ -29,17 +29,17 @@ def check_targa(path: Path) -> None:
     plain_end = start + texels * texel_bytes
     end = _run_length_end(data, start, texels, texel_bytes) if kind & 8 else plain_end
     if end > len(data):
-        raise SourceError(f"cut: {len(data)} bytes, and its {width} x {height} texels need more", file=path)
+        raise SourceError(f"truncated: {len(data)} bytes; {width} x {height} texels need more", file=path)
 
 
-def _run_length_end(data: bytes, at: int, texels: int, texel_bytes: int) -> int:
-    """Where run-length coded texels end; beyond the data where they are cut."""
+def _run_length_end(data: bytes, offset: int, texels: int, texel_bytes: int) -> int:
+    """The end of the run-length coded texels; beyond the data where they are truncated."""
     size = len(data)
     while texels > 0:
-        if at >= size:
+        if offset >= size:
             return size + 1
-        head = data[at]
+        head = data[offset]
         count = (head & 127) + 1
-        at += 1 + (texel_bytes if head & 128 else count * texel_bytes)
+        offset += 1 + (texel_bytes if head & 128 else count * texel_bytes)
         texels -= count
-    return at
+    return offset

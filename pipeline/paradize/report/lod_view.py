@@ -14,7 +14,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from paradize.data import Mesh
-from paradize.preview.shade import to_codes
+from paradize.preview.shade import to_srgb
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -104,7 +104,7 @@ def draw_mesh(mesh: Mesh, skins: dict[str, Skin], frame: tuple[F64, float]) -> U
     for material, first, count in runs:
         skin = skins.get(material) or skins.get("") or Skin()
         _draw(mesh, mesh.triangles[first : first + count], skin, x, y, seen[:, 2], light, depth)
-    return to_codes(light.reshape(SIZE, 2, SIZE, 2, 3).mean(axis=(1, 3)))
+    return to_srgb(light.reshape(SIZE, 2, SIZE, 2, 3).mean(axis=(1, 3)))
 
 
 def to_light_of(codes: tuple[int, int, int]) -> F32:

@@ -16,7 +16,7 @@ from PIL import Image, ImageDraw, ImageFont
 from paradize.maps import MAPS, maps_of
 from paradize.metrics.texels import decode_texels
 from paradize.preview.pictures import (
-    LARGEST,
+    MAX_SHOWN,
     PREVIEW,
     MaterialDefaults,
     SheetMap,
@@ -26,7 +26,7 @@ from paradize.preview.pictures import (
     picture_of,
     shown_level,
 )
-from paradize.preview.shade import to_codes
+from paradize.preview.shade import to_srgb
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -165,7 +165,7 @@ def _draw_panel(
         f"{entry.bytes / (1 << 20):.2f} MiB" if entry.bytes >= 1 << 19 else f"{entry.bytes / 1024:.1f} KiB"
     )
     y = sheet.text((x, y), f"{texture.format}   {size}   {stored}", 14, _PALE) + 4
-    first = shown_level(texture, LARGEST // 2)
+    first = shown_level(texture, MAX_SHOWN // 2)
     tall = round(wide * shape)
     sheet.paste(_fit(panel.picture(decode_texels(texture, first)), wide, tall), (x, y), (wide, tall))
     y += tall + 8
@@ -243,7 +243,7 @@ def draw_sky(title: str, subtitle: str, entry: SheetMap, exposure: float) -> byt
 
     def face(index: int, at: int) -> U8:
         light = decode_texels(texture, at, index)[:, :, :3]
-        return to_codes(light * exposure / (1.0 + light * exposure) * np.float32(1.25))
+        return to_srgb(light * exposure / (1.0 + light * exposure) * np.float32(1.25))
 
     places = {
         0: (2, 1, "+X"),

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from paradize.errors import GroupedError, ParadizeError, SceneError
-from paradize.files import absence, is_there, resolved
+from paradize.files import is_there, missing_reason, resolved
 
 T = TypeVar("T")
 FARTHEST = 1e9  # metres: no place of a scene lies farther out; float64 has steps of 1e-7 there
@@ -361,7 +361,7 @@ def _source(value: object, place: str, faults: Faults) -> Path | None:
         faults.add(place, f"{_show(value)} lies outside the scene's folder", f"move it into {faults.folder}")
         return None
     if not there:
-        link = absence(named)
+        link = missing_reason(named)
         what = f"{_show(value)} {link}" if link else f"there is no file {_show(value)}"
         faults.add(place, what, f"looked for in {faults.folder}")
         return None

@@ -16,7 +16,7 @@ import numpy as np
 
 from paradize.data import Mesh
 from paradize.errors import BakeError
-from paradize.kernels.atlas import make_charts, most_charts, pack
+from paradize.kernels.atlas import make_charts, max_chart_count, pack
 from paradize.kernels.mesh import number_rows
 from paradize.stages.split import split_by
 from paradize.stages.unwrappers import UNWRAPPERS, require_unwrapper, xatlas_charts
@@ -58,11 +58,11 @@ def make_atlas(
     points = (wide - (low + high) / 2) / (size if size > 0 else 1.0)
     places, first = number_rows(mesh.positions)
     points, faces = points[first], places[mesh.triangles]
-    most = most_charts(resolution=resolution, padding=padding)
+    most = max_chart_count(resolution=resolution, padding=padding)
     if unwrapper == "xatlas":
         ways = [xatlas_charts(points, faces)]
     else:
-        ways = [make_charts(points, faces, deviation=deviation, most=most) for deviation in TIERS[tier]]
+        ways = [make_charts(points, faces, deviation=deviation, max_charts=most) for deviation in TIERS[tier]]
     fitting = [way for way in ways if way[2] <= most]
     if fitting[1:]:
         fitting.sort(key=lambda way: seam_length(points, faces, way[0]))

@@ -29,7 +29,7 @@ def normal_rows(ground: HeightMap, first: int, last: int, *, threads: int = 1) -
     One thread by default, because bands of rows run side by side. Raises SourceError for a height that is not
     finite, BakeError for an unknown filter.
     """
-    if ground.held and ground.filter_name != EXACT:  # whose slopes are in the middle of what is open
+    if ground.clamp_slopes and ground.filter_name != EXACT:  # the slopes of EXACT need no clamp
         dx, dy = _held_slopes(ground, first, last)
         return normals.normals_from_slopes(
             dx, dy, scale=ground.slope_scale, green_down=ground.green_down, threads=threads
@@ -67,10 +67,10 @@ def _slopes(ground: HeightMap, name: str, first: int, last: int) -> tuple[F32, F
 
 def _held_slopes(ground: HeightMap, first: int, last: int) -> tuple[F32, F32]:
     """The filter's slopes, held to what the half steps leave open around the eighth-order ones."""
-    assert ground.codes is not None
+    assert ground.height_levels is not None
     reach = len(taps_of(EXACT).derivative)
     rows = _within(np.arange(first - reach, last + reach), ground.heights.shape[0], ground.wrap[1])
-    halves = _half_steps(ground.heights[rows], ground.codes)
+    halves = _half_steps(ground.heights[rows], ground.height_levels)
     columns = np.arange(-reach, ground.heights.shape[1] + reach)
     halves = halves[:, _within(columns, ground.heights.shape[1], ground.wrap[0])]
     weights = [np.float32(abs(weight)) for weight in taps_of(EXACT).derivative]

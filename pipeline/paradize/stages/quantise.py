@@ -104,7 +104,7 @@ def quantise(
         raise BakeError(f"a place outside the lattice of 16-bit positions: codes {codes[at].tolist()}")
     stretch = None if lattice.uniform else step
     return QuantizedValues(
-        lattice=lattice,
+        grid=lattice,
         positions=codes.astype(np.uint16),
         normals=_directions(mesh.normals, stretch, direction_bits),
         tangents=_directions(mesh.tangents, None if stretch is None else 1.0 / stretch, direction_bits),
@@ -174,7 +174,7 @@ def _most_turned(mesh: Mesh, codes: QuantizedValues) -> float:
     """A bound on the largest angle, in degrees, between a direction and its codes, both of the lattice's
     space stretched back; the sine stands for the angle, which is small."""
     most = 0.0
-    step = np.array(codes.lattice.step)
+    step = np.array(codes.grid.step)
     for values, coded, stretch in (
         (mesh.normals, codes.normals, 1.0 / step),
         (mesh.tangents, codes.tangents, step),

@@ -1,4 +1,4 @@
-"""The content-addressed store. local.py is the store on disk, shared.py one that others share behind it.
+"""The content-addressed store. local.py: the store on disk. shared.py: a store that several people share.
 
-atomic.py writes files whole or not at all; file_hashes.py remembers the hashes of unchanged files.
+atomic.py writes files completely or not at all. file_hashes.py caches the hashes of unchanged files.
 """

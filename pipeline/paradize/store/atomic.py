@@ -1,4 +1,4 @@
-"""Files appear whole or not at all: written aside, flushed, renamed."""
+"""Writes files atomically: to a temporary name, flushed, then renamed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import BinaryIO
 from paradize.errors import BakeError
 from paradize.files import read_parts
 
-ASIDE = ".part-"  # marks a file that is being written; a sweep may remove what a kill left behind
+PARTIAL = ".part-"  # in the name of a file that is being written; a killed writer leaves it behind
 
 
 def write_whole(
@@ -20,28 +20,30 @@ def write_whole(
     durable: bool = True,
     flush: bool = True,
     sha256: str | None = None,
-    ours: bool = False,
+    owned: bool = False,
 ) -> None:
-    """Writes `data`, or what the file at `data` holds, to `path` so that a reader, also after a kill or a
-    power cut, finds the old file or the new one. Makes missing folders. `durable=False` leaves out the flush,
-    for what can be derived again; `flush=False` that of the folder alone, for who writes many and then calls
-    flush_folder once. sha256: what the bytes of a file that is copied must be. ours: only Paradize gives
-    such a name, so that a device, a pipe or a socket there goes.
+    """Writes `data`, or a copy of the file at `data`, to `path`. A reader finds the old file or the new one,
+    never a part, even after a kill or a power cut. Makes missing folders.
 
-    Raises BakeError (file, reason) when the file system refuses, where a folder is, or a device, a pipe or a
-    socket that is not ours, or where the bytes are others; nothing half-written stays.
+    durable: flush the file and its folder; False for files that can be made again. flush: False leaves out
+    the flush of the folder, for callers that write many files and then call flush_folder once. sha256:
+    expected hash of a copied file. owned: only Paradize uses such a name, so a device, pipe or socket there
+    is replaced.
+
+    Raises BakeError (file, reason) where the file system refuses, where a folder is in the way, or a device,
+    pipe or socket that is not owned, or where the hash differs. No partial file stays.
     """
     if path.name in ("", ".."):
         raise BakeError("names a folder, not a file", file=path, mend="name a file with -o")
-    aside = path.with_name(f".{path.name[:40]}{ASIDE}{os.urandom(4).hex()}")
+    partial = path.with_name(f".{path.name[:40]}{PARTIAL}{os.urandom(4).hex()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         folder = path.is_dir() and not path.is_symlink()
-        if folder or (not ours and path.exists() and not (path.is_file() or path.is_dir())):
-            what = "is a folder" if folder else "is no regular file"  # whose place a rename would take
-            raise BakeError(what, file=path, mend="move it away, or name another place with -o")
+        if folder or (not owned and path.exists() and not (path.is_file() or path.is_dir())):
+            what = "is a folder" if folder else "is not a regular file"  # a rename would replace it
+            raise BakeError(what, file=path, mend="move it away, or name another path with -o")
         try:
-            with aside.open("xb") as stream:
+            with partial.open("xb") as stream:
                 if isinstance(data, Path):
                     _copy(data, stream, sha256)
                 else:
@@ -49,30 +51,32 @@ def write_whole(
                 if durable:
                     stream.flush()
                     os.fsync(stream.fileno())
-            aside.replace(path)
+            partial.replace(path)
         except BaseException:
-            aside.unlink(missing_ok=True)
+            partial.unlink(missing_ok=True)
             raise
         if durable and flush:
             flush_folder(path.parent)
     except OSError as error:
         reason = error.strerror or str(error)
-        raise BakeError(f"cannot be written: {reason}", file=path, mend="free the place or use -o") from None
+        raise BakeError(
+            f"cannot be written: {reason}", file=path, mend="remove what is there, or use -o"
+        ) from None
 
 
 def _copy(source: Path, stream: BinaryIO, sha256: str | None) -> None:
-    """Copies a file's bytes. Raises BakeError where their hash is not the one that is asked for."""
+    """Copies a file. Raises BakeError where its hash is not the expected one."""
     digest = hashlib.sha256()
     for part in read_parts(source):
         if sha256:
             digest.update(part)
         stream.write(part)
     if sha256 and digest.hexdigest() != sha256:
-        raise BakeError("was damaged while it was used", file=source, mend="bake again")
+        raise BakeError("was changed while it was copied", file=source, mend="bake again")
 
 
 def flush_folder(folder: Path) -> None:
-    """Makes renames in a folder themselves durable (POSIX asks for it). Raises BakeError (file, reason)."""
+    """Makes renames in a folder durable, as POSIX requires. Raises BakeError (file, reason)."""
     try:
         descriptor = os.open(folder, os.O_RDONLY)
         try:
@@ -83,12 +87,12 @@ def flush_folder(folder: Path) -> None:
         raise BakeError(f"cannot be flushed: {error.strerror or error}", file=folder) from None
 
 
-def is_aside(name: str) -> bool:
-    """Whether a file of this name is being written, or was left by a killed writer."""
-    return name.startswith(".") and ASIDE in name
+def is_partial(name: str) -> bool:
+    """Whether a file of this name is being written or was left by a killed writer."""
+    return name.startswith(".") and PARTIAL in name
 
 
-def sweep_aside(folder: Path) -> None:
-    """Removes what killed writers left in `folder`."""
-    for path in folder.glob(f".*{ASIDE}*"):
+def remove_partial(folder: Path) -> None:
+    """Removes the partial files of killed writers in `folder`."""
+    for path in folder.glob(f".*{PARTIAL}*"):
         path.unlink(missing_ok=True)

@@ -1,14 +1,14 @@
-"""The content-addressed store: what was baked once is not baked again, and damage is noticed.
+"""The content-addressed store: a product that was baked once is not baked again, and damage is noticed.
 
-blobs/<2>/<sha256>      artifact bytes, named by their hash, verified when read
-products/<2>/<key>      what a task with this key produced; keys hash sources, settings and code
-bakes/<id>              what a bake read and wrote, with the stamps of every file (see `Stamp`)
-remotes/<id>            the products that are known to be in a shared store (see shared.py)
-locks/<id>              one bake at a time on one output folder
-rooms/<id>              where its workers write what is too large to be handed over; gone afterwards
-locks/use               held in common by bakes, alone by `clean`
+blobs/<2>/<sha256>      bytes of artifacts, named by their hash, verified when read
+products/<2>/<key>      result of the task with this key, a hash of sources, settings and code
+bakes/<id>              files that a bake read and wrote, with their stamps (see `Stamp`)
+remotes/<id>            keys that are known to be in a shared store (see shared.py)
+locks/<id>              one bake at a time for each output folder
+rooms/<id>              scratch folder of a bake's workers, removed at its end
+locks/use               held shared by bakes, alone by `clean`
 
-Products, bakes and remotes are sealed: a line with the SHA-256 of the rest, then JSON.
+Files in products, bakes and remotes are sealed: a line with the SHA-256 of the rest, then JSON.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from paradize.errors import BakeError, FormatError
 from paradize.files import open_lock, read_file, read_parts
 from paradize.store.atomic import write_whole
 
-Stamp = list[int]  # size, mtime_ns, ctime_ns, inode: a file whose stamp is the same is taken for unchanged
+Stamp = list[int]  # size, mtime_ns, ctime_ns, inode: equal stamps mean an unchanged file
 
 
-ENTRY_BYTES = 64 << 20  # of a product's or a bake's JSON
+ENTRY_BYTES = 64 << 20  # limit of an entry's JSON
 
 
 def stamp(path: Path | str) -> Stamp | None:
-    """The stamp of a file, None where there is none."""
+    """The stamp of a file; None where it is missing."""
     try:
         status = os.stat(path)  # noqa: PTH116 (called for every file of a bake)
     except (OSError, ValueError):  # a name that no file can have
@@ -55,36 +55,36 @@ def hash_file(path: Path) -> str:
 
 
 def key_of(*parts: object) -> str:
-    """SHA-256 over a canonical JSON of the parts."""
+    """SHA-256 over the parts as canonical JSON."""
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def default_root() -> Path:
-    """$PARADIZE_STORE, else build/store under the present folder."""
-    named = os.environ.get("PARADIZE_STORE")
-    return Path(named) if named else Path("build/store")
+    """$PARADIZE_STORE, else build/store under the current folder."""
+    path = os.environ.get("PARADIZE_STORE")
+    return Path(path) if path else Path("build/store")
 
 
 def seal(tree: Any) -> bytes:
-    """An entry that holds this JSON."""
+    """The bytes of a sealed entry: SHA-256 of the JSON, a line end, the JSON."""
     text = json.dumps(tree).encode()
     return hashlib.sha256(text).hexdigest().encode() + b"\n" + text
 
 
 def unseal(data: bytes) -> Any | None:
-    """The JSON that an entry holds; None where the entry is damaged."""
+    """The JSON of a sealed entry; None where it is damaged."""
     digest, _, text = data.partition(b"\n")
     if hashlib.sha256(text).hexdigest().encode() != digest:
         return None
     try:
-        return parse_json(text, most=ENTRY_BYTES)
+        return parse_json(text, limit=ENTRY_BYTES)
     except FormatError:
         return None
 
 
 def hashes_in(tree: Any) -> Iterator[str]:
-    """Every value called `sha256` in a JSON tree."""
+    """All values named `sha256` in a JSON tree."""
     if isinstance(tree, dict):
         if isinstance(tree.get("sha256"), str):
             yield tree["sha256"]
@@ -96,20 +96,20 @@ def hashes_in(tree: Any) -> Iterator[str]:
 
 
 class Store:
-    """A folder of baked results; every entry is written whole, so that a kill leaves nothing to mend."""
+    """A folder of baked results. Entries are written atomically, so a kill leaves nothing to repair."""
 
-    shared_as: str | None = None  # the id of the shared store behind this one, when all is there, too
+    shared_as: str | None = None  # id of the shared store, once it holds all products of this bake
 
     def __init__(self, root: Path) -> None:
         self.root = root
-        self.fetched: set[str] = set()  # keys of products that came from a shared store
-        self.pushed: set[str] = set()  # and of those that went there
+        self.fetched: set[str] = set()  # hashes of files fetched from a shared store
+        self.pushed: set[str] = set()  # and of those pushed to it
 
     def expect(self, keys: Iterable[str]) -> None:
-        """These products will be asked for soon: a shared store begins to fetch them."""
+        """Announces products that will be needed soon, so that a shared store can fetch them."""
 
     def settle(self) -> list[str]:
-        """Waits until all is shared that is to be; returns warnings."""
+        """Waits until everything is shared. Returns warnings."""
         return []
 
     def _blob(self, sha256: str) -> Path:
@@ -119,15 +119,15 @@ class Store:
         return self.root / "products" / key[:2] / key
 
     def put(self, data: bytes) -> str:
-        """Keeps bytes; returns their SHA-256."""
+        """Stores bytes. Returns their SHA-256."""
         sha256 = hashlib.sha256(data).hexdigest()
         path = self._blob(sha256)
-        if Store.get(self, sha256) is None:  # here, whatever may be behind
+        if Store.get(self, sha256) is None:  # in this store, not in a shared one
             self._write(path, data)
         return sha256
 
     def get(self, sha256: str) -> bytes | None:
-        """The bytes with this hash; None where the store has none or holds damaged ones, which it drops."""
+        """The bytes with this hash; None where they are missing or damaged. Damaged bytes are removed."""
         path = self._blob(sha256)
         try:
             data = read_file(path)
@@ -139,8 +139,7 @@ class Store:
         return data
 
     def take(self, path: Path) -> str:
-        """Keeps the bytes of a file on the store's own file system, which is moved away; returns their
-        SHA-256."""
+        """Stores a file by moving it; it must lie on the store's file system. Returns its SHA-256."""
         sha256 = hash_file(path)
         if Store.find(self, sha256) is None:
             blob = self._blob(sha256)
@@ -152,7 +151,7 @@ class Store:
         return sha256
 
     def find(self, sha256: str) -> Path | None:
-        """The file that holds the bytes with this hash; None as `get`, but they are not held in memory."""
+        """The path of the file with this hash; None as for `get`."""
         path = self._blob(sha256)
         if not path.is_file():
             return None
@@ -162,47 +161,47 @@ class Store:
         return path
 
     def put_product(self, key: str, product: Any) -> None:
-        """Remembers what the task with this key produced (JSON)."""
+        """Stores the result (JSON) of the task with this key."""
         self._write(self._product(key), seal(product))
 
     def get_product(self, key: str) -> Any | None:
-        """What put_product kept; None where there is none or it cannot be read. The entry counts as used."""
+        """The result that put_product stored; None where it is missing or unreadable. Marks it as used."""
         return self._read_used(self._product(key))
 
     def put_bake(self, name: str, record: Any) -> None:
-        """Remembers what a bake read and wrote (JSON)."""
+        """Stores the record (JSON) of the files that a bake read and wrote."""
         self._write(self.root / "bakes" / name, seal(record))
 
     def get_bake(self, name: str) -> Any | None:
-        """What put_bake kept; None where there is none or it cannot be read. The record counts as used."""
+        """The record that put_bake stored; None where it is missing or unreadable. Marks it as used."""
         return self._read_used(self.root / "bakes" / name)
 
     @staticmethod
     def _write(path: Path, data: bytes) -> None:
-        """Writes an entry. A pipe or the like in its place goes: the store's folder is the store's alone."""
-        write_whole(path, data, durable=False, ours=True)
+        """Writes an entry. Replaces a pipe or device in its place: nobody else writes into the store's
+        folder."""
+        write_whole(path, data, durable=False, owned=True)
 
     @classmethod
     def _read_used(cls, path: Path) -> Any | None:
-        found = cls.read_entry(path)
-        if found is not None:
-            with suppress(OSError):  # a store that is only read keeps the times that it has
+        tree = cls.read_entry(path)
+        if tree is not None:
+            with suppress(OSError):  # a read-only store keeps its times
                 os.utime(path)
-        return found
+        return tree
 
     @staticmethod
     def read_entry(path: Path) -> Any | None:
-        """The JSON in a sealed file; None where there is none, or a damaged one, or it cannot be read."""
+        """The JSON of a sealed file; None where it is missing, damaged or unreadable."""
         try:
             return unseal(read_file(path, ENTRY_BYTES + 65))
         except OSError:
             return None
 
     @contextmanager
-    def room(self, name: str) -> Iterator[Path]:
-        """An empty folder for the holder of the lock called `name`, removed afterwards; what a kill left in
-        it is removed before."""
-
+    def scratch(self, name: str) -> Iterator[Path]:
+        """An empty folder for the holder of the lock `name`, removed afterwards. Leftovers of a killed bake
+        are removed before."""
         path = self.root / "rooms" / name
         shutil.rmtree(path, ignore_errors=True)
         try:
@@ -212,26 +211,26 @@ class Store:
 
     @contextmanager
     def locked(self, name: str, *, shared: bool = False) -> Iterator[None]:
-        """Holds the lock called `name`; a second holder waits here, unless both hold it shared. The kernel
-        frees it when a process dies."""
+        """Holds the lock `name`. A second holder waits, unless both hold it shared. The kernel frees it when
+        the process ends."""
         path = self.root / "locks" / name
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            stream = open_lock(path)
+            lock_file = open_lock(path)
         except OSError as error:
             raise BakeError(
                 f"the store cannot be written: {error.strerror or error}",
                 file=path,
                 mend="set PARADIZE_STORE to a folder that can",
             ) from None
-        with stream:
-            fcntl.flock(stream, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
+        with lock_file:
+            fcntl.flock(lock_file, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
             yield
 
     def in_use(self) -> AbstractContextManager[None]:
-        """While a bake uses the store: nothing is taken from it."""
+        """Lock for a bake: nothing is removed from the store meanwhile."""
         return self.locked("use", shared=True)
 
     def alone(self) -> AbstractContextManager[None]:
-        """While entries are taken from the store: waits until no bake uses it."""
+        """Lock for removing entries: waits until no bake uses the store."""
         return self.locked("use")

@@ -1,6 +1,6 @@
-"""A folder elsewhere, by URL: read, written whole, asked for sizes. fsspec speaks the protocols.
+"""A remote folder by URL: read files, write them atomically, ask for sizes. fsspec implements the protocols.
 
-Each thread opens it anew: not every file system of fsspec is made for several at once.
+Each thread opens its own connection, because some file systems of fsspec are not thread-safe.
 """
 
 from __future__ import annotations
@@ -16,52 +16,52 @@ from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from paradize.errors import BakeError, one_line
-from paradize.files import NotAFileError, read_file, read_parts
-from paradize.store.atomic import ASIDE
+from paradize.files import NotARegularFileError, read_file, read_parts
+from paradize.store.atomic import PARTIAL
 
-TIMEOUT_S = 15.0  # to connect, and without a sign of life
+TIMEOUT_S = 15.0  # to connect, and without any response
 _URL = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://(.+)", re.S)
-_SHELL = ("sftp", "ssh")
-_HERE = ("file", "local")
-_WHOLE = ("abfs", "adl", "az", "gcs", "gs", "oci", "oss", "s3", "s3a", "tos")  # an object appears whole
+_SSH = ("sftp", "ssh")
+_LOCAL = ("file", "local")
+_ATOMIC = ("abfs", "adl", "az", "gcs", "gs", "oci", "oss", "s3", "s3a", "tos")  # an object appears complete
 _EXTRAS = {"s3": "s3fs", "s3a": "s3fs", "gs": "gcsfs", "gcs": "gcsfs", "az": "adlfs", "abfs": "adlfs"}
 _MEND = "name a folder, or a URL like sftp://host/folder or s3://bucket/folder"
 
 
 def shown(url: str) -> str:
-    """A URL as it may be told: without password and query."""
-    found = _URL.fullmatch(url)
-    if not found:
+    """A URL for messages: without password and query."""
+    match = _URL.fullmatch(url)
+    if not match:
         return one_line(url)
-    host, slash, path = re.split(r"[?#]", found[2])[0].partition("/")
-    user, at, host = host.rpartition("@")
-    return one_line(f"{found[1]}://{user.partition(':')[0]}{at}{host}{slash}{path}")
+    host, slash, path = re.split(r"[?#]", match[2])[0].partition("/")
+    user, separator, host = host.rpartition("@")
+    return one_line(f"{match[1]}://{user.partition(':')[0]}{separator}{host}{slash}{path}")
 
 
 def shared_id(url: str) -> str:
-    """Tells shared stores apart, and tells no password."""
+    """An id of a shared store that does not reveal its password."""
     return hashlib.sha256(shown(url).encode()).hexdigest()[:32]
 
 
 class RemoteFolder:
-    """The folder at a URL, or at a path; nothing is asked of it before it is used. Raises BakeError where
-    that is no URL, or one of an unknown protocol, or of one that needs a package that is not installed."""
+    """The folder at a URL or path. Connects at its first use. Raises BakeError for an invalid URL, an unknown
+    protocol, or one whose package is not installed."""
 
     def __init__(self, url: str) -> None:
         self.shown = shown(url)
-        found = _URL.fullmatch(url)
-        if not found and (not url.strip() or re.match(r"[A-Za-z0-9+._@-]{2,}:", url)):
+        match = _URL.fullmatch(url)
+        if not match and (not url.strip() or re.match(r"[A-Za-z0-9+._@-]{2,}:", url)):
             raise self._refused("is neither a folder nor a URL")
-        self.protocol = found[1].lower() if found else "file"
-        self._url = url if found else str(Path(url).absolute())
+        self.protocol = match[1].lower() if match else "file"
+        self._url = url if match else str(Path(url).absolute())
         self._secrets: list[str] = []
         self._host: dict[str, Any] = {}
-        if found and self.protocol in _HERE and not found[2].startswith("/"):
-            raise self._refused("is no folder's whole path", f"write {self.protocol}:///folder")
-        if found and self.protocol not in (*_HERE, "memory"):
+        if match and self.protocol in _LOCAL and not match[2].startswith("/"):
+            raise self._refused("is not an absolute path", f"write {self.protocol}:///folder")
+        if match and self.protocol not in (*_LOCAL, "memory"):
             self._read_host(url)
-        self._look_up()
-        self._own = threading.local()
+        self._require_protocol()
+        self._thread = threading.local()
         self._opening = threading.Lock()
         self._failure: Exception | None = None
 
@@ -73,12 +73,12 @@ class RemoteFolder:
             parts = urlsplit(url)
             port = parts.port
         except ValueError:
-            raise self._refused("has no such port, or is no URL") from None
+            raise self._refused("is not a valid URL") from None
         if parts.password:
             self._secrets = [parts.password, unquote(parts.password)]
         if not parts.hostname:
             raise self._refused("names no host")
-        if self.protocol in _SHELL:
+        if self.protocol in _SSH:
             if not parts.path.strip("/"):
                 raise self._refused("names no folder on the host", "write sftp://host/folder")
             given = {"username": parts.username, "password": parts.password}
@@ -86,12 +86,12 @@ class RemoteFolder:
             self._host |= {"host": parts.hostname} | ({"port": port} if port else {})
             self._url = unquote(parts.path)
 
-    def _look_up(self) -> None:
+    def _require_protocol(self) -> None:
         """Finds the protocol's file system."""
         import fsspec
 
         try:
-            fsspec.get_filesystem_class("file" if self.protocol in _SHELL else self.protocol)
+            fsspec.get_filesystem_class("file" if self.protocol in _SSH else self.protocol)
         except ImportError as missing:
             package = _EXTRAS.get(self.protocol)
             mend = f"pip install {package}" if package else "install what it needs"
@@ -102,12 +102,12 @@ class RemoteFolder:
 
     def _open(self) -> tuple[Any, str]:
         """A new file system, and the folder's path in it."""
-        if self.protocol in _SHELL:
+        if self.protocol in _SSH:
             from sshfs import SSHFileSystem
 
             limits = {"connect_timeout": TIMEOUT_S, "login_timeout": TIMEOUT_S}
             limits |= {"keepalive_interval": TIMEOUT_S / 3.0, "keepalive_count_max": 3}
-            # known_hosts: as ssh has them; to sshfs any host is the right one unless it is told
+            # known_hosts=(): the user's file, as ssh does; by default sshfs accepts any host
             system = SSHFileSystem(**self._host, **limits, known_hosts=(), skip_instance_cache=True)
             return system, self._url
         from fsspec.core import url_to_fs
@@ -116,13 +116,13 @@ class RemoteFolder:
         if self.protocol in ("s3", "s3a"):
             limits = {"connect_timeout": TIMEOUT_S, "read_timeout": TIMEOUT_S}
             options = {"config_kwargs": limits | {"retries": {"max_attempts": 2}}}
-        found: tuple[Any, str] = url_to_fs(self._url, skip_instance_cache=True, **options)
-        return found
+        opened: tuple[Any, str] = url_to_fs(self._url, skip_instance_cache=True, **options)
+        return opened
 
-    def _mine(self) -> tuple[Any, str]:
-        """This thread's file system, and the folder's path in it. One thread connects at a time; where it
-        cannot, the others do not try."""
-        if not hasattr(self._own, "opened"):
+    def _connection(self) -> tuple[Any, str]:
+        """This thread's file system and the folder's path in it. One thread connects at a time; if it fails,
+        the others do not try."""
+        if not hasattr(self._thread, "opened"):
             with self._opening:
                 if self._failure:
                     raise self._failure
@@ -131,27 +131,28 @@ class RemoteFolder:
                 except Exception as failure:
                     self._failure = failure
                     raise
-            self._own.opened, self._own.made = (system, root.rstrip("/")), set()
-        opened: tuple[Any, str] = self._own.opened
+            self._thread.opened, self._thread.made = (system, root.rstrip("/")), set()
+        opened: tuple[Any, str] = self._thread.opened
         return opened
 
-    def forget(self) -> None:
+    def disconnect(self) -> None:
         """Drops this thread's connection; the next call opens a new one."""
-        self._own.__dict__.clear()
+        self._thread.__dict__.clear()
 
     def read(self, name: str) -> bytes:
-        """The bytes of a file. Raises FileNotFoundError where there is none, and whatever else goes wrong."""
-        system, root = self._mine()
-        if self.protocol in _HERE:
+        """The bytes of a file. Raises FileNotFoundError where it is missing, and any other error of the
+        protocol."""
+        system, root = self._connection()
+        if self.protocol in _LOCAL:
             return read_file(f"{root}/{name}")
         self._require_file(system, f"{root}/{name}")
         data: bytes = system.cat_file(f"{root}/{name}")
         return data
 
     def fetch(self, name: str, path: Path) -> None:
-        """Copies a file to a path here. Raises as `read`."""
-        system, root = self._mine()
-        if self.protocol in _HERE:
+        """Copies a file to a local path. Raises as `read`."""
+        system, root = self._connection()
+        if self.protocol in _LOCAL:
             with path.open("wb") as copy:
                 copy.writelines(read_parts(f"{root}/{name}"))
             return
@@ -159,37 +160,36 @@ class RemoteFolder:
         system.get_file(f"{root}/{name}", str(path))
 
     def _require_file(self, system: Any, path: str) -> None:
-        """Raises OSError where a pipe or the like would keep an SSH server, and so us, waiting. Raises
-        FileNotFoundError where there is nothing."""
-        if self.protocol in _SHELL and system.info(path)["type"] != "file":
-            raise NotAFileError(errno.EINVAL, "is no regular file")
+        """Raises OSError for a pipe or the like, on which an SSH server would wait for ever, and
+        FileNotFoundError for a missing file."""
+        if self.protocol in _SSH and system.info(path)["type"] != "file":
+            raise NotARegularFileError(errno.EINVAL, "is not a regular file")
 
     def size(self, name: str) -> int | None:
-        """A file's size in bytes; None where there is none. Raises what else goes wrong."""
-        system, root = self._mine()
+        """Size of a file in bytes; None where it is missing. Raises any other error."""
+        system, root = self._connection()
         try:
             return int(system.info(f"{root}/{name}")["size"])
         except FileNotFoundError:
             return None
 
     def write(self, name: str, data: bytes | Path) -> None:
-        """Puts bytes, or a file's, there: aside first and renamed, unless files appear whole anyway. Makes
-        missing folders. Raises whatever goes wrong."""
-        system, root = self._mine()
+        """Writes bytes or a file atomically and makes missing folders. Raises any error of the protocol."""
+        system, root = self._connection()
         folder, _, base = f"{root}/{name}".rpartition("/")
-        if self.protocol in _WHOLE:
+        if self.protocol in _ATOMIC:
             _copy(system, data, f"{folder}/{base}")
             return
-        if folder not in self._own.made:
-            _make(system, folder)
-            self._own.made.add(folder)
-        aside = f"{folder}/.{base}{ASIDE}{secrets.token_hex(4)}"
+        if folder not in self._thread.made:
+            _make_folder(system, folder)
+            self._thread.made.add(folder)
+        partial = f"{folder}/.{base}{PARTIAL}{secrets.token_hex(4)}"
         try:
-            _copy(system, data, aside)
-            system.mv(aside, f"{folder}/{base}")
+            _copy(system, data, partial)
+            system.mv(partial, f"{folder}/{base}")
         except BaseException:
-            with suppress(Exception):  # it may never have been there; what went wrong first counts
-                system.rm_file(aside)
+            with suppress(Exception):  # it may not exist; the first error is the one to report
+                system.rm_file(partial)
             raise
 
     def without_secrets(self, text: str) -> str:
@@ -206,8 +206,8 @@ def _copy(system: Any, data: bytes | Path, path: str) -> None:
         system.pipe_file(path, data)
 
 
-def _make(system: Any, folder: str) -> None:
-    """Makes a folder; twice where another makes it at the same time."""
+def _make_folder(system: Any, folder: str) -> None:
+    """Makes a folder. Tries twice: another process may make it at the same time."""
     try:
         system.makedirs(folder, exist_ok=True)
     except OSError:

@@ -1,3 +1,2 @@
-"""What the camera path sees: when a sphere is in view (query.py), how small a pixel is on a surface
-(texel_footprint.py), and which mip or level of detail is the finest that is ever read (finest_mip.py).
-"""
+"""What the camera path sees. query.py: when a sphere is in view. texel_footprint.py: how small a pixel is on
+a surface. finest_mip.py: the finest mip or level of detail that is ever read."""

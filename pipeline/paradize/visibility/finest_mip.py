@@ -1,12 +1,11 @@
-"""The finest mip of a texture, and the finest level of a mesh, that a flight ever asks for.
+"""The finest mip of a texture and the finest level of a mesh that a flight ever needs.
 
-A texture: the fewest texels of its level 0 that one pixel covers along the shorter axis (or a sixteenth of
-the longer one, where that is more: no filter takes more samples), anywhere on the surface that wears it, in
-any view, at any moment. Found by branch and bound (A. Land, A. Doig, "An Automatic
-Method of Solving Discrete Programming Problems", 1960): boxes of triangles, halved where their bound is
-lowest, each only with the runs of the flight that could still lower what is known to be seen. Every bound is
-from below, so that no pixel ever asks for a mip that is not there. A mesh: the player's own rule, at the
-nearest that a view which draws it comes.
+Texture: the fewest texels of level 0 that one pixel covers along the shorter axis of its footprint (or 1/16
+of the longer axis if that is more: no filter takes more samples), anywhere on its surfaces, in any view, at
+any moment. Found by branch and bound (A. Land, A. Doig, "An Automatic Method of Solving Discrete Programming
+Problems", 1960): boxes of triangles, the one with the lowest bound is split first, each with only those runs
+of the flight that may still lower the best value. All bounds are lower bounds, so no pixel needs a mip that
+is missing. Mesh: the player's own rule at the smallest distance of any view that draws it.
 """
 
 from __future__ import annotations
@@ -26,17 +25,17 @@ from paradize.visibility.texel_footprint import Views
 
 F64 = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
-# Half a level: what OpenGL 3.3 (3.8.11) allows a device to be finer than the formula, sqrt(2).
+# sqrt(2), half a level: OpenGL 3.3 (3.8.11) allows a device to be finer than the formula by this factor.
 SLACK = 1.4142135623730951
-MOST_SAMPLES = 16.0  # of anisotropic filtering, along the longer axis, in the player's finest quality
-_RESOLVED = 1.0 / 256.0  # of a texel: what samplers tell apart
-_MOST = 6000  # boxes looked at; then the lowest bound stands
+MAX_SAMPLES = 16.0  # of anisotropic filtering, along the longer axis, in the player's finest quality
+_RESOLVED = 1.0 / 256.0  # of a texel: resolution of samplers
+_MAX_BOXES = 6000  # after this number of boxes the lowest bound is the result
 
 
 @dataclass(frozen=True)
 class Surface:
-    """Triangles that wear a texture. corners: (n, 3, 3) metres in their own space. density: (n,) texels of
-    level 0 that a metre along the surface crosses at least."""
+    """Triangles with a texture. corners: (n, 3, 3) metres in object space. density: (n,) smallest number of
+    texels of level 0 per metre along the surface."""
 
     corners: F64
     density: F64
@@ -44,8 +43,8 @@ class Surface:
 
 @dataclass(frozen=True)
 class Placement:
-    """Where a surface stands: turned by yaw about +Y, scaled, moved. from_m: nearer than this it is not
-    drawn (a coarser level of a mesh)."""
+    """The transform of a surface: rotation by yaw about +Y, scale, translation. from_m: it is not drawn at
+    smaller distances (a coarser level of a mesh)."""
 
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
     yaw_deg: float = 0.0
@@ -53,22 +52,22 @@ class Placement:
     from_m: float = 0.0
 
     def at(self, point: Sequence[float]) -> tuple[float, float, float]:
-        """A point of the surface's space in the world."""
+        """A point of object space in world space."""
         return placed(point, self.position, sine_cosine(self.yaw_deg), self.scale)
 
 
 @dataclass(frozen=True)
 class FinestMip:
-    """texels: of level 0 that a pixel covers at least; infinite where no view shows any of it. second_s:
-    when, None where it is no moment of the flight. view: which asked."""
+    """texels: fewest texels of level 0 that a pixel covers; infinite where no view shows the surface.
+    second_s: when; None for the free camera and the light. view: which view."""
 
     texels: float
     second_s: float | None
     view: str | None
 
     def level(self) -> int:
-        """The finest level that is ever sampled: the mips of a pixel between 2^k and 2^(k + 1) texels are k
-        and k + 1."""
+        """The finest mip that is ever sampled. A pixel of 2^k to 2^(k + 1) texels samples mips k and k +
+        1."""
         level = 0
         while level < 31 and self.texels >= SLACK * float(2 << level):
             level += 1
@@ -76,8 +75,8 @@ class FinestMip:
 
 
 def flat_triangles(mesh: Mesh, uvs: npt.NDArray[np.float32], width: int, height: int) -> Bools:
-    """(m,): whether the texture coordinates of a triangle lie on one line or in one point of a texture of
-    width x height texels, so that it shows no area of it."""
+    """(m,) bool: whether a triangle's texture coordinates lie on a line or in a point of a texture of width x
+    height texels, so that it shows no area of it."""
     texels = uvs.astype(np.float64)[mesh.triangles] * [width, height]
     p, q = texels[:, 1] - texels[:, 0], texels[:, 2] - texels[:, 0]
     square = np.maximum.reduce([(edge * edge).sum(axis=1) for edge in (p, q, q - p)])
@@ -88,11 +87,14 @@ def flat_triangles(mesh: Mesh, uvs: npt.NDArray[np.float32], width: int, height:
 def surface_of(
     mesh: Mesh, uvs: npt.NDArray[np.float32], width: int, height: int, *, flat: bool = True
 ) -> Surface:
-    """A mesh's triangles with a texture of width x height texels. Triangles without area are never drawn and
-    left out. The least density is the smaller singular value of the map from metres to texels (none on
-    `flat_triangles`), but at least what MOST_SAMPLES leave of the larger one (which the formula of OpenGL
-    takes for less by SLACK at most). flat: False leaves `flat_triangles` out."""
-    corners = mesh.places[mesh.triangles]
+    """The triangles of a mesh with a texture of width x height texels. Triangles without area are left out,
+    because they are never drawn.
+
+    The density is the smaller singular value of the map from metres to texels (0 for `flat_triangles`), but
+    at least the larger one divided by MAX_SAMPLES (and by SLACK, the tolerance of OpenGL's formula). flat:
+    False leaves out `flat_triangles`.
+    """
+    corners = mesh.absolute_positions[mesh.triangles]
     texels = uvs.astype(np.float64)[mesh.triangles] * [width, height]
     e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     p, q = texels[:, 1] - texels[:, 0], texels[:, 2] - texels[:, 0]
@@ -101,9 +103,9 @@ def surface_of(
     along = (e[:, 0] * f[:, 0] + e[:, 1] * f[:, 1] + e[:, 2] * f[:, 2]) / safe
     square = f[:, 0] * f[:, 0] + f[:, 1] * f[:, 1] + f[:, 2] * f[:, 2]
     across = np.sqrt(np.maximum(0.0, square - along * along))
-    real = (length > 0.0) & (across > 0.0)
-    across = np.where(real, across, 1.0)
-    # Columns of the map: texels for a metre along the first edge, and for one across it.
+    drawn = (length > 0.0) & (across > 0.0)
+    across = np.where(drawn, across, 1.0)
+    # Columns of the map: texels per metre along the first edge and across it.
     u = p / safe[:, None]
     v = (q - u * along[:, None]) / across[:, None]
     a = u[:, 0] * u[:, 0] + u[:, 1] * u[:, 1]
@@ -114,15 +116,15 @@ def surface_of(
     area = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
     lines = flat_triangles(mesh, uvs, width, height)
     smaller = np.where(lines, 0.0, area / np.where(largest > 0.0, largest, 1.0))
-    least = np.maximum(smaller, largest / (MOST_SAMPLES * SLACK))
-    real &= flat | ~lines
-    return Surface(corners[real], least[real])
+    densities = np.maximum(smaller, largest / (MAX_SAMPLES * SLACK))
+    drawn &= flat | ~lines
+    return Surface(corners[drawn], densities[drawn])
 
 
-def halves(corners: F64) -> list[tuple[F64, Runs]]:
-    """Triangles (n, 3, 3) in two halves that lie apart, a single one in four; with each part the rows that
-    its triangles come from."""
-    if len(corners) == 1:  # four triangles between the middles of the sides
+def split_triangles(corners: F64) -> list[tuple[F64, Runs]]:
+    """Splits triangles (n, 3, 3) into two halves, and a single triangle into four. With each part the rows of
+    the source triangles."""
+    if len(corners) == 1:  # four triangles between the midpoints of the sides
         a, b, c = corners[0]
         ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
         parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
@@ -135,7 +137,7 @@ def halves(corners: F64) -> list[tuple[F64, Runs]]:
 
 
 def sphere_around(corners: F64) -> tuple[F64, float]:
-    """Middle and radius of a sphere that holds triangles (n, 3, 3), a little larger for rounding."""
+    """Centre and radius of a sphere around triangles (n, 3, 3), slightly enlarged for rounding."""
     middle = 0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1)))
     gap = corners - middle
     square = gap[..., 0] * gap[..., 0] + gap[..., 1] * gap[..., 1] + gap[..., 2] * gap[..., 2]
@@ -153,12 +155,12 @@ class _Box:
         middle, radius = sphere_around(self.corners)
         return Sphere(self.place.at([float(value) for value in middle]), radius * self.place.scale)
 
-    def halves(self) -> list[tuple[F64, F64]]:
-        return [(corners, self.density[rows]) for corners, rows in halves(self.corners)]
+    def split_triangles(self) -> list[tuple[F64, F64]]:
+        return [(corners, self.density[rows]) for corners, rows in split_triangles(self.corners)]
 
 
 class _Search:
-    """The boxes that are left, the lowest bound first, and the least that is known to be seen."""
+    """The remaining boxes, lowest bound first, and the best value found so far."""
 
     def __init__(self, views: Views, spread: float) -> None:
         self.views, self.spread = views, spread
@@ -172,26 +174,29 @@ class _Search:
     def add(self, corners: F64, density: F64, place: Placement, runs: Runs) -> None:
         self.count += 1
         box = _Box(corners, density, place, runs)
-        least = float(density.min()) / place.scale
-        from_m = place.from_m * self.views.pixel * self.views.demand.corner * self.views.demand.corner
+        density_min = float(density.min()) / place.scale
+        from_m = place.from_m * self.views.pixel * self.views.query.corner * self.views.query.corner
         rows = self.views.covered(box.sphere(), runs)
         bound, run, name = float("inf"), 0, ""
-        wanted = np.zeros(len(runs), np.bool_)
+        open_runs = np.zeros(len(runs), np.bool_)
         for view, covered in rows.items():
-            far = np.maximum(covered, from_m) if view == "camera" else covered
-            shown = far < np.inf
-            wanted[shown] |= far[shown] * least - self.spread < self.best.texels
-            at = int(np.argmin(far)) if len(far) else 0
-            if len(far) and far[at] < np.inf and self.texels(float(far[at]), least) < bound:
-                bound, run, name = self.texels(float(far[at]), least), int(runs[at]), view
+            widths = np.maximum(covered, from_m) if view == "camera" else covered
+            shown = widths < np.inf
+            open_runs[shown] |= widths[shown] * density_min - self.spread < self.best.texels
+            if not shown.any():
+                continue
+            index = int(np.argmin(widths))
+            texels = self.texels(float(widths[index]), density_min)
+            if texels < bound:
+                bound, run, name = texels, int(runs[index]), view
         if not name or bound >= self.best.texels:
             return
-        left = runs[wanted]
-        heapq.heappush(self.heap, (bound, self.count, run, name, _Box(corners, density, place, left)))
-        self._see(box, left)
+        remaining = runs[open_runs]
+        heapq.heappush(self.heap, (bound, self.count, run, name, _Box(corners, density, place, remaining)))
+        self._improve_best(box, remaining)
 
-    def _see(self, box: _Box, runs: Runs) -> None:
-        """What a place of the box that is surely drawn shows."""
+    def _improve_best(self, box: _Box, runs: Runs) -> None:
+        """Evaluates a point of the box that is certainly drawn."""
         if box.place.from_m > 0.0:
             return
         k = int(np.argmin(box.density))
@@ -200,19 +205,19 @@ class _Search:
         for view, covered in self.views.reached(point, runs).items():
             if not len(covered):
                 continue
-            at = int(np.argmin(covered))
-            found = self.texels(float(covered[at]), float(box.density[k]) / box.place.scale)
-            if covered[at] < np.inf and found < self.best.texels:
-                self.best = FinestMip(found, *self.views.moment(int(runs[at]), view))
+            index = int(np.argmin(covered))
+            texels = self.texels(float(covered[index]), float(box.density[k]) / box.place.scale)
+            if covered[index] < np.inf and texels < self.best.texels:
+                self.best = FinestMip(texels, *self.views.moment(int(runs[index]), view))
 
 
-def finest(views: Views, worn: Sequence[tuple[Surface, Placement]], spread: float = 0.0) -> FinestMip:
-    """What the views ever ask of a texture that these surfaces wear. spread: texels of level 0 by which what
-    two neighbouring pixels sample may be moved towards each other (parallax)."""
+def finest(views: Views, surfaces: Sequence[tuple[Surface, Placement]], spread: float = 0.0) -> FinestMip:
+    """The finest mip that the views need of a texture on these surfaces. spread: texels of level 0 by which
+    the samples of two neighbouring pixels may move towards each other (parallax)."""
     search = _Search(views, spread)
-    for surface, place in worn:
+    for surface, place in surfaces:
         if len(surface.corners):
-            search.add(surface.corners, surface.density, place, views.demand.runs)
+            search.add(surface.corners, surface.density, place, views.query.runs)
     while search.heap:
         bound, _, run, view, box = heapq.heappop(search.heap)
         low = FinestMip(bound, *views.moment(run, view))
@@ -220,9 +225,9 @@ def finest(views: Views, worn: Sequence[tuple[Surface, Placement]], spread: floa
             break
         if search.best.level() == low.level() and search.best.texels < float("inf"):
             return FinestMip(bound, search.best.second_s, search.best.view)
-        if search.count > _MOST:
+        if search.count > _MAX_BOXES:
             return low
-        for corners, density in box.halves():
+        for corners, density in box.split_triangles():
             search.add(corners, density, box.place, box.runs)
     return search.best
 
@@ -234,29 +239,29 @@ def finest_lod(
     errors_m: Sequence[float],
     places: Sequence[Placement],
 ) -> tuple[int, float | None, str | None]:
-    """The finest level of a mesh that the player ever takes, the second that first asks for it and the view:
-    where it is nearest among the moments that show it. errors_m: of its levels, the finest first. The
-    coarsest level where it is never shown."""
-    demand = views.demand
+    """The finest level of a mesh that the player ever selects, with the second and the view that need it
+    first: at its smallest distance among the runs that show it. errors_m: of the levels, finest first. The
+    coarsest level where the mesh is never shown."""
+    query = views.query
     level, second, view = len(errors_m) - 1, None, None
     for place in places:
         sphere = Sphere(place.at(center), radius_m * place.scale)
-        for name, covered in views.covered(sphere, demand.runs).items():
-            runs = demand.runs[covered < np.inf]
+        for name, covered in views.covered(sphere, query.runs).items():
+            runs = query.runs[covered < np.inf]
             if not len(runs):
                 continue
-            away = demand.nearest(sphere, runs)
-            # The player lets a level be that is off by so much at this distance.
-            accepted = away * (1.0 - 1e-5) / demand.pixels
-            accepted[away <= demand.near_m[runs]] = 0.0
-            at = int(np.argmin(accepted))
-            own = 0
+            distance = query.nearest(sphere, runs)
+            # The player accepts a level with an error of at most this at this distance.
+            accepted = distance * (1.0 - 1e-5) / query.pixels
+            accepted[distance <= query.near_m[runs]] = 0.0
+            index = int(np.argmin(accepted))
+            own_level = 0
             for k in range(len(errors_m) - 1, 0, -1):
-                if errors_m[k] * place.scale <= accepted[at]:
-                    own = k
+                if errors_m[k] * place.scale <= accepted[index]:
+                    own_level = k
                     break
-            if own < level or second is None:
-                told_s, told_view = views.moment(int(runs[at]), name)
-                if own < level or view is None:
-                    level, second, view = min(own, level), told_s, told_view
+            if own_level < level or second is None:
+                own_second, own_view = views.moment(int(runs[index]), name)
+                if own_level < level or view is None:
+                    level, second, view = min(own_level, level), own_second, own_view
     return level, second, view

@@ -1,10 +1,10 @@
-"""What a flight asks of a terrain: at which seconds a part of it is in view, and when it must be fine.
+"""Visibility queries of a flight: when a part of the scene is in view, and when it must be fine.
 
-The flight is cut into short runs. In each the eye stays in a ball and the view direction in a cone that hold
-the whole run (the splines' Bezier control points bound them), so that nothing between two samples is missed.
-Views are those that draw terrain: the camera's, the water's refraction, which lifts what lies below the water
-towards its surface, the mirror's, the light's. How fine is decided by the camera's eye for all of them, as
-the player does. Arithmetic: + - * / sqrt by element.
+The flight is divided into short runs. In each run the eye stays inside a ball and the view direction inside a
+cone; both contain the whole run (bounds from the splines' Bezier control points), so nothing between samples
+is missed. Views: the camera, the water's refraction (which raises what lies below the water towards its
+surface), the mirror, the light. The camera's eye decides the level of detail for all of them, as in the
+player. Arithmetic: element-wise + - * / sqrt.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ Mask = npt.NDArray[np.bool_]
 Runs = npt.NDArray[np.intp]
 
 RUN_S = 0.05
-RUNS = (256, 8192)  # at least and at most
-LIFTS = 8  # spheres at most that stand for one which refraction lifts
-CLIP_M = 0.1  # how far below the water's level the mirror may show ground; the player has 0.05
+RUN_COUNTS = (256, 8192)  # smallest and largest number
+MAX_LIFTED = 8  # largest number of spheres that cover the path of one that refraction raises
+MIRROR_CLIP_M = 0.1  # the mirror may show ground this far below the water's level; the player uses 0.05
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Sphere:
 
 @dataclass(frozen=True)
 class _Light:
-    """The box that the light sees: its middle, axes (unit) and how far it reaches along each, metres."""
+    """The box that the light sees: its centre, unit axes, and half its extent along each, metres."""
 
     middle: Vec
     axes: tuple[Vec, Vec, Vec]
@@ -47,15 +47,18 @@ class _Light:
 
 
 @dataclass(frozen=True)
-class Demand:
-    """The runs of a flight, n of them. start_s: (n,) when each starts. eye: three (n,) metres, the middle of
-    its ball; slack_m: (n,) the ball's radius. ahead: three (n,), unit. sine, cosine: (n,) of half the cone
-    that holds the picture during the run; cosine <= 0: all round. corner: the cosine of half the cone that
-    holds it at a moment. turn: (n,) the sine of how far `ahead` may turn, at most 1. pixels: how many an
-    error of one metre covers at one metre, over those accepted. near_m: (n,) what lies nearer to the eye is
-    not drawn. reach: three (n,) metres, half the sides of the box in which the ball's middle may be: 0 in
-    flight. mirror_m, water_m: the level of the water that mirrors, and of that which refracts. A last run
-    that starts at the flight's end stands for the free camera, where there is one."""
+class VisibilityQuery:
+    """The n runs of a flight and what is needed to ask about them.
+
+    start_s: (n,) start of each run. eye: three (n,) metres, centre of the ball of the eye; slack_m: (n,) its
+    radius. ahead: three (n,), unit view direction. sine, cosine: (n,) of half the angle of the cone that
+    contains the picture during the run; cosine <= 0: all directions. corner: cosine of half the cone at one
+    moment. turn: (n,) sine of the largest turn of `ahead`, at most 1. pixels: pixels that 1 m covers at 1 m
+    distance, divided by the accepted error in pixels. near_m: (n,) nearer things are not drawn. reach: three
+    (n,) metres, half the sides of the box of ball centres: 0 except for the free camera. mirror_m, water_m:
+    water level for reflection and refraction, or None. The free camera, if there is one, is a last run that
+    starts at the flight's end.
+    """
 
     duration_s: float
     start_s: F64
@@ -76,42 +79,42 @@ class Demand:
 
     @property
     def runs(self) -> Runs:
-        """All of them."""
+        """The indices of all runs."""
         return np.arange(len(self.start_s))
 
     def wanting(self, error_m: float, sphere: Sphere, runs: Runs) -> Runs:
-        """Those of `runs` in which the player would not accept an error somewhere in the sphere."""
+        """The runs in which an error_m somewhere in the sphere exceeds the accepted error in pixels."""
         return runs[error_m * self.pixels > self.nearest(sphere, runs)]
 
     def nearest(self, sphere: Sphere, runs: Runs) -> F64:
-        """How near the eye may come to the sphere in each of `runs`, metres; not below `near_m`."""
+        """The smallest possible distance of the eye to the sphere in each run, metres, at least `near_m`."""
         near: F64 = np.maximum(
-            self.near_m[runs], self._away(sphere, runs) - sphere.radius_m - self.slack_m[runs]
+            self.near_m[runs], self._distance(sphere, runs) - sphere.radius_m - self.slack_m[runs]
         )
         return near
 
     def seeing(self, sphere: Sphere, runs: Runs) -> Runs:
-        """Those of `runs` in which some view shows some of the sphere."""
+        """The runs in which some view may show a part of the sphere."""
         if self.light is not None and is_lit(sphere, self.light):
             return runs
         seen = self.in_cone(sphere, runs)
         x, y, z = sphere.center
-        if self.mirror_m is not None and y + sphere.radius_m >= self.mirror_m - CLIP_M:
+        if self.mirror_m is not None and y + sphere.radius_m >= self.mirror_m - MIRROR_CLIP_M:
             mirrored = Sphere((x, 2.0 * self.mirror_m - y, z), sphere.radius_m)
             above = self.highest(runs) > self.mirror_m
             seen |= above & self.in_cone(mirrored, runs)
         if self.water_m is not None and y < self.water_m:
             above = self.highest(runs) > self.water_m
-            for higher in lifted(sphere, self.water_m):
+            for higher in lifted_spheres(sphere, self.water_m):
                 seen |= above & self.in_cone(higher, runs)
         return runs[seen]
 
     def highest(self, runs: Runs) -> F64:
-        """How high the eye may be, metres."""
+        """The largest possible height of the eye in each run, metres."""
         top: F64 = self.eye[1][runs] + self.slack_m[runs] + self.reach[1][runs]
         return top
 
-    def _away(self, sphere: Sphere, runs: Runs) -> F64:
+    def _distance(self, sphere: Sphere, runs: Runs) -> F64:
         x, y, z = (
             np.maximum(np.abs(c - axis[runs]) - half[runs], 0.0)
             for c, axis, half in zip(sphere.center, self.eye, self.reach, strict=True)
@@ -120,32 +123,32 @@ class Demand:
         return away
 
     def in_cone(self, sphere: Sphere, runs: Runs) -> Mask:
-        """In which of `runs` the camera may see some of the sphere."""
+        """In which runs the camera may see a part of the sphere; (runs,) bool."""
         x, y, z = (c - axis[runs] for c, axis in zip(sphere.center, self.eye, strict=True))
         fx, fy, fz = (axis[runs] for axis in self.ahead)
         square = x * x + y * y + z * z
         along = x * fx + y * fy + z * fz
-        aside = np.sqrt(np.maximum(0.0, square - along * along))
+        off_axis = np.sqrt(np.maximum(0.0, square - along * along))
         radius = sphere.radius_m + self.slack_m[runs]
         sine, cosine = self.sine[runs], self.cosine[runs]
-        inside = (along > -radius) & (aside * cosine - along * sine <= radius)
-        # The far plane is nearest straight ahead; a corner of it is farther by the cone's slope.
+        inside = (along > -radius) & (off_axis * cosine - along * sine <= radius)
+        # The far plane is nearest on the axis and farther at its corners by the cone's slope.
         reached = np.sqrt(square) * cosine <= self.far_m + radius
         around: Mask = (cosine <= 0.0) | (square <= radius * radius)
         return around | (inside & reached)
 
 
-def lifted(sphere: Sphere, water_m: float) -> list[Sphere]:
-    """Spheres that hold everything between a sphere below the water and its surface straight above it."""
+def lifted_spheres(sphere: Sphere, water_m: float) -> list[Sphere]:
+    """Spheres that cover everything between a sphere below the water and the surface straight above it."""
     x, y, z = sphere.center
     rise = water_m - y
-    count = LIFTS if rise > LIFTS * sphere.radius_m else max(1, -int(-rise // sphere.radius_m))
+    count = MAX_LIFTED if rise > MAX_LIFTED * sphere.radius_m else max(1, -int(-rise // sphere.radius_m))
     half = 0.5 * rise / count
     return [Sphere((x, y + (2 * k + 1) * half, z), sphere.radius_m + half) for k in range(count)]
 
 
 def is_lit(sphere: Sphere, light: _Light) -> bool:
-    """Whether the light may see some of the sphere."""
+    """Whether the light may see a part of the sphere."""
     offset = [a - b for a, b in zip(sphere.center, light.middle, strict=True)]
     return all(
         abs(offset[0] * axis[0] + offset[1] * axis[1] + offset[2] * axis[2]) <= reach + sphere.radius_m
@@ -153,62 +156,64 @@ def is_lit(sphere: Sphere, light: _Light) -> bool:
     )
 
 
-def plan_demand(sight: dict[str, Any]) -> Demand:
-    """The demand of a scene. sight: as scene/requirements.py orders it: `flight` (scene.Flight as a dict),
-    `viewport` (the largest, pixels), `error_px`, `mirror_m` (the water's level where there is a mirror, else
-    None), `water_m` (the same of refraction),
-    `shadow` (extent_m and center, or None), `sun` (unit, towards it); `region`: scene.FreeCamera as a dict,
-    where there is one."""
-    told = dict(sight["flight"])
-    told["eye"] = tuple(EyePoint(**point) for point in told["eye"])
-    told["target"] = tuple(TargetPoint(**point) for point in told["target"])
-    settings = FlightSettings(**told)
-    return _demand(plan_flight(settings), settings.fov_deg, sight)
+def plan_query(sight: dict[str, Any]) -> VisibilityQuery:
+    """The visibility query of a scene.
+
+    sight: as scene/requirements.py makes it: `flight` (scene.Flight as a dict), `viewport` (the largest,
+    pixels), `error_px`, `mirror_m` and `water_m` (water level for reflection and refraction, or None),
+    `shadow` (extent_m and center, or None), `sun` (unit vector towards it), and optionally `region`
+    (scene.FreeCamera as a dict).
+    """
+    flight = dict(sight["flight"])
+    flight["eye"] = tuple(EyePoint(**point) for point in flight["eye"])
+    flight["target"] = tuple(TargetPoint(**point) for point in flight["target"])
+    settings = FlightSettings(**flight)
+    return _query(plan_flight(settings), settings.fov_deg, sight)
 
 
-def camera_demand(manifest: dict[str, Any]) -> Demand:
-    """What the camera's view alone asks in the flight and the free camera's box that scene.json holds; errors
-    are accepted up to one pixel of the largest picture."""
+def camera_query(manifest: dict[str, Any]) -> VisibilityQuery:
+    """The query of the camera's view alone for the flight and the free camera's box of a scene.json. The
+    accepted error is one pixel of the largest picture."""
     flight = Flight.from_json(manifest["flight"])
     sight = {"viewport": manifest["largest_viewport"], "error_px": 1.0}
     sight |= {"mirror_m": None, "water_m": None, "shadow": None, "region": manifest["free_camera"]}
-    return _demand(flight, flight.fov_rad * (180.0 / PI), sight)
+    return _query(flight, flight.fov_rad * (180.0 / PI), sight)
 
 
-def _demand(flight: Flight, fov_deg: float, sight: dict[str, Any]) -> Demand:
+def _query(flight: Flight, fov_deg: float, sight: dict[str, Any]) -> VisibilityQuery:
     width, height = sight["viewport"]
     sine, cosine = sine_cosine(0.5 * fov_deg)
     tangent = sine / cosine
-    across = tangent * tangent * (1.0 + (width / height) * (width / height))  # to the picture's corner
+    corner_slope = tangent * tangent * (1.0 + (width / height) * (width / height))  # squared tangent
     start_s, eye, eye_slack, target, target_slack = _runs(flight)
     fx, fy, fz = (b - a for a, b in zip(eye, target, strict=True))
     length = np.sqrt(fx * fx + fy * fy + fz * fz)
-    turn = (eye_slack + target_slack) / np.maximum(length, 1e-12)  # sine of how far the direction may turn
+    turn = (eye_slack + target_slack) / np.maximum(length, 1e-12)  # sine of the largest turn
     straight = np.sqrt(np.maximum(0.0, 1.0 - turn * turn))
-    half_cos = 1.0 / np.sqrt(1.0 + across)
-    half_sin = np.sqrt(across) * half_cos
-    wide_cos = np.where(turn < 1.0, half_cos * straight - half_sin * turn, -1.0)
+    half_cos = 1.0 / np.sqrt(1.0 + corner_slope)
+    half_sin = np.sqrt(corner_slope) * half_cos
+    cone_cos = np.where(turn < 1.0, half_cos * straight - half_sin * turn, -1.0)
     safe = np.maximum(length, 1e-12)
     ahead = (fx / safe, fy / safe, fz / safe)
     near_m = np.full(len(start_s), flight.near_m)
     reach = (np.zeros(len(start_s)), np.zeros(len(start_s)), np.zeros(len(start_s)))
     if region := sight.get("region"):
         low, high = region["low"], region["high"]
-        eye = _with(eye, [0.5 * (a + b) for a, b in zip(low, high, strict=True)])
-        reach = _with(reach, [0.5 * (b - a) for a, b in zip(low, high, strict=True)])
-        ahead = _with(ahead, [0.0, 0.0, -1.0])
+        eye = _append(eye, [0.5 * (a + b) for a, b in zip(low, high, strict=True)])
+        reach = _append(reach, [0.5 * (b - a) for a, b in zip(low, high, strict=True)])
+        ahead = _append(ahead, [0.0, 0.0, -1.0])
         start_s, eye_slack = np.append(start_s, flight.duration_s), np.append(eye_slack, 0.0)
         near_m = np.append(near_m, max(flight.near_m, region["near_m"]))
-        wide_cos, turn = np.append(wide_cos, -1.0), np.append(turn, 1.0)  # it may look anywhere
+        cone_cos, turn = np.append(cone_cos, -1.0), np.append(turn, 1.0)  # it looks in all directions
     shadow = sight["shadow"]
-    return Demand(
+    return VisibilityQuery(
         duration_s=flight.duration_s,
         start_s=start_s,
         eye=eye,
         slack_m=eye_slack,
         ahead=ahead,
-        sine=np.sqrt(np.maximum(0.0, 1.0 - wide_cos * wide_cos)),
-        cosine=wide_cos,
+        sine=np.sqrt(np.maximum(0.0, 1.0 - cone_cos * cone_cos)),
+        cosine=cone_cos,
         corner=float(half_cos),
         turn=np.minimum(turn, 1.0),
         pixels=height / (2.0 * tangent) / sight["error_px"],
@@ -221,13 +226,14 @@ def _demand(flight: Flight, fov_deg: float, sight: dict[str, Any]) -> Demand:
     )
 
 
-def _with(columns: tuple[F64, F64, F64], row: list[float]) -> tuple[F64, F64, F64]:
+def _append(columns: tuple[F64, F64, F64], row: list[float]) -> tuple[F64, F64, F64]:
     x, y, z = (np.append(column, value) for column, value in zip(columns, row, strict=True))
     return x, y, z
 
 
 def _light(extent_m: float, center: list[float], sun: list[float]) -> _Light:
-    """As the player lays it: a square around `center` across the light, three times as deep as it is wide."""
+    """The light's box as the player makes it: a square around `center` across the light, three times as deep
+    as wide."""
     x, y, z = sun
     ux, uy, uz = (0.0, 0.0, -1.0) if abs(y) > 0.999 else (0.0, 1.0, 0.0)
     side = _unit((uy * z - uz * y, uz * x - ux * z, ux * y - uy * x))
@@ -245,16 +251,16 @@ def _unit(v: Vec) -> Vec:
 def _runs(
     flight: Flight,
 ) -> tuple[F64, tuple[F64, F64, F64], F64, tuple[F64, F64, F64], F64]:
-    """(start_s, eye, its slack, target, its slack) of runs that follow one another over the whole flight; no
-    run reaches from one segment into the next."""
-    count = min(max(RUNS[0], round(flight.duration_s / RUN_S)), RUNS[1])
+    """(start_s, eye, its slack, target, its slack) of consecutive runs over the whole flight. No run crosses
+    the border of two segments."""
+    count = min(max(RUN_COUNTS[0], round(flight.duration_s / RUN_S)), RUN_COUNTS[1])
     rows: list[tuple[float, float, float]] = []  # second, U at the start, U at the end
     for i in range(count):
         start, end = (flight.duration_s * k / count for k in (i, i + 1))
-        u = _held(flight.parameter(start), len(flight.eye))
-        last = _held(flight.parameter(end), len(flight.eye)) if i + 1 < count else float(len(flight.eye))
-        while u < last:
-            stop = min(last, float(int(u) + 1))
+        u = _clamped(flight.parameter(start), len(flight.eye))
+        u_end = _clamped(flight.parameter(end), len(flight.eye)) if i + 1 < count else float(len(flight.eye))
+        while u < u_end:
+            stop = min(u_end, float(int(u) + 1))
             rows.append((start, u, stop))
             u = stop
     table = np.array(rows, np.float64)
@@ -265,15 +271,15 @@ def _runs(
     return np.ascontiguousarray(table[:, 0]), eye, eye_slack, target, target_slack
 
 
-def _held(u: float, most: int) -> float:
-    """A parameter inside the path; of a table that a file made up, too, where it may be anything."""
-    return max(0.0, min(u, float(most)))
+def _clamped(u: float, largest: int) -> float:
+    """Clamps a parameter to the path; tables of damaged files may hold any number."""
+    return max(0.0, min(u, float(largest)))
 
 
 def _balls(
     segments: tuple[tuple[Cubic, Cubic, Cubic], ...], segment: Runs, u0: F64, u1: F64
 ) -> tuple[tuple[F64, F64, F64], F64]:
-    """A ball around each piece [u0, u1] of a cubic segment: it holds the piece's Bezier control points."""
+    """A ball around each piece [u0, u1] of a cubic segment; it contains the piece's Bezier control points."""
     cubics = np.array(segments, np.float64)[segment]  # (n, 3, 4)
     third = (u1 - u0) / 3.0
     middles: list[F64] = []
@@ -288,5 +294,5 @@ def _balls(
         middles.append(0.5 * (low + high))
         square += 0.25 * (high - low) * (high - low)
         size = np.maximum(size, np.maximum(np.abs(low), np.abs(high)))
-    # The player's positions are float32.
+    # The player computes positions in float32.
     return (middles[0], middles[1], middles[2]), np.sqrt(square) + 1e-6 * size

@@ -15,7 +15,7 @@ from paradize.bakers.mesh.bake import bake_mesh
 from paradize.bakers.mesh.lods import NO_ERROR, TIERS, MeasuredLevel, Plan, make_levels
 from paradize.bakers.mesh.lods_from_path import bake_seen, sight_plan
 from paradize.data import Group, Mesh
-from paradize.metrics.surface import Judge, diagonal, surface_distance
+from paradize.metrics.surface import Original, diagonal, surface_distance
 from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.flight import plan_flight, sight
 from paradize.scene.settings import load_scene
@@ -64,7 +64,7 @@ def test_by_error_the_bisection_ends_at_the_coarsest_that_is_inside(monkeypatch:
     """Of meshes that are off by 10 / triangles: 200 triangles are just inside one twentieth."""
     ball = sphere(20)
 
-    def made(judge: Judge, before: Mesh, target: int, *_: object) -> tuple[MeasuredLevel, str]:
+    def made(judge: Original, before: Mesh, target: int, *_: object) -> tuple[MeasuredLevel, str]:
         mesh = replace(ball, triangles=ball.triangles[:target], groups=())
         return MeasuredLevel(
             mesh, NO_ERROR | {"error_max": 10 / target, "uv_shift_p99": 0.0, "uv_shift_max": 0.0}
@@ -79,7 +79,7 @@ def test_by_error_the_bisection_ends_at_the_coarsest_that_is_inside(monkeypatch:
 def test_no_level_follows_one_that_is_off_or_slid_as_far_as_the_flight_sees(
     monkeypatch: pytest.MonkeyPatch, off: float, slid: float
 ) -> None:
-    def nearest(judge: Judge, before: Mesh, target: int, *_: object) -> tuple[MeasuredLevel, str]:
+    def nearest(judge: Original, before: Mesh, target: int, *_: object) -> tuple[MeasuredLevel, str]:
         errors = NO_ERROR | {"error_max": off, "uv_shift_p99": slid, "uv_shift_max": slid}
         return MeasuredLevel(simplify(before, target).mesh, errors), ""
 
@@ -99,7 +99,7 @@ def test_a_bound_that_gets_no_level_is_told() -> None:
 def test_a_level_that_a_coarser_one_beats_is_left_out_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
     made = iter((0.05, 0.02, 0.03))
 
-    def nearest(judge: Judge, before: Mesh, target: int, *_: object) -> tuple[MeasuredLevel, str]:
+    def nearest(judge: Original, before: Mesh, target: int, *_: object) -> tuple[MeasuredLevel, str]:
         off = next(made)
         return MeasuredLevel(simplify(before, target).mesh, NO_ERROR | {"error_max": off}), ""
 
@@ -111,7 +111,7 @@ def test_a_level_that_a_coarser_one_beats_is_left_out_and_told(monkeypatch: pyte
 
 def test_two_levels_of_one_shape_are_measured_each() -> None:
     ball = sphere(8)
-    judge = Judge(ball)
+    judge = Original(ball)
     for away in (0.1, 0.3, 0.1):
         level = replace(ball, positions=ball.positions + np.float32([away, 0, 0]))
         assert judge.distance(level, 1000) == surface_distance(ball, level, 1000)

@@ -31,7 +31,7 @@ from paradize.formats.terrain_tables import check_tree
 from paradize.readers.heightmap import read_heightmap
 from paradize.stages.quantise import quantise, terrain_lattice
 from paradize.store.local import key_of
-from paradize.visibility.query import plan_demand
+from paradize.visibility.query import plan_query
 from tests.pipeline.glb_json import document
 from tests.pipeline.scenes import make_cove, write_image
 from tests.pipeline.visibility.test_terrain_demand import flight_settings, sight_of
@@ -167,7 +167,7 @@ def test_a_tile_is_needed_when_its_first_patch_is_and_errs_as_its_patches_do_by_
         path, tmp_path / "room", **settings, max_error_m=0.05, patch_px=16, tile_mb=0.05, sight=sight
     )
     ground, _ = read_heightmap(path, **settings)
-    demand = plan_demand(sight) if sight else None
+    demand = plan_query(sight) if sight else None
     grower = Grower(ground, max_error_m=0.05, leaf_px=16, sand_repeat=1.0, demand=demand)
     tree = grower.grow()
     spans, sizes = [], set()
@@ -319,13 +319,13 @@ def test_patches_whose_codes_differ_in_type_are_neither_written_nor_read(
     lattice = terrain_lattice((3, 3), (2.0, 2.0), (0.0, 1.0))
     first = triangle(0)
     floats, codes = (quantise(first.mesh, lattice, float_uvs=kept) for kept in (True, False))
-    same = [replace(first, index=index, codes=floats) for index in range(2)]
+    same = [replace(first, index=index, quantized=floats) for index in range(2)]
     assert [len(decode_tile(data)) for data, _ in encode_tiles(same)] == [2]
     with pytest.raises(BakeError, match="same types"):
-        list(encode_tiles([same[0], replace(same[1], codes=codes)]))
+        list(encode_tiles([same[0], replace(same[1], quantized=codes)]))
     with monkeypatch.context() as patch:  # what an earlier version wrote
         patch.setattr(glb_tiles, "_layout", lambda patch: (lattice, ()))
-        ((mixed, _),) = encode_tiles([same[0], replace(same[1], codes=codes)])
+        ((mixed, _),) = encode_tiles([same[0], replace(same[1], quantized=codes)])
     with pytest.raises(FormatError, match="same types"):
         decode_tile(mixed)
 

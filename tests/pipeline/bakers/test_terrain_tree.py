@@ -15,11 +15,11 @@ from paradize.bakers.terrain.grow import MOST_VERTICES, Grower
 from paradize.bakers.terrain.tree import Tree, columns_of
 from paradize.data import Heightfield, Mesh
 from paradize.errors import BakeError
-from paradize.formats.glb.codes import decoded_mesh
+from paradize.formats.glb.quantized import decoded_mesh
 from paradize.formats.terrain_tables import check_tree
 from paradize.metrics.terrain import patch_error
 from paradize.stages.terrain_tree import Blocks, Shape, tolerance
-from paradize.visibility.query import Demand
+from paradize.visibility.query import VisibilityQuery
 from tests.pipeline.terrain_cut import drawn, split_diamonds
 
 PIXELS = 500.0
@@ -35,7 +35,9 @@ def rough(rows: int, columns: int, seed: int = 5) -> Heightfield:
     return Heightfield(heights.astype(np.float32), float(columns - 1), 0.5 * (rows - 1))
 
 
-def grown(ground: Heightfield, leaf_px: int = 8, demand: Demand | None = None) -> tuple[Grower, Tree]:
+def grown(
+    ground: Heightfield, leaf_px: int = 8, demand: VisibilityQuery | None = None
+) -> tuple[Grower, Tree]:
     grower = Grower(ground, max_error_m=0.2, leaf_px=leaf_px, sand_repeat=3.0, demand=demand)
     return grower, grower.grow()
 
@@ -338,13 +340,13 @@ def test_codes_keep_the_bound_and_leave_no_crack() -> None:
     ground = FIELDS["tall"]
     grower = Grower(ground, max_error_m=0.2, leaf_px=8, sand_repeat=3.0, demand=None, quantise=True)
     tree = grower.grow()
-    assert grower.lattice is not None
+    assert grower.grid is not None
     finest = [p for p in tree.patches if p.level == grower.shape.finest]
     assert finest and all(p.error and p.error.max_m <= 0.2 for p in finest)
     rims = []
     for patch in tree.patches:
-        codes = grower.codes(grower.mesh(patch))
-        assert codes is not None and codes.lattice == grower.lattice
+        codes = grower.quantized(grower.mesh(patch))
+        assert codes is not None and codes.grid == grower.grid
         assert patch.error == patch_error(decoded_mesh(grower.mesh(patch), codes), ground, patch.corners)
         rims.append(border(decoded_mesh(grower.mesh(patch), codes)))
     tables = tables_of(tree)
@@ -362,7 +364,7 @@ def test_codes_of_all_patches_have_the_same_types() -> None:
         grower = Grower(
             FIELDS["square"], max_error_m=0.2, leaf_px=4, sand_repeat=sand_repeat, demand=None, quantise=True
         )
-        codes = [grower.codes(grower.mesh(patch)) for patch in grower.grow().patches]
+        codes = [grower.quantized(grower.mesh(patch)) for patch in grower.grow().patches]
         types = {
             tuple(part.dtype for part in (found.uvs, found.uvs1, found.normals) if part is not None)
             for found in codes

@@ -20,7 +20,7 @@ from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.errors import GroupedError
 from paradize.formats.scene_manifest import decode_scene
-from paradize.store.atomic import ASIDE
+from paradize.store.atomic import PARTIAL
 from tests.pipeline.scenes import make_cove, write_image
 from tests.processes import started
 
@@ -254,7 +254,7 @@ def test_what_a_killed_bake_left_is_swept_also_where_nothing_changed(copied: tup
     scene, out = copied
     bake(scene, out, BuildOptions(jobs=1))
     before = state_of(out)
-    (out / f".sky-01234567.ktx2{ASIDE}89ab").write_text("half")
+    (out / f".sky-01234567.ktx2{PARTIAL}89ab").write_text("half")
     (out / "sky-01234567.ktx2").write_text("never named")
     assert bake(scene, out, BuildOptions(jobs=1)).count("reused") == 14
     assert state_of(out) == before

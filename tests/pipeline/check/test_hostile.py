@@ -326,6 +326,6 @@ def test_a_picture_of_too_many_texels_is_refused_undecoded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "a_normal.png").write_bytes(encode_png(np.zeros((4, 4, 3), np.uint8)))
-    monkeypatch.setattr("paradize.formats.png.MAX_CODES", 47)
+    monkeypatch.setattr("paradize.formats.png.MAX_VALUES", 47)
     (found,) = check_paths([tmp_path / "a_normal.png"])
-    assert (found.code, found.what) == ("PZ102", "4 x 4 texels of 3 channels, limit 47 codes")
+    assert (found.code, found.what) == ("PZ102", "4 x 4 texels of 3 channels, limit 47 values")

@@ -90,7 +90,7 @@ def test_a_device_or_a_pipe_is_never_replaced_by_a_baked_file(shell: Shell, tmp_
     shell("mkfifo pipe.glb; ln -s pipe.glb link.glb")
     for name in ("pipe.glb", "link.glb"):
         told = shell(f"$P mesh post.obj -o {name}")
-        assert told.returncode == 1 and f"{name}: is no regular file" in told.stderr
+        assert told.returncode == 1 and f"{name}: is not a regular file" in told.stderr
     assert (tmp_path / "pipe.glb").is_fifo() and (tmp_path / "link.glb").is_symlink()
 
 

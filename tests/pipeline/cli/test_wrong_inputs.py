@@ -17,7 +17,7 @@ import pytest
 
 from paradize.cli.main import main
 from paradize.cli.output import MOST_LINE
-from paradize.errors import MOST, MOST_ADVICE, BakeError, GroupedError
+from paradize.errors import MAX_MEND, MAX_PART, BakeError, GroupedError
 from tests.pipeline.scenes import make_cove
 from tests.sweeps import sweep
 
@@ -152,7 +152,7 @@ def test_a_name_of_another_format_is_refused_and_the_one_advised_taken(at: Path,
 def test_what_fills_a_message_is_cut_in_the_middle() -> None:
     junk = "".join(map(chr, range(1, 40))) * 200
     error = BakeError(junk, file="a.obj", place=junk, mend=junk)
-    assert len(str(error)) < 2 * MOST + MOST_ADVICE + 20 and str(error).isprintable()
+    assert len(str(error)) < 2 * MAX_PART + MAX_MEND + 20 and str(error).isprintable()
     assert len(str(GroupedError([error, error]))) < 2 * len(str(error)) + 2
     code, out, err = run("mesh", "missing.obj", "-o", "out.glb", "--tier", junk)
     assert code == 2 and out == ""

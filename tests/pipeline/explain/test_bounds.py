@@ -167,7 +167,7 @@ def test_no_place_of_a_mesh_moves_farther_in_any_picture(baked: Any, quality: st
     drawn = decode_glb((out / manifest["artifacts"]["post_mesh"]["file"]).read_bytes(), "post")
     pairs = []
     for lod in drawn:
-        level = lod.mesh.places[lod.mesh.triangles].astype(np.float64)
+        level = lod.mesh.absolute_positions[lod.mesh.triangles].astype(np.float64)
         there, back = spread(source), spread(level)
         pairs.append([(there, nearest(there, level)), (back, nearest(back, source))])
     told = bounds["post_mesh"]
@@ -223,7 +223,7 @@ def test_no_pixel_of_the_heights_moves_farther_in_any_picture(baked: Any) -> Non
     pairs = []
     for patch in tile:
         rows = []
-        for a, b, c in patch.mesh.places[patch.mesh.triangles].astype(np.float64):
+        for a, b, c in patch.mesh.absolute_positions[patch.mesh.triangles].astype(np.float64):
             sides = np.array([b - a, c - a])[:, [0, 2]]
             u, v = np.linalg.solve(sides.T, (truth - a)[:, [0, 2]].T)
             inside = (u >= -1e-9) & (v >= -1e-9) & (u + v <= 1.0 + 1e-9)

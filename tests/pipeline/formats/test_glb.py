@@ -272,5 +272,5 @@ def test_the_document_alone_is_the_reader_s_and_anything_else_is_no_glb() -> Non
     tree, start = glb_document(data, "a.glb")
     assert tree == document(data) and data[start - 4 : start] == b"BIN\0"
     for broken in (b"", data[:19], b"glTX" + data[4:], data[:16] + b"BIN\0" + data[20:]):
-        with pytest.raises(FormatError, match=r"a\.glb: is no GLB"):
+        with pytest.raises(FormatError, match=r"a\.glb: is not a GLB"):
             glb_document(broken, "a.glb")

@@ -273,9 +273,9 @@ def test_a_file_that_would_inflate_beyond_the_limit_is_refused_before_it_does() 
     data = zstd_file(make_texture("RGBA16F", 4, 4, count=1))
     struct.pack_into("<2I", data, 20, 32768, 32768)
     struct.pack_into("<Q", data, 96, 32768 * 32768 * 8)
-    with pytest.raises(FormatError, match=r"inflate to 8589934592 bytes; 2147483648 is the limit"):
+    with pytest.raises(FormatError, match=r"8589934592 bytes uncompressed, limit 2147483648"):
         decode_ktx2(bytes(data), "bomb.ktx2")
-    with pytest.raises(FormatError, match="inflate to 4096 bytes; 4095 is the limit"):
+    with pytest.raises(FormatError, match="4096 bytes uncompressed, limit 4095"):
         decode_ktx2(bytes(zstd_file(ONE)), most_bytes=4095)
     assert decode_ktx2(bytes(zstd_file(ONE)), most_bytes=4096) == ONE
 
@@ -348,5 +348,5 @@ def test_the_size_is_read_from_the_first_bytes_of_a_ktx2_alone() -> None:
     data = encode_ktx2(make_texture("BC1_RGB_SRGB", 16, 8))
     assert ktx2_size(data[:SIZE_BYTES]) == ktx2_size(data) == (16, 8, 5)
     for broken in (b"", data[: SIZE_BYTES - 1], b"x" + data[1:]):
-        with pytest.raises(FormatError, match="is no KTX2"):
+        with pytest.raises(FormatError, match="is not a KTX2"):
             ktx2_size(broken)

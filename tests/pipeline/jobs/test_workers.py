@@ -21,7 +21,7 @@ from paradize.build.bake import bake
 from paradize.build.estimate import memory_of
 from paradize.build.options import BuildOptions
 from paradize.errors import BakeError, SourceError
-from paradize.jobs.limits import available, cores, held_bytes, memory_limit, time_limit
+from paradize.jobs.limits import available, cores, memory_limit, process_memory, time_limit
 from paradize.jobs.pool import Job, Outcome, WorkerPool, run_jobs
 from paradize.jobs.scratch import Scratch
 from paradize.kernels.threads import VARIABLE as THREADS
@@ -347,10 +347,10 @@ def test_a_limit_that_is_none_is_refused(monkeypatch: pytest.MonkeyPatch, told: 
 
 
 def test_what_a_process_and_its_children_hold_is_measured() -> None:
-    before = held_bytes(os.getpid())
+    before = process_memory(os.getpid())
     held = np.ones(100 * MB, np.uint8)
-    assert held_bytes(os.getpid()) - before == pytest.approx(held.nbytes, rel=0.1)
-    assert held_bytes(2**30) == 0
+    assert process_memory(os.getpid()) - before == pytest.approx(held.nbytes, rel=0.1)
+    assert process_memory(2**30) == 0
 
 
 def test_estimates_follow_the_sizes_in_the_headers(tmp_path: Path) -> None:

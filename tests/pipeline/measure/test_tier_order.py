@@ -115,7 +115,7 @@ def test_slopes_of_eighth_order_are_not_held_to_themselves(monkeypatch: pytest.M
     codes = np.linspace(0, 1, 17, dtype=np.float32)
     heights = codes[np.random.default_rng(5).integers(0, 17, (12, 20))]
     grounds = [
-        HeightMap(heights, (4.0, 4.0), (True, True), "eighth", codes=codes, held=held)
+        HeightMap(heights, (4.0, 4.0), (True, True), "eighth", height_levels=codes, clamp_slopes=held)
         for held in (False, True)
     ]
     monkeypatch.setattr(normal, "_held_slopes", lambda *_: pytest.fail("held"))

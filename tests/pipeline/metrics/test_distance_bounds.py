@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from paradize.bakers.mesh.lods import NO_ERROR, Plan, make_levels
 from paradize.data import Mesh
 from paradize.kernels.reference import Surface
-from paradize.metrics.surface import Judge, is_loose, surface_distance
+from paradize.metrics.surface import Original, is_loose, surface_distance
 from tests.pipeline.shapes import grid, soup, sphere
 from tests.sweeps import sweep
 
@@ -216,7 +216,7 @@ def test_what_is_measured_of_a_level_is_bounded_outwards() -> None:
 def test_a_level_whose_bounds_lie_apart_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a kernel's limit of work leaves open: the upper bound is the error, and a note has both."""
     far = NO_ERROR | {"error_max": 0.02, "error_max_lower": 0.015}
-    monkeypatch.setattr(Judge, "distance", lambda *_: far)
+    monkeypatch.setattr(Original, "distance", lambda *_: far)
     steps, notes = make_levels(sphere(12), Plan(count=2), "balanced")
     assert steps[1].errors["error_max"] == 0.02
     assert any("lies between 0.015 and 0.02 of the diagonal" in note for note in notes)

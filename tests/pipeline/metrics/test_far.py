@@ -105,7 +105,7 @@ def test_a_model_far_away_keeps_its_places_and_is_measured_from_its_text(
         level = placed(made.glb, at)
         assert (np.abs(level - truth.mean(axis=0)) < 1).all()
     (first, *_) = decode_glb(made.glb)
-    assert np.abs(first.mesh.places - placed(made.glb)).max() < 2e-7 * across
+    assert np.abs(first.mesh.absolute_positions - placed(made.glb)).max() < 2e-7 * across
     assert list(check_mesh(made.glb, "a.glb")) == []
 
 
@@ -159,7 +159,7 @@ def test_where_float64_has_no_digits_left_the_loss_is_bounded_and_told(tmp_path:
     assert made.report["warnings"][0].startswith(f"{path}: coordinates reach {reach:g} m, and rounding moves")
     read = read_obj(path)
     text = np.array([Fraction(value) for value in digits], object).reshape(-1, 3)
-    order = {tuple(row): at for at, row in enumerate(read.text.places.tolist())}
+    order = {tuple(row): at for at, row in enumerate(read.source.positions.tolist())}
     most = 0.0
     for row in text:
         at = order[tuple(float(value) for value in row)]
@@ -192,7 +192,7 @@ def test_small_things_far_from_a_model_at_the_origin_are_told_where_they_collaps
     assert report["loading"]["collapsed"] == 1 and report["loading"]["load_max_m"] == pytest.approx(
         0.01, rel=1e-3
     )
-    assert f"1 triangles lose their area by it (first: line {line})" in " ".join(report["warnings"])
+    assert f"1 triangles lose their area (first: line {line})" in " ".join(report["warnings"])
 
 
 @pytest.mark.parametrize(("many", "away"), [(True, 3e4), (False, 1e4)])
@@ -213,7 +213,7 @@ def test_a_part_that_rounding_moves_by_much_of_its_size_is_told(
     told = " ".join(report["warnings"])
     most = report["loading"]["load_max_m"]
     assert f"rounding moves vertices of the part at line {line} by up to {most:.3g} m" in told
-    assert "of its own diagonal); move parts that lie far apart into files of their own" in told
+    assert "of its own diagonal); move distant parts into separate files" in told
 
 
 def test_signs_of_zero_denormals_and_the_largest_coordinates(tmp_path: Path) -> None:
@@ -245,8 +245,11 @@ def test_what_is_read_back_is_what_was_written(origin: tuple[float, float, float
         again = encode_glb(back, "ball")
         assert document(again)["nodes"] == document(data)["nodes"]
         for lod, found in zip(lods, back, strict=True):
-            step = lod.codes.lattice.step[0] if lod.codes else 0.0
-            assert np.abs(found.mesh.places - lod.mesh.places).max() <= 0.51 * step + 1e-9
+            step = lod.quantized.grid.step[0] if lod.quantized else 0.0
+            assert (
+                np.abs(found.mesh.absolute_positions - lod.mesh.absolute_positions).max()
+                <= 0.51 * step + 1e-9
+            )
 
 
 def test_levels_that_stand_apart_are_refused_and_found() -> None:

@@ -78,7 +78,7 @@ def stepped(shape: tuple[int, int], wrap: tuple[bool, bool], name: str, **more: 
     """Heights of 16 codes that stand ever farther apart."""
     codes = (np.linspace(0.0, 1.0, 16) ** 2).astype(np.float32)
     heights = codes[np.random.default_rng(6).integers(0, 16, shape)]
-    return ground(heights, name, wrap, codes=codes, **more)
+    return ground(heights, name, wrap, height_levels=codes, **more)
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (2, 3), (16, 64), (37, 53)])
@@ -99,17 +99,20 @@ def test_an_angle_counts_as_far_as_it_exceeds_what_the_half_steps_of_the_codes_a
 def test_held_slopes_are_those_of_the_filter_within_what_the_half_steps_allow(
     wrap: tuple[bool, bool],
 ) -> None:
-    field = stepped((37, 53), wrap, "smooth8", held=True)
+    field = stepped((37, 53), wrap, "smooth8", clamp_slopes=True)
     texture = truth.random_texture("BC5_SNORM", 37, 53)
     near([levels.encoding_error(texture, field)], truth.angles(texture, [truth.held(field)]))
     assert levels.filter_error(field)["max_deg"] < 1e-9
-    assert levels.filter_error(replace(field, held=False))["max_deg"] > 1.0
+    assert levels.filter_error(replace(field, clamp_slopes=False))["max_deg"] > 1.0
 
 
 def test_steps_that_were_smoothed_are_judged_by_the_source() -> None:
     field = stepped((16, 16), (True, True), "eighth")
     smoothed = replace(
-        field, heights=field.heights * np.float32(0.5), truth=field.heights, true_codes=field.codes
+        field,
+        heights=field.heights * np.float32(0.5),
+        reference_heights=field.heights,
+        reference_levels=field.height_levels,
     )
     texture = truth.random_texture("BC5_SNORM", 16, 16)
     assert levels.normal_levels(texture, smoothed) == levels.normal_levels(texture, field)

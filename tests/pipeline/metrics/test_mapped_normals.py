@@ -144,7 +144,7 @@ def test_the_side_that_is_meant_may_lie_a_thousandth_behind_the_other(share: flo
     up, down = ground.normals, -ground.normals
     plank = Mesh(both, np.concatenate([ground.triangles, turned + count]), np.concatenate([up, down]))
     inside_out = Mesh(both, np.concatenate([turned, ground.triangles + count]), np.concatenate([down, up]))
-    for value in normal_error(plank, inside_out, apart=0.0).values():
+    for value in normal_error(plank, inside_out, surface_error=0.0).values():
         assert value == pytest.approx(degrees, abs=1e-4)
 
 
@@ -157,7 +157,7 @@ def test_the_side_that_is_meant_may_lie_twice_as_far_as_the_other() -> None:
     faces = np.concatenate([ground.triangles, ground.triangles[:, ::-1] + len(ground.positions)])
     normals = np.concatenate([ground.normals, -ground.normals])
     planks = [Mesh(np.concatenate(pair), faces, normals) for pair in (sheets[:2], sheets[2:])]
-    for value in normal_error(*planks, apart=0.0).values():
+    for value in normal_error(*planks, surface_error=0.0).values():
         assert value == pytest.approx(0, abs=1e-4)
 
 

@@ -15,7 +15,7 @@ from paradize.bakers.maps import rows as bake_map_rows
 from paradize.bakers.product import MapProduct
 from paradize.data import Image, Texture
 from paradize.kernels.maps import Levels
-from paradize.metrics.source import light, shaped, sky_error, true_gloss, true_heights
+from paradize.metrics.source import linear_light, shaped, sky_error, true_gloss, true_heights
 from paradize.stages.gloss import GlossSettings
 from tests.pipeline.scenes import write_image
 
@@ -93,8 +93,8 @@ def test_the_reference_is_the_formula_of_the_standards(kind: Any, channels: int)
     values = picture(kind, channels)
     share = values.astype(np.float64) / (1.0 if kind is np.float32 else np.iinfo(kind).max)
     linear = np.where(share > 0.04045, ((share + 0.055) / 1.055) ** 2.4, share / 12.92)
-    assert np.abs(light(values, encoded=True) - linear).max() < 1e-14
-    assert np.abs(light(values, encoded=False) - share).max() < 1e-15
+    assert np.abs(linear_light(values, encoded=True) - linear).max() < 1e-14
+    assert np.abs(linear_light(values, encoded=False) - share).max() < 1e-15
 
     def grey(of: np.ndarray) -> np.ndarray:
         return of[:, :, 0] if channels < 3 else of[:, :, :3] @ [0.2126, 0.7152, 0.0722]

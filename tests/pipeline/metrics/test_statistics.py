@@ -14,7 +14,7 @@ from paradize.metrics.flight import flight_error
 from paradize.metrics.mapped_normal import normal_error, uv_shift
 from paradize.metrics.picture import flip, flip_errors
 from paradize.metrics.quantised import quantised_errors
-from paradize.metrics.surface import Judge, surface_distance
+from paradize.metrics.surface import Original, surface_distance
 from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.stages.quantise import mesh_lattice, quantise
 from paradize.stages.tangents import tangent_frames
@@ -76,7 +76,7 @@ def test_of_a_fin_whose_points_rise_evenly_the_99th_of_100_lies_where_a_hundredt
 def test_levels_of_the_same_triangles_and_vertices_that_none_uses_are_told_apart() -> None:
     ground = grid(4)
     far = np.concatenate([ground.positions, np.float32([[0, 1000, 0]])])
-    judge = Judge(Mesh(far, ground.triangles))
+    judge = Original(Mesh(far, ground.triangles))
     for lift in (0.25, 0.5):
         level = replace(ground, positions=ground.positions + np.float32([0, lift, 0]))
         assert judge.distance(level)["error_max_lower"] == pytest.approx(lift / 2**0.5, rel=1e-5)
@@ -206,7 +206,7 @@ def test_vertices_and_directions_that_moved_are_told_by_their_number(axis: int) 
         groups=(),
     )
     codes = quantise(mesh, mesh_lattice([mesh]))
-    glb = encode_glb([Lod(mesh, 0.0, 0.0, codes=codes)], "ball")
+    glb = encode_glb([Lod(mesh, 0.0, 0.0, quantized=codes)], "ball")
     far = np.zeros(1000)
     far[100:105], far[400:420] = 0.1, 0.02
     off = np.zeros((1000, 3))

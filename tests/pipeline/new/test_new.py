@@ -58,7 +58,7 @@ def test_the_model_stands_on_the_ground_and_fills_every_view(
     source = write_model(tmp_path / "m", "\n".join(vertices) + "\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n", "")
     scene = load_scene(new_scene(tmp_path / "s", source).scene)
     instance = scene.objects[0].instances[0]
-    shown = read_obj(source).mesh.places * instance.scale + np.array(instance.position)
+    shown = read_obj(source).mesh.absolute_positions * instance.scale + np.array(instance.position)
     size = shown.max() - shown.min()
     grain = 1e-3 * size  # the scene's numbers tell five digits of the model's size
     assert abs(shown[:, 1].min()) <= grain

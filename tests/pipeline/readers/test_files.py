@@ -14,7 +14,7 @@ import OpenImageIO as oiio
 import pytest
 
 from paradize.errors import SourceError
-from paradize.files import name_for_library, open_file, open_lock, read_file, read_parts, resolved
+from paradize.files import library_path, open_file, open_lock, read_file, read_parts, resolved
 from paradize.formats.png import decode_png, encode_png
 from paradize.readers.image import read_image
 from paradize.readers.obj import read_obj
@@ -32,7 +32,7 @@ def opened(path: Path) -> bytes:
 
 
 def named(path: Path) -> bytes:
-    with name_for_library(path) as name:
+    with library_path(path) as name:
         return Path(name).read_bytes()
 
 
@@ -64,7 +64,7 @@ def test_what_takes_a_files_place_after_a_look_is_not_opened(
         return real(name, *how)
 
     monkeypatch.setattr(os, "open", replaced)
-    with pytest.raises(OSError, match="is no regular file"):
+    with pytest.raises(OSError, match="is not a regular file"):
         read(path)
 
 
@@ -207,7 +207,7 @@ def test_a_pipe_with_a_writer_is_refused_unread(tmp_path: Path) -> None:
     end = os.open(tmp_path / "a", os.O_RDWR)
     try:
         os.write(end, b"v 0 0 0")
-        with pytest.raises(SourceError, match="is no regular file"):
+        with pytest.raises(SourceError, match="is not a regular file"):
             read_obj(tmp_path / "a")
         assert os.read(end, 100) == b"v 0 0 0"
     finally:

@@ -193,7 +193,7 @@ def pgm(body: bytes, *, top: int = 9, size: str = "4 2") -> bytes:
         ("a.pgm", pgm(bytes(7)), "7 bytes of texels; its header promises 8"),
         ("b.pgm", pgm(bytes([0, 9, 10, 0, 0, 0, 0, 0])), "a value of 10; its header says 9"),
         ("c.pgm", b"P2\n4 2\n9\n1 2 3 4 5 6 7\n", "7 values; its header promises 8"),
-        ("d.pgm", b"P2\n4 2\n9\n1 2 3 4 5 6 7 10\n", "no number in 0..9"),
+        ("d.pgm", b"P2\n4 2\n9\n1 2 3 4 5 6 7 10\n", "not a number in 0..9"),
     ],
 )
 def test_a_portable_map_that_contradicts_its_header_is_refused(

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from paradize.errors import MOST, MOST_ADVICE, BakeError, bounded
+from paradize.errors import MAX_MEND, MAX_PART, BakeError, bounded
 from paradize.kinds import (
     BAKED,
     GLTF,
@@ -92,8 +92,8 @@ def test_an_outputs_name_counts_whatever_its_case_and_folders_that_stand_may_hav
 
 
 def test_a_message_loses_its_middle_alone_and_no_more_than_it_must() -> None:
-    assert bounded("x" * MOST) == "x" * MOST
-    for most in (MOST, MOST_ADVICE):
+    assert bounded("x" * MAX_PART) == "x" * MAX_PART
+    for most in (MAX_PART, MAX_MEND):
         cut = bounded("first" + "x" * 9000 + "last", most)
         assert len(cut) == most and cut.startswith("first") and cut.endswith("last")
-    assert str(BakeError("is wrong", mend="y" * MOST_ADVICE)).endswith("y" * MOST_ADVICE)
+    assert str(BakeError("is wrong", mend="y" * MAX_MEND)).endswith("y" * MAX_MEND)

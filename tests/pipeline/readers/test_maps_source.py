@@ -13,7 +13,7 @@ import OpenImageIO as oiio
 import pytest
 from PIL import Image
 
-from paradize.readers.heightmap import guessed_source
+from paradize.readers.heightmap import guess_source
 from paradize.readers.image import read_image
 from tests.pipeline.heights import angles_between, rounded, save, up, waves
 from tests.pipeline.raw_files import exr, tiff
@@ -71,7 +71,7 @@ def pictures(folder: Path) -> dict[str, tuple[Path, str]]:
 def test_one_channel_of_more_than_8_bits_is_heights_and_the_guess_is_told(tmp_path: Path, maps: Maps) -> None:
     every = pictures(tmp_path)
     for name, (path, kind) in every.items():
-        assert guessed_source(read_image(path, finite=False))[0] == kind, name
+        assert guess_source(read_image(path, finite=False))[0] == kind, name
     for name in ("grey 16", "grey 8", "hgt", "exr of whole numbers"):
         path, kind = every[name]
         told = maps(path, "--only", "height")
@@ -146,7 +146,7 @@ def test_holes_in_heights_of_maps_are_filled_and_told(tmp_path: Path, maps: Maps
     codes[5, 6] = 0
     path = save(tmp_path / "c.png", codes[:, :, None], oiio.UINT16)
     told = maps(path, "--only", "height", "--nodata", 0)
-    assert any("(0, as named)" in text for text in told["warnings"])
+    assert any("(0, as given)" in text for text in told["warnings"])
     assert height_map(tmp_path / "out/c_height.png").min() > 0.05
     told = maps(path, "--from", "color", "--nodata", 0, code=1)
     assert "taken for colour" in told["error"][0]

@@ -89,7 +89,7 @@ def test_a_height_among_its_like_stays_whatever_its_number(
 def test_a_plain_under_a_plateau_is_told_and_kept(tmp_path: Path) -> None:
     heights = holed(hills(500, 900), 0.0)
     field, (told,) = read(tiff(tmp_path / "h.tif", heights))
-    assert np.array_equal(field.heights_m, heights) and "0 stands apart" in told and "--nodata 0" in told
+    assert np.array_equal(field.heights_m, heights) and "0 lies far from" in told and "--nodata 0" in told
     codes = holed(hills(30000, 40000), 0, np.uint16)
     field, (told,) = read(tiff(tmp_path / "c.tif", codes), height_m=65.535)
     assert field.heights_m.min() == 0 and "--nodata 0" in told
@@ -108,7 +108,7 @@ def test_a_number_apart_from_all_heights_is_told_however_few_pixels_hold_it(
     heights.flat[at] = value
     field, (told,) = read(tiff(tmp_path / "h.tif", heights))
     assert np.array_equal(field.heights_m, heights)
-    assert f"{value:g} stands apart" in told and f"--nodata {value:g}" in told
+    assert f"{value:g} lies far from" in told and f"--nodata {value:g}" in told
 
 
 def test_of_fewer_than_64_pixels_none_stands_apart(tmp_path: Path) -> None:
@@ -131,7 +131,7 @@ def test_nodata_by_name_is_what_is_filled_and_none_fills_nothing(tmp_path: Path)
     heights = holed(hills(500, 900), 0.0)
     path = tiff(tmp_path / "h.tif", heights)
     field, (told,) = read(path, 0.0)
-    assert field.heights_m.min() >= 500 and "15 pixels" in told and "(0, as named)" in told
+    assert field.heights_m.min() >= 500 and "15 pixels" in told and "(0, as given)" in told
     field, (told,) = read(path, -1.0)
     assert field.heights_m.min() == 0 and "no pixel holds -1" in told
     marked = tiff(tmp_path / "m.tif", holed(hills(500, 900), -9999.0), "-9999")
@@ -139,7 +139,7 @@ def test_nodata_by_name_is_what_is_filled_and_none_fills_nothing(tmp_path: Path)
     assert field.heights_m.min() == -9999 and told_none == []
     codes = tiff(tmp_path / "c.tif", holed(hills(30000, 40000), 65535, np.uint16))
     field, (told,) = read(codes, 65535, height_m=65.535)
-    assert field.heights_m.max() < 40.001 and "(65535, as named)" in told
+    assert field.heights_m.max() < 40.001 and "(65535, as given)" in told
 
 
 def test_a_picture_of_nothing_but_markers_is_what_it_is(tmp_path: Path) -> None:
@@ -223,7 +223,7 @@ def test_a_height_given_for_metres_is_told_and_a_scale_stretches_them(tmp_path: 
     path = tiff(tmp_path / "h.tif", heights)
     field, (told,) = read(path, height_m=300.0)
     assert np.array_equal(field.heights_m, heights.astype(np.float32))
-    assert "300 m, stretches nothing" in told and "--scale" in told
+    assert "300 m, has no effect" in told and "--scale" in told
     scaled, none = read_heightmap(
         path, size_x_m=1, size_z_m=1, height_m=None, height_scale=0.3048, base_m=2.0
     )
@@ -240,8 +240,8 @@ def test_codes_need_a_height_and_say_where_they_use_little_of_it(tmp_path: Path)
     assert "2475 of 65535" in told and "65535 m" in told
     wide = tiff(tmp_path / "w.tif", (1000 * np.rint(hills(396, 813))).astype(np.uint32))
     _, (told,) = read(wide, height_m=1000.0)
-    assert "the largest code is 813000 of 4294967295" in told
-    assert told.endswith("if codes are metres, save them as floats")  # --height takes 1e6 at most
+    assert "the largest integer is 813000 of 4294967295" in told
+    assert told.endswith("if the integers are metres, save them as floats")  # --height takes 1e6 at most
 
 
 def test_the_command_takes_metres_without_a_height(tmp_path: Path, paradize: Callable[..., Any]) -> None:
@@ -252,7 +252,7 @@ def test_the_command_takes_metres_without_a_height(tmp_path: Path, paradize: Cal
     assert done.returncode == 0 and 0.0 < told["max_error_m"] <= 0.8 and told["triangles"] < 4418
     assert "15 pixels" in told["warnings"][0] and len(told["warnings"]) == 1
     other = paradize("terrain", path, "-o", out, "--size", 100, 100, "--nodata", 0, "--height", 3, "--json")
-    assert "stretches nothing" in other.stderr  # nor does it say how near the mesh must be
+    assert "has no effect" in other.stderr  # nor does it say how near the mesh must be
     assert json.loads(other.stdout)["bound_m"] == pytest.approx(0.5 * told["bound_m"], rel=1e-6)
     codes = tiff(tmp_path / "c.tif", hills(0, 65535).astype(np.uint16))
     done = paradize("terrain", codes, "-o", out, "--size", 100, 100)

@@ -13,7 +13,7 @@ import pytest
 
 from paradize.errors import SourceError
 from paradize.readers.damage import check_damage
-from paradize.readers.geotiff import said_of
+from paradize.readers.geotiff import read_geotiff_tags
 from paradize.readers.heightmap import read_heightmap
 from paradize.readers.nodata import fill_nodata
 from tests.pipeline.raw_files import exr, tiff
@@ -90,7 +90,7 @@ def test_of_a_large_geotiff_its_tags_alone_are_read(tmp_path: Path, big: bool) -
     os.truncate(path, 1 << 28)
     tracemalloc.start()
     try:
-        assert said_of(path).nodata == -9999.0
+        assert read_geotiff_tags(path).nodata == -9999.0
         check_damage(path, "tiff")
         assert tracemalloc.get_traced_memory()[1] < 1 << 20
     finally:

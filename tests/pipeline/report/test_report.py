@@ -19,7 +19,7 @@ from paradize.data import Group, Mesh, Texture
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.layout import full_level_count
 from paradize.preview.pictures import MaterialDefaults, SheetMap, lit_preview
-from paradize.preview.shade import Material, flat_preview, sphere_preview, to_codes, to_light
+from paradize.preview.shade import Material, flat_preview, sphere_preview, to_light, to_srgb
 from paradize.report import lod_view
 from paradize.report.folder import draw_folder, draw_maps, draw_page
 from paradize.report.poster import FILE, Poster, draw_poster
@@ -96,7 +96,7 @@ def test_gloss_shines_and_smoothness_narrows_the_shine() -> None:
 def test_srgb_goes_to_light_and_back() -> None:
     codes = np.arange(256, dtype=np.uint8)
     grey = np.repeat(codes[:, None], 3, axis=1)
-    assert np.array_equal(to_codes(to_light(grey.astype(np.float32) / np.float32(255))), grey)
+    assert np.array_equal(to_srgb(to_light(grey.astype(np.float32) / np.float32(255))), grey)
 
 
 def test_holes_show_the_ground_behind_them() -> None:

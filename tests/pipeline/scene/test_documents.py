@@ -23,8 +23,8 @@ from paradize.scene.settings import load_scene
 from tests.pipeline.scenes import make_cove
 
 WRONG_JSON = {
-    b'{"a": [1, {"b": NaN}]}': "NaN is no number of it",
-    b"[Infinity]": "Infinity is no number of it",
+    b'{"a": [1, {"b": NaN}]}': "NaN is not a JSON number",
+    b"[Infinity]": "Infinity is not a JSON number",
     b'{"a": {"b": [0, 1e400]}}': "f: a.b[1]: a number beyond the largest float64",
     b"[-1e999]": "f: [0]: a number beyond the largest float64",
     b'{"error_max": 1' + b"0" * 400 + b"}": "f: error_max: a whole number of 1329 bits, limit 64",
@@ -33,8 +33,8 @@ WRONG_JSON = {
     b"[" * 100_000: "nested too deeply: more than 64 levels",
     b'{"a":' * 65 + b"1" + b"}" * 65: "nested too deeply: more than 64 levels",
     b'{"a": 1, "b": 2, "a": 3}': "holds the key 'a' twice",
-    b'{"a": "\\ud800"}': "f: a: no Unicode text",
-    b'{"\\udfff": 1}': "a key is no Unicode text",
+    b'{"a": "\\ud800"}': "f: a: not valid Unicode",
+    b'{"\\udfff": 1}': "a key is not valid Unicode",
     b"\xff": "f: byte 0: is not UTF-8",
     b'{"a": 1,\n}': "f: line 2, column 1: is not JSON",
     b"": "f: line 1, column 1: is not JSON",
@@ -51,7 +51,7 @@ def test_json_that_could_overflow_what_reads_it_is_refused_with_its_place(data: 
 def test_json_beyond_its_bytes_is_refused_unparsed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("paradize.documents.json.loads", lambda *_, **__: pytest.fail("was parsed"))
     with pytest.raises(FormatError, match="5 bytes of JSON, limit 4"):
-        parse_json(b"12345", "f", most=4)
+        parse_json(b"12345", "f", limit=4)
 
 
 PLAIN = st.recursive(

@@ -223,7 +223,7 @@ def test_level_0_keeps_the_positions_of_the_source(tmp_path: Path) -> None:
     made = bake_mesh(write_obj(tmp_path / "ball.obj", mesh))
     found = decode_glb(made.glb)[0].mesh
     triangles = [
-        sorted(min(np.roll(t, -k, 0).tolist() for k in range(3)) for t in m.places[m.triangles])
+        sorted(min(np.roll(t, -k, 0).tolist() for k in range(3)) for t in m.absolute_positions[m.triangles])
         for m in (found, mesh)
     ]  # the draw order is free
     assert triangles[0] == triangles[1]

@@ -14,7 +14,7 @@ from paradize.bakers.mesh.lods import Plan, make_levels
 from paradize.data import Group, Mesh
 from paradize.errors import BakeError
 from paradize.metrics.mapped_normal import normal_error
-from paradize.metrics.surface import Judge
+from paradize.metrics.surface import Original
 from paradize.stages.lod import METHODS, Level, simplify
 from paradize.stages.reproject import take_attributes
 from paradize.stages.split import split_by
@@ -161,7 +161,7 @@ def test_what_is_held_with_more_weight_stays_inside_the_bound(monkeypatch: pytes
     """A level whose texture slid is taken again only where the new one is as near as was asked."""
     tried = []
 
-    def slid(judge: Judge, level: Mesh, samples: int) -> dict[str, float]:
+    def slid(judge: Original, level: Mesh, samples: int) -> dict[str, float]:
         far = float(level.positions.max()) > 1.5  # the one that was moved away: no slide at all
         return dict.fromkeys(("uv_shift_p99", "uv_shift_max"), 0.0 if far else 0.5)
 

@@ -52,7 +52,7 @@ def test_green_down_turns_y_over_and_nothing_else(name: str, held: bool) -> None
     if held:
         heights, _ = rounded(heights, 8)
         codes = np.arange(256, dtype=np.float32) / np.float32(255)
-    ground = HeightMap(heights, (2.0, 3.0), (True, True), name, codes=codes, held=held)
+    ground = HeightMap(heights, (2.0, 3.0), (True, True), name, height_levels=codes, clamp_slopes=held)
     found = [normal_rows(replace(ground, green_down=down), 0, 16) for down in (False, True)]
     assert np.abs(found[0][:, :, 1]).max() > 0.01
     assert np.abs(found[1] - found[0] * np.float32([1, -1, 1])).max() < 1e-7

@@ -76,7 +76,7 @@ def test_texture_coordinates_just_outside_stay_floats(value: float) -> None:
 
 def encoded(*meshes: Mesh) -> bytes:
     lattice = mesh_lattice(meshes)
-    return encode_glb([Lod(mesh, 0.0, 0.0, codes=quantise(mesh, lattice)) for mesh in meshes], "codes")
+    return encode_glb([Lod(mesh, 0.0, 0.0, quantized=quantise(mesh, lattice)) for mesh in meshes], "codes")
 
 
 def test_all_levels_errors_are_shares_of_the_first_ones_diagonal() -> None:

@@ -11,7 +11,7 @@ from paradize.bakers.mesh.lods import Plan, make_levels
 from paradize.bakers.mesh.refine import Refined
 from paradize.data import Mesh
 from paradize.metrics.mapped_normal import normal_error, uv_shift
-from paradize.metrics.surface import Judge
+from paradize.metrics.surface import Original
 from paradize.stages.lod import simplify
 from paradize.stages.refine import fit_normals, fit_positions
 from tests.pipeline.shapes import grid, sphere
@@ -20,12 +20,12 @@ SAMPLES = 20_000
 METRICS = ("error_max", "error_rms", "normal_p99_deg", "normal_mean_deg", "uv_shift_p99", "uv_shift_max")
 
 
-def errors_of(judge: Judge, level: Mesh) -> dict[str, float]:
+def errors_of(judge: Original, level: Mesh) -> dict[str, float]:
     found = judge.distance(level, SAMPLES)
     return (
         found
         | uv_shift(judge, level, SAMPLES)
-        | normal_error(judge, level, SAMPLES, apart=found["error_max"])
+        | normal_error(judge, level, SAMPLES, surface_error=found["error_max"])
     )
 
 
@@ -63,7 +63,7 @@ def test_tilted_normals_are_fitted_back() -> None:
 def test_exact_is_behind_balanced_by_no_metric_and_nearer_with_as_many_triangles(mesh: Mesh) -> None:
     plan = Plan(count=3, ratio=0.25)
     balanced, exact = (make_levels(mesh, plan, tier)[0] for tier in ("balanced", "exact"))
-    judge = Judge(mesh)
+    judge = Original(mesh)
     for before, after in zip(balanced[1:], exact[1:], strict=True):
         assert len(after.mesh.triangles) <= len(before.mesh.triangles)
         old, new = errors_of(judge, before.mesh), errors_of(judge, after.mesh)
@@ -82,7 +82,7 @@ def test_a_candidate_that_is_worse_by_any_one_metric_is_not_taken(
     def some(*names: str) -> dict[str, float]:
         return {key: value for key, value in found.items() if key.startswith(names)}
 
-    judge = Judge(ball)
+    judge = Original(ball)
     monkeypatch.setattr(judge, "distance", lambda *_: some("error"))
     monkeypatch.setattr("paradize.bakers.mesh.refine.uv_shift", lambda *_: some("uv"))
     monkeypatch.setattr("paradize.bakers.mesh.refine.normal_error", lambda *_, **__: some("normal"))

@@ -19,7 +19,7 @@ from paradize.data import Mesh
 from paradize.errors import BakeError
 from paradize.kernels.mesh import TANGENT_METHODS, corner_tangents, split_tangents
 from paradize.kernels.reference import angles_deg, mikktspace_tangents
-from paradize.metrics.tangent import frame_errors, frame_faults, part_of
+from paradize.metrics.tangent import frame_errors, frame_faults, sample_of
 from paradize.readers.obj import read_obj
 from paradize.stages.normals import complete_normals
 from paradize.stages.split import split_by
@@ -231,9 +231,9 @@ def test_a_part_of_a_large_mesh_tells_what_the_whole_does() -> None:
 @pytest.mark.parametrize("method", TANGENT_METHODS)
 def test_frames_made_of_a_part_have_the_errors_of_the_whole(method: str) -> None:
     mesh = meshes.torus(40_000, mirrored=True)
-    part, counted = part_of(mesh, 6_000)
+    part, counted = sample_of(mesh, 6_000)
     assert len(part.triangles) < 8_000
-    alone = frame_errors(tangent_frames(part, method), counted=counted)
+    alone = frame_errors(tangent_frames(part, method), valid=counted)
     assert alone == pytest.approx(frame_errors(tangent_frames(mesh, method), 6_000), abs=1e-9)
 
 

@@ -44,7 +44,7 @@ def test_without_limits_only_what_is_of_no_use_goes(tmp_path: Path) -> None:
     before = size_of(store)
     (tmp_path / "rooms" / "killed").mkdir(parents=True)
     (tmp_path / "rooms" / "killed" / "tile").write_bytes(b"of a killed worker")
-    done = clean(store, now_s=NOW_S, older_than_s=None, to_bytes=None)
+    done = clean(store, now_s=NOW_S, older_than_s=None, max_bytes=None)
     assert not (tmp_path / "rooms").exists()
     assert store.get(whole) == b"whole" and store.get_product("aa1") is not None
     assert store.get(orphan) is None and store.get_product("bb2") is None
@@ -57,7 +57,7 @@ def test_what_was_not_used_for_that_long_goes_with_its_files(tmp_path: Path) -> 
     store = Store(tmp_path)
     old, shared = keep(store, "aa1", b"old", b"shared", used_s=NOW_S - 101.0)
     (new, _) = keep(store, "bb2", b"new", b"shared", used_s=NOW_S - 99.0)
-    done = clean(store, now_s=NOW_S, older_than_s=100.0, to_bytes=None)
+    done = clean(store, now_s=NOW_S, older_than_s=100.0, max_bytes=None)
     assert store.get_product("aa1") is None and store.get(old) is None
     assert store.get(new) == b"new" and store.get(shared) == b"shared"
     assert done.dropped == 2
@@ -68,7 +68,7 @@ def test_a_bake_with_nothing_to_do_keeps_its_products_young(tmp_path: Path) -> N
     used = keep(store, "aa1", b"used", used_s=0.0)
     keep(store, "bb2", b"unused", used_s=0.0)
     record(store, "island", used, NOW_S - 5.0)
-    clean(store, now_s=NOW_S, older_than_s=10.0, to_bytes=None)
+    clean(store, now_s=NOW_S, older_than_s=10.0, max_bytes=None)
     assert store.get_product("aa1") is not None and store.get_product("bb2") is None
     assert store.get_bake("island") is not None
 
@@ -87,7 +87,7 @@ def test_the_latest_of_all_uses_counts(tmp_path: Path) -> None:
         hashes = keep(store, "aa1", b"used", used_s=0.0)
         for bake, used_s in zip(("island", "other"), used, strict=True):
             record(store, bake, hashes, used_s)
-        clean(store, now_s=NOW_S, older_than_s=10.0, to_bytes=None)
+        clean(store, now_s=NOW_S, older_than_s=10.0, max_bytes=None)
         assert store.get_product("aa1") is not None, name
 
 
@@ -96,8 +96,8 @@ def test_a_store_of_just_that_size_stays_and_files_that_products_share_count_onc
     keep(store, "aa1", b"own" * 50, b"shared" * 50, used_s=1.0)
     (_, shared) = keep(store, "bb2", b"new" * 50, b"shared" * 50, used_s=2.0)
     whole = size_of(store)
-    assert clean(store, now_s=NOW_S, older_than_s=None, to_bytes=whole).dropped == 0
-    done = clean(store, now_s=NOW_S, older_than_s=None, to_bytes=whole - 1)
+    assert clean(store, now_s=NOW_S, older_than_s=None, max_bytes=whole).dropped == 0
+    done = clean(store, now_s=NOW_S, older_than_s=None, max_bytes=whole - 1)
     assert store.get_product("aa1") is None and store.get_product("bb2") is not None
     assert store.get(shared) is not None and done.kept_bytes == size_of(store)
 
@@ -108,7 +108,7 @@ def test_the_store_is_cut_to_a_size_from_the_longest_unused(tmp_path: Path, limi
     for i in range(4):
         keep(store, f"{i}{i}k", bytes([i]) * 100, used_s=float(i))
     whole = size_of(store)
-    done = clean(store, now_s=NOW_S, older_than_s=None, to_bytes=limit)
+    done = clean(store, now_s=NOW_S, older_than_s=None, max_bytes=limit)
     stay = [i for i in range(4) if store.get_product(f"{i}{i}k") is not None]
     assert stay == list(range(4 - len(stay), 4))
     assert size_of(store) == done.kept_bytes <= limit
@@ -118,7 +118,7 @@ def test_the_store_is_cut_to_a_size_from_the_longest_unused(tmp_path: Path, limi
 
 
 def test_a_missing_store_is_clean(tmp_path: Path) -> None:
-    done = clean(Store(tmp_path / "none"), now_s=NOW_S, older_than_s=0.0, to_bytes=0)
+    done = clean(Store(tmp_path / "none"), now_s=NOW_S, older_than_s=0.0, max_bytes=0)
     assert (done.dropped, done.freed_bytes, done.kept_bytes) == (0, 0, 0)
     assert not (tmp_path / "none").exists()
 
@@ -130,7 +130,7 @@ def test_it_waits_for_a_bake_that_uses_the_store(tmp_path: Path) -> None:
         with (tmp_path / "locks" / "use").open("ab") as stream, pytest.raises(BlockingIOError):
             fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         cleaner = threading.Thread(
-            target=clean, args=(store,), kwargs={"now_s": NOW_S, "older_than_s": 1.0, "to_bytes": 0}
+            target=clean, args=(store,), kwargs={"now_s": NOW_S, "older_than_s": 1.0, "max_bytes": 0}
         )
         cleaner.start()
         cleaner.join(0.3)

@@ -23,7 +23,7 @@ from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.store import file_hashes as memory
-from paradize.store.atomic import ASIDE, write_whole
+from paradize.store.atomic import PARTIAL, write_whole
 from paradize.store.local import hash_file
 from tests.pipeline.scenes import make_cove
 from tests.processes import started
@@ -117,7 +117,7 @@ def bake_on_full_disks(folder: str, rooms: tuple[int, ...]) -> None:
         whole = [state for state in cove.states if state["scene.json"] == after["scene.json"]]
         assert len(whole) == 1 and whole[0].items() <= after.items()
         assert done.returncode or whole[0] is cove.states[1]
-        assert not [name for name in after if ASIDE in name]
+        assert not [name for name in after if PARTIAL in name]
         (disk / "filler").unlink()
         assert not cove.bake().errors and state_of(cove.out) == cove.states[1], f"{room} blocks"
     assert full == sum(room < 1000 for room in rooms), f"{full} times full"
@@ -327,7 +327,7 @@ def test_what_decays_in_the_store_while_it_is_used_is_never_published(
     with monkeypatch.context() as patch:
         patch.setattr(publish, "build_manifest", decay)
         (error,) = cove.bake().errors
-    assert "was damaged while it was used; bake again" in str(error)
+    assert "was changed while it was copied; bake again" in str(error)
     assert cove.states[0].items() <= state_of(cove.out).items()
     assert not cove.bake().errors and state_of(cove.out) == cove.states[1]
 

@@ -21,7 +21,7 @@ from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.errors import BakeError
 from paradize.store import remote_folder as place
-from paradize.store.atomic import ASIDE
+from paradize.store.atomic import PARTIAL
 from paradize.store.local import Store, hashes_in, seal
 from paradize.store.remote_folder import RemoteFolder, shown
 from paradize.store.shared import SharedStore
@@ -345,7 +345,7 @@ def test_a_push_that_is_killed_leaves_nothing_that_misses_a_file(baked: Path, tm
                 pass
             process.kill()
             process.wait()
-        products = [path for path in remote.glob("products/*/*") if ASIDE not in path.name]
+        products = [path for path in remote.glob("products/*/*") if PARTIAL not in path.name]
         for path in products:
             assert all(Store(remote).find(sha256) for sha256 in hashes_in(Store.read_entry(path)))
         bake_shared(baked, url, tmp_path / "out")
@@ -354,7 +354,7 @@ def test_a_push_that_is_killed_leaves_nothing_that_misses_a_file(baked: Path, tm
 
 
 def state_of_all(root: Path, kind: str) -> dict[str, bytes]:
-    files = [path for path in (root / kind).glob("*/*") if ASIDE not in path.name]
+    files = [path for path in (root / kind).glob("*/*") if PARTIAL not in path.name]
     return {path.name: path.read_bytes() for path in files}
 
 
@@ -385,9 +385,9 @@ def test_force_reads_nothing_from_there_and_replaces_it(tmp_path: Path, baked: P
         ("sftp://", "neither a folder nor a URL"),
         ("sftp:///srv/store", "names no host"),
         ("sftp://host", "names no folder on the host"),
-        ("sftp://host:port/store", "no such port"),
-        ("sftp://host:99999/store", "no such port"),
-        ("file://relative/store", "whole path"),
+        ("sftp://host:port/store", "is not a valid URL"),
+        ("sftp://host:99999/store", "is not a valid URL"),
+        ("file://relative/store", "absolute path"),
         ("s3://bucket/store", "pip install s3fs"),
     ],
 )
@@ -454,9 +454,9 @@ def test_what_came_from_there_counts_as_used_and_clean_keeps_to_this_machine(tmp
     push_all(tmp_path / "a", str(tmp_path / "remote"))
     assert fetch_all(tmp_path / "b", str(tmp_path / "remote"))[0] == ALL
     there = state_of(next((tmp_path / "remote" / "blobs").iterdir()))
-    clean(Store(tmp_path / "b"), now_s=0.0, older_than_s=0.0, to_bytes=None)
+    clean(Store(tmp_path / "b"), now_s=0.0, older_than_s=0.0, max_bytes=None)
     assert Store(tmp_path / "b").get_product(KEYS[0])
-    clean(Store(tmp_path / "b"), now_s=0.0, older_than_s=None, to_bytes=0)
+    clean(Store(tmp_path / "b"), now_s=0.0, older_than_s=None, max_bytes=0)
     assert not Store(tmp_path / "b").get_product(KEYS[0])
     assert state_of(next((tmp_path / "remote" / "blobs").iterdir())) == there
 

@@ -18,7 +18,7 @@ from paradize.errors import BakeError, SourceError
 from paradize.jobs.code import code_digest, code_files
 from paradize.jobs.libraries import library_versions
 from paradize.jobs.pool import Job, run_jobs
-from paradize.store.atomic import ASIDE, sweep_aside, write_whole
+from paradize.store.atomic import PARTIAL, remove_partial, write_whole
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Store, key_of, stamp
 from tests.processes import started
@@ -87,8 +87,8 @@ def test_files_appear_whole_and_folders_are_made(tmp_path: Path) -> None:
     write_whole(path, b"one")
     write_whole(path, b"two")
     assert path.read_bytes() == b"two" and [p.name for p in path.parent.iterdir()] == ["c.bin"]
-    (path.parent / f".c.bin{ASIDE}123").write_bytes(b"left by a kill")
-    sweep_aside(path.parent)
+    (path.parent / f".c.bin{PARTIAL}123").write_bytes(b"left by a kill")
+    remove_partial(path.parent)
     assert [p.name for p in path.parent.iterdir()] == ["c.bin"]
 
 

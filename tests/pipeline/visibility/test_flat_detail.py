@@ -179,9 +179,9 @@ def test_a_line_is_read_as_finely_as_the_longest_footprint_that_the_player_filte
     uvs = np.array([[0.1, 0.5], [0.9, 0.5], [0.1, 0.5]], np.float32)
     mesh = Mesh(positions=positions, uvs=uvs, triangles=np.array([[0, 1, 2]], np.uint32))
     (density,) = surface_of(mesh, uvs, 1024, 1024).density
-    formula = 0.8 * 1024 / finest_mip.MOST_SAMPLES
+    formula = 0.8 * 1024 / finest_mip.MAX_SAMPLES
     assert formula / finest_mip.SLACK == pytest.approx(density, rel=1e-5)
     assert (
-        f"max_anisotropy = {finest_mip.MOST_SAMPLES:.1f}F" in (ROOT / "player/scene/quality.cpp").read_text()
+        f"max_anisotropy = {finest_mip.MAX_SAMPLES:.1f}F" in (ROOT / "player/scene/quality.cpp").read_text()
     )
     assert len(surface_of(mesh, uvs, 1024, 1024, flat=False).corners) == 0

@@ -146,7 +146,7 @@ def test_a_finer_picture_of_mirror_or_refraction_covers_less() -> None:
         for scale in (1.0, 0.25):
             sight = sight_of(circle(30.0, 12.0), mirror_m=-1.0, water_m=2.0, scales={name: scale})
             views = views_of(sight, (name,), None)
-            found.append(views.covered(ball, views.demand.runs)[view])
+            found.append(views.covered(ball, views.query.runs)[view])
         assert np.isfinite(found[0]).any()
         assert np.array_equal(found[1], 4.0 * found[0])
 

@@ -14,7 +14,7 @@ from paradize.data import Heightfield
 from paradize.scene.flight import plan_flight
 from paradize.scene.settings import EyePoint, Flight, TargetPoint
 from paradize.stages.terrain_tree import diamond_of
-from paradize.visibility.query import Demand, Sphere, lifted, plan_demand
+from paradize.visibility.query import Sphere, VisibilityQuery, lifted_spheres, plan_query
 from tests.pipeline.bakers.test_terrain_tree import FIELDS, grown, tables_of
 from tests.pipeline.terrain_cut import drawn, split_diamonds
 
@@ -31,8 +31,8 @@ def sight_of(flight: Flight, **more: Any) -> dict[str, Any]:
     return {"flight": asdict(flight), "viewport": [160, 90], "error_px": 1.0} | plain | more
 
 
-def still_demand() -> Demand:
-    return plan_demand(sight_of(flight_settings(False)))
+def still_demand() -> VisibilityQuery:
+    return plan_query(sight_of(flight_settings(False)))
 
 
 def looks(flight: Flight, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -87,9 +87,9 @@ class Known:
             seen |= above & visible(flipped, self.radii, eye, target, flight)
         if water_m is not None and eye[1] > water_m:  # refraction may show it anywhere below the surface
             for share in np.linspace(0.0, 1.0, 23):
-                lifted = self.centers.copy()
-                lifted[:, 1] += share * np.maximum(0.0, water_m - lifted[:, 1])
-                seen |= visible(lifted, self.radii, eye, target, flight)
+                lifted_spheres = self.centers.copy()
+                lifted_spheres[:, 1] += share * np.maximum(0.0, water_m - lifted_spheres[:, 1])
+                seen |= visible(lifted_spheres, self.radii, eye, target, flight)
         wants = seen & (self.errors * pixels > np.maximum(flight.near_m, away))
         return {self.names[k] for k in np.flatnonzero(wants)}
 
@@ -105,7 +105,7 @@ def test_what_any_moment_wants_of_the_whole_tree_is_baked(
     everything: Tree, low: bool, mirror_m: float | None, water_m: float | None
 ) -> None:
     flight, known = flight_settings(low), Known(everything)
-    demand = plan_demand(sight_of(flight, mirror_m=mirror_m, water_m=water_m))
+    demand = plan_query(sight_of(flight, mirror_m=mirror_m, water_m=water_m))
     _, asked = grown(FIELDS["square"], 4, demand)
     baked = {(diamond.level, diamond.key) for diamond in asked.diamonds}
     wanted = set()
@@ -120,7 +120,7 @@ def test_what_any_moment_wants_of_the_whole_tree_is_baked(
 
 def test_patches_drawn_in_view_are_within_the_accepted_error_or_the_finest() -> None:
     flight = flight_settings(False)
-    grower, tree = grown(FIELDS["square"], 4, plan_demand(sight_of(flight)))
+    grower, tree = grown(FIELDS["square"], 4, plan_query(sight_of(flight)))
     tables, pixels = tables_of(tree), 90 / (2 * math.tan(math.radians(flight.fov_deg) / 2))
     centers = np.array([patch.sphere.center for patch in tree.patches])
     radii = np.array([patch.sphere.radius_m for patch in tree.patches])
@@ -139,8 +139,8 @@ def test_patches_drawn_in_view_are_within_the_accepted_error_or_the_finest() -> 
 
 def test_ground_in_the_lights_square_counts_as_seen() -> None:
     flight = flight_settings(True)
-    dark = plan_demand(sight_of(flight))
-    lit = plan_demand(sight_of(flight, shadow={"extent_m": 30.0, "center": [0.0, 0.0, 0.0]}))
+    dark = plan_query(sight_of(flight))
+    lit = plan_query(sight_of(flight, shadow={"extent_m": 30.0, "center": [0.0, 0.0, 0.0]}))
     inside, outside = Sphere((3.0, 0.0, 3.0), 1.0), Sphere((0.0, 400.0, 0.0), 1.0)
     assert len(lit.seeing(inside, lit.runs)) == len(lit.runs)
     assert len(dark.seeing(inside, dark.runs)) < len(dark.runs)
@@ -153,21 +153,21 @@ def test_ground_that_water_lifts_into_view_counts_as_seen() -> None:
     target = (TargetPoint(position=(0.0, 1.0, -10.0)),) * 4
     eye = (*eye[:3], EyePoint(position=(0.1, 1.0, 10.0)))
     flight = replace(flight_settings(True), eye=eye, target=target)
-    dry, wet = (plan_demand(sight_of(flight, water_m=level)) for level in (None, 0.0))
+    dry, wet = (plan_query(sight_of(flight, water_m=level)) for level in (None, 0.0))
     for depth_m in (8.0, 40.0):
         floor = Sphere((0.0, -depth_m, 2.0), 0.5)
         assert len(dry.seeing(floor, dry.runs)) == 0
         assert len(wet.seeing(floor, wet.runs)) == len(wet.runs)
     behind = Sphere((0.0, -8.0, 20.0), 0.5)
     assert len(wet.seeing(behind, wet.runs)) == 0
-    below = plan_demand(sight_of(flight, water_m=2.0))  # an eye under water sees things where they are
+    below = plan_query(sight_of(flight, water_m=2.0))  # an eye under water sees things where they are
     assert len(below.seeing(Sphere((0.0, -8.0, 2.0), 0.5), below.runs)) == 0
 
 
 def test_runs_hold_the_eye_and_the_view_at_every_moment() -> None:
     flight = flight_settings(True)
     planned, demand = plan_flight(flight), still_demand()
-    demand = plan_demand(sight_of(flight))
+    demand = plan_query(sight_of(flight))
     for k in range(1999):
         t = flight.duration_s * k / 1999
         eye, target = planned.view(t)
@@ -181,7 +181,7 @@ def test_runs_hold_the_eye_and_the_view_at_every_moment() -> None:
         assert corner >= demand.cosine[i]  # the picture's middle, far inside
 
 
-def runs_at(demand: Demand, t: float) -> set[int]:
+def runs_at(demand: VisibilityQuery, t: float) -> set[int]:
     """The runs that hold a second: those that start last before it."""
     start = demand.start_s[int(np.searchsorted(demand.start_s, t, side="right")) - 1]
     return set(np.flatnonzero(demand.start_s == start).tolist())
@@ -190,9 +190,9 @@ def runs_at(demand: Demand, t: float) -> set[int]:
 def test_what_one_moment_wants_or_sees_is_wanted_or_seen_by_its_run() -> None:
     """Points in the very corners of the picture, at its far plane, and at the distance that just asks."""
     flight = replace(flight_settings(True), duration_s=3.0, far_m=40.0)  # fast: metres in every run
-    planned, demand = plan_flight(flight), plan_demand(sight_of(flight))
+    planned, demand = plan_flight(flight), plan_query(sight_of(flight))
     tangent = math.tan(math.radians(flight.fov_deg) / 2)
-    mirrored, images = plan_demand(sight_of(flight, mirror_m=1.5)), 0
+    mirrored, images = plan_query(sight_of(flight, mirror_m=1.5)), 0
     for k in range(400):
         t = flight.duration_s * (k + 0.37) / 400
         eye, target = (np.array(place) for place in planned.view(t))
@@ -216,7 +216,7 @@ def test_what_one_moment_wants_or_sees_is_wanted_or_seen_by_its_run() -> None:
         assert runs_at(demand, t) & set(demand.wanting(asking, ball, demand.runs).tolist())
     assert images > 100
     assert demand.pixels == pytest.approx(90 / (2 * tangent))
-    half = plan_demand(sight_of(flight, error_px=2.0))
+    half = plan_query(sight_of(flight, error_px=2.0))
     assert half.pixels == pytest.approx(demand.pixels / 2)
 
 
@@ -224,7 +224,7 @@ def test_the_light_sees_its_whole_box_and_not_much_more() -> None:
     """A square of 30 m across the light, three times as deep: also where the sun stands in the zenith."""
     for sun, side in (([0.0, 1.0, 0.0], (1.0, 0.0, 0.0)), ([0.6, 0.8, 0.0], (0.0, 0.0, 1.0))):
         sight = sight_of(flight_settings(True), shadow={"extent_m": 30.0, "center": [0, 500.0, 0]}, sun=sun)
-        demand = plan_demand(sight)
+        demand = plan_query(sight)
         for direction, reach in ((side, 15.0), (tuple(sun), 45.0)):
             for share, seen in ((0.99, True), (1.01, False)):
                 x, y, z = (share * reach * axis for axis in direction)
@@ -234,7 +234,7 @@ def test_the_light_sees_its_whole_box_and_not_much_more() -> None:
 
 def test_a_tree_is_the_same_whatever_asks_for_it_first() -> None:
     ground, flight = FIELDS["wide"], flight_settings(True)
-    first, again = (grown(ground, 4, plan_demand(sight_of(flight))) for _ in range(2))
+    first, again = (grown(ground, 4, plan_query(sight_of(flight))) for _ in range(2))
     assert tables_of(first[1]) == tables_of(again[1])
     for one, other in zip(first[1].patches, again[1].patches, strict=True):
         assert first[0].mesh(one).triangles.tobytes() == again[0].mesh(other).triangles.tobytes()
@@ -249,7 +249,7 @@ def test_a_plain_needs_its_corners_only() -> None:
 
 @pytest.mark.parametrize(("depth_m", "radius_m"), [(0.1, 5.0), (9.0, 2.0), (80.0, 0.5), (3.0, 0.0)])
 def test_what_water_lifts_is_held_all_the_way_up(depth_m: float, radius_m: float) -> None:
-    held = lifted(Sphere((4.0, 2.0 - depth_m, 6.0), radius_m), 2.0)
+    held = lifted_spheres(Sphere((4.0, 2.0 - depth_m, 6.0), radius_m), 2.0)
     for share in np.linspace(0.0, 1.0, 101):
         middle = (4.0, 2.0 - depth_m * share, 6.0)
         room = max(sphere.radius_m - math.dist(sphere.center, middle) for sphere in held)

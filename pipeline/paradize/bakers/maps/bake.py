@@ -25,7 +25,7 @@ from paradize.errors import BakeError
 from paradize.kernels.maps import Levels
 from paradize.maps import DERIVED
 from paradize.metrics.source import true_heights
-from paradize.readers.heightmap import Nodata, guessed_source, with_heights
+from paradize.readers.heightmap import Nodata, guess_source, with_heights
 from paradize.readers.image import read_image, require_finite
 from paradize.readers.obj import read_obj
 from paradize.scene.settings import FILTERS
@@ -155,7 +155,7 @@ def map_rows(
     image = read_image(path, finite=False)
     guess = None
     if source == "auto":
-        source, why = guessed_source(image)
+        source, why = guess_source(image)
         taken = "heights" if source == "height" else "colour"
         guess = f"{path}: taken for {taken}: {why} (--from says otherwise)"
     warnings: list[str] = []
@@ -177,7 +177,9 @@ def map_rows(
     known = measure or filter_name == "auto"  # what `auto` chooses is measured too
     truth = true_heights(image, source, levels) if known else None
     codes, held = _code_heights(image, partial(_heights, source=source, levels=levels)), False
-    true_codes = _code_heights(image, partial(true_heights, source=source, levels=levels)) if known else None
+    reference_levels = (
+        _code_heights(image, partial(true_heights, source=source, levels=levels)) if known else None
+    )
     shaped = source == "color" and levels is not None
     true_light = true_heights(image, source, Levels()) if measure and shaped else None
     asked = filter_name
@@ -203,7 +205,7 @@ def map_rows(
     else:
         slopes = slope_scale if isinstance(slope_scale, tuple) else (slope_scale, slope_scale)
     ground = HeightMap(
-        heights, slopes, wraps, filter_name, green == "down", islands, codes, held, truth, true_codes
+        heights, slopes, wraps, filter_name, green == "down", islands, codes, held, truth, reference_levels
     )
     picture = image if shaped else None
     del image  # the codes of a height map are not needed any more

@@ -56,10 +56,14 @@ def no_worse_than_fast(ground: HeightMap) -> HeightMap:
     maps and of UV islands."""
     if ground.filter_name in (FAST, EXACT):
         return ground
-    own, fast = filter_errors(ground), filter_errors(replace(ground, filter_name=FAST, held=False))
+    own, fast = filter_errors(ground), filter_errors(replace(ground, filter_name=FAST, clamp_slopes=False))
     if all(own[name] <= fast[name] for name in own):
         return ground
-    return replace(ground, filter_name=EXACT) if ground.codes is None else replace(ground, held=True)
+    return (
+        replace(ground, filter_name=EXACT)
+        if ground.height_levels is None
+        else replace(ground, clamp_slopes=True)
+    )
 
 
 def open_angles(ground: HeightMap) -> dict[str, float]:
@@ -120,7 +124,7 @@ class MapRows:
     def truth(self, name: str) -> F32:
         """What all rows of a map of values are held to, of the picture itself (metrics/source.py)."""
         ground, (low, span), look = self.ground, self._unit, self._gloss
-        heights = ground.heights if ground.truth is None else ground.truth
+        heights = ground.heights if ground.reference_heights is None else ground.reference_heights
         mask = None if self._layout is None else self._layout.mask
         light = None if name == "height" or self._picture is None else self._truth
         out = np.empty((*heights.shape, MAPS[name].channels), np.float32)

@@ -13,13 +13,13 @@ import numpy as np
 from paradize.bakers.mesh.lods import DEFAULT_MAX_ERROR, TIERS, MeasuredLevel, Plan, make_levels
 from paradize.bakers.mesh.prepare import prepare_mesh
 from paradize.bakers.quantise import direction_deg_of, quantised_levels
-from paradize.data import Lod, Mesh, six_down, six_up
+from paradize.data import Lod, Mesh, rounded_down, rounded_up
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.reader import verify_glb
 from paradize.metrics.draw import draw_costs
-from paradize.metrics.loading import Loaded
-from paradize.metrics.tangent import frame_errors, frame_faults, part_of, true_tangents
+from paradize.metrics.loading import LoadingError
+from paradize.metrics.tangent import frame_errors, frame_faults, sample_of, true_tangents
 from paradize.readers.mtl import base_colors_of
 from paradize.scene.baker_settings import MeshSettings
 from paradize.stages.lod import SIMPLIFIERS
@@ -187,7 +187,7 @@ def _finished(source: Mesh, levels: list[MeasuredLevel], tangents: str) -> list[
     return finished
 
 
-def _level_report(level: _FinishedLevel, lod: Lod, loading: Loaded) -> dict[str, Any]:
+def _level_report(level: _FinishedLevel, lod: Lod, loading: LoadingError) -> dict[str, Any]:
     before = {"acmr_before": level.unordered["acmr"], "atvr_before": level.unordered["atvr"]}
     return {
         "triangles": len(level.mesh.triangles),
@@ -204,9 +204,11 @@ def _tangent_tiers(mesh: Mesh) -> dict[str, dict[str, float]]:
     """What each tier of tangent frames would cost on the finest level: frame_errors by tier."""
     if mesh.uvs is None:
         return {}
-    part, counted = part_of(mesh)
-    truth = true_tangents(part)
-    return {tier: frame_errors(tangent_frames(part, tier), counted=counted, truth=truth) for tier in METHODS}
+    part, counted = sample_of(mesh)
+    reference = true_tangents(part)
+    return {
+        tier: frame_errors(tangent_frames(part, tier), valid=counted, reference=reference) for tier in METHODS
+    }
 
 
 def _framed(source: Mesh, level: Mesh, tangents: str) -> Mesh:
@@ -222,12 +224,12 @@ def _lod(level: _FinishedLevel) -> Lod:
     return Lod(level.mesh, level.errors["error_max"], level.errors["error_rms"], more)
 
 
-def _errors_from_text(lod: Lod, loading: Loaded) -> dict[str, float]:
+def _errors_from_text(lod: Lod, loading: LoadingError) -> dict[str, float]:
     """A level's errors against the source's text: its distance from level 0, and what loading cost that."""
     errors = {"error_max": lod.error_max, "error_rms": lod.error_rms}
-    whole = {key: six_up(value + loading.largest) for key, value in errors.items()}
+    whole = {key: rounded_up(value + loading.largest) for key, value in errors.items()}
     lower = max(0.0, lod.errors["error_max_lower"] - loading.largest)
-    return {**whole, **lod.errors, "error_max_lower": six_down(lower), **loading.errors}
+    return {**whole, **lod.errors, "error_max_lower": rounded_down(lower), **loading.errors}
 
 
 def _colored(source: Mesh, level: Mesh) -> Mesh:

@@ -14,7 +14,7 @@ from paradize.bakers.mesh.refine import refine_level
 from paradize.data import Mesh
 from paradize.errors import SourceError
 from paradize.metrics.mapped_normal import normal_error, uv_shift
-from paradize.metrics.surface import Judge, is_loose
+from paradize.metrics.surface import Original, is_loose
 from paradize.stages.lod import LEAST_TRIANGLES, METHODS, RATIO, simplify
 from paradize.stages.simplifiers import require_simplifier
 from paradize.stages.validate import validate_mesh
@@ -82,7 +82,7 @@ def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[MeasuredLevel],
     plan's simplifier cannot do the mesh.
     """
     require_simplifier(plan.simplifier, mesh)
-    judge = Judge(mesh)
+    judge = Original(mesh)
     steps, notes = _chain(judge, plan)
     if TIERS[tier] == "exact" and plan.simplifier == METHODS[0]:
         steps, left_out = _refined(judge, steps)
@@ -90,7 +90,7 @@ def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[MeasuredLevel],
     return steps, list(dict.fromkeys(notes + _loose(steps) + _slides(steps, plan.simplifier)))
 
 
-def _refined(judge: Judge, steps: list[MeasuredLevel]) -> tuple[list[MeasuredLevel], list[str]]:
+def _refined(judge: Original, steps: list[MeasuredLevel]) -> tuple[list[MeasuredLevel], list[str]]:
     """The levels, each nearer to the source where that can be had; those that a coarser one then beats are
     left out, with notes."""
     found: list[MeasuredLevel] = []
@@ -118,7 +118,7 @@ def _append(steps: list[MeasuredLevel], found: MeasuredLevel) -> list[str]:
     return notes
 
 
-def _chain(judge: Judge, plan: Plan) -> tuple[list[MeasuredLevel], list[str]]:
+def _chain(judge: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[str]]:
     """The levels of balanced, and notes."""
     mesh = judge.mesh
     steps, notes = [_fully_measured(judge, MeasuredLevel(mesh, NO_ERROR))], []
@@ -169,11 +169,11 @@ def _chain(judge: Judge, plan: Plan) -> tuple[list[MeasuredLevel], list[str]]:
     return steps, notes
 
 
-def _fully_measured(judge: Judge, step: MeasuredLevel) -> MeasuredLevel:
+def _fully_measured(judge: Original, step: MeasuredLevel) -> MeasuredLevel:
     """The level with the errors of its normals and its texture measured too."""
     if step.mesh is judge.mesh:
         return replace(step, errors=NO_ERROR | _SAME | _STILL)
-    normals = normal_error(judge, step.mesh, _SAMPLES, apart=step.errors["error_max"])
+    normals = normal_error(judge, step.mesh, _SAMPLES, surface_error=step.errors["error_max"])
     slid = {key: step.errors[key] for key in _STILL if key in step.errors}
     slid = slid or uv_shift(judge, step.mesh, _SAMPLES)
     return replace(step, errors=step.errors | normals | slid)
@@ -209,7 +209,7 @@ def _slides(steps: list[MeasuredLevel], simplifier: str) -> list[str]:
 
 
 def _simplified(
-    judge: Judge, before: Mesh, target: int, limit: float, simplifier: str
+    judge: Original, before: Mesh, target: int, limit: float, simplifier: str
 ) -> tuple[MeasuredLevel | None, str]:
     """About `target` triangles, measured; None where nothing would be left; and why there are more. Where its
     texture slid it is made again with more weight on that, and the least slid one inside `limit` is taken."""
@@ -223,7 +223,7 @@ def _simplified(
 
 
 def _with_texture_held(
-    judge: Judge, step: MeasuredLevel, before: Mesh, target: int, limit: float, simplifier: str
+    judge: Original, step: MeasuredLevel, before: Mesh, target: int, limit: float, simplifier: str
 ) -> MeasuredLevel:
     """The step; where its texture slid too far, one of as few triangles inside `limit` whose slid less."""
     if judge.mesh.uvs is None or simplifier not in METHODS or step.errors["error_max"] > limit:
@@ -247,7 +247,7 @@ def _with_texture_held(
 
 
 def _nearest(
-    judge: Judge, before: Mesh, target: int, limit: float, simplifier: str
+    judge: Original, before: Mesh, target: int, limit: float, simplifier: str
 ) -> tuple[MeasuredLevel | None, str]:
     """The level nearest to `target` triangles whose measured error stays inside `limit`, or None; and why
     not nearer."""
@@ -276,7 +276,9 @@ def _nearest(
     return best, note
 
 
-def _coarsest(judge: Judge, before: Mesh, bound: float, simplifier: str) -> tuple[MeasuredLevel | None, str]:
+def _coarsest(
+    judge: Original, before: Mesh, bound: float, simplifier: str
+) -> tuple[MeasuredLevel | None, str]:
     """The mesh of the fewest triangles whose measured error stays inside `bound`, found by bisection of the
     count on a logarithmic scale; None where none saves a triangle worth saving."""
     whole = len(before.triangles)

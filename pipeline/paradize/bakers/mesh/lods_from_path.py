@@ -38,7 +38,7 @@ def sight_plan(seen: dict[str, Any], instances: Sequence[Mapping[str, Any]]) -> 
     pixel_per_m = 2.0 * (sine / cosine) / height  # metres that a pixel covers, per metre of distance
 
     def plan(mesh: Mesh, asked: Plan) -> Plan:
-        used = mesh.places[np.unique(mesh.triangles)]
+        used = mesh.absolute_positions[np.unique(mesh.triangles)]
         low, high = used.min(axis=0), used.max(axis=0)
         center = [float(value) for value in (low + high) / 2]
         size = diagonal(mesh)

@@ -12,7 +12,7 @@ import numpy as np
 from paradize.bakers.mesh.atlas import with_atlas
 from paradize.data import Group, Mesh
 from paradize.errors import SourceError
-from paradize.metrics.loading import Loaded, loaded, loading_messages
+from paradize.metrics.loading import LoadingError, loaded, loading_warnings
 from paradize.readers.obj import read_obj
 from paradize.scene.baker_settings import MeshSettings
 from paradize.stages.normals import complete_normals
@@ -38,7 +38,7 @@ class PreparedMesh:
     """
 
     mesh: Mesh
-    loading: Loaded
+    loading: LoadingError
     validation: Report
     repairs: dict[str, Any]
     layout: dict[str, Any] | None
@@ -53,7 +53,7 @@ def prepare_mesh(path: Path, settings: MeshSettings, tier: str, root: Path | Non
     layout cannot be made.
     """
     read = read_obj(path, root)
-    loading = loaded(read.mesh, read.text)
+    loading = loaded(read.mesh, read.source)
     if loading.coordinate_m > _LARGEST:
         raise SourceError(
             f"a coordinate of {loading.coordinate_m:g} metres, limit {_LARGEST:g}",
@@ -66,7 +66,7 @@ def prepare_mesh(path: Path, settings: MeshSettings, tier: str, root: Path | Non
     validation = replace(validation, unused_vertices=unused)
     warnings = list(read.warnings)
     found = (
-        *loading_messages(loading, read.lines),
+        *loading_warnings(loading, read.lines),
         *welded_messages(welding),
         *messages(validation, read.lines),
     )

@@ -14,7 +14,7 @@ import numpy as np
 from paradize.data import Mesh
 from paradize.errors import SourceError
 from paradize.metrics.mapped_normal import normal_error, uv_shift
-from paradize.metrics.surface import Judge
+from paradize.metrics.surface import Original
 from paradize.stages.lod import VARIANTS, simplify
 from paradize.stages.refine import fit_normals, fit_positions
 from paradize.stages.validate import validate_mesh
@@ -35,7 +35,7 @@ _SHARES = (1.0, 0.5, 0.25)  # of the way to the fitted positions or normals
 class Refined:
     """A level as it becomes better. base: errors that it must not exceed, by the names of _SLACK."""
 
-    judge: Judge
+    judge: Original
     base: Mapping[str, float]
     mesh: Mesh
     samples: int
@@ -56,7 +56,7 @@ class Refined:
         if not self._inside(found):
             return False
         for one in (*(fitted() if fitted else ()), mesh):
-            errors = found | normal_error(judge, one, samples, apart=found["error_max"])
+            errors = found | normal_error(judge, one, samples, surface_error=found["error_max"])
             if self._inside(errors) and self._score(errors) < self._score(self.errors):
                 self.mesh, self.errors = one, errors
                 return True
@@ -70,7 +70,12 @@ class Refined:
 
 
 def refine_level(
-    judge: Judge, before: Mesh, level: Mesh, errors: Mapping[str, float], seams_kept: bool, samples: int
+    judge: Original,
+    before: Mesh,
+    level: Mesh,
+    errors: Mapping[str, float],
+    seams_kept: bool,
+    samples: int,
 ) -> tuple[Mesh, dict[str, float]]:
     """A level of balanced and its errors -> one of as many triangles or fewer with errors that are no worse.
     before: the level before it. seams_kept: whether its triangles end at texture seams."""

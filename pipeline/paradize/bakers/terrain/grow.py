@@ -20,14 +20,14 @@ import numpy as np
 from paradize.bakers.terrain.tree import Diamond, Patch, Tree, area_of, around, box_middle, error_of
 from paradize.data import Heightfield, Mesh, QuantizationGrid, QuantizedValues
 from paradize.errors import BakeError
-from paradize.formats.glb.codes import decoded_mesh
+from paradize.formats.glb.quantized import decoded_mesh
 from paradize.kernels.terrain import patch
 from paradize.kernels.threads import default_threads
 from paradize.metrics.terrain import TerrainError, patch_error
 from paradize.stages.quantise import direction_bits, quantise, terrain_lattice
 from paradize.stages.terrain import pixels_mesh
 from paradize.stages.terrain_tree import Blocks, Corners, Point, Shape, diamond_of, tolerance
-from paradize.visibility.query import Demand, Sphere
+from paradize.visibility.query import Sphere, VisibilityQuery
 
 MOST_VERTICES = 65000  # of a patch: 16-bit indices
 TRIES = 4
@@ -51,7 +51,7 @@ class Grower:
         max_error_m: float,
         leaf_px: int,
         sand_repeat: float,
-        demand: Demand | None,
+        demand: VisibilityQuery | None,
         quantise: bool = False,
     ) -> None:
         """demand: None asks for everything. quantise: vertices become codes of one lattice, and errors are
@@ -62,10 +62,10 @@ class Grower:
         self.shape = Shape(rows, columns, leaf_px)
         self.blocks = Blocks.of(ground.heights_m, max(1, leaf_px // 2))
         low, high = float(self.blocks.low.min()), float(self.blocks.high.max())
-        self.lattice: QuantizationGrid | None = None
+        self.grid: QuantizationGrid | None = None
         if quantise:
             sizes = ground.size_x_m, ground.size_z_m
-            self.lattice = terrain_lattice((rows, columns), sizes, (low, high), max_error_m)
+            self.grid = terrain_lattice((rows, columns), sizes, (low, high), max_error_m)
         self.least_m = (high - low) / 65536.0
         self.steps = ground.size_z_m / (rows - 1), ground.size_x_m / (columns - 1)
         self.levels: list[dict[Point, Diamond]] = [{} for _ in range(self.shape.finest + 1)]
@@ -104,23 +104,23 @@ class Grower:
             sand_repeat=self.sand_repeat,
         )
 
-    def codes(self, mesh: Mesh) -> QuantizedValues | None:
+    def quantized(self, mesh: Mesh) -> QuantizedValues | None:
         """The vertices of a patch's mesh as a file shall hold them; None: as floats."""
-        if self.lattice is None:
+        if self.grid is None:
             return None
         most = self.sand_repeat * max(1.0, self.ground.size_z_m / self.ground.size_x_m)
-        bits = direction_bits(self.lattice)
-        return quantise(mesh, self.lattice, direction_bits=bits, float_uvs=most > 1.0)
+        bits = direction_bits(self.grid)
+        return quantise(mesh, self.grid, direction_bits=bits, float_uvs=most > 1.0)
 
     def _shown(self, mesh: Mesh) -> Mesh:
         """The mesh as a reader of its file has it."""
-        codes = self.codes(mesh)
+        codes = self.quantized(mesh)
         return mesh if codes is None else decoded_mesh(mesh, codes)
 
     def tolerance_m(self, level: int) -> float:
         """The vertical tolerance of a level; of borders too."""
         finest = self.shape.finest
-        rounding = 0.5 * self.lattice.step[1] if self.lattice else 0.0
+        rounding = 0.5 * self.grid.step[1] if self.grid else 0.0
         finest_m = max(0.0, self.max_error_m - rounding)
         return SHRINK * tolerance(min(level, finest), finest, finest_m, self.least_m)
 
@@ -203,7 +203,7 @@ class Grower:
                 mend="give the terrain a larger size, or the heightmap fewer pixels",
             )
         if finest and error.max_m > self.max_error_m > 0.0:
-            what = "16-bit codes" if self.lattice else "float32 positions"
+            what = "16-bit codes" if self.grid else "float32 positions"
             raise BakeError(
                 f"the error is {error.max_m:.6g} m, allowed {self.max_error_m:.6g} m: {what} reach no less",
                 place=f"pixel ({error.worst[1]}, {error.worst[0]})",
@@ -303,7 +303,7 @@ class Grower:
     def _bytes(self, known: Patch) -> int:
         """About how long a patch is in a tile: 56 bytes a vertex as floats, 28 or so as codes."""
         vertices, triangles = known.sizes
-        return (56 if self.lattice is None else 28) * vertices + 6 * triangles + _BYTES
+        return (56 if self.grid is None else 28) * vertices + 6 * triangles + _BYTES
 
     def _first_seen(self, kept: Patch) -> float:
         """When a view first shows the patch while the player draws it or finer; the flight's end if never."""

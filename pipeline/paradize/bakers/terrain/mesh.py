@@ -24,8 +24,8 @@ TRIES = 6
 @dataclass(frozen=True)
 class TerrainProduct:
     """glb: one node at one level. bound_m: what was asked for, vertical metres. max_error_m, rms_error_m:
-    vertical metres, measured at every pixel, of the codes where there are such. codes: what they cost by
-    themselves, as metrics/quantised.py names it."""
+    vertical metres, measured at every pixel, of the codes where there are such. quantization_errors: what
+    they cost by themselves, as metrics/quantised.py names it."""
 
     glb: bytes
     triangles: int
@@ -35,7 +35,7 @@ class TerrainProduct:
     rms_error_m: float
     tier: str
     warnings: list[str]
-    codes: dict[str, float] = field(default_factory=dict)
+    quantization_errors: dict[str, float] = field(default_factory=dict)
 
 
 def bake_terrain(
@@ -113,7 +113,7 @@ def bake_terrain(
         )
     diagonal = _diagonal(mesh.positions)
     share = 1.0 / diagonal if diagonal > 0.0 else 0.0
-    lod = Lod(mesh, error_max=error.max_m * share, error_rms=error.rms_m * share, codes=codes)
+    lod = Lod(mesh, error_max=error.max_m * share, error_rms=error.rms_m * share, quantized=codes)
     cost: dict[str, float] = {}
     if codes is not None:
         cost = quantised_errors(encode_glb([lod], "terrain"), [source])[0]
@@ -127,7 +127,7 @@ def bake_terrain(
         rms_error_m=_six(error.rms_m),
         tier=used,
         warnings=warnings,
-        codes=cost,
+        quantization_errors=cost,
     )
 
 

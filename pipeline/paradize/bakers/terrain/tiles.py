@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from paradize.bakers.terrain.grow import Grower
-from paradize.bakers.terrain.tree import Patch, Tree, columns_of, six_up
+from paradize.bakers.terrain.tree import Patch, Tree, columns_of, rounded_up
 from paradize.errors import BakeError
 from paradize.formats.glb.tiles import TilePatch, encode_tiles
 from paradize.readers.heightmap import Nodata, read_heightmap
 from paradize.store.atomic import write_whole
-from paradize.visibility.query import plan_demand
+from paradize.visibility.query import plan_query
 
 TIERS = ("fast", "balanced", "exact")
 PATCH_PX = 128
@@ -47,7 +47,7 @@ class TilesProduct:
 
 def bake_tiles(
     path: Path,
-    room: Path,
+    scratch: Path,
     *,
     size_x_m: float,
     size_z_m: float,
@@ -64,7 +64,7 @@ def bake_tiles(
     sight: dict[str, Any] | None = None,
     tier: str = "balanced",
 ) -> TilesProduct:
-    """Bakes the heightmap at `path` into tiles in the folder `room`.
+    """Bakes the heightmap at `path` into tiles in the folder `scratch`.
 
     max_error_m: vertical, of the finest level; tier "exact" makes it 0. patch_px: side of the finest cells,
     pixels. tile_mb: a tile's limit, megabytes, up to 64; a patch that is larger has a tile for itself.
@@ -89,13 +89,13 @@ def bake_tiles(
             max_error_m=0.0 if tier == "exact" else max_error_m,
             leaf_px=patch_px,
             sand_repeat=sand_repeat,
-            demand=None if sight is None else plan_demand(sight),
+            demand=None if sight is None else plan_query(sight),
             quantise=quantise,
         )
         tree = grower.grow()
     except BakeError as error:
         raise BakeError(error.what, file=path, place=error.place, mend=error.mend) from None
-    tiles, tile_of, node_of = _write(grower, tree, room, round(tile_mb * 1e6), tangents)
+    tiles, tile_of, node_of = _write(grower, tree, scratch, round(tile_mb * 1e6), tangents)
     finest = tree.patches[-1].level
     tables = columns_of(tree, tile_of, node_of) | {
         "demand": {
@@ -110,14 +110,14 @@ def bake_tiles(
 
 
 def _write(
-    grower: Grower, tree: Tree, room: Path, limit: int, tangents: bool
+    grower: Grower, tree: Tree, scratch: Path, limit: int, tangents: bool
 ) -> tuple[list[Tile], list[int], list[int]]:
     """The tiles, and of each patch its tile and its node there."""
     tiles: list[Tile] = []
     tile_of: list[int] = []
     node_of: list[int] = []
     for data, indices in encode_tiles(_patches(grower, tree, tangents), limit):
-        file = room / f"tile{len(tiles)}.glb"
+        file = scratch / f"tile{len(tiles)}.glb"
         write_whole(file, data, durable=False)
         held = [tree.patches[index] for index in indices]
         tile_of += [len(tiles)] * len(held)
@@ -130,7 +130,7 @@ def _patches(grower: Grower, tree: Tree, tangents: bool) -> Iterator[TilePatch]:
     for index, patch in enumerate(tree.patches):
         mesh = grower.mesh(patch)
         mesh = mesh if tangents else replace(mesh, tangents=None)
-        yield TilePatch(index, mesh, patch.told_m, patch.diamond is None, grower.codes(mesh))
+        yield TilePatch(index, mesh, patch.told_m, patch.diamond is None, grower.quantized(mesh))
 
 
 def _errors(held: list[Patch], finest: int) -> dict[str, float]:
@@ -143,5 +143,5 @@ def _errors(held: list[Patch], finest: int) -> dict[str, float]:
         squares += error.rms_m * error.rms_m * size
         area += size
     largest = max(error.max_m for error, _ in known)
-    rms = six_up(float(np.sqrt(squares / area)))
-    return {"terrain_max_m": six_up(largest), "terrain_rms_m": rms} | told
+    rms = rounded_up(float(np.sqrt(squares / area)))
+    return {"terrain_max_m": rounded_up(largest), "terrain_rms_m": rms} | told

@@ -34,7 +34,7 @@ class Patch:
     @property
     def told_m(self) -> float:
         """The measured error, six digits, rounded up."""
-        return six_up(error_of(self))
+        return rounded_up(error_of(self))
 
 
 @dataclass(eq=False)
@@ -99,7 +99,7 @@ def box_middle(inner: list[Sphere]) -> tuple[float, float, float]:
 def _spheres(spheres: list[Sphere]) -> dict[str, list[object]]:
     return {
         "center": [[_f32(x) for x in sphere.center] for sphere in spheres],
-        "radius_m": [six_up(sphere.radius_m) for sphere in spheres],
+        "radius_m": [rounded_up(sphere.radius_m) for sphere in spheres],
     }
 
 
@@ -122,7 +122,7 @@ def columns_of(tree: Tree, tile: list[int], node: list[int]) -> dict[str, dict[s
         },
         "diamonds": {
             "level": [d.level for d in tree.diamonds],
-            "error_m": [six_up(d.error_m) for d in tree.diamonds],
+            "error_m": [rounded_up(d.error_m) for d in tree.diamonds],
             **_spheres([d.sphere for d in tree.diamonds]),
         },
     }
@@ -133,6 +133,6 @@ def _f32(value: float) -> float:
     return float(f"{value:.7g}")
 
 
-def six_up(value: float) -> float:
+def rounded_up(value: float) -> float:
     """Six digits, never less than the value; a larger value never gives less than a smaller one."""
     return float(_UP.create_decimal_from_float(value))

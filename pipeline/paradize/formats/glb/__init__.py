@@ -1,5 +1,6 @@
-"""GLB (binary glTF 2.0): encode.py writes levels of detail, reader.py reads them; layout.py: the fields.
+"""GLB (binary glTF 2.0). encode.py writes levels of detail, reader.py reads them, layout.py has the
+constants.
 
-tiles.py writes the terrain's patches, bundle.py what `export` writes, codes.py vertices as 16-bit codes;
-cut.py leaves levels out of a file.
+tiles.py: terrain patches. bundle.py: the output of `export`. quantized.py: decodes quantized vertices.
+cut.py: removes levels from a file. document.py: reads the JSON alone. writer.py: the binary chunk.
 """

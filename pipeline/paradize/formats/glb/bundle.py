@@ -1,7 +1,7 @@
-"""A GLB that carries everything: meshes, pictures, lights, cameras and their movement, for `paradize export`.
+"""A GLB with meshes, pictures, lights, cameras and animations, for `paradize export`.
 
-Source: The Khronos Group, "glTF 2.0 Specification", 2021; its extensions KHR_lights_punctual,
-KHR_materials_specular and KHR_materials_unlit. What a scene of ours needs of them, and no more.
+Source: The Khronos Group, "glTF 2.0 Specification", 2021, with KHR_lights_punctual, KHR_materials_specular
+and KHR_materials_unlit. Only the parts that our scenes need.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from paradize.formats.glb.layout import FLOAT
-from paradize.formats.glb.writer import Writer, joined
+from paradize.formats.glb.writer import Writer, join_chunks
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -28,7 +28,7 @@ _LIGHTS = "KHR_lights_punctual"
 
 @dataclass
 class Bundle:
-    """A document that grows; every method appends one thing and returns its index."""
+    """A glTF document under construction. Each method appends one item and returns its index."""
 
     name: str
     writer: Writer = field(default_factory=Writer)
@@ -43,20 +43,21 @@ class Bundle:
     extensions: set[str] = field(default_factory=set)
 
     def texture(self, name: str, png: bytes, *, repeat: bool) -> int:
-        """A PNG, sampled with mips; repeated or with its edges held."""
+        """Appends a PNG, sampled with mips; repeated or clamped to its edges."""
         view = self._raw(np.frombuffer(png, np.uint8))
         self.images.append({"name": name, "mimeType": "image/png", "bufferView": view})
         self.textures.append({"source": len(self.images) - 1, "sampler": 0 if repeat else 1})
         return len(self.textures) - 1
 
     def material(self, name: str, **parts: Any) -> int:
-        """A material of glTF's own properties; the extensions that it uses are noted."""
+        """Appends a material of glTF properties and records the extensions that it uses."""
         self.extensions |= parts.get("extensions", {}).keys()
         self.materials.append({"name": name, **parts})
         return len(self.materials) - 1
 
     def mesh(self, name: str, mesh: Mesh, materials: dict[str, int]) -> int:
-        """A primitive for each run of a material. materials: by the groups' names, or one for all as ""."""
+        """Appends a mesh with one primitive per group. materials: index by material name, or one for all as
+        ""."""
         attributes = self.writer.vertices(mesh)
         view, component, width = self.writer.indices(mesh)
         runs = [(group.material, 3 * group.first, 3 * group.count) for group in mesh.groups]
@@ -73,33 +74,33 @@ class Bundle:
         return len(self.nodes) - 1
 
     def camera(self, name: str, *, aspect: float, fov_rad: float, near_m: float, far_m: float) -> int:
-        """A node with a perspective camera; fov_rad: vertical."""
-        seen = {"aspectRatio": aspect, "yfov": fov_rad, "znear": near_m, "zfar": far_m}
-        self.cameras.append({"name": name, "type": "perspective", "perspective": seen})
+        """Appends a node with a perspective camera. fov_rad: vertical."""
+        projection = {"aspectRatio": aspect, "yfov": fov_rad, "znear": near_m, "zfar": far_m}
+        self.cameras.append({"name": name, "type": "perspective", "perspective": projection})
         return self.node(name, camera=len(self.cameras) - 1)
 
     def sun(self, name: str, color: tuple[float, float, float], lux: float, turn: list[float]) -> int:
-        """A node with light from infinitely far, along -Z turned by a quaternion (x, y, z, w)."""
+        """Appends a node with a directional light along -Z, rotated by the quaternion `turn` (x, y, z, w)."""
         light = {"name": name, "type": "directional", "color": list(color), "intensity": lux}
         self.lights.append(light)
         self.extensions.add(_LIGHTS)
         return self.node(name, rotation=turn, extensions={_LIGHTS: {"light": len(self.lights) - 1}})
 
-    def movement(self, name: str, node: int, times_s: F32, places: F32, turns: F32) -> None:
-        """An animation of a node: times (n,), rising from 0; places (n, 3) in metres; unit quaternions
-        (n, 4), x y z w; between them straight lines and great circles."""
+    def animation(self, name: str, node: int, times_s: F32, positions: F32, rotations: F32) -> None:
+        """Appends a linear animation of a node. times_s: (n,), rising from 0. positions: (n, 3), metres.
+        rotations: (n, 4), unit quaternions x y z w."""
         view = self._raw(times_s)
         low, high = [float(times_s[0])], [float(times_s[-1])]
-        clock = self.writer.accessor(view, FLOAT, len(times_s), "SCALAR", min=low, max=high)
+        times = self.writer.accessor(view, FLOAT, len(times_s), "SCALAR", min=low, max=high)
         samplers, channels = [], []
-        for path, values, shape in (("translation", places, "VEC3"), ("rotation", turns, "VEC4")):
+        for path, values, shape in (("translation", positions, "VEC3"), ("rotation", rotations, "VEC4")):
             output = self.writer.accessor(self._raw(values), FLOAT, len(values), shape)
-            samplers.append({"input": clock, "output": output, "interpolation": "LINEAR"})
+            samplers.append({"input": times, "output": output, "interpolation": "LINEAR"})
             channels.append({"sampler": len(samplers) - 1, "target": {"node": node, "path": path}})
         self.animations.append({"name": name, "samplers": samplers, "channels": channels})
 
     def encoded(self, extras: dict[str, Any]) -> bytes:
-        """The file. Its scene holds all nodes that are no children; extras stand in `asset`."""
+        """The file's bytes. Its scene holds all nodes that are not children. extras are stored in `asset`."""
         document: dict[str, Any] = {
             "asset": {"version": "2.0", "generator": "paradize", "extras": extras},
             "scene": 0,
@@ -114,20 +115,20 @@ class Bundle:
             wraps = ({"wrapS": wrap, "wrapT": wrap} for wrap in (_REPEAT, _CLAMP))
             document["samplers"] = [filters | wrap for wrap in wraps]
         for key in ("nodes", "meshes", "materials", "textures", "images", "cameras", "animations"):
-            if found := getattr(self, key):
-                document[key] = found
+            if items := getattr(self, key):
+                document[key] = items
         binary = self.writer.binary
         binary += b"\0" * (-len(binary) % 4)
         document |= {"accessors": self.writer.accessors, "bufferViews": self.writer.views}
         document["buffers"] = [{"byteLength": len(binary)}]
-        return joined(json.dumps(document, separators=(",", ":"), allow_nan=False).encode(), binary)
+        return join_chunks(json.dumps(document, separators=(",", ":"), allow_nan=False).encode(), binary)
 
     def _roots(self) -> list[int]:
-        inner = {child for node in self.nodes for child in node.get("children", [])}
-        return [at for at in range(len(self.nodes)) if at not in inner]
+        children = {child for node in self.nodes for child in node.get("children", [])}
+        return [index for index in range(len(self.nodes)) if index not in children]
 
     def _raw(self, values: npt.NDArray[Any]) -> int:
-        """A view of bytes that no vertex shader reads."""
+        """Appends a buffer view without a target (not vertex data)."""
         binary = self.writer.binary
         binary += b"\0" * (-len(binary) % 16)
         raw = np.ascontiguousarray(values)

@@ -1,4 +1,4 @@
-"""A GLB of encode_glb without what a scene does not read: finer levels of detail, attributes."""
+"""Removes the levels of detail and attributes of a GLB that the scene does not need."""
 
 from __future__ import annotations
 
@@ -8,21 +8,22 @@ from typing import Any
 
 from paradize.formats.glb.layout import QUANTIZATION
 from paradize.formats.glb.reader import Reader
-from paradize.formats.glb.writer import joined
+from paradize.formats.glb.writer import join_chunks
 
 
 def cut_glb(
     data: bytes, *, finer: int = 0, attributes: Collection[str] | None = None, file: object = None
 ) -> bytes:
-    """The same mesh without its `finer` finest levels (the next one becomes `lod0`), and with these of its
-    attributes alone (glTF's names; None: all). Levels keep their errors, which are against what level 0 was.
+    """Returns the same mesh without its `finer` finest levels (the next one becomes `lod0`) and with only
+    these attributes (glTF names; None: all). Levels keep their errors, which are relative to the original
+    level 0.
 
-    Raises FormatError for a GLB that is not ours, ValueError where no level would be left.
+    Raises FormatError for a GLB that we did not write, ValueError where no level would remain.
     """
     reader = Reader(data, file)
     tree, binary = reader.document, reader.binary
     if not 0 <= finer < len(tree["nodes"]):
-        raise ValueError(f"{finer} levels of {len(tree['nodes'])} cannot be left out")
+        raise ValueError(f"cannot remove {finer} of {len(tree['nodes'])} levels")
     nodes, meshes = tree["nodes"][finer:], tree["meshes"][finer:]
     for mesh in meshes:
         for primitive in mesh["primitives"]:
@@ -33,14 +34,14 @@ def cut_glb(
             }
     used = sorted({index for mesh in meshes for index in _accessors(mesh)})
     views = sorted({tree["accessors"][index]["bufferView"] for index in used})
-    moved = bytearray()
-    kept_views = []
+    new_binary = bytearray()
+    new_views = []
     for index in views:  # in the order of the file: the coarsest level first
         view = tree["bufferViews"][index]
-        moved += b"\0" * (-len(moved) % 16)
+        new_binary += b"\0" * (-len(new_binary) % 16)
         start = view["byteOffset"]
-        kept_views.append(view | {"byteOffset": len(moved)})
-        moved += binary[start : start + view["byteLength"]]
+        new_views.append(view | {"byteOffset": len(new_binary)})
+        new_binary += binary[start : start + view["byteLength"]]
     new_view = {index: k for k, index in enumerate(views)}
     new_accessor = {index: k for k, index in enumerate(used)}
     for k, (node, mesh) in enumerate(zip(nodes, meshes, strict=True)):
@@ -57,23 +58,23 @@ def cut_glb(
         extensions.append("MSFT_lod")
         nodes[0]["extensions"] = {"MSFT_lod": {"ids": list(range(1, len(nodes)))}}
     tree.pop("extensionsUsed", None)
-    told: dict[str, Any] = {"asset": tree.pop("asset")}
+    document: dict[str, Any] = {"asset": tree.pop("asset")}
     if "extensionsRequired" in tree:
-        told["extensionsRequired"] = tree.pop("extensionsRequired")
+        document["extensionsRequired"] = tree.pop("extensionsRequired")
     if extensions:
-        told["extensionsUsed"] = extensions
-    told |= tree | {
+        document["extensionsUsed"] = extensions
+    document |= tree | {
         "nodes": nodes,
         "meshes": meshes,
         "accessors": [
             tree["accessors"][index] | {"bufferView": new_view[tree["accessors"][index]["bufferView"]]}
             for index in used
         ],
-        "bufferViews": kept_views,
-        "buffers": [{"byteLength": len(moved)}],
+        "bufferViews": new_views,
+        "buffers": [{"byteLength": len(new_binary)}],
     }
-    text = json.dumps(told, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
-    return joined(text, moved)
+    text = json.dumps(document, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
+    return join_chunks(text, new_binary)
 
 
 def _accessors(mesh: dict[str, Any]) -> list[int]:

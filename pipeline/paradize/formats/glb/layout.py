@@ -1,4 +1,4 @@
-"""What the writer and the reader of GLB files share: numbers of the standard, and our order of attributes."""
+"""Constants of GLB that its writer and reader share, and the order of our attributes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ JSON, BIN = b"JSON", b"BIN\0"
 BYTE, UBYTE, SHORT, U16, U32, FLOAT = 5120, 5121, 5122, 5123, 5125, 5126
 DTYPES = {BYTE: "<i1", UBYTE: "<u1", SHORT: "<i2", U16: "<u2", U32: "<u4", FLOAT: "<f4"}
 SHAPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-# glTF name, field of Mesh, type, in the order of the file.
+# glTF name, field of Mesh, type; in the order of the file.
 ATTRIBUTES = (
     ("POSITION", "positions", "VEC3"),
     ("NORMAL", "normals", "VEC3"),
@@ -21,8 +21,8 @@ ATTRIBUTES = (
     ("COLOR_0", "colors", "VEC4"),
 )
 QUANTIZATION = "KHR_mesh_quantization"
-# The component types that an attribute of ours may have as codes, and whether they are normalized.
-CODED = {
+# Allowed component types of quantized attributes, and whether they are normalized.
+QUANTIZED_TYPES = {
     "POSITION": ((U16,), False),
     "NORMAL": ((BYTE, SHORT), True),
     "TANGENT": ((BYTE, SHORT), True),

@@ -1,5 +1,5 @@
-"""The strict reader of `glb.py`: it refuses what the writer would not have written, and it compares every
-offset, length and count with the file before it uses them."""
+"""A strict GLB reader. It refuses everything that the writer would not write, and compares all offsets,
+lengths and counts with the file before it uses them."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ import numpy.typing as npt
 from paradize.data import ORIGIN, Group, Lod, Mesh, QuantizationGrid, QuantizedValues, Vec3
 from paradize.documents import parse_json
 from paradize.errors import FormatError
-from paradize.formats.glb.codes import apart, decoded
 from paradize.formats.glb.layout import (
     ATTRIBUTES,
     BIN,
     CHUNK,
-    CODED,
     DTYPES,
     FLOAT,
     HEADER,
     JSON,
     MAGIC,
     QUANTIZATION,
+    QUANTIZED_TYPES,
     SHAPES,
     U16,
     U32,
 )
+from paradize.formats.glb.quantized import decoded, split_origin
 
 
 class Reader:
-    """Typed access to a GLB's JSON; every fault names the place as a JSON pointer or a byte offset."""
+    """Typed access to the JSON of a GLB. Each fault names its place: a JSON pointer or a byte offset."""
 
     def __init__(self, data: bytes, file: object) -> None:
         self.file = file
@@ -50,21 +50,21 @@ class Reader:
             raise self.fault(f"GLB version {version}, expected 2", "byte 4")
         if total != len(data):
             raise self.fault(f"the header says {total} bytes, the file has {len(data)}", "byte 8")
-        at = HEADER.size
+        offset = HEADER.size
         chunks = []
         for kind in (JSON, BIN):
-            if at + CHUNK.size > len(data):
-                raise self.fault(f"no room for the {kind!r} chunk", f"byte {at}")
-            length, found = CHUNK.unpack_from(data, at)
-            if found != kind:
-                raise self.fault(f"chunk {found!r}, expected {kind!r}", f"byte {at + 4}")
-            at += CHUNK.size
-            if length % 4 or at + length > len(data):
-                raise self.fault(f"chunk of {length} bytes, {len(data) - at} left", f"byte {at - 8}")
-            chunks.append(memoryview(data)[at : at + length])
-            at += length
-        if at != len(data):
-            raise self.fault(f"{len(data) - at} bytes after the last chunk", f"byte {at}")
+            if offset + CHUNK.size > len(data):
+                raise self.fault(f"the file ends before the {kind!r} chunk", f"byte {offset}")
+            length, actual = CHUNK.unpack_from(data, offset)
+            if actual != kind:
+                raise self.fault(f"chunk {actual!r}, expected {kind!r}", f"byte {offset + 4}")
+            offset += CHUNK.size
+            if length % 4 or offset + length > len(data):
+                raise self.fault(f"chunk of {length} bytes, {len(data) - offset} left", f"byte {offset - 8}")
+            chunks.append(memoryview(data)[offset : offset + length])
+            offset += length
+        if offset != len(data):
+            raise self.fault(f"{len(data) - offset} bytes after the last chunk", f"byte {offset}")
         try:
             document = parse_json(chunks[0])
         except FormatError as error:
@@ -89,45 +89,45 @@ class Reader:
             raise self.fault(f"{str(index)[:40]} of {len(entries)} {table}", where)
         if not isinstance(entries[index], dict):
             raise self.fault("not an object", f"/{table}/{index}")
-        found: dict[str, Any] = entries[index]
-        return found
+        entry: dict[str, Any] = entries[index]
+        return entry
 
     def accessor(
         self, index: object, where: str, shape: str, components: tuple[int, ...], normalized: bool = False
     ) -> npt.NDArray[Any]:
-        """The values of one accessor, without a copy. normalized: what it must be, of codes."""
+        """The values of an accessor, without a copy. normalized: the expected flag of integer components."""
         entry = self.item("accessors", index, where)
-        here = f"/accessors/{index}"
-        if self.get(entry, here, "type", str) != shape:
-            raise self.fault(f"{str(entry['type'])[:40]!r}, expected {shape}", f"{here}/type")
-        component = self.get(entry, here, "componentType", int)
+        pointer = f"/accessors/{index}"
+        if self.get(entry, pointer, "type", str) != shape:
+            raise self.fault(f"{str(entry['type'])[:40]!r}, expected {shape}", f"{pointer}/type")
+        component = self.get(entry, pointer, "componentType", int)
         if component not in components:
-            raise self.fault(f"{component}, expected one of {components}", f"{here}/componentType")
+            raise self.fault(f"{component}, expected one of {components}", f"{pointer}/componentType")
         if "sparse" in entry:
-            raise self.fault("sparse accessors are not ours", here)
-        if self.get(entry, here, "normalized", bool, False) != (normalized and component != FLOAT):
-            raise self.fault("normalized where it is not, or not where it is", f"{here}/normalized")
-        count = self.get(entry, here, "count", int)
-        offset = self.get(entry, here, "byteOffset", int, 0)
-        view_index = self.get(entry, here, "bufferView", int)
-        view = self.item("bufferViews", view_index, f"{here}/bufferView")
-        there = f"/bufferViews/{view_index}"
-        if self.get(view, there, "buffer", int) != 0:
-            raise self.fault("only the GLB's own buffer is used", f"{there}/buffer")
-        start = self.get(view, there, "byteOffset", int, 0)
-        length = self.get(view, there, "byteLength", int)
+            raise self.fault("sparse accessors are not supported", pointer)
+        if self.get(entry, pointer, "normalized", bool, False) != (normalized and component != FLOAT):
+            raise self.fault("wrong value of `normalized`", f"{pointer}/normalized")
+        count = self.get(entry, pointer, "count", int)
+        offset = self.get(entry, pointer, "byteOffset", int, 0)
+        view_index = self.get(entry, pointer, "bufferView", int)
+        view = self.item("bufferViews", view_index, f"{pointer}/bufferView")
+        view_pointer = f"/bufferViews/{view_index}"
+        if self.get(view, view_pointer, "buffer", int) != 0:
+            raise self.fault("only the GLB's own buffer is used", f"{view_pointer}/buffer")
+        start = self.get(view, view_pointer, "byteOffset", int, 0)
+        length = self.get(view, view_pointer, "byteLength", int)
         if start < 0 or start % 4 or length < 1 or start + length > len(self.binary):
-            raise self.fault(f"bytes {start} to {start + length} of {len(self.binary)}", there)
+            raise self.fault(f"bytes {start} to {start + length} of {len(self.binary)}", view_pointer)
         dtype = np.dtype(DTYPES[component])
         width = SHAPES[shape]
         packed = width * dtype.itemsize
         stride = packed if width == 1 else -(-packed // 4) * 4
         if ("byteStride" in view) != (stride != packed) or view.get("byteStride", stride) != stride:
             what = "tightly packed" if stride == packed else f"padded to {stride} bytes a row"
-            raise self.fault(f"our views are {what}", f"{there}/byteStride")
+            raise self.fault(f"expected a view that is {what}", f"{view_pointer}/byteStride")
         need = count * stride
         if count < 1 or offset < 0 or offset % dtype.itemsize or offset + need > length:
-            raise self.fault(f"{count} items at {offset} in a view of {length} bytes", here)
+            raise self.fault(f"{count} items at {offset} in a view of {length} bytes", pointer)
         raw = self.binary[start + offset : start + offset + need]
         if width == 1:
             return np.frombuffer(raw, dtype)
@@ -135,17 +135,17 @@ class Reader:
 
 
 def decode_glb(data: bytes, file: object = None) -> list[Lod]:
-    """Reads every level of detail, the finest first. Arrays are copies in native order.
+    """Reads all levels of detail, the finest first. Arrays are copies in native byte order.
 
-    Raises FormatError, with the byte offset or the JSON pointer of the place, on anything that encode_glb
-    does not write: bad chunks, tables that do not fit each other, ranges beyond the file, indices beyond
-    the vertices, values that are not finite, bounds that are not those of the positions.
+    Raises FormatError, with a byte offset or JSON pointer, for everything that encode_glb does not write:
+    wrong chunks, inconsistent tables, ranges outside the file, indices out of range, values that are not
+    finite, wrong bounds.
     """
     return list(_levels(Reader(data, file)))
 
 
 def verify_glb(data: bytes, file: object = None) -> None:
-    """Raises what decode_glb does, and holds one level at a time."""
+    """Raises as decode_glb, with only one level in memory at a time."""
     for _ in _levels(Reader(data, file)):
         pass
 
@@ -185,30 +185,33 @@ def _levels(reader: Reader) -> Iterator[Lod]:
         listed = reader.get(reader.document, "", key, list, [])
         if any(name not in names for name in listed):
             raise reader.fault(f"{str(listed)[:80]}, expected of {', '.join(names)}", f"/{key}")
-    lattices, origins = set(), set()
-    for at in range(len(nodes)):
-        level = _read_level(reader, at)
-        lattices.add(level.codes.lattice if level.codes else None)
+    grids, origins = set(), set()
+    for index in range(len(nodes)):
+        level = _read_level(reader, index)
+        grids.add(level.quantized.grid if level.quantized else None)
         origins.add(level.mesh.origin)
         yield level
         del level
-    if len(lattices) > 1 or len(origins) > 1:
-        raise reader.fault("levels of one mesh have one translation and one scale", "/nodes")
-    if (QUANTIZATION in reader.document.get("extensionsRequired", [])) != (lattices != {None}):
-        raise reader.fault(f"{QUANTIZATION} is required where there are codes", "/extensionsRequired")
+    if len(grids) > 1 or len(origins) > 1:
+        raise reader.fault("all levels must have one translation and one scale", "/nodes")
+    if (QUANTIZATION in reader.document.get("extensionsRequired", [])) != (grids != {None}):
+        raise reader.fault(
+            f"{QUANTIZATION} is required exactly where vertices are quantized", "/extensionsRequired"
+        )
 
 
-def lattice_of(reader: Reader, node: dict[str, Any], where: str, coded: bool) -> QuantizationGrid | None:
-    """The lattice that a node of codes states; a node of floats states none."""
+def grid_of(reader: Reader, node: dict[str, Any], pointer: str, coded: bool) -> QuantizationGrid | None:
+    """The quantization grid that a node declares; None for a node with float vertices, which declares
+    none."""
     if not coded:
-        _refuse(reader, node, where, "translation", "scale", "rotation", "matrix")
+        _refuse(reader, node, pointer, "translation", "scale", "rotation", "matrix")
         return None
-    scale = _numbers(reader, node, where, "scale", 2.0**-126)
-    return QuantizationGrid(scale, _numbers(reader, node, where, "translation", -1e39))
+    scale = _numbers(reader, node, pointer, "scale", 2.0**-126)
+    return QuantizationGrid(scale, _numbers(reader, node, pointer, "translation", -1e39))
 
 
 def _origin_of(reader: Reader, node: dict[str, Any], where: str) -> Vec3:
-    """Where a node of floats stands."""
+    """The origin of a node with float vertices."""
     _refuse(reader, node, where, "scale", "rotation", "matrix")
     return _numbers(reader, node, where, "translation", -1e39) if "translation" in node else ORIGIN
 
@@ -216,7 +219,7 @@ def _origin_of(reader: Reader, node: dict[str, Any], where: str) -> Vec3:
 def _refuse(reader: Reader, node: dict[str, Any], where: str, *keys: str) -> None:
     for key in keys:
         if key in node:
-            raise reader.fault("a node of floats has none", f"{where}/{key}")
+            raise reader.fault("not allowed for float vertices", f"{where}/{key}")
 
 
 def _numbers(reader: Reader, node: dict[str, Any], where: str, key: str, low: float) -> Vec3:
@@ -229,40 +232,42 @@ def _numbers(reader: Reader, node: dict[str, Any], where: str, key: str, low: fl
     return float(values[0]), float(values[1]), float(values[2])
 
 
-def _read_level(reader: Reader, at: int) -> Lod:
-    where = f"/nodes/{at}"
-    node = reader.item("nodes", at, where)
-    if reader.get(node, where, "name", str) != f"lod{at}":
-        raise reader.fault(f"{node['name'][:40]!r}, expected 'lod{at}'", f"{where}/name")
-    extras = reader.get(node, where, "extras", dict)
+def _read_level(reader: Reader, number: int) -> Lod:
+    pointer = f"/nodes/{number}"
+    node = reader.item("nodes", number, pointer)
+    if reader.get(node, pointer, "name", str) != f"lod{number}":
+        raise reader.fault(f"{node['name'][:40]!r}, expected 'lod{number}'", f"{pointer}/name")
+    extras = reader.get(node, pointer, "extras", dict)
     errors = []
     for key in ("error_max", "error_rms"):
         value = extras.get(key)
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < float("inf"):
-            raise reader.fault(f"{str(value)[:40]}, expected a number from 0", f"{where}/extras/{key}")
+            raise reader.fault(f"{str(value)[:40]}, expected a number from 0", f"{pointer}/extras/{key}")
         errors.append(float(value))
-    more = {key: value for key, value in extras.items() if key not in ("error_max", "error_rms", "error_m")}
-    for key, value in more.items():
+    other_errors = {
+        key: value for key, value in extras.items() if key not in ("error_max", "error_rms", "error_m")
+    }
+    for key, value in other_errors.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < float("inf"):
-            raise reader.fault(f"{str(value)[:40]}, expected a number", f"{where}/extras/{key}")
-    mesh_index = reader.get(node, where, "mesh", int)
-    entry = reader.item("meshes", mesh_index, f"{where}/mesh")
-    here = f"/meshes/{mesh_index}"
-    primitives = reader.get(entry, here, "primitives", list)
+            raise reader.fault(f"{str(value)[:40]}, expected a number", f"{pointer}/extras/{key}")
+    mesh_index = reader.get(node, pointer, "mesh", int)
+    entry = reader.item("meshes", mesh_index, f"{pointer}/mesh")
+    mesh_pointer = f"/meshes/{mesh_index}"
+    primitives = reader.get(entry, mesh_pointer, "primitives", list)
     if not primitives:
-        raise reader.fault("no primitives", f"{here}/primitives")
+        raise reader.fault("no primitives", f"{mesh_pointer}/primitives")
     arrays: dict[str, Any] = {}
-    shared = reader.get(primitives[0], f"{here}/primitives/0", "attributes", dict)
+    shared = reader.get(primitives[0], f"{mesh_pointer}/primitives/0", "attributes", dict)
     known = {key: (attribute, shape) for key, attribute, shape in ATTRIBUTES}
     if "POSITION" not in shared or not shared.keys() <= known.keys():
-        raise reader.fault(f"attributes {sorted(shared)!r:.80}", f"{here}/primitives/0/attributes")
+        raise reader.fault(f"attributes {sorted(shared)!r:.80}", f"{mesh_pointer}/primitives/0/attributes")
     for key, index in shared.items():
         attribute, shape = known[key]
-        place = f"{here}/primitives/0/attributes/{key}"
-        components, normalized = CODED[key]
-        values = reader.accessor(index, place, shape, (FLOAT, *components), normalized)
+        path = f"{mesh_pointer}/primitives/0/attributes/{key}"
+        components, normalized = QUANTIZED_TYPES[key]
+        values = reader.accessor(index, path, shape, (FLOAT, *components), normalized)
         if values.dtype.kind == "i" and int(values.min()) < -np.iinfo(values.dtype).max:
-            raise reader.fault(f"a code of {int(values.min())}", f"/accessors/{index}")
+            raise reader.fault(f"a value of {int(values.min())}", f"/accessors/{index}")
         if values.dtype.kind == "f" and not np.isfinite(values).all():
             vertex = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
             raise reader.fault(f"{key} of vertex {vertex} is not finite", f"/accessors/{index}")
@@ -272,22 +277,27 @@ def _read_level(reader: Reader, at: int) -> Lod:
     count = len(arrays["positions"])
     for attribute, values in arrays.items():
         if len(values) != count:
-            raise reader.fault(f"{len(values)} {attribute} for {count} vertices", here)
+            raise reader.fault(f"{len(values)} {attribute} for {count} vertices", mesh_pointer)
     _check_bounds(reader, shared["POSITION"], arrays["positions"])
     parts, groups, first = [], [], 0
     for number, primitive in enumerate(primitives):
-        place = f"{here}/primitives/{number}"
-        if reader.get(primitive, place, "attributes", dict) != shared:
-            raise reader.fault("primitives of a level share their attributes", f"{place}/attributes")
-        if reader.get(primitive, place, "mode", int, 4) != 4:
-            raise reader.fault("only triangles are ours", f"{place}/mode")
-        indices = reader.accessor(primitive.get("indices"), f"{place}/indices", "SCALAR", (U16, U32))
+        path = f"{mesh_pointer}/primitives/{number}"
+        if reader.get(primitive, path, "attributes", dict) != shared:
+            raise reader.fault("all primitives of a level must share their attributes", f"{path}/attributes")
+        if reader.get(primitive, path, "mode", int, 4) != 4:
+            raise reader.fault("expected triangles", f"{path}/mode")
+        indices = reader.accessor(primitive.get("indices"), f"{path}/indices", "SCALAR", (U16, U32))
         if len(indices) % 3:
-            raise reader.fault(f"{len(indices)} indices are not whole triangles", f"{place}/indices")
+            raise reader.fault(f"{len(indices)} indices are not whole triangles", f"{path}/indices")
         if int(indices.max()) >= count:
-            raise reader.fault(f"index {int(indices.max())} of {count} vertices", f"{place}/indices")
-        material = reader.item("materials", primitive.get("material"), f"{place}/material")
-        name = reader.get(reader.get(primitive, place, "extras", dict), f"{place}/extras", "name", str)
+            raise reader.fault(f"index {int(indices.max())} of {count} vertices", f"{path}/indices")
+        material = reader.item("materials", primitive.get("material"), f"{path}/material")
+        name = reader.get(
+            reader.get(primitive, path, "extras", dict),
+            f"{path}/extras",
+            "name",
+            str,
+        )
         groups.append(
             Group(
                 name,
@@ -298,28 +308,28 @@ def _read_level(reader: Reader, at: int) -> Lod:
         )
         parts.append(indices.astype(np.uint32).reshape(-1, 3))
         first += len(indices) // 3
-        if first * 6 > len(reader.binary):  # else a small file could ask for endless triangles
-            raise reader.fault(f"{first} triangles of {len(reader.binary)} bytes", place)
-    codes = None
+        if first * 6 > len(reader.binary):  # a small file must not make the reader allocate endless triangles
+            raise reader.fault(f"{first} triangles of {len(reader.binary)} bytes", path)
+    quantized = None
     if arrays["positions"].dtype == np.float32:
-        origin = _origin_of(reader, node, where)
+        origin = _origin_of(reader, node, pointer)
     else:
-        stated = lattice_of(reader, node, where, coded=True)
-        assert stated is not None
-        origin, lattice = apart(stated)
-        codes = QuantizedValues(lattice, **arrays)
-        arrays = decoded(codes)
+        declared = grid_of(reader, node, pointer, coded=True)
+        assert declared is not None
+        origin, grid = split_origin(declared)
+        quantized = QuantizedValues(grid, **arrays)
+        arrays = decoded(quantized)
         if not np.isfinite(arrays["positions"]).all():
-            raise reader.fault("places beyond the largest float", where)
-    if codes is None and any(values.dtype != np.float32 for values in arrays.values()):
-        raise reader.fault("codes beside positions that are floats", here)
+            raise reader.fault("positions exceed float32", pointer)
+    if quantized is None and any(values.dtype != np.float32 for values in arrays.values()):
+        raise reader.fault("quantized attributes beside float positions", mesh_pointer)
     mesh = Mesh(**arrays, triangles=np.concatenate(parts), groups=tuple(groups), origin=origin)
-    return Lod(mesh, errors[0], errors[1], more, codes)
+    return Lod(mesh, errors[0], errors[1], other_errors, quantized)
 
 
 def _check_bounds(reader: Reader, index: int, positions: npt.NDArray[Any]) -> None:
     entry = reader.item("accessors", index, "")
     for key, values in (("min", positions.min(axis=0)), ("max", positions.max(axis=0))):
-        told = reader.get(entry, f"/accessors/{index}", key, list)
-        if told != [float(x) for x in values]:
+        declared = reader.get(entry, f"/accessors/{index}", key, list)
+        if declared != [float(x) for x in values]:
             raise reader.fault("not the bounds of the positions", f"/accessors/{index}/{key}")

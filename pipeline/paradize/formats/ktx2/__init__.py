@@ -1,1 +1,2 @@
-"""KTX2 textures: encode.py writes, reader.py reads, layout.py names the fields, cut.py leaves mips out."""
+"""KTX2 textures. encode.py writes, reader.py reads, layout.py defines the fields, cut.py removes mips,
+size.py reads the size."""

@@ -1,7 +1,7 @@
-"""KTX2 textures: encode_ktx2 writes them, decode_ktx2 reads back exactly what encode_ktx2 writes.
+"""Writes KTX2 textures: encode_ktx2 writes them, decode_ktx2 reads back what it writes.
 
-Source: The Khronos Group, "KTX File Format Specification, Version 2.0", 2020. The byte layout is told in
-FORMAT.md. Supercompression is Zstandard's (RFC 8878): one frame a level, its content size in its header.
+Source: The Khronos Group, "KTX File Format Specification, Version 2.0", 2020. FORMAT.md describes the bytes.
+Supercompression: Zstandard (RFC 8878), one frame per level with its content size.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ MAX_ZSTD_LEVEL = 22
 
 
 def _key_values(metadata: Mapping[str, str]) -> bytes:
-    """The key/value data, sorted by key as the specification asks; every value ends in a zero byte."""
+    """The key/value data, sorted by key as the specification requires. Each value ends with a zero byte."""
     out = bytearray()
     for key in sorted(metadata, key=lambda k: k.encode()):
         entry = key.encode() + b"\0" + metadata[key].encode() + b"\0"
@@ -53,8 +53,8 @@ def _key_values(metadata: Mapping[str, str]) -> bytes:
     return bytes(out)
 
 
-def _deflated(texture: Texture, zstd_level: int) -> tuple[bytes, ...]:
-    """Each level as one Zstandard frame. One thread and a fixed level: the same bytes in every run."""
+def _compressed(texture: Texture, zstd_level: int) -> tuple[bytes, ...]:
+    """Each level as a Zstandard frame. One thread and a fixed level, so the bytes are reproducible."""
     import zstandard
 
     packer = zstandard.ZstdCompressor(
@@ -66,11 +66,12 @@ def _deflated(texture: Texture, zstd_level: int) -> tuple[bytes, ...]:
 def encode_ktx2(
     texture: Texture, metadata: Mapping[str, str] | None = None, *, zstd_level: int | None = None
 ) -> bytes:
-    """A KTX2 file that holds the texture: smallest level first, so that a prefix of the file draws.
+    """Returns the KTX2 file of a texture. The smallest level is first, so that a prefix of the file can be
+    drawn.
 
-    metadata adds to (or replaces) KTXorientation "rd" and KTXwriter "paradize"; keys and values hold no zero
-    byte. zstd_level, 1 to 22: supercompress with Zstandard; None: not at all. Raises FormatError when the
-    format is unknown, the levels' sizes do not fit it, or zstd_level is out of range.
+    metadata: added to (or replaces) KTXorientation "rd" and KTXwriter "paradize"; no zero bytes. zstd_level:
+    1 to 22, supercompression with Zstandard; None: none. Raises FormatError for an unknown format, levels of
+    the wrong size, and a zstd_level out of range.
     """
     fmt = FORMATS.get(texture.format)
     if fmt is None:
@@ -93,11 +94,11 @@ def encode_ktx2(
         raise FormatError(f"Zstandard level {zstd_level}; 1 to {MAX_ZSTD_LEVEL} are taken")
 
     scheme = NONE if zstd_level is None else ZSTD
-    stored = texture.levels if zstd_level is None else _deflated(texture, zstd_level)
-    described = descriptor(fmt, scheme)
+    stored = texture.levels if zstd_level is None else _compressed(texture, zstd_level)
+    descriptor_bytes = descriptor(fmt, scheme)
     key_values = _key_values({"KTXorientation": "rd", "KTXwriter": "paradize", **(metadata or {})})
     descriptor_at = HEADER_END + LEVEL.size * count
-    key_values_at = descriptor_at + len(described)
+    key_values_at = descriptor_at + len(descriptor_bytes)
     offsets = [0] * count
     end = key_values_at + len(key_values)
     for level in reversed(range(count)):
@@ -109,16 +110,16 @@ def encode_ktx2(
     HEADER.pack_into(
         head, len(IDENTIFIER),
         fmt.vk, fmt.type_size, width, height, 0, 0, faces, count, scheme,
-        descriptor_at, len(described), key_values_at, len(key_values), 0, 0,
+        descriptor_at, len(descriptor_bytes), key_values_at, len(key_values), 0, 0,
     )  # fmt: skip
     for level, data in enumerate(stored):
         entry = (offsets[level], len(data), len(texture.levels[level]))
         LEVEL.pack_into(head, HEADER_END + LEVEL.size * level, *entry)
-    head[descriptor_at:key_values_at] = described
+    head[descriptor_at:key_values_at] = descriptor_bytes
     head[key_values_at:] = key_values
-    parts: list[bytes | bytearray] = [head]  # joined once: the levels may be large
-    at = len(head)
+    parts: list[bytes | bytearray] = [head]  # joined once, because the levels may be large
+    position = len(head)
     for level in reversed(range(count)):
-        parts += [bytes(offsets[level] - at), stored[level]]
-        at = offsets[level] + len(stored[level])
+        parts += [bytes(offsets[level] - position), stored[level]]
+        position = offsets[level] + len(stored[level])
     return b"".join(parts)

@@ -1,7 +1,7 @@
-"""What both sides of KTX2 know: the texel formats, their descriptors, and where things lie in a file.
+"""The texel formats of KTX2, their descriptors, and the layout of the file.
 
-Source: The Khronos Group, "KTX File Format Specification, Version 2.0", 2020; the data format descriptor
-follows "Khronos Data Format Specification 1.3", 2019. The byte layout is told in FORMAT.md.
+Source: The Khronos Group, "KTX File Format Specification, Version 2.0", 2020; data format descriptor:
+"Khronos Data Format Specification 1.3", 2019. FORMAT.md describes the bytes.
 """
 
 from __future__ import annotations
@@ -11,21 +11,21 @@ from dataclasses import dataclass
 from math import lcm
 
 IDENTIFIER = b"\xabKTX 20\xbb\r\n\x1a\n"
-MAX_SIZE = 32768  # texels per side: twice what desktop hardware takes
+MAX_SIZE = 32768  # texels per side: twice the limit of desktop hardware
 NONE, ZSTD = 0, 2  # supercompression schemes
 HEADER = struct.Struct("<9I4I2Q")
 LEVEL = struct.Struct("<3Q")
 HEADER_END = len(IDENTIFIER) + HEADER.size
 
 _RGBSDA, _BC1A, _BC3, _BC4, _BC5, _BC7 = 1, 128, 130, 131, 132, 134  # colour models
-_LINEAR, _SRGB = 1, 2  # its transfer functions
+_LINEAR, _SRGB = 1, 2  # transfer functions
 _ALPHA, _GREEN = 15, 1
 _QUALIFY_LINEAR, _QUALIFY_SIGNED, _QUALIFY_FLOAT = 0x10, 0x40, 0x80
 
 
 @dataclass(frozen=True)
 class Format:
-    """A texel format: how Vulkan numbers it, how large its block is, and how its descriptor reads.
+    """A texel format: Vulkan's number, the size of its block, and its descriptor.
 
     samples: (channel with qualifiers, bit offset, bits, lower, upper) in the order of the descriptor.
     """
@@ -42,7 +42,7 @@ class Format:
 def _plain(
     vk: int, channels: int, bits: int, *, transfer: int = _LINEAR, signed: bool = False, floats: bool = False
 ) -> Format:
-    """An uncompressed little-endian format of `channels` channels R G B A with `bits` bits each."""
+    """An uncompressed little-endian format with `channels` channels R G B A of `bits` bits each."""
     lower, upper, qualifiers = 0, (1 << bits) - 1, 0
     if signed:
         upper = (1 << (bits - 1)) - 1
@@ -66,7 +66,7 @@ def _block(
     signed: bool = False,
     bits: int = 64,
 ) -> Format:
-    """A block-compressed format of 4 x 4 texels, `bits` bits for every channel named."""
+    """A block-compressed format of 4 x 4 texels with `bits` bits for each named channel."""
     lower, upper = (0x80000000, 0x7FFFFFFF) if signed else (0, 0xFFFFFFFF)
     qualifiers = _QUALIFY_SIGNED if signed else 0
     samples = []
@@ -101,12 +101,12 @@ BY_VK = {fmt.vk: name for name, fmt in FORMATS.items()}
 
 
 def full_level_count(width: int, height: int) -> int:
-    """Levels of a chain from width x height texels down to 1 x 1."""
+    """The number of levels from width x height texels down to 1 x 1."""
     return max(width, height).bit_length()
 
 
 def level_bytes(name: str, width: int, height: int, level: int, faces: int = 1) -> int:
-    """Bytes of one level of all faces, tightly packed (no row is padded)."""
+    """Bytes of all faces of a level, tightly packed (rows are not padded)."""
     fmt = FORMATS[name]
     across = -(-max(1, width >> level) // fmt.block)
     down = -(-max(1, height >> level) // fmt.block)
@@ -116,7 +116,8 @@ def level_bytes(name: str, width: int, height: int, level: int, faces: int = 1) 
 def descriptor(fmt: Format, scheme: int = NONE) -> bytes:
     """The data format descriptor: its total size, then one basic block with a sample per channel.
 
-    With supercompression the bytes of a block read 0: what the file holds is then of no fixed size.
+    With supercompression the field for the bytes of a block is 0, because the stored data have no fixed block
+    size.
     """
     block_size = 24 + 16 * len(fmt.samples)
     dimension = fmt.block - 1
@@ -133,7 +134,7 @@ def descriptor(fmt: Format, scheme: int = NONE) -> bytes:
 
 
 def level_start(end: int, fmt: Format, scheme: int) -> int:
-    """The byte at which a level starts where the one before ends at `end`: a multiple of 4 and of the block's
-    bytes; supercompressed ones follow one another."""
+    """The offset of a level if the previous one ends at `end`: a multiple of 4 and of the bytes of a block;
+    supercompressed levels are not aligned."""
     step = 1 if scheme else lcm(fmt.block_bytes, 4)
     return -(-end // step) * step

@@ -1,4 +1,4 @@
-"""Checked numpy face of the BC7 encoder. Wrong shapes and types raise ValueError."""
+"""Python interface of the BC7 encoder. Raises ValueError for wrong shapes and types."""
 
 from __future__ import annotations
 
@@ -23,12 +23,11 @@ def encode_bc7(
     alpha_weight: float = 1.0,
     threads: int = THREADS,
 ) -> bytes:
-    """(h, w, 4) uint8, straight alpha -> 16 bytes per 4 x 4 block, row by row.
+    """Encodes (h, w, 4) uint8 with straight alpha into 16 bytes per 4 x 4 block, row by row.
 
-    The last row and column repeat beyond an edge that four does not divide. Bands of a whole number of rows
-    of blocks may be encoded one by one. What is made small is the squared error of the codes over all four
-    channels, where alpha's counts alpha_weight (1 to 64) times. A block that is opaque everywhere stays so,
-    and a block of one colour is exact.
+    The last row and column are repeated where 4 does not divide the size. Bands of whole rows of blocks may
+    be encoded separately. Minimizes the squared error over all four channels, alpha weighted by alpha_weight
+    (1 to 64). Opaque blocks stay opaque; blocks of one colour are exact.
     """
     if rgba.dtype != np.uint8 or rgba.ndim != 3 or rgba.shape[2] != 4 or rgba.size == 0:
         raise ValueError(f"rgba has shape {rgba.shape} of {rgba.dtype}")

@@ -1,8 +1,8 @@
-"""Checked numpy face of the block compressors. Wrong shapes and types raise ValueError.
+"""Python interface of the block compressors. Raises ValueError for wrong shapes and types.
 
-All take a band of whole block rows as well as a whole image: the blocks of the bands, one after another, are
-the image's. Strides between rows and texels are free: `normals[:, :, :2]` is read where it lies. Sizes that
-4 does not divide repeat the last row and column.
+All functions accept a whole image or a band of whole rows of blocks; the concatenated blocks of the bands are
+those of the image. Any strides between rows and texels are allowed: `normals[:, :, :2]` is read without a
+copy. The last row and column are repeated where 4 does not divide the size.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from paradize.kernels.maps import THREADS
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-# How much is searched. No block is worse at a later one, in its sum of squares or at its worst texel.
+# Effort of the search. At a later entry no block has a larger sum of squares or a worse worst texel.
 QUALITIES = ("fast", "balanced", "exact")
 
 
@@ -28,10 +28,10 @@ def _quality(name: str) -> int:
 
 
 def _readable(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """The array itself, or a copy where the channels of a texel do not lie one after another."""
-    near = array.shape[2] == 1 or array.strides[2] == array.itemsize
-    whole = all(stride % array.itemsize == 0 for stride in array.strides)
-    return array if near and whole and array.flags.aligned else np.ascontiguousarray(array)
+    """The array, or a copy where the channels of a texel are not adjacent."""
+    packed = array.shape[2] == 1 or array.strides[2] == array.itemsize
+    divides = all(stride % array.itemsize == 0 for stride in array.strides)
+    return array if packed and divides and array.flags.aligned else np.ascontiguousarray(array)
 
 
 def _color(rgba: npt.NDArray[np.uint8], with_alpha: bool, quality: str, threads: int) -> bytes:
@@ -41,25 +41,25 @@ def _color(rgba: npt.NDArray[np.uint8], with_alpha: bool, quality: str, threads:
 
 
 def encode_bc1(rgba: npt.NDArray[np.uint8], *, quality: str = "balanced", threads: int = THREADS) -> bytes:
-    """(h, w, 3 or 4) uint8 -> 8 bytes per 4 x 4 block, always four colours; alpha is ignored."""
+    """Encodes (h, w, 3 or 4) uint8 into 8 bytes per 4 x 4 block, always four colours; alpha is ignored."""
     return _color(rgba, False, quality, threads)
 
 
 def encode_bc3(rgba: npt.NDArray[np.uint8], *, quality: str = "balanced", threads: int = THREADS) -> bytes:
-    """(h, w, 3 or 4) uint8 -> 16 bytes per 4 x 4 block; alpha is 255 where there is none."""
+    """Encodes (h, w, 3 or 4) uint8 into 16 bytes per 4 x 4 block; a missing alpha is 255."""
     return _color(rgba, True, quality, threads)
 
 
 def encode_values(
     values: npt.NDArray[Any], *, signed: bool, quality: str = "balanced", threads: int = THREADS
 ) -> bytes:
-    """(h, w, 1) -> BC4, (h, w, 2) -> BC5, 8 bytes per block and channel.
+    """Encodes (h, w, 1) into BC4 or (h, w, 2) into BC5: 8 bytes per block and channel.
 
-    values: float32, 0..1, or -1..1 when signed (beyond is clamped); or int8 codes when signed, -127..127;
-    or uint8, or uint16, when not.
+    values: float32, 0..1 or, if signed, -1..1 (clamped); or int8 -127..127 if signed; or uint8 or uint16 if
+    not.
     """
     kinds = (np.float32, np.int8) if signed else (np.float32, np.uint8, np.uint16)
-    fits = values.dtype in [np.dtype(kind) for kind in kinds]
-    if not fits or values.ndim != 3 or values.shape[2] not in (1, 2) or values.size == 0:
+    accepted = values.dtype in [np.dtype(kind) for kind in kinds]
+    if not accepted or values.ndim != 3 or values.shape[2] not in (1, 2) or values.size == 0:
         raise ValueError(f"values have shape {values.shape} of {values.dtype}")
     return _bcn.encode_values(_readable(values), signed, _quality(quality), threads)

@@ -1,4 +1,4 @@
-"""Checked numpy face of the derivative filters' kernels. Inputs are left alone.
+"""Python interface of the kernels of derivative filters. Inputs are not changed.
 
 Heights are (h, w) float32 and finite. Wrong shapes and types raise ValueError: they are faults of the
 program, not of a source file. Results do not depend on `threads`.
@@ -34,11 +34,7 @@ def _plane(array: npt.NDArray[Any]) -> F32:
 
 @dataclass(frozen=True)
 class Prediction:
-    """What filters would err by on a map: root mean square errors of the slope, in heights per texel.
-
-    errors: one per filter. step: the distance between neighbouring values that the map was found to have, 0
-    for none.
-    """
+    """Predicted root mean square errors of filters on a map, slopes in heights per texel."""
 
     errors: tuple[float, ...]
     step: float
@@ -53,10 +49,10 @@ def predict_errors(
     islands: I32 | None = None,
     codes: F32 | None = None,
 ) -> Prediction:
-    """The errors of filters (derivative (r,), smooth (s + 1,)), r and s up to REACH, on the heights.
+    """Predicts the errors of filters (derivative (r,), smooth (s + 1,)), r and s up to REACH, on the heights.
 
-    source_bits: 8, 16 or 32, of the file. islands: (h, w) int32: no patch that is looked at lies on two.
-    codes: (n,) float32, rising: the heights that the source's codes stand for, as greys; None: not known.
+    source_bits: 8, 16 or 32, of the file. islands: (h, w) int32; no measured patch lies on two of them.
+    codes: (n,) float32, rising: the heights that the integers of the source stand for; None: unknown.
     """
     heights = _plane(heights)
     if islands is None:
@@ -72,14 +68,21 @@ def predict_errors(
         derivatives[row, : len(derivative)] = derivative
         smooths[row, : len(smooth)] = smooth
     errors, step = _filter.predict_errors(
-        heights, np.ascontiguousarray(islands), source_bits, wrap[0], wrap[1], derivatives, smooths, codes
+        heights,
+        np.ascontiguousarray(islands),
+        source_bits,
+        wrap[0],
+        wrap[1],
+        derivatives,
+        smooths,
+        codes,
     )
     roots = tuple(float(root) for root in np.sqrt(np.maximum(np.array(errors), 0.0)))
     return Prediction(roots, float(step))
 
 
 def destep(heights: F32, *, step: float, wrap: tuple[bool, bool], threads: int = THREADS) -> F32:
-    """Heights within step / 2 of the given ones, exactly, that bend as little as that allows."""
+    """Returns heights within step / 2 of the given ones, exactly, with the least bending that this allows."""
     heights = _plane(heights)
     if not step > 0.0:
         raise ValueError(f"a step of {step} is not positive")

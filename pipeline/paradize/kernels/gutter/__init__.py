@@ -1,4 +1,4 @@
-"""Checked numpy face of the gutter kernels: which islands touch, how far they are apart, what bleeds.
+"""Python interface of the gutter kernels: which UV islands touch, their distance, and how they bleed.
 
 Maps are (h, w), row 0 at the top. Wrong shapes and types raise ValueError. Results do not depend on
 `threads`. Method: gutter/walk.hpp.
@@ -28,9 +28,9 @@ THREADS = default_threads(2)
 
 @dataclass(frozen=True)
 class Layout:
-    """Level 0's texels. inside: (h, w) bool, a triangle touches the texel. source: (h, w) int32, flat index
-    of the nearest inside texel. owner: (h, w) int32 >= 0, the island of that texel. repeat: whether samples
-    beyond the edge come from the other side."""
+    """The texels of level 0. inside: (h, w) bool, whether a triangle touches the texel. source: (h, w) int32,
+    flat index of the nearest inside texel. owner: (h, w) int32 >= 0, the island of that texel. repeat:
+    whether samples beyond the edge wrap around."""
 
     inside: npt.NDArray[np.bool_]
     source: I32
@@ -38,7 +38,7 @@ class Layout:
     repeat: bool
 
     def arrays(self) -> tuple[npt.NDArray[np.uint8], I32, I32, bool]:
-        """As the kernels take them. Raises ValueError for arrays that do not fit each other."""
+        """The arrays for the kernels. Raises ValueError where their shapes differ."""
         shape = self.inside.shape
         if len(shape) != 2 or self.source.shape != shape or self.owner.shape != shape:
             raise ValueError(f"inside {shape}, source {self.source.shape}, owner {self.owner.shape}")
@@ -51,15 +51,15 @@ class Layout:
 
     @cached_property
     def borders(self) -> _gutter.Borders:
-        """Where the islands end, found once: every walk begins there."""
+        """The borders of the islands, computed once for all walks."""
         return _gutter.Borders(*self.arrays())
 
 
 @dataclass(frozen=True)
 class Bleed:
-    """What one level's walk found, as shares of the range (0..1). worst: of any sample, from the border texel
-    (x, y) of level 0; p99, mean: of the island that fares worst; all_p99: of all samples together. own: how
-    much of the worst sample is its own island's."""
+    """The bleeding of a level, as shares of the range (0..1). worst: the worst sample, at the border texel
+    (x, y) of level 0. p99, mean: of the worst island. all_p99: of all samples. own: the own island's share of
+    the worst sample."""
 
     mean: float
     p99: float
@@ -73,7 +73,7 @@ class Bleed:
 
 
 def linear_light(values: F32) -> F32:
-    """Encoded sRGB -> linear light, any shape, within 1e-6; what lies outside 0..1 is taken as its end."""
+    """Encoded sRGB -> linear light, any shape, error below 1e-6; clamped to 0..1."""
     values = np.ascontiguousarray(values, np.float32)
     result = np.empty_like(values)
     _gutter.linear_light(values, result)
@@ -81,8 +81,8 @@ def linear_light(values: F32) -> F32:
 
 
 def touching(ids: I32, count: int, *, repeat: bool) -> I32:
-    """A name (count,) for each island of ids (h, w; -1 outside, below count): one name for islands between
-    which no whole texel lies, directly or through others."""
+    """Groups islands that touch. ids: (h, w) int32, -1 outside. Returns (count,) int32: equal values for
+    islands without a whole texel between them, directly or through others."""
     if ids.ndim != 2 or ids.size == 0:
         raise ValueError(f"ids have shape {ids.shape}")
     names = np.empty((count,), np.int32)
@@ -91,8 +91,8 @@ def touching(ids: I32, count: int, *, repeat: bool) -> I32:
 
 
 def smallest_gap(layout: Layout) -> tuple[float, int, int]:
-    """(texels between the two islands that are nearest to each other, the flat indices of the texels that
-    face each other); (-1, -1, -1) where there is one island."""
+    """(texels between the two nearest islands, flat indices of the two facing texels); (-1, -1, -1) for one
+    island."""
     gap, a, b = _gutter.smallest_gap(*layout.arrays())
     return float(gap), int(a), int(b)
 
@@ -105,12 +105,11 @@ def walk(
     *,
     threads: int = THREADS,
 ) -> list[Bleed]:
-    """What samples along the islands' borders see of others, for each level given.
+    """Measures how far samples along the islands' borders see other islands, for each level.
 
-    levels: (h, w, c) float32 each, the finest first, as many of a mip chain as are to be walked. kind:
-    "value", "color" (linear light, 3 channels or 4 with alpha) or "normal" (x, y). reach: (islands,)
-    float64, how far beyond its border samples of an island may go, as a share of the map's sides; negative:
-    not walked.
+    levels: (h, w, c) float32 each, finest first. kind: "value", "color" (linear, 3 channels or 4 with alpha)
+    or "normal" (x, y). reach: (islands,) float64, how far samples of an island may lie beyond its border, as
+    a share of the map's side; negative: the island is skipped.
     """
     result = np.empty((len(levels), 9), np.float64)
     layout.borders.walk(

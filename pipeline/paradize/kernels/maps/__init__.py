@@ -1,7 +1,7 @@
-"""Checked numpy face of the map kernels. Functions return new arrays; only `balance` changes its inputs.
+"""Python interface of the map kernels. Functions return new arrays; only `balance` changes its arguments.
 
-Images are (h, w, c) float32 or (h, w) float32 planes, row 0 at the top. Wrong shapes and types raise
-ValueError: they are faults of the program, not of a source file. Results do not depend on `threads`.
+Images are (h, w, c) or (h, w) float32, row 0 at the top. Wrong shapes and types raise ValueError: they are
+faults of the program, not of a source file. Results do not depend on `threads`.
 """
 
 from __future__ import annotations
@@ -25,30 +25,31 @@ THREADS = default_threads(2)
 
 
 def _f32(array: npt.NDArray[Any], *, shape: Sequence[int | None], name: str) -> F32:
-    """`array` as contiguous float32; its shape must match, None stands for any size of at least 1."""
+    """`array` as contiguous float32. Its shape must match; None stands for any size of at least 1."""
     if array.dtype != np.float32:
         raise ValueError(f"{name} is {array.dtype}, not float32")
     if array.ndim != len(shape) or array.size == 0:
         raise ValueError(f"{name} has shape {array.shape}")
-    if any(want is not None and want != have for want, have in zip(shape, array.shape, strict=True)):
+    if any(size is not None and size != have for size, have in zip(shape, array.shape, strict=True)):
         raise ValueError(f"{name} has shape {array.shape}, not {tuple(shape)}")
     return np.ascontiguousarray(array)
 
 
-_CODES = (np.uint8, np.uint16, np.float32)
+_TEXEL_TYPES = (np.uint8, np.uint16, np.float32)
 
 
 def _texels(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """(h, w, 1..4) uint8, uint16 or float32, contiguous."""
-    if values.dtype not in _CODES or values.ndim != 3 or values.size == 0 or values.shape[2] > 4:
+    if values.dtype not in _TEXEL_TYPES or values.ndim != 3 or values.size == 0 or values.shape[2] > 4:
         raise ValueError(f"texels have shape {values.shape} of {values.dtype}")
     return np.ascontiguousarray(values)
 
 
 def linear_light(values: npt.NDArray[Any], *, encoded: bool, threads: int = THREADS) -> F32:
-    """Codes or floats (h, w, 1..4) -> linear light (h, w, c); alpha, the last of 2 or 4, is not transformed.
+    """Integers or floats (h, w, 1..4) -> linear light (h, w, c) float32. Alpha, the last of 2 or 4 channels,
+    is unchanged.
 
-    encoded: colour is sRGB, else linear already. Codes are shares of their largest.
+    encoded: colour is sRGB, else linear. Integers are shares of their largest value.
     """
     values = _texels(values)
     out = np.empty(values.shape, np.float32)
@@ -57,7 +58,7 @@ def linear_light(values: npt.NDArray[Any], *, encoded: bool, threads: int = THRE
 
 
 def halved_light(codes: npt.NDArray[np.uint8], *, threads: int = THREADS) -> F32:
-    """sRGB codes (h, w, 1..4) uint8, h and w even -> linear means of 2 x 2 texels, weighted by alpha."""
+    """sRGB (h, w, 1..4) uint8, h and w even -> linear means of 2 x 2 texels, weighted by alpha."""
     if codes.dtype != np.uint8:
         raise ValueError(f"codes are {codes.dtype}, not uint8")
     codes = _texels(codes)
@@ -67,8 +68,8 @@ def halved_light(codes: npt.NDArray[np.uint8], *, threads: int = THREADS) -> F32
 
 
 def rgba_codes(values: npt.NDArray[Any], *, encoded: bool, threads: int = THREADS) -> npt.NDArray[np.uint8]:
-    """Codes or floats (h, w, 1..4) -> nearest 8-bit sRGB codes (h, w, 4): grey becomes three channels,
-    what has no alpha is opaque. encoded: colour is sRGB already, else linear. Clamped to 0..1."""
+    """Integers or floats (h, w, 1..4) -> nearest 8-bit sRGB values (h, w, 4). Grey is copied to three
+    channels; a missing alpha is opaque. encoded: colour is sRGB, else linear. Clamped to 0..1."""
     values = _texels(values)
     if encoded and values.dtype == np.uint8 and values.shape[2] == 4:
         return values
@@ -78,7 +79,7 @@ def rgba_codes(values: npt.NDArray[Any], *, encoded: bool, threads: int = THREAD
 
 
 def luminance(pixels: F32, *, threads: int = THREADS) -> F32:
-    """Rec. 709 luminance (h, w) of linear (h, w, c); grey is copied, alpha ignored."""
+    """Rec. 709 luminance (h, w) of linear (h, w, c). Grey is copied, alpha ignored."""
     pixels = _f32(pixels, shape=(None, None, None), name="pixels")
     out = np.empty(pixels.shape[:2], np.float32)
     _maps.luminance(pixels, pixels.shape[2], out, threads)
@@ -87,10 +88,10 @@ def luminance(pixels: F32, *, threads: int = THREADS) -> F32:
 
 @dataclass(frozen=True)
 class Levels:
-    """How a luminance becomes a height or a gloss; applied in this order, all within -1e6..1e6.
+    """Converts a luminance to a height or a gloss. Applied in this order; all values within -1e6..1e6.
 
-    black, white: the luminances that become 0 and 1, different; swapped they invert. gamma: at least 0.001,
-    above 1 lifts the middle. contrast: about one half. brightness: added. invert: 1 - t in the end.
+    black, white: luminances that become 0 and 1; they must differ, and swapped they invert. gamma: at least
+    0.001; above 1 brightens the middle. contrast: around 0.5. brightness: added. invert: 1 - t at the end.
     """
 
     black: float = 0.0
@@ -109,7 +110,7 @@ class Levels:
 
 
 def apply_levels(values: F32, levels: Levels, *, threads: int = THREADS) -> F32:
-    """A plane (h, w) after its levels: black..white -> 0..1, t^(1/gamma), contrast, brightness, invert."""
+    """Applies levels to a plane (h, w): black..white -> 0..1, t^(1/gamma), contrast, brightness, invert."""
     values = _f32(values, shape=(None, None), name="values")
     out = np.empty_like(values)
     _maps.apply_levels(
@@ -131,9 +132,10 @@ def half_size(size: int) -> int:
     return max(1, size // 2)
 
 
-def rows_below(rows: int, first: int, last: int) -> tuple[int, int]:
-    """The rows [begin, end) of an image of so many that the next level's rows [first, last) are made of."""
-    return (0, 1) if rows == 1 else (2 * first, 2 * last + rows % 2)
+def rows_below(rows: int, first: int, end: int) -> tuple[int, int]:
+    """The rows [begin, end) of a level with `rows` rows from which the rows [first, end) of the next level
+    are computed."""
+    return (0, 1) if rows == 1 else (2 * first, 2 * end + rows % 2)
 
 
 def halve(
@@ -144,10 +146,10 @@ def halve(
     first: int = 0,
     threads: int = THREADS,
 ) -> F32:
-    """Area means (half_size(h), half_size(w), c) of (h, w, c); with_alpha: weighted by the last channel.
+    """Area means (half_size(h), half_size(w), c) of (h, w, c). with_alpha: weighted by the last channel.
 
-    rows: the image is a band of one with so many rows (see rows_below); `first` is the next level's row that
-    the result begins with.
+    rows: the image is a band of a level with this many rows (see rows_below); `first` is the first row of the
+    result in the next level.
     """
     image = _f32(image, shape=(None, None, None), name="image")
     whole = image.shape[0] if rows is None else rows
@@ -166,7 +168,7 @@ def normalise(vectors: F32, *, threads: int = THREADS) -> F32:
 
 
 def coverage_factor(alpha: F32, *, fraction: float, cutoff: float) -> float:
-    """The factor, within 1/16..16, that keeps `fraction` of alpha (h, w) at or above `cutoff`."""
+    """The factor, within 1/16..16, that keeps a `fraction` of alpha (h, w) at or above `cutoff`."""
     alpha = _f32(alpha, shape=(None, None), name="alpha")
     return float(_maps.coverage_factor(alpha, fraction, cutoff))
 
@@ -180,7 +182,7 @@ def smoothness_to_variance(smoothness: F32, *, threads: int = THREADS) -> F32:
 
 
 def widened_smoothness(variance: F32, averages: F32, *, threads: int = THREADS) -> F32:
-    """(h, w) smoothness from squared roughness (h, w) and means (h, w, 3) of unit normals."""
+    """(h, w) smoothness from squared roughness (h, w) and mean vectors (h, w, 3) of unit normals."""
     variance = _f32(variance, shape=(None, None), name="variance")
     averages = _f32(averages, shape=(*variance.shape, 3), name="averages")
     out = np.empty_like(variance)
@@ -199,10 +201,10 @@ def uv_islands(uvs: F32, triangles: npt.NDArray[np.uint32]) -> I32:
 def rasterise(
     uvs: F32, triangles: npt.NDArray[np.uint32], ids: I32, *, height: int, width: int, work_limit: float = 2e9
 ) -> I32:
-    """ids (m,) of triangles (m, 3) drawn by their top-left UVs (n, 2) into (height, width) int32; -1: none.
+    """Draws ids (m,) of triangles (m, 3) by their top-left UVs (n, 2) into (height, width) int32; -1: none.
 
-    Conservative: every texel that a triangle touches has an id, also of a line or a point. Raises ValueError
-    when the UVs tile so often that more than work_limit texels would be visited.
+    Conservative: each touched texel gets an id, also from a line or a point. Raises ValueError where the UVs
+    repeat so often that more than work_limit texels would be visited.
     """
     uvs = _f32(uvs, shape=(None, 2), name="uvs")
     out = np.empty((height, width), np.int32)
@@ -219,7 +221,7 @@ def rasterise(
 def nearest_covered(
     covered: npt.NDArray[np.bool_], *, wrap: tuple[bool, bool], threads: int = THREADS
 ) -> I32:
-    """For each texel of (h, w) the flat index of the nearest covered one; -1 everywhere when none is."""
+    """For each texel (h, w) the flat index of the nearest covered texel; -1 where none is covered."""
     if covered.ndim != 2 or covered.size == 0:
         raise ValueError(f"covered has shape {covered.shape}")
     out = np.empty(covered.shape, np.int32)
@@ -228,7 +230,7 @@ def nearest_covered(
 
 
 def snorm8(values: F32, *, threads: int = THREADS) -> npt.NDArray[np.int8]:
-    """Nearest codes -127..127 of values within [-1, 1], any shape."""
+    """Nearest integers -127..127 of values within [-1, 1], any shape."""
     values = np.ascontiguousarray(values, np.float32)
     out = np.empty(values.shape, np.int8)
     _maps.snorm8(values, out, threads)
@@ -238,19 +240,19 @@ def snorm8(values: F32, *, threads: int = THREADS) -> npt.NDArray[np.int8]:
 def dudv_codes(
     vectors: F32, mean: tuple[float, float], *, threads: int = THREADS
 ) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.int8]]:
-    """x and y of vectors (h, w, 3) less their mean -> SNORM codes (h, w, 2), and what rounding left of each
-    in steps of 1/64 code (what `balance` takes)."""
+    """x and y of vectors (h, w, 3) minus their mean -> SNORM values (h, w, 2) int8, and the rounding residual
+    of each in steps of 1/64 (for `balance`)."""
     vectors = _f32(vectors, shape=(None, None, 3), name="vectors")
     codes = np.empty((*vectors.shape[:2], 2), np.int8)
-    rest = np.empty_like(codes)
-    _maps.dudv_codes(vectors, mean[0], mean[1], codes, rest, threads)
-    return codes, rest
+    residual = np.empty_like(codes)
+    _maps.dudv_codes(vectors, mean[0], mean[1], codes, residual, threads)
+    return codes, residual
 
 
-def balance(codes: npt.NDArray[np.int8], rest: npt.NDArray[np.int8]) -> None:
-    """Moves codes (h, w, 2), in place, by at most one each until each channel's sum is exactly zero; `rest`,
-    as dudv_codes gives it, says which go first, and is changed along."""
-    for array in (codes, rest):
+def balance(codes: npt.NDArray[np.int8], residual: npt.NDArray[np.int8]) -> None:
+    """Changes values (h, w, 2) in place, each by at most one, until the sum of each channel is exactly zero.
+    `residual`, from dudv_codes, decides their order and is updated."""
+    for array in (codes, residual):
         if array.dtype != np.int8 or array.shape != codes.shape or not array.flags.c_contiguous:
-            raise ValueError(f"codes and rests have shapes {codes.shape}, {rest.shape}")
-    _maps.balance(codes, rest)
+            raise ValueError(f"codes and rests have shapes {codes.shape}, {residual.shape}")
+    _maps.balance(codes, residual)

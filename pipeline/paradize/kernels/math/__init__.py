@@ -1,7 +1,8 @@
-"""Checked numpy face of math/functions.hpp: elementary functions with the same bits on every machine.
+"""Python interface of math/functions.hpp: elementary functions with the same bits on all machines.
 
-Arguments are float64 arrays or numbers; results are float64 arrays of the same shape. Use these, not numpy's,
-for whatever reaches an artifact. Slow beside a kernel's inner loop: meant for a few thousand values.
+Arguments are float64 arrays or numbers; results are float64 arrays of the same shape. Use these instead of
+numpy's for everything that reaches an artifact. Slow beside a kernel's inner loop: meant for a few thousand
+values.
 """
 
 from __future__ import annotations

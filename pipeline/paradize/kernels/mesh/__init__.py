@@ -1,4 +1,4 @@
-"""Checked face of the native mesh kernels: shapes, ranges and finiteness stop here."""
+"""Python interface of the native mesh kernels. Checks shapes, ranges and finiteness."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from paradize.kernels.threads import default_threads
 F32: TypeAlias = npt.NDArray[np.float32]
 U32: TypeAlias = npt.NDArray[np.uint32]
 UNKNOWN_SMOOTHING = 0xFFFFFFFF
-_NOWHERE = 0xFFFFFFFF
-# Each face its own frame, the mean at each vertex, and by MikkTSpace's rules.
+_NONE = 0xFFFFFFFF
+# A frame per face, the mean at each vertex, MikkTSpace's rules.
 TANGENT_METHODS = ("face", "vertex", "mikktspace")
 
 
 @dataclass(frozen=True)
 class Occurrences:
-    """How many of a kind there are, and a triangle where the first is (None: there is none)."""
+    """count: how many there are. triangle: a triangle at the first; None where there are none."""
 
     count: int
     triangle: int | None
@@ -29,10 +29,10 @@ class Occurrences:
 
 @dataclass(frozen=True)
 class Topology:
-    """edges: all. border: of one triangle. non_manifold: of three or more. turned: run along the same way by
-    both triangles. bow_tie: vertices where fans touch without an edge. component: (m,) uint32 of each
-    triangle, joined by edges. island: (n,) uint32 of each vertex, joined by a vertex at least; a vertex
-    number, not a count."""
+    """edges: their number. border: edges of one triangle. non_manifold: edges of three or more. turned: edges
+    that both triangles traverse in the same direction. bow_tie: vertices where fans touch without a common
+    edge. components, component: (m,) uint32 of each triangle, connected by edges. island: (n,) uint32 of each
+    vertex, connected by vertices; an index of a vertex."""
 
     edges: int
     border: Occurrences
@@ -70,8 +70,8 @@ def _column(values: npt.ArrayLike, count: int) -> U32:
 
 
 def number_rows(rows: npt.ArrayLike) -> tuple[U32, U32]:
-    """Rows (n, k) of finite float32, numbered by value in order of first use: (n,) number of each row, and
-    (distinct,) the first row with each number."""
+    """Numbers rows (n, k) of finite float32 by value, in order of first use. Returns the number of each row
+    (n,) and the first row of each number (distinct,)."""
     values = np.ascontiguousarray(rows, np.float32)
     return _mesh.number_rows(_rows(values, values.shape[1]))  # type: ignore[no-any-return]
 
@@ -86,9 +86,9 @@ def number_corners(base: npt.ArrayLike, rows: npt.ArrayLike) -> tuple[U32, U32]:
 def corner_normals(
     positions: F32, triangles: U32, smoothing: npt.ArrayLike | None = None, *, crease_deg: float = 45.0
 ) -> F32:
-    """(m, 3, 3) unit normals by smoothing group, where known, and crease angle (0 to 180 degrees) elsewhere.
+    """(m, 3, 3) unit normals by smoothing group where known, else by crease angle (0 to 180 degrees).
 
-    positions: (n, 3) metres. smoothing: (m,) group per triangle, 0 flat, UNKNOWN_SMOOTHING by crease.
+    positions: (n, 3) metres. smoothing: (m,) group of each triangle, 0 flat, UNKNOWN_SMOOTHING by crease.
     """
     positions = _rows(positions, 3)
     triangles = _triangles(triangles, len(positions))
@@ -96,10 +96,8 @@ def corner_normals(
         smoothing = np.full(len(triangles), UNKNOWN_SMOOTHING, np.uint32)
     if not 0 <= crease_deg <= 180:
         raise ValueError(f"crease angle {crease_deg} degrees, expected 0 to 180")
-    places, _ = number_rows(positions)
-    out: F32 = _mesh.corner_normals(
-        positions, places, triangles, _column(smoothing, len(triangles)), crease_deg
-    )
+    ids, _ = number_rows(positions)
+    out: F32 = _mesh.corner_normals(positions, ids, triangles, _column(smoothing, len(triangles)), crease_deg)
     return out.reshape(-1, 3, 3)
 
 
@@ -112,9 +110,9 @@ def corner_tangents(
     method: str = "mikktspace",
     threads: int | None = None,
 ) -> F32:
-    """(m, 3, 4) tangents as MikkTSpace makes them, w so that w * cross(N, T) points up the image.
+    """(m, 3, 4) tangents of all corners; w is such that w * cross(N, T) points up the image.
 
-    positions, normals: (n, 3), normals unit; uvs: (n, 2) top-left origin. method: one of TANGENT_METHODS.
+    positions, normals: (n, 3), normals unit. uvs: (n, 2), top-left origin. method: one of TANGENT_METHODS.
     """
     out: F32 = _mesh.corner_tangents(
         *_surface(positions, normals, uvs, triangles), TANGENT_METHODS.index(method), _workers(threads)
@@ -131,8 +129,9 @@ def split_tangents(
     method: str = "mikktspace",
     threads: int | None = None,
 ) -> tuple[U32, U32, F32]:
-    """The same for an indexed mesh whose vertices are split where their corners' tangents differ: new
-    triangles (m, 3), the old vertex (k,) and the tangent (k, 4) of each new one, numbered by first use."""
+    """Tangents of an indexed mesh whose vertices are split where their corners' tangents differ. Returns new
+    triangles (m, 3), and the old vertex (k,) and the tangent (k, 4) of each new vertex, numbered by first
+    use."""
     index, source, tangents = _mesh.split_tangents(
         *_surface(positions, normals, uvs, triangles), TANGENT_METHODS.index(method), _workers(threads)
     )
@@ -154,22 +153,22 @@ def _workers(threads: int | None) -> int:
 
 
 def topology(triangles: npt.ArrayLike, vertices: int) -> Topology:
-    """Counts edges, borders, components. triangles: (m, 3) without a repeated index in a row."""
+    """Counts edges, borders and components. triangles: (m, 3); no triangle may use a vertex twice."""
     rows = _triangles(triangles, vertices)
     if (rows == np.roll(rows, 1, axis=1)).any():
         raise ValueError("a triangle names a vertex twice")
     raw = _mesh.topology(rows, vertices)
 
-    def place(key: str) -> Occurrences:
+    def occurrences(key: str) -> Occurrences:
         count, triangle = raw[key]
-        return Occurrences(count, None if triangle == _NOWHERE else triangle)
+        return Occurrences(count, None if triangle == _NONE else triangle)
 
     return Topology(
         edges=raw["edges"],
-        border=place("border"),
-        non_manifold=place("non_manifold"),
-        turned=place("turned"),
-        bow_tie=place("bow_tie"),
+        border=occurrences("border"),
+        non_manifold=occurrences("non_manifold"),
+        turned=occurrences("turned"),
+        bow_tie=occurrences("bow_tie"),
         components=raw["components"],
         component=raw["component"],
         island=raw["island"],
@@ -177,8 +176,8 @@ def topology(triangles: npt.ArrayLike, vertices: int) -> Topology:
 
 
 def weld_points(points: F32, tolerance: float) -> U32:
-    """(n,) for each of the different points (n, 3) the one that stands for it: itself, or the nearest earlier
-    one that stays and is at most `tolerance` (above 0) away."""
+    """(n,): the representative of each of the distinct points (n, 3): itself, or the nearest earlier
+    representative within `tolerance` (above 0)."""
     if not 0 < tolerance < float("inf"):
         raise ValueError(f"tolerance {tolerance}, expected a number above 0")
     return _mesh.weld(_rows(points, 3), tolerance)  # type: ignore[no-any-return]
@@ -193,9 +192,8 @@ def project(
     *,
     one_chart: bool = False,
 ) -> tuple[U32, npt.NDArray[np.float64]]:
-    """For every corner (3 m) of a simplified mesh, the original triangle and barycentric weights (3 m, 3)
-    of the place whose attributes it takes. charts: (source triangles,) equal where attributes run on
-    without a seam."""
+    """For each corner (3 m) of a simplified mesh the source triangle and barycentric weights (3 m, 3) of the
+    point whose attributes it takes. charts: (source triangles,) equal where attributes are continuous."""
     source_positions, positions = _rows(source_positions, 3), _rows(positions, 3)
     source_triangles = _triangles(source_triangles, len(source_positions))
     if not len(source_triangles):

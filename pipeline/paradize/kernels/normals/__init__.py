@@ -1,7 +1,7 @@
-"""Checked numpy face of the normal kernels: heights or slopes -> unit normals.
+"""Python interface of the normal kernels: heights or slopes -> unit normals.
 
 Wrong shapes and types raise ValueError: they are faults of the program, not of a source file. Heights that
-are not finite raise SourceError with their place. Results do not depend on `threads`, nor on the CPU.
+are not finite raise SourceError with their place. Results depend neither on `threads` nor on the CPU.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ F64 = npt.NDArray[np.float64]
 I32 = npt.NDArray[np.int32]
 
 THREADS = default_threads(2)
-MAX_REACH = 64  # of a derivative or smoothing filter, texels on either side
+MAX_REACH = 64  # of a filter, texels to each side
 _WIDTHS = {"widest": 0, "baseline": 1, "avx2": 2, "avx512": 3}
 
 
 def widths() -> list[str]:
-    """The instruction sets that this CPU runs, for tests: all give the same bits."""
+    """The instruction sets of this CPU, for tests. All give the same bits."""
     return [name for name, code in _WIDTHS.items() if _normals.has_width(code)]
 
 
@@ -38,14 +38,14 @@ def _plane(array: npt.NDArray[Any], name: str) -> F32:
     return np.ascontiguousarray(array)
 
 
-def _weights(values: npt.ArrayLike, name: str, most: int) -> F64:
+def _weights(values: npt.ArrayLike, name: str, max_count: int) -> F64:
     weights = np.ascontiguousarray(values, np.float64)
-    if weights.ndim != 1 or not 1 <= weights.size <= most or not bool(np.isfinite(weights).all()):
-        raise ValueError(f"{name} has shape {weights.shape}; 1 to {most} finite weights are taken")
+    if weights.ndim != 1 or not 1 <= weights.size <= max_count or not bool(np.isfinite(weights).all()):
+        raise ValueError(f"{name} has shape {weights.shape}; 1 to {max_count} finite weights are taken")
     return weights
 
 
-def _refuse(planes: Sequence[F32], what: str) -> SourceError:
+def _not_finite(planes: Sequence[F32], what: str) -> SourceError:
     for plane in planes:
         for row, values in enumerate(plane):
             bad = np.flatnonzero(~np.isfinite(values))
@@ -68,20 +68,19 @@ def normals_from_heights(
     threads: int = THREADS,
     width: str = "widest",
 ) -> F32:
-    """Unit normals, green up the image, of the rows first..last (`rows`; None: all) of heights (h, w).
+    """Unit normals (n, w, 3) float32, green up, of rows [first, end) of heights (h, w) (`rows`; None: all).
 
-    derivative: weights of h[+k] - h[-k], k = 1, 2, ... along an axis; smooth: weights of the centre and of
-    both neighbours at 1, 2, ... across it (their sum, centre + 2 * rest, is 1). scale: slope of one unit of
-    height from texel to texel along (x, y); any finite number. wrap: whether (x, y) repeat; where they do
-    not, the height goes on as it came (odd reflection about the edge texel). green_down: y points down the
-    image.
-    islands: (h, w) int32, one id per UV island, negative outside. A texel that has taps on another island
-    takes these, and those outside the map, from the odd reflection about itself; where both taps of a pair
-    are lost, the axis takes the difference of the next texels of its island. Texels outside are of no use
-    before a gutter is filled: theirs are the slopes across borders.
+    derivative: weights of h[+k] - h[-k], k = 1, 2, ..., along an axis. smooth: weights of the centre and of
+    both neighbours at 1, 2, ... across it; centre + 2 * rest = 1. scale: slope along (x, y) of one unit of
+    height between neighbours, finite. wrap: whether (x, y) repeat; where they do not, heights are continued
+    by odd reflection about the edge texel. green_down: y points down the image. width: one of widths().
 
-    Returns (n, w, 3) float32. Where all taps are equal the normal is exactly (0, 0, 1). Slopes of any size
-    are right: those beyond 1e18 are computed in double. width: an instruction set out of widths().
+    islands: (h, w) int32, an id per UV island, negative outside. Where a tap lies on another island or
+    outside the map, it is replaced by the odd reflection about the texel; where both taps of a pair are lost,
+    the axis uses the difference of the adjacent texels of its island. Normals outside all islands are slopes
+    across borders, to be replaced by a gutter.
+
+    Where all taps are equal the normal is exactly (0, 0, 1). Slopes beyond 1e18 are computed in double.
     Raises SourceError for a height that is not finite, with its row and column.
     """
     heights = _plane(heights, "heights")
@@ -89,10 +88,10 @@ def normals_from_heights(
         islands = np.empty((0,), np.int32)
     elif islands.shape != heights.shape or islands.dtype != np.int32:
         raise ValueError(f"islands have shape {islands.shape} of {islands.dtype}; heights {heights.shape}")
-    first, last = (0, heights.shape[0]) if rows is None else rows
-    if not 0 <= first <= last <= heights.shape[0]:
-        raise ValueError(f"rows {first} to {last} of {heights.shape[0]}")
-    out = np.empty((last - first, heights.shape[1], 3), np.float32)
+    first, end = (0, heights.shape[0]) if rows is None else rows
+    if not 0 <= first <= end <= heights.shape[0]:
+        raise ValueError(f"rows {first} to {end} of {heights.shape[0]}")
+    out = np.empty((end - first, heights.shape[1], 3), np.float32)
     done = _normals.normals_from_heights(
         heights,
         np.ascontiguousarray(islands),
@@ -104,13 +103,13 @@ def normals_from_heights(
         wrap[1],
         green_down,
         first,
-        last,
+        end,
         out,
         threads,
         _WIDTHS[width],
     )
     if not done:
-        raise _refuse([heights], "a height")
+        raise _not_finite([heights], "a height")
     return out
 
 
@@ -125,8 +124,8 @@ def normals_from_slopes(
 ) -> F32:
     """Unit normals, green up, of slopes dx, dy (h, w): height per texel along the rows and down the columns.
 
-    scale: what the slopes along (x, y) are multiplied by. The rest as in normals_from_heights.
-    Raises SourceError for a slope that is not finite, with its row and column.
+    scale: factors of the slopes along (x, y). Other arguments as in normals_from_heights. Raises SourceError
+    for a slope that is not finite, with its row and column.
     """
     dx, dy = _plane(dx, "dx"), _plane(dy, "dy")
     if dx.shape != dy.shape:
@@ -143,5 +142,5 @@ def normals_from_slopes(
         _WIDTHS[width],
     )
     if not done:
-        raise _refuse([dx, dy], "a slope")
+        raise _not_finite([dx, dy], "a slope")
     return out

@@ -1,4 +1,4 @@
-"""Checked face of the native OBJ parser (`obj/parse.hpp`)."""
+"""Python interface of the native OBJ parser (`obj/parse.hpp`)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ ABSENT = 0xFFFFFFFF
 
 @dataclass(frozen=True)
 class Note:
-    """Something left out or filled in: a stable code, how often, and the line of the first."""
+    """Something that was skipped or filled in: a stable code, the number of cases, and the line of the
+    first."""
 
     code: str
     count: int
@@ -25,7 +26,8 @@ class Note:
 
 @dataclass(frozen=True)
 class Run:
-    """Triangles from `first_triangle` on that share names (None: not given) and smoothing group (0: off)."""
+    """Triangles from `first_triangle` on with the same names (None: not given) and smoothing group (0:
+    off)."""
 
     first_triangle: int
     object_name: str | None
@@ -36,15 +38,16 @@ class Run:
 
 @dataclass(frozen=True)
 class ParsedObj:
-    """positions (n, 3; counted from origin), normals (n, 3), uvs (n, 2, top-left origin), colors (n, 4):
-    float32, empty where the file has none (zeros in single rows that lack them); texts (n, 3) float64: the
-    positions in the file, of several that became one vertex the farthest from it; triangles (m, 3) uint32;
-    triangle_lines (m,) uint32, from 1. collapsed: triangles with an area in the file of which two corners
-    became one vertex, and the first. With faults, (message, line) each, everything else is empty."""
+    """positions (n, 3; relative to origin), normals (n, 3), uvs (n, 2, top-left origin), colors (n, 4):
+    float32, empty where the file has none, zeros in rows without a value. source_positions: (n, 3) float64,
+    positions in the file; if several became one vertex, the farthest from it. triangles: (m, 3) uint32.
+    triangle_lines: (m,) uint32, from 1. collapsed, first_collapsed: triangles with an area in the file of
+    which two corners became one vertex, and the first. faults: (message, line) each; with faults everything
+    else is empty."""
 
     origin: tuple[float, float, float]
     positions: npt.NDArray[np.float32]
-    texts: npt.NDArray[np.float64]
+    source_positions: npt.NDArray[np.float64]
     normals: npt.NDArray[np.float32]
     uvs: npt.NDArray[np.float32]
     colors: npt.NDArray[np.float32]
@@ -63,7 +66,7 @@ class ParsedObj:
 
 
 def decode_name(raw: bytes) -> str:
-    """Bytes of a name -> text: UTF-8, else Latin-1, without control characters."""
+    """Decodes a name: UTF-8, else Latin-1; control characters are replaced."""
     try:
         text = raw.decode("utf-8")
     except UnicodeDecodeError:
@@ -72,16 +75,16 @@ def decode_name(raw: bytes) -> str:
 
 
 def parse_obj(text: bytes, *, elements: int = 200_000_000, ear_tests: int = 400_000_000) -> ParsedObj:
-    """Reads OBJ text. elements: most vertices, uvs, normals or face corners, each; ear_tests: the work that
-    may go into cutting concave polygons, for the whole file."""
+    """Parses OBJ text. elements: largest number of vertices, uvs, normals and face corners, each. ear_tests:
+    work limit for triangulating concave polygons, for the whole file."""
     return _parsed(_obj.parse(text, elements, ear_tests))
 
 
 def parse_obj_file(
     descriptor: int, *, elements: int = 200_000_000, ear_tests: int = 400_000_000
 ) -> ParsedObj:
-    """The same for an open regular file, read from its place to its end in small blocks. Raises OSError, also
-    where the file changes its size meanwhile."""
+    """Parses an open regular file from its current position to its end, in small blocks. Raises OSError, also
+    where the size of the file changes meanwhile."""
     try:
         return _parsed(_obj.parse_file(descriptor, elements, ear_tests))
     except OSError as error:
@@ -103,7 +106,7 @@ def _parsed(raw: dict[str, Any]) -> ParsedObj:
     return ParsedObj(
         origin=raw["origin"],
         positions=raw["positions"],
-        texts=raw["texts"],
+        source_positions=raw["texts"],
         normals=raw["normals"],
         uvs=raw["uvs"],
         colors=raw["colors"],

@@ -1,8 +1,8 @@
-"""Checked numpy face of OpenMesh: a second count of a surface's edges, and its simplifier.
+"""Python interface of OpenMesh: an independent count of edges, and its simplifier.
 
-Wrong shapes and values raise ValueError. OpenMesh holds manifolds only. BUILT tells whether the kernels were
-built with it: `make setup` does; elsewhere the build takes it where CMake finds it, and does without where
-not. Calls then raise RuntimeError.
+Wrong shapes and values raise ValueError. OpenMesh supports manifolds only. BUILT: whether the kernels were
+built with OpenMesh. `make setup` does; other builds do where CMake finds it. Without it calls raise
+RuntimeError.
 """
 
 from __future__ import annotations
@@ -23,36 +23,37 @@ U32 = npt.NDArray[np.uint32]
 
 
 def count(positions: npt.ArrayLike, triangles: npt.ArrayLike) -> tuple[int, int, int]:
-    """OpenMesh's count of a mesh's triangles, edges and border edges. Where the surface is no manifold it
-    counts fewer triangles than there are."""
+    """OpenMesh's count of triangles, edges and border edges. For a surface that is not a manifold it counts
+    fewer triangles than there are."""
     mesh = _mesh(positions, triangles)
     return _openmesh.count(*mesh)
 
 
 def simplify(positions: npt.ArrayLike, triangles: npt.ArrayLike, target: int) -> tuple[U32, U32]:
-    """The mesh with about `target` triangles: (k,) uint32 source vertex of each vertex that is left, and
-    (j, 3) uint32 triangles of those. No vertex moves: its position and attributes are its source's.
+    """Simplifies a mesh to about `target` triangles. Returns (k,) uint32, the source vertex of each remaining
+    vertex, and (j, 3) uint32 triangles of the remaining vertices. No vertex moves; positions and attributes
+    are the source's.
 
-    Edges collapse into one of their ends, the least quadric error first, until `target` triangles are left or
-    each collapse would turn a triangle over or make the surface no manifold. A border may recede. Positions
-    alone decide: vertices that are doubled at a seam come apart. Raises ValueError where the surface is no
-    manifold.
+    Edges collapse into one of their ends, the smallest quadric error first, until `target` triangles remain
+    or each collapse would flip a triangle or make the surface non-manifold. Borders may recede. Only
+    positions count: vertices that are doubled at a seam may separate. Raises ValueError where the surface is
+    not a manifold.
     """
     if target < 1:
-        raise ValueError(f"a mesh of {target} triangles is asked for")
+        raise ValueError(f"target {target}, expected at least 1")
     mesh = _mesh(positions, triangles)
     return _openmesh.simplify(*mesh, target)
 
 
 def _mesh(positions: npt.ArrayLike, triangles: npt.ArrayLike) -> tuple[F64, U32]:
-    """The arrays as the kernel takes them."""
+    """Checks the arrays and converts them for the kernel."""
     if not BUILT:
         raise RuntimeError("Paradize was built without OpenMesh: install libopenmesh-dev and build it again")
-    places = np.ascontiguousarray(positions, np.float64)
+    points = np.ascontiguousarray(positions, np.float64)
     corners = np.ascontiguousarray(triangles, np.uint32)
-    for name, rows in (("positions", places), ("triangles", corners)):
+    for name, rows in (("positions", points), ("triangles", corners)):
         if rows.ndim != 2 or rows.shape[1] != 3:
             raise ValueError(f"{name} have shape {rows.shape}, not (n, 3)")
-    if not np.isfinite(places).all():
+    if not np.isfinite(points).all():
         raise ValueError("positions are not finite")
-    return places, corners
+    return points, corners

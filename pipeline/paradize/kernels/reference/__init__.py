@@ -1,4 +1,4 @@
-"""Checked face of the reference kernels, which metrics measure with and no stage imports."""
+"""Python interface of the reference kernels, with which metrics measure. No stage imports it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy.typing as npt
 import paradize.kernels.reference._reference as _reference
 from paradize.kernels.threads import default_threads
 
-# How far apart the two bounds of a largest distance shall be: of it, or of the first surface's diagonal.
+# Largest gap of the two bounds of a distance: relative to it, or to the first surface's diagonal.
 GAP, RESOLUTION = 0.001, 1e-7
 
 
@@ -38,9 +38,9 @@ def _triangles(values: npt.ArrayLike, vertices: int) -> npt.NDArray[np.uint32]:
 
 
 class Surface:
-    """Triangles that are measured, in a tree; made once for any number of measurements.
+    """Triangles in a search tree, made once for any number of measurements.
 
-    positions: (n, 3) finite, any unit; triangles: (m, 3), m > 0. Both are copied only where they must be.
+    positions: (n, 3) finite, any unit. triangles: (m, 3), m > 0. Copied only where necessary.
     """
 
     def __init__(self, positions: npt.ArrayLike, triangles: npt.ArrayLike) -> None:
@@ -51,39 +51,41 @@ class Surface:
     def distance_to(
         self, other: Surface, *, samples: int, threads: int | None = None
     ) -> tuple[float, float, float]:
-        """(max, rms, p99) distance from this surface's samples to the other surface, in the positions' unit:
-        a point between samples may lie farther than `max` (see between).
+        """(max, rms, p99) distance of this surface's samples from the other surface, in the unit of the
+        positions. Points between samples may be farther than `max` (see between).
 
-        samples: about how many in all, besides ten or more in every triangle, 0 to 10^8.
+        samples: approximate number, 0 to 10^8; each triangle has at least ten.
         """
         if not 0 <= samples <= 10**8:
             raise ValueError(f"{samples} samples, expected 0 to 10^8")
         workers = default_threads(8) if threads is None else max(1, threads)
-        found = _reference.surface_distance(self.tree, other.tree, samples, workers)
-        return float(found[0]), float(found[1]), float(found[2])
+        distances = _reference.surface_distance(self.tree, other.tree, samples, workers)
+        return float(distances[0]), float(distances[1]), float(distances[2])
 
     def between(
         self, other: Surface, *, samples: int, gap: float = GAP, threads: int | None = None
     ) -> tuple[float, float, float, float]:
-        """(least, most, rms, p99) distance of the two surfaces, each the larger of both directions, in the
-        positions' unit: the largest lies between `least` and `most` (but for the rounding of float64), which
-        are `gap` of it or RESOLUTION of this surface's diagonal apart, or more where 60 million tests of a
-        place against a triangle and 600 for each one of both did not do. rms, p99: of samples, as of
-        distance_to.
+        """(low, high, rms, p99) distance of the two surfaces, each the larger of both directions, in the
+        unit of the positions. The maximum lies between `low` and `high` (except for rounding of float64).
+        They differ by at most `gap` of it or RESOLUTION of this surface's diagonal, or by more where the work
+        limit is reached: 60 million tests of a point against a triangle plus 600 per triangle. rms, p99: of
+        samples, as in distance_to.
 
         gap: 1e-6 to 1.
         """
         if not 0 <= samples <= 10**8 or not 1e-6 <= gap <= 1:
             raise ValueError(f"{samples} samples, expected 0 to 10^8; gap {gap}, expected 1e-6 to 1")
         workers = default_threads(8) if threads is None else max(1, threads)
-        least, most, rms, p99 = _reference.two_sided(self.tree, other.tree, samples, gap, RESOLUTION, workers)
-        return float(least), float(most), float(rms), float(p99)
+        low, high, rms, p99 = _reference.two_sided(self.tree, other.tree, samples, gap, RESOLUTION, workers)
+        return float(low), float(high), float(rms), float(p99)
 
 
 class Shading:
-    """What a surface's vertices carry: normals (n, 3) unit, and tangents (n, 4) and uvs (n, 2) or None.
+    """The attributes of a surface's vertices: normals (n, 3) unit, and tangents (n, 4) and uvs (n, 2) or
+    None.
 
-    triangles: (m, 3) where these vertices are others than the surface's: its triangles, in their order.
+    triangles: (m, 3), in the order of the surface's triangles, where these vertices are not the surface's
+    own.
     """
 
     def __init__(
@@ -96,16 +98,16 @@ class Shading:
     ) -> None:
         self.surface = surface
         count = len(np.asarray(normals))
-        held = _triangles(surface.triangles if triangles is None else triangles, count)
-        if held.shape != surface.triangles.shape:
-            raise ValueError(f"{len(held)} triangles of a surface of {len(surface.triangles)}")
-        self.held = [
+        indices = _triangles(surface.triangles if triangles is None else triangles, count)
+        if indices.shape != surface.triangles.shape:
+            raise ValueError(f"{len(indices)} triangles of a surface of {len(surface.triangles)}")
+        self.columns = [
             None if values is None else _columns(values, count, width)
             for values, width in ((normals, 3), (tangents, 4), (uvs, 2))
         ]
         self.has_uvs = uvs is not None
-        self.triangles = held
-        self.native = _reference.shading(held, *self.held)
+        self.triangles = indices
+        self.native = _reference.shading(indices, *self.columns)
 
     def angles_to(
         self,
@@ -117,11 +119,13 @@ class Shading:
         repeat: bool = True,
         threads: int | None = None,
     ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """(mean, p99, max) over this surface's area of the degrees between the normals that both show at one
-        place (reference/places.hpp), and the same of normals that the map turned. near: how far, in the
-        positions' unit, a place that faces the same way may lie behind a nearer one that does not.
-        normal_map: (h, w, 3) unit vectors, green up; without one, or where tangents or texture coordinates
-        lack, both are the same."""
+        """(mean, p99, max) over this surface's area of the angles in degrees between the normals of both at
+        one place (reference/places.hpp), and the same for normals changed by the normal map.
+
+        near: how far, in the unit of the positions, a point that faces the same way may lie behind a nearer
+        one that does not. normal_map: (h, w, 3) unit vectors, green up; without it, or without tangents or
+        UVs, both results are equal.
+        """
         vectors = None
         if normal_map is not None:
             vectors = np.ascontiguousarray(normal_map, np.float32)
@@ -145,18 +149,18 @@ class Shading:
     def shift_from(
         self, truth: Shading, *, unit: float, samples: int, threads: int | None = None
     ) -> tuple[float, float, float]:
-        """(mean, p99, max) over this surface's area of how far, in the positions' unit, the texture shown
-        lies from where `truth` shows it. unit: what 1 in texture coordinates counts where nothing near has
-        them."""
+        """(mean, p99, max) over this surface's area of the distance, in the unit of the positions, between
+        the places where both show the same point of the texture. unit: distance per unit of UVs where the
+        reference has no such UVs nearby."""
         if not (self.has_uvs and truth.has_uvs):
             raise ValueError("no texture coordinates")
         if not 1 <= samples <= 10**8 or not 0 <= unit < float("inf"):
             raise ValueError(f"{samples} samples, unit {unit}")
         workers = default_threads(8) if threads is None else max(1, threads)
-        found = _reference.uv_shift(
+        distances = _reference.uv_shift(
             self.surface.tree, self.native, truth.surface.tree, truth.native, unit, samples, workers
         )
-        return float(found[0]), float(found[1]), float(found[2])
+        return float(distances[0]), float(distances[1]), float(distances[2])
 
 
 @dataclass(frozen=True)
@@ -176,22 +180,22 @@ class Loading:
 def loading(
     positions: npt.NDArray[np.float32],
     origin: tuple[float, float, float],
-    texts: npt.NDArray[np.float64],
+    source_positions: npt.NDArray[np.float64],
     triangles: npt.NDArray[np.uint32],
 ) -> Loading:
-    """What positions (n, 3), counted from `origin`, lost of the text's (n, 3) that they stand for."""
+    """The loss of positions (n, 3), relative to `origin`, against the positions (n, 3) of the file."""
     rows = _rows(positions)
-    truth = np.ascontiguousarray(texts, np.float64)
-    if truth.shape != rows.shape or not np.isfinite(truth).all():
-        raise ValueError(f"{truth.shape} positions in the text, expected {rows.shape}, finite")
+    reference = np.ascontiguousarray(source_positions, np.float64)
+    if reference.shape != rows.shape or not np.isfinite(reference).all():
+        raise ValueError(f"{reference.shape} positions in the text, expected {rows.shape}, finite")
     most, low, high, collapsed, first, turned = _reference.loading(
-        rows, np.array(origin, np.float64), truth, _triangles(triangles, len(rows))
+        rows, np.array(origin, np.float64), reference, _triangles(triangles, len(rows))
     )
     return Loading(most, low, high, collapsed, first, turned)
 
 
 def angles_deg(a: npt.ArrayLike, b: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """(n,) angles in degrees, 0 to 180, between the rows of two (n, 3) arrays; 90 where a row is zero."""
+    """(n,) angles in degrees, 0 to 180, between the rows of two (n, 3) arrays; 90 for a zero row."""
     first, second = _rows(a), _rows(b)
     if first.shape != second.shape:
         raise ValueError(f"{first.shape} and {second.shape} rows")
@@ -199,7 +203,7 @@ def angles_deg(a: npt.ArrayLike, b: npt.ArrayLike) -> npt.NDArray[np.float64]:
 
 
 def powers(bases: npt.NDArray[np.float64], exponent: float) -> npt.NDArray[np.float64]:
-    """bases^exponent of bases of any shape, 0 or more, with the same bits on every machine."""
+    """bases^exponent for bases >= 0 of any shape, with the same bits on all machines."""
     flat = np.ascontiguousarray(bases, np.float64).ravel()
     return np.asarray(_reference.powers(flat, float(exponent)), np.float64).reshape(bases.shape)
 
@@ -207,8 +211,8 @@ def powers(bases: npt.NDArray[np.float64], exponent: float) -> npt.NDArray[np.fl
 def mikktspace_tangents(
     positions: npt.ArrayLike, normals: npt.ArrayLike, uvs: npt.ArrayLike, triangles: npt.ArrayLike
 ) -> npt.NDArray[np.float32]:
-    """(m, 3, 4) tangents of every corner as MikkTSpace defines them, in float64, w so that w * cross(N, T)
-    points up the image. positions, normals: (n, 3), normals unit; uvs: (n, 2) top-left origin."""
+    """(m, 3, 4) tangents of all corners by MikkTSpace in float64; w is such that w * cross(N, T) points up
+    the image. positions, normals: (n, 3), normals unit. uvs: (n, 2), top-left origin."""
     p, n, t = _rows(positions), _rows(normals), _rows(uvs, 2)
     if not len(p) == len(n) == len(t):
         raise ValueError(f"{len(p)} positions, {len(n)} normals, {len(t)} texture coordinates")

@@ -1,4 +1,4 @@
-"""Checked face of the reference kernel of UV layouts, which a metric uses and no stage imports."""
+"""Python interface of the reference kernel of UV layouts. Used by a metric; no stage imports it."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ def _layout(
 def layout_quality(
     positions: npt.ArrayLike, triangles: npt.ArrayLike, corners: npt.ArrayLike
 ) -> dict[str, Any]:
-    """stretch, seam_length, packing, flipped, without, charts and density, as reference/atlas.hpp tells.
+    """stretch, seam_length, packing, flipped, without, charts and density, as defined in reference/atlas.hpp.
 
-    positions: (n, 3); triangles: (m, 3), one index per place; corners: (m, 3, 2) in 0..1.
+    positions: (n, 3). triangles: (m, 3), equal indices for equal positions. corners: (m, 3, 2) in 0..1.
     """
-    found: dict[str, Any] = _reference.layout_quality(*_layout(positions, triangles, corners))
-    return found
+    quality: dict[str, Any] = _reference.layout_quality(*_layout(positions, triangles, corners))
+    return quality
 
 
 def layout_raster(
     positions: npt.ArrayLike, triangles: npt.ArrayLike, corners: npt.ArrayLike, *, resolution: int, gap: int
 ) -> tuple[int, int, int]:
-    """(texels covered, texels covered twice, texels that another chart touches or comes nearer to than `gap`
-    texels) in a square of `resolution` texels, 1 to 16384; gap: 0 to 64."""
+    """(texels covered, texels covered twice, texels that another chart touches or approaches by less than
+    `gap` texels) in a square of `resolution` texels, 1 to 16384; gap: 0 to 64."""
     if not 1 <= resolution <= 16384 or not 0 <= gap <= 64:
         raise ValueError(f"{resolution} texels, gap {gap}")
     covered, twice, near = _reference.layout_raster(*_layout(positions, triangles, corners), resolution, gap)

@@ -1,4 +1,4 @@
-"""Checked face of the terrain's reference rasteriser, which the metric measures with and no stage imports."""
+"""Python interface of the terrain's reference rasterizer. Used by a metric; no stage imports it."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ def terrain_error(
     *,
     threads: int | None = None,
 ) -> tuple[float, float, int, int, int, int]:
-    """Error of a mesh above every pixel of a height field: (largest error, sum of squares, pixels covered,
+    """The error of a mesh at each pixel of a height field: (largest error, sum of squares, pixels covered,
     pixels not covered, triangles that do not face up, first worst pixel as row * columns + column).
 
-    positions: (n, 3) float32, metres; triangles: (m, 3) uint32 below n; heights_m: (rows, columns) float32
-    over size_m = (x, z) metres about the origin. The largest error is -1 where no pixel is covered.
+    positions: (n, 3) float32, metres. triangles: (m, 3) uint32 below n. heights_m: (rows, columns) float32
+    over size_m = (x, z) metres around the origin. The largest error is -1 where no pixel is covered.
     """
     arrays = _checked(positions, triangles, heights_m)
-    hands = default_threads(8) if threads is None else max(1, threads)
-    found: tuple[float, float, int, int, int, int] = _reference.terrain_error(*arrays, *size_m, hands)
-    return found
+    workers = default_threads(8) if threads is None else max(1, threads)
+    result: tuple[float, float, int, int, int, int] = _reference.terrain_error(*arrays, *size_m, workers)
+    return result
 
 
 def patch_error(
@@ -36,14 +36,13 @@ def patch_error(
     size_m: tuple[float, float],
     corners: tuple[tuple[int, int], tuple[int, int], tuple[int, int]],
 ) -> tuple[float, float, int, int, int, int, int]:
-    """As `terrain_error`, of the mesh of one patch at every pixel of the closed triangle `corners`, (row,
-    column) each, also outside the field; last the number of pixels outside it that the mesh covers (looked
-    for one pixel round its box). One thread, free of Python's lock.
-    """
-    found: tuple[float, float, int, int, int, int, int] = _reference.patch_error(
+    """As `terrain_error`, for the mesh of a patch, at each pixel of the closed triangle `corners`, (row,
+    column) each, which may lie outside the field. Also returns the number of pixels outside the triangle that
+    the mesh covers (searched one pixel around its box). One thread; releases Python's lock."""
+    result: tuple[float, float, int, int, int, int, int] = _reference.patch_error(
         *_checked(positions, triangles, heights_m), *size_m, corners
     )
-    return found
+    return result
 
 
 def _checked(

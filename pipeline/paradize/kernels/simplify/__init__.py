@@ -1,6 +1,7 @@
-"""Checked numpy face of our own simplifier: edges collapse, cheapest first, until a target or an error.
+"""Python interface of our simplifier, which collapses edges, the cheapest first, down to a target or an
+error.
 
-Wrong shapes and values raise ValueError. The result is the same on every CPU. Method and sources:
+Wrong shapes and values raise ValueError. The result is the same on all CPUs. Method and sources:
 simplify/collapse.hpp.
 """
 
@@ -27,13 +28,13 @@ STOPS = ("target", "error", "nothing")
 class Simplified:
     """A simplified mesh.
 
-    positions: (k, 3) float64. triangles: (j, 3) uint32, in their source's order, none with two corners in
-    one place. attributes: (k, a) float32. vertex: (k,) a source vertex that became part of each; one that
-    did not move has its source's position and attributes exactly. place: (k,) equal for vertices of one
-    place. triangle: (j,) source triangle. error: the largest distance, in units of the positions, that any
-    one collapse was estimated to make (root of the mean square over the surface that a vertex stands for,
-    with what its attributes come to differ, by their weights).
-    stop: "target" (reached), "error" (max_error holds the rest) or "nothing" (no edge may collapse).
+    positions: (k, 3) float64. triangles: (j, 3) uint32, in the order of the source; no triangle has two
+    corners at one position. attributes: (k, a) float32. vertex: (k,) a source vertex that was merged into
+    each; vertices that did not move have exactly the position and attributes of their source. place: (k,)
+    equal for vertices at one position. triangle: (j,) source triangle. error: largest estimated distance of a
+    collapse, in the unit of the positions (root mean square over the surface of the vertex, including
+    weighted differences of attributes). stop: "target" (reached), "error" (stopped by max_error) or "nothing"
+    (no edge may collapse).
     """
 
     positions: F64
@@ -60,15 +61,15 @@ def simplify(
     max_error: float | None = None,
     kept_area: float = 0.0,
 ) -> Simplified:
-    """About `target` triangles (never fewer than the last collapse leaves), or those that max_error allows.
+    """Simplifies a mesh to about `target` triangles (never fewer than the last collapse leaves), or as far as
+    max_error allows.
 
-    positions: (n, 3) float64, finite, centred, of a diagonal near 1. triangles: (m, 3) below n; those with
-    two corners in one place are left out. attributes: (n, a) finite, a up to 32, in any units; weights: (a,),
-    how far a difference of 1 counts as a distance, 0 (default): carried along only. unit: first of three
-    columns that hold unit vectors. seams: (n,) number of each vertex's place, below n (default: each its
-    own); vertices of one place share one position and stay together. groups: (m,) of each triangle, whose
-    borders stay. locked: (n,) vertices that stay as they are. kept_area: the share of its area, 0 to 1, that
-    every connected part keeps.
+    positions: (n, 3) float64, finite, centred, diagonal near 1. triangles: (m, 3) below n; degenerate ones
+    are dropped. attributes: (n, a) finite, a up to 32, any unit. weights: (a,), the distance that a
+    difference of 1 counts as; 0 (default): interpolated only. unit: first of three columns with unit vectors.
+    seams: (n,) id of each vertex's position, below n (default: all different); vertices of one position move
+    together. groups: (m,) group of each triangle; borders of groups are kept. locked: (n,) vertices that may
+    not move. kept_area: the share of its area, 0 to 1, that each connected part keeps.
     """
     positions = np.ascontiguousarray(positions, np.float64)
     if positions.ndim != 2 or positions.shape[1] != 3 or not np.isfinite(positions).all():
@@ -114,7 +115,7 @@ def simplify(
         1e30 if max_error is None else max_error,
         kept_area,
     )
-    points, kept, carried, vertex, places, triangle, error, stop = found
+    points, remaining, carried, vertex, position_ids, triangle, error, stop = found
     if width == 0:
         carried = np.zeros((len(points), 0), np.float32)
-    return Simplified(points, kept, carried, vertex, places, triangle, error, STOPS[stop])
+    return Simplified(points, remaining, carried, vertex, position_ids, triangle, error, STOPS[stop])

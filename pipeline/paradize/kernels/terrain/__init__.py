@@ -1,4 +1,4 @@
-"""Checked numpy face of the terrain kernels."""
+"""Python interface of the terrain kernels."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ THREADS = default_threads(8)
 def refine(
     heights: npt.NDArray[np.float32], tolerance: float, *, threads: int = THREADS
 ) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
-    """A Delaunay triangulation of grid points whose triangles pass each pixel within `tolerance`.
+    """A Delaunay triangulation of grid points whose triangles lie within `tolerance` of each pixel.
 
-    heights: (rows, columns) float32, finite, 2 to 16385 on each side. tolerance: >= 0, unit of the heights.
-    Returns the vertices (n, 2) uint32 as (row, column), and the triangles (m, 3) uint32, which turn clockwise
-    in an image drawn with row 0 at the top. Raises ValueError for other shapes, dtypes or values.
+    heights: (rows, columns) float32, finite, 2 to 16385 per side. tolerance: >= 0, in the unit of the
+    heights. Returns vertices (n, 2) uint32 as (row, column) and triangles (m, 3) uint32, clockwise in an
+    image with row 0 at the top. Raises ValueError for other shapes, dtypes or values.
     """
-    return _listed(_terrain.refine, heights, tolerance, threads)
+    return _triangulate(_terrain.refine, heights, tolerance, threads)
 
 
 def bisect(
     heights: npt.NDArray[np.float32], tolerance: float, *, threads: int = THREADS
 ) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
     """As `refine`, by a hierarchy of right triangles: not Delaunay, more triangles."""
-    return _listed(_terrain.bisect, heights, tolerance, threads)
+    return _triangulate(_terrain.bisect, heights, tolerance, threads)
 
 
 Corners = tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
@@ -45,19 +45,18 @@ def patch(
     *,
     most_vertices: int = 2**32 - 1,
 ) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.uint32]]:
-    """The part of a right triangle of pixel space that lies in the field, as a Delaunay triangulation.
+    """The part of a right triangle in pixel space that lies in the field, as a Delaunay triangulation.
 
-    heights: (rows, columns) float32, metres, 2 to 16385 on each side, C-contiguous; they must be finite,
-    which the caller knows: it is not looked at again for every patch. corners: (row, column) of the right
-    angle and of the hypotenuse's ends, up to 2^20 pixels away, also outside the field; legs of one length,
-    along rows and columns or along diagonals. Tolerances: metres, >= 0; tolerance_m is that of pixels inside
-    and where the field's rim cuts the triangle.
+    heights: (rows, columns) float32, metres, 2 to 16385 per side, C-contiguous, finite (not checked, because
+    patches are many). corners: (row, column) of the right angle and of the ends of the hypotenuse, up to 2^20
+    pixels away, also outside the field; legs of equal length, along rows and columns or along diagonals.
+    Tolerances: metres, >= 0; tolerance_m is that of pixels inside and along the field's edge.
 
-    The vertices of a border depend on the heights on it, its two ends (where it leaves the field) and its
-    tolerance alone, so that the patch on its other side has the same. Returns vertices (n, 2) int32 as (row,
-    column) and triangles (m, 3) uint32, which turn clockwise in an image drawn with row 0 at the top; both
-    empty where the triangle covers no area. most_vertices: none is added inside from that number on, whatever
-    tolerance_m says; the worst pixels come first. Raises ValueError. Runs beside other threads.
+    The vertices of a border depend only on the heights along it, its two ends (where it leaves the field) and
+    its tolerance, so the neighbouring patch has the same ones. Returns vertices (n, 2) int32 as (row, column)
+    and triangles (m, 3) uint32, clockwise in an image with row 0 at the top; both empty where the triangle
+    covers no area. most_vertices: limit of the vertices inside; the worst pixels come first. Raises
+    ValueError. Releases Python's lock.
     """
     if heights.dtype != np.float32 or heights.ndim != 2 or not heights.flags.c_contiguous:
         raise ValueError(f"heights must be contiguous (rows, columns) float32, not {heights.shape}")
@@ -76,8 +75,8 @@ def patch(
 
 @dataclass(frozen=True)
 class Vertices:
-    """Float32 arrays, one row a vertex: positions and normals (n, 3), tangents (n, 4), both UV sets (n, 2).
-    triangles: (m, 3) uint32, facing up; none for vertices that were asked for one by one."""
+    """float32 arrays with one row per vertex: positions, normals (n, 3), tangents (n, 4), both UV sets (n,
+    2). triangles: (m, 3) uint32, facing up; empty where single vertices were requested."""
 
     positions: npt.NDArray[np.float32]
     normals: npt.NDArray[np.float32]
@@ -95,24 +94,24 @@ def vertices(
     sand_repeat: float = 1.0,
     threads: int = THREADS,
 ) -> Vertices:
-    """What pixels carry as vertices of a terrain of size_m = (x, z) metres about the origin.
+    """The vertices of a terrain of size_m = (x, z) metres around the origin at some pixels.
 
-    heights: (rows, columns) float32, metres, 2 or more each way. pixels: (n, 2) as (row, column), or None
-    for every pixel with two triangles a cell. Normals and tangents: central differences of the heights,
-    one-sided on the rim; T along +X, w = +1. uvs: sand_repeat times along x, as often along z as keeps tiles
-    square; uvs1: once. Raises ValueError.
+    heights: (rows, columns) float32, metres, at least 2 per side. pixels: (n, 2) as (row, column), or None
+    for all pixels with two triangles per cell. Normals and tangents: central differences, one-sided at the
+    edge; T along +X, w = +1. uvs: sand_repeat repetitions along x and as many along z as keep them square.
+    uvs1: once over the terrain. Raises ValueError.
     """
     if heights.dtype != np.float32 or heights.ndim != 2:
         raise ValueError(f"heights must be (rows, columns) float32, not {heights.shape} {heights.dtype}")
     if pixels is not None and (pixels.ndim != 2 or pixels.shape[1] != 2):
         raise ValueError(f"pixels must be (n, 2), not {pixels.shape}")
-    listed = None if pixels is None else np.ascontiguousarray(pixels, np.uint32)
+    pixel_list = None if pixels is None else np.ascontiguousarray(pixels, np.uint32)
     return Vertices(
-        *_terrain.vertices(np.ascontiguousarray(heights), listed, *size_m, float(sand_repeat), threads)
+        *_terrain.vertices(np.ascontiguousarray(heights), pixel_list, *size_m, float(sand_repeat), threads)
     )
 
 
-def _listed(
+def _triangulate(
     make: Callable[..., tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]],
     heights: npt.NDArray[np.float32],
     tolerance: float,
