@@ -23,6 +23,9 @@ class Watcher:
     def began(self, name: str) -> None:
         """One runs, maybe once more."""
 
+    def reached(self, name: str, step: str) -> None:
+        """A running one begins this step. Called from another thread."""
+
     def ended(self, name: str, seconds: float) -> None:
         """One is done with, well or not."""
 

@@ -29,7 +29,8 @@ def run_work(
         watcher.ended(outcome.name, outcome.seconds)
 
     if how.cluster is None:
-        return run_jobs(jobs, min(how.workers, len(jobs)), ended, on_start=began, pool=how.pool)
+        workers = min(how.workers, len(jobs))
+        return run_jobs(jobs, workers, ended, on_start=began, on_step=watcher.reached, pool=how.pool)
     from paradize.cluster.scheduler import run_on_cluster  # here: few bakes need it
 
     max_parallel = how.jobs or None

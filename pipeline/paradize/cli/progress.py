@@ -53,6 +53,12 @@ class Progress(Watcher):
             self.work.began(name, time.monotonic())
             self._show()
 
+    def reached(self, name: str, step: str) -> None:
+        with self.lock:
+            self.work.steps[name] = step
+            if not self.over.is_set():
+                self._show()
+
     def ended(self, name: str, seconds: float) -> None:
         with self.lock:
             self.work.ended(name, seconds)
@@ -111,7 +117,7 @@ class Progress(Watcher):
                     say(f"paradize: {count}: {self._running()}")
 
     def _running(self) -> str:
-        names = list(self.work.running)
+        names = [self.work.named(name) for name in self.work.running]
         more = f" +{len(names) - _NAMES}" if len(names) > _NAMES else ""
         return one_line(", ".join(names[:_NAMES]) + more)
 
@@ -144,6 +150,7 @@ class Work:
         self.known = dict(known)
         self.count = self.done = 0
         self.running: dict[str, float] = {}  # name -> the time of its start
+        self.steps: dict[str, str] = {}  # name -> the step that it reached
         self.done_s = 0.0  # seconds of the jobs that are done
         self.waiting_s = 0.0  # seconds of waiting jobs that are known
         self.waiting_unknown = 0  # waiting jobs whose seconds are not known
@@ -162,6 +169,7 @@ class Work:
         if name not in self.running:  # else it is tried once more
             self._wait(name, -1)
         self.running[name] = now
+        self.steps.pop(name, None)
 
     def ended(self, name: str, seconds: float) -> None:
         if self.running.pop(name, None) is None:
@@ -170,6 +178,10 @@ class Work:
         self.done_s += seconds
         if name not in self.known:
             self.timed, self.timed_s = self.timed + 1, self.timed_s + seconds
+
+    def named(self, name: str) -> str:
+        """A job and the step that it reached."""
+        return f"{name}: {self.steps[name]}" if name in self.steps else name
 
     def step(self, name: str, done: int, total: int, now: float) -> None:
         """Work that counts its own steps. Another total begins other work."""

@@ -79,8 +79,8 @@ def bake_file(arguments: argparse.Namespace, kind: str, settings: dict[str, Any]
     job = Job(arguments.input.name, solo, common | settings, file=arguments.input)
     cores = os.cpu_count() or 1
     with progress() as shown:
-        shown.step(arguments.input.name, 0, 1)
-        outcome = run_jobs([job], 1, threads=min(arguments.jobs or cores, cores))[0]
+        shown.step(job.name, 0, 1)
+        outcome = run_jobs([job], 1, on_step=shown.reached, threads=min(arguments.jobs or cores, cores))[0]
     if outcome.error:
         raise outcome.error
     baked = outcome.value

@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from paradize.errors import BakeError, ParadizeError
@@ -44,12 +45,14 @@ def run_jobs(
     on_outcome: Callable[[Outcome], None] | None = None,
     *,
     on_start: Callable[[Job], None] | None = None,
+    on_step: Callable[[str, str], None] | None = None,
     threads: int | None = None,
     pool: WorkerPool | None = None,
 ) -> list[Outcome]:
     """Runs the jobs, at most `workers` at once. Returns their outcomes in the order of the jobs.
 
-    on_start, on_outcome: called when a job starts and when it ends. threads: native threads of each worker
+    on_start, on_outcome: called when a job starts and when it ends. on_step: called from another thread with
+    the job's name and the step that it begins (progress.report_step). threads: native threads of each worker
     (default: $PARADIZE_THREADS, else the cores divided by the number of workers). pool: workers to use and to
     keep for the next call (default: new workers, which end with this call).
 
@@ -59,7 +62,7 @@ def run_jobs(
     if threads is None and not os.environ.get(THREADS):
         threads = max(1, cores() // max(1, workers))
     used = WorkerPool() if pool is None else pool
-    scheduler = _Scheduler(jobs, max(1, workers), threads, on_start, on_outcome, used)
+    scheduler = _Scheduler(jobs, max(1, workers), threads, on_start, on_step, on_outcome, used)
     try:
         return scheduler.run()
     finally:
@@ -76,16 +79,12 @@ class _Scheduler:
         workers: int,
         threads: int | None,
         on_start: Callable[[Job], None] | None,
+        on_step: Callable[[str, str], None] | None,
         on_outcome: Callable[[Outcome], None] | None,
         pool: WorkerPool,
     ) -> None:
-        self.jobs, self.workers, self.threads, self.on_start, self.on_outcome = (
-            jobs,
-            workers,
-            threads,
-            on_start,
-            on_outcome,
-        )
+        self.jobs, self.workers, self.threads = jobs, workers, threads
+        self.on_start, self.on_step, self.on_outcome = on_start, on_step, on_outcome
         self.limit = memory_limit()
         time_limit()  # raises for an invalid setting before any job starts
         self.waiting = [(job, 1) for job in jobs]  # jobs, and the number of their next try
@@ -127,7 +126,7 @@ class _Scheduler:
                 self.pool.workers.append(idle_worker)
             if self.on_start:
                 self.on_start(job)
-            idle_worker.send(job, tries)
+            idle_worker.send(job, tries, partial(self.on_step, job.name) if self.on_step else None)
 
     def first_fitting(self, busy: list[Worker]) -> int | None:
         """Returns the index of the first waiting job that fits beside the running ones, or None."""

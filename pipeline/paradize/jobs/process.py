@@ -22,6 +22,7 @@ from typing import Any
 
 from paradize.errors import ParadizeError
 from paradize.jobs.limits import process_memory, time_limit
+from paradize.jobs.progress import Step
 from paradize.jobs.scratch import Scratch
 from paradize.kernels.threads import VARIABLE
 
@@ -69,7 +70,8 @@ class Answer:
 @dataclass(eq=False)
 class Worker:
     """A worker process and its current job. threads: its native threads. tries: number of tries of the job,
-    this one included. scratch: its folder for temporary files, removed with it."""
+    this one included. on_step: hears of the steps of the job, in a thread of its own. scratch: its folder for
+    temporary files, removed with it."""
 
     process: subprocess.Popen[bytes]
     link: Connection
@@ -78,11 +80,12 @@ class Worker:
     job: Job | None = None
     tries: int = 0
     since: float = 0.0
+    on_step: Callable[[str], None] | None = None
     work: queue.SimpleQueue[Job | None] = field(default_factory=queue.SimpleQueue)
 
-    def send(self, job: Job, tries: int) -> None:
+    def send(self, job: Job, tries: int, on_step: Callable[[str], None] | None = None) -> None:
         """Sends a job. The answer arrives in the queue that the worker was started with."""
-        self.job, self.tries, self.since = job, tries, time.monotonic()
+        self.job, self.tries, self.since, self.on_step = job, tries, time.monotonic(), on_step
         self.work.put(job)
 
     def used_bytes(self) -> int:
@@ -155,7 +158,10 @@ def _exchange(worker: Worker, answers: queue.SimpleQueue[Answer]) -> None:
         while (job := worker.work.get()) is not None:
             try:
                 worker.link.send((job.call, job.arguments, job.file, job.code))
-                value, error = worker.link.recv()
+                while isinstance(answer := worker.link.recv(), Step):
+                    if worker.on_step:
+                        worker.on_step(answer.name)
+                value, error = answer
             except (EOFError, OSError, pickle.UnpicklingError, ValueError, TypeError):
                 answers.put(Answer(worker, dead=True))
                 return

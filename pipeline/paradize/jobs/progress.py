@@ -1,24 +1,33 @@
-"""Progress of long work: the step that runs now, and how many steps are done of how many.
+"""Progress of long work: what a command shows, and how a baker in a worker process says which step runs.
 
-A worker sends its steps to its parent (worker.py, pool.py). Code that runs in no worker reports to nobody.
+A worker sends its steps to its parent (worker.py, process.py). Code that runs in no worker reports to nobody.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 OnProgress = Callable[[str, int, int], None]  # the step that runs now, steps done, steps in all
 
-_listener: OnProgress | None = None
+
+@dataclass(frozen=True)
+class Step:
+    """A worker's message: this step of its job runs now."""
+
+    name: str
 
 
-def listen(listener: OnProgress | None) -> None:
-    """Makes `listener` hear of every step of this process from here on; None: nobody."""
+_listener: Callable[[Step], None] | None = None
+
+
+def listen(listener: Callable[[Step], None]) -> None:
+    """Makes `listener` hear of every step of this process from here on."""
     global _listener
     _listener = listener
 
 
-def report_progress(step: str, done: int, total: int) -> None:
-    """Says that `step` runs now, and that `done` of `total` steps are finished."""
+def report_step(name: str) -> None:
+    """Says that a step of this process's job begins: "reading", "level 1 of 3"."""
     if _listener is not None:
-        _listener(step, done, total)
+        _listener(Step(name))

@@ -1,4 +1,5 @@
-"""The worker's side: receives calls on a socket, runs them, sends back a value or an error."""
+"""The worker's side: receives calls on a socket, runs them, sends back their steps and a value or
+an error."""
 
 from __future__ import annotations
 
@@ -14,6 +15,7 @@ from paradize.errors import BakeError, ParadizeError, SourceError
 from paradize.jobs.code import foreign_module
 from paradize.jobs.limits import VARIABLE
 from paradize.jobs.loader import expect
+from paradize.jobs.progress import listen
 
 _PR_SET_PDEATHSIG = 1  # Linux, sys/prctl.h
 
@@ -64,6 +66,7 @@ def serve(descriptor: int, parent: int, memory_bytes: int = 0) -> None:
     _die_with_parent(parent)
     _limit_memory(memory_bytes)
     connection = Connection(descriptor)
+    listen(connection.send)
     while True:
         try:
             call, arguments, file, code = connection.recv()

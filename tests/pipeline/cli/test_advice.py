@@ -70,7 +70,8 @@ def values(mend: str, was: Any) -> list[Any]:
 
 
 DOCUMENTS = re.compile(  # mends that name other tables or files: tried below, on a whole scene
-    r"write \[.*|write a path relative.*|write 6 files|looked for in .*|move it .*|it has no default|must .*"
+    r"write \[.*|write a path relative.*|write 6 files|looked for in .*|move it .*|"
+    r"it has no default.*|must .*"
 )
 
 

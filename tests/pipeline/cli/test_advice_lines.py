@@ -111,7 +111,7 @@ LINES: dict[str, tuple[str, str, Callable[[str, str], str]]] = {
     ),
     "a time": (
         "PARADIZE_TIMEOUT=0 bake cove.toml -o b",
-        "write seconds, more than 0",
+        "write a number of seconds, such as 3600",
         lambda line, said: line.replace("=0", "=60"),
     ),
     "a store that cannot be": (

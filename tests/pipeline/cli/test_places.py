@@ -100,7 +100,7 @@ def test_a_device_or_a_pipe_is_never_replaced_by_a_baked_file(shell: Shell, tmp_
         ("--lods x", "--lods: 'x' is no whole number"),
         ("--errors 0.1,", "--errors: '' is no number"),
         ("--ratio nan", "--ratio: nan is out of range; allowed: 0.05 to 0.95"),
-        ("--errors 0.2,0.1", "--errors: 0.2,0.1 falls"),
+        ("--errors 0.2,0.1", "--errors: 0.2,0.1 is not rising"),
     ],
 )
 def test_a_value_that_an_option_cannot_take_is_named(shell: Shell, words: str, said: str) -> None:

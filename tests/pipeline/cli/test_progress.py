@@ -128,6 +128,22 @@ def test_work_that_counts_its_own_steps_is_shown_on_a_terminal(tmp_path: Path) -
         assert code == 0 and SHOWN.search(shown), (words, shown)
 
 
+def test_a_terminal_shows_the_steps_of_a_single_file(tmp_path: Path) -> None:
+    quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
+    (tmp_path / "quad.obj").write_text(quad)
+    write_image(tmp_path / "dune.png", np.random.default_rng(1).integers(0, 65535, (9, 9, 1), np.uint16))
+    size = ("--size", "4", "4", "--height", "1")
+    for words, steps in (
+        (("mesh", "quad.obj", "-o", "quad.glb"), ["reading", "level 1 of 3", "tangent frames", "writing"]),
+        (("terrain", "dune.png", "-o", "dune.glb", *size), ["reading", "triangles", "measuring", "writing"]),
+        (("maps", "dune.png", "-o", "out", "--only", "normal"), ["reading", "measuring normal"]),
+    ):
+        code, _, shown = on_a_terminal(*words, cwd=tmp_path)
+        runs = [one["runs"].strip() for one in SHOWN.finditer(shown)]
+        at = [runs.index(f"{words[1]}: {step}") for step in steps]
+        assert code == 0 and at == sorted(at), (words, runs)
+
+
 def test_the_time_left_is_the_work_left_over_the_work_done_each_second() -> None:
     work = Work({"long": 30.0, "short": 10.0})
     work.planned(["long", "short", "new"])

@@ -23,6 +23,7 @@ from paradize.build.options import BuildOptions
 from paradize.errors import BakeError, SourceError
 from paradize.jobs.limits import available, cores, memory_limit, process_memory, time_limit
 from paradize.jobs.pool import Job, Outcome, WorkerPool, run_jobs
+from paradize.jobs.progress import report_step
 from paradize.jobs.scratch import Scratch
 from paradize.kernels.threads import VARIABLE as THREADS
 from tests.pipeline.scenes import make_cove, write_image
@@ -33,6 +34,12 @@ MB = 1_000_000
 
 def double(value: int) -> int:
     return 2 * value
+
+
+def climb(steps: int) -> int:
+    for at in range(steps):
+        report_step(f"step {at}")
+    return steps
 
 
 def tell_threads() -> str | None:
@@ -393,3 +400,12 @@ def crash_on(**settings: Any) -> None:
 
 def hunger_on(**settings: Any) -> None:
     eat(2000 * MB)
+
+
+def test_the_caller_hears_of_the_steps_of_each_job() -> None:
+    heard: list[tuple[str, str]] = []
+    jobs = [Job(name, climb, {"steps": count}) for name, count in (("a", 2), ("b", 1), ("c", 0))]
+    outcomes = run_jobs(jobs, 1, on_step=lambda name, step: heard.append((name, step)))
+    assert [outcome.value for outcome in outcomes] == [2, 1, 0]
+    assert heard == [("a", "step 0"), ("a", "step 1"), ("b", "step 0")]
+    assert [outcome.value for outcome in run_jobs(jobs, 1)] == [2, 1, 0]  # nobody has to listen

@@ -22,6 +22,7 @@ from paradize.bakers.maps.textures import ktx2_maps
 from paradize.bakers.product import MapProduct, one_of, wraps_of
 from paradize.data import HeightMap, Image
 from paradize.errors import BakeError
+from paradize.jobs.progress import report_step
 from paradize.kernels.maps import Levels
 from paradize.maps import DERIVED
 from paradize.metrics.source import true_heights
@@ -152,6 +153,7 @@ def map_rows(
     wraps = wraps_of(wrap)
     if gloss_groups is not None and uv is None:
         raise BakeError("groups that shine need a UV layout", mend="name the OBJ whose UVs the map follows")
+    report_step("reading")
     image = read_image(path, finite=False)
     guess = None
     if source == "auto":

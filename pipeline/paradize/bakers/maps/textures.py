@@ -12,6 +12,7 @@ from paradize.bakers.maps.rows import MapRows, encoding_errors, filter_errors, o
 from paradize.bakers.product import LevelErrors, MapProduct, beyond, flat_errors
 from paradize.data import Texture
 from paradize.formats.ktx2.encode import encode_ktx2
+from paradize.jobs.progress import report_step
 from paradize.maps import MAPS
 from paradize.metrics.levels import dudv_levels, gloss_levels, normal_levels, value_levels
 from paradize.stages.compress import LevelWriter, encode_rows, formats_of
@@ -43,6 +44,7 @@ def ktx2_maps(
     height, width = rows.ground.heights.shape
     first = -1 if uncompressed else 0
     formats = {name: formats_of(name, height, width)[first:] for name in rows.names}
+    report_step(f"mips of {', '.join(rows.names)}")
     textures, mean = map_textures(rows, {name: known[0] for name, known in formats.items()}, tier)
     done: dict[str, MapProduct] = {}
     offsets = [name for name in rows.names if _is_offset(name)]
@@ -52,6 +54,7 @@ def ktx2_maps(
         errors: dict[str, float] = {}
         reason = None
         if measure:
+            report_step(f"measuring {name}")
             fixed = filter_errors(rows.ground) | open_angles(rows.ground) if name == "normal" else {}
             limits = within_reach(budget, fixed)
             levels, errors = _measured(name, rows, texture, fixed)

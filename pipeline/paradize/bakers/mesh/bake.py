@@ -17,6 +17,7 @@ from paradize.data import Lod, Mesh, rounded_down, rounded_up
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.reader import verify_glb
+from paradize.jobs.progress import report_step
 from paradize.metrics.draw import draw_costs
 from paradize.metrics.loading import LoadingError
 from paradize.metrics.tangent import frame_errors, frame_faults, sample_of, true_tangents
@@ -113,16 +114,19 @@ def _bake(
     tangent_tiers: bool,
 ) -> MeshProduct:
     started = time.monotonic()
+    report_step("reading")
     prepared = prepare_mesh(path, settings, tier, root)
     mesh, loading = prepared.mesh, prepared.loading
     by_settings = _plan_of(settings)
     used, frames, notes = _methods_of(settings, tier, mesh)
     levels, left_out = make_levels(mesh, by_settings if plan is None else plan(mesh, by_settings), used)
+    report_step("tangent frames")
     tiers = _tangent_tiers(levels[0].mesh) if tangent_tiers else {}
     finished = _finished(mesh, levels, frames)
     lods = tuple(_lod(level) for level in finished)
     if settings.quantise is not None:
         lods = quantised_levels(lods, direction_deg=direction_deg_of(settings.quantise))
+    report_step("writing")
     own = base_colors_of(prepared.materials) if settings.base_colors is None else settings.base_colors
     glb = encode_glb(lods, path.stem, base_colors=own)
     verify_glb(glb, path.with_suffix(".glb"))

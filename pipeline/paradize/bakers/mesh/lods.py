@@ -13,6 +13,7 @@ from math import isqrt
 from paradize.bakers.mesh.refine import refine_level
 from paradize.data import Mesh
 from paradize.errors import SourceError
+from paradize.jobs.progress import report_step
 from paradize.metrics.mapped_normal import normal_error, uv_shift
 from paradize.metrics.surface import Original, is_loose
 from paradize.stages.lod import LEAST_TRIANGLES, METHODS, RATIO, simplify
@@ -96,10 +97,11 @@ def _refined(judge: Original, steps: list[MeasuredLevel]) -> tuple[list[Measured
     found: list[MeasuredLevel] = []
     notes: list[str] = []
     before = judge.mesh
-    for step in steps:
+    for at, step in enumerate(steps):
         if step.mesh is judge.mesh:
             found.append(step)
             continue
+        report_step(f"refining level {at} of {len(steps) - 1}")
         mesh, errors = refine_level(judge, before, step.mesh, step.errors, step.seams_kept, _SAMPLES)
         before = step.mesh
         notes += _append(found, MeasuredLevel(mesh, errors, step.seams_kept))
@@ -139,6 +141,7 @@ def _chain(judge: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[str]]
             "source counted"
         )
     for at in range(1, count):
+        report_step(f"level {at} of {count - 1}")
         last = steps[-1]
         before = len(last.mesh.triangles)
         seen = max(last.errors["error_max"], last.errors["uv_shift_p99"])

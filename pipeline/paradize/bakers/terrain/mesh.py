@@ -12,6 +12,7 @@ from paradize.bakers.quantise import quantised_terrain, terrain_lattice
 from paradize.data import Heightfield, Lod, QuantizationGrid
 from paradize.errors import BakeError
 from paradize.formats.glb.encode import encode_glb
+from paradize.jobs.progress import report_step
 from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.terrain import TerrainError, terrain_error
 from paradize.readers.heightmap import Nodata, read_heightmap
@@ -61,6 +62,7 @@ def bake_terrain(
     BakeError when the bound cannot be held (finer than float32 positions at that slope, or than 16-bit
     heights).
     """
+    report_step("reading")
     ground, warnings = read_heightmap(
         path,
         size_x_m=size_x_m,
@@ -88,10 +90,12 @@ def bake_terrain(
     gridded = False
     for _ in range(TRIES + 1):
         way = "grid" if gridded else used
+        report_step("triangles")
         source = mesh = terrain_mesh(ground, tolerance_m=tolerance, sand_repeat=sand_repeat, tier=way)
         codes = None
         if lattice is not None:
             mesh, codes = quantised_terrain(source, lattice)
+        report_step("measuring")
         error = terrain_error(mesh, ground)
         _require_whole(error, path)
         if error.max_m <= max_error_m or gridded or (used == "exact" and max_error_m == 0.0):
@@ -111,6 +115,7 @@ def bake_terrain(
             place=f"pixel ({column}, {row})",
             mend="allow a larger error, or a smaller terrain" + ("" if codes is None else ", or keep floats"),
         )
+    report_step("writing")
     diagonal = _diagonal(mesh.positions)
     share = 1.0 / diagonal if diagonal > 0.0 else 0.0
     lod = Lod(mesh, error_max=error.max_m * share, error_rms=error.rms_m * share, quantized=codes)

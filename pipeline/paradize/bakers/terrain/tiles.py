@@ -17,6 +17,7 @@ from paradize.bakers.terrain.grow import Grower
 from paradize.bakers.terrain.tree import Patch, Tree, columns_of, rounded_up
 from paradize.errors import BakeError
 from paradize.formats.glb.tiles import TilePatch, encode_tiles
+from paradize.jobs.progress import report_step
 from paradize.readers.heightmap import Nodata, read_heightmap
 from paradize.store.atomic import write_whole
 from paradize.visibility.query import plan_query
@@ -74,6 +75,7 @@ def bake_tiles(
     """
     if tier not in TIERS:
         raise ValueError(f"no tier {tier!r}")
+    report_step("reading")
     ground, warnings = read_heightmap(
         path,
         size_x_m=size_x_m,
@@ -92,9 +94,11 @@ def bake_tiles(
             demand=None if sight is None else plan_query(sight),
             quantise=quantise,
         )
+        report_step("patches")
         tree = grower.grow()
     except BakeError as error:
         raise BakeError(error.what, file=path, place=error.place, mend=error.mend) from None
+    report_step("writing")
     tiles, tile_of, node_of = _write(grower, tree, scratch, round(tile_mb * 1e6), tangents)
     finest = tree.patches[-1].level
     tables = columns_of(tree, tile_of, node_of) | {
