@@ -283,12 +283,16 @@ ROWS = [
         0.25,
         refused=GUARDED | dict.fromkeys(("zero", "nan", "inf"), "only sound meshes"),
     ),
-    _row(
-        "atlas",
-        lambda mesh: make_atlas(sound(mesh)),
-        _layout_faults,
-        "triangles, shares",
-        0,
-        refused=GUARDED,
-    ),
+    *[
+        _row(
+            module,
+            lambda mesh, unwrapper=unwrapper: make_atlas(sound(mesh), unwrapper=unwrapper),
+            _layout_faults,
+            "triangles, shares",
+            0,
+            part=unwrapper,
+            refused=GUARDED,
+        )
+        for module, unwrapper in (("atlas", "paradize"), ("unwrappers", "xatlas"))
+    ],
 ]
