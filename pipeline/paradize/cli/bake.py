@@ -109,14 +109,17 @@ def _draw_report(scene: Path, report: Any, unchanged: bool, stream: Any) -> list
     from paradize.report.folder import draw_folder, draw_page
     from paradize.report.poster import draw_poster
 
+    start = time.monotonic()
     with progress() as shown:
         sheets = draw_folder(report.out, folder, on_progress=shown.step)
         poster = draw_poster(report.out, folder, find_player(), on_progress=shown.step)
+    seconds = time.monotonic() - start  # beside those of the bake, which ended before
     report.warnings += sheets.warnings
     if sheets.drawn:
         many = "sheet" if len(sheets.drawn) == 1 else "sheets"
         left = f", {sheets.left} left to later bakes" if sheets.left else ""
-        show(one_line(f"{len(sheets.drawn)} contact {many} drawn in {folder}{left}"), stream)
+        drawn = f"{len(sheets.drawn)} contact {many} drawn in {seconds:.2f} s in {folder}"
+        show(one_line(drawn + left), stream)
     try:
         copies = [Path(root) / "index.html"]
         page = draw_page(report.out, folder, report, _explained(scene, report.out), poster, copies)
@@ -142,7 +145,7 @@ def _explained(scene: Path, out: Path) -> dict[str, Any]:
 
 def show_bake(report: Any, stream: Any) -> None:
     """Prints the table of a bake's report, and its sum."""
-    from paradize.cli.table import errors_text, table
+    from paradize.cli.table import errors_text, head_of, table
 
     listed = report.artifacts
     if len(listed) > MANY:
@@ -160,7 +163,7 @@ def show_bake(report: Any, stream: Any) -> None:
         for one in listed
     ]
     if rows:
-        show(table(rows), stream)
+        show(table(rows, head_of(report.budget)), stream)
     fetched = f" ({report.fetched} fetched)" if report.fetched else ""
     pushed = f", {report.pushed} shared" if report.pushed else ""
     counts = f"{report.count('baked')} baked, {report.count('reused')} reused{fetched}, "

@@ -11,7 +11,7 @@ from typing import Any
 
 from paradize.cli import options
 from paradize.cli.output import say, show, show_json, warn
-from paradize.cli.table import HEAD, errors_text, table
+from paradize.cli.table import errors_text, head_of, table
 from paradize.cli.values import number
 from paradize.errors import BakeError
 from paradize.kinds import require_folder, require_glb
@@ -98,8 +98,7 @@ def bake_file(arguments: argparse.Namespace, kind: str, settings: dict[str, Any]
         (name, tier, errors_text(errors, arguments.budget), str(size) if size else "-", f"{seconds:.2f}")
         for name, tier, errors, size in baked.rows
     ]
-    head = [word for word in HEAD if word != "status"]
-    show(table(rows, head), sys.stderr if arguments.json else sys.stdout)
+    show(table(rows, head_of(arguments.budget, status=False)), sys.stderr if arguments.json else sys.stdout)
     if guess := baked.told.get("guess"):
         say(f"paradize: {guess}")
     warn(baked.told["warnings"])

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from paradize.errors import one_line
 
-HEAD = ("artifact", "status", "tier", "error against budget", "bytes", "seconds")
+ALSO = ("lod_normal_p99_deg",)  # beside the first error: a level near its source may be shaded unlike it
 
 
-def table(rows: Sequence[Sequence[str]], head: Sequence[str] = HEAD) -> str:
+def head_of(budget: Mapping[str, float], *, status: bool = True) -> tuple[str, ...]:
+    """The heads of the columns."""
+    error = "error against budget" if budget else "error"
+    return ("artifact", *(["status"] if status else []), "tier", error, "bytes", "seconds")
+
+
+def table(rows: Sequence[Sequence[str]], head: Sequence[str]) -> str:
     """A table as text. The last two columns, numbers, are right-aligned."""
     lines = [head, *([one_line(cell) for cell in row] for row in rows)]
     widths = [max(len(line[k]) for line in lines) for k in range(len(head))]
@@ -25,14 +31,14 @@ def table(rows: Sequence[Sequence[str]], head: Sequence[str] = HEAD) -> str:
 
 
 def errors_text(errors: dict[str, float], budget: dict[str, float]) -> str:
-    """`metric value unit / budget` for each metric with a budget; without one, the first metric alone."""
+    """`metric value unit / budget` for each metric with a budget; without one, the first metric and ALSO."""
     parts = [
         f"{_error(metric, errors[metric])} / {limit:g}"
         for metric, limit in budget.items()
         if metric in errors
     ]
-    first = [_error(metric, value) for metric, value in errors.items()][:1]
-    return ", ".join(parts or first) or "-"
+    shown = [metric for at, metric in enumerate(errors) if at == 0 or metric in ALSO]
+    return ", ".join(parts or [_error(metric, errors[metric]) for metric in shown]) or "-"
 
 
 def _error(metric: str, value: float) -> str:

@@ -108,6 +108,7 @@ def _facts(
 ) -> str:
     over = sum(len(row["over"]) for row in rows)
     total = sum(row["bytes"] for row in rows)
+    limited = any(scene["budget"].values())
     over += any(total / 1e6 > part.get("folder_mb", float("inf")) for part in scene["budget"].values())
     baked = sum(row["status"] == "baked" for row in rows)
     facts = [
@@ -115,7 +116,7 @@ def _facts(
         (_size(total), "on disk, all mips and levels"),
         (_size(sum(saved.values())), "saved by not baking what no pass or view reads"),
         (f"{baked} of {len(rows)}", f"baked this time, in {seconds_label(seconds)}"),
-        (str(over) if over else "none", "errors beyond their budget"),
+        (str(over) if over else "none", "errors beyond their budget") if limited else ("no budget", "is set"),
     ]
     items = "".join(f"<li><b>{escape(value)}</b><span>{escape(what)}</span></li>" for value, what in facts)
     return f'<ul class="facts">{items}</ul>'

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from typing import Any
 
 import pytest
 
+from paradize.cli.table import errors_text, head_of
 from tests.pipeline.scenes import make_cove
 from tests.processes import started
 
@@ -147,6 +149,22 @@ def test_mesh_tells_its_levels(run: Run, cove: Path, tmp_path: Path) -> None:
     assert finest["triangles"] == told["triangles"] and finest["error_max"] == finest["load_max"] < 1e-6
     assert 1 <= len(told["lods"]) <= 3 and out.read_bytes()[:4] == b"glTF"
     assert run("check", out).returncode == 0
+
+
+def test_a_table_tells_errors_and_only_with_a_budget_holds_them_against_one() -> None:
+    errors = {"surface_max": 0.0125, "surface_rms": 0.003, "lod_normal_p99_deg": 75.0}
+    assert errors_text(errors, {}) == "surface_max 0.0125 of the diagonal, lod_normal_p99_deg 75"
+    assert errors_text(errors, {"surface_rms": 0.01}) == "surface_rms 0.003 of the diagonal / 0.01"
+    assert "error" in head_of({}) and "error against budget" in head_of({"surface_max": 1.0})
+
+
+def test_every_environment_variable_that_is_read_stands_in_the_readme(root: Path) -> None:
+    files = [*(root / "pipeline").rglob("*.py"), *(root / "player").rglob("*.cpp")]
+    read = {name for file in files for name in re.findall(r'"(PARADIZE_[A-Z_]+)"', file.read_text())}
+    rows = re.findall(
+        r"^\| `(PARADIZE_[A-Z_]+)`", (root / "pipeline/paradize/cli/README.md").read_text(), re.M
+    )
+    assert sorted(read) == sorted(rows)
 
 
 @pytest.mark.parametrize("form", ["ktx2", "png"])

@@ -430,7 +430,7 @@ def test_the_command_writes_both_files_and_refuses_what_it_cannot_measure_or_wri
     assert (tmp_path / "out/deep/tradeoff.html").read_text().startswith("<!doctype html>")
     for words, text in (
         (("nothing.obj", "-o", tmp_path / "new"), "nothing.obj: there is no such file"),
-        ((tmp_path / "rock.png", "-o", tmp_path / "rock.png"), "rock.png: is the name of a file"),
+        ((tmp_path / "rock.png", "-o", tmp_path / "rock.png"), "rock.png: looks like the name of a file"),
     ):
         refused = paradize("measure", *words)
         assert refused.returncode == 1

@@ -275,6 +275,9 @@ def test_the_page_tells_what_was_spared_and_files_against_their_budget() -> None
     page = scene_page(scene, rows, why, NO_POSTER, [], seconds=1.0, warnings=[])
     assert "<b>3.5 MB</b>" in page and "<h1>a&lt;b:" in page
     assert "folder_mb" in page and 'class="meter bad"' in page and "<b>1</b><span>errors beyond" in page
+    free = scene | {"budget": {"hard": {}, "soft": {}}}
+    page = scene_page(free, rows, why, NO_POSTER, [], seconds=1.0, warnings=[])
+    assert "<b>no budget</b><span>is set</span>" in page and "errors beyond" not in page
     both = scene | {"budget": {"hard": {"folder_mb": 1.0, "color_psnr_db": 30.0}, "soft": {}}}
     page = scene_page(
         both, [rows[0] | {"errors": {"color_psnr_db": 40.0}}], why, NO_POSTER, [], seconds=1.0, warnings=[]
