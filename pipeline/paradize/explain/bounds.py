@@ -113,23 +113,39 @@ def _sky(entry: dict[str, Any]) -> dict[str, Any]:
     return bound(value, "%", "a texel's light", [], unbounded)
 
 
-def bound_words(bound: dict[str, Any]) -> str:
-    """A bound in one line."""
+def bound_short(bound: dict[str, Any] | None) -> str:
+    """The value of a bound with its unit, for a table."""
+    if bound is None or bound["value"] is None:
+        return "-" if bound is None else "no bound"
     if bound["what"] == "a sample":
-        return "its bytes are those of its source"
+        return "none"
+    return f"{_up(bound['value'])} {'of 255' if bound['unit'] == 'codes' else bound['unit']}"
+
+
+def bound_words(bound: dict[str, Any]) -> list[str]:
+    """A bound in words, a line each: its value and where it is reached, its terms, what is not bounded."""
+    if bound["what"] == "a sample":
+        return ["its bytes are those of its source"]
+    terms = [_term_words(term) for term in bound["terms"]]
+    open_ended = [f"not bounded: {', '.join(bound['open'])}"] if bound["open"] else []
     if bound["value"] is None:
-        line = f"no bound of what it does to {bound['what']}"
-    elif bound["unit"] == "px":
-        line = f"no pixel of the flight moves by more than {_up(bound['value'])} px because of it"
+        return [f"no bound of what it does to {bound['what']}", *(f"  {term}" for term in terms), *open_ended]
+    if bound["unit"] == "px":
+        line = f"on the screen its surface lies at most {bound_short(bound)} from where its source's would"
+    elif bound["unit"] == "degrees":
+        line = f"the direction of {bound['what']} is off by at most {bound_short(bound)}"
     else:
-        unit = "codes of 255" if bound["unit"] == "codes" else bound["unit"]
-        line = f"{bound['what']} is off by at most {_up(bound['value'])} {unit} because of it"
-    parts = [_term_words(term) for term in bound["terms"]]
-    if parts:
-        line += f": {'; '.join(parts)}"
-    if bound["open"]:
-        line += f". Not bounded: {', '.join(bound['open'])}"
-    return line
+        line = f"{bound['what']} is off by at most {bound_short(bound)}"
+    if worst := next((term for term in bound["terms"] if term["value"] == bound["value"]), None):
+        line += f": {worst['name']}{_where(worst)}"
+    return [line, *(f"  {term}" for term in terms if len(terms) > 1), *open_ended]
+
+
+def _where(term: dict[str, Any]) -> str:
+    if "away_m" not in term:
+        return ""
+    when = "by the free camera" if term["second_s"] is None else f"at second {term['second_s']:g}"
+    return f", seen {when} from {term['away_m']:.3g} m"
 
 
 def _term_words(term: dict[str, Any]) -> str:

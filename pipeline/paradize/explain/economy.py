@@ -72,12 +72,17 @@ def saved_bytes(artifacts: Iterable[dict[str, Any]]) -> dict[str, int]:
     return saved
 
 
+SAVED = {
+    "levels": "levels finer than any view needs",
+    "patches": "terrain patches that no second needs",
+    "maps": "maps that the pictures could give and no pass reads",
+}
+
+
 def saved_words(saved: dict[str, int]) -> str:
     """The same in words."""
-    total = sum(saved.values())
-    parts = [f"{name} {short(size)}" for name, size in saved.items() if size]
-    what = f"{short(total)} saved by not baking more: {', '.join(parts)}" if total else "nothing saved"
-    return f"all artifacts: {what}"
+    parts = [f"{SAVED[name]} ({short(size)})" for name, size in saved.items() if size]
+    return f"not baked, {short(sum(saved.values()))}: {', '.join(parts)}" if parts else "nothing was left out"
 
 
 def chain_bytes(name: str, width: int, height: int) -> int:
@@ -107,9 +112,7 @@ def economy_words(facts: dict[str, Any], kind: str) -> list[str]:
         what = "level" if kind == "mesh" else "mip"
         line = f"its finest {what} is needed {when}by the {_view(view)}"
         if facts["texels"]:
-            line += (
-                f": a pixel covers at least {facts['texels']:.3g} texels of the finest that its source gives"
-            )
+            line += f", the nearest view: {_texels(facts['texels'])}"
         elif facts["texels"] == 0.0:
             line += f": {facts['limit']}"
         words.append(line)
@@ -120,6 +123,13 @@ def economy_words(facts: dict[str, Any], kind: str) -> list[str]:
         names = ", ".join(f"{name} {short(size)}" for name, size in facts["maps"].items())
         words.append(f"maps of its picture that no pass reads are not baked: {names}")
     return words
+
+
+def _texels(texels: float) -> str:
+    """texels: of the source's finest level, side by side in a pixel."""
+    if texels < 1.0:
+        return f"a texel of its source is up to {1.0 / texels:.3g} pixels wide"
+    return f"a pixel shows at least {texels:.3g} texels of its source side by side"
 
 
 def _view(view: str) -> str:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from paradize.build.tier_choice import AUTO
-from paradize.explain.bounds import bound_words
+from paradize.explain.bounds import bound_short, bound_words
 from paradize.explain.economy import economy_words, saved_words, short
 from paradize.scene.budget import excesses
 from paradize.scene.schema import Limits
@@ -14,16 +15,41 @@ if TYPE_CHECKING:
     from paradize.explain.facts import Explanation
 
 
-def render(explanation: Explanation, *, details: bool) -> str:
-    """A paragraph for each artifact. details: also sources, settings and every level."""
-    lines = []
+_MOST_SETTING = 120  # characters of a setting; a flight has thousands
+OVERVIEW = ("artifact", "why", "first needed", "error at most", "bytes")
+
+
+def overview(explanation: Explanation) -> list[Sequence[str]]:
+    """A row of OVERVIEW for each artifact; "-" where it is not known before a bake."""
+    rows: list[Sequence[str]] = []
     for facts in explanation.artifacts:
-        lines += words_of(facts, details)
-    if explanation.saved:
-        lines.append(saved_words(explanation.saved))
+        needed = facts["first_needed_s"]
+        when = "-" if needed is None else f"second {needed:g}"
+        rows.append((facts["name"], facts["reason"], when, bound_short(facts["bound"]), _bytes(facts)))
+    return rows
+
+
+def _bytes(facts: dict[str, Any]) -> str:
+    return str(facts["bytes"]) if "bytes" in facts else "-"
+
+
+def sums(explanation: Explanation) -> list[str]:
+    """What holds for all artifacts together, a line each."""
+    lines = []
+    if explanation.saved is not None:
+        baked = [facts["bytes"] for facts in explanation.artifacts if "bytes" in facts]
+        lines.append(f"{len(baked)} artifacts, {short(sum(baked))}; {saved_words(explanation.saved)}")
+    if stale := [facts["name"] for facts in explanation.artifacts if facts["stale"]]:
+        lines.append(f"stale, because an input changed since the bake: {', '.join(stale)}")
     if explanation.why_not:
         lines.append(explanation.why_not)
-    return "\n".join(lines)
+    return lines
+
+
+def render(explanation: Explanation) -> str:
+    """A paragraph for each artifact with all that is known of it, and the sums."""
+    lines = [line for facts in explanation.artifacts for line in words_of(facts, details=True)]
+    return "\n".join(lines + sums(explanation))
 
 
 def words_of(facts: dict[str, Any], details: bool = False) -> list[str]:
@@ -34,7 +60,7 @@ def words_of(facts: dict[str, Any], details: bool = False) -> list[str]:
         lines[-1] += f"; first needed at second {facts['first_needed_s']:g} of the flight"
     if details:
         lines += [f"  {role}: {path}" for role, path in facts["sources"].items()]
-        lines += [f"  {key} = {_plain(value)}" for key, value in facts["settings"].items()]
+        lines += [f"  {key} = {_clipped(_plain(value))}" for key, value in facts["settings"].items()]
         if "errors" in facts:
             lines.append(f"  {facts['file']}, {facts['bytes']} bytes, tier {facts['tier']}")
             lines += [f"  {metric} {value:g}" for metric, value in facts["errors"].items()]
@@ -45,7 +71,7 @@ def words_of(facts: dict[str, Any], details: bool = False) -> list[str]:
     if facts["asked"] is not None:
         lines += [f"  {words}" for words in economy_words(facts["asked"], facts["kind"])]
     if facts["bound"] is not None:
-        lines.append(f"  {bound_words(facts['bound'])}")
+        lines += [f"  {words}" for words in bound_words(facts["bound"])]
     if facts["stale"] is not None:
         lines += [f"  stale: {words}" for words in facts["stale"]] or ["  up to date"]
     gutter = facts["gutter"]
@@ -116,6 +142,10 @@ def _demand(demand: dict[str, Any]) -> list[str]:
             f"{short(demand['left_out_bytes'])} saved"
         )
     return words
+
+
+def _clipped(text: str) -> str:
+    return text if len(text) <= _MOST_SETTING else f"{text[:_MOST_SETTING]} ... (all of it with --json)"
 
 
 def _plain(value: Any) -> str:

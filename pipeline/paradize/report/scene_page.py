@@ -114,7 +114,7 @@ def _facts(
     facts = [
         (str(len(rows)), "artifacts"),
         (_size(total), "on disk, all mips and levels"),
-        (_size(sum(saved.values())), "saved by not baking what no pass or view reads"),
+        (_size(sum(saved.values())), "not baked: finer than any view needs, or maps that no pass reads"),
         (f"{baked} of {len(rows)}", f"baked this time, in {seconds_label(seconds)}"),
         (str(over) if over else "none", "errors beyond their budget") if limited else ("no budget", "is set"),
     ]

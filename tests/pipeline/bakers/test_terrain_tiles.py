@@ -272,7 +272,7 @@ def test_explain_names_the_second_that_asked_and_what_was_left_out(coast: Any) -
     explanation = explain(scene, "terrain_mesh_3", out)
     (told,) = explanation.artifacts
     assert told["demand"]["finest_s"] == demand["finest_s"]
-    text = render(explanation, details=True)
+    text = render(explanation)
     assert f"first needed at second {demand['finest_s']:g}" in text
     assert f"{demand['left_out']} patches that no second needs are left out" in text
 

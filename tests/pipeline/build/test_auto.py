@@ -115,7 +115,7 @@ def test_auto_takes_the_cheapest_tier_inside_the_budget_and_tells_what_each_meas
     assert row["tried"]["errors"] == {tier: {"surface_rms": values[tier]} for tier in tried}
     others = [row for row in told["artifacts"] if row["name"] != "post_mesh"]
     assert {row["tried"]["taken"] for row in others} == {"fast"}, "no budget: the cheapest"
-    text = render(explain(scene, "post_mesh", tmp_path / "out"), details=False)
+    text = render(explain(scene, "post_mesh", tmp_path / "out"))
     assert f"auto took tier {wanted}" in text and all(
         f"{tier}: surface_rms {values[tier]:g}" in text for tier in tried
     )

@@ -102,7 +102,7 @@ def test_a_scenes_terrain_is_turned_too_told_and_derived_again(
     taken = row["tried"]["taken"]
     assert setting_of(taken)[1] and row["tier"] == "balanced"
     assert 0.0 < row["errors"]["terrain_rms_m"] <= 0.4 * worst
-    assert f"auto took tier {taken}" in render(explain(scene, out=out), details=True)
+    assert f"auto took tier {taken}" in render(explain(scene, out=out))
     assert {row["status"] for row in bake(scene, out, how).rows} == {"reused"}
     checked, errors = verify(scene, report, percent=100.0, how=how)
     assert "terrain_mesh" in checked and not errors

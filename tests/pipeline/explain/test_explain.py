@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import struct
+import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -81,7 +82,7 @@ def test_the_deciding_number_is_in_the_words(close: tuple[Path, Path]) -> None:
     assert gutter["width_texels"] == 2.0
     assert gutter["needed_texels"] > gutter["width_texels"]
     assert gutter["max_level"] < gutter["levels"] - 1
-    text = render(explain(close[0], "post_color", close[1]), details=True)
+    text = render(explain(close[0], "post_color", close[1]))
     assert "2 islands, 2 texels at the narrowest" in text
     assert f"level {gutter['max_level']} of {gutter['levels'] - 1} is the last that is sampled" in text
     after = gutter["max_level"] + 1
@@ -93,7 +94,7 @@ def test_parallax_asked_and_given_are_told(close: tuple[Path, Path]) -> None:
     parallax = told(*close, "post_height")["gutter"]["parallax"]["wood"]
     assert parallax["asked"] == [0.4, 0.0]
     assert parallax["given"][0] == pytest.approx(2 * parallax["limit"])
-    assert "limited" in render(explain(close[0], out=close[1]), details=False)
+    assert "limited" in render(explain(close[0], out=close[1]))
 
 
 @pytest.mark.parametrize(
@@ -135,7 +136,7 @@ def test_before_a_bake_it_tells_what_it_can_and_says_so(tmp_path: Path) -> None:
     explanation = explain(make_cove(tmp_path), out=tmp_path / "none")
     assert not explanation.baked
     assert all(artifact["first_needed_s"] is None for artifact in explanation.artifacts)
-    assert render(explanation, details=False).endswith("are not known before")
+    assert render(explanation).endswith("are not known before")
 
 
 def test_a_bake_that_cannot_be_read_is_told(tmp_path: Path) -> None:
@@ -148,7 +149,7 @@ def test_a_bake_that_cannot_be_read_is_told(tmp_path: Path) -> None:
 
 def test_the_command_prints_text_and_json(close: tuple[Path, Path], paradize: Run) -> None:
     scene, out = close
-    done = paradize("explain", scene, "-o", out)
+    done = paradize("explain", scene, "-o", out, "--details")
     assert done.returncode == 0, done.stderr
     assert "post_color: the object post" in done.stdout
     done = paradize("explain", scene, "post_color", "-o", out, "--json")
@@ -202,18 +203,40 @@ def replace(scene: Path, old: str, new: str) -> None:
     scene.write_text(text.replace(old, new, 1))
 
 
+def test_without_an_artifact_each_has_one_short_line_and_the_sums_follow(
+    cove: tuple[Path, Path], paradize: Callable[..., subprocess.CompletedProcess[str]]
+) -> None:
+    scene, out = cove
+    entries = json.loads((out / "scene.json").read_text())["artifacts"]
+    head, _, *rows = paradize("explain", scene, "-o", out).stdout.splitlines()
+    assert head.split()[0] == "artifact" and [row.split()[0] for row in rows[: len(entries)]] == list(entries)
+    for row, (name, entry) in zip(rows, entries.items(), strict=False):
+        assert row.split()[-1] == str(entry["bytes"]) and len(row) <= 120, name
+        assert f"second {entry['first_needed_s']:g}" in row
+    sums = rows[len(entries) :]
+    assert sums[0].startswith(f"{len(entries)} artifacts, ") and sums[-1].startswith("more: paradize explain")
+    assert len(sums) == 2
+    whole = paradize("explain", scene, "-o", out, "--details").stdout
+    assert len(whole.splitlines()) > 5 * len(entries) and max(map(len, whole.splitlines())) < 300
+    replace(scene, "sand_strength = 0.5", "sand_strength = 0.4")
+    stale_row = paradize("explain", scene, "-o", out).stdout.splitlines()[-2]
+    assert stale_row == "stale, because an input changed since the bake: sand_normal"
+    before = paradize("explain", scene, "-o", scene.parent / "nothing").stdout.splitlines()
+    assert before[2].split()[-2:] == ["-", "-"] and "there is no bake in" in before[-2]
+
+
 def test_after_a_change_it_names_the_input_that_made_each_artifact_stale(
     cove: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene, out = cove
     assert stale(scene, out) == {}
-    assert "up to date" in render(explain(scene, "sky", out), details=False)
+    assert "up to date" in render(explain(scene, "sky", out))
     scene.write_text(f"# a comment\n{scene.read_text()}")
     assert stale(scene, out) == {}
 
     replace(scene, "sand_strength = 0.5", "sand_strength = 0.4")
     assert stale(scene, out) == {"sand_normal": ["setting strength 0.5 -> 0.4"]}
-    assert "stale: setting strength 0.5 -> 0.4" in render(explain(scene, out=out), details=False)
+    assert "stale: setting strength 0.5 -> 0.4" in render(explain(scene, out=out))
     replace(scene, "sand_strength = 0.4", "sand_strength = 0.5")
 
     wood = scene.parent / "wood.png"
@@ -267,7 +290,7 @@ def test_who_asked_for_the_finest_level_and_what_was_saved_are_told(cove: tuple[
     assert asked["maps"] == {"height": 8 * blocks, "gloss": 16 * blocks, "dudv": 2 * texels}
     assert found["effect_normal"]["asked"]["maps"] == {}
     assert found["sound"]["asked"] is None
-    text = render(explain(scene, "effect_color", out), details=False)
+    text = render(explain(scene, "effect_color", out))
     assert f"needed at second {asked['second_s']:g} by the camera" in text
     assert "maps of its picture that no pass reads are not baked: height" in text
 
@@ -281,6 +304,6 @@ def test_at_the_end_stands_what_all_artifacts_together_saved(cove: tuple[Path, P
     maps = sum(sum(one["asked"]["maps"].values()) for one in whole.artifacts if one["asked"])
     patches = manifest["terrain"]["demand"]["left_out_bytes"]
     assert whole.saved == {"levels": levels, "patches": patches, "maps": maps} and maps > 0
-    last = render(whole, details=False).splitlines()[-1]
-    assert last.startswith("all artifacts: ") and "saved by not baking more" in last and "maps " in last
+    last = render(whole).splitlines()[-1]
+    assert last.startswith(f"{len(entries)} artifacts, ") and "could give and no pass reads (" in last
     assert explain(scene, "effect_color", out).saved is None

@@ -168,7 +168,7 @@ def test_points_of_a_picture_that_cover_much_keep_it_as_it_is_and_explain_says_w
     points = [(1.0, [(u, u)] * 4) for u in (0.21, 0.43, 0.77)]
     row, out = baked(tmp_path / "points", [(2.0, WHOLE), *points], noise())
     assert row["asked"]["left_out"] == 0 and row["asked"]["texels"] == 0.0
-    words = render(explain(tmp_path / "points" / "far.toml", "post_color", out), details=False)
+    words = render(explain(tmp_path / "points" / "far.toml", "post_color", out))
     assert "parallax" not in words
     assert "triangles that show a single point of it would change their colour in a coarser one" in words
 
