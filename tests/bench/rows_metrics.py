@@ -63,7 +63,7 @@ def bench_normals(runs: int, folder: Path) -> Iterator[Row]:
 
     def bake() -> MapProduct:
         made = bake_maps(
-            path, only=("normal",), source="height", filter_name="fourth", wrap="repeat", measure=False
+            path, only=("normal",), source="height", filter="fourth", wrap="repeat", measure=False
         )
         return made["normal"]
 

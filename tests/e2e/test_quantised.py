@@ -12,6 +12,7 @@ import pytest
 from paradize.bakers.mesh.bake import bake_mesh
 from paradize.bakers.terrain.mesh import bake_terrain
 from paradize.formats.glb.reader import decode_glb
+from paradize.scene.baker_settings import TerrainSettings
 from tests.e2e.test_three_lods import Page, require_drawn, window
 from tests.e2e.three import three_page
 
@@ -28,14 +29,8 @@ def baked(root: Path, quantise_deg: float | None) -> bytes:
 
 
 def terrain(root: Path, *, max_error_m: float) -> bytes:
-    return bake_terrain(
-        root / "raw_assets/terrain/height.png",
-        size_x_m=200.0,
-        size_z_m=200.0,
-        height_m=24.0,
-        max_error_m=max_error_m,
-        quantise=True,
-    ).glb
+    settings = TerrainSettings(size_m=(200.0, 200.0), height_m=24.0, max_error_m=max_error_m, quantise=True)
+    return bake_terrain(root / "raw_assets/terrain/height.png", settings).glb
 
 
 def test_khronos_validator_finds_nothing_in_meshes_of_codes(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ from paradize.kernels.bc7 import THREADS
 from paradize.metrics.levels import color_levels
 from paradize.readers.image import read_image
 from paradize.readers.obj import read_obj
+from paradize.scene.baker_settings import ColorSettings
 from paradize.scene.budget import METRICS
 from paradize.stages import gutter
 from paradize.stages.compress import TIERS, LevelWriter, encode_rows, formats_of
@@ -39,38 +40,34 @@ ALPHA_WEIGHTS = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 
 
 def bake_color(
     path: Path,
+    settings: ColorSettings | None = None,
     *,
     alpha: Path | None = None,
-    wrap: str | tuple[str, str] = "clamp",
-    tier: str = "balanced",
-    alpha_cutoff: float = 0.5,
     uv: Path | None = None,
-    budget: Mapping[str, float] | None = None,
-    zstd: int | None = None,
+    tier: str = "balanced",
     measure: bool = True,
-    uncompressed: bool = False,
+    **changes: Any,
 ) -> MapProduct:
     """The picture at `path` as an sRGB texture with mips in linear light.
 
-    alpha: another picture whose luminance (or alpha) replaces the alpha. wrap: "repeat" or "clamp", or one
-    for each of (x, y). tier: "exact" is BC7; of a picture with alpha, BC3 where BC7 has a lower PSNR of
-    colour or of alpha than BC3 of tier "balanced". alpha_cutoff, 0..1: each mip keeps the share of texels
-    that pass it. uv: an OBJ whose UV layout the picture follows; its gutters are filled. Opaque pictures
-    have no alpha in the texture. budget: metric -> worst value; where blocks exceed it, a more exact format
-    is taken. zstd: level of supercompression. measure: False leaves out errors (and with them the budget).
-    uncompressed: only the most exact format will do.
+    settings: None: as they are by themselves; changes: fields of them that are others. alpha: another picture
+    whose luminance (or alpha) replaces the alpha; opaque pictures have none in the texture. uv: an OBJ whose
+    UV layout the picture follows; its gutters are filled. tier: "exact" is BC7; of a picture with alpha, BC3
+    where BC7 has a lower PSNR of colour or of alpha than BC3 of tier "balanced". measure: False leaves out
+    errors (and with them the budget).
     Raises SourceError and BakeError.
     """
+    used = replace(settings or ColorSettings(), **changes)
     one_of("tier", [] if tier in TIERS else [tier], TIERS)
-    if not 0.0 <= alpha_cutoff <= 1.0:
-        raise BakeError(f"the alpha cutoff is {alpha_cutoff}; 0 to 1 is the range")
-    wraps = wraps_of(wrap)
+    if not 0.0 <= used.alpha_cutoff <= 1.0:
+        raise BakeError(f"the alpha cutoff is {used.alpha_cutoff}; 0 to 1 is the range")
+    wraps = wraps_of(used.wrap)
     values, encoded, warnings = color_values(path, alpha, wraps, uv)
     rows, columns = values.shape[:2]
-    cutoff = alpha_cutoff if values.shape[2] == 4 else None
+    cutoff = used.alpha_cutoff if values.shape[2] == 4 else None
 
     formats, other, alpha_weight = color_formats(
-        values, encoded=encoded, tier=TIERS[0] if uncompressed else tier
+        values, encoded=encoded, tier=TIERS[0] if used.uncompressed else tier
     )
 
     @cache
@@ -85,12 +82,12 @@ def bake_color(
     def errors_of(made: tuple[Texture, LevelErrors]) -> dict[str, float]:
         return flat_errors("color", made[1][0]) if made[1] else {}
 
-    kept = formats[-1 if uncompressed else 0 :]
-    (texture, levels), reason = within_budget(kept, make, errors_of, budget or {})
+    kept = formats[-1 if used.uncompressed else 0 :]
+    (texture, levels), reason = within_budget(kept, make, errors_of, used.budget)
     reason = reason or other
     errors = errors_of((texture, levels)) if measure else {}
     return MapProduct(
-        encode_ktx2(texture, zstd_level=zstd),
+        encode_ktx2(texture, zstd_level=used.zstd),
         columns,
         rows,
         texture.format,

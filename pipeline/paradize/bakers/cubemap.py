@@ -15,24 +15,25 @@ from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.kernels.maps import linear_light
 from paradize.metrics.source import sky_error
 from paradize.readers.image import read_image
+from paradize.scene.baker_settings import CubemapSettings
 from paradize.stages import cubemap
 
 F32 = npt.NDArray[np.float32]
 Values = npt.NDArray[Any]
 
 
-def bake_cubemap(paths: Sequence[Path], *, zstd: int | None = None) -> MapProduct:
+def bake_cubemap(paths: Sequence[Path], settings: CubemapSettings | None = None) -> MapProduct:
     """Six square pictures of one size, a power of two, +X -X +Y -Y +Z -Z, as a half-float cube map with mips.
 
     sRGB pictures are linearised. The error is the largest of any channel, relative to the texel's brightest.
-    zstd: level of supercompression.
+    settings: None: as they are by themselves.
     Raises SourceError.
     """
     stack, pictures, warnings = read_faces(paths)
     texture = cubemap.encode_cube(cubemap.cube_mips(stack))
     error = sky_error(texture, pictures)
     size = stack.shape[1]
-    data = encode_ktx2(texture, zstd_level=zstd)
+    data = encode_ktx2(texture, zstd_level=(settings or CubemapSettings()).zstd)
     return MapProduct(
         data, size, size, texture.format, error, "sky_max_relative", "balanced",
         {"sky_max_relative": error}, warnings,

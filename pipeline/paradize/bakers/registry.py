@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from paradize.artifact import Artifact
+
+if TYPE_CHECKING:
+    from paradize.scene.baker_settings import MapSettings
 
 Sources = dict[str, Path]
 Settings = dict[str, Any]
@@ -90,8 +93,9 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
 def make_terrain(sources: Sources, settings: Settings, tier: str, scratch: Path) -> list[Product]:
     """Heightmap -> GLB tiles, as many as it takes, and what scene.json tells of their patches."""
     from paradize.bakers.terrain.tiles import bake_tiles
+    from paradize.scene.baker_settings import TileSettings
 
-    made = bake_tiles(sources["heightmap"], scratch, tier=tier, **settings)
+    made = bake_tiles(sources["heightmap"], scratch, TileSettings(**settings), tier=tier)
     tree = {"tables": made.tables, "first_s": [tile.first_s for tile in made.tiles]}
     record = Artifact("tree", suffix="json", tier=made.tier, warnings=made.warnings)
     found = [Product(record, json.dumps(tree, allow_nan=False).encode())]
@@ -104,47 +108,33 @@ def make_terrain(sources: Sources, settings: Settings, tier: str, scratch: Path)
 def make_color(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """Colour map -> KTX2."""
     from paradize.bakers.color import bake_color
+    from paradize.scene.baker_settings import ColorSettings
 
     made = bake_color(
         sources["image"],
+        ColorSettings(**settings),
         alpha=sources.get("alpha"),
-        wrap=settings["wrap"],
-        tier=tier,
-        alpha_cutoff=settings["alpha_cutoff"],
         uv=layout_of(sources),
-        budget=settings["budget"],
-        zstd=settings.get("zstd"),
-        uncompressed=settings.get("uncompressed", False),
+        tier=tier,
     )
     return [_texture("color", made)]
 
 
 def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """Colour or height map -> the asked ones of normal, height, gloss and du/dv, each KTX2."""
-    from paradize.bakers.maps.bake import bake_maps, relief_levels
+    from paradize.bakers.maps.bake import bake_maps
 
-    layout = layout_of(sources)
-    relief = settings["relief"]
-    made = bake_maps(
-        sources["image"],
-        only=settings["only"],
-        source=settings["source"],
-        strength=settings["strength"],
-        wrap=settings["wrap"],
-        green="up",
-        fmt="ktx2",
-        tier=tier,
-        uv=layout,
-        gloss_groups=(settings.get("gloss_groups") or None) if layout else None,
-        size_m=settings.get("size_m"),
-        filter_name=relief["filter"],
-        destep=relief["destep"],
-        levels=relief_levels(relief),
-        budget=settings["budget"],
-        zstd=settings.get("zstd"),
-        uncompressed=settings.get("uncompressed", False),
-    )
-    return [_texture(name, made[name]) for name in settings["only"]]
+    used, layout = map_settings(sources, settings)
+    made = bake_maps(sources["image"], used, uv=layout, tier=tier)
+    return [_texture(name, made[name]) for name in used.only]
+
+
+def map_settings(sources: Sources, settings: Settings) -> tuple[MapSettings, Path | None]:
+    """The settings of a job of maps, and the OBJ whose layout they follow: without one, all of it shines."""
+    from paradize.scene.baker_settings import MapSettings
+
+    used, layout = MapSettings(**settings), layout_of(sources)
+    return used if layout else replace(used, gloss_groups=()), layout
 
 
 def layout_of(sources: Sources) -> Path | None:
@@ -164,8 +154,9 @@ def layout_of(sources: Sources) -> Path | None:
 def make_cubemap(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """Six faces, +X -X +Y -Y +Z -Z -> KTX2 cube map."""
     from paradize.bakers.cubemap import bake_cubemap
+    from paradize.scene.baker_settings import CubemapSettings
 
-    made = bake_cubemap([sources[f"face{i}"] for i in range(6)], zstd=settings.get("zstd"))
+    made = bake_cubemap([sources[f"face{i}"] for i in range(6)], CubemapSettings(**settings))
     return [_texture("sky", made)]
 
 

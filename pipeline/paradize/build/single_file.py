@@ -7,12 +7,12 @@ Called in a worker process, so that no input takes the command line down with it
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from paradize.readers.heightmap import Nodata
+    from paradize.scene.baker_settings import BakerSettings, MapSettings, MeshSettings, TerrainSettings
 
 
 @dataclass(frozen=True)
@@ -26,19 +26,29 @@ class BakedFiles:
     errors: dict[str, dict[str, float]]
 
 
-def solo(kind: str, path: Path, *, tier: str, budget: dict[str, float], **settings: Any) -> BakedFiles:
+def solo(
+    kind: str,
+    path: Path,
+    settings: BakerSettings,
+    *,
+    tier: str,
+    budget: dict[str, float],
+    **sources: Path | None,
+) -> BakedFiles:
     """One input by the baker of its kind ("mesh", "maps", "terrain"). tier: "auto" is the cheapest whose
-    measured errors are inside the budget (metric -> worst value). Errors beyond it are warnings, of "auto"
-    a BakeError (several: GroupedError) that says by how much. A budget of what is not measured raises
-    BakeError too, before anything is baked where that can be known."""
+    measured errors are inside the budget (metric -> worst value). sources: others than `path`, by the name of
+    the baker's argument. Errors beyond the budget are warnings, of "auto" a BakeError (several:
+    GroupedError) that says by how much. A budget of what is not measured raises BakeError too, before
+    anything is baked where that can be known."""
     from paradize.build.budget_metrics import measured_by
     from paradize.build.dial import by_cost, next_label, setting_of
     from paradize.build.tier_choice import AUTO, GROWN, LABELS, ORDER, inside, limited, misses
     from paradize.errors import BakeError, GroupedError
+    from paradize.scene.baker_settings import TextureSettings
     from paradize.scene.budget import excesses
     from paradize.scene.schema import Limits
 
-    makes = measured_by(kind, settings.get("only", ()), settings)
+    makes = measured_by(kind, getattr(settings, "only", ()), asdict(settings))
     makes -= {metric for metric in makes if metric.startswith("lod_mapped_")}  # a scene's: it has the map
     _require_measured(kind, budget, makes, path)
     limits = Limits(hard=budget)
@@ -48,7 +58,7 @@ def solo(kind: str, path: Path, *, tier: str, budget: dict[str, float], **settin
         "terrain": solo_terrain,
     }
     call = calls[kind]
-    growing: dict[str, Any] = {"budget": budget} if kind == "maps" else {}
+    growing = isinstance(settings, TextureSettings)
     labels = (tier,) if tier != AUTO else LABELS if growing else ORDER
     measured: dict[str, dict[str, dict[str, float]]] = {}
     tried: dict[str, bool] = {}
@@ -56,9 +66,9 @@ def solo(kind: str, path: Path, *, tier: str, budget: dict[str, float], **settin
     label: str | None = labels[0]
     while label is not None:
         used, turned = setting_of(label)
-        more = growing if tier != AUTO or label in GROWN else {}
+        grows = {"budget": budget if tier != AUTO or label in GROWN else {}} if growing else {}
         try:
-            product = call(path, tier=used, **settings | turned, **more)
+            product = call(path, replace(settings, **turned, **grows), tier=used, **sources)
         except BakeError:
             if not turned:
                 raise
@@ -94,13 +104,13 @@ def _require_measured(kind: str, budget: Iterable[str], known: Collection[str], 
         raise GroupedError(BakeError(what, file=path, place=f"--budget {one}", mend=mend) for one in idle)
 
 
-def solo_mesh(path: Path, *, tier: str, **settings: Any) -> BakedFiles:
-    """`paradize mesh`, with MeshSettings: the file is named after the input's stem; the caller renames it."""
+def solo_mesh(path: Path, settings: MeshSettings, *, tier: str) -> BakedFiles:
+    """`paradize mesh`: the file is named after the input's stem; the caller renames it."""
     from paradize.bakers.mesh.bake import bake_mesh
     from paradize.bakers.registry import mesh_errors
 
-    made = bake_mesh(path, tier=tier, **settings)
-    if settings["atlas"] and not made.report["atlas"]:
+    made = bake_mesh(path, settings, tier=tier)
+    if settings.atlas and not made.report["atlas"]:
         what = "has texture coordinates that its maps may be painted for; no atlas made"
         made.report["warnings"].append(f"{path}: {what}; take them out of the OBJ for a new layout")
     rows = []
@@ -115,31 +125,11 @@ def solo_mesh(path: Path, *, tier: str, **settings: Any) -> BakedFiles:
     )
 
 
-def solo_terrain(
-    path: Path,
-    *,
-    size_m: tuple[float, float],
-    height_m: float | None,
-    max_error_m: float | None,
-    tier: str,
-    quantise: bool = False,
-    height_scale: float = 1.0,
-    nodata: Nodata = "auto",
-) -> BakedFiles:
-    """`paradize terrain`: sizes and heights in metres; the file is named as solo_mesh does."""
+def solo_terrain(path: Path, settings: TerrainSettings, *, tier: str) -> BakedFiles:
+    """`paradize terrain`: the file is named as solo_mesh does."""
     from paradize.bakers.terrain.mesh import bake_terrain
 
-    made = bake_terrain(
-        path,
-        size_x_m=size_m[0],
-        size_z_m=size_m[1],
-        height_m=height_m,
-        height_scale=height_scale,
-        nodata=nodata,
-        max_error_m=max_error_m,
-        tier=tier,
-        quantise=quantise,
-    )
+    made = bake_terrain(path, settings, tier=tier)
     told = {
         "triangles": made.triangles,
         "vertices": made.vertices,
@@ -148,7 +138,7 @@ def solo_terrain(
         "rms_error_m": made.rms_error_m,
         "tier": made.tier,
         "bytes": len(made.glb),
-        "quantised": quantise,
+        "quantised": settings.quantise,
         **made.quantization_errors,
         "warnings": made.warnings,
     }
@@ -157,49 +147,15 @@ def solo_terrain(
     return BakedFiles({path.stem: made.glb}, told, rows, {"terrain": errors | made.quantization_errors})
 
 
-def solo_maps(
-    path: Path,
-    *,
-    only: list[str],
-    strength: float,
-    wrap: str,
-    green: str,
-    fmt: str,
-    tier: str,
-    uv: Path | None,
-    gloss_groups: list[str] | None,
-    relief: dict[str, Any],
-    source: str = "auto",
-    nodata: Nodata = "auto",
-    zstd: int | None = None,
-    budget: dict[str, float] | None = None,
-) -> BakedFiles:
-    """`paradize maps`: a file `<stem>_<map>.<fmt>` for each map in `only`. relief: as scene.Relief. budget:
-    metric -> worst value; a more exact format is taken where it is exceeded."""
-    from paradize.bakers.maps.bake import bake_maps, relief_levels
+def solo_maps(path: Path, settings: MapSettings, *, tier: str, uv: Path | None = None) -> BakedFiles:
+    """`paradize maps`: a file `<stem>_<map>.<fmt>` for each map. uv: the OBJ whose layout they follow."""
+    from paradize.bakers.maps.bake import bake_maps
 
-    made = bake_maps(
-        path,
-        only=only,
-        source=source,
-        nodata=nodata,
-        strength=strength,
-        wrap=wrap,
-        green=green,
-        fmt=fmt,
-        tier=tier,
-        uv=uv,
-        gloss_groups=gloss_groups,
-        filter_name=relief["filter"],
-        destep=relief["destep"],
-        levels=relief_levels(relief),
-        zstd=zstd,
-        budget=budget,
-    )
+    made = bake_maps(path, settings, uv=uv, tier=tier)
     files, maps, rows, warnings = {}, {}, [], []
-    for name in only:
+    for name in settings.only:
         product = made[name]
-        file = f"{path.stem}_{name}.{fmt}"
+        file = f"{path.stem}_{name}.{settings.fmt}"
         files[file] = product.data
         maps[name] = {
             "file": file,
@@ -215,11 +171,11 @@ def solo_maps(
         errors = {} if product.metric is None else {product.metric: product.error}
         rows.append((file, product.tier, errors, len(product.data)))
         warnings += product.warnings
-    taken = made[only[0]]
+    taken = made[settings.only[0]]
     told = {
         "maps": maps,
         "from": taken.source,
         "guess": taken.guess,
         "warnings": list(dict.fromkeys(warnings)),
     }
-    return BakedFiles(files, told, rows, {name: made[name].errors for name in only})
+    return BakedFiles(files, told, rows, {name: made[name].errors for name in settings.only})

@@ -77,10 +77,7 @@ def settings_of(order: BakeJob, scene: Scene, grow: bool) -> dict[str, Any]:
     }
     for metric in [metric for metric in limits if metric.startswith("normal_filter_")]:
         del limits[metric]  # no format betters it
-    settings = order.settings | packed | {"budget": limits if grow else {}}
-    if order.maker == "maps":
-        settings["only"] = products
-    return settings
+    return order.settings | packed | {"budget": limits if grow else {}}
 
 
 def task_of(

@@ -9,6 +9,7 @@ from paradize.cli.single_file import add_common, add_nodata, bake_file
 from paradize.cli.values import number, whole
 from paradize.errors import BakeError
 from paradize.maps import DERIVED
+from paradize.scene.baker_settings import MapSettings
 from paradize.scene.settings import FILTERS
 
 
@@ -61,6 +62,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     sub.add_argument(
         "--gloss-groups",
         type=_names,
+        default=(),
         metavar="A,B",
         help="only these groups or materials of that model shine",
     )
@@ -96,8 +98,4 @@ def run(arguments: argparse.Namespace) -> int:
     """Runs the command; returns the exit code."""
     if arguments.report and arguments.fmt != "ktx2":
         raise BakeError("a contact sheet needs KTX2 maps", mend="leave out --format png or --report")
-    keys = ("only", "source", "nodata", "strength", "wrap", "green", "fmt", "uv", "gloss_groups", "zstd")
-    settings = {key: getattr(arguments, key) for key in keys}
-    relief = ("black", "white", "gamma", "contrast", "brightness", "invert", "filter", "destep")
-    settings["relief"] = {key: getattr(arguments, key) for key in relief}
-    return bake_file(arguments, "maps", settings, None)
+    return bake_file(arguments, "maps", MapSettings.of(arguments), uv=arguments.uv)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from paradize.cli.single_file import add_common, bake_file
 from paradize.cli.values import number, rising, whole
+from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.settings import SIMPLIFIERS, UNWRAPPERS
 
 
@@ -25,6 +26,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     )
     sub.add_argument(
         "--ratio",
+        dest="lod_ratio",
         type=number(0.05, 0.95),
         default=0.5,
         metavar="R",
@@ -32,6 +34,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     )
     sub.add_argument(
         "--errors",
+        dest="lod_errors",
         type=rising(0.0, 1.0),
         default=(),
         metavar="A,B",
@@ -60,6 +63,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--quantise", action="store_true", help="16-bit vertices; their error is measured")
     sub.add_argument(
         "--weld",
+        dest="weld_m",
         type=number(0.0, 1e6),
         default=0.0,
         metavar="METRES",
@@ -67,6 +71,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     )
     sub.add_argument(
         "--crease",
+        dest="crease_deg",
         type=number(0.0, 180.0),
         default=45.0,
         metavar="DEGREES",
@@ -77,10 +82,10 @@ def add(sub: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs the command; returns the exit code."""
-    settings = {key: getattr(arguments, key) for key in ("lods", "max_error", "tangents", "simplifier")}
-    settings |= {"lod_ratio": arguments.ratio, "lod_errors": arguments.errors}
-    settings["quantise"] = {} if arguments.quantise else None
-    settings["atlas"] = arguments.atlas or arguments.unwrapper is not None
-    settings["unwrapper"] = arguments.unwrapper or UNWRAPPERS[0]
-    settings |= {"weld_m": arguments.weld, "crease_deg": arguments.crease}
+    settings = MeshSettings.of(
+        arguments,
+        quantise={} if arguments.quantise else None,
+        atlas=arguments.atlas or arguments.unwrapper is not None,
+        unwrapper=arguments.unwrapper or UNWRAPPERS[0],
+    )
     return bake_file(arguments, "mesh", settings, arguments.out)

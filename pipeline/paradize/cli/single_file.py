@@ -7,7 +7,6 @@ import os
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 from paradize.cli import options
 from paradize.cli.output import say, show, show_json, warn
@@ -15,6 +14,7 @@ from paradize.cli.table import errors_text, head_of, table
 from paradize.cli.values import number
 from paradize.errors import BakeError
 from paradize.kinds import require_folder, require_glb
+from paradize.scene.baker_settings import BakerSettings
 
 
 def _budget(text: str) -> dict[str, float]:
@@ -60,9 +60,15 @@ def add_common(sub: argparse.ArgumentParser) -> None:
     options.add_common(sub)
 
 
-def bake_file(arguments: argparse.Namespace, kind: str, settings: dict[str, Any], out: Path | None) -> int:
+def bake_file(
+    arguments: argparse.Namespace,
+    kind: str,
+    settings: BakerSettings,
+    out: Path | None = None,
+    **sources: Path | None,
+) -> int:
     """Bakes one file in a worker, writes the results (into the folder `arguments.out`, or as the file `out`)
-    and prints them. Returns the exit code."""
+    and prints them. sources: as solo takes them. Returns the exit code."""
     from paradize.build.single_file import solo
     from paradize.cli.progress import progress
     from paradize.jobs.pool import Job, run_jobs
@@ -75,8 +81,9 @@ def bake_file(arguments: argparse.Namespace, kind: str, settings: dict[str, Any]
         raise BakeError("is the input itself", file=out, mend="name another file with -o")
     else:
         require_glb(out)
-    common = {"kind": kind, "path": arguments.input, "tier": arguments.tier, "budget": arguments.budget}
-    job = Job(arguments.input.name, solo, common | settings, file=arguments.input)
+    told = {"kind": kind, "path": arguments.input, "settings": settings, **sources}
+    told |= {"tier": arguments.tier, "budget": arguments.budget}
+    job = Job(arguments.input.name, solo, told, file=arguments.input)
     cores = os.cpu_count() or 1
     with progress() as shown:
         shown.step(job.name, 0, 1)

@@ -8,6 +8,7 @@ from pathlib import Path
 from paradize.cli import options
 from paradize.cli.single_file import add_common, add_nodata, bake_file
 from paradize.cli.values import number
+from paradize.scene.baker_settings import TerrainSettings
 
 
 def add(sub: argparse.ArgumentParser) -> None:
@@ -35,12 +36,11 @@ def add(sub: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs the command; returns the exit code."""
-    settings = {
-        "size_m": tuple(arguments.size),
-        "height_m": arguments.height,
-        "height_scale": arguments.scale,
-        "nodata": arguments.nodata,
-        "max_error_m": arguments.max_error,
-        "quantise": arguments.quantise,
-    }
+    settings = TerrainSettings.of(
+        arguments,
+        size_m=tuple(arguments.size),
+        height_m=arguments.height,
+        height_scale=arguments.scale,
+        max_error_m=arguments.max_error,
+    )
     return bake_file(arguments, "terrain", settings, arguments.out)

@@ -17,9 +17,9 @@ from paradize.measure.texture import color_groups, map_groups, sky_groups
 from paradize.measure.timing import TrialGroup
 from paradize.readers.heightmap import guess_source, read_heightmap
 from paradize.readers.image import read_image
-from paradize.scene.baker_settings import MeshSettings
+from paradize.scene.baker_settings import MapSettings, MeshSettings
 from paradize.scene.requirements import BakeJob, Output
-from paradize.scene.settings import Relief, Scene
+from paradize.scene.settings import Scene
 
 _GROUPS = {
     "mesh": mesh_groups,
@@ -97,7 +97,7 @@ def _mesh_job(path: Path) -> BakeJob:
 
 def _map_job(path: Path, source: str) -> BakeJob:
     """The job of `paradize maps`."""
-    settings = {"source": source, "strength": 1.0, "relief": asdict(Relief()), "wrap": "clamp"}
+    settings = asdict(MapSettings(source=source))
     outputs = tuple(Output(f"{path.stem}_{name}", "texture", name, "") for name in DERIVED)
     return BakeJob(f"{path.stem} maps", "maps", {"image": path}, settings, outputs)
 

@@ -14,6 +14,7 @@ from paradize.measure.timing import Trial, TrialGroup, TrialResult, timed
 from paradize.metrics.flight import flight_error
 from paradize.metrics.terrain import terrain_error
 from paradize.readers.heightmap import read_heightmap
+from paradize.scene.baker_settings import TileSettings
 from paradize.scene.flight import plan_flight
 from paradize.scene.requirements import BakeJob
 from paradize.scene.settings import Flight
@@ -43,7 +44,7 @@ def tree_tier(path: Path, settings: dict[str, Any], tier: str, runs: int | None)
     def bake() -> TilesProduct:
         shutil.rmtree(scratch)
         scratch.mkdir()
-        return bake_tiles(path, scratch, tier=tier, **settings)
+        return bake_tiles(path, scratch, TileSettings(**settings), tier=tier)
 
     try:
         seconds, made = timed(bake, runs)

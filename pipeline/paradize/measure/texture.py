@@ -9,11 +9,11 @@ from typing import Any
 
 from paradize.bakers.color import color_formats, color_texture, color_values
 from paradize.bakers.cubemap import read_faces
-from paradize.bakers.maps.bake import map_rows, relief_levels
+from paradize.bakers.maps.bake import map_rows
 from paradize.bakers.maps.rows import MapRows, filter_errors, no_worse_than_fast
 from paradize.bakers.maps.textures import dudv_texture, map_errors, map_textures
 from paradize.bakers.product import flat_errors, wraps_of
-from paradize.bakers.registry import layout_of
+from paradize.bakers.registry import layout_of, map_settings
 from paradize.data import HeightMap, Texture
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.maps import MAPS
@@ -122,27 +122,8 @@ def _size(texture: Texture) -> int:
 
 def _rows(sources: dict[str, Path], settings: Settings, names: tuple[str, ...], tier: str) -> MapRows:
     """The rows of some maps, as the baker makes them."""
-    layout = layout_of(sources)
-    relief = settings["relief"]
-    rows, _ = map_rows(
-        sources["image"],
-        only=names,
-        source=settings["source"],
-        nodata="auto",
-        strength=settings["strength"],
-        wrap=settings["wrap"],
-        green="up",
-        tier=tier,
-        filter_name=relief["filter"],
-        destep=relief["destep"],
-        uv=layout,
-        gloss_groups=(settings.get("gloss_groups") or None) if layout else None,
-        slope_scale=None,
-        size_m=settings.get("size_m"),
-        levels=relief_levels(relief),
-        gloss=None,
-        measure=True,
-    )
+    used, layout = map_settings(sources, settings)
+    rows, _ = map_rows(sources["image"], replace(used, only=names), uv=layout, tier=tier)
     return rows
 
 
@@ -164,7 +145,7 @@ def map_tier(
 def _filter_group(job: BakeJob, base: str, artifact: str) -> TrialGroup:
     """The slope filters of a normal map: the one of each tier, or the one that the scene names."""
     arguments = {"sources": job.sources, "settings": job.settings}
-    named = job.settings["relief"]["filter"]
+    named = job.settings["filter"]
     note = "The error is the angle to the normals of eighth-order slopes, less the angle that the source's "
     note += "rounding to 8 or 16 bits leaves undecided."
     trials: tuple[Trial, ...] = (Trial(named, filter_tier, arguments | {"tier": "balanced"}, "one", {}),)
@@ -178,7 +159,7 @@ def filter_tier(sources: dict[str, Path], settings: Settings, tier: str, runs: i
     """Chooses a filter and makes the normals of level 0."""
     first = _rows(sources, settings, ("normal",), tier).ground
     bits = read_image(sources["image"], finite=False).source_bits
-    named = settings["relief"]["filter"]
+    named = settings["filter"]
     height, width = first.heights.shape
 
     def make() -> HeightMap:

@@ -1,20 +1,33 @@
 """The settings of the bakers: one frozen dataclass each, made from a scene or from the command line.
 
-`asdict` of one is what the job's key hashes and what a worker is sent. A setting of an object that bears the
-same name in `settings.py` is taken over by itself: `of_object`.
+`asdict` of one is what the job's key hashes and what a worker is sent. A setting that bears the same name in
+`settings.py` or on the command line is taken over by itself: `BakerSettings.of`. Sounds have no settings.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass, field, fields
+from typing import Any, Literal, Self
 
-from paradize.scene.settings import SIMPLIFIERS, UNWRAPPERS, SceneObject
+from paradize.maps import DERIVED
+from paradize.scene.settings import SIMPLIFIERS, UNWRAPPERS, Relief
 
 
 @dataclass(frozen=True, kw_only=True)
-class MeshSettings:
+class BakerSettings:
+    """What the settings of all bakers have in common."""
+
+    @classmethod
+    def of(cls, given: object, /, **more: Any) -> Self:
+        """The settings with the values that `given` has under the same names: a part of a scene, or the
+        arguments of a command line. more: those that it does not tell, or tells otherwise."""
+        names = [one.name for one in fields(cls) if hasattr(given, one.name)]
+        return cls(**{name: getattr(given, name) for name in names} | more)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshSettings(BakerSettings):
     """What decides a GLB, beside its source and tier.
 
     lods: levels at most, level 0 included, 1 to 8. max_error: largest surface distance of any level, of the
@@ -51,8 +64,95 @@ class MeshSettings:
     base_colors: Mapping[str, Sequence[float]] | None = None
     attributes: Sequence[str] | None = None
 
-    @classmethod
-    def of_object(cls, item: SceneObject, **more: Any) -> MeshSettings:
-        """Of a scene's object, and what it alone does not tell."""
-        names = [one.name for one in fields(cls) if hasattr(item, one.name)]
-        return cls(**{name: getattr(item, name) for name in names} | more)
+
+@dataclass(frozen=True, kw_only=True)
+class TextureSettings(BakerSettings):
+    """What decides a texture, whatever it shows.
+
+    wrap: "repeat" or "clamp", or one for each of (x, y). budget: metric -> worst value; where the blocks of
+    a format exceed it, a more exact format is taken. zstd: level of supercompression, 1 to 22; None: none.
+    uncompressed: only the most exact of its formats will do.
+    """
+
+    wrap: str | tuple[str, str] = "clamp"
+    budget: Mapping[str, float] = field(default_factory=dict)
+    zstd: int | None = None
+    uncompressed: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapSettings(TextureSettings, Relief):
+    """What decides the maps of a picture, beside the picture, its UV layout and the tier. The fields of
+    Relief (scene/settings.py) shape its heights and choose the filter of their slopes.
+
+    only: the maps to make, of paradize.maps.DERIVED. source: "color" (heights are the luminance), "height",
+    or "auto" as readers/heightmap.py guesses. nodata: as there, of heights. strength: full white stands so
+    many percent of the map's width high, -1e6 to 1e6; where heights leave 0..1 the highest is white and the
+    lowest black. slope_scale replaces it: one unit of height over the texel's size, both in metres, along
+    (x, y). size_m: what the map is stretched over along (x, y), metres, so that its texels need not be
+    square there; None: they are.
+    green: "up" or "down", of normals and du/dv. fmt: "ktx2", with all mips, or "png".
+    gloss_groups: groups or materials of the UV layout's model that shine; empty: all.
+    """
+
+    only: Sequence[str] = DERIVED
+    source: str = "auto"
+    nodata: float | Literal["auto", "none"] = "auto"
+    strength: float = 1.0
+    slope_scale: float | tuple[float, float] | None = None
+    size_m: Sequence[float] | None = None
+    green: str = "up"
+    fmt: str = "ktx2"
+    gloss_groups: Sequence[str] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class ColorSettings(TextureSettings):
+    """What decides a colour texture, beside its pictures, their UV layout and the tier. alpha_cutoff: each
+    mip keeps the share of texels that pass it, 0 to 1."""
+
+    alpha_cutoff: float = 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class CubemapSettings(BakerSettings):
+    """What decides the sky's cube map, beside its faces. zstd: as of TextureSettings."""
+
+    zstd: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class TerrainSettings(BakerSettings):
+    """What decides the mesh of a heightmap, beside the heightmap and the tier.
+
+    size_m: along (x, z), from the first to the last pixel, metres. height_m, base_m, height_scale, nodata: as
+    readers/heightmap.py takes them. max_error_m: largest vertical error, metres, 0 or more; None: a
+    thousandth of height_m, or of what the heights span where that is None or the file holds metres.
+    sand_repeat: how many times the sand pattern repeats along each side. quantise: vertices as 16-bit codes,
+    inside the same bound.
+    """
+
+    size_m: tuple[float, float]
+    height_m: float | None = None
+    base_m: float = 0.0
+    height_scale: float = 1.0
+    nodata: float | Literal["auto", "none"] = "auto"
+    max_error_m: float | None = None
+    sand_repeat: float = 1.0
+    quantise: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class TileSettings(TerrainSettings):
+    """What decides the tiles of a terrain. max_error_m: of the finest level; tier "exact" makes it 0.
+
+    patch_px: side of the finest cells, pixels. tile_mb: a tile's limit, megabytes, up to 64; a patch that is
+    larger has a tile for itself. tangents: whether anything reads them. sight: as query.plan_query takes it;
+    None: every patch is made.
+    """
+
+    max_error_m: float = 0.03
+    patch_px: int = 128
+    tile_mb: float = 64.0
+    tangents: bool = True
+    sight: dict[str, Any] | None = None

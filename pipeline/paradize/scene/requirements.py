@@ -12,7 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from paradize.maps import DERIVED
-from paradize.scene.baker_settings import MeshSettings
+from paradize.scene.baker_settings import (
+    ColorSettings,
+    CubemapSettings,
+    MapSettings,
+    MeshSettings,
+    TileSettings,
+)
 from paradize.scene.flight import Flight, Vec, sight, sine_cosine
 from paradize.scene.placement import placed
 from paradize.scene.settings import VIEWS, Scene, SceneObject, Terrain, Water
@@ -92,7 +98,7 @@ def require(scene: Scene, looks: dict[str, MaterialColors]) -> Requirements:
             _all("the sky", *(["the water's mirror"] if scene.water else [])),
             readers,
         )
-        found.add("sky", "cubemap", faces, [want])
+        found.add("sky", "cubemap", faces, [want], **asdict(CubemapSettings()))
     views = tuple(name for name in VIEWS if name == "camera" or getattr(scene, name))
     if scene.terrain:
         _terrain(found, scene.terrain, views[1:], ground_sight(scene))
@@ -121,7 +127,8 @@ def _color(
     alpha_cutoff: float = 0.5,
 ) -> None:
     want = Output(f"{name}_color", "texture", "color", reason, passes)
-    found.add(f"{name} colour", "color", sources, [want], wrap=wrap, alpha_cutoff=alpha_cutoff)
+    settings = ColorSettings(wrap=wrap, alpha_cutoff=alpha_cutoff)
+    found.add(f"{name} colour", "color", sources, [want], **asdict(settings))
 
 
 def _all(*what: str) -> str:
@@ -139,6 +146,7 @@ def _drawn(what: str, views: tuple[str, ...]) -> str:
 def _terrain(found: Requirements, terrain: Terrain, views: tuple[str, ...], sight: dict[str, Any]) -> None:
     ground = ("terrain",)
     relief = terrain.effect_height or terrain.effect_color
+    bumps = terrain.sand_strength > 0.0 or (relief is not None and terrain.effect_strength > 0.0)
     why = _drawn("the terrain", ("camera", *views))
     found.add(
         "terrain",
@@ -148,19 +156,13 @@ def _terrain(found: Requirements, terrain: Terrain, views: tuple[str, ...], sigh
             Output("terrain_mesh", "mesh", "mesh", why, ("terrain", *views), many=True),
             Output("terrain_tree", "", "tree", "which parts of the terrain stand for which"),
         ],
-        size_x_m=terrain.size_m[0],
-        size_z_m=terrain.size_m[1],
-        height_m=terrain.height_m,
-        base_m=terrain.base_m,
-        height_scale=terrain.height_scale,
-        nodata=terrain.nodata,
-        max_error_m=terrain.max_error_m,
-        sand_repeat=terrain.sand_repeat,
-        patch_px=terrain.patch_px,
-        tile_mb=terrain.tile_mb,
-        quantise=terrain.quantise,
-        tangents=terrain.sand_strength > 0.0 or (relief is not None and terrain.effect_strength > 0.0),
-        sight=sight,
+        **asdict(
+            TileSettings.of(
+                terrain,
+                tangents=bumps,
+                sight=sight,
+            )
+        ),
     )
     _color(found, "sand", {"image": terrain.sand_color}, "repeat", "the terrain's sand pattern", ground)
     if terrain.sand_strength > 0.0:
@@ -169,10 +171,15 @@ def _terrain(found: Requirements, terrain: Terrain, views: tuple[str, ...], sigh
             "maps",
             {"image": terrain.sand_height or terrain.sand_color},
             [Output("sand_normal", "texture", "normal", "the sand's grain in the light", ground)],
-            source="height" if terrain.sand_height else "color",
-            strength=terrain.sand_strength,
-            relief=asdict(terrain.sand_relief),
-            wrap="repeat",
+            **asdict(
+                MapSettings.of(
+                    terrain.sand_relief,
+                    only=["normal"],
+                    source="height" if terrain.sand_height else "color",
+                    strength=terrain.sand_strength,
+                    wrap="repeat",
+                )
+            ),
         )
     if terrain.effect_color:
         _color(found, "effect", {"image": terrain.effect_color}, "clamp", "the terrain's effect map", ground)
@@ -186,11 +193,15 @@ def _terrain(found: Requirements, terrain: Terrain, views: tuple[str, ...], sigh
                     "effect_normal", "texture", "normal", "ripples, shells and starfish in the light", ground
                 )
             ],
-            source="height" if terrain.effect_height else "color",
-            strength=terrain.effect_strength,
-            relief=asdict(terrain.effect_relief),
-            wrap="clamp",
-            size_m=list(terrain.size_m),
+            **asdict(
+                MapSettings.of(
+                    terrain.effect_relief,
+                    only=["normal"],
+                    source="height" if terrain.effect_height else "color",
+                    strength=terrain.effect_strength,
+                    size_m=list(terrain.size_m),
+                )
+            ),
         )
 
 
@@ -205,10 +216,15 @@ def _water(found: Requirements, water: Water) -> None:
                 "water_dudv", "texture", "dudv", "the waves that shake reflection and refraction", ("water",)
             ),
         ],
-        source="height",
-        strength=water.wave_strength,
-        relief=asdict(water.wave_relief),
-        wrap="repeat",
+        **asdict(
+            MapSettings.of(
+                water.wave_relief,
+                only=["normal", "dudv"],
+                source="height",
+                strength=water.wave_strength,
+                wrap="repeat",
+            )
+        ),
     )
 
 
@@ -306,7 +322,7 @@ def _object(
         {"mesh": item.mesh},
         [Output(f"{name}_mesh", "mesh", "mesh", read["POSITION"], drawn)],
         **asdict(
-            MeshSettings.of_object(
+            MeshSettings.of(
                 item,
                 attributes=[key for key in read if key.isupper()],
                 quantise=accepted if item.quantise else None,
@@ -330,11 +346,16 @@ def _object(
         "maps",
         {"image": look.color_map, **layout},
         maps,
-        source="color",
-        strength=item.strength,
-        relief=asdict(item.relief),
-        wrap=item.wrap,
-        gloss_groups=list(item.gloss_groups) if layout else [],
+        **asdict(
+            MapSettings.of(
+                item.relief,
+                only=[want.product for want in maps],
+                source="color",
+                strength=item.strength,
+                wrap=item.wrap,
+                gloss_groups=list(item.gloss_groups) if layout else [],
+            )
+        ),
     )
 
 

@@ -22,7 +22,6 @@ from paradize.build.options import BuildOptions
 from paradize.data import Texture
 from paradize.errors import BakeError
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.kernels.maps import Levels
 from paradize.metrics.texels import decode_texels, rebuilt
 from paradize.scene.settings import FILTERS
 from tests.pipeline.heights import angles_between, rounded, save, sinusoids, up, waves
@@ -194,7 +193,7 @@ def test_no_larger_format_is_taken_for_what_the_slope_filter_costs(tmp_path: Pat
 
     def normal(**budget: float) -> MapProduct:
         made = bake_maps(
-            picture, only=["normal"], source="height", strength=8.0, filter_name="central", budget=budget
+            picture, only=["normal"], source="height", strength=8.0, filter="central", budget=budget
         )
         return made["normal"]
 
@@ -267,17 +266,17 @@ def test_a_scenes_budget_decides_formats_is_part_of_the_key_and_the_reason_is_to
 
 def test_a_named_filter_is_used_and_told(rough: Path) -> None:
     for name in FILTERS[1:]:
-        assert bake_maps(rough, only=["normal"], filter_name=name)["normal"].filter == name
+        assert bake_maps(rough, only=["normal"], filter=name)["normal"].filter == name
     with pytest.raises(BakeError, match="filter"):
-        bake_maps(rough, only=["normal"], filter_name="sobel")
+        bake_maps(rough, only=["normal"], filter="sobel")
 
 
 def test_de_stepped_heights_stay_within_half_a_step_of_the_source(tmp_path: Path) -> None:
     codes = (np.arange(128)[None, :] // 8 + np.zeros((16, 1))).astype(np.uint8)[:, :, None] + 60
     path = save(tmp_path / "ramp.png", codes)
-    plain = bake_maps(path, source="height", only=["height", "normal"], filter_name="central", strength=500)
+    plain = bake_maps(path, source="height", only=["height", "normal"], filter="central", strength=500)
     smooth = bake_maps(
-        path, source="height", only=["height", "normal"], filter_name="central", strength=500, destep=True,
+        path, source="height", only=["height", "normal"], filter="central", strength=500, destep=True,
         budget={"height_psnr_db": 90.0},
     )  # fmt: skip
     heights = decode_texels(decode_ktx2(smooth["height"].data))[:, :, 0]
@@ -313,9 +312,7 @@ def test_de_stepping_of_a_file_without_steps_changes_nothing_and_says_so(tmp_pat
 
 def test_levels_shape_the_heights_that_normals_and_gloss_come_from(rough: Path) -> None:
     plain = bake_maps(rough, only=["height", "normal"], budget={"height_psnr_db": 80.0})
-    upside = bake_maps(
-        rough, only=["height", "normal"], levels=Levels(invert=True), budget={"height_psnr_db": 80.0}
-    )
+    upside = bake_maps(rough, only=["height", "normal"], invert=True, budget={"height_psnr_db": 80.0})
     pair = [decode_texels(decode_ktx2(made["height"].data)) for made in (plain, upside)]
     assert np.abs(pair[0] + pair[1] - 1).max() < 1e-4
     slopes = [decode_texels(decode_ktx2(made["normal"].data)) for made in (plain, upside)]

@@ -20,6 +20,7 @@ from paradize.formats.glb.reader import decode_glb
 from paradize.kernels.terrain import bisect, refine
 from paradize.metrics.terrain import terrain_error
 from paradize.readers.heightmap import read_heightmap
+from paradize.scene.baker_settings import TerrainSettings
 from paradize.stages.terrain import terrain_mesh
 from tests.sweeps import sweep
 
@@ -286,16 +287,16 @@ def test_what_is_no_heightmap_is_refused(
 def test_the_glb_tells_the_measured_error(tmp_path: Path) -> None:
     heights = (hills(65, 65) * 5000 + 30000).astype(np.uint16)
     path = write(tmp_path / "h.png", heights)
-    made = bake_terrain(path, size_x_m=100, size_z_m=100, height_m=20, max_error_m=0.1)
+    made = bake_terrain(path, TerrainSettings(size_m=(100, 100), height_m=20, max_error_m=0.1))
     (lod,) = decode_glb(made.glb)
     field, _ = read_heightmap(path, size_x_m=100, size_z_m=100, height_m=20)
     truth = terrain_error(lod.mesh, field)
     assert truth.max_m <= made.max_error_m <= 0.1
     assert made.rms_error_m == pytest.approx(truth.rms_m, rel=1e-5)
     assert made.triangles == len(lod.mesh.triangles) and made.warnings == []
-    again = bake_terrain(path, size_x_m=100, size_z_m=100, height_m=20, max_error_m=0.1)
+    again = bake_terrain(path, TerrainSettings(size_m=(100, 100), height_m=20, max_error_m=0.1))
     assert again.glb == made.glb
-    fast = bake_terrain(path, size_x_m=100, size_z_m=100, height_m=20, max_error_m=0.1, tier="fast")
+    fast = bake_terrain(path, TerrainSettings(size_m=(100, 100), height_m=20, max_error_m=0.1), tier="fast")
     assert fast.tier == "fast" and fast.max_error_m <= 0.1 and fast.triangles > made.triangles
 
 
@@ -305,7 +306,7 @@ def test_a_bound_that_float32_cannot_hold_is_refused(tmp_path: Path) -> None:
     heights[:, 1::2] = 1e5
     path = write(tmp_path / "cliff.exr", heights + np.linspace(0, 1, 40, dtype=np.float32))
     with pytest.raises(BakeError, match=r"float32|face up"):
-        bake_terrain(path, size_x_m=1e6, size_z_m=1e6, height_m=1.0, max_error_m=1e-9)
+        bake_terrain(path, TerrainSettings(size_m=(1e6, 1e6), height_m=1.0, max_error_m=1e-9))
 
 
 def test_every_heightmap_keeps_its_bound(sources: Path) -> None:

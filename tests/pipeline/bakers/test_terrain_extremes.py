@@ -14,6 +14,7 @@ from paradize.data import Heightfield
 from paradize.errors import SourceError
 from paradize.metrics.terrain import terrain_error
 from paradize.readers.heightmap import read_heightmap
+from paradize.scene.baker_settings import TerrainSettings
 from paradize.stages.terrain import terrain_mesh
 
 F32 = npt.NDArray[np.float32]
@@ -125,8 +126,9 @@ def test_every_heightmap_bakes_or_says_why_not(sources: Path, tier: str) -> None
     for path in sorted((sources / "height").rglob("*")):
         if path.is_dir():
             continue
+        settings = TerrainSettings(size_m=(1000, 1000), height_m=100, max_error_m=2.0)
         try:
-            made = bake_terrain(path, size_x_m=1000, size_z_m=1000, height_m=100, max_error_m=2.0, tier=tier)
+            made = bake_terrain(path, settings, tier=tier)
         except SourceError as error:
             assert path.suffix == ".asc" or path.name.endswith("rgb.png"), error
             assert path.name in str(error)

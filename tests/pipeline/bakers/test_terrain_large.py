@@ -20,6 +20,7 @@ import json, sys
 from dataclasses import asdict
 from pathlib import Path
 from paradize.bakers.terrain.tiles import bake_tiles
+from paradize.scene.baker_settings import TileSettings
 from paradize.scene.settings import EyePoint, Flight, TargetPoint
 side = float(sys.argv[3])
 ways = ((0.6, 0.0), (0.0, 0.6), (-0.6, 0.0), (0.0, -0.6))
@@ -29,8 +30,8 @@ flight = Flight(duration_s=240.0, fov_deg=52.0, near_m=1.0, far_m=2 * side, eye=
 sight = {"flight": asdict(flight), "viewport": [1920, 1080], "error_px": 1.0}
 sight |= {"mirror_m": None, "water_m": None, "shadow": None, "sun": [0.0, 1.0, 0.0]}
 made = bake_tiles(
-    Path(sys.argv[1]), Path(sys.argv[2]), size_x_m=side, size_z_m=side, height_m=0.2 * side,
-    max_error_m=1.0, patch_px=256, sight=sight,
+    Path(sys.argv[1]), Path(sys.argv[2]),
+    TileSettings(size_m=(side, side), height_m=0.2 * side, max_error_m=1.0, patch_px=256, sight=sight),
 )
 most = peak()
 patches = made.tables["patches"]["level"]

@@ -29,6 +29,7 @@ from paradize.formats.glb.tiles import TILE_BYTES, TilePatch, decode_tile, encod
 from paradize.formats.scene_manifest import decode_scene, encode_scene
 from paradize.formats.terrain_tables import check_tree
 from paradize.readers.heightmap import read_heightmap
+from paradize.scene.baker_settings import TileSettings
 from paradize.stages.quantise import quantise, terrain_lattice
 from paradize.store.local import key_of
 from paradize.visibility.query import plan_query
@@ -163,9 +164,10 @@ def test_a_tile_is_needed_when_its_first_patch_is_and_errs_as_its_patches_do_by_
     path = make_coast(tmp_path).parent / "height.png"
     sight = sight_of(flight_settings(True)) if seen else None
     settings: dict[str, Any] = {"size_x_m": 60.0, "size_z_m": 80.0, "height_m": 4.0}
-    made = bake_tiles(
-        path, tmp_path / "room", **settings, max_error_m=0.05, patch_px=16, tile_mb=0.05, sight=sight
+    tiles = TileSettings(
+        size_m=(60.0, 80.0), height_m=4.0, max_error_m=0.05, patch_px=16, tile_mb=0.05, sight=sight
     )
+    made = bake_tiles(path, tmp_path / "room", tiles)
     ground, _ = read_heightmap(path, **settings)
     demand = plan_query(sight) if sight else None
     grower = Grower(ground, max_error_m=0.05, leaf_px=16, sand_repeat=1.0, demand=demand)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +24,9 @@ from paradize.cli.main import main
 from paradize.errors import BakeError, ParadizeError
 from paradize.explain.facts import explain
 from paradize.explain.words import render
+from paradize.scene.baker_settings import BakerSettings, MapSettings, MeshSettings, TerrainSettings
 from paradize.scene.budget import METRICS, is_beyond
 from paradize.scene.schema import Limits
-from paradize.scene.settings import Relief
 from paradize.store.local import Store
 from tests.pipeline.scenes import make_cove, write_image
 
@@ -242,11 +243,9 @@ def test_single_files_take_auto_and_a_budget_too(tmp_path: Path, capsys: Any, ki
 
 # --- against brute force ------------------------------------------------------------------------------------
 
-RELIEF = {key: getattr(Relief(), key) for key in Relief.__dataclass_fields__}
-MAPS = {"only": ["normal", "height"], "source": "color", "strength": 4.0, "wrap": "clamp", "green": "up"}
-MAPS |= {"fmt": "ktx2", "uv": None, "gloss_groups": None, "relief": RELIEF}
-MESH = {"lods": 3, "max_error": 0.5, "atlas": False}
-TERRAIN = {"size_m": (200.0, 200.0), "height_m": 20.0, "max_error_m": 0.5}
+MAPS = MapSettings(only=["normal", "height"], source="color", strength=4.0)
+MESH = MeshSettings(lods=3, max_error=0.5)
+TERRAIN = TerrainSettings(size_m=(200.0, 200.0), height_m=20.0, max_error_m=0.5)
 
 
 def crop(source: Path, folder: Path) -> Path:
@@ -280,12 +279,12 @@ HEIGHTS = {
 }
 
 
-def assets(where: str, files: Path, folder: Path) -> Iterator[tuple[str, Path, dict[str, Any], str]]:
+def assets(where: str, files: Path, folder: Path) -> Iterator[tuple[str, Path, BakerSettings, str]]:
     """(kind, file, settings, metric) of pictures, heights, terrains and models."""
     for name in TEXTURES[where]:
         yield "maps", crop(files / "textures" / name, folder), MAPS, "height_psnr_db"
     for name in HEIGHTS[where]:
-        yield "maps", crop(files / "height" / name, folder), MAPS | {"source": "height"}, "normal_p99_deg"
+        yield "maps", crop(files / "height" / name, folder), replace(MAPS, source="height"), "normal_p99_deg"
     for name in HEIGHTS[where][:2]:
         yield "terrain", crop(files / "height" / name, folder), TERRAIN, "terrain_rms_m"
     meshes = sorted(
@@ -295,11 +294,11 @@ def assets(where: str, files: Path, folder: Path) -> Iterator[tuple[str, Path, d
         yield "mesh", path, MESH, "surface_rms"
 
 
-def grown(path: Path, settings: dict[str, Any], metric: str, limit: float) -> dict[str, float]:
+def grown(path: Path, settings: BakerSettings, metric: str, limit: float) -> dict[str, float]:
     """What each tier measures in the first format that keeps a limit, else in the finest."""
     found = {}
     for tier, label in zip(ORDER, GROWN, strict=True):
-        errors = solo("maps", path, tier=tier, budget={metric: limit}, **settings).errors
+        errors = solo("maps", path, settings, tier=tier, budget={metric: limit}).errors
         found[label] = next(one[metric] for one in errors.values() if metric in one)
     return found
 
@@ -310,20 +309,20 @@ def test_auto_takes_a_finer_format_in_the_tier_that_keeps_the_budget_in_it(tmp_p
     y, x = np.mgrid[0:64, 0:64] * (2 * np.pi / 7.5)
     noise = np.random.default_rng(4).random((64, 64))
     write_image(path, (20000 * (2 + np.sin(x) * np.cos(y) + 0.2 * noise)).astype(np.uint16)[:, :, None])
-    settings, budget = MAPS | {"source": "height", "only": ["normal"]}, {"normal_p99_deg": 0.5}
-    alone = {tier: solo("maps", path, tier=tier, budget={}, **settings).errors["normal"] for tier in ORDER}
+    settings, budget = replace(MAPS, source="height", only=["normal"]), {"normal_p99_deg": 0.5}
+    alone = {tier: solo("maps", path, settings, tier=tier, budget={}).errors["normal"] for tier in ORDER}
     assert all(errors["normal_p99_deg"] > 0.5 for errors in alone.values())
     assert alone["fast"]["normal_filter_p99_deg"] > 0.5
-    made = solo("maps", path, tier="auto", budget=budget, **settings)
+    made = solo("maps", path, settings, tier="auto", budget=budget)
     assert made.told["tried"]["taken"] == GROWN[1]
     assert made.errors["normal"]["normal_p99_deg"] <= 0.5
 
 
-def brute(kind: str, path: Path, settings: dict[str, Any], metric: str) -> dict[str, float]:
+def brute(kind: str, path: Path, settings: BakerSettings, metric: str) -> dict[str, float]:
     """What each tier measures, the worst of its products."""
     found = {}
     for tier in ORDER:
-        errors = solo(kind, path, tier=tier, budget={}, **settings).errors
+        errors = solo(kind, path, settings, tier=tier, budget={}).errors
         worst = max if METRICS[metric].less_is_better else min
         found[tier] = worst(one[metric] for one in errors.values() if metric in one)
     return found
@@ -347,7 +346,7 @@ def test_auto_is_brute_force_over_assets_and_three_budgets(
             every_value = values | (grown(path, settings, metric, limit) if kind == "maps" else {})
             inside = [name for name, value in every_value.items() if not is_beyond(metric, value, limit)]
             if inside:
-                made = solo(kind, path, tier="auto", budget={metric: limit}, **settings)
+                made = solo(kind, path, settings, tier="auto", budget={metric: limit})
                 taken = made.told["tried"]["taken"]
                 if (
                     kind == "terrain" and setting_of(taken)[1]
@@ -357,6 +356,6 @@ def test_auto_is_brute_force_over_assets_and_three_budgets(
                 assert taken == inside[0], (path, metric, limit, every_value)
                 continue
             with pytest.raises(ParadizeError, match="no tier keeps the budget") as caught:
-                solo(kind, path, tier="auto", budget={metric: limit}, **settings)
+                solo(kind, path, settings, tier="auto", budget={metric: limit})
             assert f" {abs(best(every_value.values()) - limit):.3g} " in str(caught.value)
     assert differing >= count // 3, "tiers that measure alike prove nothing"

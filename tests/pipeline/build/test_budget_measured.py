@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,39 +15,37 @@ from paradize.build.options import BuildOptions
 from paradize.build.single_file import solo
 from paradize.check import check_paths
 from paradize.errors import ParadizeError
+from paradize.scene.baker_settings import BakerSettings, MapSettings, MeshSettings, TerrainSettings
 from paradize.scene.budget import METRICS
-from paradize.scene.settings import Relief
 from tests.pipeline.scenes import make_cove
 
-RELIEF = {key: getattr(Relief(), key) for key in Relief.__dataclass_fields__}
-MAPS = {"only": ["normal", "height", "gloss", "dudv"], "strength": 4.0, "wrap": "clamp", "green": "up"}
-MAPS |= {"fmt": "ktx2", "uv": None, "gloss_groups": None, "relief": RELIEF}
-MESH = {"lods": 2, "max_error": None, "atlas": False}
-TERRAIN = {"size_m": (20.0, 20.0), "height_m": 4.0, "max_error_m": 0.1}
+MAPS = MapSettings(strength=4.0)
+MESH = MeshSettings(lods=2)
+TERRAIN = TerrainSettings(size_m=(20.0, 20.0), height_m=4.0, max_error_m=0.1)
 
 
 @pytest.mark.parametrize(
     ("kind", "file", "settings"),
     [
         ("maps", "wood.png", MAPS),
-        ("maps", "wood.png", MAPS | {"fmt": "png"}),
-        *(("maps", "wood.png", MAPS | {"only": [name]}) for name in MAPS["only"]),  # type: ignore[union-attr]
+        ("maps", "wood.png", replace(MAPS, fmt="png")),
+        *(("maps", "wood.png", replace(MAPS, only=[name])) for name in MAPS.only),
         ("mesh", "post.obj", MESH),
-        ("mesh", "post.obj", MESH | {"quantise": {}}),
+        ("mesh", "post.obj", replace(MESH, quantise={})),
         ("terrain", "height.png", TERRAIN),
-        ("terrain", "height.png", TERRAIN | {"quantise": True}),
+        ("terrain", "height.png", replace(TERRAIN, quantise=True)),
     ],
 )
 def test_each_metric_is_measured_or_refused_before_anything_is_read(
-    tmp_path: Path, kind: str, file: str, settings: dict[str, Any]
+    tmp_path: Path, kind: str, file: str, settings: BakerSettings
 ) -> None:
     make_cove(tmp_path)
-    made = solo(kind, tmp_path / file, tier="fast", budget={}, **settings)
+    made = solo(kind, tmp_path / file, settings, tier="fast", budget={})
     measured = {metric for errors in made.errors.values() for metric in errors} & METRICS.keys()
     assert measured
     for metric in METRICS.keys() - measured:
         with pytest.raises(ParadizeError, match=f"--budget {metric}: nothing that this") as caught:
-            solo(kind, tmp_path / "gone", tier="auto", budget={metric: 0.0}, **settings)
+            solo(kind, tmp_path / "gone", settings, tier="auto", budget={metric: 0.0})
         assert all(name in str(caught.value) for name in measured)
 
 

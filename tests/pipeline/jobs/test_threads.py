@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import os
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +14,7 @@ from paradize.cli import main as cli
 from paradize.jobs.pool import Job, Outcome, run_jobs
 from paradize.kernels import maps
 from paradize.kernels.threads import VARIABLE, default_threads
-from paradize.maps import DERIVED
-from paradize.scene.settings import Relief
+from paradize.scene.baker_settings import MapSettings, MeshSettings, TerrainSettings
 from tests.pipeline.scenes import make_cove
 
 
@@ -53,9 +51,7 @@ def test_the_same_bytes_and_measures_with_any_number_of_threads(sources: Path) -
                 solo_mesh,
                 {
                     "path": sources / "post.obj",
-                    "lods": 3,
-                    "max_error": None,
-                    "atlas": False,
+                    "settings": MeshSettings(lods=3),
                     "tier": "balanced",
                 },
             ),
@@ -64,16 +60,9 @@ def test_the_same_bytes_and_measures_with_any_number_of_threads(sources: Path) -
                 solo_maps,
                 {
                     "path": sources / "wood.png",
-                    "only": list(DERIVED),
-                    "source": "color",
-                    "strength": 5.0,
-                    "wrap": "repeat",
-                    "green": "up",
-                    "fmt": "ktx2",
+                    "settings": MapSettings(source="color", strength=5.0, wrap="repeat"),
                     "tier": "balanced",
                     "uv": sources / "post.obj",
-                    "gloss_groups": None,
-                    "relief": asdict(Relief()),
                 },
             ),
             Job(
@@ -81,9 +70,7 @@ def test_the_same_bytes_and_measures_with_any_number_of_threads(sources: Path) -
                 solo_terrain,
                 {
                     "path": sources / "height.png",
-                    "size_m": (20.0, 20.0),
-                    "height_m": 4.0,
-                    "max_error_m": 0.05,
+                    "settings": TerrainSettings(size_m=(20.0, 20.0), height_m=4.0, max_error_m=0.05),
                     "tier": "balanced",
                 },
             ),

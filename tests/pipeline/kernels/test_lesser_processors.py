@@ -58,8 +58,8 @@ for tier in ("fast", "balanced", "exact"):
     assert len(mesh.report["lods"]) == 3  # by each tier's simplifier, with seams
     mesh.report.pop("seconds", None)
     told[f"mesh {tier}"] = mesh.glb, mesh.report
-    size = {"size_x_m": 20.0, "size_z_m": 30.0, "height_m": 4.0, "max_error_m": 0.02}
-    made = bake_terrain(folder / "height.png", **size, tier=tier)
+    size = {"size_m": (20.0, 30.0), "height_m": 4.0, "max_error_m": 0.02}
+    made = bake_terrain(folder / "height.png", TerrainSettings(**size), tier=tier)
     told[f"terrain {tier}"] = made.glb, [made.max_error_m, made.rms_error_m]
     relief = bake_maps(folder / "relief.png", source="height", wrap="repeat", tier=tier, destep=True)
     made = bake_maps(folder / "wood.png", strength=5.0, tier=tier, uv=folder / "post.obj")
@@ -93,6 +93,7 @@ import hashlib
 import numpy as np
 from paradize.kernels import filter as kernel
 from paradize.stages.filters import FILTERS
+from paradize.scene.baker_settings import TerrainSettings
 from tests.pipeline.metrics.test_map_metrics import measured
 
 rng = np.random.default_rng(0)

@@ -224,7 +224,7 @@ def test_angles_of_normals_are_what_they_say_by_numpy(
         only=["normal"],
         source="height",
         wrap="repeat",
-        filter_name="fourth",
+        filter="fourth",
         slope_scale=(20.0, 30.0),
     )["normal"]
     assert made.format == "BC5_SNORM"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -66,14 +67,14 @@ def test_heights_that_are_wrong_show_in_every_maps_error(
         assert wrong[name].errors[metric] > sound[name].errors[metric] + 0.2, name
 
 
-@pytest.mark.parametrize("levels", [None, ODD])
+@pytest.mark.parametrize("shape", [{}, asdict(ODD)])
 def test_gloss_that_is_wrong_shows_in_its_error(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, levels: Levels | None
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, shape: dict[str, Any]
 ) -> None:
     path = save(tmp_path / "picture.png", picture(np.uint8, 3))
-    sound = bake_maps.bake_maps(path, only=["gloss"], levels=levels)["gloss"]
+    sound = bake_maps.bake_maps(path, only=["gloss"], **shape)["gloss"]
     monkeypatch.setattr(bake_map_rows, "gloss_map", spoilt(bake_map_rows.gloss_map))
-    wrong = bake_maps.bake_maps(path, only=["gloss"], levels=levels)["gloss"]
+    wrong = bake_maps.bake_maps(path, only=["gloss"], **shape)["gloss"]
     assert wrong.errors["gloss_psnr_db"] < 36.0 < sound.errors["gloss_psnr_db"]
     assert wrong.errors["gloss_width_mean_deg"] > sound.errors["gloss_width_mean_deg"] + 0.1
 

@@ -27,6 +27,7 @@ from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import TilePatch, decode_tile, encode_tiles
 from paradize.metrics.quantised import quantised_errors
+from paradize.scene.baker_settings import TerrainSettings
 from paradize.stages.quantise import (
     direction_bits,
     mesh_lattice,
@@ -428,9 +429,9 @@ def hills(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("tier", ["fast", "balanced", "exact"])
 def test_a_terrain_of_codes_keeps_the_bound_that_was_asked_for(tmp_path: Path, tier: str) -> None:
-    size = {"size_x_m": 160.0, "size_z_m": 128.0, "height_m": 20.0}
-    plain = bake_terrain(hills(tmp_path), **size, max_error_m=0.1, tier=tier)
-    made = bake_terrain(hills(tmp_path), **size, max_error_m=0.1, tier=tier, quantise=True)
+    size = {"size_m": (160.0, 128.0), "height_m": 20.0}
+    plain = bake_terrain(hills(tmp_path), TerrainSettings(**size, max_error_m=0.1), tier=tier)
+    made = bake_terrain(hills(tmp_path), TerrainSettings(**size, max_error_m=0.1, quantise=True), tier=tier)
     assert made.tier == tier
     assert 0 < made.max_error_m <= 0.1
     assert 0 < made.quantization_errors["quantise_max_m"] <= 0.1 / 8
@@ -445,10 +446,9 @@ def test_a_terrain_of_codes_keeps_the_bound_that_was_asked_for(tmp_path: Path, t
 
 
 def test_a_bound_finer_than_codes_is_refused_and_told(tmp_path: Path) -> None:
+    settings = TerrainSettings(size_m=(160.0, 128.0), height_m=2000.0, max_error_m=0.0, quantise=True)
     with pytest.raises(BakeError, match="16-bit positions reach no less"):
-        bake_terrain(
-            hills(tmp_path), size_x_m=160.0, size_z_m=128.0, height_m=2000.0, max_error_m=0.0, quantise=True
-        )
+        bake_terrain(hills(tmp_path), settings)
 
 
 def tile_of(field: Heightfield, lattice: QuantizationGrid | None) -> bytes:

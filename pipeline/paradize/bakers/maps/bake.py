@@ -6,7 +6,7 @@ normals are green up, du/dv is signed and without mean, gloss holds specular int
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
@@ -26,10 +26,11 @@ from paradize.jobs.progress import report_step
 from paradize.kernels.maps import Levels
 from paradize.maps import DERIVED
 from paradize.metrics.source import true_heights
-from paradize.readers.heightmap import Nodata, guess_source, with_heights
+from paradize.readers.heightmap import guess_source, with_heights
 from paradize.readers.image import read_image, require_finite
 from paradize.readers.obj import read_obj
-from paradize.scene.settings import FILTERS
+from paradize.scene.baker_settings import MapSettings
+from paradize.scene.settings import FILTERS, Relief
 from paradize.stages import gutter
 from paradize.stages.compress import TIERS
 from paradize.stages.destep import destep_pixels
@@ -44,79 +45,27 @@ MAX_STRENGTH = 1e6
 
 def bake_maps(
     path: Path,
+    settings: MapSettings | None = None,
     *,
-    only: Sequence[str] = DERIVED,
-    source: str = "auto",
-    nodata: Nodata = "auto",
-    strength: float = 1.0,
-    wrap: str | tuple[str, str] = "clamp",
-    green: str = "up",
-    fmt: str = "ktx2",
-    tier: str = "balanced",
-    filter_name: str = "auto",
-    destep: bool = False,
     uv: Path | None = None,
-    gloss_groups: Collection[str] | None = None,
-    slope_scale: float | tuple[float, float] | None = None,
-    size_m: Sequence[float] | None = None,
-    levels: Levels | None = None,
-    gloss: GlossSettings | None = None,
-    budget: Mapping[str, float] | None = None,
-    zstd: int | None = None,
+    tier: str = "balanced",
     measure: bool = True,
-    uncompressed: bool = False,
+    **changes: Any,
 ) -> dict[str, MapProduct]:
-    """The maps named by `only` (of paradize.maps.DERIVED) of the picture at `path`.
+    """The maps of the picture at `path`, by name.
 
-    source: "color" (heights are the luminance), "height", or "auto" as readers/heightmap guesses. nodata: as
-    there, of heights. strength: full white stands so many percent of the map's width high, -1e6..1e6; where
-    heights leave 0..1 the highest is white and the lowest black. slope_scale replaces it: what one unit of
-    height is over the texel's size, both in metres, along (x, y). size_m: what the map is stretched over
-    along (x, y), so that its texels need not be square there.
-    wrap: "repeat" or "clamp", or one for each of (x, y). green: "up" or "down", of normal and du/dv. fmt:
-    "ktx2", with all mips, or "png". filter_name: the derivative filter; "auto" looks at the heights. destep:
-    smooth the steps of an 8-bit source, within half a step. uv: an OBJ whose UV layout the picture follows:
-    slopes stay inside islands, gutters are filled.
-    gloss_groups: groups or materials of that OBJ that shine; None: all. levels shape the height, gloss the
-    gloss. budget: metric -> worst value; where blocks exceed it, a more exact format is taken. zstd: level of
-    supercompression. measure: False leaves out errors (and with them the budget). uncompressed: of KTX2 only
-    the most exact formats.
+    settings: None: as they are by themselves; changes: fields of them that are others. uv: an OBJ whose UV
+    layout the picture follows: slopes stay inside islands, gutters are filled. measure: False leaves out
+    errors (and with them the budget).
     Raises SourceError for what cannot be read, BakeError for settings that cannot be met.
     """
-    one_of("map", [name for name in only if name not in DERIVED], DERIVED)
-    _check(path, source, strength, green, fmt, tier)
-    one_of("filter", [] if filter_name in FILTERS else [filter_name], FILTERS)
-    made, picture = map_rows(
-        path,
-        only=only,
-        source=source,
-        nodata=nodata,
-        strength=strength,
-        wrap=wrap,
-        green=green,
-        tier=tier,
-        filter_name=filter_name,
-        destep=destep,
-        uv=uv,
-        gloss_groups=gloss_groups,
-        slope_scale=slope_scale,
-        size_m=size_m,
-        levels=levels,
-        gloss=gloss,
-        measure=measure,
-    )
-    if fmt == "png":
-        maps = png_maps(made, tier=tier, warnings=picture.warnings, measure=measure)
+    used = replace(settings or MapSettings(), **changes)
+    _require_ranges(path, used, tier)
+    rows, picture = map_rows(path, used, uv=uv, tier=tier, measure=measure)
+    if used.fmt == "png":
+        maps = png_maps(rows, tier=tier, warnings=picture.warnings, measure=measure)
     else:
-        maps = ktx2_maps(
-            made,
-            tier=tier,
-            warnings=picture.warnings,
-            budget=budget or {},
-            zstd=zstd,
-            measure=measure,
-            uncompressed=uncompressed,
-        )
+        maps = ktx2_maps(rows, used, tier=tier, warnings=picture.warnings, measure=measure)
     return {name: replace(one, source=picture.source, guess=picture.guess) for name, one in maps.items()}
 
 
@@ -130,30 +79,14 @@ class Picture:
 
 
 def map_rows(
-    path: Path,
-    *,
-    only: Sequence[str],
-    source: str,
-    nodata: Nodata,
-    strength: float,
-    wrap: str | tuple[str, str],
-    green: str,
-    tier: str,
-    filter_name: str,
-    destep: bool,
-    uv: Path | None,
-    gloss_groups: Collection[str] | None,
-    slope_scale: float | tuple[float, float] | None,
-    size_m: Sequence[float] | None,
-    levels: Levels | None,
-    gloss: GlossSettings | None,
-    measure: bool,
+    path: Path, settings: MapSettings, *, uv: Path | None, tier: str, measure: bool = True
 ) -> tuple[MapRows, Picture]:
     """The rows of every map, level 0, that bake_maps makes textures of; arguments as there."""
-    wraps = wraps_of(wrap)
-    if gloss_groups is not None and uv is None:
+    wraps = wraps_of(settings.wrap)
+    if settings.gloss_groups and uv is None:
         raise BakeError("groups that shine need a UV layout", mend="name the OBJ whose UVs the map follows")
     report_step("reading")
+    source, levels, filter_name = settings.source, _levels_of(settings), settings.filter
     image = read_image(path, finite=False)
     guess = None
     if source == "auto":
@@ -162,16 +95,16 @@ def map_rows(
         guess = f"{path}: taken for {taken}: {why} (--from says otherwise)"
     warnings: list[str] = []
     if source == "height":
-        image, warnings = with_heights(replace(image, color_space="data"), path, nodata)
+        image, warnings = with_heights(replace(image, color_space="data"), path, settings.nodata)
         warnings = [*_warnings(path, image), *warnings]
-    elif nodata not in ("auto", "none"):
+    elif settings.nodata not in ("auto", "none"):
         mend = "leave --nodata out, or add --from height where a grey picture holds heights"
         raise BakeError("is taken for colour, which has no number for no height", file=path, mend=mend)
     else:
         require_finite(image.values, path)
         warnings += _beyond(path, image)
     rows, columns = image.values.shape[:2]
-    layout = None if uv is None else _layout(uv, rows, columns, wraps, gloss_groups)
+    layout = None if uv is None else _layout(uv, rows, columns, wraps, settings.gloss_groups)
     if source == "color":
         image = replace(image, values=spread(image.values, wraps))
     heights = _heights(image, source, levels)
@@ -184,11 +117,10 @@ def map_rows(
     )
     shaped = source == "color" and levels is not None
     true_light = true_heights(image, source, Levels()) if measure and shaped else None
-    asked = filter_name
-    if asked == "auto":  # by the steps as they were: what is left of them looks like waves
+    if settings.filter == "auto":  # by the steps as they were: what is left of them looks like waves
         held = tier == "exact" and codes is not None
         filter_name = choose_filter(heights, image.source_bits, wraps, tier, islands, codes)
-    if destep:
+    if settings.destep:
         image, told = _without_steps(image, path, wraps)
         if source == "height":
             warnings = [text for text in warnings if text not in _warnings(path, image)]
@@ -200,42 +132,54 @@ def map_rows(
     if source == "height":
         unit, ranged = _unit(heights, path)
         warnings += ranged
-    if slope_scale is None:
-        rise = strength / 100.0 / unit[1]
-        across = rise * columns
-        slopes = (across, across if size_m is None else rise * rows * (size_m[0] / size_m[1]))
-    else:
-        slopes = slope_scale if isinstance(slope_scale, tuple) else (slope_scale, slope_scale)
+    slopes = _slopes(settings, rows, columns, unit[1])
+    down = settings.green == "down"
     ground = HeightMap(
-        heights, slopes, wraps, filter_name, green == "down", islands, codes, held, truth, reference_levels
+        heights, slopes, wraps, filter_name, down, islands, codes, held, truth, reference_levels
     )
     picture = image if shaped else None
     del image  # the codes of a height map are not needed any more
-    if asked == "auto":
+    if settings.filter == "auto":
         ground = no_worse_than_fast(ground)
-    made = MapRows(ground, tuple(only), unit, picture, gloss or GlossSettings(), layout, true_light)
+    made = MapRows(ground, tuple(settings.only), unit, picture, GlossSettings(), layout, true_light)
     return made, Picture(source, guess, warnings)
 
 
-def relief_levels(relief: Mapping[str, Any]) -> Levels | None:
-    """The levels in a table of settings (black, white, gamma, contrast, brightness, invert); None where they
-    change nothing. Raises BakeError for levels that make no sense."""
-    told = {item.name: relief[item.name] for item in fields(Levels)}
+def _levels_of(relief: Relief) -> Levels | None:
+    """The levels of a relief; None where they change nothing. Raises BakeError for levels that make no
+    sense."""
     try:
-        levels = Levels(**told)
+        levels = Levels(**{item.name: getattr(relief, item.name) for item in fields(Levels)})
     except ValueError as error:
         raise BakeError(str(error), mend="black and white differ, and gamma is 0.001 or more") from None
     return None if levels == Levels() else levels
 
 
-def _check(path: Path, source: str, strength: float, green: str, fmt: str, tier: str) -> None:
-    sources = ("auto", "color", "height")
-    one_of("source", [] if source in sources else [source], sources)
-    one_of("green", [] if green in ("up", "down") else [green], ("up", "down"))
-    one_of("format", [] if fmt in ("ktx2", "png") else [fmt], ("ktx2", "png"))
-    one_of("tier", [] if tier in TIERS else [tier], TIERS)
-    if not -MAX_STRENGTH <= strength <= MAX_STRENGTH:
-        raise BakeError(f"strength {strength} is out of range; up to {MAX_STRENGTH:g} is taken", file=path)
+def _require_ranges(path: Path, settings: MapSettings, tier: str) -> None:
+    """Raises BakeError for a setting that is out of range."""
+    one_of("map", [name for name in settings.only if name not in DERIVED], DERIVED)
+    for what, word, allowed in (
+        ("source", settings.source, ("auto", "color", "height")),
+        ("green", settings.green, ("up", "down")),
+        ("format", settings.fmt, ("ktx2", "png")),
+        ("tier", tier, TIERS),
+        ("filter", settings.filter, FILTERS),
+    ):
+        one_of(what, [] if word in allowed else [word], allowed)
+    if not -MAX_STRENGTH <= settings.strength <= MAX_STRENGTH:
+        what = f"strength {settings.strength} is out of range; up to {MAX_STRENGTH:g} is taken"
+        raise BakeError(what, file=path)
+
+
+def _slopes(settings: MapSettings, rows: int, columns: int, span: float) -> tuple[float, float]:
+    """The slope along (x, y) of one unit of height between neighbours. span: how many units the height map's
+    1 stands for."""
+    scale, size_m = settings.slope_scale, settings.size_m
+    if scale is not None:
+        return scale if isinstance(scale, tuple) else (scale, scale)
+    rise = settings.strength / 100.0 / span
+    across = rise * columns
+    return across, across if size_m is None else rise * rows * (size_m[0] / size_m[1])
 
 
 def _warnings(path: Path, image: Image) -> list[str]:
@@ -265,13 +209,11 @@ def _without_steps(image: Image, path: Path, wraps: tuple[bool, bool]) -> tuple[
     return replace(image, values=pixels), []
 
 
-def _layout(
-    uv: Path, rows: int, columns: int, wraps: tuple[bool, bool], groups: Collection[str] | None
-) -> Layout:
+def _layout(uv: Path, rows: int, columns: int, wraps: tuple[bool, bool], groups: Sequence[str]) -> Layout:
     mesh = read_obj(uv).mesh
     islands = gutter.island_map(mesh, height=rows, width=columns, file=uv)
     mask = None
-    if groups is not None:
+    if groups:
         mask = gutter.group_mask(mesh, groups, height=rows, width=columns, file=uv)
     source = gutter.layout_source(islands, mesh, wraps)
     return Layout(gutter.with_source(islands, source), source is not None, mask)

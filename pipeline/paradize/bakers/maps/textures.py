@@ -15,6 +15,7 @@ from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.jobs.progress import report_step
 from paradize.maps import MAPS
 from paradize.metrics.levels import dudv_levels, gloss_levels, normal_levels, value_levels
+from paradize.scene.baker_settings import MapSettings
 from paradize.stages.compress import LevelWriter, encode_rows, formats_of
 from paradize.stages.dudv import DudvLevels
 from paradize.stages.mips import gloss_rows, half_maps, unit_rows
@@ -28,21 +29,13 @@ Mean = tuple[float, float]
 
 
 def ktx2_maps(
-    rows: MapRows,
-    *,
-    tier: str,
-    warnings: Sequence[str],
-    budget: Mapping[str, float],
-    zstd: int | None,
-    measure: bool,
-    uncompressed: bool = False,
+    rows: MapRows, settings: MapSettings, *, tier: str, warnings: Sequence[str], measure: bool
 ) -> dict[str, MapProduct]:
-    """The maps that `rows` was made for. budget: where the errors of a map's format exceed it, the next of
-    its formats (paradize/maps.py) is taken. measure: False leaves out errors and budget. uncompressed:
-    only the most exact formats will do. No larger format is taken for what the slope filter alone has beyond
-    its limit."""
+    """The maps that `rows` was made for. Where the errors of a map's format exceed the budget, the next of
+    its formats (paradize/maps.py) is taken, but not for what the slope filter alone has beyond its limit.
+    measure: False leaves out errors and budget."""
     height, width = rows.ground.heights.shape
-    first = -1 if uncompressed else 0
+    first = -1 if settings.uncompressed else 0
     formats = {name: formats_of(name, height, width)[first:] for name in rows.names}
     report_step(f"mips of {', '.join(rows.names)}")
     textures, mean = map_textures(rows, {name: known[0] for name, known in formats.items()}, tier)
@@ -56,7 +49,7 @@ def ktx2_maps(
         if measure:
             report_step(f"measuring {name}")
             fixed = filter_errors(rows.ground) | open_angles(rows.ground) if name == "normal" else {}
-            limits = within_reach(budget, fixed)
+            limits = within_reach(settings.budget, fixed)
             levels, errors = _measured(name, rows, texture, fixed)
             for fmt in formats[name][1:]:
                 over = beyond(errors, limits)
@@ -67,7 +60,7 @@ def ktx2_maps(
                 levels, errors = _measured(name, rows, texture, fixed)
         metric = next(iter(errors), None)
         done[name] = MapProduct(
-            encode_ktx2(texture, zstd_level=zstd),
+            encode_ktx2(texture, zstd_level=settings.zstd),
             width,
             height,
             texture.format,

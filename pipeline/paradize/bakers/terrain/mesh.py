@@ -15,7 +15,8 @@ from paradize.formats.glb.encode import encode_glb
 from paradize.jobs.progress import report_step
 from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.terrain import TerrainError, terrain_error
-from paradize.readers.heightmap import Nodata, read_heightmap
+from paradize.readers.heightmap import read_heightmap
+from paradize.scene.baker_settings import TerrainSettings
 from paradize.stages.terrain import terrain_mesh
 
 TIERS = ("fast", "balanced", "exact")
@@ -39,48 +40,25 @@ class TerrainProduct:
     quantization_errors: dict[str, float] = field(default_factory=dict)
 
 
-def bake_terrain(
-    path: Path,
-    *,
-    size_x_m: float,
-    size_z_m: float,
-    height_m: float | None,
-    base_m: float = 0.0,
-    height_scale: float = 1.0,
-    nodata: Nodata = "auto",
-    max_error_m: float | None = 0.1,
-    sand_repeat: float = 1.0,
-    tier: str = "balanced",
-    quantise: bool = False,
-) -> TerrainProduct:
-    """Bakes the heightmap at `path`; no pixel is farther than max_error_m (metres, >= 0) from the mesh.
+def bake_terrain(path: Path, settings: TerrainSettings, *, tier: str = "balanced") -> TerrainProduct:
+    """Bakes the heightmap at `path`; no pixel is farther than the settings' max_error_m from the mesh.
 
-    height_m, base_m, height_scale, nodata: as read_heightmap takes them. max_error_m: None is a thousandth of
-    height_m, or of what the heights span where that is None or the file holds metres. tier: "fast",
-    "balanced" or "exact"; the product says which was used. quantise: vertices as 16-bit codes, along x and z
-    those of the pixels; the bound holds for them. Raises SourceError for a picture that is no heightmap,
-    BakeError when the bound cannot be held (finer than float32 positions at that slope, or than 16-bit
-    heights).
+    tier: "fast", "balanced" or "exact"; the product says which was used. Raises SourceError for a picture
+    that is no heightmap, BakeError when the bound cannot be held (finer than float32 positions at that slope,
+    or than 16-bit heights).
     """
     report_step("reading")
-    ground, warnings = read_heightmap(
-        path,
-        size_x_m=size_x_m,
-        size_z_m=size_z_m,
-        height_m=height_m,
-        base_m=base_m,
-        height_scale=height_scale,
-        nodata=nodata,
-    )
+    ground, warnings = height_map_of(path, settings)
+    height_m, max_error_m = settings.height_m, settings.max_error_m
     if max_error_m is None:
-        codes_m = None if height_m is None or ground.metres else abs(height_m * height_scale)
+        codes_m = None if height_m is None or ground.metres else abs(height_m * settings.height_scale)
         max_error_m = (
             float(np.ptp(ground.heights_m)) / 1000.0 or 0.001 if codes_m is None else codes_m / 1000.0
         )
     if tier not in TIERS:
         raise ValueError(f"no tier {tier!r}")
     used = tier
-    lattice = _lattice(ground, max_error_m) if quantise else None
+    lattice = _lattice(ground, max_error_m) if settings.quantise else None
     reached = "float32 positions" if lattice is None else "16-bit positions"
     tolerance = max_error_m
     if lattice is not None:
@@ -91,7 +69,9 @@ def bake_terrain(
     for _ in range(TRIES + 1):
         way = "grid" if gridded else used
         report_step("triangles")
-        source = mesh = terrain_mesh(ground, tolerance_m=tolerance, sand_repeat=sand_repeat, tier=way)
+        source = mesh = terrain_mesh(
+            ground, tolerance_m=tolerance, sand_repeat=settings.sand_repeat, tier=way
+        )
         codes = None
         if lattice is not None:
             mesh, codes = quantised_terrain(source, lattice)
@@ -133,6 +113,19 @@ def bake_terrain(
         tier=used,
         warnings=warnings,
         quantization_errors=cost,
+    )
+
+
+def height_map_of(path: Path, settings: TerrainSettings) -> tuple[Heightfield, list[str]]:
+    """The heightmap as the settings say, in metres, and warnings. Raises SourceError."""
+    return read_heightmap(
+        path,
+        size_x_m=settings.size_m[0],
+        size_z_m=settings.size_m[1],
+        height_m=settings.height_m,
+        base_m=settings.base_m,
+        height_scale=settings.height_scale,
+        nodata=settings.nodata,
     )
 
 

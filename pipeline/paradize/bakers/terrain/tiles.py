@@ -14,16 +14,16 @@ from typing import Any
 import numpy as np
 
 from paradize.bakers.terrain.grow import Grower
+from paradize.bakers.terrain.mesh import height_map_of
 from paradize.bakers.terrain.tree import Patch, Tree, columns_of, rounded_up
 from paradize.errors import BakeError
 from paradize.formats.glb.tiles import TilePatch, encode_tiles
 from paradize.jobs.progress import report_step
-from paradize.readers.heightmap import Nodata, read_heightmap
+from paradize.scene.baker_settings import TileSettings
 from paradize.store.atomic import write_whole
 from paradize.visibility.query import plan_query
 
 TIERS = ("fast", "balanced", "exact")
-PATCH_PX = 128
 
 
 @dataclass(frozen=True)
@@ -46,60 +46,30 @@ class TilesProduct:
     warnings: list[str]
 
 
-def bake_tiles(
-    path: Path,
-    scratch: Path,
-    *,
-    size_x_m: float,
-    size_z_m: float,
-    height_m: float | None,
-    base_m: float = 0.0,
-    height_scale: float = 1.0,
-    nodata: Nodata = "auto",
-    max_error_m: float = 0.03,
-    sand_repeat: float = 1.0,
-    patch_px: int = PATCH_PX,
-    tile_mb: float = 64.0,
-    quantise: bool = False,
-    tangents: bool = True,
-    sight: dict[str, Any] | None = None,
-    tier: str = "balanced",
-) -> TilesProduct:
-    """Bakes the heightmap at `path` into tiles in the folder `scratch`.
-
-    max_error_m: vertical, of the finest level; tier "exact" makes it 0. patch_px: side of the finest cells,
-    pixels. tile_mb: a tile's limit, megabytes, up to 64; a patch that is larger has a tile for itself.
-    quantise: vertices as 16-bit codes of one lattice. tangents: whether anything reads them. sight: as
-    query.plan_demand takes it; None: every patch is made. Raises SourceError for a picture that is no
-    heightmap, BakeError when the bound cannot be held.
-    """
+def bake_tiles(path: Path, scratch: Path, settings: TileSettings, *, tier: str = "balanced") -> TilesProduct:
+    """Bakes the heightmap at `path` into tiles in the folder `scratch`. Raises SourceError for a picture that
+    is no heightmap, BakeError when the bound cannot be held."""
     if tier not in TIERS:
         raise ValueError(f"no tier {tier!r}")
     report_step("reading")
-    ground, warnings = read_heightmap(
-        path,
-        size_x_m=size_x_m,
-        size_z_m=size_z_m,
-        height_m=height_m,
-        base_m=base_m,
-        height_scale=height_scale,
-        nodata=nodata,
-    )
+    ground, warnings = height_map_of(path, settings)
+    sight = settings.sight
     try:
         grower = Grower(
             ground,
-            max_error_m=0.0 if tier == "exact" else max_error_m,
-            leaf_px=patch_px,
-            sand_repeat=sand_repeat,
+            max_error_m=0.0 if tier == "exact" else settings.max_error_m,
+            leaf_px=settings.patch_px,
+            sand_repeat=settings.sand_repeat,
             demand=None if sight is None else plan_query(sight),
-            quantise=quantise,
+            quantise=settings.quantise,
         )
         report_step("patches")
         tree = grower.grow()
     except BakeError as error:
         raise BakeError(error.what, file=path, place=error.place, mend=error.mend) from None
     report_step("writing")
-    tiles, tile_of, node_of = _write(grower, tree, scratch, round(tile_mb * 1e6), tangents)
+    limit = round(settings.tile_mb * 1e6)
+    tiles, tile_of, node_of = _write(grower, tree, scratch, limit, settings.tangents)
     finest = tree.patches[-1].level
     tables = columns_of(tree, tile_of, node_of) | {
         "demand": {
