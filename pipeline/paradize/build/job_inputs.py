@@ -105,7 +105,7 @@ def stale(record: Any | None, scene: Scene, order: BakeJob) -> list[str] | None:
 
 
 def _code(maker: str) -> Mapping[str, str]:
-    modules = dict(code_of(registry.MAKERS[maker][0], ASKED)) | dict(code_of(_SEEN))
+    modules = dict(code_of(registry.MAKERS[maker][0], *ASKED)) | dict(code_of(_SEEN))
     modules.pop(_LIBRARIES, None)
     return modules
 

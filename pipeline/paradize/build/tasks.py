@@ -31,7 +31,8 @@ from paradize.store.local import Stamp, Store, key_of, stamp
 
 ZSTD_LEVEL = 10  # of supercompressed textures
 TEXTURES = ("color", "maps", "cubemap")  # the makers of textures
-ASKED = "paradize.bakers.registry"  # what stands between a task and its baker, part of every key
+# What stands between a task and its baker, part of every key.
+ASKED = ("paradize.bakers.registry", "paradize.artifact")
 
 
 @dataclass
@@ -93,7 +94,7 @@ def task_of(
     format where theirs exceeds the budget. uncompressed: as in BuildOptions."""
     module, maker = registry.MAKERS[order.maker]
     sources = {role: memory.sha256(path) for role, path in order.sources.items()}
-    code = code_digest(module, ASKED)
+    code = code_digest(module, *ASKED)
     tier, turned = setting_of(tier)
     settings = settings_of(order, scene, grow) | turned
     if uncompressed and order.maker in ("color", "maps"):
@@ -190,7 +191,7 @@ def run_tasks(
             {"sources": task.order.sources, "settings": task.settings, "tier": task.tier}
             | ({"scratch": scratch / task.key} if task.order.maker in registry.WITH_SCRATCH else {}),
             file=next(iter(task.order.sources.values()), None),
-            code=code_of(registry.MAKERS[task.order.maker][0], ASKED),
+            code=code_of(registry.MAKERS[task.order.maker][0], *ASKED),
             timeout_s=time_limit(seconds_of(task.order.sources.values())),
             memory_bytes=memory_of(task.order.sources.values()),
             files=read_by(task.order.sources.values()) if how.cluster else {},
