@@ -27,26 +27,28 @@ from pathlib import Path
 from paradize.build.bake import derive
 from paradize.build.object_measurements import measure_objects
 from paradize.build.manifest import mesh_facts
-from paradize.build.options import How
-from paradize.jobs.process import Crew
+from paradize.build.options import BuildOptions
+from paradize.jobs.process import WorkerPool
 from paradize.store.local import Store, hash_file
 from paradize.scene.flight import plan_flight
-from paradize.scene.requirements import meet
+from paradize.scene.requirements import object_sightings
 from paradize.scene.settings import load_scene
 
 path, owner, mesh, names = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3]), set(sys.argv[4:])
 with tempfile.TemporaryDirectory() as name:
-    store, how = Store(Path(name)), How(jobs=2, crew=Crew())
-    made, errors = derive(store, path, names, how)
+    store, options = Store(Path(name)), BuildOptions(jobs=2, pool=WorkerPool())
+    made, errors = derive(store, path, names, options)
     assert not errors and set(made) == names, (made, errors)
     scene = load_scene(path)
     scene = replace(scene, objects=tuple(item for item in scene.objects if item.name == owner))
     facts = mesh_facts(mesh.read_bytes(), mesh.name)
-    met = meet(scene, plan_flight(scene.flight), {owner: (facts.center, facts.radius_m)})
+    bounds = {owner: (facts.center, facts.radius_m)}
+    sightings = object_sightings(scene, plan_flight(scene.flight), bounds)
     data = {one: store.find(sha256) for one, sha256 in made.items()} | {f"{owner}_mesh": mesh}
     hashes = made | {f"{owner}_mesh": hash_file(mesh)}
-    found, errors = measure_objects(store, scene, met, {owner: list(facts.materials)}, data, hashes, how)
-    how.pool.stop()
+    materials = {owner: list(facts.materials)}
+    found, errors = measure_objects(store, scene, sightings, materials, data, hashes, options)
+    options.pool.stop()
 assert not errors and all(owner in of for of in found.values()), (found, errors)
 """
 

@@ -33,8 +33,8 @@ def test_a_swapped_stage_changes_the_picture_and_none_changes_nothing(
     scene = load_scene(path)
     used = bake(path, tmp_path / "used", BuildOptions(tier="fast"))
     assert not used.errors
-    orders = require(scene, material_colors_of(scene, path)[0]).orders
-    stages = swaps(orders, {row["name"]: row["tier"] for row in used.rows})
+    jobs = require(scene, material_colors_of(scene, path)[0]).jobs
+    stages = swaps(jobs, {row["name"]: row["tier"] for row in used.rows})
     names = [stage for stage, _ in stages]
     assert names[:3] == ["levels of detail", "terrain", "colour textures"]
     colors = next(tasks for stage, tasks in stages if stage == "colour textures")
@@ -50,10 +50,10 @@ def test_a_swapped_stage_changes_the_picture_and_none_changes_nothing(
 def test_what_is_exact_already_is_not_swapped(tmp_path: Path) -> None:
     path = make_cove(tmp_path)
     scene = load_scene(path)
-    orders = require(scene, material_colors_of(scene, path)[0]).orders
-    wanted = {want.artifact: "exact" for order in orders for want in order.wants}
-    assert swaps(orders, wanted) == []
-    assert [stage for stage, _ in swaps(orders, wanted | {"terrain_mesh": "balanced"})] == ["terrain"]
+    jobs = require(scene, material_colors_of(scene, path)[0]).jobs
+    wanted = {output.artifact: "exact" for job in jobs for output in job.outputs}
+    assert swaps(jobs, wanted) == []
+    assert [stage for stage, _ in swaps(jobs, wanted | {"terrain_mesh": "balanced"})] == ["terrain"]
 
 
 def test_a_player_that_draws_nothing_is_told(tmp_path: Path) -> None:

@@ -50,24 +50,24 @@ class Sizes:
         return self.path / self.full
 
 
-def full_bake(scene: Path, out: Path, how: BuildOptions) -> BakeReport:
+def full_bake(scene: Path, out: Path, options: BuildOptions) -> BakeReport:
     """The scene with every mip, level, attribute and patch, so that it can be played; maps that no pass reads
     are not in it, for there is no place for them in a scene."""
     asked = require.require
 
-    def everything(known: Scene, looks: dict[str, Any]) -> Requirements:
-        found = asked(known, looks)
-        for order in found.orders:
-            if order.maker == "terrain":
-                order.settings["sight"] = None
-            if order.maker == "mesh":
-                order.settings["attributes"] = ATTRIBUTES
+    def everything(known: Scene, colors: dict[str, Any]) -> Requirements:
+        found = asked(known, colors)
+        for job in found.jobs:
+            if job.baker == "terrain":
+                job.settings["sight"] = None
+            if job.baker == "mesh":
+                job.settings["attributes"] = ATTRIBUTES
         return found
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("paradize.build.bake.require", everything)
-        patch.setattr(publish, "ask", lambda *_, **__: {})
-        return bake(scene, out, how)
+        patch.setattr(publish, "find_required_detail", lambda *_, **__: {})
+        return bake(scene, out, options)
 
 
 def artifact_bytes(folder: Path) -> dict[str, int]:

@@ -17,9 +17,9 @@ _OWNERS = {
 }
 
 
-def measured_by(maker: str, products: Iterable[str], settings: Mapping[str, Any]) -> set[str]:
+def measured_by(baker: str, products: Iterable[str], settings: Mapping[str, Any]) -> set[str]:
     """The metrics that a maker ("mesh", "maps", ...) measures of these products."""
-    owners = [*_OWNERS.get(maker, ()), *(products if maker == "maps" else ())]
+    owners = [*_OWNERS.get(baker, ()), *(products if baker == "maps" else ())]
     if settings.get("quantise") not in (None, False):
         owners.append("quantise")
     return {metric for metric in METRICS if metric.startswith(tuple(f"{owner}_" for owner in owners))}

@@ -40,25 +40,25 @@ PRODUCTS = map_of(
         warnings=list_of(text),
     )
 )
-_BORDERS = table(**GUTTER, max_level=or_null(_level))
-GUTTERS = table(repeat=flag, limits=map_of(or_null(_positive)), maps=map_of(or_null(_BORDERS)))
-BUMPS = table(
+_MAP_GUTTERS = table(**GUTTER, max_level=or_null(_level))
+GUTTERS = table(repeat=flag, limits=map_of(or_null(_positive)), maps=map_of(or_null(_MAP_GUTTERS)))
+LOD_NORMAL_ERRORS = table(
     levels=list_of(table(mapped_mean_deg=_positive, mapped_p99_deg=_positive, mapped_max_deg=_positive))
 )
 PIXELS = table(pixel_m=or_null(_positive))
-_asked = table(level=_level, texels=or_null(_positive), second_s=or_null(_positive), view=or_null(text))
+_detail = table(level=_level, texels=or_null(_positive), second_s=or_null(_positive), view=or_null(text))
 
 
-def _asked_twice(value: Any, place: str) -> None:
+def _detail_and_others(value: Any, place: str) -> None:
     """As measure_asked returns it: also of a texture "others", the same without its flat triangles."""
     rest = value
     if isinstance(value, dict) and "others" in value:
         rest = dict(value)
-        _asked(rest.pop("others"), f"{place}.others")
-    _asked(rest, place)
+        _detail(rest.pop("others"), f"{place}.others")
+    _detail(rest, place)
 
 
-ASKED = map_of(_asked_twice)
+REQUIRED_DETAIL = map_of(_detail_and_others)
 FLAT = map_of(_level)
 SECONDS = map_of(_positive)
 

@@ -38,7 +38,7 @@ def measure_flat(
     """By map: the coarsest level, at most that of `levels`, up to which flat triangles keep their colours, on
     all levels of detail. textures: KTX2 by map ("color", "normal", ...). repeat: whether they tile."""
     meshes = [lod.mesh for lod in decode_glb(glb, name)]
-    found = {}
+    coarsest = {}
     for key, data in textures.items():
         texture = decode_ktx2(data, f"{name}_{key}")
         chain = sampled_levels(texture, key)[: levels[key] + 1]
@@ -46,11 +46,15 @@ def measure_flat(
             chain = [np.sqrt(np.maximum(level, 0.0)) for level in chain]
         unit = 0.5 if key == "normal" else 1.0
         size = (texture.width, texture.height)
-        found[key] = min(_kept(mesh, size, chain, unit, repeat or goes_around(mesh)) for mesh in meshes)
-    return found
+        coarsest[key] = min(
+            _coarsest_level(mesh, size, chain, unit, repeat or goes_around(mesh)) for mesh in meshes
+        )
+    return coarsest
 
 
-def _kept(mesh: Mesh, size: tuple[int, int], chain: Sequence[F32], unit: float, repeat: bool) -> int:
+def _coarsest_level(
+    mesh: Mesh, size: tuple[int, int], chain: Sequence[F32], unit: float, repeat: bool
+) -> int:
     if mesh.uvs is None:
         return len(chain) - 1
     corners = mesh.absolute_positions[mesh.triangles]

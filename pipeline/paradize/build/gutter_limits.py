@@ -53,11 +53,11 @@ class Borders:
     def reach(self, given: Mapping[str, float], *, only: str | None = None) -> npt.NDArray[np.float64]:
         """(islands,): how far samples of each may go, the farthest of its materials; only: those of one
         material, the others are not walked."""
-        found = np.full(self.islands.count, -1.0)
+        reach = np.full(self.islands.count, -1.0)
         for name, ids in self.materials.items():
             if only in (None, name):
-                found[ids] = np.maximum(found[ids], given.get(name, 0.0))
-        return found
+                reach[ids] = np.maximum(reach[ids], given.get(name, 0.0))
+        return reach
 
 
 def find_borders(mesh: Mesh, *, width: int, height: int, repeat: bool, file: object = None) -> Borders | None:
@@ -104,8 +104,8 @@ def measure_gutters(
     far, the farthest that is safe. facts: see FORMAT.md; None for maps that tile.
     """
     mesh = decode_glb(glb, name)[0].mesh
-    asked = {key: gutter.parallax_reach(*parallax[key]) for key in sorted(parallax)}
-    limits: dict[str, float | None] = dict.fromkeys(asked)
+    requested = {key: gutter.parallax_reach(*parallax[key]) for key in sorted(parallax)}
+    limits: dict[str, float | None] = dict.fromkeys(requested)
     if repeat or mesh.uvs is None:
         return {"repeat": True, "limits": limits, "maps": dict.fromkeys(textures)}
     around = gutter.goes_around(mesh)
@@ -118,25 +118,27 @@ def measure_gutters(
     }
     of_map: dict[str, Borders] = {}
     for key, texture in decoded.items():
-        found_borders = of_size[texture.width, texture.height]
-        if found_borders is None:
+        borders = of_size[texture.width, texture.height]
+        if borders is None:
             return {"repeat": True, "limits": limits, "maps": dict.fromkeys(textures)}
-        of_map[key] = found_borders
-    given = dict(asked)
+        of_map[key] = borders
+    safe_reach = dict(requested)
     if "height" in textures:
-        for material, reach in asked.items():
-            given[material] = _safe_reach(material, reach, chains, of_map, bleed)
-            if given[material] < reach:
-                limits[material] = given[material]
+        for material, reach in requested.items():
+            safe_reach[material] = _safe_reach(material, reach, chains, of_map, bleed)
+            if safe_reach[material] < reach:
+                limits[material] = safe_reach[material]
     else:
-        given = dict.fromkeys(asked, 0.0)
+        safe_reach = dict.fromkeys(requested, 0.0)
     maps = {}
     for key, chain in chains.items():
         at = of_map[key]
         size = max(at.width, at.height)
-        found = walk(chain, MAPS[key].kind, at.islands.layout, at.reach(given))
+        bleed_by_level = walk(chain, MAPS[key].kind, at.islands.layout, at.reach(safe_reach))
         level = _level_in_use(mesh, at.width, at.height, pixel_m, len(chain) - 1)
-        maps[key] = _facts(found, at.islands, level, max(given.values(), default=0.0), size, bleed)
+        maps[key] = _facts(
+            bleed_by_level, at.islands, level, max(safe_reach.values(), default=0.0), size, bleed
+        )
     return {"repeat": around, "limits": limits, "maps": maps}
 
 
@@ -187,10 +189,10 @@ def _level_in_use(mesh: Mesh, width: int, height: int, pixel_m: float | None, la
 
 
 def _facts(
-    found: list[Bleed], islands: gutter.Islands, in_use: int, reach: float, size: int, bleed: float
+    bleed_by_level: list[Bleed], islands: gutter.Islands, in_use: int, reach: float, size: int, bleed: float
 ) -> dict[str, Any]:
-    last = len(found) - 1
-    safe = gutter.safe_level(found, bleed)
+    last = len(bleed_by_level) - 1
+    safe = gutter.safe_level(bleed_by_level, bleed)
     width = islands.width_texels
     return {
         "islands": islands.count,
@@ -200,6 +202,6 @@ def _facts(
         "level_by_width": last if width is None else gutter.level_by_width(width, reach, size, last),
         "max_level": None if safe == last else safe,
         "bound": bleed,
-        "bleed_p99": [rounded(level.all_p99) for level in found],
-        "bleed_max": [rounded(level.worst) for level in found],
+        "bleed_p99": [rounded(level.all_p99) for level in bleed_by_level],
+        "bleed_max": [rounded(level.worst) for level in bleed_by_level],
     }

@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 MAPPED = ("mapped_mean_deg", "mapped_p99_deg", "mapped_max_deg")
 
 
-def measure_bumps(glb: bytes, texture: bytes, *, name: str, repeat: bool) -> list[dict[str, float]]:
+def measure_lod_normal_error(
+    glb: bytes, texture: bytes, *, name: str, repeat: bool
+) -> list[dict[str, float]]:
     """mapped_mean_deg, mapped_p99_deg and mapped_max_deg of each level, the finest first and without error:
     degrees between the normals that it and the finest show at the same place, both turned by the map in
     their own tangent frames.
@@ -35,14 +37,14 @@ def measure_bumps(glb: bytes, texture: bytes, *, name: str, repeat: bool) -> lis
     """
     finest, *coarser = decode_glb(glb, name)
     vectors = _vectors(decode_ktx2(texture, f"{name}_normal"))
-    judge = Original(finest.mesh)
-    found = [dict.fromkeys(MAPPED, 0.0)]
+    reference = Original(finest.mesh)
+    levels = [dict.fromkeys(MAPPED, 0.0)]
     for lod in coarser:
-        told = normal_error(
-            judge, lod.mesh, SAMPLES, surface_error=lod.error_max, normal_map=vectors, repeat=repeat
+        errors = normal_error(
+            reference, lod.mesh, SAMPLES, surface_error=lod.error_max, normal_map=vectors, repeat=repeat
         )
-        found.append({key: told[key] for key in MAPPED})
-    return found
+        levels.append({key: errors[key] for key in MAPPED})
+    return levels
 
 
 def _vectors(texture: Texture) -> npt.NDArray[np.float32]:

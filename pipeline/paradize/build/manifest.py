@@ -74,21 +74,21 @@ def build_manifest(
     flight_errors: dict[str, float],
     artifacts: dict[str, Artifact],
     facts: dict[str, MeshFacts],
-    met: dict[str, ObjectSighting],
+    sightings: dict[str, ObjectSighting],
     gutters: dict[str, dict[str, Any]],
     pixels: dict[str, float],
-    ground: dict[str, Any] | None,
+    terrain_tables: dict[str, Any] | None,
 ) -> dict[str, Any]:
     """The manifest. artifacts, facts: by the artifact's name; met, gutters (as gutter_limits.measure_gutters
     returns them) and pixels (as nearest_view.least_pixels does): by the object's name. ground: the terrain's
     tables and when each of its tiles is first needed, as registry.make_terrain tells them."""
-    tiles = _tiles(ground)
+    tiles = _tiles(terrain_tables)
     entries = {}
     for name, one in artifacts.items():
         owner = name.rpartition("_")[0]
-        first_s = met[owner].first_s if owner in met else tiles.get(name, 0.0)
+        first_s = sightings[owner].first_s if owner in sightings else tiles.get(name, 0.0)
         seen = name in facts and owner in pixels
-        levels = _seen(one.levels, facts[name], pixels[owner]) if seen else one.levels
+        levels = _with_pixel_errors(one.levels, facts[name], pixels[owner]) if seen else one.levels
         entries[name] = replace(one, first_needed_s=first_s, levels=levels).to_json(PUBLISHED)
     head = scene.head
     return {
@@ -118,7 +118,7 @@ def build_manifest(
         "shadow": _plain(scene.shadow) if scene.shadow else None,
         "reflection": _plain(scene.reflection) if scene.reflection else None,
         "refraction": _plain(scene.refraction) if scene.refraction else None,
-        "terrain": _terrain(scene, entries, ground),
+        "terrain": _terrain(scene, entries, terrain_tables),
         "water": _water(scene),
         "objects": [
             _object(item, entries, facts[f"{item.name}_mesh"], gutters.get(item.name))
@@ -130,7 +130,9 @@ def build_manifest(
     }
 
 
-def _seen(levels: list[dict[str, float]], facts: MeshFacts, pixel_m: float) -> list[dict[str, float]]:
+def _with_pixel_errors(
+    levels: list[dict[str, float]], facts: MeshFacts, pixel_m: float
+) -> list[dict[str, float]]:
     """A mesh's levels with their errors in pixels, of `pixel_m` metres at the flight's nearest view of it."""
     if len(levels) != len(facts.lods):
         return levels
@@ -153,27 +155,29 @@ def _plain(settings: Any) -> dict[str, Any]:
 def _rank(name: str, entries: dict[str, dict[str, Any]]) -> tuple[float, int, int, str]:
     stem, _, tail = name.rpartition("_")
     kind = tail if tail in _STREAMING else entries[name]["kind"]
-    ground = 0 if stem in {"", "terrain", "terrain_mesh", "sand", "effect", "water"} else 1
-    return entries[name]["first_needed_s"], _STREAMING.index(kind), ground, name
+    after_ground = 0 if stem in {"", "terrain", "terrain_mesh", "sand", "effect", "water"} else 1
+    return entries[name]["first_needed_s"], _STREAMING.index(kind), after_ground, name
 
 
 def _present(name: str, entries: dict[str, Any]) -> str | None:
     return name if name in entries else None
 
 
-def _tiles(ground: dict[str, Any] | None) -> dict[str, float]:
+def _tiles(terrain_tables: dict[str, Any] | None) -> dict[str, float]:
     """The terrain's tiles in their order, and when each is first needed."""
-    seconds = ground["first_s"] if ground else []
+    seconds = terrain_tables["first_s"] if terrain_tables else []
     return {f"terrain_mesh_{k}" if k else "terrain_mesh": second for k, second in enumerate(seconds)}
 
 
-def _terrain(scene: Scene, entries: dict[str, Any], ground: dict[str, Any] | None) -> dict[str, Any] | None:
+def _terrain(
+    scene: Scene, entries: dict[str, Any], terrain_tables: dict[str, Any] | None
+) -> dict[str, Any] | None:
     terrain = scene.terrain
-    if terrain is None or ground is None:
+    if terrain is None or terrain_tables is None:
         return None
-    told: dict[str, Any] = ground["tables"]
+    tables: dict[str, Any] = terrain_tables["tables"]
     return {
-        "tiles": list(_tiles(ground)),
+        "tiles": list(_tiles(terrain_tables)),
         **{
             f"{stem}_{key}": _present(f"{stem}_{key}", entries)
             for stem in ("sand", "effect")
@@ -188,17 +192,17 @@ def _terrain(scene: Scene, entries: dict[str, Any], ground: dict[str, Any] | Non
         "wet_darkness": terrain.wet_darkness,
         "wet_smoothness": terrain.wet_smoothness,
         "size_m": list(terrain.size_m),
-    } | told
+    } | tables
 
 
 def _water(scene: Scene) -> dict[str, Any] | None:
     water = scene.water
     if water is None:
         return None
-    told = _plain(water)
-    told["scroll_per_s"] = told.pop("scroll")
+    settings = _plain(water)
+    settings["scroll_per_s"] = settings.pop("scroll")
     return {key: f"water_{key}" for key in maps_of("water")} | {
-        key: value for key, value in told.items() if key not in {"waves", "wave_strength", "wave_relief"}
+        key: value for key, value in settings.items() if key not in {"waves", "wave_strength", "wave_relief"}
     }
 
 

@@ -11,39 +11,39 @@ from paradize.scene.settings import Scene
 
 
 def material_colors_of(
-    scene: Scene, scene_path: Path, begun: list[Path] | None = None
+    scene: Scene, scene_path: Path, tried_libraries: list[Path] | None = None
 ) -> tuple[dict[str, MaterialColors], list[Path], list[Path]]:
     """The look of each object by name: the colour map that the scene or the OBJ's materials name, else their
     own colours; the files that were read for it, and those that were looked for in vain. begun: takes the
     MTL files, also of those that fail. Raises SceneError, or GroupedError, for objects whose materials name
     several colour maps."""
-    looks: dict[str, MaterialColors] = {}
+    colors: dict[str, MaterialColors] = {}
     libraries: list[Path] = []
-    absent: list[Path] = []
+    missing: list[Path] = []
     errors: list[ParadizeError] = []
     for i, item in enumerate(scene.objects):
         if item.color:
-            looks[item.name] = MaterialColors(item.color)
+            colors[item.name] = MaterialColors(item.color)
             continue
         from paradize.readers.mtl import base_colors_of
         from paradize.readers.obj import read_obj
 
         try:
-            read = read_obj(item.mesh, resolved(scene_path).parent, begun)
+            read = read_obj(item.mesh, resolved(scene_path).parent, tried_libraries)
         except ParadizeError as error:
             errors.append(error)
             continue
         libraries += [item.mesh, *read.libraries]
-        absent += read.absent
+        missing += read.absent
         used = [read.materials.get(group.material) for group in read.mesh.groups]
         maps = {material.map_kd for material in used if material and material.map_kd}
         if len(maps) < 2:
             own = {} if maps else base_colors_of(read.materials)
-            looks[item.name] = MaterialColors(maps.pop() if maps else None, own)
+            colors[item.name] = MaterialColors(maps.pop() if maps else None, own)
             continue
         what = f"{len(maps)} colour maps are named by the materials of {item.mesh.name}; one is needed"
         mend = "name one in the scene, or join them into one atlas"
         errors.append(SceneError(what, file=scene_path, place=f"object[{i}].color", mend=mend))
     if errors:
         raise GroupedError(errors) if len(errors) > 1 else errors[0]
-    return looks, libraries, absent
+    return colors, libraries, missing

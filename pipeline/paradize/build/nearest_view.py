@@ -19,18 +19,18 @@ from paradize.errors import FormatError
 from paradize.formats.glb.document import glb_document
 from paradize.jobs.code import code_digest
 from paradize.scene.flight import Flight, Vec, sine_cosine
-from paradize.scene.placement import placed
+from paradize.scene.placement import to_world
 from paradize.scene.settings import Instance, Scene
 from paradize.store.local import Store, key_of
 
-_PLACES = 2000
+_POINTS = 2000
 _STEP_S = 0.25
 _GOLDEN = 2654435769  # of 2^32
 _TYPES = {5121: "B", 5123: "H", 5125: "I", 5126: "f"}  # glTF's component types
 _COUNTS = {"SCALAR": 1, "VEC3": 3}
 
 
-def places_of(glb: bytes, name: str) -> list[Vec]:
+def sample_points(glb: bytes, name: str) -> list[Vec]:
     """Places of the finest level of one of our GLBs, metres in its space: corners of triangles, and more in
     each where there are few. Raises FormatError where it is not what we write."""
     try:
@@ -38,16 +38,18 @@ def places_of(glb: bytes, name: str) -> list[Vec]:
         node = tree["nodes"][0]
         step, origin = node.get("scale", (1.0, 1.0, 1.0)), node.get("translation", (0.0, 0.0, 0.0))
 
-        def at(accessor: int) -> tuple[int, int, int, int]:
+        def at(index: int) -> tuple[int, int, int, int]:
             """First byte, bytes from one to the next, count and component type."""
-            told = tree["accessors"][accessor]
-            view = tree["bufferViews"][told["bufferView"]]
-            offset = start + view.get("byteOffset", 0) + told.get("byteOffset", 0)
-            component = int(told["componentType"])
-            stride = view.get("byteStride", _COUNTS[told["type"]] * struct.calcsize(_TYPES[component]))
-            return offset, stride, int(told["count"]), component
+            accessor_json = tree["accessors"][index]
+            view = tree["bufferViews"][accessor_json["bufferView"]]
+            offset = start + view.get("byteOffset", 0) + accessor_json.get("byteOffset", 0)
+            component = int(accessor_json["componentType"])
+            stride = view.get(
+                "byteStride", _COUNTS[accessor_json["type"]] * struct.calcsize(_TYPES[component])
+            )
+            return offset, stride, int(accessor_json["count"]), component
 
-        def place(raw: Sequence[float]) -> Vec:
+        def point(raw: Sequence[float]) -> Vec:
             x, y, z = (a + b * c for a, b, c in zip(origin, step, raw, strict=True))
             return x, y, z
 
@@ -57,26 +59,26 @@ def places_of(glb: bytes, name: str) -> list[Vec]:
         ]
         total = sum(count // 3 for _, (_, _, count, _) in runs)
         parts = 1
-        while total * (parts + 1) * (parts + 2) < _PLACES:
+        while total * (parts + 1) * (parts + 2) < _POINTS:
             parts += 1
-        found: list[Vec] = []
+        points: list[Vec] = []
         for (positions, stride, _, coordinate), (indices, size, count, component) in runs:
             form, row = f"<3{_TYPES[component]}", f"<3{_TYPES[coordinate]}"
-            for triangle in _chosen(count // 3, total):
+            for triangle in _chosen_triangles(count // 3, total):
                 corners = [
-                    place(struct.unpack_from(row, glb, positions + stride * index))
+                    point(struct.unpack_from(row, glb, positions + stride * index))
                     for index in struct.unpack_from(form, glb, indices + 3 * triangle * size)
                 ]
-                found += _spread(corners, parts)
+                points += _spread(corners, parts)
     except (KeyError, IndexError, TypeError, ValueError, struct.error) as error:
         raise FormatError(f"is no mesh of ours: {error}", file=name) from None
-    return found
+    return points
 
 
-def _chosen(count: int, total: int) -> Iterable[int]:
+def _chosen_triangles(count: int, total: int) -> Iterable[int]:
     """Triangles of a run of `count` of the mesh's `total`: all, or its share of those that give _PLACES.
     Steps of the golden ratio, so that they fall in with no rows of a grid."""
-    share = -(-count * _PLACES // (3 * total))
+    share = -(-count * _POINTS // (3 * total))
     return (
         range(count) if share >= count else ((i * _GOLDEN & 0xFFFFFFFF) * count >> 32 for i in range(share))
     )
@@ -84,35 +86,35 @@ def _chosen(count: int, total: int) -> Iterable[int]:
 
 def _spread(corners: Sequence[tuple[float, ...]], parts: int) -> list[Vec]:
     """Places of a triangle on a grid that cuts each side into `parts`."""
-    found: list[Vec] = []
+    points: list[Vec] = []
     for i in range(parts + 1):
         for j in range(parts + 1 - i):
             u, v = i / parts, j / parts
             x, y, z = (a + u * (b - a) + v * (c - a) for a, b, c in zip(*corners, strict=True))
-            found.append((x, y, z))
-    return found
+            points.append((x, y, z))
+    return points
 
 
-def least_pixels(scene: Scene, flight: Flight, places: Mapping[str, Sequence[Vec]]) -> dict[str, float]:
+def nearest_pixel_m(scene: Scene, flight: Flight, points: Mapping[str, Sequence[Vec]]) -> dict[str, float]:
     """How many metres of an object one pixel covers at the flight's nearest view of it, per metre of its
     mesh: the least over its instances, by name; left out where no place of it comes into view. The camera's
     near plane is the nearest there is. places: by the object's name, as places_of gives them, one or more."""
     width, height = scene.head.viewport
     sine, cosine = sine_cosine(0.5 * scene.flight.fov_deg)
-    found: dict[str, float] = {}
+    pixel_m: dict[str, float] = {}
     count = max(1, round(flight.duration_s / _STEP_S))
     views = [flight.view(flight.duration_s * i / count) for i in range(count)]
     for item in scene.objects:
         for instance in item.instances:
-            stand = _placed(places[item.name], instance)
-            near_m = _nearest(views, stand, sine / cosine, width / height)
+            world = _in_world(points[item.name], instance)
+            near_m = _nearest(views, world, sine / cosine, width / height)
             if near_m is not None:
                 pixel = 2.0 * max(near_m, scene.flight.near_m) * (sine / cosine) / height / instance.scale
-                found[item.name] = min(found.get(item.name, pixel), pixel)
-    return found
+                pixel_m[item.name] = min(pixel_m.get(item.name, pixel), pixel)
+    return pixel_m
 
 
-def known_pixels(
+def stored_pixels(
     store: Store,
     scene: Scene,
     flight: Flight,
@@ -125,32 +127,34 @@ def known_pixels(
     sha256: by artifact. force: nothing is read from the store."""
     frame = [flight.as_json(), scene.head.viewport, scene.flight.fov_deg, scene.flight.near_m]
     common = key_of(__name__, code_digest(__name__), frame)
-    found: dict[str, float] = {}
+    pixel_m: dict[str, float] = {}
     for item in scene.objects:
         name = f"{item.name}_mesh"
         key = key_of(common, sha256[name], [asdict(instance) for instance in item.instances])
-        known = None if force else store.get_product(key)
-        if not fits(known, PIXELS):
+        stored = None if force else store.get_product(key)
+        if not fits(stored, PIXELS):
             one = replace(scene, objects=(item,))
-            pixels = least_pixels(one, flight, {item.name: places_of(read_artifact(meshes[name]), name)})
-            known = {"pixel_m": pixels.get(item.name)}
-            store.put_product(key, known)
-        if known["pixel_m"] is not None:
-            found[item.name] = float(known["pixel_m"])
-    return found
+            pixels = nearest_pixel_m(
+                one, flight, {item.name: sample_points(read_artifact(meshes[name]), name)}
+            )
+            stored = {"pixel_m": pixels.get(item.name)}
+            store.put_product(key, stored)
+        if stored["pixel_m"] is not None:
+            pixel_m[item.name] = float(stored["pixel_m"])
+    return pixel_m
 
 
-def _placed(places: Sequence[Vec], instance: Instance) -> list[Vec]:
+def _in_world(points: Sequence[Vec], instance: Instance) -> list[Vec]:
     turn = sine_cosine(instance.yaw_deg)
-    return [placed(place, instance.position, turn, instance.scale) for place in places]
+    return [to_world(point, instance.position, turn, instance.scale) for point in points]
 
 
 def _nearest(
-    views: Sequence[tuple[Vec, Vec]], places: Sequence[Vec], tangent: float, aspect: float
+    views: Sequence[tuple[Vec, Vec]], points: Sequence[Vec], tangent: float, aspect: float
 ) -> float | None:
     """The least distance from an eye to a place in its view cone, which holds the whole picture (tangent of
     half the vertical field of view, width / height); None where no place comes into one."""
-    low, high = (tuple(pick(place[k] for place in places) for k in range(3)) for pick in (min, max))
+    low, high = (tuple(pick(point[k] for point in points) for k in range(3)) for pick in (min, max))
     middle = tuple(0.5 * (a + b) for a, b in zip(low, high, strict=True))
     radius = 0.5 * _length(tuple(b - a for a, b in zip(low, high, strict=True)))
     # A place is in the cone where the part of its way that leads ahead is at least this share of it, squared.
@@ -164,7 +168,7 @@ def _nearest(
         length = _length(ahead) or 1.0
         fx, fy, fz = (part / length for part in ahead)
         ex, ey, ez = eye
-        for px, py, pz in places:
+        for px, py, pz in points:
             x, y, z = px - ex, py - ey, pz - ez
             square = x * x + y * y + z * z
             if best is not None and square >= best:

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from paradize.build.artifacts import read_artifact
-from paradize.build.entries import BUMPS, GUTTERS, fits
+from paradize.build.entries import GUTTERS, LOD_NORMAL_ERRORS, fits
 from paradize.build.options import BuildOptions
-from paradize.build.work import run_work
+from paradize.build.work import run_build_jobs
 from paradize.errors import ParadizeError
 from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.pool import Job
@@ -23,7 +23,7 @@ from paradize.scene.requirements import ObjectSighting
 from paradize.scene.settings import ObjectMaterial, Scene, SceneObject
 from paradize.store.local import Store, key_of
 
-_HOLDS = {"gutters": GUTTERS, "bumps": BUMPS}
+_SHAPES = {"gutters": GUTTERS, "lod_normal_error": LOD_NORMAL_ERRORS}
 
 
 @dataclass(frozen=True)
@@ -31,12 +31,12 @@ class _Measurement:
     """One question about an object: what is asked, the key of its answer, and who finds it out."""
 
     item: str
-    what: str
+    kind: str
     key: str
     job: Job
 
 
-def gutters_of(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> dict[str, Any]:
+def gutter_limits_job(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> dict[str, Any]:
     """In the worker: gutter_limits.measure_gutters."""
     from paradize.build.gutter_limits import measure_gutters
 
@@ -44,30 +44,34 @@ def gutters_of(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> di
     return measure_gutters(glb=read_artifact(glb), textures=textures, **settings)
 
 
-def bumps_of(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> dict[str, Any]:
-    """In the worker: lod_normal_error.measure_bumps."""
-    from paradize.build.lod_normal_error import measure_bumps
+def lod_normal_error_job(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> dict[str, Any]:
+    """In the worker: lod_normal_error.measure_lod_normal_error."""
+    from paradize.build.lod_normal_error import measure_lod_normal_error
 
     texture = read_artifact(maps["normal"])
-    return {"levels": measure_bumps(glb=read_artifact(glb), texture=texture, **settings)}
+    return {"levels": measure_lod_normal_error(glb=read_artifact(glb), texture=texture, **settings)}
 
 
 def measure_objects(
     store: Store,
     scene: Scene,
-    met: Mapping[str, ObjectSighting],
+    sightings: Mapping[str, ObjectSighting],
     materials: Mapping[str, list[str]],
     data: Mapping[str, Path],
     sha256: Mapping[str, str],
-    how: BuildOptions,
+    options: BuildOptions,
 ) -> tuple[dict[str, dict[str, dict[str, Any]]], list[ParadizeError]]:
-    """By "gutters" and "bumps", then by the object's name: what measure_gutters returns, for objects with a
-    colour map; and {"levels": what measure_bumps returns}, for those with a normal map. And what failed.
+    """Measures each object's published files; results are kept in the store.
 
-    met: how the flight meets each object. materials: the names of its mesh's. data, sha256: by artifact.
+    sightings, materials: how the flight sees each object and the names of its mesh's materials, by object
+    name. data, sha256: by artifact.
+
+    Returns, by "gutters" and "lod_normal_error" and then by object name, what measure_gutters returns of
+    objects with a colour map, and {"levels": what measure_lod_normal_error returns} of those with a normal
+    map; and the errors of what failed.
     """
-    asked: list[_Measurement] = []
-    found: dict[str, dict[str, dict[str, Any]]] = {what: {} for what in _HOLDS}
+    measurements: list[_Measurement] = []
+    found: dict[str, dict[str, dict[str, Any]]] = {kind: {} for kind in _SHAPES}
     for item in scene.objects:
         textures = {key: f"{item.name}_{key}" for key in maps_of("object") if f"{item.name}_{key}" in data}
         known = {name: item.materials.get(name, ObjectMaterial()) for name in materials[item.name]}
@@ -78,52 +82,59 @@ def measure_objects(
             found["gutters"][item.name] = {"repeat": True} | free
         elif "color" in textures:
             settings = {"name": item.name, "parallax": parallax, "bleed": item.bleed, "repeat": repeat}
-            settings |= {"pixel_m": met[item.name].pixel_m}
-            asked.append(_ask("gutters", gutters_of, item, settings, data, sha256, textures))
+            settings |= {"pixel_m": sightings[item.name].pixel_m}
+            measurements.append(
+                _measurement("gutters", gutter_limits_job, item, settings, data, sha256, textures)
+            )
         if "normal" in textures:
             settings = {"name": item.name, "repeat": repeat}
             only = {"normal": textures["normal"]}
-            asked.append(_ask("bumps", bumps_of, item, settings, data, sha256, only))
-    work = []
-    if not how.force:
-        store.expect(one.key for one in asked)
-    for one in asked:
-        kept = None if how.force else store.get_product(one.key)
-        if fits(kept, _HOLDS[one.what]):
-            found[one.what][one.item] = kept
+            measurements.append(
+                _measurement("lod_normal_error", lod_normal_error_job, item, settings, data, sha256, only)
+            )
+    missing = []
+    if not options.force:
+        store.expect(one.key for one in measurements)
+    for one in measurements:
+        stored = None if options.force else store.get_product(one.key)
+        if fits(stored, _SHAPES[one.kind]):
+            found[one.kind][one.item] = stored
         else:
-            work.append(one)
+            missing.append(one)
     errors = []
-    outcomes = run_work(how, [one.job for one in work])
-    for one, outcome in zip(work, outcomes, strict=True):
+    outcomes = run_build_jobs(options, [one.job for one in missing])
+    for one, outcome in zip(missing, outcomes, strict=True):
         if outcome.error:
             errors.append(outcome.error)
             continue
-        found[one.what][one.item] = outcome.value
+        found[one.kind][one.item] = outcome.value
         store.put_product(one.key, outcome.value)
     return found, errors
 
 
-def _ask(
-    what: str,
-    call: Callable[..., dict[str, Any]],
+def _measurement(
+    kind: str,
+    function: Callable[..., dict[str, Any]],
     item: SceneObject,
     settings: dict[str, Any],
     data: Mapping[str, Path],
     sha256: Mapping[str, str],
     textures: Mapping[str, str],
 ) -> _Measurement:
-    module = {"gutters": "paradize.build.gutter_limits", "bumps": "paradize.build.lod_normal_error"}[what]
+    module = {
+        "gutters": "paradize.build.gutter_limits",
+        "lod_normal_error": "paradize.build.lod_normal_error",
+    }[kind]
     mesh = f"{item.name}_mesh"
     hashes = {key: sha256[name] for key, name in textures.items()} | {"mesh": sha256[mesh]}
-    key = key_of(what, code_digest(module), hashes, settings)
+    key = key_of(kind, code_digest(module), hashes, settings)
     maps = {key: data[name] for key, name in textures.items()}
     job = Job(
-        f"{item.name} {what}",
-        call,
+        f"{item.name} {kind.replace('_', ' ')}",
+        function,
         {"glb": data[mesh], "maps": maps, "settings": settings},
         file=item.mesh,
         code=code_of(module),
         files=dict.fromkeys([data[mesh], *maps.values()], True),
     )
-    return _Measurement(item.name, what, key, job)
+    return _Measurement(item.name, kind, key, job)

@@ -14,7 +14,7 @@ from paradize.scene.settings import Scene
 from paradize.store.local import Store
 
 
-class Watcher:
+class JobObserver:
     """Hears what becomes of the jobs of a bake, each by its name; this one does nothing about it."""
 
     def planned(self, names: Sequence[str]) -> None:
@@ -46,7 +46,7 @@ class BuildOptions:
     jobs: int = 0
     tier: str | None = None
     force: bool = False
-    watcher: Watcher | None = None
+    observer: JobObserver | None = None
     tiers: Mapping[str, str] = field(default_factory=dict)
     pool: WorkerPool | None = None
     cluster: str | None = None
@@ -64,9 +64,9 @@ class BuildOptions:
         """Worker processes."""
         return self.jobs or os.cpu_count() or 1
 
-    def tier_of(self, order: BakeJob, scene: Scene) -> str:
+    def tier_of(self, job: BakeJob, scene: Scene) -> str:
         """The tier of a task: what its own name says, else the name of one of its artifacts, else `tier`."""
-        names = [order.name, *(want.artifact for want in order.wants)]
+        names = [job.name, *(output.artifact for output in job.outputs)]
         named = (self.tiers[name] for name in names if name in self.tiers)
         return next(named, self.tier or scene.head.tier)
 
@@ -82,4 +82,4 @@ class BuildContext:
     scene: Scene
     flight: Flight
     out: Path
-    how: BuildOptions
+    options: BuildOptions

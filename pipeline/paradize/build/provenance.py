@@ -55,7 +55,7 @@ class BakeReport:
 
     def as_json(self) -> dict[str, Any]:
         """The object that `bake --json` prints."""
-        told: dict[str, Any] = {
+        summary: dict[str, Any] = {
             "artifacts": self.rows,
             "baked": self.count("baked"),
             "reused": self.count("reused"),
@@ -66,8 +66,8 @@ class BakeReport:
             "warnings": self.warnings,
         }
         if self.errors:
-            told["error"] = [str(error) for error in self.errors]
-        return told
+            summary["error"] = [str(error) for error in self.errors]
+        return summary
 
 
 def strays(out: Path, named: Container[str]) -> list[Path]:
@@ -97,9 +97,9 @@ def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeRepor
         return None
     if url is not None and record["shared"] != _shared_id(url):
         return None
-    memory = FileHashCache.from_json(record["memory"])
+    hash_cache = FileHashCache.from_json(record["memory"])
     files = list(record["memory"]["files"])
-    if not files or not memory.unchanged(files):
+    if not files or not hash_cache.unchanged(files):
         return None
     if any(stamp(Path(path)) for path in record["absent"]):
         return None
@@ -110,8 +110,8 @@ def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeRepor
             return None  # the next commit sweeps them
     except OSError:
         return None
-    if memory.hashed:
-        store.put_bake(name, record | {"memory": memory.as_json([Path(path) for path in files])})
+    if hash_cache.hashed:
+        store.put_bake(name, record | {"memory": hash_cache.as_json([Path(path) for path in files])})
     return report
 
 
@@ -120,7 +120,7 @@ def is_record(record: Any) -> bool:
     try:
         files = record["memory"]["files"]
         texts = [record["out"], *record["libraries"], *record["absent"], *record["warnings"], *files]
-        stamps = [(*was, sha256) for was, sha256 in files.values()]
+        stamps = [(*file_stamp, sha256) for file_stamp, sha256 in files.values()]
         return (
             all(type(text) is str and "\0" not in text for text in texts)
             and all(tuple(map(type, known)) == (int, int, int, int, str) for known in stamps)
@@ -160,7 +160,7 @@ def remember(
     report: BakeReport,
     inputs: Sequence[Path],
     absent: Sequence[Path],
-    memory: FileHashCache,
+    hash_cache: FileHashCache,
 ) -> None:
     """Keeps what a finished bake read, ran and wrote. absent: files that it looked for in vain."""
     outputs = [report.out / SCENE_FILE, *(report.out / str(one.file) for one in report.artifacts)]
@@ -173,6 +173,6 @@ def remember(
         "budget": report.budget,
         "absent": [str(path) for path in absent],
         "shared": store.shared_as,
-        "memory": memory.as_json(files),
+        "memory": hash_cache.as_json(files),
     }
     store.put_bake(name, record)

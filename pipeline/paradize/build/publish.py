@@ -14,29 +14,29 @@ from typing import Any
 
 from paradize.artifact import Artifact
 from paradize.build.artifacts import Artifacts, keep_artifact, read_artifact
-from paradize.build.auto_tier import Later, Tried
+from paradize.build.auto_tier import LateErrors, TriedTiers
 from paradize.build.manifest import MeshFacts, build_manifest, mesh_facts
-from paradize.build.nearest_view import known_pixels
+from paradize.build.nearest_view import stored_pixels
 from paradize.build.object_measurements import measure_objects
 from paradize.build.options import BuildContext
 from paradize.build.provenance import BakeReport, strays
 from paradize.build.tasks import Task
 from paradize.build.tier_choice import AUTO
-from paradize.build.trim import ask, trimmed
+from paradize.build.trim import find_required_detail, trimmed
 from paradize.documents import SCENE_FILE, parse_json
 from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError
 from paradize.files import read_file
 from paradize.formats.device import device_bytes
 from paradize.formats.scene_manifest import encode_scene
 from paradize.scene.budget import excesses
-from paradize.scene.requirements import ObjectSighting, meet
+from paradize.scene.requirements import ObjectSighting, object_sightings
 from paradize.scene.settings import Scene
 from paradize.store.atomic import flush_folder, write_whole
 from paradize.store.local import hash_file, stamp
 
 
 @dataclass
-class _Made:
+class _Baked:
     """What the tasks made, by artifact; each step below replaces what it changes. data: where the bytes are.
     meshes: what is read of each object's. flight_errors, tree: of the camera's path and of the terrain.
     gutters: by object, as gutter_limits.measure_gutters returns them."""
@@ -58,99 +58,104 @@ class _Made:
         return {name for name, one in self.artifacts.items() if one.kind == "mesh"} - self.meshes.keys()
 
 
-def report_of(context: BuildContext, tasks: list[Task], tried: Tried) -> BakeReport:
+def report_of(context: BuildContext, tasks: list[Task], tried: TriedTiers) -> BakeReport:
     """What was baked, and what is beyond its budget. tried: as auto_tier.bake_orders tells it."""
     budget = context.scene.budget
     report = BakeReport(context.out, budget=budget.soft | budget.hard)
     for task in tasks:
         if task.error:
             report.errors += task.error.errors if isinstance(task.error, GroupedError) else [task.error]
-        for want in task.wants:
-            made = task.products.get(want.product, Artifact(want.product))
-            report.warnings += made.warnings
-            if want.kind:
-                size = task.data[want.product].stat().st_size if made.sha256 else 0
-                one = replace(made, name=want.artifact, kind=want.kind, bytes=size, status=task.status)
-                one = replace(one, seconds=round(task.seconds, 3), tried=tried.get(want.artifact))
-                one = _judged(context.scene, one)
+        for output in task.outputs:
+            product = task.products.get(output.product, Artifact(output.product))
+            report.warnings += product.warnings
+            if output.kind:
+                size = task.data[output.product].stat().st_size if product.sha256 else 0
+                one = replace(product, name=output.artifact, kind=output.kind, bytes=size, status=task.status)
+                one = replace(one, seconds=round(task.seconds, 3), tried=tried.get(output.artifact))
+                one = _with_excesses(context.scene, one)
                 report.warnings += [f"{one.name}: {text}" for text in one.over]
                 report.artifacts.append(one)
     report.warnings = list(dict.fromkeys(report.warnings))
     return report
 
 
-def publish(context: BuildContext, tasks: list[Task], report: BakeReport, later: Later) -> bool:
+def publish(context: BuildContext, tasks: list[Task], report: BakeReport, late_errors: LateErrors) -> bool:
     """Publishes what the tasks made, with a scene.json; adds what goes wrong to the report's errors, and then
     nothing is published. False, and nothing is published either, where it measured what `auto` must know:
     added to `later`."""
-    made = _Made({one.name: one for one in report.artifacts})
+    baked = _Baked({one.name: one for one in report.artifacts})
     try:
-        _collect(made, tasks)
-        report.errors += _missing_materials(context, made)
+        _collect(baked, tasks)
+        report.errors += _missing_materials(context, baked)
         if report.errors:
             return True
         report.warnings += [
-            f"flight: {excess}" for excess in excesses(context.scene.budget, made.flight_errors)
+            f"flight: {excess}" for excess in excesses(context.scene.budget, baked.flight_errors)
         ]
-        met = _sightings(context, made)
-        bumps = _measure(context, made, met, report)
+        sightings = _sightings(context, baked)
+        normal_mapped = _measure_objects(context, baked, sightings, report)
         if report.errors:
             return True
-        if _learn(context.scene, made, bumps, later):
+        if _note_late_errors(context.scene, baked, normal_mapped, late_errors):
             return False
-        pixels = known_pixels(
-            context.store, context.scene, context.flight, made.data, made.hashes, force=context.how.force
+        pixels = stored_pixels(
+            context.store,
+            context.scene,
+            context.flight,
+            baked.data,
+            baked.hashes,
+            force=context.options.force,
         )
-        _trim(context, made)
-        _limit(context, made, report)
+        _trim(context, baked)
+        _check_totals(context, baked, report)
         if report.errors:
             return True
         manifest = build_manifest(
             context.scene,
             context.flight,
-            made.flight_errors,
-            made.artifacts,
-            made.meshes,
-            met,
-            made.gutters,
+            baked.flight_errors,
+            baked.artifacts,
+            baked.meshes,
+            sightings,
+            baked.gutters,
             pixels,
-            made.tree,
+            baked.tree,
         )
-        files = {str(one.file): (made.data[name], one.sha256) for name, one in made.artifacts.items()}
+        files = {str(one.file): (baked.data[name], one.sha256) for name, one in baked.artifacts.items()}
         report.warnings += _write(context.out, files, encode_scene(manifest))
     except ParadizeError as error:
         report.errors.append(error)
     finally:
-        report.artifacts = list(made.artifacts.values())
+        report.artifacts = list(baked.artifacts.values())
     return True
 
 
-def _judged(scene: Scene, one: Artifact) -> Artifact:
+def _with_excesses(scene: Scene, one: Artifact) -> Artifact:
     """With the metrics that are beyond the scene's budget."""
     return replace(one, over=[str(excess) for excess in excesses(scene.budget, one.errors)])
 
 
-def _collect(made: _Made, tasks: list[Task]) -> None:
+def _collect(baked: _Baked, tasks: list[Task]) -> None:
     """Where the bytes of all artifacts are, and what is read of some."""
     for task in tasks:
-        for want in task.wants:
-            data, product = task.data[want.product], task.products[want.product]
-            if want.product == "flight":
-                made.flight_errors = product.errors
-            if want.product == "tree":
-                made.tree = parse_json(read_artifact(data))
-            if want.kind:
-                made.data[want.artifact] = data
-            if want.kind == "mesh" and not want.many:
-                file = str(made.artifacts[want.artifact].file)
-                made.meshes[want.artifact] = mesh_facts(read_artifact(data), file)
+        for output in task.outputs:
+            data, product = task.data[output.product], task.products[output.product]
+            if output.product == "flight":
+                baked.flight_errors = product.errors
+            if output.product == "tree":
+                baked.tree = parse_json(read_artifact(data))
+            if output.kind:
+                baked.data[output.artifact] = data
+            if output.kind == "mesh" and not output.many:
+                file = str(baked.artifacts[output.artifact].file)
+                baked.meshes[output.artifact] = mesh_facts(read_artifact(data), file)
 
 
-def _missing_materials(context: BuildContext, made: _Made) -> list[ParadizeError]:
+def _missing_materials(context: BuildContext, baked: _Baked) -> list[ParadizeError]:
     """The materials that the scene sets and its meshes lack."""
     errors: list[ParadizeError] = []
     for i, item in enumerate(context.scene.objects):
-        known = made.meshes[f"{item.name}_mesh"].materials
+        known = baked.meshes[f"{item.name}_mesh"].materials
         for material in item.materials:
             if material not in known:
                 place = f"object[{i}].material.{material}"
@@ -160,94 +165,100 @@ def _missing_materials(context: BuildContext, made: _Made) -> list[ParadizeError
     return errors
 
 
-def _sightings(context: BuildContext, made: _Made) -> dict[str, ObjectSighting]:
+def _sightings(context: BuildContext, baked: _Baked) -> dict[str, ObjectSighting]:
     """How the flight meets each object."""
-    objects = {item.name: made.meshes[f"{item.name}_mesh"] for item in context.scene.objects}
+    objects = {item.name: baked.meshes[f"{item.name}_mesh"] for item in context.scene.objects}
     bounds = {name: (known.center, known.radius_m) for name, known in objects.items()}
-    return meet(context.scene, context.flight, bounds)
+    return object_sightings(context.scene, context.flight, bounds)
 
 
-def _measure(
-    context: BuildContext, made: _Made, met: dict[str, ObjectSighting], report: BakeReport
+def _measure_objects(
+    context: BuildContext, baked: _Baked, sightings: dict[str, ObjectSighting], report: BakeReport
 ) -> list[str]:
     """Adds what is measured of each object's files together: the gutters of its maps, and its levels of
     detail under its normal map. Returns the meshes of those with a normal map."""
     scene = context.scene
-    names = {item.name: list(made.meshes[f"{item.name}_mesh"].materials) for item in scene.objects}
-    measured, errors = measure_objects(context.store, scene, met, names, made.data, made.hashes, context.how)
+    names = {item.name: list(baked.meshes[f"{item.name}_mesh"].materials) for item in scene.objects}
+    measured, errors = measure_objects(
+        context.store, scene, sightings, names, baked.data, baked.hashes, context.options
+    )
     report.errors += errors
     if errors:
         return []
-    made.gutters = measured["gutters"]
-    for owner, told in made.gutters.items():
-        for key, facts in told["maps"].items():
+    baked.gutters = measured["gutters"]
+    for owner, facts_of_object in baked.gutters.items():
+        for key, facts in facts_of_object["maps"].items():
             if facts:
                 rest = {name: value for name, value in facts.items() if name != "max_level"}
                 name = f"{owner}_{key}"
-                made.artifacts[name] = replace(
-                    made.artifacts[name], max_level=facts["max_level"], gutter=rest
+                baked.artifacts[name] = replace(
+                    baked.artifacts[name], max_level=facts["max_level"], gutter=rest
                 )
-    for owner, told in measured["bumps"].items():
-        mesh = made.artifacts[f"{owner}_mesh"]
-        levels = told["levels"]
+    for owner, facts_of_object in measured["lod_normal_error"].items():
+        mesh = baked.artifacts[f"{owner}_mesh"]
+        levels = facts_of_object["levels"]
         worst = {
             f"lod_{key}": max(level[key] for level in levels) for key in ("mapped_p99_deg", "mapped_mean_deg")
         }
-        more = [level | found for level, found in zip(mesh.levels, levels, strict=True)]
+        levels_with_errors = [
+            level | errors_found for level, errors_found in zip(mesh.levels, levels, strict=True)
+        ]
         over = [str(excess) for excess in excesses(scene.budget, worst)]
         report.warnings += [f"{mesh.name}: {text}" for text in over]
-        made.artifacts[mesh.name] = replace(
-            mesh, levels=more, errors=mesh.errors | worst, over=[*mesh.over, *over]
+        baked.artifacts[mesh.name] = replace(
+            mesh, levels=levels_with_errors, errors=mesh.errors | worst, over=[*mesh.over, *over]
         )
-    return [f"{owner}_mesh" for owner in measured["bumps"]]
+    return [f"{owner}_mesh" for owner in measured["lod_normal_error"]]
 
 
-def _learn(scene: Scene, made: _Made, meshes: list[str], later: Later) -> bool:
+def _note_late_errors(scene: Scene, baked: _Baked, meshes: list[str], late_errors: LateErrors) -> bool:
     """Whether a mesh that `auto` chose is beyond its budget under its normal map, which was not known then:
     its errors with that tier are added to `later`."""
-    learnt = False
+    is_new = False
     for name in meshes:
-        one = made.artifacts[name]
-        if not one.tried or one.tried["asked"] != AUTO or one.tried["taken"] in later.get(name, {}):
+        one = baked.artifacts[name]
+        if not one.tried or one.tried["asked"] != AUTO or one.tried["taken"] in late_errors.get(name, {}):
             continue
-        found = {metric: value for metric, value in one.errors.items() if metric.startswith("lod_mapped_")}
-        if excesses(scene.budget, found):
-            later.setdefault(name, {})[one.tried["taken"]] = found
-            learnt = True
-    return learnt
+        errors = {metric: value for metric, value in one.errors.items() if metric.startswith("lod_mapped_")}
+        if excesses(scene.budget, errors):
+            late_errors.setdefault(name, {})[one.tried["taken"]] = errors
+            is_new = True
+    return is_new
 
 
-def _trim(context: BuildContext, made: _Made) -> None:
+def _trim(context: BuildContext, baked: _Baked) -> None:
     """Takes out of everything what no view asks for."""
-    if context.how.whole:
+    if context.options.whole:
         return
-    data = Artifacts(made.data, made.tiles)
-    asked = ask(context.store, context.scene, data, made.hashes, made.meshes, context.how)
-    for name, wanted in asked.items():
-        one = made.artifacts[name]
-        if one.kind == "mesh" and name not in made.meshes:
+    data = Artifacts(baked.data, baked.tiles)
+    detail = find_required_detail(
+        context.store, context.scene, data, baked.hashes, baked.meshes, context.options
+    )
+    for name, required in detail.items():
+        one = baked.artifacts[name]
+        if one.kind == "mesh" and name not in baked.meshes:
             continue
-        made.artifacts[name], rest = trimmed(one, wanted, made.data[name])
+        baked.artifacts[name], rest = trimmed(one, required, baked.data[name])
         if rest is None:
             continue
-        made.artifacts[name] = _judged(context.scene, made.artifacts[name])
-        made.data[name] = keep_artifact(context.store, rest)[1]
-        if name in made.meshes:
-            lods = made.meshes[name].lods[made.artifacts[name].left_out :]
-            known = tuple((f"lod{k}", error_m) for k, (_, error_m) in enumerate(lods))
-            made.meshes[name] = replace(made.meshes[name], lods=known)
+        baked.artifacts[name] = _with_excesses(context.scene, baked.artifacts[name])
+        baked.data[name] = keep_artifact(context.store, rest)[1]
+        if name in baked.meshes:
+            lods = baked.meshes[name].lods[baked.artifacts[name].left_out :]
+            nodes = tuple((f"lod{k}", error_m) for k, (_, error_m) in enumerate(lods))
+            baked.meshes[name] = replace(baked.meshes[name], lods=nodes)
 
 
-def _limit(context: BuildContext, made: _Made, report: BakeReport) -> None:
+def _check_totals(context: BuildContext, baked: _Baked, report: BakeReport) -> None:
     """Compares all artifacts together with the budget: warnings; errors of a hard limit with tier `auto`."""
     budget = context.scene.budget
     sums = {}
     if "folder_mb" in budget.aim:
-        sums["folder_mb"] = sum(one.bytes for one in made.artifacts.values()) / 1e6
+        sums["folder_mb"] = sum(one.bytes for one in baked.artifacts.values()) / 1e6
     if "gpu_mb" in budget.aim:
-        sums["gpu_mb"] = sum(device_bytes(read_artifact(data)) for data in made.data.values()) / 1e6
+        sums["gpu_mb"] = sum(device_bytes(read_artifact(data)) for data in baked.data.values()) / 1e6
     over = excesses(budget, sums)
-    if (context.how.tier or context.scene.head.tier) == AUTO:
+    if (context.options.tier or context.scene.head.tier) == AUTO:
         mend = "take something out, or allow more"
         report.errors += [
             SceneError(str(one), file=context.scene_path, place=f"budget.{one.metric}", mend=mend)
@@ -273,21 +284,21 @@ def _write(out: Path, files: dict[str, tuple[Path, str | None]], manifest: bytes
     if wrote:
         flush_folder(out)  # their names stand before the one that names them
     scene = out / SCENE_FILE
-    if not _holds(scene, manifest):
+    if not _has_bytes(scene, manifest):
         write_whole(scene, manifest, owned=True)
     return [text for path in strays(out, files) for text in _removed(path)]
 
 
 def _is_file(path: Path, size: int, sha256: str | None) -> bool:
     """Whether a file has this size and hash."""
-    was = stamp(path)
+    known = stamp(path)
     try:
-        return was is not None and was[0] == size and hash_file(path) == sha256
+        return known is not None and known[0] == size and hash_file(path) == sha256
     except BakeError:
         return False
 
 
-def _holds(path: Path, data: bytes) -> bool:
+def _has_bytes(path: Path, data: bytes) -> bool:
     """Whether a file holds these bytes."""
     try:
         return read_file(path, len(data)) == data

@@ -57,8 +57,8 @@ class SeenObject:
 
 def measure_required_detail(
     sight: dict[str, Any],
-    things: Mapping[str, dict[str, Any]],
-    ground: dict[str, Any] | None,
+    objects: Mapping[str, dict[str, Any]],
+    terrain: dict[str, Any] | None,
     water: dict[str, Any] | None,
     sky: dict[str, Any] | None,
 ) -> dict[str, dict[str, Any]]:
@@ -72,82 +72,86 @@ def measure_required_detail(
     `tile`. sky: `side` (texels), `levels`, `smoothest` (the largest smoothness that mirrors it).
     """
     light_m = sight["light_m"]
-    found: dict[str, dict[str, Any]] = {}
-    for name, told in things.items():
-        found |= _thing(name, SeenObject(**told), sight, light_m)
+    detail: dict[str, dict[str, Any]] = {}
+    for name, fields in objects.items():
+        detail |= _object_detail(name, SeenObject(**fields), sight, light_m)
     everywhere = views_of(sight, ("camera", "reflection", "refraction"), None)
-    if ground:
-        found |= _ground(everywhere, **ground)
+    if terrain:
+        detail |= _terrain_detail(everywhere, **terrain)
     if water:
-        found |= _water(views_of(sight, ("camera",), None), **water)
+        detail |= _water_detail(views_of(sight, ("camera",), None), **water)
     if sky:
-        found["sky"] = _sky(everywhere, water=water is not None, **sky)
-    return found
+        detail["sky"] = _sky_detail(everywhere, water=water is not None, **sky)
+    return detail
 
 
-def _told(found: FinestMip) -> dict[str, Any]:
-    texels = float(f"{found.texels:.6g}") if found.texels < float("inf") else None
+def _detail_json(finest_mip: FinestMip) -> dict[str, Any]:
+    texels = float(f"{finest_mip.texels:.6g}") if finest_mip.texels < float("inf") else None
     return {
-        "level": found.level(),
+        "level": finest_mip.level(),
         "texels": texels,
-        "second_s": found.second_s,
-        "view": found.view,
+        "second_s": finest_mip.second_s,
+        "view": finest_mip.view,
     }
 
 
-def _thing(
-    name: str, thing: SeenObject, sight: dict[str, Any], light_m: float | None
+def _object_detail(
+    name: str, seen_object: SeenObject, sight: dict[str, Any], light_m: float | None
 ) -> dict[str, dict[str, Any]]:
-    levels = [lod.mesh for lod in decode_glb(thing.glb, name)]
-    views = views_of(sight, thing.drawn, light_m)
-    places = [Placement(tuple(one["position"]), one["yaw_deg"], one["scale"]) for one in thing.instances]
-    level, second, view = finest_lod(views, thing.center, thing.radius_m, thing.errors_m, places)
+    levels = [lod.mesh for lod in decode_glb(seen_object.glb, name)]
+    views = views_of(sight, seen_object.drawn, light_m)
+    places = [
+        Placement(tuple(one["position"]), one["yaw_deg"], one["scale"]) for one in seen_object.instances
+    ]
+    level, second, view = finest_lod(
+        views, seen_object.center, seen_object.radius_m, seen_object.errors_m, places
+    )
     mesh: dict[str, Any] = {"level": level, "texels": None, "second_s": second, "view": view}
-    found = {f"{name}_mesh": mesh}
+    detail = {f"{name}_mesh": mesh}
     known: dict[tuple[Size, bool], dict[str, Any]] = {}
-    for key, size in thing.textures.items():
-        lit = key == "color" and thing.leaves
+    for key, size in seen_object.textures.items():
+        lit = key == "color" and seen_object.leaves
         if (size, lit) not in known:
-            seen = views if lit else views_of(sight, thing.drawn, None)
-            known[size, lit] = _texture(thing, levels, places, seen, size)
-        found[f"{name}_{key}"] = known[size, lit]
-    return found
+            seen = views if lit else views_of(sight, seen_object.drawn, None)
+            known[size, lit] = _texture_detail(seen_object, levels, places, seen, size)
+        detail[f"{name}_{key}"] = known[size, lit]
+    return detail
 
 
-def _texture(
-    thing: SeenObject, levels: Sequence[Mesh], places: Sequence[Placement], views: Views, size: Size
+def _texture_detail(
+    seen_object: SeenObject, levels: Sequence[Mesh], places: Sequence[Placement], views: Views, size: Size
 ) -> dict[str, Any]:
     """What is asked of an object's texture of this size, as measure_required_detail tells it."""
 
-    def asked(*, flat: bool) -> FinestMip:
-        worn = [
-            (surface, Placement(at.position, at.yaw_deg, at.scale, _from_m(thing, k, at.scale, views)))
+    def finest_of(*, flat: bool) -> FinestMip:
+        surfaces = [
+            (surface, Placement(at.position, at.yaw_deg, at.scale, _from_m(seen_object, k, at.scale, views)))
             for k, mesh in enumerate(levels)
             if mesh.uvs is not None
             for surface in [surface_of(mesh, mesh.uvs, *size, flat=flat)]
             for at in places
         ]
-        return finest(views, worn, thing.spread * max(size))
+        return finest(views, surfaces, seen_object.spread * max(size))
 
-    told = _told(asked(flat=True))
+    whole = _detail_json(finest_of(flat=True))
     flat = (mesh.uvs is not None and flat_triangles(mesh, mesh.uvs, *size).any() for mesh in levels)
-    if thing.spread > 0.0 or not any(flat):  # parallax shows more than the line
-        return told
-    others = _told(asked(flat=False))
-    return told | {"others": others} if others["level"] > told["level"] else told
+    if seen_object.spread > 0.0 or not any(flat):  # parallax shows more than the line
+        return whole
+    others = _detail_json(finest_of(flat=False))
+    return whole | {"others": others} if others["level"] > whole["level"] else whole
 
 
-def _from_m(thing: SeenObject, level: int, scale: float, views: Views) -> float:
+def _from_m(seen_object: SeenObject, level: int, scale: float, views: Views) -> float:
     """Nearer than this a level of a mesh is not drawn."""
-    return thing.errors_m[level] * scale * views.query.pixels * (1.0 - 1e-5) if level else 0.0
+    return seen_object.errors_m[level] * scale * views.query.pixels * (1.0 - 1e-5) if level else 0.0
 
 
-def _ground(
+def _terrain_detail(
     views: Views, textures: Mapping[str, Size], tiles: Sequence[bytes | str], repeat_m: float
 ) -> dict[str, dict[str, Any]]:
     data = [tile if isinstance(tile, bytes) else read_artifact(Path(tile)) for tile in tiles]
     patches = [patch.mesh for tile in data for patch in decode_tile(tile)]
-    found = {}
+    detail = {}
     for name, size in textures.items():
         surfaces = []
         for mesh in patches:
@@ -165,35 +169,37 @@ def _ground(
             texels = SHORTEST * min(seen.texels, far)
             texels = min(texels, LUMPS * seen.texels) if name == "sand_normal" else texels
             seen = FinestMip(texels, seen.second_s, seen.view)
-        found[name] = _told(seen)
-    return found
+        detail[name] = _detail_json(seen)
+    return detail
 
 
-def _water(
+def _water_detail(
     views: Views, textures: Mapping[str, Size], level_m: float, size_m: float, tile: float
 ) -> dict[str, dict[str, Any]]:
     half = 0.5 * size_m
     corners = [(-half, level_m, -half), (half, level_m, -half), (-half, level_m, half), (half, level_m, half)]
     square = np.array([[corners[0], corners[2], corners[1]], [corners[1], corners[2], corners[3]]])
-    found = {}
+    detail = {}
     dry = bool((views.query.eye[1] - views.query.slack_m - views.query.reach[1] > level_m).all())
     for name, size in textures.items():
         density = WAVES[name.rpartition("_")[2]] * tile / size_m * min(size)
         seen = finest(views, [(Surface(square, np.full(2, density)), Placement())])
         # Under water the waves' light upon the floor may be nearer than the waves.
-        found[name] = _told(seen if dry else FinestMip(0.0, None, "camera"))
-    return found
+        detail[name] = _detail_json(seen if dry else FinestMip(0.0, None, "camera"))
+    return detail
 
 
-def _sky(views: Views, *, water: bool, side: int, levels: int, smoothest: float | None) -> dict[str, Any]:
+def _sky_detail(
+    views: Views, *, water: bool, side: int, levels: int, smoothest: float | None
+) -> dict[str, Any]:
     """A face's texels are sparsest in its middle: side / 2 of them to a radian."""
     corner = views.query.corner * views.query.corner
     texels = 0.5 * side * views.pixel * corner / max(1.0, views.mirror or 0.0)
-    found = _told(FinestMip(texels, 0.0, "camera"))
+    detail = _detail_json(FinestMip(texels, 0.0, "camera"))
     if water:
-        found["level"] = min(found["level"], SEA_MIP)
+        detail["level"] = min(detail["level"], SEA_MIP)
     if smoothest is not None:
         blur = max(0.0, levels - 2.3)
         rough = float(np.sqrt(1.0 - smoothest))
-        found["level"] = min(found["level"], int(blur * rough))
-    return found
+        detail["level"] = min(detail["level"], int(blur * rough))
+    return detail

@@ -41,8 +41,8 @@ def solo(
     GroupedError) that says by how much. A budget of what is not measured raises BakeError too, before
     anything is baked where that can be known."""
     from paradize.build.budget_metrics import measured_by
-    from paradize.build.dial import by_cost, next_label, setting_of
-    from paradize.build.tier_choice import AUTO, GROWN, LABELS, ORDER, inside, limited, misses
+    from paradize.build.tier_choice import AUTO, FINER_FORMAT, LABELS, ORDER, inside, limited, misses
+    from paradize.build.tuned_settings import by_cost, next_label, split_label
     from paradize.errors import BakeError, GroupedError
     from paradize.scene.baker_settings import TextureSettings
     from paradize.scene.budget import excesses
@@ -65,12 +65,12 @@ def solo(
     asked: float | None = None  # the setting that may be turned, as it was asked for
     label: str | None = labels[0]
     while label is not None:
-        used, turned = setting_of(label)
-        grows = {"budget": budget if tier != AUTO or label in GROWN else {}} if growing else {}
+        used, tuned = split_label(label)
+        grows = {"budget": budget if tier != AUTO or label in FINER_FORMAT else {}} if growing else {}
         try:
-            product = call(path, replace(settings, **turned, **grows), tier=used, **sources)
+            product = call(path, replace(settings, **tuned, **grows), tier=used, **sources)
         except BakeError:
-            if not turned:
+            if not tuned:
                 raise
             tried[label] = False  # a bound that positions cannot hold
         else:
@@ -79,7 +79,7 @@ def solo(
             kept = [name for name in tried if tried[name]]
             if not kept or by_cost(kept)[0] == label:
                 made, one = product, label
-        if tier == AUTO and not turned and 0.0 not in budget.values():
+        if tier == AUTO and not tuned and 0.0 not in budget.values():
             asked = product.told.get("bound_m")
         label = next_label(kind, labels, asked, tried)
     over = [

@@ -14,11 +14,11 @@ from typing import Any
 from paradize.artifact import KEPT, Artifact
 from paradize.bakers import registry
 from paradize.build.artifacts import keep_artifact
-from paradize.build.dial import setting_of
 from paradize.build.entries import PRODUCTS, fits
 from paradize.build.estimate import memory_of, seconds_of
 from paradize.build.options import BuildOptions
-from paradize.build.work import read_by, run_work
+from paradize.build.tuned_settings import split_label
+from paradize.build.work import files_read_by, run_build_jobs
 from paradize.errors import BakeError, ParadizeError, SourceError
 from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.limits import time_limit
@@ -32,14 +32,14 @@ from paradize.store.local import Stamp, Store, key_of, stamp
 ZSTD_LEVEL = 10  # of supercompressed textures
 TEXTURES = ("color", "maps", "cubemap")  # the makers of textures
 # What stands between a task and its baker, part of every key.
-ASKED = ("paradize.bakers.registry", "paradize.artifact")
+SHARED_MODULES = ("paradize.bakers.registry", "paradize.artifact")
 
 
 @dataclass
 class Task:
     """An order on its way: its key, the sources' hashes, and what it gave (products by name)."""
 
-    order: BakeJob
+    job: BakeJob
     settings: dict[str, Any]
     tier: str
     key: str
@@ -50,12 +50,12 @@ class Task:
     error: ParadizeError | None = None
 
     @property
-    def wants(self) -> list[Output]:
+    def outputs(self) -> list[Output]:
         """The order's wants, and those that its products show to be there."""
-        return [made for want in self.order.wants for made in want.made(self.products)]
+        return [output for declared in self.job.outputs for output in declared.expand(self.products)]
 
 
-def flight_order(scene: Scene, flight: Flight) -> BakeJob:
+def flight_job(scene: Scene, flight: Flight) -> BakeJob:
     settings = {
         "flight": flight.as_json(),
         "eye": [list(point.position) for point in scene.flight.eye],
@@ -65,92 +65,92 @@ def flight_order(scene: Scene, flight: Flight) -> BakeJob:
     return BakeJob("flight", "flight", {}, settings, (Output("flight", "", "flight", "the camera's path"),))
 
 
-def settings_of(order: BakeJob, scene: Scene, grow: bool) -> dict[str, Any]:
+def job_settings(job: BakeJob, scene: Scene, finer_format: bool) -> dict[str, Any]:
     """What the maker is told, and its task's key hashes: also whether textures are supercompressed, and, to
     let formats grow, the part of the budget that decides them."""
-    packed = {"zstd": ZSTD_LEVEL} if scene.head.zstd and order.maker in TEXTURES else {}
-    if order.maker not in ("color", "maps"):
-        return order.settings | packed
-    products = [want.product for want in order.wants]
-    owners = ["color", "alpha"] if order.maker == "color" else products
+    packed = {"zstd": ZSTD_LEVEL} if scene.head.zstd and job.baker in TEXTURES else {}
+    if job.baker not in ("color", "maps"):
+        return job.settings | packed
+    products = [output.product for output in job.outputs]
+    owners = ["color", "alpha"] if job.baker == "color" else products
     limits = {
         metric: limit for metric, limit in scene.budget.hard.items() if metric.partition("_")[0] in owners
     }
     for metric in [metric for metric in limits if metric.startswith("normal_filter_")]:
         del limits[metric]  # no format betters it
-    return order.settings | packed | {"budget": limits if grow else {}}
+    return job.settings | packed | {"budget": limits if finer_format else {}}
 
 
 def task_of(
-    order: BakeJob,
-    memory: FileHashCache,
+    job: BakeJob,
+    hash_cache: FileHashCache,
     tier: str,
     scene: Scene,
     *,
-    grow: bool = True,
+    finer_format: bool = True,
     uncompressed: bool = False,
 ) -> Task:
     """tier: a tier, with a setting of its own or not, as bake_dial names it. grow: textures take a more exact
     format where theirs exceeds the budget. uncompressed: as in BuildOptions."""
-    module, maker = registry.MAKERS[order.maker]
-    sources = {role: memory.sha256(path) for role, path in order.sources.items()}
-    code = code_digest(module, *ASKED)
-    tier, turned = setting_of(tier)
-    settings = settings_of(order, scene, grow) | turned
-    if uncompressed and order.maker in ("color", "maps"):
+    module, baker = registry.MAKERS[job.baker]
+    sources = {role: hash_cache.sha256(path) for role, path in job.sources.items()}
+    code = code_digest(module, *SHARED_MODULES)
+    tier, tuned = split_label(tier)
+    settings = job_settings(job, scene, finer_format) | tuned
+    if uncompressed and job.baker in ("color", "maps"):
         settings = settings | {"uncompressed": True}
-    return Task(order, settings, tier, key_of(maker.__name__, code, sources, settings, tier))
+    return Task(job, settings, tier, key_of(baker.__name__, code, sources, settings, tier))
 
 
-def known_tiers(how: BuildOptions, orders: list[BakeJob]) -> None:
+def check_tier_names(options: BuildOptions, jobs: list[BakeJob]) -> None:
     """Raises BakeError where `how.tiers` names what is neither a task nor an artifact."""
-    names = {name for order in orders for name in (order.name, *(want.artifact for want in order.wants))}
-    if wrong := sorted(how.tiers.keys() - names):
+    names = {name for job in jobs for name in (job.name, *(output.artifact for output in job.outputs))}
+    if wrong := sorted(options.tiers.keys() - names):
         raise BakeError(
             f"no task {', '.join(map(repr, wrong))}", mend=f"there are {', '.join(sorted(names))}"
         )
 
 
-def known(store: Store, task: Task) -> dict[str, Artifact] | None:
+def stored_products(store: Store, task: Task) -> dict[str, Artifact] | None:
     """What the store tells of a task's products, their bytes aside; None where it knows not all of them."""
-    told = store.get_product(task.key)
-    if not fits(told, PRODUCTS) or {want.product for want in task.order.wants} - told.keys():
+    entry = store.get_product(task.key)
+    if not fits(entry, PRODUCTS) or {output.product for output in task.job.outputs} - entry.keys():
         return None
-    products = {name: Artifact.from_json(one, name=name) for name, one in told.items()}
-    return _worded(products, {mark: path for path, mark in _places(task.order)})
+    products = {name: Artifact.from_json(one, name=name) for name, one in entry.items()}
+    return _reworded(products, {mark: path for path, mark in _path_marks(task.job)})
 
 
-def _places(order: BakeJob) -> list[tuple[str, str]]:
+def _path_marks(job: BakeJob) -> list[tuple[str, str]]:
     """The paths that warnings of an order may name, the longest first, each with what the store holds
     instead: another scene that finds the entry has them elsewhere."""
-    found = [(str(path), f"\0{role}\0") for role, path in order.sources.items()]
-    folders = [(role, path.parent) for role, path in order.sources.items() if path.parent.name]
-    found += [(f"{folder}{os.sep}", f"\0{role}/\0") for role, folder in folders]
-    return sorted(found, key=lambda row: -len(row[0]))
+    marks = [(str(path), f"\0{role}\0") for role, path in job.sources.items()]
+    folders = [(role, path.parent) for role, path in job.sources.items() if path.parent.name]
+    marks += [(f"{folder}{os.sep}", f"\0{role}/\0") for role, folder in folders]
+    return sorted(marks, key=lambda row: -len(row[0]))
 
 
-def _worded(products: dict[str, Artifact], words: Mapping[str, str]) -> dict[str, Artifact]:
+def _reworded(products: dict[str, Artifact], words: Mapping[str, str]) -> dict[str, Artifact]:
     """The products, with words of their warnings replaced, one after the other."""
-    found = {}
+    reworded = {}
     for name, product in products.items():
         texts = list(product.warnings)
         for old, new in words.items():
             texts = [text.replace(old, new) for text in texts]
-        found[name] = replace(product, warnings=texts)
-    return found
+        reworded[name] = replace(product, warnings=texts)
+    return reworded
 
 
-def recall(store: Store, task: Task) -> bool:
+def take_from_store(store: Store, task: Task) -> bool:
     """Takes a task's products from the store; False where any of them is missing or damaged."""
-    products = task.products or known(store, task)
+    products = task.products or stored_products(store, task)
     if products is None:
         return False
     data: dict[str, Path] = {}
-    for want in (made for first in task.order.wants for made in first.made(products)):
-        found = store.find(str(products[want.product].sha256))
-        if found is None:
+    for output in (output for declared in task.job.outputs for output in declared.expand(products)):
+        path = store.find(str(products[output.product].sha256))
+        if path is None:
             return False
-        data[want.product] = found
+        data[output.product] = path
     task.data, task.products = data, products
     return True
 
@@ -160,20 +160,20 @@ def run_tasks(
     scratch: Path,
     tasks: list[Task],
     stamps: Mapping[Path, Stamp | None],
-    how: BuildOptions,
+    options: BuildOptions,
 ) -> None:
     """Bakes the tasks in worker processes and stores their products; errors stay with their tasks. scratch:
     folder for files that workers write. stamps: of the sources when they were hashed; a product of a source
     that changed since is refused."""
-    by_name = {task.order.name: task for task in tasks}
+    by_name = {task.job.name: task for task in tasks}
 
-    def ended(outcome: Outcome) -> None:
+    def on_outcome(outcome: Outcome) -> None:
         task = by_name[outcome.name]
         task.seconds = outcome.seconds
-        moved = [path for path in task.order.sources.values() if stamp(path) != stamps[path]]
+        changed = [path for path in task.job.sources.values() if stamp(path) != stamps[path]]
         error = outcome.error
-        if moved and not error:
-            error = SourceError("changed while it was baked", file=moved[0], mend="bake again")
+        if changed and not error:
+            error = SourceError("changed while it was baked", file=changed[0], mend="bake again")
         if error:
             task.error, task.status = error, "failed"
         else:
@@ -181,21 +181,21 @@ def run_tasks(
                 name = product.artifact.name
                 sha256, task.data[name] = keep_artifact(store, product.data)
                 task.products[name] = replace(product.artifact, sha256=sha256)
-            kept = _worded(task.products, dict(_places(task.order)))
-            store.put_product(task.key, {name: one.to_json(KEPT) for name, one in kept.items()})
+            portable = _reworded(task.products, dict(_path_marks(task.job)))
+            store.put_product(task.key, {name: one.to_json(KEPT) for name, one in portable.items()})
 
-    work = [
+    pool_jobs = [
         Job(
-            task.order.name,
-            registry.MAKERS[task.order.maker][1],
-            {"sources": task.order.sources, "settings": task.settings, "tier": task.tier}
-            | ({"scratch": scratch / task.key} if task.order.maker in registry.WITH_SCRATCH else {}),
-            file=next(iter(task.order.sources.values()), None),
-            code=code_of(registry.MAKERS[task.order.maker][0], *ASKED),
-            timeout_s=time_limit(seconds_of(task.order.sources.values())),
-            memory_bytes=memory_of(task.order.sources.values()),
-            files=read_by(task.order.sources.values()) if how.cluster else {},
+            task.job.name,
+            registry.MAKERS[task.job.baker][1],
+            {"sources": task.job.sources, "settings": task.settings, "tier": task.tier}
+            | ({"scratch": scratch / task.key} if task.job.baker in registry.WITH_SCRATCH else {}),
+            file=next(iter(task.job.sources.values()), None),
+            code=code_of(registry.MAKERS[task.job.baker][0], *SHARED_MODULES),
+            timeout_s=time_limit(seconds_of(task.job.sources.values())),
+            memory_bytes=memory_of(task.job.sources.values()),
+            files=files_read_by(task.job.sources.values()) if options.cluster else {},
         )
         for task in tasks
     ]
-    run_work(how, work, ended)
+    run_build_jobs(options, pool_jobs, on_outcome)

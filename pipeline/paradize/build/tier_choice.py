@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from paradize.build.dial import by_cost
+from paradize.build.tuned_settings import by_cost
 from paradize.errors import BakeError
 from paradize.scene.budget import METRICS, excesses, is_beyond
 from paradize.scene.schema import Limits
@@ -17,8 +17,8 @@ from paradize.scene.settings import TIERS
 AUTO = TIERS[-1]
 ORDER = TIERS[:-1]  # the cheapest first
 _FINER = ", finer format"  # a tier in its first texture format that keeps the budget
-GROWN = tuple(f"{tier}{_FINER}" for tier in ORDER)
-LABELS = (*ORDER, *GROWN)
+FINER_FORMAT = tuple(f"{tier}{_FINER}" for tier in ORDER)
+LABELS = (*ORDER, *FINER_FORMAT)
 
 Products = Mapping[str, Mapping[str, float]]  # of each product by name its errors: metric -> value
 
@@ -49,7 +49,7 @@ def limited(products: Products, budget: Limits) -> dict[str, dict[str, float]]:
 def misses(measured: Mapping[str, Products], budget: Limits, file: object = None) -> list[BakeError]:
     """By how much each hard limit is missed by the tier that comes nearest to it. Where each is kept by some
     tier, but no tier keeps all, one error that tells what each misses."""
-    found = []
+    missed_limits = []
     names = dict.fromkeys(name for products in measured.values() for name in products)
     for name in names:
         for metric, limit in budget.hard.items():
@@ -68,15 +68,15 @@ def misses(measured: Mapping[str, Products], budget: Limits, file: object = None
                 f"{abs(values[tier] - limit):.3g} {unit} beyond {limit:g}"
             )
             mend = f"accept {metric} = {values[tier]:g}, or give a source that loses less"
-            found.append(BakeError(what, file=file, place=name, mend=mend))
-    if not found:
-        told = [
+            missed_limits.append(BakeError(what, file=file, place=name, mend=mend))
+    if not missed_limits:
+        missed = [
             f"{tier}: {name} {excess}"
             for tier, products in measured.items()
             for name, errors in products.items()
             for excess in excesses(budget, errors)
             if excess.hard
         ]
-        what = f"no tier keeps all of the budget at once ({'; '.join(told)})"
-        found.append(BakeError(what, file=file, mend="accept more of one of these"))
-    return found
+        what = f"no tier keeps all of the budget at once ({'; '.join(missed)})"
+        missed_limits.append(BakeError(what, file=file, mend="accept more of one of these"))
+    return missed_limits

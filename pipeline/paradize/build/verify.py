@@ -11,10 +11,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from paradize.build.bake import derive
-from paradize.build.dial import setting_of
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
-from paradize.build.trim import sha256_without
+from paradize.build.trim import sha256_without_finest
+from paradize.build.tuned_settings import split_label
 from paradize.errors import BakeError, ParadizeError
 from paradize.store.local import Store, hash_file, key_of
 
@@ -26,7 +26,7 @@ def sample(names: list[str], percent: float) -> list[str]:
 
 
 def verify(
-    scene_path: Path, report: BakeReport, *, percent: float, how: BuildOptions
+    scene_path: Path, report: BakeReport, *, percent: float, options: BuildOptions
 ) -> tuple[list[str], list[ParadizeError]]:
     """The artifacts that were looked at, and an error for each that could not be derived or whose published
     bytes are others. percent: above 0, up to 100."""
@@ -34,19 +34,19 @@ def verify(
     chosen = sample(list(files), percent)
     labels = {one.name: one.tried["taken"] for one in report.artifacts if one.tried}
     taken = {
-        name: label if setting_of(label)[1] else label.partition(",")[0] for name, label in labels.items()
+        name: label if split_label(label)[1] else label.partition(",")[0] for name, label in labels.items()
     }
-    how = replace(how, tiers=taken | dict(how.tiers))
+    options = replace(options, tiers=taken | dict(options.tiers))
     with tempfile.TemporaryDirectory(prefix="paradize-verify-") as folder:
         store = Store(Path(folder))
-        derived, errors = derive(store, scene_path, set(chosen), how)
+        derived, errors = derive(store, scene_path, set(chosen), options)
         for one in report.artifacts:
             if one.name in derived and one.left_out:
                 whole = store.get(derived[one.name])
-                derived[one.name] = sha256_without(whole or b"", str(one.file), one.left_out)
+                derived[one.name] = sha256_without_finest(whole or b"", str(one.file), one.left_out)
     for name in chosen:
         path = report.out / files[name]
         if name in derived and hash_file(path) != derived[name]:
-            what = f"is not what its sources give: {derived[name][:8]} as SHA-256 begins"
-            errors.append(BakeError(what, file=path, place=name, mend="bake with --force"))
+            problem = f"is not what its sources give: {derived[name][:8]} as SHA-256 begins"
+            errors.append(BakeError(problem, file=path, place=name, mend="bake with --force"))
     return chosen, errors

@@ -5,46 +5,46 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from paradize.build.options import BuildOptions, Watcher
+from paradize.build.options import BuildOptions, JobObserver
 from paradize.errors import ParadizeError
 from paradize.jobs.pool import Job, Outcome, run_jobs
 
 
-def run_work(
-    how: BuildOptions, jobs: list[Job], on_outcome: Callable[[Outcome], None] | None = None
+def run_build_jobs(
+    options: BuildOptions, jobs: list[Job], on_outcome: Callable[[Outcome], None] | None = None
 ) -> list[Outcome]:
     """The jobs' outcomes, in their order. on_outcome: called when one ends. Raises ClusterLost where there is
     no cluster to begin with."""
     if not jobs:
         return []
-    watcher = how.watcher or Watcher()
-    watcher.planned([job.name for job in jobs])
+    observer = options.observer or JobObserver()
+    observer.planned([job.name for job in jobs])
 
-    def began(job: Job) -> None:
-        watcher.began(job.name)
+    def on_start(job: Job) -> None:
+        observer.began(job.name)
 
-    def ended(outcome: Outcome) -> None:
+    def on_end(outcome: Outcome) -> None:
         if on_outcome:
             on_outcome(outcome)
-        watcher.ended(outcome.name, outcome.seconds)
+        observer.ended(outcome.name, outcome.seconds)
 
-    if how.cluster is None:
-        workers = min(how.workers, len(jobs))
-        return run_jobs(jobs, workers, ended, on_start=began, on_step=watcher.reached, pool=how.pool)
+    if options.cluster is None:
+        workers = min(options.workers, len(jobs))
+        return run_jobs(jobs, workers, on_end, on_start=on_start, on_step=observer.reached, pool=options.pool)
     from paradize.cluster.scheduler import run_on_cluster  # here: few bakes need it
 
-    max_parallel = how.jobs or None
+    max_parallel = options.jobs or None
     return run_on_cluster(
-        how.cluster, jobs, ended, on_start=began, warn=watcher.warned, max_parallel=max_parallel
+        options.cluster, jobs, on_end, on_start=on_start, warn=observer.warned, max_parallel=max_parallel
     )
 
 
-def read_by(sources: Iterable[Path]) -> dict[Path, bool]:
+def files_read_by(sources: Iterable[Path]) -> dict[Path, bool]:
     """All that a bake of these files reads, for another machine: with an OBJ also its material files, and,
     as False, the maps that those name, which need only be there."""
-    found: dict[Path, bool] = {}
+    files: dict[Path, bool] = {}
     for path in sources:
-        found[path] = True
+        files[path] = True
         if path.suffix.lower() == ".obj":
             from paradize.readers.obj import read_obj
 
@@ -52,9 +52,9 @@ def read_by(sources: Iterable[Path]) -> dict[Path, bool]:
                 read = read_obj(path)
             except ParadizeError:
                 continue  # the baker reads it again, and raises
-            found |= dict.fromkeys(read.libraries, True)
+            files |= dict.fromkeys(read.libraries, True)
             for material in read.materials.values():
                 for value in vars(material).values():
                     if isinstance(value, Path):
-                        found.setdefault(value, False)
-    return found
+                        files.setdefault(value, False)
+    return files

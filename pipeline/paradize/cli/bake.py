@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
         from paradize.build.verify import verify
 
         with _options(arguments) as options:
-            verified, wrong = verify(arguments.scene, report, percent=arguments.verify, how=options)
+            verified, wrong = verify(arguments.scene, report, percent=arguments.verify, options=options)
     stream = sys.stderr if arguments.json else sys.stdout
     show_bake(report, stream)
     sheets = _draw_report(arguments.scene, report, unchanged, stream)
@@ -85,12 +85,12 @@ def _options(arguments: argparse.Namespace) -> Iterator[BuildOptions]:
     from paradize.store.local import Store, default_root
 
     name = record_name(arguments.scene, arguments.out, arguments.tier)
-    with closing(Progress(Store(default_root()), name)) as watcher:
+    with closing(Progress(Store(default_root()), name)) as observer:
         yield BuildOptions(
             arguments.jobs or 0,
             arguments.tier,
             arguments.force,
-            watcher,
+            observer,
             cluster=arguments.cluster,
             store=arguments.store,
         )

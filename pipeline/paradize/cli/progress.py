@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from paradize.build.entries import SECONDS, fits
-from paradize.build.options import Watcher
+from paradize.build.options import JobObserver
 from paradize.cli.output import say
 from paradize.errors import BakeError, one_line
 from paradize.store.local import Store, key_of
@@ -25,7 +25,7 @@ _TICK_S = 1.0  # between two updates of the time on a terminal
 _LINE_S = 5.0  # between two lines elsewhere
 
 
-class Progress(Watcher):
+class Progress(JobObserver):
     """The display of one command, until `close`. It appears with the first job or step.
 
     store, name: where the seconds of jobs are stored, and under which name (provenance.record_name); without

@@ -62,11 +62,11 @@ def explain(scene_path: Path, artifact: str | None = None, out: Path | None = No
     terrain = manifest["terrain"] if manifest else None
     tiles = {f"mesh_{k}" for k in range(1, len(terrain["tiles"]))} if terrain else set()
     required = {
-        made.artifact: (job, made)
-        for job in require(scene, material_colors_of(scene, scene_path)[0]).orders
-        for output in job.wants
+        named.artifact: (job, named)
+        for job in require(scene, material_colors_of(scene, scene_path)[0]).jobs
+        for output in job.outputs
         if output.kind
-        for made in output.made(tiles)
+        for named in output.expand(tiles)
     }
     if artifact is not None and artifact not in required:
         near = difflib.get_close_matches(artifact, required, n=1)

@@ -20,7 +20,7 @@ from paradize.errors import FormatError
 from paradize.explain.bound import SIX, bound
 from paradize.explain.pixels import Camera, Moved, Surfaces
 from paradize.files import read_file
-from paradize.scene.placement import placed
+from paradize.scene.placement import to_world
 from paradize.scene.requirements import COARSEST_LOD
 
 F64 = npt.NDArray[np.float64]
@@ -120,7 +120,7 @@ def _placed(places: F64, instance: dict[str, Any]) -> F64:
     """Points (..., 3) of a mesh, transformed by an instance."""
     turn = sin(instance["yaw_rad"]), cos(instance["yaw_rad"])
     return np.stack(
-        placed(np.moveaxis(places, -1, 0), instance["position"], turn, instance["scale"]), axis=-1
+        to_world(np.moveaxis(places, -1, 0), instance["position"], turn, instance["scale"]), axis=-1
     )
 
 

@@ -40,7 +40,7 @@ from paradize.jobs.progress import OnProgress
 from paradize.kinds import BAKED, expecting, require_glb
 from paradize.metrics.texels import decode_texels
 from paradize.preview.shade import to_srgb
-from paradize.scene.placement import placed
+from paradize.scene.placement import to_world
 from paradize.store.atomic import write_whole
 
 if TYPE_CHECKING:
@@ -316,7 +316,7 @@ class _Export:
 def _standing(instance: dict[str, Any], origin: Vec3) -> list[float]:
     """The translation of an instance of a mesh whose positions count from `origin`, in float64."""
     turn = math.sin(instance["yaw_rad"]), math.cos(instance["yaw_rad"])
-    return [float(value) for value in placed(origin, instance["position"], turn, instance["scale"])]
+    return [float(value) for value in to_world(origin, instance["position"], turn, instance["scale"])]
 
 
 @contextmanager

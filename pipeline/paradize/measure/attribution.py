@@ -49,8 +49,8 @@ def swaps(jobs: Sequence[BakeJob], tiers: Mapping[str, str]) -> list[tuple[str, 
         names = [
             job.name
             for job in jobs
-            if job.maker == maker
-            and any(tiers.get(want.artifact) != "exact" for want in job.wants if want.kind)
+            if job.baker == maker
+            and any(tiers.get(output.artifact) != "exact" for output in job.outputs if output.kind)
         ]
         if names:
             stages.append((stage, names))

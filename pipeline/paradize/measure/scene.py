@@ -47,7 +47,7 @@ def measure_scene(
             raise GroupedError(report.errors)
         rows = {row["name"]: row for row in report.rows}
         colors, _, _ = material_colors_of(scene, path)
-        jobs = require(scene, colors).orders
+        jobs = require(scene, colors).jobs
         planned = plan_in_worker(path.name, scene_groups, {"scene": scene, "jobs": jobs}, path)
         groups, warnings = run_groups(planned, rows, scene.budget.aim, runs, on_progress)
         bars: list[dict[str, Any]] = []
@@ -92,7 +92,7 @@ class _PlayerMeasurements:
         """The player's qualities and the formats of textures: time of a frame against its error."""
         from paradize.measure.player import TIERS, player_groups
 
-        names = [job.name for job in self.jobs if job.maker in ("color", "maps")]
+        names = [job.name for job in self.jobs if job.baker in ("color", "maps")]
         used = self.tier or self.scene.head.tier
         options = {
             tier: BuildOptions(tier=self.tier, tiers=dict.fromkeys(names, tier))

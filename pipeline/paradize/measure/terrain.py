@@ -33,7 +33,7 @@ def tree_groups(job: BakeJob) -> list[TrialGroup]:
     note = (
         "The tree of patches that the flight needs; the time includes the measuring that decides its splits."
     )
-    artifact = job.wants[0].artifact
+    artifact = job.outputs[0].artifact
     return [TrialGroup("terrain", "terrain", artifact, _METRICS, trials, ("balanced", "exact"), note)]
 
 

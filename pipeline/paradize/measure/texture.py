@@ -38,7 +38,7 @@ def color_groups(job: BakeJob) -> list[TrialGroup]:
     arguments = {"sources": job.sources, "settings": job.settings}
     trials = _format_trials(own, color_tier, arguments)
     note = "The time includes the mips, in linear light."
-    artifact = job.wants[0].artifact
+    artifact = job.outputs[0].artifact
     return [TrialGroup(job.name, "block compression", artifact, MAPS["color"].metrics, trials, TIERS, note)]
 
 
@@ -47,7 +47,7 @@ def map_groups(job: BakeJob) -> list[TrialGroup]:
     height, width = read_image(job.sources["image"], finite=False).values.shape[:2]
     base = job.name.removesuffix(" maps")
     groups = []
-    for output in job.wants:
+    for output in job.outputs:
         arguments = {"sources": job.sources, "settings": job.settings, "name": output.product}
         title = f"{base} {output.product}"
         if output.product == "normal":
@@ -74,7 +74,7 @@ def sky_groups(job: BakeJob) -> list[TrialGroup]:
     """The group of a job of the maker "cubemap"."""
     arguments = {"paths": [job.sources[f"face{i}"] for i in range(6)]}
     trials = (Trial("half floats", sky_tier, arguments, None, {}),)
-    artifact = job.wants[0].artifact
+    artifact = job.outputs[0].artifact
     return [TrialGroup("sky", "cube map", artifact, ("sky_max_relative",), trials)]
 
 

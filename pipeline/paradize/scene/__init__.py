@@ -1,5 +1,6 @@
-"""The scene file and what follows from it alone.
+"""Reads the scene file and derives what the scene requires.
 
-settings.py declares every field with its default, unit, range and meaning (FIELDS.md lists them); schema.py
-reads a table of TOML; budget.py names the metrics; flight.py is the camera path; requirements.py says which
-artifacts exist, and which pass needs each."""
+settings.py declares every field with its default, unit, range and meaning (FIELDS.md lists them). schema.py
+reads a table of TOML. budget.py defines the metrics. flight.py is the camera path. requirements.py lists the
+artifacts and the passes that read each.
+"""

@@ -1,4 +1,4 @@
-"""The metrics that a budget may limit, with their units and meanings, and the errors beyond a budget."""
+"""The metrics that a budget may limit, with units and meanings, and the errors that exceed a budget."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ METRICS = {
     "gpu_mb": Limit("MB", True, FAR, "GPU memory of all textures and meshes"),
 }
 
-# Metrics that are measured and reported, and that no budget may limit: name -> unit and meaning.
+# Metrics that are measured and reported but that a budget cannot limit: name -> unit and meaning.
 REPORTED = {
     **{
         f"{name}_max": ("of the range", f"largest error of a channel of a texel of the {one.label} map")
@@ -122,7 +122,7 @@ REPORTED = {
 
 @dataclass(frozen=True)
 class Excess:
-    """An error beyond its limit. hard: whether it fails a check, or only warns."""
+    """An error beyond its limit. hard: it fails a check; otherwise it is a warning."""
 
     metric: str
     value: float
@@ -135,12 +135,12 @@ class Excess:
 
 
 def is_beyond(metric: str, value: float, limit: float) -> bool:
-    """Whether a metric's value is worse than a limit."""
+    """Whether a value of a metric is worse than a limit."""
     return value > limit if METRICS[metric].less_is_better else value < limit
 
 
 def excesses(budget: Limits, errors: Mapping[str, float]) -> list[Excess]:
-    """The errors beyond their hard limit, else beyond their soft one; in the budget's order."""
+    """Returns the errors beyond their hard limit, else beyond their soft one, in the budget's order."""
     beyond = []
     for metric in dict.fromkeys((*budget.hard, *budget.soft)):
         for limits, hard in ((budget.hard, True), (budget.soft, False)):

@@ -1,14 +1,15 @@
 """The camera path: eye, target and roll on periodic cubic splines, and a table from time to path parameter.
 
-Spline: C2 periodic interpolating cubics through the waypoints exactly (de Boor, "A Practical Guide to
-Splines", 1978, ch. 4), one cyclic tridiagonal system solved by Sherman-Morrison. Knots: chord length of the
-eye's path, rounded to whole units; each span is then cut into unit segments, so that the parameter U runs
-uniformly (one unit per segment) and the whole path is C2 in U. Time: dU/dt = V s(U) / |E'(U)|, where s is the
-speed factor asked at the waypoints, joined by smoothsteps, and V makes the whole last `duration_s` exactly.
-t(U) is integrated by five-point Gauss-Legendre; its inverse is told as a periodic cubic Hermite table, dense
-enough that the speed deviates by less than RIPPLE from the asked one.
+Spline: C2 periodic cubics that pass exactly through the waypoints (de Boor, "A Practical Guide to Splines",
+1978, ch. 4), from one cyclic tridiagonal system solved by Sherman-Morrison. Knots: chord length of the eye's
+path, rounded to whole units. Each span is cut into unit segments, so that the parameter U is uniform (one
+unit per segment) and the whole path is C2 in U.
 
-Plain float64 arithmetic only (+ - * / sqrt): the same bytes on every machine. Knows no numpy.
+Time: dU/dt = V s(U) / |E'(U)|. s is the speed factor of the waypoints, joined by smoothsteps; V makes the
+flight last `duration_s` exactly. t(U) is integrated by five-point Gauss-Legendre. Its inverse is stored as a
+periodic cubic Hermite table, dense enough that the speed deviates from the requested one by less than RIPPLE.
+
+Uses only float64 + - * / sqrt, so the bytes are the same on every machine. Does not import numpy.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ Vec = tuple[float, float, float]
 Cubic = tuple[float, float, float, float]  # a + b u + c u^2 + d u^3, u in [0, 1]
 
 UNITS_PER_SPAN = 6  # mean number of unit segments between two waypoints
-RIPPLE = 2e-4  # largest relative deviation from the asked speed that the table may cause
+RIPPLE = 2e-4  # largest relative deviation from the requested speed that the table may cause
 DENSITIES = (2, 4, 8, 16, 32, 64, 128, 256)  # table cells per unit segment, tried in turn
 PI = 3.141592653589793
 
@@ -41,7 +42,7 @@ _GAUSS = (
 
 
 def sine_cosine(degrees: float) -> tuple[float, float]:
-    """(sin, cos) of an angle in degrees, within 2e-16: Taylor series on +-45 degrees, no libm."""
+    """Returns (sin, cos) of an angle in degrees, within 2e-16. Taylor series on +-45 degrees; no libm."""
     quarter = round(degrees / 90.0)
     x = (degrees - 90.0 * quarter) * (PI / 180.0)
     square = x * x
@@ -80,8 +81,8 @@ def solve_cyclic(
 
 
 def periodic_spline(values: Sequence[float], units: Sequence[int]) -> list[Cubic]:
-    """C2 periodic cubic through `values` at knots `units` apart (units[i] lies between values i and
-    i + 1), cut into sum(units) cubics of unit length. Each span's first cubic starts at its value exactly."""
+    """Returns the C2 periodic cubic through `values` as sum(units) cubics of unit length. units[i]:
+    distance of the knots of values i and i + 1. The first cubic of each span starts exactly at its value."""
     n = len(values)
     slope = [(values[(i + 1) % n] - values[i]) / units[i] for i in range(n)]
     second = solve_cyclic(
@@ -116,21 +117,22 @@ def _distance(a: Vec, b: Vec) -> float:
 
 
 def value(cubic: Cubic, u: float) -> float:
-    """The cubic at u in [0, 1]."""
+    """Evaluates the cubic at u in [0, 1]."""
     a, b, c, d = cubic
     return a + u * (b + u * (c + u * d))
 
 
 def derivative(cubic: Cubic, u: float) -> float:
-    """Its derivative at u in [0, 1]."""
+    """Evaluates the derivative of the cubic at u in [0, 1]."""
     _, b, c, d = cubic
     return b + u * (2.0 * c + u * 3.0 * d)
 
 
 @dataclass(frozen=True)
 class Flight:
-    """A camera path that loops. eye, target: a cubic per axis and unit segment; roll: radians, a cubic each.
-    table: (t seconds, U, dU/dt), t from 0 to duration_s, U from 0 to len(eye). waypoint_u: U at waypoints."""
+    """A camera path that loops. eye, target: per unit segment a cubic for each axis. roll: a cubic per
+    segment, radians. table: (t seconds, U, dU/dt), t from 0 to duration_s, U from 0 to len(eye).
+    waypoint_u: U at waypoints."""
 
     duration_s: float
     fov_rad: float
@@ -143,7 +145,7 @@ class Flight:
     waypoint_u: tuple[int, ...]
 
     def parameter(self, t_s: float) -> float:
-        """U at a moment (any real number: the flight loops)."""
+        """Returns U at a time. t_s: any real number, since the flight loops."""
         t = t_s % self.duration_s
         k = min(max(bisect_right(self.table, t, key=lambda row: row[0]) - 1, 0), len(self.table) - 2)
         (t0, u0, d0), (t1, u1, d1) = self.table[k], self.table[k + 1]
@@ -153,7 +155,7 @@ class Flight:
         return u0 + x * (h * d0 + x * (3 * rest - h * (2 * d0 + d1) + x * (h * (d0 + d1) - 2 * rest)))
 
     def view(self, t_s: float) -> tuple[Vec, Vec]:
-        """Eye and target, metres, at a moment."""
+        """Returns eye and target, metres, at a time."""
         u = self.parameter(t_s)
         k = min(max(int(u), 0), len(self.eye) - 1)
         e, t = self.eye[k], self.target[k]
@@ -164,14 +166,14 @@ class Flight:
         )
 
     def pose(self, t_s: float) -> tuple[Vec, Vec, float]:
-        """Eye and target, metres, and roll, radians, at a moment."""
+        """Returns eye and target, metres, and roll, radians, at a time."""
         u = self.parameter(t_s)
         k = min(max(int(u), 0), len(self.eye) - 1)
         return (*self.view(t_s), value(self.roll[k], u - k))
 
     @classmethod
     def from_json(cls, tree: dict[str, Any]) -> Flight:
-        """The flight that as_json told."""
+        """Reads what as_json returned."""
 
         def axes(key: str) -> tuple[Any, ...]:
             return tuple(tuple(map(tuple, segment[key])) for segment in tree["segments"])
@@ -189,7 +191,7 @@ class Flight:
         )
 
     def as_json(self) -> dict[str, Any]:
-        """The `flight` object of scene.json."""
+        """Returns the `flight` object of scene.json."""
         return {
             "duration_s": self.duration_s,
             "fov_rad": self.fov_rad,
@@ -205,7 +207,7 @@ class Flight:
 
 
 class _Speed:
-    """|E'(U)|, softened where the path turns on the spot, and the asked factor s(U)."""
+    """|E'(U)|, with a lower bound where the path turns on the spot, and the requested speed factor s(U)."""
 
     def __init__(
         self, eye: Sequence[tuple[Cubic, Cubic, Cubic]], units: Sequence[int], factors: Sequence[float]
@@ -228,20 +230,21 @@ class _Speed:
         x, y, z = (derivative(axis, u) for axis in segment)
         return sqrt(x * x + y * y + z * z)
 
-    def asked(self, k: int, u: float) -> float:
+    def factor(self, k: int, u: float) -> float:
         start, end, offset, length = self.spans[k]
         x = (offset + u) / length
         return start + (end - start) * x * x * (3.0 - 2.0 * x)
 
     def pace(self, k: int, u: float) -> float:
-        """dt/dU at V = 1: |E'| / s."""
+        """Returns dt/dU at V = 1: |E'| / s."""
         x, y, z = (derivative(axis, u) for axis in self.eye[k])
-        return sqrt(x * x + y * y + z * z + self.floor) / self.asked(k, u)
+        return sqrt(x * x + y * y + z * z + self.floor) / self.factor(k, u)
 
 
 def _segment_rows(speed: _Speed, k: int, density: int) -> tuple[list[tuple[float, float, float]], float]:
-    """(rows (t, U, dU/dt) of segment k at V = 1, t from 0; largest relative deviation of the table's dU/dt
-    from the asked one at three moments of each cell; 1 where the cubic could turn back)."""
+    """Returns the rows (t, U, dU/dt) of segment k at V = 1, with t from 0; and the largest relative
+    deviation of the table's dU/dt from the requested one, at three times of each cell, or 1 where the
+    cubic could turn back."""
     t = 0.0
     rows = [(t, float(k), 1.0 / speed.pace(k, 0.0))]
     worst = 0.0
@@ -263,7 +266,7 @@ def _segment_rows(speed: _Speed, k: int, density: int) -> tuple[list[tuple[float
 
 
 def _table(speed: _Speed, count: int, duration_s: float) -> tuple[tuple[float, float, float], ...]:
-    """The time table; each segment has the fewest cells that keep RIPPLE, or the most there are."""
+    """Returns the time table. Each segment has the fewest cells that keep RIPPLE, or the most allowed."""
     table = [(0.0, 0.0, 1.0 / speed.pace(0, 0.0))]
     for k in range(count):
         for density in DENSITIES:
@@ -286,7 +289,7 @@ def _table(speed: _Speed, count: int, duration_s: float) -> tuple[tuple[float, f
 
 
 def _require_path(eye: Sequence[Vec], target: Sequence[Vec]) -> None:
-    """Raises SceneError for waypoints that no path goes through."""
+    """Raises SceneError for waypoints that no path can follow."""
     for name, points in (("eye", eye), ("target", target)):
         if len(points) < 3:
             raise SceneError(f"{len(points)} waypoints of the {name}, a loop needs 3")
@@ -302,14 +305,16 @@ def _require_path(eye: Sequence[Vec], target: Sequence[Vec]) -> None:
 def plan_flight(settings: FlightSettings) -> Flight:
     """Lays the splines and the time table through the scene's waypoints.
 
-    Raises SceneError for fewer than three waypoints, all at one place, or not finite; and where the path
-    turns back so sharply that no table of reasonable size follows it.
+    Raises SceneError for fewer than three waypoints, for waypoints that are all at one position or not
+    finite, and where the path turns back too sharply for a table of allowed size.
     """
     points = [point.position for point in settings.eye]
     _require_path(points, [point.position for point in settings.target])
     units = _units(points)
     axes = [periodic_spline([point[axis] for point in points], units) for axis in range(3)]
-    looks = [periodic_spline([point.position[axis] for point in settings.target], units) for axis in range(3)]
+    targets = [
+        periodic_spline([point.position[axis] for point in settings.target], units) for axis in range(3)
+    ]
     roll = periodic_spline([point.roll_deg * (PI / 180.0) for point in settings.eye], units)
     eye = tuple(zip(*axes, strict=True))
     speed = _Speed(eye, units, [point.speed for point in settings.eye])
@@ -322,7 +327,7 @@ def plan_flight(settings: FlightSettings) -> Flight:
         near_m=settings.near_m,
         far_m=settings.far_m,
         eye=eye,
-        target=tuple(zip(*looks, strict=True)),
+        target=tuple(zip(*targets, strict=True)),
         roll=tuple(roll),
         table=_table(speed, len(eye), settings.duration_s),
         waypoint_u=tuple(starts),
@@ -331,9 +336,9 @@ def plan_flight(settings: FlightSettings) -> Flight:
 
 @dataclass(frozen=True)
 class Sighting:
-    """How a sphere is met by the flight: nearest distance from the eye to its surface, when it is
-    first inside the view cone (0 where it never is), and the farthest distance of its far side while it is
-    (0 likewise)."""
+    """How the flight sees a sphere. nearest_m: least distance from the eye to its surface. first_seen_s:
+    when it is first inside the view cone, 0 if never. farthest_seen_m: farthest distance of its far side
+    while it is inside, 0 if never."""
 
     nearest_m: float
     first_seen_s: float
@@ -341,11 +346,11 @@ class Sighting:
     farthest_seen_m: float
 
 
-def sight(
+def sightings_of(
     flight: Flight, fov_deg: float, aspect: float, spheres: Sequence[tuple[Vec, float]], step_s: float = 0.25
 ) -> list[Sighting]:
-    """Meets each sphere (center metres, radius metres) at moments step_s apart; the view cone holds the whole
-    picture (vertical field of view fov_deg, width / height = aspect)."""
+    """Tests each sphere (center metres, radius metres) at times step_s apart. The view cone contains the
+    whole picture (vertical field of view fov_deg, width / height = aspect)."""
     sine, cosine = sine_cosine(0.5 * fov_deg)
     tangent = sine / cosine * sqrt(1.0 + aspect * aspect)
     cos_half = 1.0 / sqrt(1.0 + tangent * tangent)

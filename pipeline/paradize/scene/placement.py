@@ -1,4 +1,4 @@
-"""Where a point of an object lies in the world: the one place that says how an instance stands."""
+"""Transforms a point of an object to the world. All code that places instances uses this function."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ if TYPE_CHECKING:
     Number = TypeVar("Number", float, npt.NDArray[np.float64])
 
 
-def placed(
+def to_world(
     point: Iterable[Number], position: Sequence[float], turn: tuple[float, float], scale: float
 ) -> tuple[Number, Number, Number]:
-    """A point of an object's space in the world: turned about +Y, scaled, moved.
+    """Transforms a point from an object's space to the world: scales, turns about +Y, translates.
 
-    point: x, y, z in metres, numbers or arrays of them. turn: sine and cosine of the yaw.
+    point: x, y, z in metres, numbers or arrays of them. position: of the instance, metres. turn: sine and
+    cosine of the yaw.
     """
     x, y, z = point
     (px, py, pz), (sine, cosine) = position, turn

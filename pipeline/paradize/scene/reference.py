@@ -3,7 +3,7 @@ table.
 
     python -m paradize.scene.reference
 
-All of it comes from the settings (settings.py) and the metrics (budget.py); only the examples stand here.
+The texts come from the settings (settings.py) and the metrics (budget.py). Only the examples are here.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ value and what is allowed.
 This page is made from `settings.py` by `python -m paradize.scene.reference`.
 """
 
-# One example for each table. Together they are a whole scene (a test reads it).
+# One example for each table. Together they are a valid scene (a test reads it).
 EXAMPLES = {
     "scene": '[scene]\nname = "lagoon"\nviewport = [1920, 1080]\ntier = "auto"',
     "sun": "[sun]\nazimuth_deg = 215.0\nelevation_deg = 38.0",
@@ -89,7 +89,7 @@ def fields_page() -> str:
 
 
 def _tables(of: type, path: str) -> Iterator[tuple[str, Any]]:
-    """Every table of a dataclass and of its tables, by its path in the file."""
+    """Yields every table of a dataclass and of its tables, by its path in the file."""
     for item in dataclasses.fields(of):
         key = item.metadata["key"] or item.name
         inner = item.metadata["of"]
@@ -100,7 +100,7 @@ def _tables(of: type, path: str) -> Iterator[tuple[str, Any]]:
 
 
 def _header(path: str) -> str:
-    """The header of a table as its example writes it."""
+    """Returns the header of a table as its example writes it."""
     return EXAMPLES[path].partition("\n")[0].replace(".leaf]", ".NAME]")
 
 

@@ -1,8 +1,8 @@
-"""How a table of a TOML file becomes a frozen dataclass: one rule per field, all faults told at once.
+"""Reads a table of TOML into a frozen dataclass: one rule per field, all faults reported at once.
 
-A field is declared with its default, unit and allowed range beside it (`number(0.5, low=0, high=1)`); a field
-without a default is required. `read_table` checks types, ranges, unknown keys and files, and collects every
-fault as a SceneError that names the key path, the value, the limit and the mend.
+A field is declared with its default, unit and allowed range (`number(0.5, low=0, high=1)`); a field without a
+default is required. `read_table` checks types, ranges, unknown keys and files. It collects every fault as a
+SceneError with the key path, the value, the limit and the mend.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import is_there, missing_reason, resolved
 
 T = TypeVar("T")
-FARTHEST = 1e9  # metres: no place of a scene lies farther out; float64 has steps of 1e-7 there
+FARTHEST = 1e9  # metres; limit of a coordinate. float64 has steps of 1e-7 there
 
 
-MOST_FAULTS = 100  # that are told of a file
+MOST_FAULTS = 100  # reported for one file
 
 
 class Faults:
-    """Collects the faults of one file; `file` is named in each, sources are looked for beside it."""
+    """Collects the faults of one file. `file` is named in each; sources are looked for beside it."""
 
     def __init__(self, file: Path) -> None:
         self.file = file
@@ -36,7 +36,7 @@ class Faults:
         self.errors: list[ParadizeError] = []
 
     def add(self, place: str, what: str, mend: str | None = None) -> None:
-        """Raises GroupedError where there are too many to be of use."""
+        """Adds a fault. Raises GroupedError once there are MOST_FAULTS."""
         self.errors.append(SceneError(what, file=self.file, place=place, mend=mend))
         if len(self.errors) == MOST_FAULTS:
             more = SceneError(f"more than {MOST_FAULTS} faults: the rest is not looked at", file=self.file)
@@ -51,7 +51,7 @@ class Faults:
 
 
 def header(place: str) -> str:
-    """A key path as headers of TOML write it: object[0].instance as object.instance, of the last object."""
+    """Returns a key path as a TOML header writes it: object[0].instance becomes object.instance."""
     return re.sub(r"\[\d+\]", "", place)
 
 
@@ -68,7 +68,7 @@ def _field(
     key: str | None = None,
     of: type | None = None,
 ) -> Any:
-    """A field of a dataclass. allowed, meaning, unit: for FIELDS.md; of: the dataclass of a table."""
+    """Returns a field of a dataclass. allowed, meaning, unit: for FIELDS.md. of: the dataclass of a table."""
     metadata = {"rule": rule, "unit": unit, "key": key, "allowed": allowed, "meaning": meaning, "of": of}
     if isinstance(default, type) or callable(default):
         return field(default_factory=default, metadata=metadata)
@@ -90,7 +90,7 @@ def _real(value: object) -> float | None:
 
 
 def _limits(low: float, high: float, unit: str) -> str:
-    """low, high: whole numbers are written as such, which a field of them takes."""
+    """Returns the allowed range as text. low, high: whole numbers for a field of whole numbers."""
     return f"allowed: {_range(low, high)}{' ' + unit if unit else ''}"
 
 
@@ -154,7 +154,7 @@ def vector(
     integers: bool = False,
     meaning: str = "",
 ) -> Any:
-    """`size` finite numbers in [low, high]; with `rising` none is smaller than the one before it."""
+    """`size` finite numbers in [low, high]. rising: none is smaller than the one before it."""
 
     def rule(value: object, place: str, faults: Faults) -> tuple[float, ...] | None:
         limits = f"{size} {'whole ' if integers else ''}numbers, {_limits(low, high, unit)}"
@@ -211,8 +211,8 @@ def flag(default: Any = MISSING, *, meaning: str = "") -> Any:
     return _field(rule, default, "true, false", meaning=meaning)
 
 
-def place(default: Any = MISSING, *, meaning: str = "") -> Any:
-    """x, y and z of a place in metres, at most FARTHEST from 0 along each axis."""
+def point(default: Any = MISSING, *, meaning: str = "") -> Any:
+    """A point: x, y and z in metres, each at most FARTHEST from 0."""
     return vector(default, size=3, low=-FARTHEST, high=FARTHEST, unit="m", meaning=meaning)
 
 
@@ -229,7 +229,7 @@ def choice(default: Any = MISSING, *, among: tuple[str, ...], meaning: str = "")
 
 
 def choices(default: Any = MISSING, *, among: tuple[str, ...], meaning: str = "") -> Any:
-    """Some of a few words, one or more, none twice."""
+    """One or more of a few words, none twice."""
 
     def rule(value: object, place: str, faults: Faults) -> tuple[str, ...] | None:
         allowed = f"write one or more of {', '.join(among)}"
@@ -248,7 +248,7 @@ _NAME = "abcdefghijklmnopqrstuvwxyz0123456789_"
 
 
 def identifier(default: Any = MISSING, *, meaning: str = "") -> Any:
-    """A name that also names files: 1 to 40 of a-z, 0-9 and _, a letter first."""
+    """A name that is also used in file names: 1 to 40 of a-z, 0-9 and _, a letter first."""
 
     def rule(value: object, place: str, faults: Faults) -> str | None:
         good = isinstance(value, str) and 1 <= len(value) <= 40 and all(c in _NAME for c in value)
@@ -261,7 +261,7 @@ def identifier(default: Any = MISSING, *, meaning: str = "") -> Any:
 
 
 def text(default: Any = MISSING, *, meaning: str = "") -> Any:
-    """A string that says something."""
+    """A string that is not blank."""
 
     def rule(value: object, place: str, faults: Faults) -> str | None:
         if not isinstance(value, str) or not value.strip():
@@ -285,7 +285,7 @@ def one_of(default: Any = MISSING, *, known: Collection[str], meaning: str = "")
 
 
 def day(default: Any = MISSING, *, meaning: str = "") -> Any:
-    """A day of the calendar, as TOML writes it: 2026-12-31."""
+    """A date, as TOML writes it: 2026-12-31."""
 
     def rule(value: object, place: str, faults: Faults) -> date | None:
         if isinstance(value, datetime) or not isinstance(value, date):
@@ -312,7 +312,7 @@ def code(default: Any = MISSING, *, meaning: str = "") -> Any:
 
 
 def words(among: tuple[str, ...], *, meaning: str = "") -> Any:
-    """A table of code = one of a few words."""
+    """A table of rule code = one of a few words."""
 
     def rule(value: object, place: str, faults: Faults) -> dict[str, str]:
         if not isinstance(value, dict):
@@ -365,7 +365,7 @@ def _source(value: object, place: str, faults: Faults) -> Path | None:
         what = f"{_show(value)} {link}" if link else f"there is no file {_show(value)}"
         faults.add(place, what, f"looked for in {faults.folder}")
         return None
-    # A link keeps its own name, so that a bake notices when it leads elsewhere.
+    # A link keeps its own name, so that a bake notices when its target changes.
     return path if os.path.normpath(named) == str(path) else named
 
 
@@ -388,7 +388,7 @@ def sources(default: Any = MISSING, *, size: int, meaning: str = "") -> Any:
 
 
 def table(of: type[T], default: Any = MISSING, *, key: str | None = None, meaning: str = "") -> Any:
-    """A table that is itself a dataclass of rules; `key` is its name in the file where it differs."""
+    """A table that is itself a dataclass of rules. key: its name in the file where that differs."""
 
     def rule(value: object, place: str, faults: Faults) -> T | None:
         return read_table(of, value, place, faults)
@@ -416,7 +416,7 @@ def tables(
 
 
 def named_tables(of: type[T], *, key: str | None = None, meaning: str = "") -> Any:
-    """A table of tables by name, for example a material each."""
+    """A table of tables by name, such as materials."""
 
     def rule(value: object, place: str, faults: Faults) -> dict[str, T]:
         if not isinstance(value, dict):
@@ -431,7 +431,8 @@ def named_tables(of: type[T], *, key: str | None = None, meaning: str = "") -> A
 
 @dataclass(frozen=True)
 class Limit:
-    """What a budget limits: its unit, whether less is better, and the range that makes sense."""
+    """A metric that a budget may limit: its unit, whether less is better, the largest sensible value, and
+    its meaning."""
 
     unit: str
     less_is_better: bool
@@ -441,19 +442,19 @@ class Limit:
 
 @dataclass(frozen=True)
 class Limits:
-    """Metric -> the worst value that passes (hard), and the worst that passes without a warning (soft)."""
+    """hard, soft: worst allowed value by metric. Beyond hard is an error, beyond soft a warning."""
 
     hard: dict[str, float] = field(default_factory=dict)
     soft: dict[str, float] = field(default_factory=dict)
 
     @property
     def aim(self) -> dict[str, float]:
-        """What a tier is chosen by: the soft limit where there is one."""
+        """The limits by which `auto` chooses a tier: the soft limit where there is one, else the hard one."""
         return self.hard | self.soft
 
 
 def limits(known: dict[str, Limit], *, meaning: str = "") -> Any:
-    """A table of metric = limit or metric = { soft = limit, hard = limit }, of known metrics."""
+    """A table of metric = limit or metric = { soft = limit, hard = limit }, for known metrics."""
 
     def rule(value: object, place: str, faults: Faults) -> Limits:
         if not isinstance(value, dict):
@@ -493,7 +494,7 @@ def _nearest(key: str, known: Any) -> str:
 
 
 def read_table(of: type[T], value: object, place: str, faults: Faults) -> T | None:
-    """Reads one table into the dataclass `of`; None where a fault was added."""
+    """Reads one table into the dataclass `of`. Returns None if it added a fault."""
     if not isinstance(value, dict):
         named = f"[[{header(place)}]]" if place.endswith("]") else f"[{header(place)}]"
         faults.add(place, f"is {_show(value)}, not a table", f"write {named}, and its keys below")

@@ -1,14 +1,15 @@
 # ruff: noqa: RUF009 (the calls in the dataclasses make their fields)
-"""The scene: one TOML file -> frozen settings, each field with its default, unit, range and meaning.
-FIELDS.md is made from them (reference.py).
+"""Reads a scene from one TOML file into frozen settings. Each field has a default, unit, range and meaning;
+reference.py writes FIELDS.md from them.
 
-Axes: right-handed, Y up, metres. Angles are degrees in the file (`_deg`). Colours are linear RGB. Azimuth
-turns clockwise seen from above, from north (-Z, row 0 of the heightmap) to east (+X): 0 = -Z, 90 = +X. Its
-files lie beside the TOML or in folders below it. Knows no numpy: a bake with nothing to do stays fast.
+Axes: right-handed, Y up, metres. Angles in the file are degrees (`_deg`). Colours are linear RGB. Azimuth
+turns clockwise seen from above, from north (-Z, row 0 of the heightmap) to east (+X): 0 = -Z, 90 = +X. Files
+are in the folder of the TOML or below it. Does not import numpy, so that a bake with nothing to do stays
+fast.
 
-Limits of the file itself: 4 MiB (documents.TOML_BYTES), keys of 16 parts (a.b.c has three), 64 tables and
-lists inside one another, whole numbers of 64 bits, 10,000 tables in an array where nothing else is said;
-after 100 faults (schema.MOST_FAULTS) the rest is not looked at.
+Limits of the file: 4 MiB (documents.TOML_BYTES), keys of 16 parts (a.b.c has three), 64 nested tables and
+lists, whole numbers of 64 bits, 10,000 tables in an array unless declared otherwise. Reading stops after 100
+faults (schema.MOST_FAULTS).
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ from paradize.scene.schema import (
     number_or,
     numbers,
     one_of,
-    place,
+    point,
     read_table,
     source,
     sources,
@@ -51,16 +52,15 @@ from paradize.scene.schema import (
     words,
 )
 
-FAR = 1e6  # metres: no length of a scene is larger
-Place = tuple[float, float, float]
-TIERS = ("fast", "balanced", "exact", "auto")  # the cheapest first; auto picks one of the others
+FAR = 1e6  # metres; limit of lengths in a scene
+Point = tuple[float, float, float]
+TIERS = ("fast", "balanced", "exact", "auto")  # cheapest first; auto picks one of the others
 SEVERITIES = ("error", "warning", "off")  # of a rule of `paradize check`
 
 SIMPLIFIERS = ("paradize", "meshoptimizer", "fast-simplification", "openmesh")  # stages/lod.py
 UNWRAPPERS = ("paradize", "xatlas")  # stages/unwrappers.py
 
-# The derivative filters of normal maps that a user may name; "auto" looks at the heights and picks one of
-# those in stages/filters.py.
+# The derivative filters that a user may name. "auto" chooses one by the heights (stages/filters.py).
 FILTERS = ("auto", "central", "scharr", "fourth", "eighth")
 
 
@@ -164,7 +164,7 @@ class Shadow:
     extent_m: float = number(
         100.0, low=1e-3, high=FAR, unit="m", meaning="side of the square around center that has shadows"
     )
-    center: Place = place((0.0, 0.0, 0.0), meaning="middle of that square")
+    center: Point = point((0.0, 0.0, 0.0), meaning="middle of that square")
     blur_distance_m: float = number(
         50.0, low=0.0, high=FAR, unit="m", meaning="shadow edges farther from the camera are not softened"
     )
@@ -172,7 +172,7 @@ class Shadow:
 
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """A view rendered into a texture; its resolution as a share of the window's."""
+    """A view rendered into a texture."""
 
     scale: float = number(
         0.5, low=1 / 16, high=2.0, meaning="resolution of this view as a share of the picture's"
@@ -181,7 +181,8 @@ class View:
 
 @dataclass(frozen=True, kw_only=True)
 class Relief:
-    """How a picture becomes heights, and heights slopes. Levels apply in this order, to 0..1."""
+    """How a picture becomes heights, and heights become slopes. The levels apply in the order of the
+    fields, to values in 0..1."""
 
     black: float = number(0.0, low=-1e6, high=1e6, meaning="value of the picture that becomes height 0")
     white: float = number(
@@ -323,7 +324,7 @@ class ObjectMaterial:
 
 @dataclass(frozen=True, kw_only=True)
 class Instance:
-    position: Place = place((0.0, 0.0, 0.0), meaning="place of the model's origin")
+    position: Point = point((0.0, 0.0, 0.0), meaning="position of the model's origin")
     yaw_deg: float = number(
         0.0, low=-3600.0, high=3600.0, unit="degrees", meaning="turn about the vertical axis"
     )
@@ -416,7 +417,7 @@ class SceneObject:
 @dataclass(frozen=True, kw_only=True)
 class Particles:
     name: str = identifier(meaning="names the cloud")
-    center: Place = place(meaning="middle of the cloud")
+    center: Point = point(meaning="middle of the cloud")
     radius_m: float = number(3.0, low=0.0, high=FAR, unit="m", meaning="radius of the cloud")
     count: int = whole(200, low=1, high=1_000_000, meaning="number of particles")
     size_m: tuple[float, float] = vector(
@@ -447,14 +448,14 @@ class Sound:
 
 @dataclass(frozen=True, kw_only=True)
 class EyePoint:
-    position: Place = place(meaning="place of the camera")
+    position: Point = point(meaning="position of the camera")
     speed: float = number(1.0, low=0.05, high=20.0, unit="of the mean speed", meaning="speed here")
     roll_deg: float = number(0.0, low=-180.0, high=180.0, unit="degrees", meaning="roll of the camera here")
 
 
 @dataclass(frozen=True, kw_only=True)
 class TargetPoint:
-    position: Place = place(meaning="place that the camera looks at")
+    position: Point = point(meaning="point that the camera looks at")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -475,7 +476,7 @@ class Flight:
 
 @dataclass(frozen=True, kw_only=True)
 class Waiver:
-    """A finding of `paradize check` that does not fail it, up to that day. None: any artifact, any metric."""
+    """Lets a finding of `paradize check` pass until a date. artifact, metric: None matches any."""
 
     rule: str = code(meaning="code of a rule of `paradize check`")
     artifact: str | None = text(None, meaning="only findings of this artifact")
@@ -486,10 +487,10 @@ class Waiver:
 
 @dataclass(frozen=True, kw_only=True)
 class FreeCamera:
-    """Where a steered camera may be: a box of the world, and how near it comes to any surface there."""
+    """The box of the world in which a steered camera may move, and its least distance to any surface."""
 
-    low: Place = place(meaning="lowest corner of the box in which a steered camera may move")
-    high: Place = place(meaning="highest corner of the box")
+    low: Point = point(meaning="lowest corner of the box in which a steered camera may move")
+    high: Point = point(meaning="highest corner of the box")
     near_m: float = number(1.0, low=1e-4, high=FAR, unit="m", meaning="least distance to any surface")
 
 
@@ -530,7 +531,7 @@ class Scene:
 
 
 def _cross_checks(scene: Scene, faults: Faults) -> None:
-    """What no single field can see."""
+    """Adds the faults that concern more than one field."""
     first: dict[str, int] = {}
     for i, item in enumerate(scene.objects):
         name = item.name
@@ -562,9 +563,9 @@ def _cross_checks(scene: Scene, faults: Faults) -> None:
     if len(flight.eye) != len(flight.target):
         counts = f"{len(flight.target)} target waypoints for {len(flight.eye)} eye waypoints"
         faults.add("flight.target", counts, "write one target for each eye waypoint")
-    for i, point in enumerate(flight.eye):
+    for i, waypoint in enumerate(flight.eye):
         after = (i + 1) % len(flight.eye)
-        if point.position == flight.eye[after].position:
+        if waypoint.position == flight.eye[after].position:
             faults.add(
                 f"flight.eye[{after}].position",
                 f"is the same place as flight.eye[{i}]",
@@ -581,9 +582,9 @@ def _cross_checks(scene: Scene, faults: Faults) -> None:
 
 
 def load_scene(path: Path) -> Scene:
-    """Reads and checks a scene TOML, sources beside it included.
+    """Reads and checks a scene TOML; its source files must exist.
 
-    Raises SceneError, or GroupedError when more than one thing is wrong: every fault is told.
+    Raises SceneError for one fault, GroupedError for several.
     """
     with expecting(SCENE, path):
         tree = _read_toml(path)

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from paradize.data import Mesh
 from paradize.scene.flight import sine_cosine
-from paradize.scene.placement import placed
+from paradize.scene.placement import to_world
 from paradize.visibility.query import Runs, Sphere
 from paradize.visibility.texel_footprint import Views
 
@@ -53,7 +53,7 @@ class Placement:
 
     def at(self, point: Sequence[float]) -> tuple[float, float, float]:
         """A point of object space in world space."""
-        return placed(point, self.position, sine_cosine(self.yaw_deg), self.scale)
+        return to_world(point, self.position, sine_cosine(self.yaw_deg), self.scale)
 
 
 @dataclass(frozen=True)

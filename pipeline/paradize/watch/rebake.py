@@ -112,14 +112,14 @@ def _candidates(scene: Path, errors: list[ParadizeError]) -> dict[Path, Stamp | 
     from paradize.scene.settings import load_scene
 
     files = {scene, *(Path(error.file) for error in errors if error.file)}
-    begun: list[Path] = []
+    tried_libraries: list[Path] = []
     try:
         tree = parse_toml(read_file(scene, TOML_BYTES), scene)
         files |= {resolved(scene).parent / text for text in _texts(tree) if "\0" not in text}
-        _, libraries, absent = material_colors_of(load_scene(scene), scene, begun)
+        _, libraries, absent = material_colors_of(load_scene(scene), scene, tried_libraries)
         files |= {*libraries, *absent}
     except (OSError, ValueError, ParadizeError):  # the bake itself reported it
-        files |= {*begun}
+        files |= {*tried_libraries}
     return {path.absolute(): stamp(path) for path in files}
 
 

@@ -17,7 +17,7 @@ from paradize.bakers.mesh.lods_from_path import bake_seen, sight_plan
 from paradize.data import Group, Mesh
 from paradize.metrics.surface import Original, diagonal, surface_distance
 from paradize.scene.baker_settings import MeshSettings
-from paradize.scene.flight import plan_flight, sight
+from paradize.scene.flight import plan_flight, sightings_of
 from paradize.scene.settings import load_scene
 from paradize.stages.lod import simplify
 from paradize.stages.validate import validate_mesh
@@ -204,7 +204,7 @@ def test_by_sight_nothing_finer_than_a_pixel_at_the_nearest_view_is_baked(tmp_pa
     mesh = sphere(64, radius=0.5)
     plan = sight_plan(seen, stands)(mesh, Plan(count=8))
     flight = plan_flight(load_scene(tmp_path / "cove.toml").flight)
-    met = sight(flight, 50.0, 1280 / 720, [((0.0, 0.0, 0.0), diagonal(mesh) / 2)])[0]
+    met = sightings_of(flight, 50.0, 1280 / 720, [((0.0, 0.0, 0.0), diagonal(mesh) / 2)])[0]
     assert plan.finest == pytest.approx(met.nearest_m * pixel / diagonal(mesh), rel=1e-6)
     steps, notes = make_levels(mesh, plan, tier)
     assert len(steps[0].mesh.triangles) < 0.9 * len(mesh.triangles)
@@ -230,7 +230,7 @@ def test_by_sight_the_nearest_and_the_farthest_of_all_instances_count(tmp_path: 
         turn = np.array([[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]])
         x, y, z = (s * turn @ middle + stand["position"]).tolist()
         spheres.append(((x, y, z), s * diagonal(mesh) / 2))
-    met = sight(plan_flight(load_scene(tmp_path / "cove.toml").flight), 50.0, 1280 / 720, spheres)
+    met = sightings_of(plan_flight(load_scene(tmp_path / "cove.toml").flight), 50.0, 1280 / 720, spheres)
     assert [one.seen for one in met] == [True, True, False]
     share = pixel / diagonal(mesh)
     near, far = (

@@ -14,12 +14,12 @@ import pytest
 
 from paradize.build import auto_tier
 from paradize.build.bake import bake
-from paradize.build.dial import setting_of
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.build.single_file import solo
 from paradize.build.tasks import Task
-from paradize.build.tier_choice import GROWN, ORDER, cheapest, misses
+from paradize.build.tier_choice import FINER_FORMAT, ORDER, cheapest, misses
+from paradize.build.tuned_settings import split_label
 from paradize.cli.main import main
 from paradize.errors import BakeError, ParadizeError
 from paradize.explain.facts import explain
@@ -132,7 +132,7 @@ def test_a_second_bake_tries_no_tier_again(
     run = auto_tier.run_tasks
 
     def counted(store: Store, room: Path, tasks: list[Task], *rest: Any) -> None:
-        ran.extend(task.order.name for task in tasks)
+        ran.extend(task.job.name for task in tasks)
         run(store, room, tasks, *rest)
 
     monkeypatch.setattr(auto_tier, "run_tasks", counted)
@@ -297,7 +297,7 @@ def assets(where: str, files: Path, folder: Path) -> Iterator[tuple[str, Path, B
 def grown(path: Path, settings: BakerSettings, metric: str, limit: float) -> dict[str, float]:
     """What each tier measures in the first format that keeps a limit, else in the finest."""
     found = {}
-    for tier, label in zip(ORDER, GROWN, strict=True):
+    for tier, label in zip(ORDER, FINER_FORMAT, strict=True):
         errors = solo("maps", path, settings, tier=tier, budget={metric: limit}).errors
         found[label] = next(one[metric] for one in errors.values() if metric in one)
     return found
@@ -314,7 +314,7 @@ def test_auto_takes_a_finer_format_in_the_tier_that_keeps_the_budget_in_it(tmp_p
     assert all(errors["normal_p99_deg"] > 0.5 for errors in alone.values())
     assert alone["fast"]["normal_filter_p99_deg"] > 0.5
     made = solo("maps", path, settings, tier="auto", budget=budget)
-    assert made.told["tried"]["taken"] == GROWN[1]
+    assert made.told["tried"]["taken"] == FINER_FORMAT[1]
     assert made.errors["normal"]["normal_p99_deg"] <= 0.5
 
 
@@ -349,8 +349,8 @@ def test_auto_is_brute_force_over_assets_and_three_budgets(
                 made = solo(kind, path, settings, tier="auto", budget={metric: limit})
                 taken = made.told["tried"]["taken"]
                 if (
-                    kind == "terrain" and setting_of(taken)[1]
-                ):  # a bound between the tiers: tests/pipeline/build/test_dial.py
+                    kind == "terrain" and split_label(taken)[1]
+                ):  # a bound between the tiers: tests/pipeline/build/test_tuned_settings.py
                     assert inside[0] == "exact" and made.errors["terrain"][metric] <= limit
                     continue
                 assert taken == inside[0], (path, metric, limit, every_value)

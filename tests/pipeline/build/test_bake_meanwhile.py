@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from paradize.build.bake import bake
-from paradize.build.options import BuildOptions, Watcher
+from paradize.build.options import BuildOptions, JobObserver
 from tests.pipeline.scenes import make_cove, write_image
 
 
@@ -18,7 +18,7 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
 
 
-class Ended(Watcher):
+class Ended(JobObserver):
     def __init__(self, then: Callable[[], object]) -> None:
         self.then = then
 
@@ -30,7 +30,7 @@ def test_a_scene_edited_during_its_bake_is_baked_again(tmp_path: Path) -> None:
     scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
     edited = scene.read_text().replace("max_error_m = 0.05", "max_error_m = 0.5")
 
-    first = bake(scene, out, BuildOptions(jobs=2, watcher=Ended(lambda: scene.write_text(edited))))
+    first = bake(scene, out, BuildOptions(jobs=2, observer=Ended(lambda: scene.write_text(edited))))
     assert not first.errors
     again = bake(scene, out, BuildOptions(jobs=2))
     assert [row["name"] for row in again.rows if row["status"] == "baked"] == ["terrain_mesh"]
@@ -41,8 +41,8 @@ def test_a_source_edited_during_its_bake_spoils_that_artifact_and_not_the_store(
     scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
     before = (scene.parent / "wood.png").read_bytes()
     white = np.full((32, 32, 3), 255, np.uint8)
-    watcher = Ended(lambda: write_image(scene.parent / "wood.png", white))
-    report = bake(scene, out, BuildOptions(jobs=1, watcher=watcher))
+    observer = Ended(lambda: write_image(scene.parent / "wood.png", white))
+    report = bake(scene, out, BuildOptions(jobs=1, observer=observer))
     assert report.errors and all("changed while it was baked" in str(error) for error in report.errors)
     assert all("wood.png" in str(error) for error in report.errors) and not (out / "scene.json").exists()
     (scene.parent / "wood.png").write_bytes(before)

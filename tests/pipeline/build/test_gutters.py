@@ -17,7 +17,7 @@ from paradize.bakers.color import bake_color
 from paradize.build.bake import bake
 from paradize.build.gutter_limits import measure_gutters
 from paradize.build.options import BuildOptions
-from paradize.build.trim import cut_gutter
+from paradize.build.trim import gutter_without_finest
 from paradize.check import check_paths
 from paradize.data import Group, Lod, Mesh, Texture
 from paradize.formats.glb.encode import encode_glb
@@ -449,7 +449,7 @@ def test_a_fault_is_named_by_the_level_that_is_published(scene: Path) -> None:
 
     def edit(tree: dict[str, Any]) -> None:
         entry = tree["artifacts"]["post_color"]
-        facts = cut_gutter(entry["gutter"] | {"max_level": entry["max_level"]}, 1)
+        facts = gutter_without_finest(entry["gutter"] | {"max_level": entry["max_level"]}, 1)
         entry.update(asked=told, max_level=facts.pop("max_level"), gutter=facts, levels=entry["levels"][1:])
 
     change(scene, edit)

@@ -18,7 +18,7 @@ import pytest
 
 from paradize.bakers import registry
 from paradize.build.bake import bake
-from paradize.build.options import BuildOptions, Watcher
+from paradize.build.options import BuildOptions, JobObserver
 from paradize.cluster import connection, dask_worker
 from paradize.cluster import scheduler as cluster
 from paradize.cluster.connection import ClusterLost
@@ -76,7 +76,7 @@ def killing_who_stalls(own: Cluster) -> Iterator[list[int]]:
     thread.join()
 
 
-class Warned(Watcher):
+class Warned(JobObserver):
     def __init__(self) -> None:
         self.texts: list[str] = []
 
@@ -94,11 +94,11 @@ def test_one_machine_and_a_cluster_give_the_same_bytes_and_say_the_same(
     monkeypatch.chdir(tmp_path / "scene")
     spelled = Path("../scene/cove.toml")
     here = bake(spelled, tmp_path / "here", BuildOptions(jobs=1, force=True))
-    watcher = Warned()
+    observer = Warned()
     there = bake(
-        spelled, tmp_path / "there", BuildOptions(force=True, cluster=standing.address, watcher=watcher)
+        spelled, tmp_path / "there", BuildOptions(force=True, cluster=standing.address, observer=observer)
     )
-    assert not here.errors and not there.errors and not watcher.texts
+    assert not here.errors and not there.errors and not observer.texts
     assert contents(tmp_path / "here") == contents(tmp_path / "there")
     assert here.warnings == there.warnings and any("post.obj" in text for text in here.warnings)
     rows = [[{**row, "seconds": 0} for row in report.rows] for report in (here, there)]

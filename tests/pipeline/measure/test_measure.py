@@ -447,17 +447,17 @@ def test_what_pictures_are_held_against_has_no_blocks_and_leaves_nothing_out(
     scene = make_cove(tmp_path / "cove")
     views_of: list[str] = []  # the bakes that asked what the views need
 
-    def ask(*arguments: Any) -> trim.Asked:
+    def find(*arguments: Any) -> trim.RequiredDetail:
         views_of.append(name)
-        return trim.ask(*arguments)
+        return trim.find_required_detail(*arguments)
 
-    monkeypatch.setattr("paradize.build.publish.ask", ask)
+    monkeypatch.setattr("paradize.build.publish.find_required_detail", find)
     formats = {}
-    for name, how in (
+    for name, options in (
         ("used", BuildOptions()),
         ("truth", BuildOptions(tier="exact", uncompressed=True, whole=True)),
     ):
-        report = bake(scene, tmp_path / name, how)
+        report = bake(scene, tmp_path / name, options)
         assert not report.errors
         formats[name] = {row["format"] for row in report.rows if row["format"]}
     assert views_of == ["used"]

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from paradize.bakers.mesh.bake import bake_mesh
 from paradize.bakers.quantise import quantised_levels
-from paradize.build.nearest_view import places_of
+from paradize.build.nearest_view import sample_points
 from paradize.check.meshes import check_mesh
 from paradize.data import Lod
 from paradize.errors import FormatError, SourceError
@@ -270,7 +270,7 @@ def test_the_nearest_places_of_a_mesh_are_where_its_node_puts_them() -> None:
     """Of floats and of codes, near and far."""
     for origin in ((0.0, 0.0, 0.0), (1e6, 0.0, -1e6)):
         for lods in (_levels(origin), quantised_levels(_levels(origin))):
-            places = np.array(places_of(encode_glb(lods, "ball"), "ball")) - origin
+            places = np.array(sample_points(encode_glb(lods, "ball"), "ball")) - origin
             assert np.abs(places).max() == pytest.approx(1.0, abs=1e-4)
             assert np.linalg.norm(places, axis=1).min() > 0.9
 

@@ -12,7 +12,7 @@ import pytest
 from paradize.bakers.maps.bake import bake_maps
 from paradize.bakers.mesh.bake import bake_mesh
 from paradize.build.bake import bake
-from paradize.build.lod_normal_error import MAPPED, measure_bumps
+from paradize.build.lod_normal_error import MAPPED, measure_lod_normal_error
 from paradize.data import Mesh
 from paradize.kernels.reference import Shading, Surface
 from paradize.metrics.mapped_normal import normal_error
@@ -204,7 +204,7 @@ def test_levels_are_judged_with_their_bumps_and_the_finest_has_no_error(tmp_path
         maps = bake_maps(
             ridges(tmp_path / f"{grain}.png", grain), only=("normal",), wrap="repeat", strength=1.0
         )
-        told[grain] = measure_bumps(made.glb, maps["normal"].data, name="ball", repeat=True)
+        told[grain] = measure_lod_normal_error(made.glb, maps["normal"].data, name="ball", repeat=True)
     plain = made.report["lods"]
     assert len(plain) == 3 and [told[100][0][key] for key in MAPPED] == [0, 0, 0]
     for level, smooth, bumpy in zip(plain[1:], told[0][1:], told[100][1:], strict=True):

@@ -14,7 +14,14 @@ from scipy.interpolate import CubicSpline
 
 from paradize.errors import SceneError
 from paradize.metrics.flight import flight_error
-from paradize.scene.flight import Flight, periodic_spline, plan_flight, sight, sine_cosine, solve_cyclic
+from paradize.scene.flight import (
+    Flight,
+    periodic_spline,
+    plan_flight,
+    sightings_of,
+    sine_cosine,
+    solve_cyclic,
+)
 from paradize.scene.settings import EyePoint, TargetPoint
 from paradize.scene.settings import Flight as Settings
 
@@ -173,7 +180,7 @@ def test_a_sphere_is_met_where_it_is_near_and_when_it_is_seen() -> None:
     eye = tuple(EyePoint(position=p) for p in points)
     target = tuple(TargetPoint(position=(0.0, 2.0, 0.0)) for _ in points)
     flight = plan_flight(Settings(eye=eye, target=target, duration_s=60.0))
-    inside, outside = sight(flight, 40.0, 1.5, [((0.0, 2.0, 0.0), 1.0), ((40.0, 2.0, 0.0), 1.0)])
+    inside, outside = sightings_of(flight, 40.0, 1.5, [((0.0, 2.0, 0.0), 1.0), ((40.0, 2.0, 0.0), 1.0)])
     assert inside.farthest_seen_m >= inside.nearest_m + 2.0  # its far side, a diameter behind the near one
     assert (outside.farthest_seen_m > 0.0) == outside.seen
     assert inside.seen and inside.first_seen_s == 0.0
@@ -205,7 +212,7 @@ def test_what_is_met_is_what_angles_at_every_moment_say(
     centers = [np.array(center) for center, _ in spheres]
     away = [np.linalg.norm(center - eye, axis=1) for center in centers]
     radii = [share * float(distance.min()) for (_, share), distance in zip(spheres, away, strict=True)]
-    found = sight(flight, fov_deg, aspect, [(c, r) for (c, _), r in zip(spheres, radii, strict=True)])
+    found = sightings_of(flight, fov_deg, aspect, [(c, r) for (c, _), r in zip(spheres, radii, strict=True)])
     for center, radius, distance, met in zip(centers, radii, away, found, strict=True):
         cosine = np.einsum("nk,nk->n", center - eye, ahead) / distance
         room = half + np.arcsin(radius / distance) - np.arccos(np.clip(cosine, -1.0, 1.0))

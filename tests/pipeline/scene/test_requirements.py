@@ -16,8 +16,15 @@ from paradize.build.options import BuildOptions
 from paradize.check import check_paths
 from paradize.errors import ParadizeError
 from paradize.formats.glb.tiles import decode_tile
-from paradize.scene.flight import plan_flight, sight
-from paradize.scene.requirements import BakeJob, ObjectSighting, meet, read_of, require, sun_direction
+from paradize.scene.flight import plan_flight, sightings_of
+from paradize.scene.requirements import (
+    BakeJob,
+    ObjectSighting,
+    object_sightings,
+    player_inputs,
+    require,
+    sun_direction,
+)
 from paradize.scene.settings import VIEWS, Instance, ObjectMaterial, SceneObject, View, load_scene
 from paradize.stages.unwrappers import unwrapper_version
 from tests.pipeline.glb_json import document
@@ -60,18 +67,18 @@ def test_passes_decide_which_attributes_and_maps_there_are(
     item = SceneObject(
         name="post", mesh=Path("post.obj"), strength=strength, materials={"wood": material}, instances=()
     )
-    found = read_of(item, views, painted)
+    found = player_inputs(item, views, painted)
     assert found.keys() == read
     assert all(found.values())
 
 
-def ordered(scene: Path) -> dict[str, BakeJob]:
+def jobs_by_name(scene: Path) -> dict[str, BakeJob]:
     known = load_scene(scene)
-    return {order.name: order for order in require(known, material_colors_of(known, scene)[0]).orders}
+    return {job.name: job for job in require(known, material_colors_of(known, scene)[0]).jobs}
 
 
 def names(scene: Path) -> set[str]:
-    return {want.artifact for order in ordered(scene).values() for want in order.wants if want.kind}
+    return {output.artifact for job in jobs_by_name(scene).values() for output in job.outputs if output.kind}
 
 
 def edited(folder: Path, *changes: tuple[str, str]) -> Path:
@@ -102,13 +109,13 @@ def test_without_a_pass_there_is_nothing_that_only_it_reads(tmp_path: Path) -> N
 def test_an_object_that_only_casts_a_shadow_is_depth_alone(tmp_path: Path) -> None:
     shadow = ("lods = 3\n", 'lods = 3\nviews = ["shadow"]\n')
     scene = edited(tmp_path / "solid", shadow)
-    found = ordered(scene)
+    found = jobs_by_name(scene)
     assert {name for name in found if name.startswith("post")} == {"post mesh"}
-    (want,) = found["post mesh"].wants
-    assert want.passes == ("shadow",)
-    assert want.reason == "the object post: its shadow"
+    (output,) = found["post mesh"].outputs
+    assert output.passes == ("shadow",)
+    assert output.reason == "the object post: its shadow"
     leaves = edited(tmp_path / "leaves", shadow, ("specular = 0.2\n", "alpha_cutoff = 0.5\n"))
-    assert {name for name in ordered(leaves) if name.startswith("post")} == {"post mesh", "post colour"}
+    assert {name for name in jobs_by_name(leaves) if name.startswith("post")} == {"post mesh", "post colour"}
 
 
 def test_a_baked_mesh_holds_what_is_read_and_no_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,7 +145,7 @@ def test_a_terrain_without_relief_has_no_tangents(tmp_path: Path, monkeypatch: p
         ("codes", (*plain, ("max_error_m = 0.05\n", "max_error_m = 0.05\nquantise = true\n")), False),
         ("grain", plain[1:], True),
     ):
-        assert ordered(edited(tmp_path / name, *changes))["terrain"].settings["tangents"] is there
+        assert jobs_by_name(edited(tmp_path / name, *changes))["terrain"].settings["tangents"] is there
         scene, out = edited(tmp_path / name, *changes), tmp_path / name / "out"
         assert not bake(scene, out, BuildOptions(jobs=2)).errors
         manifest = json.loads((out / "scene.json").read_text())
@@ -176,7 +183,7 @@ def test_the_flight_meets_an_object_where_its_instances_stand(
         x, y, z = (stand.scale * turn @ center + stand.position).tolist()
         spheres.append(((x, y, z), stand.scale * radius))
     width, height = scene.head.viewport
-    seen = sight(flight, scene.flight.fov_deg, width / height, spheres)
+    seen = sightings_of(flight, scene.flight.fov_deg, width / height, spheres)
     assert all(one.seen for one in seen) and seen[0].first_seen_s != seen[1].first_seen_s
     tangent = np.tan(np.radians(scene.flight.fov_deg) / 2)
     rows = height * min(1.0, mirror, refraction or 1.0)
@@ -187,10 +194,12 @@ def test_the_flight_meets_an_object_where_its_instances_stand(
     assert pixels[1] > 1.5 * pixels[0]
     for order in (stands, stands[::-1]):
         known = replace(scene, objects=(replace(post, instances=order), items[1]))
-        met = meet(known, flight, dict.fromkeys(("post", "gone"), (tuple(center.tolist()), radius)))
-        assert met["post"].first_s == min(one.first_seen_s for one in seen)
-        assert met["post"].pixel_m == pytest.approx(max(pixels), rel=1e-9)
-        assert met["gone"] == ObjectSighting(flight.duration_s, None)
+        sightings = object_sightings(
+            known, flight, dict.fromkeys(("post", "gone"), (tuple(center.tolist()), radius))
+        )
+        assert sightings["post"].first_s == min(one.first_seen_s for one in seen)
+        assert sightings["post"].pixel_m == pytest.approx(max(pixels), rel=1e-9)
+        assert sightings["gone"] == ObjectSighting(flight.duration_s, None)
 
 
 def test_the_sun_stands_where_its_angles_say() -> None:
@@ -206,7 +215,9 @@ def test_the_sun_stands_where_its_angles_say() -> None:
 
 def test_what_is_seen_of_the_ground_follows_from_the_views_that_there_are(tmp_path: Path) -> None:
     def sight_with(name: str, *changes: tuple[str, str]) -> dict[str, object]:
-        found: dict[str, object] = ordered(edited(tmp_path / name, *changes))["terrain"].settings["sight"]
+        found: dict[str, object] = jobs_by_name(edited(tmp_path / name, *changes))["terrain"].settings[
+            "sight"
+        ]
         return found
 
     whole = sight_with("whole", ("[water]\n", "[water]\nlevel_m = 0.25\n"))
@@ -225,8 +236,8 @@ def test_what_is_seen_of_the_ground_follows_from_the_views_that_there_are(tmp_pa
 def test_of_several_alpha_cutoffs_the_colour_map_keeps_the_least(tmp_path: Path) -> None:
     more = "alpha_cutoff = 0.7\n[object.material.leaf]\nalpha_cutoff = 0.3\n[object.material.bark]\n"
     scene = edited(tmp_path, ("parallax_scale = 0.01\n", more))
-    assert ordered(scene)["post colour"].settings["alpha_cutoff"] == 0.3
-    assert ordered(make_cove(tmp_path / "none"))["post colour"].settings["alpha_cutoff"] == 0.5
+    assert jobs_by_name(scene)["post colour"].settings["alpha_cutoff"] == 0.3
+    assert jobs_by_name(make_cove(tmp_path / "none"))["post colour"].settings["alpha_cutoff"] == 0.5
 
 
 def test_shaders_read_no_attribute_that_the_table_leaves_out() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from paradize.build.flat_colors import OFF, measure_flat
-from paradize.build.trim import settled
+from paradize.build.trim import with_flat_colors
 from paradize.data import Lod, Mesh, Texture
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.ktx2.encode import encode_ktx2
@@ -76,9 +76,9 @@ def test_colours_are_read_between_texels_as_the_player_reads_them() -> None:
 
 def test_what_flat_triangles_keep_is_never_less_than_all_ask_for_nor_more_than_the_others_do() -> None:
     others = {"level": 3, "view": "camera", "texels": 2.0}
-    asked = {"level": 1, "view": "flight", "texels": 9.0, "others": others}
-    assert settled(asked, 3) == others and settled(asked, 5) == others
-    assert settled(asked, 2) == {"level": 2, "view": "flight", "texels": 9.0}
-    assert settled(asked, 0) == {"level": 1, "view": "flight", "texels": 9.0}
-    unseen = asked | {"others": others | {"view": None}}
-    assert settled(unseen, 5) == {"level": 3, "view": "flight", "texels": 9.0}
+    detail = {"level": 1, "view": "flight", "texels": 9.0, "others": others}
+    assert with_flat_colors(detail, 3) == others and with_flat_colors(detail, 5) == others
+    assert with_flat_colors(detail, 2) == {"level": 2, "view": "flight", "texels": 9.0}
+    assert with_flat_colors(detail, 0) == {"level": 1, "view": "flight", "texels": 9.0}
+    unseen = detail | {"others": others | {"view": None}}
+    assert with_flat_colors(unseen, 5) == {"level": 3, "view": "flight", "texels": 9.0}

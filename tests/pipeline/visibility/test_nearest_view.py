@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from paradize.build.nearest_view import least_pixels, places_of
+from paradize.build.nearest_view import nearest_pixel_m, sample_points
 from paradize.data import Lod, Mesh
 from paradize.errors import FormatError
 from paradize.formats.glb.encode import encode_glb
-from paradize.scene.flight import plan_flight, sight
+from paradize.scene.flight import plan_flight, sightings_of
 from paradize.scene.settings import Scene, load_scene
 from tests.pipeline.scenes import make_cove
 from tests.pipeline.shapes import grid, sphere
@@ -30,8 +30,8 @@ def cove(tmp_path: Path, **stands: object) -> Scene:
 
 def near_m(scene: Scene, mesh: Mesh) -> float | None:
     """The nearest view of the scene's one object, metres."""
-    places = {"post": places_of(glb(mesh), "post.glb")}
-    found = least_pixels(scene, plan_flight(scene.flight), places).get("post")
+    places = {"post": sample_points(glb(mesh), "post.glb")}
+    found = nearest_pixel_m(scene, plan_flight(scene.flight), places).get("post")
     tangent = np.tan(np.radians(scene.flight.fov_deg) / 2)
     if found is None:
         return None
@@ -40,7 +40,7 @@ def near_m(scene: Scene, mesh: Mesh) -> float | None:
 
 @pytest.mark.parametrize("mesh", [sphere(24), sphere(80), grid(1), grid(60)])
 def test_places_are_a_few_thousand_spread_over_the_surface(mesh: Mesh) -> None:
-    places = np.array(places_of(glb(mesh), "x.glb"))
+    places = np.array(sample_points(glb(mesh), "x.glb"))
     assert 1000 < len(places) < 5000
     assert np.allclose(places.min(axis=0), mesh.positions.min(axis=0), atol=0.1)
     assert np.allclose(places.max(axis=0), mesh.positions.max(axis=0), atol=0.1)
@@ -57,7 +57,7 @@ def test_a_small_ball_is_as_near_as_its_sphere(tmp_path: Path, yaw_deg: float, s
     x, z = np.cos(a) + 0.5 * np.sin(a), 0.5 * np.cos(a) - np.sin(a)
     at = (1.0 + scale * x, 0.5, -0.5 + scale * z)
     flight = plan_flight(scene.flight)
-    met = sight(flight, scene.flight.fov_deg, 1280 / 720, [(at, 0.3 * scale)])[0]
+    met = sightings_of(flight, scene.flight.fov_deg, 1280 / 720, [(at, 0.3 * scale)])[0]
     assert met.seen
     assert near_m(scene, mesh) == pytest.approx(met.nearest_m, rel=0.02)
 
@@ -71,14 +71,14 @@ def test_an_eye_inside_the_bounding_sphere_of_a_shell_is_not_near_the_shell(tmp_
 
 def test_of_several_instances_the_nearest_counts_in_metres_of_the_mesh(tmp_path: Path) -> None:
     scene, mesh = cove(tmp_path), sphere(24, radius=0.3)
-    places = {"post": places_of(glb(mesh), "post.glb")}
+    places = {"post": sample_points(glb(mesh), "post.glb")}
     flight, post = plan_flight(scene.flight), scene.objects[0]
     near = replace(post.instances[0], position=(4.0, 1.0, 3.0), scale=1.0)
     far = replace(near, position=(0.0, 0.0, 0.0))
     alone = []
     for stands in ((near,), (far,), (near, far), (far, near)):
         known = replace(scene, objects=(replace(post, instances=stands),))
-        alone.append(least_pixels(known, flight, places)["post"])
+        alone.append(nearest_pixel_m(known, flight, places)["post"])
     assert alone[0] < 0.7 * alone[1]
     assert alone[2] == alone[3] == alone[0]
 
@@ -96,4 +96,4 @@ def test_what_the_camera_touches_is_as_near_as_the_near_plane(tmp_path: Path) ->
 @pytest.mark.parametrize("length", [0, 12, 20, 60, 400])
 def test_a_cut_file_is_refused(length: int) -> None:
     with pytest.raises(FormatError, match=r"cut.glb: .*(no mesh of ours|not a GLB|is not JSON)"):
-        places_of(glb(sphere(8))[:length], "cut.glb")
+        sample_points(glb(sphere(8))[:length], "cut.glb")

@@ -394,7 +394,7 @@ def test_verify_compares_what_is_published(
     file.write_bytes(file.read_bytes()[:-1] + b"x")
     artifacts = [Artifact.from_json(row) for row in json.loads(done.stdout)["artifacts"]]
     report = provenance.BakeReport(tmp_path / "out", artifacts)
-    chosen, errors = verify(scene, report, percent=100.0, how=BuildOptions(jobs=2))
+    chosen, errors = verify(scene, report, percent=100.0, options=BuildOptions(jobs=2))
     assert "post_color" in chosen and [error.place for error in errors] == ["post_color"]
 
 
@@ -404,7 +404,7 @@ def test_what_is_asked_is_kept_and_asked_once(
     scene, path, _ = far
     monkeypatch.setenv("PARADIZE_STORE", str(path.parent / "store"))
     called: list[Any] = []
-    monkeypatch.setattr("paradize.build.trim.run_work", lambda _, jobs: called.extend(jobs) or [])
+    monkeypatch.setattr("paradize.build.trim.run_build_jobs", lambda _, jobs: called.extend(jobs) or [])
     report = bake(scene, tmp_path / "again", BuildOptions(jobs=1))
     assert not report.errors and not called
     assert (tmp_path / "again" / "scene.json").read_bytes() == (path / "scene.json").read_bytes()

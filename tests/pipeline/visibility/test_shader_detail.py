@@ -13,7 +13,7 @@ from paradize.build import trim
 from paradize.build.manifest import MeshFacts
 from paradize.build.options import BuildOptions
 from paradize.build.required_detail import GRAINS, LUMPS, REFERENCE_REPEATS, SHORTEST, measure_required_detail
-from paradize.build.trim import ask, cut_gutter
+from paradize.build.trim import find_required_detail, gutter_without_finest
 from paradize.data import Lod, Mesh, Texture
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.tiles import TilePatch, encode_tiles
@@ -32,7 +32,7 @@ CORNER = 1.0 / (1.0 + TANGENT**2 * (1.0 + (WIDTH / HEIGHT) ** 2))  # squared cos
 
 
 def asked(sight: dict[str, Any], **parts: Any) -> dict[str, dict[str, Any]]:
-    plain: dict[str, Any] = {"things": {}, "ground": None, "water": None, "sky": None}
+    plain: dict[str, Any] = {"objects": {}, "terrain": None, "water": None, "sky": None}
     return measure_required_detail(sight=sight | {"light_m": None}, **plain | parts)
 
 
@@ -82,7 +82,7 @@ def test_sand_is_asked_for_as_grains_as_lumps_and_no_farther_than_its_reference(
 
     def texels(repeat_m: float) -> tuple[float, float, float]:
         told = {"textures": sizes, "tiles": [tile], "repeat_m": repeat_m}
-        found = asked(sight_of(circle(60.0, 12.0)), ground=told)
+        found = asked(sight_of(circle(60.0, 12.0)), terrain=told)
         color, normal, effect = (found[name]["texels"] for name in sizes)
         return color, normal, effect
 
@@ -112,7 +112,7 @@ def thing(fine: Mesh, coarse: Mesh, **more: Any) -> dict[str, Any]:
 def test_parallax_moves_samples_by_a_share_of_the_longer_side() -> None:
     mesh, sight = waves(6, 8.0, 0.3), sight_of(circle(60.0, 12.0))
     plain, moved = (
-        asked(sight, things={"a": thing(mesh, mesh, spread=spread)})["a_color"]["texels"]
+        asked(sight, objects={"a": thing(mesh, mesh, spread=spread)})["a_color"]["texels"]
         for spread in (0.0, 0.001)
     )
     assert plain > 2.0 and plain - moved == pytest.approx(1.024, rel=0.15)  # both are bounds
@@ -130,7 +130,7 @@ def test_a_coarse_level_is_not_seen_nearer_than_its_error_allows(scale: float, e
     found, alone = (
         asked(
             sight,
-            things={"a": thing(fine, coarse, instances=[stand], errors_m=[0.0, error_m], textures=size)},
+            objects={"a": thing(fine, coarse, instances=[stand], errors_m=[0.0, error_m], textures=size)},
         )
         for coarse in (replace(fine, uvs=sparse), fine)
     )
@@ -160,11 +160,11 @@ def test_facts_of_gutters_are_those_of_the_levels_that_stay() -> None:
         "max_level": 5,
     }
     facts |= {"bleed_p99": [0.1, 0.2, 0.3, 0.4], "bleed_max": [0.5, 0.6, 0.7, 0.8], "bound": 0.125}
-    assert cut_gutter(facts, 2) == {
+    assert gutter_without_finest(facts, 2) == {
         "needed_texels": 6.0, "width_texels": 2.5, "level_in_use": 2, "level_by_width": 0, "max_level": 3,
         "bleed_p99": [0.3, 0.4], "bleed_max": [0.7, 0.8], "bound": 0.125,
     }  # fmt: skip
-    found = cut_gutter(facts | {"width_texels": None, "max_level": None, "level_in_use": 1}, 3)
+    found = gutter_without_finest(facts | {"width_texels": None, "max_level": None, "level_in_use": 1}, 3)
     assert (found["width_texels"], found["max_level"], found["level_in_use"]) == (None, None, 0)
     assert (found["needed_texels"], found["level_by_width"]) == (3.0, -1)
 
@@ -187,10 +187,10 @@ def test_what_is_asked_of_is_what_the_scene_says(tmp_path: Path, monkeypatch: py
     names = ("post_mesh", "post_color", "post_height", "terrain_mesh", "sand_color", "water_normal", "sky")
     data = dict.fromkeys(names, texture)
     jobs: list[Any] = []
-    monkeypatch.setattr(trim, "run_work", lambda how, found: jobs.extend(found) or [])
+    monkeypatch.setattr(trim, "run_build_jobs", lambda how, found: jobs.extend(found) or [])
     facts = {"post_mesh": MeshFacts((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (("lod0", 0.0),), {})}
     with pytest.raises(ValueError):  # no outcomes: nobody works
-        ask(
+        find_required_detail(
             Store(tmp_path / "store"),
             scene,
             data,
@@ -199,7 +199,7 @@ def test_what_is_asked_of_is_what_the_scene_says(tmp_path: Path, monkeypatch: py
             BuildOptions(jobs=1),
         )
     post, rest = (job.arguments for job in jobs)
-    assert post["things"]["post"]["spread"] == 0.03
-    assert post["things"]["post"]["textures"] == {"color": (8, 4), "height": (8, 4)}
+    assert post["objects"]["post"]["spread"] == 0.03
+    assert post["objects"]["post"]["textures"] == {"color": (8, 4), "height": (8, 4)}
     assert rest["sky"] == {"side": 8, "levels": 4, "smoothest": 0.8}
-    assert rest["ground"]["repeat_m"] == 2.5
+    assert rest["terrain"]["repeat_m"] == 2.5

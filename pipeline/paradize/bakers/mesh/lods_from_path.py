@@ -20,8 +20,8 @@ from paradize.data import Mesh
 from paradize.formats.glb.cut import cut_glb
 from paradize.metrics.surface import diagonal
 from paradize.scene.baker_settings import MeshSettings
-from paradize.scene.flight import plan_flight, sight, sine_cosine
-from paradize.scene.placement import placed
+from paradize.scene.flight import plan_flight, sightings_of, sine_cosine
+from paradize.scene.placement import to_world
 from paradize.scene.settings import EyePoint, Flight, TargetPoint
 
 
@@ -47,8 +47,8 @@ def sight_plan(seen: dict[str, Any], instances: Sequence[Mapping[str, Any]]) -> 
         spheres = []
         for instance in instances:
             turn, scale = sine_cosine(instance["yaw_deg"]), instance["scale"]
-            spheres.append((placed(center, instance["position"], turn, scale), scale * size / 2))
-        met = sight(plan_flight(settings), settings.fov_deg, width / height, spheres)
+            spheres.append((to_world(center, instance["position"], turn, scale), scale * size / 2))
+        met = sightings_of(plan_flight(settings), settings.fov_deg, width / height, spheres)
         near, far = [], []
         for sighting, instance in zip(met, instances, strict=True):
             if sighting.seen:

@@ -11,10 +11,10 @@ import OpenImageIO as oiio
 import pytest
 
 from paradize.build.bake import bake
-from paradize.build.dial import STEPS, by_cost, label_of, next_label, next_value, setting_of
 from paradize.build.options import BuildOptions
 from paradize.build.single_file import solo
-from paradize.build.tier_choice import GROWN
+from paradize.build.tier_choice import FINER_FORMAT
+from paradize.build.tuned_settings import STEPS, by_cost, next_label, next_value, split_label, tuned_label
 from paradize.build.verify import verify
 from paradize.errors import ParadizeError
 from paradize.explain.facts import explain
@@ -46,11 +46,11 @@ def test_a_bound_between_the_tiers_keeps_the_budget_with_fewer_triangles(
     made, exact = baked(path, "auto", {metric: limit}), baked(path, "exact", {})
     key = {"terrain_rms_m": "rms_error_m", "terrain_max_m": "max_error_m"}[metric]
     taken = made["tried"]["taken"]
-    tier, turned = setting_of(taken)
-    assert tier == "balanced" and 0.0 < turned["max_error_m"] == made["bound_m"] < 2.0
+    tier, tuned = split_label(taken)
+    assert tier == "balanced" and 0.0 < tuned["max_error_m"] == made["bound_m"] < 2.0
     assert made[key] <= limit and made["triangles"] < exact["triangles"]
     assert "exact" not in made["tried"]["errors"] and len(made["tried"]["errors"]) <= 2 + STEPS
-    looser = baked(path, "balanced", {}, max_error_m=1.1 * turned["max_error_m"])
+    looser = baked(path, "balanced", {}, max_error_m=1.1 * tuned["max_error_m"])
     assert looser[key] > 0.95 * limit, "a looser bound would have kept it"
     assert baked(path, "auto", {metric: limit}) == made, "the same again"
 
@@ -75,11 +75,11 @@ def test_values_halve_until_one_is_inside_and_then_close_in() -> None:
 
 
 def test_labels_hold_their_setting_exactly_and_stand_in_order_of_cost() -> None:
-    from paradize.build.dial import DIALS
+    from paradize.build.tuned_settings import TUNED_SETTINGS
 
-    turned = [label_of(DIALS["terrain"], value) for value in (0.125, 3.39, 1e-07)]
-    assert [setting_of(label)[1]["max_error_m"] for label in turned] == [0.125, 3.39, 1e-07]
-    order = ["fast", "balanced", turned[1], turned[0], turned[2], "exact", *GROWN]
+    tuned = [tuned_label(TUNED_SETTINGS["terrain"], value) for value in (0.125, 3.39, 1e-07)]
+    assert [split_label(label)[1]["max_error_m"] for label in tuned] == [0.125, 3.39, 1e-07]
+    order = ["fast", "balanced", tuned[1], tuned[0], tuned[2], "exact", *FINER_FORMAT]
     assert by_cost(reversed(order)) == order
     assert next_label("mesh", ("fast", "balanced"), 1.0, {"fast": False, "balanced": False}) is None
 
@@ -90,19 +90,19 @@ def test_a_scenes_terrain_is_turned_too_told_and_derived_again(
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
     rough(scene.parent / "height.png")
-    how = BuildOptions(jobs=2, tier="auto")
+    options = BuildOptions(jobs=2, tier="auto")
     plain = bake(scene, out, BuildOptions(jobs=2, tier="balanced"))
     assert not plain.errors
     told = json.loads((out / "scene.json").read_text())["artifacts"]
     worst = max(one["errors"].get("terrain_rms_m", 0.0) for one in told.values())
     scene.write_text(scene.read_text() + f"[budget]\nterrain_rms_m = {0.4 * worst}\n")
-    report = bake(scene, out, how)
+    report = bake(scene, out, options)
     assert not report.errors
     (row,) = [row for row in report.rows if row["name"] == "terrain_mesh"]
     taken = row["tried"]["taken"]
-    assert setting_of(taken)[1] and row["tier"] == "balanced"
+    assert split_label(taken)[1] and row["tier"] == "balanced"
     assert 0.0 < row["errors"]["terrain_rms_m"] <= 0.4 * worst
     assert f"auto took tier {taken}" in render(explain(scene, out=out))
-    assert {row["status"] for row in bake(scene, out, how).rows} == {"reused"}
-    checked, errors = verify(scene, report, percent=100.0, how=how)
+    assert {row["status"] for row in bake(scene, out, options).rows} == {"reused"}
+    checked, errors = verify(scene, report, percent=100.0, options=options)
     assert "terrain_mesh" in checked and not errors
