@@ -63,11 +63,11 @@ def test_every_job_of_a_scene_holds_all_settings_of_its_baker(tmp_path: Path) ->
     path = make_cove(tmp_path)
     scene = load_scene(path)
     seen = set()
-    for order in require(scene, material_colors_of(scene, path)[0]).orders:
-        if order.maker in BAKERS:
-            made = BAKERS[order.maker](**order.settings)
-            assert json.loads(json.dumps(asdict(made))) == json.loads(json.dumps(order.settings)), order.name
-            seen.add(order.maker)
+    for job in require(scene, material_colors_of(scene, path)[0]).jobs:
+        if job.baker in BAKERS:
+            made = BAKERS[job.baker](**job.settings)
+            assert json.loads(json.dumps(asdict(made))) == json.loads(json.dumps(job.settings)), job.name
+            seen.add(job.baker)
     assert seen == BAKERS.keys()
 
 
