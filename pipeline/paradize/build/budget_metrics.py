@@ -25,6 +25,11 @@ def measured_by(baker: str, products: Iterable[str], settings: Mapping[str, Any]
     return {metric for metric in METRICS if metric.startswith(tuple(f"{owner}_" for owner in owners))}
 
 
+def of_single_files(metrics: Collection[str]) -> set[str]:
+    """Those that one file alone can have: `lod_mapped_*` needs the scene, which has the normal map."""
+    return {metric for metric in metrics if not metric.startswith("lod_mapped_")}
+
+
 def unmeasured(budget: Iterable[str], known: Collection[str]) -> tuple[list[str], str]:
     """The metrics that nothing measures, and how to mend that, in words."""
     mend = f"leave it out, or limit one of {', '.join(metric for metric in METRICS if metric in known)}"

@@ -40,7 +40,7 @@ def solo(
     the baker's argument. Errors beyond the budget are warnings, of "auto" a BakeError (several:
     GroupedError) that says by how much. A budget of what is not measured raises BakeError too, before
     anything is baked where that can be known."""
-    from paradize.build.budget_metrics import measured_by
+    from paradize.build.budget_metrics import measured_by, of_single_files
     from paradize.build.tier_choice import AUTO, FINER_FORMAT, LABELS, ORDER, inside, limited, misses
     from paradize.build.tuned_settings import by_cost, next_label, split_label
     from paradize.errors import BakeError, GroupedError
@@ -48,8 +48,7 @@ def solo(
     from paradize.scene.budget import excesses
     from paradize.scene.schema import Limits
 
-    makes = measured_by(kind, getattr(settings, "only", ()), asdict(settings))
-    makes -= {metric for metric in makes if metric.startswith("lod_mapped_")}  # a scene's: it has the map
+    makes = of_single_files(measured_by(kind, getattr(settings, "only", ()), asdict(settings)))
     _require_measured(kind, budget, makes, path)
     limits = Limits(hard=budget)
     calls: dict[str, Callable[..., BakedFiles]] = {

@@ -10,8 +10,10 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import re
 import sys
 from collections.abc import Sequence
+from difflib import get_close_matches
 from functools import partial
 from importlib import import_module
 from typing import Any, NoReturn
@@ -26,23 +28,42 @@ class _WrongUsage(Exception):  # noqa: N818 (never leaves this module)
 
 
 class _Parser(argparse.ArgumentParser):
-    """Accepts no abbreviated options. Errors are printed by `main`."""
+    """Accepts no abbreviated options. Errors are printed by `main`, without the usage: it would bury them."""
 
     def __init__(self, **settings: Any) -> None:
         # argparse makes a formatter for every option, which asks how wide the terminal is: here only for help
         narrow = partial(argparse.HelpFormatter, width=80)
         super().__init__(**settings, allow_abbrev=False, formatter_class=narrow)
 
-    def format_usage(self) -> str:
-        self.formatter_class = argparse.HelpFormatter
-        return super().format_usage()
-
     def format_help(self) -> str:
         self.formatter_class = argparse.HelpFormatter
         return super().format_help()
 
     def error(self, message: str) -> NoReturn:
-        raise _WrongUsage(f"{self.format_usage()}{self.prog}: error: {bounded(message)}")
+        raise _WrongUsage(f"{self.prog}: error: {bounded(message)}{self._advice(message)}")
+
+    def _advice(self, message: str) -> str:
+        """What to write instead: the number of values that an option takes, or a name that is near."""
+        known = self._option_string_actions
+        for sub in (one for action in self._actions for one in _choices(action).values()):
+            known = known | sub._option_string_actions  # unknown options are reported by the top parser
+        if found := re.match(r"argument (?:.*/)?(-\S+): expected ", message):
+            action = known[found[1]]
+            values = action.metavar if isinstance(action.metavar, tuple) else (action.metavar or "VALUE",)
+            meaning = (action.help or "").replace("%%", "%")
+            return f"; give {meaning}: {found[1]} {' '.join(values)}"
+        if message.startswith("argument COMMAND: invalid choice: "):
+            wrong, names = [message.split("'")[1]], list(COMMANDS)
+        else:
+            unknown = message.removeprefix("unrecognized arguments: ")
+            wrong = [word.partition("=")[0] for word in unknown.split() if word[:1] == "-"]
+            wrong, names = wrong if unknown != message else [], list(known)
+        near = [name for word in wrong for name in get_close_matches(word, names, 1)]
+        return f"; did you mean {', '.join(near)}?" if near else ""
+
+
+def _choices(action: argparse.Action) -> dict[str, _Parser]:
+    return action.choices if isinstance(action, argparse._SubParsersAction) else {}
 
 
 # The commands and their help. The module paradize.cli.<command> has add(), which declares the options, and
@@ -106,13 +127,15 @@ def _run(words: Sequence[str]) -> int:
             show(f"paradize {__version__}")
             return 0
         if arguments.command is None:
-            raise _WrongUsage(f"{top.format_help()}\nparadize: error: a command is missing")
+            say(*top.format_help().splitlines())
+            top.error("a command is missing")
         code: int = import_module(f"paradize.cli.{arguments.command}").run(arguments)
         return code
     except _WrongUsage as wrong:
         if as_json:
-            show_json({"error": [str(wrong).splitlines()[-1]]})
-        say(*str(wrong).splitlines())
+            show_json({"error": [str(wrong)]})
+        command = f" {words[0]}" if words and words[0] in COMMANDS else ""
+        say(str(wrong), f"`paradize{command} --help` shows all that it takes")
         return 2
     except OutputLost:
         raise

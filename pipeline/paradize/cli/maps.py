@@ -91,7 +91,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         metavar="LEVEL",
         help="supercompress KTX2 (level 10)",
     )
-    add_common(sub)
+    add_common(sub, "maps")
 
 
 def run(arguments: argparse.Namespace) -> int:

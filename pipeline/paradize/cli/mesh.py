@@ -77,7 +77,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         metavar="DEGREES",
         help="where normals are missing, faces at a larger angle meet in a sharp edge (45)",
     )
-    add_common(sub)
+    add_common(sub, "mesh")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -40,7 +40,7 @@ def add_relief(
         nargs=2,
         required=required,
         metavar=("X", "Z"),
-        help=f"metres, first to last pixel{size}",
+        help=f"width and depth in metres, first to last pixel{size}",
     )
     sub.add_argument("--height", type=heights_m, metavar="H", help=f"metres from black to white {height}")
     sub.add_argument("--max-error", type=error_m, metavar="M", help=f"metres; 0: exact {max_error}")

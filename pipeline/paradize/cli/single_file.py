@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 from paradize.cli import options
@@ -17,17 +18,31 @@ from paradize.kinds import require_folder, require_glb
 from paradize.scene.baker_settings import BakerSettings
 
 
-def _budget(text: str) -> dict[str, float]:
-    """An option like a scene's [budget]: METRIC=LIMIT, separated by commas."""
+def _budget(kind: str, text: str) -> dict[str, float]:
+    """An option like a scene's [budget]: METRIC=LIMIT, separated by commas. kind: as in add_common."""
     from paradize.scene.budget import METRICS
 
     budget = {}
     for part in text.split(","):
         metric, _, limit = (word.strip() for word in part.partition("="))
         if metric not in METRICS:
-            raise argparse.ArgumentTypeError(f"{metric!r} is no metric; known: {', '.join(METRICS)}")
+            raise argparse.ArgumentTypeError(f"{metric!r} is no metric; {_metrics_near(kind, metric)}")
         budget[metric] = number(0.0, METRICS[metric].high)(limit)
     return budget
+
+
+def _metrics_near(kind: str, metric: str) -> str:
+    """The metric of a command that has nearly this name, and all that it measures."""
+    from difflib import get_close_matches
+
+    from paradize.build.budget_metrics import measured_by, of_single_files
+    from paradize.maps import DERIVED
+    from paradize.scene.budget import METRICS
+
+    measured = of_single_files(measured_by(kind, DERIVED, {"quantise": kind != "maps"}))
+    near = "".join(f"did you mean {name}? " for name in get_close_matches(metric, measured, 1))
+    names = ", ".join(name for name in METRICS if name in measured)
+    return f"{near}`paradize {kind}` measures {names}"
 
 
 def _nodata(text: str) -> float | str:
@@ -50,13 +65,14 @@ def add_nodata(sub: argparse.ArgumentParser) -> None:
     )
 
 
-def add_common(sub: argparse.ArgumentParser) -> None:
-    """Declares the options of all three."""
+def add_common(sub: argparse.ArgumentParser, kind: str) -> None:
+    """Declares the options of all three. kind: "mesh", "maps" or "terrain"."""
     text = (
         "the largest error accepted (for dB the smallest value); beyond it: a warning, with --tier auto an "
     )
     text += "error; a metric that is not measured here: an error"
-    sub.add_argument("--budget", type=_budget, default={}, metavar="METRIC=LIMIT,...", help=text)
+    budget = partial(_budget, kind)
+    sub.add_argument("--budget", type=budget, default={}, metavar="METRIC=LIMIT,...", help=text)
     options.add_common(sub)
 
 

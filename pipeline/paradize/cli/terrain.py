@@ -31,7 +31,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     )
     add_nodata(sub)
     sub.add_argument("--quantise", action="store_true", help="16-bit vertices, inside the same bound")
-    add_common(sub)
+    add_common(sub, "terrain")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -78,6 +78,35 @@ def test_wrong_usage_exits_2(run: Run, words: list[str]) -> None:
 
 
 @pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("mesh a.obj -o a.glb --budgt surface_max=1", "did you mean --budget?"),
+        ("mesh a.obj -o a.glb --lod=2", "did you mean --lods?"),
+        ("mehs a.obj", "did you mean mesh?"),
+        (
+            "terrain a.png -o a.glb --size 1000",
+            "width and depth in metres, first to last pixel: --size X Z",
+        ),
+        ("mesh a.obj -o a.glb --lods", "give number of levels, the source included (4): --lods N"),
+        (
+            "terrain a.png -o a.glb --size 1 1 --budget terrain_mx_m=1",
+            "did you mean terrain_max_m? ",
+        ),
+        (
+            "mesh a.obj -o a.glb --budget nothing=1",
+            "is no metric; `paradize mesh` measures surface_max,",
+        ),
+    ],
+)
+def test_wrong_usage_is_told_in_one_line_with_what_to_write(run: Run, words: str, said: str) -> None:
+    error, hint = run(*words.split()).stderr.splitlines()
+    command = words.split()[0]
+    assert said in error and "error: " in error
+    assert hint.startswith(f"`paradize {command} --help`" if command != "mehs" else "`paradize --help`")
+    assert "sky_" not in error and "lod_mapped" not in error
+
+
+@pytest.mark.parametrize(
     "words",
     [
         ["bake", "gone.toml"],

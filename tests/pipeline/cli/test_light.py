@@ -27,7 +27,8 @@ LIGHT = {
     "paradize.cli.interrupt", "paradize.cli.main", "paradize.cli.options", "paradize.cli.output",
     "paradize.cli.table", "paradize.cli.values", "paradize.documents", "paradize.errors",
     "paradize.files", "paradize.jobs", "paradize.jobs.code", "paradize.jobs.libraries",
-    "paradize.jobs.loader", "paradize.store", "paradize.store.atomic", "paradize.store.file_hashes",
+    "paradize.jobs.loader", "paradize.maps", "paradize.scene", "paradize.scene.budget",
+    "paradize.scene.schema", "paradize.store", "paradize.store.atomic", "paradize.store.file_hashes",
     "paradize.store.local",
 }  # fmt: skip
 # Slow to load, or not for that. A bake with nothing to do may take 8 times python's own start.
