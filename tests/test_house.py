@@ -74,6 +74,14 @@ def test_rooms_import_from_lower_floors_alone() -> None:
     assert not wrong
 
 
+def test_check_judges_with_eyes_of_its_own() -> None:
+    """It shares kernels, readers of files and metrics with what made a file, nothing else."""
+    rules = [module for module in MODULES if room_of(module) == "check"]
+    found = {(module, name) for module in rules for name in imports_of(module)}
+    assert found
+    assert not {pair for pair in found if room_of(pair[1]) in ("build", "bakers", "stages")}
+
+
 def test_no_modules_import_one_another_in_a_circle() -> None:
     graph = {module: imports_of(module) for module in MODULES}
     try:

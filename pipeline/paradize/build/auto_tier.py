@@ -14,11 +14,12 @@ from typing import Any
 
 from paradize.build.options import BuildContext
 from paradize.build.tasks import Task, run_tasks, stored_products, take_from_store, task_of
-from paradize.build.tier_choice import AUTO, FINER_FORMAT, LABELS, ORDER, cheapest, inside, limited, misses
+from paradize.build.tier_choice import cheapest, inside, limited, misses
 from paradize.build.tuned_settings import next_label, split_label
 from paradize.errors import GroupedError, ParadizeError
 from paradize.scene.requirements import BakeJob
 from paradize.scene.schema import Limits
+from paradize.scene.tiers import AUTO, FINER_FORMAT, LABELS, ORDER
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Stamp
 

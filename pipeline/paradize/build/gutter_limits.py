@@ -1,8 +1,8 @@
 """What the gutters of an object's maps allow, measured on the very bytes that are published.
 
 From the GLB's texture coordinates and the KTX2s' decoded levels: how far the last safe mip and the steepest
-parallax may go. The player clamps to it, `paradize check` walks the same borders again, `paradize explain`
-tells it. How, and why: stages/gutter.py.
+parallax may go. The player clamps to it, `paradize check` finds and walks the borders anew,
+`paradize explain` tells it. How, and why: stages/gutter.py.
 """
 
 from __future__ import annotations
@@ -24,19 +24,6 @@ from paradize.metrics.texels import decode_texels
 from paradize.stages import gutter
 
 F32 = npt.NDArray[np.float32]
-
-# What `paradize check` walks with.
-__all__ = [
-    "Borders",
-    "find_borders",
-    "is_safe",
-    "measure_gutters",
-    "reach_of",
-    "sampled_levels",
-    "walk",
-]
-
-is_safe, reach_of = gutter.is_safe, gutter.parallax_reach
 
 _STEPS = 6  # bisections: the reach given is within 1/64 of what there is
 

@@ -21,7 +21,6 @@ from paradize.build.object_measurements import measure_objects
 from paradize.build.options import BuildContext
 from paradize.build.provenance import BakeReport, strays
 from paradize.build.tasks import Task
-from paradize.build.tier_choice import AUTO
 from paradize.build.trim import find_required_detail, trimmed
 from paradize.documents import SCENE_FILE, parse_json
 from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError
@@ -31,6 +30,7 @@ from paradize.formats.scene_manifest import encode_scene
 from paradize.scene.budget import excesses
 from paradize.scene.requirements import ObjectSighting, object_sightings
 from paradize.scene.settings import Scene
+from paradize.scene.tiers import AUTO
 from paradize.store.atomic import flush_folder, write_whole
 from paradize.store.local import hash_file, stamp
 

@@ -41,12 +41,13 @@ def solo(
     GroupedError) that says by how much. A budget of what is not measured raises BakeError too, before
     anything is baked where that can be known."""
     from paradize.build.budget_metrics import measured_by, of_single_files
-    from paradize.build.tier_choice import AUTO, FINER_FORMAT, LABELS, ORDER, inside, limited, misses
+    from paradize.build.tier_choice import inside, limited, misses
     from paradize.build.tuned_settings import by_cost, next_label, split_label
     from paradize.errors import BakeError, GroupedError
     from paradize.scene.baker_settings import TextureSettings
     from paradize.scene.budget import excesses
     from paradize.scene.schema import Limits
+    from paradize.scene.tiers import AUTO, FINER_FORMAT, LABELS, ORDER
 
     makes = of_single_files(measured_by(kind, getattr(settings, "only", ()), asdict(settings)))
     _require_measured(kind, budget, makes, path)

@@ -1,7 +1,6 @@
 """Which tier a budget allows, of what each tier measured; and by how much it is missed where none is inside.
 
-The order of tiers is declared, the cheapest first, never timed. A texture's format grows last: a slower tier
-costs its baker time once, a larger format costs every player memory.
+The order of tiers is declared (scene/tiers.py), never timed.
 """
 
 from __future__ import annotations
@@ -12,13 +11,6 @@ from paradize.build.tuned_settings import by_cost
 from paradize.errors import BakeError
 from paradize.scene.budget import METRICS, excesses, is_beyond
 from paradize.scene.schema import Limits
-from paradize.scene.settings import TIERS
-
-AUTO = TIERS[-1]
-ORDER = TIERS[:-1]  # the cheapest first
-_FINER = ", finer format"  # a tier in its first texture format that keeps the budget
-FINER_FORMAT = tuple(f"{tier}{_FINER}" for tier in ORDER)
-LABELS = (*ORDER, *FINER_FORMAT)
 
 Products = Mapping[str, Mapping[str, float]]  # of each product by name its errors: metric -> value
 

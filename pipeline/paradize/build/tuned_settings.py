@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from paradize.scene.settings import TIERS
+from paradize.scene.tiers import TIERS
 
 STEPS = 9  # settings tried at most
 CLOSE_ENOUGH = 1.02  # a ratio of one inside and one outside the budget that is near enough

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from paradize.build.tier_choice import LABELS
 from paradize.check.rules import Finding
 from paradize.formats.device import device_bytes
 from paradize.formats.scene_manifest import read_entry
 from paradize.scene.budget import METRICS, Excess, excesses, is_beyond
 from paradize.scene.schema import Limits
+from paradize.scene.tiers import LABELS
 
 # The name in a level of what a budget's metric is the largest of.
 _LEVELS = {

@@ -1,5 +1,5 @@
 """Samples the published maps along the borders of every UV island, at every level in use, straight on and at
-the largest parallax offset: no sample may read texels of another island (see stages/gutter.py)."""
+the largest parallax offset: no sample may read texels of another island (uv_borders.py)."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.build.gutter_limits import Borders, find_borders, is_safe, reach_of, sampled_levels, walk
 from paradize.check.rules import Finding, isolated
+from paradize.check.uv_borders import Borders, compared_levels, find_borders, is_safe, parallax_shift
 from paradize.data import Texture
 from paradize.documents import SCENE_FILE
 from paradize.errors import ParadizeError
@@ -85,7 +85,7 @@ def _reaches(item: dict[str, Any], relief: bool) -> dict[str, float]:
     """How far parallax moves samples, by material: as the scene sets it, at most the limit."""
     reaches = {}
     for name, material in item["materials"].items():
-        reach = reach_of(material["parallax_scale"], material["parallax_bias"]) if relief else 0.0
+        reach = parallax_shift(material["parallax_scale"], material["parallax_bias"]) if relief else 0.0
         limit = material["parallax_limit"]
         reaches[name] = reach if limit is None else min(reach, limit)
     return reaches
@@ -105,13 +105,13 @@ def _walk(
     left = _left_out(artifact)
     known = [*[(1.0, 1.0)] * left, (baked[0], baked[1]), *[(0.0, 0.0)] * len(texture.levels)]  # by level
     count = len(texture.levels) if artifact["max_level"] is None else artifact["max_level"] + 1
-    levels = _padded(sampled_levels(texture, key)[:count], left)
+    levels = _padded(compared_levels(texture, key)[:count], left)
     far = borders.reach(reaches)
-    steep = walk(levels, MAPS[key].kind, borders.islands.layout, far)
+    steep = borders.walked(levels, MAPS[key].kind, far)
     flat = steep
     bad = any(not is_safe(found, bound, at) for found, at in zip(steep, known, strict=False))
     if bad and (far > 0.0).any():
-        flat = walk(levels, MAPS[key].kind, borders.islands.layout, far.clip(max=0.0))
+        flat = borders.walked(levels, MAPS[key].kind, far.clip(max=0.0))
     for level, (here, moved) in enumerate(zip(flat, steep, strict=True)):
         if level < left:
             continue

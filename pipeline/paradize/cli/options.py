@@ -7,8 +7,7 @@ import re
 from pathlib import Path
 
 from paradize.cli.values import number, whole
-
-TIERS = ("fast", "balanced", "exact", "auto")
+from paradize.scene.tiers import TIERS
 
 
 def add_json(sub: argparse.ArgumentParser, text: str = "print one JSON object on standard output") -> None:

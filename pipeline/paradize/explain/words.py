@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from paradize.build.tier_choice import AUTO
 from paradize.explain.bounds import bound_short, bound_words
 from paradize.explain.economy import economy_words, saved_words, short
 from paradize.scene.budget import excesses
 from paradize.scene.schema import Limits
+from paradize.scene.tiers import AUTO
 
 if TYPE_CHECKING:
     from paradize.explain.facts import Explanation

@@ -51,10 +51,10 @@ from paradize.scene.schema import (
     whole,
     words,
 )
+from paradize.scene.tiers import TIERS
 
 FAR = 1e6  # metres; limit of lengths in a scene
 Point = tuple[float, float, float]
-TIERS = ("fast", "balanced", "exact", "auto")  # cheapest first; auto picks one of the others
 SEVERITIES = ("error", "warning", "off")  # of a rule of `paradize check`
 
 SIMPLIFIERS = ("paradize", "meshoptimizer", "fast-simplification", "openmesh")  # stages/lod.py

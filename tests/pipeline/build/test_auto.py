@@ -18,7 +18,7 @@ from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.build.single_file import solo
 from paradize.build.tasks import Task
-from paradize.build.tier_choice import FINER_FORMAT, ORDER, cheapest, misses
+from paradize.build.tier_choice import cheapest, misses
 from paradize.build.tuned_settings import split_label
 from paradize.cli.main import main
 from paradize.errors import BakeError, ParadizeError
@@ -27,6 +27,7 @@ from paradize.explain.words import render
 from paradize.scene.baker_settings import BakerSettings, MapSettings, MeshSettings, TerrainSettings
 from paradize.scene.budget import METRICS, is_beyond
 from paradize.scene.schema import Limits
+from paradize.scene.tiers import FINER_FORMAT, ORDER
 from paradize.store.local import Store
 from tests.pipeline.scenes import make_cove, write_image
 

@@ -408,6 +408,14 @@ def far_parallax(scene: Path) -> None:
     change(scene, lambda m: m["objects"][0]["materials"]["wood"].update(parallax_scale=0.6))
 
 
+def test_check_sees_what_the_bakes_own_measuring_misses(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither its islands nor its verdict are the bake's."""
+    unfilled(scene)
+    monkeypatch.setattr(gutter, "find_islands", lambda *_, **__: None)
+    monkeypatch.setattr(gutter, "is_safe", lambda *_: True)
+    assert "PZ221" in {finding.code for finding in check_paths([scene])}
+
+
 GUTTER_FAULTS: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ221", "a black gutter", unfilled),
     ("PZ221", "a single black block beside a border", paint(0, 6, 7, slice(8, 9))),

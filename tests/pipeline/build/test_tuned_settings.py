@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,16 +14,17 @@ import pytest
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.build.single_file import solo
-from paradize.build.tier_choice import FINER_FORMAT
 from paradize.build.tuned_settings import STEPS, by_cost, next_label, next_value, split_label, tuned_label
 from paradize.build.verify import verify
 from paradize.errors import ParadizeError
 from paradize.explain.facts import explain
 from paradize.explain.words import render
+from paradize.scene.baker_settings import TerrainSettings
+from paradize.scene.tiers import FINER_FORMAT
 from tests.pipeline.heights import save, waves
 from tests.pipeline.scenes import make_cove
 
-TERRAIN = {"size_m": (400.0, 400.0), "height_m": 60.0, "max_error_m": 2.0}
+TERRAIN = TerrainSettings(size_m=(400.0, 400.0), height_m=60.0, max_error_m=2.0)
 
 
 def rough(path: Path) -> Path:
@@ -33,7 +35,7 @@ def rough(path: Path) -> Path:
 
 
 def baked(path: Path, tier: str, budget: dict[str, float], **more: Any) -> dict[str, Any]:
-    return solo("terrain", path, tier=tier, budget=budget, **TERRAIN | more).told
+    return solo("terrain", path, replace(TERRAIN, **more), tier=tier, budget=budget).told
 
 
 @pytest.mark.parametrize(

@@ -94,7 +94,7 @@ def test_j_is_the_number_of_threads_of_the_one_worker(
 ) -> None:
     asked: list[tuple[int, int]] = []
 
-    def spy(jobs: list[Job], count: int, *, threads: int) -> list[Outcome]:
+    def spy(jobs: list[Job], count: int, *, threads: int, **_: object) -> list[Outcome]:
         asked.append((count, threads))
         return run_jobs(jobs, count, threads=threads)
 

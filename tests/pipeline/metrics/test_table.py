@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -54,13 +55,13 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
     made = bake_color(top / "leaf.png")
     names |= set(made.errors).union(*made.levels)
     for fmt in ("ktx2", "png"):
-        told = solo("maps", scene.parent / "wood.png", tier="fast", budget={}, **MAPS | {"fmt": fmt}).told
+        told = solo("maps", scene.parent / "wood.png", replace(MAPS, fmt=fmt), tier="fast", budget={}).told
         for one in told["maps"].values():
             names |= set(one["errors"]).union(*one["levels"])
-    mesh = solo("mesh", scene.parent / "post.obj", tier="fast", budget={}, **MESH | {"quantise": {}})
+    mesh = solo("mesh", scene.parent / "post.obj", replace(MESH, quantise={}), tier="fast", budget={})
     names |= set().union(*mesh.told["lods"], *mesh.errors.values())
     field = scene.parent / "height.png"
-    terrain = solo("terrain", field, tier="fast", budget={}, **TERRAIN | {"quantise": True})
+    terrain = solo("terrain", field, replace(TERRAIN, quantise=True), tier="fast", budget={})
     names |= set(terrain.told).union(*terrain.errors.values())
     return names - FACTS
 
