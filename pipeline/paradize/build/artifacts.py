@@ -1,4 +1,5 @@
-"""What tasks made lies in the store, not in memory: a bake of ten thousand artifacts holds one at a time."""
+"""Keeps artifacts' bytes in the store rather than in memory: a bake of ten thousand artifacts holds one at
+a time."""
 
 from __future__ import annotations
 
@@ -11,8 +12,7 @@ from paradize.store.local import Store
 
 
 def keep_artifact(store: Store, data: bytes | Path) -> tuple[str, Path]:
-    """Keeps bytes, or a file on the store's own file system, which is moved away: the hash, and where they
-    are now."""
+    """Stores bytes, or a file on the store's own file system, which is moved. Returns SHA-256 and path."""
     sha256 = store.put(data) if isinstance(data, bytes) else store.take(data)
     kept = store.find(sha256)
     if kept is None:
@@ -21,7 +21,7 @@ def keep_artifact(store: Store, data: bytes | Path) -> tuple[str, Path]:
 
 
 def read_artifact(path: Path) -> bytes:
-    """The bytes of a file in the store. Raises BakeError."""
+    """Returns the bytes of a file in the store. Raises BakeError."""
     try:
         return read_file(path)
     except OSError as error:
@@ -29,9 +29,10 @@ def read_artifact(path: Path) -> bytes:
 
 
 class Artifacts(Mapping[str, bytes | Path]):
-    """Artifacts' bytes by name, read as they are asked for; of the large ones the file.
+    """Artifacts' bytes by name, read on access; for large ones the file's path.
 
-    files: where they are. large: the names of those."""
+    files: path by name. large: names of those that may not fit into memory.
+    """
 
     def __init__(self, files: Mapping[str, Path], large: Collection[str]) -> None:
         self.files, self.large = files, large

@@ -1,8 +1,8 @@
-"""Tier by tier: of each order the one that is asked for; for `auto` the cheapest whose measured errors are
-inside the scene's budget. What every tier measured stays in the store, so that no tier is tried twice.
+"""Chooses the tier of each job: the requested one, or for `auto` the cheapest whose measured errors are
+inside the scene's budget. The measurements of every tier stay in the store, so no tier is tried twice.
 
-Inside means: inside the soft limits where they are given. Where no tier is, the cheapest inside the hard
-limits is taken; where none is inside those, that is an error. The order of tiers is declared, never timed.
+Inside means inside the soft limits where they are given. Where no tier is, the cheapest inside the hard
+limits is taken; where none is, that is an error. The order of tiers is declared, never timed.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from paradize.scene.tiers import AUTO, FINER_FORMAT, LABELS, ORDER
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Stamp
 
-TEXTURE_BAKERS = ("color", "maps")  # the makers whose formats a budget decides
+TEXTURE_BAKERS = ("color", "maps")  # the bakers whose formats a budget decides
 
-# By artifact: the tier asked for, the one taken, and what each tier that was tried measured of the metrics
-# that the budget limits: {"asked", "taken", "errors": {tier: {metric: value}}}.
+# By artifact: the tier requested, the tier taken, and the errors of each tried tier in the metrics that the
+# budget limits: {"asked", "taken", "errors": {tier: {metric: value}}}.
 TriedTiers = dict[str, dict[str, Any]]
 
-# By artifact, then tier: errors that are known only once the artifacts are looked at together.
+# By artifact, then tier: errors that can only be measured on several artifacts together.
 LateErrors = dict[str, dict[str, dict[str, float]]]
 
 
 @dataclass(frozen=True)
 class TaskRunner:
-    """What tasks are made with: see tasks.run_tasks. made: the seconds of those that it has baked, by
-    key; what is baked once is not baked again."""
+    """Makes, bakes and looks up tasks. stamps: as in tasks.run_tasks. baked_s: seconds of the tasks that
+    it baked, by key; a task is baked once."""
 
     context: BuildContext
     hash_cache: FileHashCache
@@ -52,7 +52,7 @@ class TaskRunner:
         )
 
     def measure(self, tasks: list[Task]) -> None:
-        """Finds out the tasks' errors: the store knows them, or the tasks are baked."""
+        """Gets the tasks' errors from the store, or bakes the tasks."""
         if not self.context.options.force:
             self.context.store.expect(task.key for task in tasks)
         for task in tasks:
@@ -65,7 +65,7 @@ class TaskRunner:
         self.bake(task for task in tasks if task.status == "baked")
 
     def finish(self, tasks: list[Task]) -> None:
-        """Sees to it that the tasks have what they made: from the store, or baked."""
+        """Gets the tasks' products from the store, or bakes the tasks."""
         for task in tasks:
             if task.status == "reused" and not take_from_store(self.context.store, task):
                 task.status = "baked"
@@ -82,8 +82,8 @@ class TaskRunner:
 
 @dataclass
 class _Choice:
-    """An order, the tier that is asked of it, and its tasks so far by label, in the order they were
-    tried. measured: by tier, of each of its products by name, the errors that the budget limits."""
+    """A job, the tier requested for it, and its tasks so far by label, in the order in which they were
+    tried. measured: by tier, for each product by name, the errors that the budget limits."""
 
     job: BakeJob
     requested: str
@@ -91,7 +91,7 @@ class _Choice:
     measured: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
 
     def next_tier(self, budget: Limits) -> str | None:
-        """The tier to try next; None where one is inside the budget, or none is left or would help."""
+        """Returns the tier to try next; None if one is inside the budget, or none is left or would help."""
         if self.requested != AUTO and any(task.error for task in self.tasks.values()):
             return None
         tried = {
@@ -103,7 +103,7 @@ class _Choice:
         return next_label(self.job.baker, LABELS if finer else ORDER, given, tried)
 
     def chosen(self, budget: Limits) -> Task:
-        """The task to take; one with an error where no tier will do."""
+        """Returns the task to take; one with an error if no tier is inside the budget."""
         tier = cheapest(self.measured, budget) if self.requested == AUTO else self.requested
         if tier is not None:
             return self.tasks[tier]
@@ -125,9 +125,9 @@ class _Choice:
 def bake_jobs(
     runner: TaskRunner, jobs: list[BakeJob], late_errors: LateErrors
 ) -> tuple[list[Task], TriedTiers]:
-    """A task of each order, in the tier that is asked for or that `auto` finds; and what was tried, of those
-    that `auto` decided and those beyond their budget, whose other tiers are measured too. Errors are in the
-    tasks. later: what an earlier choice turned out to give."""
+    """Returns a task of each job, in the requested tier or the one that `auto` chose; and the tried tiers
+    of those that `auto` chose or that exceed their budget. Errors are kept in the tasks. late_errors: of
+    earlier choices, measured since."""
     budget = runner.context.scene.budget
     choices = [_Choice(job, runner.context.options.tier_of(job, runner.context.scene)) for job in jobs]
     for choice in choices:

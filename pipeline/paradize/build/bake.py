@@ -1,7 +1,5 @@
-"""Requirements -> tasks -> artifacts, published as one (publish.py).
-
-What a bake reads and where it keeps what it makes is here; tasks and their keys are in tasks.py.
-"""
+"""Bakes a scene: requirements -> tasks -> artifacts, published together (publish.py). Tasks and keys:
+tasks.py."""
 
 from __future__ import annotations
 
@@ -32,8 +30,8 @@ from paradize.store.local import Stamp, Store, default_root, key_of, stamp
 def bake(scene_path: Path, out: Path | None = None, options: BuildOptions | None = None) -> BakeReport:
     """Bakes a scene into `out` (default: build/assets/<scene name>).
 
-    Raises SceneError (or GroupedError) for a scene that asks for the impossible; what fails later is in the
-    report's errors, all of it, and the folder then holds what it held.
+    Raises SceneError (or GroupedError) for a scene with faults. Errors of baking are collected in the report;
+    the folder then keeps what it held.
     """
     start = time.monotonic()
     options = options or BuildOptions()
@@ -72,7 +70,7 @@ def _store(options: BuildOptions) -> Store:
 
 
 def _bake(context: BuildContext, name: str, scene_stamp: Stamp | None) -> BakeReport:
-    """name: under which the bake is remembered. was: the scene file's stamp before it was read."""
+    """name: of the build's record. scene_stamp: of the scene file before it was read."""
     store, scene, scene_path, options = context.store, context.scene, context.scene_path, context.options
     code = code_files("paradize.build.bake")
     colors, libraries, missing = material_colors_of(scene, scene_path)
@@ -99,7 +97,7 @@ def _bake(context: BuildContext, name: str, scene_stamp: Stamp | None) -> BakeRe
     reused = [one for one in report.artifacts if one.status == "reused"]
     report.fetched = sum(one.sha256 in store.fetched for one in reused)
     report.pushed = sum(one.sha256 in store.pushed for one in report.artifacts)
-    # What was edited meanwhile is not remembered, so that the next bake looks at everything anew.
+    # After an edit during the bake no record is kept, so that the next bake checks everything.
     if options.usual and not report.errors and all(stamp(path) == old for path, old in stamps.items()):
         keep_inputs(store, context.out, scene, tasks, hash_cache, options)
         remember(store, name, report, list(stamps), missing, hash_cache)
@@ -108,7 +106,8 @@ def _bake(context: BuildContext, name: str, scene_stamp: Stamp | None) -> BakeRe
 
 
 def check_budget_metrics(scene: Scene, jobs: list[BakeJob], path: Path) -> None:
-    """Raises SceneError (several: GroupedError) for a budget that nothing of the scene measures."""
+    """Raises SceneError (several: GroupedError) for a budget of a metric that no job of the scene
+    measures."""
     known = {"folder_mb", "gpu_mb"}  # check sums them up
     for job in jobs:
         settings = job.settings if job.baker == "mesh" else {}  # tiles of terrain do not tell of codes
@@ -122,8 +121,8 @@ def check_budget_metrics(scene: Scene, jobs: list[BakeJob], path: Path) -> None:
 def derive(
     store: Store, scene_path: Path, names: set[str], options: BuildOptions
 ) -> tuple[dict[str, str], list[ParadizeError]]:
-    """Bakes the tasks of these artifacts, whatever is known of them, into a store of the caller's. Returns
-    the SHA-256 of each, and what went wrong."""
+    """Bakes the jobs of these artifacts again, into a store of the caller's. Returns the SHA-256 of each,
+    and the errors."""
     scene = load_scene(scene_path)
     colors, _, _ = material_colors_of(scene, scene_path)
     hash_cache = FileHashCache()

@@ -1,4 +1,4 @@
-"""Which metrics of a budget a bake can measure, known before it bakes anything."""
+"""Lists the metrics that a bake can measure, before anything is baked."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from paradize.scene.budget import METRICS
 
-# The first words of the metrics that the products of a maker have; maps have those of their own names.
+# First words of the metrics that a baker measures. The metrics of maps begin with the map's name.
 _OWNERS = {
     "mesh": ("surface", "load", "lod", "uv_shift", "tangent"),
     "terrain": ("terrain",),
@@ -18,7 +18,7 @@ _OWNERS = {
 
 
 def measured_by(baker: str, products: Iterable[str], settings: Mapping[str, Any]) -> set[str]:
-    """The metrics that a maker ("mesh", "maps", ...) measures of these products."""
+    """Returns the metrics that a baker ("mesh", "maps", ...) measures for these products."""
     owners = [*_OWNERS.get(baker, ()), *(products if baker == "maps" else ())]
     if settings.get("quantise") not in (None, False):
         owners.append("quantise")
@@ -31,6 +31,6 @@ def of_single_files(metrics: Collection[str]) -> set[str]:
 
 
 def unmeasured(budget: Iterable[str], known: Collection[str]) -> tuple[list[str], str]:
-    """The metrics that nothing measures, and how to mend that, in words."""
+    """Returns the metrics that nothing measures, and how to mend that, as text."""
     mend = f"leave it out, or limit one of {', '.join(metric for metric in METRICS if metric in known)}"
     return [metric for metric in dict.fromkeys(budget) if metric not in known], mend

@@ -1,7 +1,7 @@
-"""The shapes of what the store keeps of a bake.
+"""The shapes of entries that the store keeps of a bake.
 
-An entry whose seal holds may be of another shape all the same: made by hand, or by another Paradize. It then
-counts as not there, and is made anew.
+An entry with a valid seal may still have another shape, from another version of Paradize. It then counts as
+missing and is made again.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _detail = table(level=_level, texels=or_null(_positive), second_s=or_null(_posit
 
 
 def _detail_and_others(value: Any, place: str) -> None:
-    """As measure_asked returns it: also of a texture "others", the same without its flat triangles."""
+    """The required detail of an artifact; of a texture also "others", the same without its flat triangles."""
     rest = value
     if isinstance(value, dict) and "others" in value:
         rest = dict(value)
@@ -64,7 +64,7 @@ SECONDS = map_of(_positive)
 
 
 def fits(entry: Any, shape: Check) -> TypeGuard[dict[str, Any]]:
-    """Whether an entry is there and has this shape."""
+    """Whether an entry exists and has this shape."""
     try:
         shape(entry, "")
     except Wrong:

@@ -1,8 +1,7 @@
-"""What memory a bake of some sources is thought to take, from an OBJ's bytes and a picture's header, and what
-time at the very most.
+"""Estimates the memory and the longest time of a bake from the sizes of its sources.
 
-An estimate only decides what runs beside what (jobs/pool.py); no result depends on it, and a source that
-lies about its size is found out by what its worker really holds.
+An estimate only decides which jobs run side by side (jobs/pool.py). No result depends on it, and a source
+with a wrong size is found out by its worker's real memory.
 """
 
 from __future__ import annotations
@@ -20,12 +19,12 @@ _HEAD = 1 << 16  # of a JPEG, where its size should stand; metadata may be longe
 
 
 def memory_of(sources: Iterable[Path]) -> int:
-    """Bytes that a bake of these files may take; files that cannot be read count nothing."""
+    """Returns the bytes that a bake of these files may take. Unreadable files count nothing."""
     return _BASE + sum(_memory_of_one(path) for path in sources)
 
 
 def seconds_of(sources: Iterable[Path]) -> float:
-    """Seconds after which a bake of these files hangs for sure."""
+    """Returns the seconds after which a bake of these files must hang."""
     return memory_of(sources) / _BYTES_PER_S
 
 
@@ -49,7 +48,7 @@ def _png_texels(head: bytes) -> int | None:
 
 
 def _jpeg_texels(head: bytes) -> int | None:
-    """From the first frame header among the segments at the beginning."""
+    """Reads the size from the first frame header."""
     if head[:2] != b"\xff\xd8":
         return None
     at = 2

@@ -1,11 +1,10 @@
-"""How coarse a texture may begin for the triangles that show a line or a point of it (swatches of a palette,
-seams of a careless layout).
+"""Measures how many of the finest mips a texture can lose where triangles show only a line or a point of it
+(swatches of a palette, seams of a careless layout).
 
-Along such a triangle the texture hardly moves from pixel to pixel, or not at all, so that the hardware reads
-the finest level that there is, however far the camera: by its formula one of them holds the whole texture at
-its finest. But a line or a point has no detail to lose across: what a coarser level changes is its colour. So
-that is measured, and the rest of the surface decides as long as at most SHARE of the surface shows a colour
-that differs by more than OFF from the finest level's. Elsewhere the formula stands.
+Along such a triangle the texture hardly changes from pixel to pixel, so the hardware reads the finest mip
+from any distance, and a single triangle would keep the whole texture at full size. But a line or a point has
+no detail to lose: a coarser mip only changes its colour. So that change is measured. The rest of the surface
+decides as long as at most SHARE of the surface shows a colour that is more than OFF from the finest mip's.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
 SHARE = 0.01  # of the surface
 OFF = 1.0 / 32.0  # of the range; of colour in square roots of linear light, of normals half the chord
-# Ten places spread over a triangle, as weights of its corners.
+# Ten points of a triangle, as barycentric weights.
 _PLACES = np.array([(i, j, 3 - i - j) for i in range(4) for j in range(4 - i)], np.float64)
 _WEIGHTS = (_PLACES + 1.0 / 3.0) / 4.0
 
@@ -35,8 +34,9 @@ _WEIGHTS = (_PLACES + 1.0 / 3.0) / 4.0
 def measure_flat(
     name: str, glb: bytes, textures: Mapping[str, bytes], levels: Mapping[str, int], repeat: bool
 ) -> dict[str, int]:
-    """By map: the coarsest level, at most that of `levels`, up to which flat triangles keep their colours, on
-    all levels of detail. textures: KTX2 by map ("color", "normal", ...). repeat: whether they tile."""
+    """Returns by map the coarsest level, at most that of `levels`, up to which flat triangles keep their
+    colours on all levels of detail. textures: KTX2 by map ("color", "normal", ...). repeat: whether they
+    tile."""
     meshes = [lod.mesh for lod in decode_glb(glb, name)]
     coarsest = {}
     for key, data in textures.items():
@@ -78,7 +78,7 @@ def _coarsest_level(
 
 
 def _sampled(level: F32, at: F64, repeat: bool) -> F64:
-    """Bilinear samples (..., c) at texture coordinates (..., 2)."""
+    """Returns bilinear samples (..., c) at texture coordinates (..., 2)."""
     height, width, _ = level.shape
     x, y = at[..., 0] * width - 0.5, at[..., 1] * height - 0.5
     left, top = np.floor(x), np.floor(y)

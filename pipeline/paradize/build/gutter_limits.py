@@ -1,8 +1,8 @@
-"""What the gutters of an object's maps allow, measured on the very bytes that are published.
+"""Measures what the gutters of an object's maps allow, on the published bytes.
 
-From the GLB's texture coordinates and the KTX2s' decoded levels: how far the last safe mip and the steepest
-parallax may go. The player clamps to it, `paradize check` finds and walks the borders anew,
-`paradize explain` tells it. How, and why: stages/gutter.py.
+From the GLB's texture coordinates and the KTX2s' decoded levels: the last safe mip and the steepest safe
+parallax. The player clamps to them, `paradize check` finds and measures the borders by itself, `paradize
+explain` prints them. The method: stages/gutter.py.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from paradize.stages import gutter
 
 F32 = npt.NDArray[np.float32]
 
-_STEPS = 6  # bisections: the reach given is within 1/64 of what there is
+_STEPS = 6  # bisections: the reach is within 1/64 of the largest safe one
 
 
 @dataclass(frozen=True)
 class Borders:
-    """The islands of a mesh on maps of one size, and the material of each island's triangles."""
+    """The UV islands of a mesh on maps of one size, and by material the islands of its triangles."""
 
     islands: gutter.Islands
     materials: dict[str, npt.NDArray[np.int32]]
@@ -38,8 +38,8 @@ class Borders:
     height: int
 
     def reach(self, given: Mapping[str, float], *, only: str | None = None) -> npt.NDArray[np.float64]:
-        """(islands,): how far samples of each may go, the farthest of its materials; only: those of one
-        material, the others are not walked."""
+        """Returns (islands,): how far samples of each island may go, the farthest of its materials. given:
+        by material. only: one material; the islands of others get -1."""
         reach = np.full(self.islands.count, -1.0)
         for name, ids in self.materials.items():
             if only in (None, name):
@@ -48,7 +48,7 @@ class Borders:
 
 
 def find_borders(mesh: Mesh, *, width: int, height: int, repeat: bool, file: object = None) -> Borders | None:
-    """None where the UVs cover no texel. Raises BakeError for UVs that are no layout."""
+    """Returns None if the UVs cover no texel. Raises BakeError for UVs that are not a layout."""
     islands = gutter.find_islands(mesh, height=height, width=width, repeat=repeat, file=file)
     if islands is None:
         return None
@@ -61,8 +61,8 @@ def find_borders(mesh: Mesh, *, width: int, height: int, repeat: bool, file: obj
 
 
 def sampled_levels(texture: Texture, name: str) -> list[F32]:
-    """All levels of an object's map as the walk compares them: colour in linear light, normals as x and y,
-    height as it is, of gloss the intensity (smoothness widens from level to level by design)."""
+    """Returns all levels of an object's map as they are compared: colour in linear light, normals as x and
+    y, height as it is, of gloss the intensity (smoothness changes from level to level by design)."""
     levels = [decode_texels(texture, level) for level in range(len(texture.levels))]
     if name == "color":
         for level in levels:
@@ -82,13 +82,13 @@ def measure_gutters(
     repeat: bool,
     pixel_m: float | None,
 ) -> dict[str, Any]:
-    """What an object's maps allow. textures: KTX2 by map. parallax:
-    (scale, bias) by material. bleed: the bound, a share of the range. pixel_m: how many metres of the
-    object the largest pixel of the flight covers; None where it is never seen.
+    """Returns {"repeat", "limits": {material: reach or None}, "maps": {map: facts}}.
 
-    Returns {"repeat", "limits": {material: reach or None}, "maps": {map: facts}}; repeat: whether the maps
-    must repeat, because they tile or because UVs lie outside 0..1. limits: where the reach asked is too
-    far, the farthest that is safe. facts: see FORMAT.md; None for maps that tile.
+    textures: KTX2 by map. parallax: (scale, bias) by material. bleed: the bound, a share of the range.
+    pixel_m: metres of the object that the largest pixel of the flight covers; None if it is never seen.
+
+    repeat: whether the maps must repeat, because they tile or because UVs lie outside 0..1. limits: the
+    farthest safe reach where the requested one is too far. facts: see FORMAT.md; None for maps that tile.
     """
     mesh = decode_glb(glb, name)[0].mesh
     requested = {key: gutter.parallax_reach(*parallax[key]) for key in sorted(parallax)}
@@ -132,7 +132,7 @@ def measure_gutters(
 def _safe_reach(
     material: str, reach: float, chains: Mapping[str, list[F32]], of_map: Mapping[str, Borders], bleed: float
 ) -> float:
-    """The farthest reach, up to the one asked, whose samples at level 0 stay within the bound."""
+    """Returns the farthest reach, up to the requested one, whose samples at level 0 stay within the bound."""
 
     def level_0(key: str, tried: float) -> Bleed:
         at = of_map[key]
@@ -158,7 +158,7 @@ def _safe_reach(
 
 
 def _level_in_use(mesh: Mesh, width: int, height: int, pixel_m: float | None, last: int) -> int:
-    """The coarsest level that a pixel of pixel_m metres reads on the mesh, seen squarely."""
+    """Returns the coarsest level that a pixel of pixel_m metres reads on the mesh, seen face on."""
     if pixel_m is None or mesh.uvs is None:
         return 0
     corners = mesh.positions.astype(np.float64)[mesh.triangles]

@@ -1,7 +1,6 @@
-"""What each task of the last bake into a folder was made of, and what of it has changed since.
+"""Keeps what each job of the last bake into a folder was made of, and finds what has changed since.
 
-Kept beside the store's records, by the folder; `paradize explain` names the input that made an artifact
-stale. Knows no numpy.
+`paradize explain` uses it to name the input that made an artifact stale. Does not import numpy.
 """
 
 from __future__ import annotations
@@ -23,9 +22,9 @@ from paradize.scene.settings import Scene
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Store, default_root, key_of
 
-_DETAIL_MODULE = "paradize.build.required_detail"  # what decides how much of an artifact is published
+_DETAIL_MODULE = "paradize.build.required_detail"  # its code decides how much of an artifact is published
 _LIBRARIES = "libraries"
-_MOST_CHANGES = 4  # changes that are told of one artifact, one by one
+_MOST_CHANGES = 4  # changes listed for one artifact
 
 
 def _name(out: Path) -> str:
@@ -33,7 +32,7 @@ def _name(out: Path) -> str:
 
 
 def views_of_job(scene: Scene, job: BakeJob) -> dict[str, Any]:
-    """What of a scene decides which of an order's levels its views ask for."""
+    """Returns the settings that decide which levels of a job's artifacts the views need."""
     owner = job.name.rpartition(" ")[0]
     item = next((item for item in scene.objects if item.name == owner), None)
     views = scene_views(scene)
@@ -45,7 +44,7 @@ def views_of_job(scene: Scene, job: BakeJob) -> dict[str, Any]:
 
 
 def _settings(job: BakeJob, scene: Scene, tier: str | None) -> dict[str, Any]:
-    """What a task is told; with the tier that the scene asks for, where no command line does."""
+    """Returns a job's settings; with the scene's tier, if the command line sets none."""
     settings = job_settings(job, scene, finer_format=True) | ({} if tier is None else {"tier": tier})
     plain: dict[str, Any] = json.loads(json.dumps(settings))
     return plain
@@ -59,7 +58,7 @@ def keep_inputs(
     hash_cache: FileHashCache,
     options: BuildOptions,
 ) -> None:
-    """Remembers what the tasks of a finished bake were made of."""
+    """Stores what the tasks of a finished bake were made of."""
     tier = scene.head.tier if options.tier is None else None
     modules = {task.job.baker: dict(_code(task.job.baker)) for task in tasks}
     store.put_bake(
@@ -82,13 +81,13 @@ def keep_inputs(
 
 
 def inputs_of(out: Path) -> Any | None:
-    """What `keep_inputs` kept of the last bake into this folder; None where nothing is known of it."""
+    """Returns what `keep_inputs` stored of the last bake into this folder; None if nothing."""
     return Store(default_root()).get_bake(_name(out))
 
 
 def stale(record: Any | None, scene: Scene, job: BakeJob) -> list[str] | None:
-    """What has changed since a bake, in words; nothing: it is up to date. record: as inputs_of tells. None
-    where nothing is known of that bake."""
+    """Returns what has changed since a bake, as texts; empty: it is up to date. record: from inputs_of.
+    None if the record is missing."""
     if not isinstance(record, dict):
         return None
     try:
@@ -109,7 +108,7 @@ def stale(record: Any | None, scene: Scene, job: BakeJob) -> list[str] | None:
         )
         return changes + list(_libraries(record["libraries"], library_versions()))
     except (LookupError, TypeError, ValueError, AttributeError):
-        return None  # kept by another Paradize
+        return None  # written by another version of Paradize
 
 
 def _code(baker: str) -> Mapping[str, str]:
@@ -143,7 +142,7 @@ def _sources(was: Mapping[str, Sequence[str]], now: Mapping[str, Path]) -> Itera
 
 
 def _relative(path: Path) -> str:
-    """As it is seen from here, where it lies below."""
+    """Returns a path relative to the current folder, if it is below it."""
     here = Path.cwd()
     return str(path.relative_to(here) if path.is_relative_to(here) else path)
 

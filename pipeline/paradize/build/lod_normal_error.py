@@ -1,8 +1,7 @@
-"""The bumps that a scene lays on a mesh -> what light sees of each level of detail, against the finest.
+"""Measures the normals of each level of detail under the normal map, against the finest level.
 
-Measured on the very bytes that are published: the GLB's levels with their tangent frames, and level 0 of the
-normal map as the hardware decodes it. Apart from the mesh's own bake: a picture that changes bakes no mesh
-again.
+Uses the published bytes: the GLB's levels with their tangent frames, and level 0 of the normal map as the
+hardware decodes it. Separate from the mesh's bake, so that a changed picture bakes no mesh again.
 """
 
 from __future__ import annotations
@@ -28,12 +27,12 @@ MAPPED = ("mapped_mean_deg", "mapped_p99_deg", "mapped_max_deg")
 def measure_lod_normal_error(
     glb: bytes, texture: bytes, *, name: str, repeat: bool
 ) -> list[dict[str, float]]:
-    """mapped_mean_deg, mapped_p99_deg and mapped_max_deg of each level, the finest first and without error:
-    degrees between the normals that it and the finest show at the same place, both turned by the map in
-    their own tangent frames.
+    """Returns mapped_mean_deg, mapped_p99_deg and mapped_max_deg of each level, the finest (0) first: degrees
+    between the normals of the level and the finest one at the same point, both turned by the map in their own
+    tangent frames.
 
     texture: the normal map's KTX2. repeat: whether it tiles. name: of the object, for messages. Raises
-    FormatError for bytes that we did not write.
+    FormatError for bytes that Paradize did not write.
     """
     finest, *coarser = decode_glb(glb, name)
     vectors = _vectors(decode_ktx2(texture, f"{name}_normal"))
@@ -48,7 +47,7 @@ def measure_lod_normal_error(
 
 
 def _vectors(texture: Texture) -> npt.NDArray[np.float32]:
-    """(h, w, 3) unit vectors of a normal map's finest level, green up."""
+    """Returns the unit vectors (h, w, 3) of a normal map's finest level, green up."""
     xy = decode_texels(texture, 0)[:, :, :2]
     out = np.empty((*xy.shape[:2], 3), np.float32)
     out[:, :, :2] = xy

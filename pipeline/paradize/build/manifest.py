@@ -1,4 +1,4 @@
-"""A scene, its flight and its baked artifacts -> the manifest that becomes scene.json."""
+"""Builds the manifest, which becomes scene.json, from a scene, its flight and its artifacts."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from paradize.scene.flight import PI, Flight, Vec
 from paradize.scene.requirements import ObjectSighting, sun_direction
 from paradize.scene.settings import ObjectMaterial, Scene, SceneObject, Waiver
 
-# What the first frames need first: the sky, then the ground, then things; colour before relief.
+# Streaming order: the sky, then the ground, then objects; colour before relief.
 _BY_RANK = sorted(MAPS, key=lambda name: MAPS[name].stream_rank)
 _STREAMING = ("cubemap", "mesh", *_BY_RANK, "sound")
 
 
 @dataclass(frozen=True)
 class MeshFacts:
-    """What the manifest tells of a GLB: bounding box (metres) of the finest level, (node, error in metres) of
-    each level, the finest first, and its materials' base colours (linear) by name."""
+    """What the manifest states of a GLB: bounding box (metres) of the finest level; (node, error in
+    metres) of each level, finest first; linear base colours by material name."""
 
     low: Vec
     high: Vec
@@ -44,7 +44,7 @@ class MeshFacts:
 
 
 def mesh_facts(glb: bytes, name: str) -> MeshFacts:
-    """Reads the JSON chunk of one of our GLBs. Raises FormatError where it is not what we write."""
+    """Reads the JSON chunk of a GLB. Raises FormatError if Paradize did not write it."""
     try:
         tree, _ = glb_document(glb, name)
         nodes = tree["nodes"]
@@ -52,7 +52,7 @@ def mesh_facts(glb: bytes, name: str) -> MeshFacts:
             tree["accessors"][primitive["attributes"]["POSITION"]]
             for primitive in tree["meshes"][nodes[0]["mesh"]]["primitives"]
         ]
-        step = nodes[0].get("scale", [1.0, 1.0, 1.0])  # codes become metres
+        step = nodes[0].get("scale", [1.0, 1.0, 1.0])  # quantized values become metres
         origin = nodes[0].get("translation", [0.0, 0.0, 0.0])
         low = tuple(origin[k] + step[k] * min(float(a["min"][k]) for a in accessors) for k in range(3))
         high = tuple(origin[k] + step[k] * max(float(a["max"][k]) for a in accessors) for k in range(3))
@@ -79,9 +79,10 @@ def build_manifest(
     pixels: dict[str, float],
     terrain_tables: dict[str, Any] | None,
 ) -> dict[str, Any]:
-    """The manifest. artifacts, facts: by the artifact's name; met, gutters (as gutter_limits.measure_gutters
-    returns them) and pixels (as nearest_view.least_pixels does): by the object's name. ground: the terrain's
-    tables and when each of its tiles is first needed, as registry.make_terrain tells them."""
+    """Returns the manifest. artifacts, facts: by artifact name. sightings, gutters (from
+    gutter_limits.measure_gutters), pixels (from nearest_view.nearest_pixel_m): by object name.
+    terrain_tables: the terrain's tables and when each of its tiles is first needed, from
+    registry.make_terrain."""
     tiles = _tiles(terrain_tables)
     entries = {}
     for name, one in artifacts.items():
@@ -133,7 +134,8 @@ def build_manifest(
 def _with_pixel_errors(
     levels: list[dict[str, float]], facts: MeshFacts, pixel_m: float
 ) -> list[dict[str, float]]:
-    """A mesh's levels with their errors in pixels, of `pixel_m` metres at the flight's nearest view of it."""
+    """Returns a mesh's levels with their errors in pixels. pixel_m: metres that a pixel covers at the
+    flight's nearest view."""
     if len(levels) != len(facts.lods):
         return levels
     return [
@@ -164,7 +166,7 @@ def _present(name: str, entries: dict[str, Any]) -> str | None:
 
 
 def _tiles(terrain_tables: dict[str, Any] | None) -> dict[str, float]:
-    """The terrain's tiles in their order, and when each is first needed."""
+    """Returns the terrain's tiles in order, and when each is first needed, seconds."""
     seconds = terrain_tables["first_s"] if terrain_tables else []
     return {f"terrain_mesh_{k}" if k else "terrain_mesh": second for k, second in enumerate(seconds)}
 

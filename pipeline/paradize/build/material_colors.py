@@ -1,4 +1,5 @@
-"""What colours the objects of a scene: a map that it or their materials name, else their own colours."""
+"""Finds where the objects of a scene get their colour: a map that the scene or the materials name, else
+the materials' own colours."""
 
 from __future__ import annotations
 
@@ -13,10 +14,9 @@ from paradize.scene.settings import Scene
 def material_colors_of(
     scene: Scene, scene_path: Path, tried_libraries: list[Path] | None = None
 ) -> tuple[dict[str, MaterialColors], list[Path], list[Path]]:
-    """The look of each object by name: the colour map that the scene or the OBJ's materials name, else their
-    own colours; the files that were read for it, and those that were looked for in vain. begun: takes the
-    MTL files, also of those that fail. Raises SceneError, or GroupedError, for objects whose materials name
-    several colour maps."""
+    """Returns the colours of each object by name; the files that were read for it; and the files that were
+    looked for but do not exist. tried_libraries: takes the MTL files, also of objects that fail. Raises
+    SceneError, or GroupedError, for objects whose materials name several colour maps."""
     colors: dict[str, MaterialColors] = {}
     libraries: list[Path] = []
     missing: list[Path] = []

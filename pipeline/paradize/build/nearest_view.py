@@ -1,8 +1,9 @@
-"""How near a scene's flight comes to a mesh itself: the pixels that an error of a level of detail can cover.
+"""Measures how near a scene's flight comes to a mesh, for the pixels that an error of a level of detail
+covers.
 
-A bounding sphere says nothing where the eye flies through it. Distances are to a thousand places of the mesh
-or more, spread over its triangles, at moments of the flight: near enough for a number that is told, and no
-bound. Knows no numpy.
+A bounding sphere is no use where the camera flies through it. Distances are to about a thousand points of the
+mesh or more, spread over its triangles, at sampled times of the flight: good enough to report, not a bound.
+Does not import numpy.
 """
 
 from __future__ import annotations
@@ -31,15 +32,15 @@ _COUNTS = {"SCALAR": 1, "VEC3": 3}
 
 
 def sample_points(glb: bytes, name: str) -> list[Vec]:
-    """Places of the finest level of one of our GLBs, metres in its space: corners of triangles, and more in
-    each where there are few. Raises FormatError where it is not what we write."""
+    """Returns points of a GLB's finest level, metres in its space: corners of triangles, and points inside
+    them where there are few. Raises FormatError if Paradize did not write it."""
     try:
         tree, start = glb_document(glb, name)
         node = tree["nodes"][0]
         step, origin = node.get("scale", (1.0, 1.0, 1.0)), node.get("translation", (0.0, 0.0, 0.0))
 
         def at(index: int) -> tuple[int, int, int, int]:
-            """First byte, bytes from one to the next, count and component type."""
+            """Returns first byte, stride in bytes, count and component type of an accessor."""
             accessor_json = tree["accessors"][index]
             view = tree["bufferViews"][accessor_json["bufferView"]]
             offset = start + view.get("byteOffset", 0) + accessor_json.get("byteOffset", 0)
@@ -76,8 +77,8 @@ def sample_points(glb: bytes, name: str) -> list[Vec]:
 
 
 def _chosen_triangles(count: int, total: int) -> Iterable[int]:
-    """Triangles of a run of `count` of the mesh's `total`: all, or its share of those that give _PLACES.
-    Steps of the golden ratio, so that they fall in with no rows of a grid."""
+    """Returns triangles of a primitive with `count` of the mesh's `total`: all, or its share of those that
+    give _POINTS points. Steps of the golden ratio, so that they do not align with rows of a grid."""
     share = -(-count * _POINTS // (3 * total))
     return (
         range(count) if share >= count else ((i * _GOLDEN & 0xFFFFFFFF) * count >> 32 for i in range(share))
@@ -85,7 +86,7 @@ def _chosen_triangles(count: int, total: int) -> Iterable[int]:
 
 
 def _spread(corners: Sequence[tuple[float, ...]], parts: int) -> list[Vec]:
-    """Places of a triangle on a grid that cuts each side into `parts`."""
+    """Returns points of a triangle on a grid that cuts each side into `parts`."""
     points: list[Vec] = []
     for i in range(parts + 1):
         for j in range(parts + 1 - i):
@@ -96,9 +97,9 @@ def _spread(corners: Sequence[tuple[float, ...]], parts: int) -> list[Vec]:
 
 
 def nearest_pixel_m(scene: Scene, flight: Flight, points: Mapping[str, Sequence[Vec]]) -> dict[str, float]:
-    """How many metres of an object one pixel covers at the flight's nearest view of it, per metre of its
-    mesh: the least over its instances, by name; left out where no place of it comes into view. The camera's
-    near plane is the nearest there is. places: by the object's name, as places_of gives them, one or more."""
+    """Returns by object the metres that one pixel covers at the flight's nearest view, per metre of its
+    mesh: the least over its instances. Objects that never come into view are left out. No view is nearer
+    than the camera's near plane. points: by object name, from sample_points, at least one."""
     width, height = scene.head.viewport
     sine, cosine = sine_cosine(0.5 * scene.flight.fov_deg)
     pixel_m: dict[str, float] = {}
@@ -123,8 +124,8 @@ def stored_pixels(
     *,
     force: bool = False,
 ) -> dict[str, float]:
-    """least_pixels of the scene's objects; what the store knows of a mesh is not worked out again. meshes,
-    sha256: by artifact. force: nothing is read from the store."""
+    """Returns nearest_pixel_m of the scene's objects, from the store where it is known. meshes, sha256: by
+    artifact. force: read nothing from the store."""
     frame = [flight.as_json(), scene.head.viewport, scene.flight.fov_deg, scene.flight.near_m]
     common = key_of(__name__, code_digest(__name__), frame)
     pixel_m: dict[str, float] = {}
@@ -152,12 +153,12 @@ def _in_world(points: Sequence[Vec], instance: Instance) -> list[Vec]:
 def _nearest(
     views: Sequence[tuple[Vec, Vec]], points: Sequence[Vec], tangent: float, aspect: float
 ) -> float | None:
-    """The least distance from an eye to a place in its view cone, which holds the whole picture (tangent of
-    half the vertical field of view, width / height); None where no place comes into one."""
+    """Returns the least distance from an eye to a point inside its view cone; None if there is none. The
+    cone contains the whole picture. tangent: of half the vertical field of view. aspect: width / height."""
     low, high = (tuple(pick(point[k] for point in points) for k in range(3)) for pick in (min, max))
     middle = tuple(0.5 * (a + b) for a, b in zip(low, high, strict=True))
     radius = 0.5 * _length(tuple(b - a for a, b in zip(low, high, strict=True)))
-    # A place is in the cone where the part of its way that leads ahead is at least this share of it, squared.
+    # A point is in the cone if its depth is at least this share of its distance, both squared.
     share = 1.0 / (1.0 + tangent * tangent * (1.0 + aspect * aspect))
     best: float | None = None  # squared
     for eye, target in views:

@@ -1,7 +1,7 @@
-"""Asks workers for what is measured of each object's published bytes: what the gutters of its maps allow, and
-what its bumps look like on each level of detail. The answers are kept like any product.
+"""Measures each object's published files in workers: the limits of its maps' gutters, and the errors of its
+levels' normals under the normal map. Results are kept in the store.
 
-Light: what measures is gutter_limits.py and lod_normal_error.py, in the worker.
+gutter_limits.py and lod_normal_error.py measure. They are imported in the worker only.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _SHAPES = {"gutters": GUTTERS, "lod_normal_error": LOD_NORMAL_ERRORS}
 
 @dataclass(frozen=True)
 class _Measurement:
-    """One question about an object: what is asked, the key of its answer, and who finds it out."""
+    """A measurement of an object: its kind, its key in the store, and the job that makes it."""
 
     item: str
     kind: str
@@ -37,7 +37,7 @@ class _Measurement:
 
 
 def gutter_limits_job(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> dict[str, Any]:
-    """In the worker: gutter_limits.measure_gutters."""
+    """Calls gutter_limits.measure_gutters, in a worker."""
     from paradize.build.gutter_limits import measure_gutters
 
     textures = {key: read_artifact(path) for key, path in maps.items()}
@@ -45,7 +45,7 @@ def gutter_limits_job(glb: Path, maps: dict[str, Path], settings: dict[str, Any]
 
 
 def lod_normal_error_job(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> dict[str, Any]:
-    """In the worker: lod_normal_error.measure_lod_normal_error."""
+    """Calls lod_normal_error.measure_lod_normal_error, in a worker."""
     from paradize.build.lod_normal_error import measure_lod_normal_error
 
     texture = read_artifact(maps["normal"])

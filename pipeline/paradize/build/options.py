@@ -1,4 +1,4 @@
-"""How a build is done: its options, and who hears of its jobs."""
+"""The options of a build, its context, and the observer of its jobs."""
 
 from __future__ import annotations
 
@@ -15,33 +15,32 @@ from paradize.store.local import Store
 
 
 class JobObserver:
-    """Hears what becomes of the jobs of a bake, each by its name; this one does nothing about it."""
+    """Is called as the jobs of a bake run, each with its name. This one does nothing."""
 
     def planned(self, names: Sequence[str]) -> None:
-        """These are to be run."""
+        """These jobs will run."""
 
     def began(self, name: str) -> None:
-        """One runs, maybe once more."""
+        """A job starts, perhaps again."""
 
     def reached(self, name: str, step: str) -> None:
-        """A running one begins this step. Called from another thread."""
+        """A running job begins this step. Called from another thread."""
 
     def ended(self, name: str, seconds: float) -> None:
-        """One is done with, well or not."""
+        """A job has ended, with or without error."""
 
     def warned(self, text: str) -> None:
-        """Something went wrong that the bake can do without."""
+        """A problem that does not stop the bake."""
 
 
 @dataclass(frozen=True)
 class BuildOptions:
-    """How a bake is done. jobs: worker processes (0: one a core). tier: one of scene.TIERS; None: the scene's
-    own. force: everything anew, nothing is read from the store. watcher: hears of every job. tiers: the tier
-    of a task, or of the task of an artifact, by name, where it is another than `tier`. pool: workers that are
-    kept (jobs/pool.py). cluster: the address of a Dask scheduler whose workers bake; `jobs` at once
-    there, or as many as they have threads. store: the URL of a
-    store that is shared (store/shared.py). uncompressed: textures in the most exact of their formats. whole:
-    also what no view asks for; with these two, what pictures are held against (scene/settings.py)."""
+    """jobs: worker processes (0: one per core); on a cluster, jobs at once (0: one per thread). tier: one
+    of settings.TIERS; None: the scene's own. force: bake everything; read nothing from the store.
+    observer: of the jobs. tiers: tier by job or artifact name, where it differs from `tier`. pool: workers
+    to reuse (jobs/pool.py). cluster: address of a Dask scheduler. store: URL of a shared store
+    (store/shared.py). uncompressed: textures in their most exact format. whole: publish also what no view
+    needs; the last two make reference pictures."""
 
     jobs: int = 0
     tier: str | None = None
@@ -56,16 +55,16 @@ class BuildOptions:
 
     @property
     def usual(self) -> bool:
-        """Whether it is a bake that others may look up on record."""
+        """Whether the result may be reused by later builds."""
         return not (self.uncompressed or self.whole)
 
     @property
     def workers(self) -> int:
-        """Worker processes."""
+        """Number of worker processes."""
         return self.jobs or os.cpu_count() or 1
 
     def tier_of(self, job: BakeJob, scene: Scene) -> str:
-        """The tier of a task: what its own name says, else the name of one of its artifacts, else `tier`."""
+        """Returns the tier of a job: by its name, else by the name of one of its artifacts, else `tier`."""
         names = [job.name, *(output.artifact for output in job.outputs)]
         named = (self.tiers[name] for name in names if name in self.tiers)
         return next(named, self.tier or scene.head.tier)
@@ -73,8 +72,8 @@ class BuildOptions:
 
 @dataclass(frozen=True)
 class BuildContext:
-    """A scene that is being baked. scratch: a folder for what workers write. scene_path: its file. out: where
-    the artifacts go."""
+    """A scene that is being baked. scratch: folder for files of workers. scene_path: the scene's file.
+    out: the published folder."""
 
     store: Store
     scratch: Path

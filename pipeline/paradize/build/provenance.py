@@ -1,7 +1,7 @@
-"""What the last bake of a scene read, ran and wrote; and whether anything of it has changed since.
+"""Records what a bake read, ran and wrote, and checks whether any of it has changed since.
 
-A bake with nothing to do ends here: no scene is parsed, no numpy is imported, no file is read that has been
-at rest since.
+A bake with nothing to do ends here: it parses no scene, imports no numpy, and reads no file whose stamp is
+unchanged.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Store, key_of, stamp
 
 _NONE = type(None)
-_ROW: dict[str, tuple[type, ...]] = {  # of an artifact, as a record holds it
+_ROW: dict[str, tuple[type, ...]] = {  # of an artifact in a record
     "name": (str,), "file": (str,), "sha256": (str,), "bytes": (int,), "seconds": (int, float),
     "tier": (str, _NONE), "format": (str, _NONE), "reason": (str, _NONE), "filter": (str, _NONE),
     "errors": (dict,), "levels": (list,), "over": (list,), "tried": (dict, _NONE),
@@ -32,8 +32,7 @@ _ROW: dict[str, tuple[type, ...]] = {  # of an artifact, as a record holds it
 
 @dataclass
 class BakeReport:
-    """What a bake did. fetched, pushed: how many of the artifacts came from a shared store, and went
-    there."""
+    """What a bake did. fetched, pushed: artifacts that came from a shared store, and that went there."""
 
     out: Path
     artifacts: list[Artifact] = field(default_factory=list)
@@ -45,7 +44,7 @@ class BakeReport:
     budget: dict[str, float] = field(default_factory=dict)
 
     def count(self, status: str) -> int:
-        """How many artifacts were baked, reused or failed."""
+        """Returns how many artifacts have this status: baked, reused or failed."""
         return sum(one.status == status for one in self.artifacts)
 
     @property
@@ -71,8 +70,8 @@ class BakeReport:
 
 
 def strays(out: Path, named: Container[str]) -> list[Path]:
-    """What is left in a folder of bakes that were killed, or were followed by others: files of ours that are
-    half-written or not named."""
+    """Returns files of ours in a folder that are half-written or not named by its scene.json: left by
+    bakes that were killed or replaced."""
     return [
         out / name
         for name in os.listdir(out)  # noqa: PTH208 (a bake with nothing to do makes no path of each)
@@ -83,15 +82,15 @@ def strays(out: Path, named: Container[str]) -> list[Path]:
 def record_name(
     scene: Path, out: Path | None, tier: str | None, tiers: Mapping[str, str] | None = None
 ) -> str:
-    """The name under which a bake is remembered; out: None where the scene's name decides. tier, tiers: as
-    in tasks.How."""
+    """Returns the name of a bake's record. out: None if the scene's name decides. tier, tiers: as in
+    BuildOptions."""
     where = str(resolved(out)) if out else str(Path.cwd())
     return key_of(str(resolved(scene)), where, out is None, tier, dict(tiers or {}))[:32]
 
 
 def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeReport | None:
-    """The report of the bake on record, when every file that it read, ran or wrote is what it was, and all
-    of it is in the shared store at the URL."""
+    """Returns the report of the recorded bake if every file that it read, ran or wrote is unchanged, and
+    all of it is in the shared store at the URL; else None."""
     record: Any = store.get_bake(name)
     if not is_record(record) or record["libraries"] != list(library_versions()):
         return None
@@ -107,7 +106,7 @@ def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeRepor
     report = BakeReport(Path(record["out"]), rows, list(record["warnings"]), budget=dict(record["budget"]))
     try:
         if strays(report.out, {str(one.file) for one in rows}):
-            return None  # the next commit sweeps them
+            return None  # the next bake deletes them
     except OSError:
         return None
     if hash_cache.hashed:
@@ -116,7 +115,7 @@ def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeRepor
 
 
 def is_record(record: Any) -> bool:
-    """Whether this is what `remember` keeps. A seal that holds says nothing of the shape."""
+    """Whether this has the shape that `remember` writes. A valid seal does not ensure it."""
     try:
         files = record["memory"]["files"]
         texts = [record["out"], *record["libraries"], *record["absent"], *record["warnings"], *files]
@@ -162,7 +161,8 @@ def remember(
     absent: Sequence[Path],
     hash_cache: FileHashCache,
 ) -> None:
-    """Keeps what a finished bake read, ran and wrote. absent: files that it looked for in vain."""
+    """Records what a finished bake read, ran and wrote. absent: files that it looked for but that do not
+    exist."""
     outputs = [report.out / SCENE_FILE, *(report.out / str(one.file) for one in report.artifacts)]
     files = list(dict.fromkeys([*inputs, *code_files("paradize.build.bake"), *outputs]))
     record = {

@@ -1,9 +1,9 @@
-"""Artifacts -> a folder, published with one commit: the renaming of scene.json.
+"""Publishes artifacts to a folder. Renaming scene.json is the only commit.
 
-Artifacts carry their hash in the name, so the old scene.json and its files stay whole until the new one
-stands; files that it no longer names are swept afterwards. If anything fails, the old scene.json stays.
+Artifacts carry their hash in the name, so the old scene.json and its files stay whole until the new one is in
+place; files that it no longer names are then deleted. If anything fails, the old scene.json stays.
 
-`publish` reads in order: collect, compare with the scene, measure, learn, trim, limit, write.
+`publish` in order: collect, compare with the scene, measure, note late errors, trim, check totals, write.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ from paradize.store.local import hash_file, stamp
 
 @dataclass
 class _Baked:
-    """What the tasks made, by artifact; each step below replaces what it changes. data: where the bytes are.
-    meshes: what is read of each object's. flight_errors, tree: of the camera's path and of the terrain.
+    """What the tasks baked, by artifact; each step replaces what it changes. data: paths of the bytes.
+    meshes: facts of each object's mesh. flight_errors, tree: of the camera's path and of the terrain.
     gutters: by object, as gutter_limits.measure_gutters returns them."""
 
     artifacts: dict[str, Artifact]
@@ -54,12 +54,13 @@ class _Baked:
 
     @property
     def tiles(self) -> set[str]:
-        """The terrain's meshes, of which there may be more than memory holds."""
+        """The terrain's meshes, which together may not fit into memory."""
         return {name for name, one in self.artifacts.items() if one.kind == "mesh"} - self.meshes.keys()
 
 
 def report_of(context: BuildContext, tasks: list[Task], tried: TriedTiers) -> BakeReport:
-    """What was baked, and what is beyond its budget. tried: as auto_tier.bake_orders tells it."""
+    """Returns the report of the baked artifacts and of what exceeds the budget. tried: from
+    auto_tier.bake_jobs."""
     budget = context.scene.budget
     report = BakeReport(context.out, budget=budget.soft | budget.hard)
     for task in tasks:
@@ -80,9 +81,9 @@ def report_of(context: BuildContext, tasks: list[Task], tried: TriedTiers) -> Ba
 
 
 def publish(context: BuildContext, tasks: list[Task], report: BakeReport, late_errors: LateErrors) -> bool:
-    """Publishes what the tasks made, with a scene.json; adds what goes wrong to the report's errors, and then
-    nothing is published. False, and nothing is published either, where it measured what `auto` must know:
-    added to `later`."""
+    """Publishes what the tasks baked, with a scene.json. Errors are added to the report; nothing is then
+    published. Returns False, and publishes nothing, if it measured errors that change the choice of
+    `auto`: they are added to `late_errors`."""
     baked = _Baked({one.name: one for one in report.artifacts})
     try:
         _collect(baked, tasks)
@@ -131,12 +132,12 @@ def publish(context: BuildContext, tasks: list[Task], report: BakeReport, late_e
 
 
 def _with_excesses(scene: Scene, one: Artifact) -> Artifact:
-    """With the metrics that are beyond the scene's budget."""
+    """Returns the artifact with the metrics that exceed the scene's budget."""
     return replace(one, over=[str(excess) for excess in excesses(scene.budget, one.errors)])
 
 
 def _collect(baked: _Baked, tasks: list[Task]) -> None:
-    """Where the bytes of all artifacts are, and what is read of some."""
+    """Notes where the bytes of all artifacts are, and reads facts of some."""
     for task in tasks:
         for output in task.outputs:
             data, product = task.data[output.product], task.products[output.product]
@@ -152,7 +153,7 @@ def _collect(baked: _Baked, tasks: list[Task]) -> None:
 
 
 def _missing_materials(context: BuildContext, baked: _Baked) -> list[ParadizeError]:
-    """The materials that the scene sets and its meshes lack."""
+    """Returns an error for each material that the scene sets and its mesh lacks."""
     errors: list[ParadizeError] = []
     for i, item in enumerate(context.scene.objects):
         known = baked.meshes[f"{item.name}_mesh"].materials
@@ -166,7 +167,7 @@ def _missing_materials(context: BuildContext, baked: _Baked) -> list[ParadizeErr
 
 
 def _sightings(context: BuildContext, baked: _Baked) -> dict[str, ObjectSighting]:
-    """How the flight meets each object."""
+    """Returns how the flight sees each object, by name."""
     objects = {item.name: baked.meshes[f"{item.name}_mesh"] for item in context.scene.objects}
     bounds = {name: (known.center, known.radius_m) for name, known in objects.items()}
     return object_sightings(context.scene, context.flight, bounds)
@@ -175,8 +176,8 @@ def _sightings(context: BuildContext, baked: _Baked) -> dict[str, ObjectSighting
 def _measure_objects(
     context: BuildContext, baked: _Baked, sightings: dict[str, ObjectSighting], report: BakeReport
 ) -> list[str]:
-    """Adds what is measured of each object's files together: the gutters of its maps, and its levels of
-    detail under its normal map. Returns the meshes of those with a normal map."""
+    """Adds what is measured of each object's files together: the gutters of its maps, and the normal
+    errors of its levels under its normal map. Returns the names of the meshes with a normal map."""
     scene = context.scene
     names = {item.name: list(baked.meshes[f"{item.name}_mesh"].materials) for item in scene.objects}
     measured, errors = measure_objects(
@@ -212,8 +213,8 @@ def _measure_objects(
 
 
 def _note_late_errors(scene: Scene, baked: _Baked, meshes: list[str], late_errors: LateErrors) -> bool:
-    """Whether a mesh that `auto` chose is beyond its budget under its normal map, which was not known then:
-    its errors with that tier are added to `later`."""
+    """Adds to `late_errors` the errors of meshes that `auto` chose and that exceed their budget under the
+    normal map, which was not known when it chose. Returns whether there are any."""
     is_new = False
     for name in meshes:
         one = baked.artifacts[name]
@@ -227,7 +228,7 @@ def _note_late_errors(scene: Scene, baked: _Baked, meshes: list[str], late_error
 
 
 def _trim(context: BuildContext, baked: _Baked) -> None:
-    """Takes out of everything what no view asks for."""
+    """Leaves out of every artifact the levels that no view needs."""
     if context.options.whole:
         return
     data = Artifacts(baked.data, baked.tiles)
@@ -250,7 +251,8 @@ def _trim(context: BuildContext, baked: _Baked) -> None:
 
 
 def _check_totals(context: BuildContext, baked: _Baked, report: BakeReport) -> None:
-    """Compares all artifacts together with the budget: warnings; errors of a hard limit with tier `auto`."""
+    """Compares the sums of all artifacts with the budget: warnings; with tier `auto` hard limits are
+    errors."""
     budget = context.scene.budget
     sums = {}
     if "folder_mb" in budget.aim:
@@ -270,10 +272,10 @@ def _check_totals(context: BuildContext, baked: _Baked, report: BakeReport) -> N
 
 
 def _write(out: Path, files: dict[str, tuple[Path, str | None]], manifest: bytes) -> list[str]:
-    """Writes artifacts (file name -> the file that holds them, SHA-256), then scene.json, then sweeps what it
-    no longer names; returns warnings.
+    """Writes artifacts (file name -> source file, SHA-256), then scene.json; then deletes files that it does
+    not name. Returns warnings.
 
-    Raises BakeError when the folder cannot be written; scene.json is then the old one.
+    Raises BakeError if the folder cannot be written; scene.json is then the old one.
     """
     wrote = False
     for name, (data, sha256) in files.items():
@@ -282,7 +284,7 @@ def _write(out: Path, files: dict[str, tuple[Path, str | None]], manifest: bytes
             write_whole(path, data, flush=False, sha256=sha256, owned=True)
             wrote = True
     if wrote:
-        flush_folder(out)  # their names stand before the one that names them
+        flush_folder(out)  # before scene.json, which names them
     scene = out / SCENE_FILE
     if not _has_bytes(scene, manifest):
         write_whole(scene, manifest, owned=True)
@@ -307,7 +309,7 @@ def _has_bytes(path: Path, data: bytes) -> bool:
 
 
 def _removed(path: Path) -> list[str]:
-    """Removes a file; a warning where that is refused."""
+    """Deletes a file. Returns a warning if that fails."""
     try:
         path.unlink(missing_ok=True)
     except OSError as error:

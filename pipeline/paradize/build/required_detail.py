@@ -1,7 +1,7 @@
-"""What a scene's views ask of every texture and mesh, in a worker: from the baked meshes and the flight.
+"""Finds the finest level of every texture and mesh that a scene's views need, from the baked meshes and the
+flight. Runs in a worker.
 
-What the shaders do beside sampling a map by its coordinates stands here with its numbers, and
-tests/pipeline/visibility/test_required_detail.py compares them with the shaders.
+Constants repeat what the shaders do; tests/pipeline/visibility/test_required_detail.py compares them.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ from paradize.visibility.texel_footprint import Views, views_of
 Size = tuple[int, int]  # width, height in texels
 # Widths of the layers of waves over the first one's, inverted (player/passes/environment_bindings.cpp).
 WAVES = {"normal": 0.137, "dudv": 1.0}
-# The sand (shaders/terrain.frag): gradients are shortened to this share at least; beyond the reference, which
-# is so many repeats away, it is sampled at scales that keep grains as wide as at this share of it; lumps are
-# the same normals, wider, near by.
+# The sand (shaders/terrain.frag). Gradients are shortened to SHORTEST at least. Beyond REFERENCE_REPEATS
+# repeats it is sampled at scales that keep grains as wide as at GRAINS of that distance. Lumps are the same
+# normals, wider, near the camera.
 SHORTEST, REFERENCE_REPEATS, GRAINS, LUMPS = 0.35, 4.0, 0.35, 0.19 * 0.74
-SEA_MIP = 2  # of the sky that water mirrors where there is no mirror (shaders/water.frag)
+SEA_MIP = 2  # of the sky that water shows without [reflection] (shaders/water.frag)
 
 
 @dataclass(frozen=True)
 class SeenObject:
-    """An object. glb: its levels. textures: size by map. drawn: the views that draw it. spread: by which
-    share of a map's side parallax may move two neighbouring samples apart. leaves: its shadow reads the
-    colour. errors_m, center, radius_m: as scene.json tells them, of the whole chain."""
+    """An object. glb: its levels. textures: size by map. drawn: the views that draw it. spread: share of a
+    map's side by which parallax may move two neighbouring samples apart. leaves: its shadow reads the
+    colour. errors_m, center, radius_m: as in scene.json, of the whole chain."""
 
     glb: bytes
     textures: Mapping[str, Size]
@@ -62,12 +62,12 @@ def measure_required_detail(
     water: dict[str, Any] | None,
     sky: dict[str, Any] | None,
 ) -> dict[str, dict[str, Any]]:
-    """By artifact {"level", "texels", "second_s", "view"}: the finest level that is ever asked for, the
-    texels of level 0 that a pixel covers at least (of textures; None: it is never seen), when and by which
-    view. Of a texture of which flat triangles (finest_mip.flat_triangles) ask for more than all others,
-    also {"others": the same without these}: what they show decides (flat_colors.settled).
+    """Returns by artifact {"level", "texels", "second_s", "view"}: the finest level that is ever needed; for
+    textures the least number of level 0's texels that a pixel covers (None: never seen); when, and by which
+    view. For a texture whose flat triangles (finest_mip.flat_triangles) need a finer level than all others it
+    also returns {"others": the same without them}; flat_colors.py then decides.
 
-    sight: see texel_footprint.views_of, and `light_m`. things: Thing's fields by the object's name. ground:
+    sight: see texel_footprint.views_of, and `light_m`. objects: SeenObject's fields by object name. terrain:
     `textures` (size by name), `tiles` (bytes or files), `repeat_m`. water: `textures`, `level_m`, `size_m`,
     `tile`. sky: `side` (texels), `levels`, `smoothest` (the largest smoothness that mirrors it).
     """
@@ -121,7 +121,7 @@ def _object_detail(
 def _texture_detail(
     seen_object: SeenObject, levels: Sequence[Mesh], places: Sequence[Placement], views: Views, size: Size
 ) -> dict[str, Any]:
-    """What is asked of an object's texture of this size, as measure_required_detail tells it."""
+    """Returns the required detail of an object's texture of this size, as measure_required_detail does."""
 
     def finest_of(*, flat: bool) -> FinestMip:
         surfaces = [
@@ -142,7 +142,7 @@ def _texture_detail(
 
 
 def _from_m(seen_object: SeenObject, level: int, scale: float, views: Views) -> float:
-    """Nearer than this a level of a mesh is not drawn."""
+    """Returns the distance below which a level of detail is not drawn, metres."""
     return seen_object.errors_m[level] * scale * views.query.pixels * (1.0 - 1e-5) if level else 0.0
 
 
@@ -192,7 +192,7 @@ def _water_detail(
 def _sky_detail(
     views: Views, *, water: bool, side: int, levels: int, smoothest: float | None
 ) -> dict[str, Any]:
-    """A face's texels are sparsest in its middle: side / 2 of them to a radian."""
+    """A face's texels are sparsest in its middle: side / 2 per radian."""
     corner = views.query.corner * views.query.corner
     texels = 0.5 * side * views.pixel * corner / max(1.0, views.mirror or 0.0)
     detail = _detail_json(FinestMip(texels, 0.0, "camera"))

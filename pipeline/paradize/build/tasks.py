@@ -1,6 +1,7 @@
-"""An order on its way: its key, what the store knows of it, its baking in a worker process.
+"""Runs jobs: gives each a key, looks it up in the store, bakes it in a worker process.
 
-A task's key hashes its sources, its settings and the code behind it; what the store knows is not baked again.
+A task's key hashes its sources, its settings and the code that bakes it. What the store has is not baked
+again.
 """
 
 from __future__ import annotations
@@ -30,14 +31,14 @@ from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Stamp, Store, key_of, stamp
 
 ZSTD_LEVEL = 10  # of supercompressed textures
-TEXTURES = ("color", "maps", "cubemap")  # the makers of textures
-# What stands between a task and its baker, part of every key.
+TEXTURES = ("color", "maps", "cubemap")  # the bakers of textures
+# Code between a task and its baker. It is part of every key.
 SHARED_MODULES = ("paradize.bakers.registry", "paradize.artifact")
 
 
 @dataclass
 class Task:
-    """An order on its way: its key, the sources' hashes, and what it gave (products by name)."""
+    """A job with its key. products: what it baked, by name. data: by product, its file in the store."""
 
     job: BakeJob
     settings: dict[str, Any]
@@ -51,11 +52,12 @@ class Task:
 
     @property
     def outputs(self) -> list[Output]:
-        """The order's wants, and those that its products show to be there."""
+        """The outputs of the job, numbered ones included."""
         return [output for declared in self.job.outputs for output in declared.expand(self.products)]
 
 
 def flight_job(scene: Scene, flight: Flight) -> BakeJob:
+    """Returns the job that measures the camera's path."""
     settings = {
         "flight": flight.as_json(),
         "eye": [list(point.position) for point in scene.flight.eye],
@@ -66,8 +68,11 @@ def flight_job(scene: Scene, flight: Flight) -> BakeJob:
 
 
 def job_settings(job: BakeJob, scene: Scene, finer_format: bool) -> dict[str, Any]:
-    """What the maker is told, and its task's key hashes: also whether textures are supercompressed, and, to
-    let formats grow, the part of the budget that decides them."""
+    """Returns the settings passed to the baker; they are part of the key. Besides the job's own: the level of
+    supercompression, and for textures the part of the budget that chooses their format.
+
+    finer_format: a texture takes a more exact format where its first one exceeds the budget.
+    """
     packed = {"zstd": ZSTD_LEVEL} if scene.head.zstd and job.baker in TEXTURES else {}
     if job.baker not in ("color", "maps"):
         return job.settings | packed
@@ -90,8 +95,8 @@ def task_of(
     finer_format: bool = True,
     uncompressed: bool = False,
 ) -> Task:
-    """tier: a tier, with a setting of its own or not, as bake_dial names it. grow: textures take a more exact
-    format where theirs exceeds the budget. uncompressed: as in BuildOptions."""
+    """Makes the task of a job. tier: a tier, or one with a tuned setting (tuned_settings.tuned_label).
+    finer_format: as in job_settings. uncompressed: as in BuildOptions."""
     module, baker = registry.MAKERS[job.baker]
     sources = {role: hash_cache.sha256(path) for role, path in job.sources.items()}
     code = code_digest(module, *SHARED_MODULES)
@@ -103,7 +108,7 @@ def task_of(
 
 
 def check_tier_names(options: BuildOptions, jobs: list[BakeJob]) -> None:
-    """Raises BakeError where `how.tiers` names what is neither a task nor an artifact."""
+    """Raises BakeError where `options.tiers` names neither a job nor an artifact."""
     names = {name for job in jobs for name in (job.name, *(output.artifact for output in job.outputs))}
     if wrong := sorted(options.tiers.keys() - names):
         raise BakeError(
@@ -112,7 +117,7 @@ def check_tier_names(options: BuildOptions, jobs: list[BakeJob]) -> None:
 
 
 def stored_products(store: Store, task: Task) -> dict[str, Artifact] | None:
-    """What the store tells of a task's products, their bytes aside; None where it knows not all of them."""
+    """Returns what the store knows of a task's products, without their bytes; None if one is missing."""
     entry = store.get_product(task.key)
     if not fits(entry, PRODUCTS) or {output.product for output in task.job.outputs} - entry.keys():
         return None
@@ -121,8 +126,8 @@ def stored_products(store: Store, task: Task) -> dict[str, Artifact] | None:
 
 
 def _path_marks(job: BakeJob) -> list[tuple[str, str]]:
-    """The paths that warnings of an order may name, the longest first, each with what the store holds
-    instead: another scene that finds the entry has them elsewhere."""
+    """Returns (path, mark) of each source and its folder, the longest path first. In stored warnings marks
+    replace paths, because another scene may have the same source elsewhere."""
     marks = [(str(path), f"\0{role}\0") for role, path in job.sources.items()]
     folders = [(role, path.parent) for role, path in job.sources.items() if path.parent.name]
     marks += [(f"{folder}{os.sep}", f"\0{role}/\0") for role, folder in folders]
@@ -130,7 +135,7 @@ def _path_marks(job: BakeJob) -> list[tuple[str, str]]:
 
 
 def _reworded(products: dict[str, Artifact], words: Mapping[str, str]) -> dict[str, Artifact]:
-    """The products, with words of their warnings replaced, one after the other."""
+    """Returns the products with texts in their warnings replaced, in order."""
     reworded = {}
     for name, product in products.items():
         texts = list(product.warnings)
@@ -141,7 +146,7 @@ def _reworded(products: dict[str, Artifact], words: Mapping[str, str]) -> dict[s
 
 
 def take_from_store(store: Store, task: Task) -> bool:
-    """Takes a task's products from the store; False where any of them is missing or damaged."""
+    """Takes a task's products from the store. Returns False if one is missing or damaged."""
     products = task.products or stored_products(store, task)
     if products is None:
         return False
@@ -162,9 +167,11 @@ def run_tasks(
     stamps: Mapping[Path, Stamp | None],
     options: BuildOptions,
 ) -> None:
-    """Bakes the tasks in worker processes and stores their products; errors stay with their tasks. scratch:
-    folder for files that workers write. stamps: of the sources when they were hashed; a product of a source
-    that changed since is refused."""
+    """Bakes the tasks in worker processes and stores their products. Errors are kept in the tasks.
+
+    scratch: folder for files that workers write. stamps: of the sources when they were hashed; products of a
+    source that changed since are refused.
+    """
     by_name = {task.job.name: task for task in tasks}
 
     def on_outcome(outcome: Outcome) -> None:

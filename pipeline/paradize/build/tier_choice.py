@@ -1,4 +1,5 @@
-"""Which tier a budget allows, of what each tier measured; and by how much it is missed where none is inside.
+"""Chooses the tier that a budget allows by what each tier measured, and reports by how much a budget is
+missed.
 
 The order of tiers is declared (scene/tiers.py), never timed.
 """
@@ -12,7 +13,7 @@ from paradize.errors import BakeError
 from paradize.scene.budget import METRICS, excesses, is_beyond
 from paradize.scene.schema import Limits
 
-Products = Mapping[str, Mapping[str, float]]  # of each product by name its errors: metric -> value
+Products = Mapping[str, Mapping[str, float]]  # errors by product name: metric -> value
 
 
 def inside(products: Products, limits: Mapping[str, float]) -> bool:
@@ -21,8 +22,8 @@ def inside(products: Products, limits: Mapping[str, float]) -> bool:
 
 
 def cheapest(measured: Mapping[str, Products], budget: Limits) -> str | None:
-    """The cheapest tier inside the soft limits, where they are given; else the cheapest inside the hard ones;
-    None where no tier is. measured: by tier."""
+    """Returns the cheapest tier inside the soft limits, where they are given; else the cheapest inside the
+    hard ones; else None. measured: by tier."""
     for limits in (budget.aim, budget.hard):
         for tier in by_cost(measured):
             if inside(measured[tier], limits):
@@ -31,7 +32,7 @@ def cheapest(measured: Mapping[str, Products], budget: Limits) -> str | None:
 
 
 def limited(products: Products, budget: Limits) -> dict[str, dict[str, float]]:
-    """Of each product the errors that the budget limits."""
+    """Returns for each product the errors that the budget limits."""
     return {
         name: {metric: value for metric, value in errors.items() if metric in budget.aim}
         for name, errors in products.items()
@@ -39,8 +40,8 @@ def limited(products: Products, budget: Limits) -> dict[str, dict[str, float]]:
 
 
 def misses(measured: Mapping[str, Products], budget: Limits, file: object = None) -> list[BakeError]:
-    """By how much each hard limit is missed by the tier that comes nearest to it. Where each is kept by some
-    tier, but no tier keeps all, one error that tells what each misses."""
+    """Returns an error for each hard limit that no tier keeps, with the tier that comes nearest. If each
+    limit is kept by some tier but no tier keeps all, returns one error that lists what each tier misses."""
     missed_limits = []
     names = dict.fromkeys(name for products in measured.values() for name in products)
     for name in names:

@@ -1,7 +1,7 @@
-"""What no view ever asks for is not published: finer mips, finer levels of detail.
+"""Leaves out what no view needs: the finest mips, the finest levels of detail.
 
-Tasks make whole chains, for a mip is a mean of all finer ones, and so that another flight bakes nothing anew;
-what a scene's views ask of them (required_detail.py, in a worker) decides what of each is published.
+Jobs bake whole chains, because each mip is a mean of the finer ones, and another flight then bakes nothing
+again. required_detail.py, in a worker, finds what the scene's views need of each artifact.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ RequiredDetail = dict[
 
 
 def required_detail_job(**arguments: Any) -> RequiredDetail:
-    """In the worker: required_detail.measure_required_detail."""
+    """Calls required_detail.measure_required_detail, in a worker."""
     from paradize.build.required_detail import measure_required_detail
 
     return measure_required_detail(**arguments)
 
 
 def flat_colors_job(**arguments: Any) -> dict[str, int]:
-    """In the worker: flat_colors.measure_flat."""
+    """Calls flat_colors.measure_flat, in a worker."""
     from paradize.build.flat_colors import measure_flat
 
     return measure_flat(**arguments)
@@ -61,8 +61,8 @@ def find_required_detail(
     facts: Mapping[str, MeshFacts],
     options: BuildOptions,
 ) -> RequiredDetail:
-    """What the views ask of each texture and mesh; every object's is found out alone, and kept like any
-    product. data, sha256, facts: by artifact. Raises what a worker raised."""
+    """Returns what the views need of each texture and mesh. Objects are measured separately; results are
+    kept in the store. data, sha256, facts: by artifact. Raises the error of a worker."""
     keyed_jobs = []
     for arguments, meshes, decides in _queries(scene, data, facts):
         hashes = {name: sha256[name] for name in meshes}
@@ -95,7 +95,8 @@ def find_required_detail(
 def _stored_or_run(
     store: Store, keyed_jobs: Sequence[tuple[str, Job]], shape: Check, options: BuildOptions
 ) -> list[dict[str, Any]]:
-    """What the jobs find out, by the store's keys: known there in this shape, or asked and kept."""
+    """Returns the results of jobs, by store key: from the store if they have this shape, else by running
+    them."""
     if not options.force:
         store.expect([key for key, _ in keyed_jobs])
     answers = {}
@@ -113,8 +114,8 @@ def _stored_or_run(
 
 
 def with_flat_colors(detail: Mapping[str, Any], level: int) -> dict[str, Any]:
-    """What is asked of a texture, of what bake_asked told of it with and without its flat triangles. kept:
-    the level up to which these keep their colours (bake_flat)."""
+    """Returns the required detail of a texture, given that with and without its flat triangles. level: up
+    to which flat triangles keep their colours (flat_colors.measure_flat)."""
     others: dict[str, Any] = detail["others"]
     if level >= others["level"] and others["view"] is not None:
         return others
@@ -126,8 +127,9 @@ Part = tuple[dict[str, Any], list[str], dict[str, Any]]
 
 
 def _queries(scene: Scene, data: Mapping[str, bytes | Path], facts: Mapping[str, MeshFacts]) -> list[Part]:
-    """Arguments of required_detail.measure_required_detail for each object, and for what is no object; with
-    the meshes whose bytes are in them, and the rest of the arguments: what decides the answer."""
+    """Returns for each object, and for the rest of the scene: the arguments of
+    required_detail.measure_required_detail, the meshes whose bytes are among them, and the other
+    arguments, which are part of the key."""
     sight = scene_views(scene)
     sight["scales"] = finest_scales(scene)
     sight["light_m"] = finest_shadow_texel_m(scene)
@@ -159,7 +161,7 @@ def _queries(scene: Scene, data: Mapping[str, bytes | Path], facts: Mapping[str,
 
 
 def _seen_object(item: SceneObject, known: MeshFacts, data: Mapping[str, bytes | Path]) -> dict[str, Any]:
-    """bake_asked.Thing's fields, but for the GLB."""
+    """Returns the fields of required_detail.SeenObject, without the GLB."""
     sizes = _sizes([f"{item.name}_{key}" for key in maps_of("object")], data)
     materials = item.materials.values()
     deep = f"{item.name}_height" in sizes
@@ -176,7 +178,7 @@ def _seen_object(item: SceneObject, known: MeshFacts, data: Mapping[str, bytes |
 
 
 def _smoothest(scene: Scene) -> float | None:
-    """The largest smoothness of anything that mirrors the sky; None where nothing does."""
+    """Returns the largest smoothness of anything that mirrors the sky; None if nothing does."""
     values = [m.smoothness for item in scene.objects for m in item.materials.values() if m.specular > 0.0]
     if scene.terrain:
         values += [scene.terrain.smoothness, scene.terrain.wet_smoothness]
@@ -198,7 +200,8 @@ def _sizes(names: list[str], data: Mapping[str, bytes | Path]) -> dict[str, tupl
 
 
 def without_finest(data: bytes, file: str, left_out: int) -> bytes:
-    """A GLB or KTX2 without its `left` finest levels. Raises FormatError for what we did not write."""
+    """Returns a GLB or KTX2 without its `left_out` finest levels. Raises FormatError for bytes that
+    Paradize did not write."""
     from paradize.formats.glb.cut import cut_glb
     from paradize.formats.ktx2.cut import cut_ktx2
 
@@ -208,14 +211,14 @@ def without_finest(data: bytes, file: str, left_out: int) -> bytes:
 
 
 def sha256_without_finest(data: bytes, file: str, left_out: int) -> str:
-    """The SHA-256 of that."""
+    """Returns the SHA-256 of without_finest."""
     return hashlib.sha256(without_finest(data, file, left_out)).hexdigest()
 
 
 def trimmed(one: Artifact, detail: Mapping[str, Any], path: Path) -> tuple[Artifact, bytes | None]:
-    """An artifact without the levels that no view asks for, at most as many as its gutters allow; and its
-    bytes, None where nothing is left out of those that `path` holds. Errors of a texture are then those of
-    the finest level that is published. asked: as `ask` tells of it."""
+    """Returns an artifact without the levels that no view needs, at most as many as its gutters allow; and
+    its new bytes, None if nothing is left out. Errors of a texture are then those of its finest published
+    level. detail: as find_required_detail returns it. path: of its bytes."""
     left_out = detail["level"] if one.max_level is None else min(detail["level"], one.max_level)
     data = read_artifact(path) if left_out else b""
     if left_out and one.kind != "mesh":
@@ -245,7 +248,7 @@ def trimmed(one: Artifact, detail: Mapping[str, Any], path: Path) -> tuple[Artif
 
 
 def gutter_without_finest(facts: dict[str, Any], left_out: int) -> dict[str, Any]:
-    """What is told of a map's gutters (gutter_limits.py) without its `left` finest levels."""
+    """Returns the facts of a map's gutters (gutter_limits.py) without its `left_out` finest levels."""
     factor = float(1 << left_out)
     safe, width = facts["max_level"], facts["width_texels"]
     return facts | {

@@ -1,9 +1,9 @@
-"""Settings between the tiers: where a tier does not keep a budget, `auto` turns one setting of it before it
-takes the next, which would cost every player more.
+"""Settings between two tiers. Where a tier exceeds the budget, `auto` tunes one setting of it before it takes
+the next tier, which costs every player more.
 
-The terrain's bound: tier `exact` passes through every pixel, where `balanced` under a tighter bound mostly
-does. Bisection on the bound's logarithm; what is tried depends on what was measured alone, so it is the same
-anywhere.
+For terrain that is the error bound: tier `exact` passes through every pixel, while `balanced` with a tighter
+bound often suffices. Bisection on the bound's logarithm. The values tried depend only on measured errors, so
+they are the same on every machine.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from dataclasses import dataclass
 
 from paradize.scene.tiers import TIERS
 
-STEPS = 9  # settings tried at most
-CLOSE_ENOUGH = 1.02  # a ratio of one inside and one outside the budget that is near enough
+STEPS = 9  # values tried at most
+CLOSE_ENOUGH = 1.02  # ratio of a value outside to one inside the budget at which the search ends
 
 
 @dataclass(frozen=True)
 class TunedSetting:
-    """setting: its name, a number above 0 whose smaller values err less. tier: the one in which it is turned,
-    and before which other tier that is done."""
+    """setting: its name; a number above 0, smaller values err less. tier: the tier in which it is tuned.
+    before: the tier that is tried afterwards."""
 
     setting: str
     tier: str
@@ -32,12 +32,12 @@ TUNED_SETTINGS = {"terrain": TunedSetting("max_error_m", "balanced", "exact")}
 
 
 def tuned_label(tuned: TunedSetting, value: float) -> str:
-    """As `taken` and tables name a tier with a setting of its own."""
+    """Returns the name of a tier with a tuned setting, as `taken` and tables write it."""
     return f"{tuned.tier}, {tuned.setting} {value!r}"
 
 
 def split_label(label: str) -> tuple[str, dict[str, float]]:
-    """The tier in a label, and the setting that goes with it, if any."""
+    """Returns the tier in a label, and the tuned setting, if any."""
     tier, _, rest = label.partition(", ")
     for tuned in TUNED_SETTINGS.values():
         if rest.startswith(f"{tuned.setting} "):
@@ -46,8 +46,8 @@ def split_label(label: str) -> tuple[str, dict[str, float]]:
 
 
 def next_value(given: float, tried: Mapping[float, bool]) -> float | None:
-    """The value to try next, below the given one, of three digits; None where no further is worth it. tried:
-    by value, whether it was inside the budget; the given one was not."""
+    """Returns the value to try next, below the given one, with three digits; None if no further one is
+    worth trying. tried: by value, whether it was inside the budget; the given value was not."""
     inside = max((value for value, is_inside in tried.items() if is_inside), default=None)
     outside = min((value for value, is_inside in tried.items() if not is_inside), default=given)
     if len(tried) >= STEPS or outside <= 0.0 or (inside and outside < CLOSE_ENOUGH * inside):
@@ -59,9 +59,9 @@ def next_value(given: float, tried: Mapping[float, bool]) -> float | None:
 def next_label(
     baker: str, labels: Iterable[str], given: float | None, tried: Mapping[str, bool]
 ) -> str | None:
-    """What `auto` tries next, None where it is done: the labels in their order up to one inside the budget,
-    and after its tier the maker's dial. given: its setting as asked for; None: it is not to be turned. tried:
-    by label, whether it was inside."""
+    """Returns the label to try next, or None: the labels in order up to one inside the budget, and after
+    its tier the tuned setting of this baker. given: the setting's value in the scene; None: it is not
+    tuned. tried: by label, whether it was inside the budget."""
     tuned = TUNED_SETTINGS.get(baker)
     if tuned and given is not None and not tried.get(tuned.tier, True):
         settings = {label: split_label(label)[1] for label in tried}
@@ -73,8 +73,8 @@ def next_label(
 
 
 def by_cost(labels: Iterable[str]) -> list[str]:
-    """Labels, the cheapest first: tiers as declared, after each its settings, the loosest first; formats
-    last."""
+    """Sorts labels, cheapest first: tiers as declared, each followed by its tuned settings from loose to
+    tight; finer formats last."""
 
     def cost(label: str) -> tuple[int, int, float]:
         tier, tuned = split_label(label)

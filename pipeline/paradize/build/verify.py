@@ -1,6 +1,6 @@
-"""`bake --verify P`: derives a sample of the artifacts from their sources again, and compares bytes.
+"""`bake --verify P`: derives a sample of the artifacts from their sources again and compares the bytes.
 
-What is derived goes to a store of its own, which is dropped: nothing here changes what was baked.
+Uses a temporary store, so nothing that was baked changes.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from paradize.store.local import Store, hash_file, key_of
 
 
 def sample(names: list[str], percent: float) -> list[str]:
-    """That share of the artifacts, one at least: always the same ones of the same names."""
+    """Returns that share of the artifacts, at least one. The same names always give the same sample."""
     count = min(len(names), max(1, math.ceil(len(names) * percent / 100.0)))
     return sorted(sorted(names, key=lambda name: key_of("verify", name))[:count])
 
@@ -28,8 +28,8 @@ def sample(names: list[str], percent: float) -> list[str]:
 def verify(
     scene_path: Path, report: BakeReport, *, percent: float, options: BuildOptions
 ) -> tuple[list[str], list[ParadizeError]]:
-    """The artifacts that were looked at, and an error for each that could not be derived or whose published
-    bytes are others. percent: above 0, up to 100."""
+    """Returns the artifacts that were checked, and an error for each that could not be derived or whose
+    published bytes differ. percent: above 0, up to 100."""
     files = {one.name: str(one.file) for one in report.artifacts}
     chosen = sample(list(files), percent)
     labels = {one.name: one.tried["taken"] for one in report.artifacts if one.tried}

@@ -1,4 +1,4 @@
-"""Where a bake's jobs run, here or on a cluster, and who hears of them."""
+"""Runs the jobs of a build, on this machine or on a cluster, and reports their progress."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from paradize.jobs.pool import Job, Outcome, run_jobs
 def run_build_jobs(
     options: BuildOptions, jobs: list[Job], on_outcome: Callable[[Outcome], None] | None = None
 ) -> list[Outcome]:
-    """The jobs' outcomes, in their order. on_outcome: called when one ends. Raises ClusterLost where there is
-    no cluster to begin with."""
+    """Returns the jobs' outcomes, in their order. on_outcome: called when one ends. Raises ClusterLost if
+    the cluster cannot be reached."""
     if not jobs:
         return []
     observer = options.observer or JobObserver()
@@ -40,8 +40,8 @@ def run_build_jobs(
 
 
 def files_read_by(sources: Iterable[Path]) -> dict[Path, bool]:
-    """All that a bake of these files reads, for another machine: with an OBJ also its material files, and,
-    as False, the maps that those name, which need only be there."""
+    """Returns all files that a bake of these sources reads, for another machine: with an OBJ also its
+    material files; and, as False, the maps that those name, which only have to exist."""
     files: dict[Path, bool] = {}
     for path in sources:
         files[path] = True
