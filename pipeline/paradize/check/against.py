@@ -47,12 +47,12 @@ def check_against(manifest: dict[str, Any], path: Path, file: str, worse_by: flo
     now, was = manifest["artifacts"], earlier["artifacts"]
     for name, artifact in now.items():
         if name not in was:
-            yield Finding("PZ422", file, f"{name} is new", f"artifacts.{name}", artifact=name)
+            yield Finding("PZ422", file, "is new", f"artifacts.{name}", artifact=name)
             continue
         yield from isolated(_grown(was[name], artifact, file, name, worse_by), file)
     for name in was:
         if name not in now:
-            yield Finding("PZ422", file, f"{name} is gone", f"artifacts.{name}", artifact=name)
+            yield Finding("PZ422", file, "is gone", f"artifacts.{name}", artifact=name)
     yield from _worse(earlier["flight"]["errors"], manifest["flight"]["errors"], file, "flight", worse_by)
 
 
@@ -63,7 +63,7 @@ def _grown(
     yield from _levels(was["levels"], now["levels"], file, name, by)
     before, after = was["bytes"], now["bytes"]
     if after > before * (1.0 + by):
-        what = f"{name}: {after} bytes, {100.0 * (after / before - 1.0):.1f} % more than {before}"
+        what = f"{after} bytes, {100.0 * (after / before - 1.0):.1f} % more than {before}"
         yield Finding("PZ423", file, what, f"artifacts.{name}", artifact=name)
 
 
@@ -76,7 +76,7 @@ def _worse(
             continue
         share = growth(metric, before[metric], after[metric])
         if share > by:
-            what = f"{name}: {metric} {_change(before[metric], after[metric], share)}"
+            what = f"{metric} {_change(before[metric], after[metric], share)}"
             place = name if name == "flight" else f"artifacts.{name}"
             yield Finding("PZ421", file, what, place, artifact=name, metric=metric)
 
@@ -99,9 +99,7 @@ def _levels(
     grown = [one for one in grown if one[0] > by]
     if grown:
         share, level, metric = max(grown)
-        what = (
-            f"{name}: {metric} of level {level} {_change(before[level][metric], after[level][metric], share)}"
-        )
+        what = f"{metric} of level {level} {_change(before[level][metric], after[level][metric], share)}"
         yield Finding("PZ421", file, what, f"artifacts.{name} level {level}", len(grown), artifact=name)
 
 

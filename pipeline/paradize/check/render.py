@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 from urllib.parse import quote
@@ -32,7 +33,17 @@ def _text(findings: Sequence[Finding]) -> str:
     counts = ((errors, "error"), (warnings, "warning"))
     summary = ", ".join(f"{n} {word}{'' if n == 1 else 's'}" for n, word in counts) if findings else "clean"
     summary += f", {waived} waived" if waived else ""
-    return "\n".join([*(one_line(str(finding)) for finding in findings), summary])
+    shared = {key for key, count in Counter(map(_advice, findings)).items() if count > 1 and key[1]}
+    lines = [finding.line(mend=_advice(finding) not in shared) for finding in findings]
+    mends = [
+        f"{code}: {mend}" for code, mend in dict.fromkeys(map(_advice, findings)) if (code, mend) in shared
+    ]
+    return "\n".join([*map(one_line, (*lines, *mends)), summary])
+
+
+def _advice(finding: Finding) -> tuple[str, str]:
+    """The rule and what to do; a text says it once for all findings that share it."""
+    return finding.code, "" if finding.waived else finding.mend or RULES[finding.code].mend
 
 
 def _json(findings: Sequence[Finding]) -> str:

@@ -251,12 +251,16 @@ class Finding:
         return RULES[self.code].title
 
     def __str__(self) -> str:
+        return self.line()
+
+    def line(self, *, mend: bool = True) -> str:
+        """The finding in a line, with what to do about it."""
         head = ": ".join(part for part in (self.file, self.place) if part)
         times = f" ({self.count} such)" if self.count > 1 else ""
-        mend = self.mend or RULES[self.code].mend
+        advice = f"; {self.mend or RULES[self.code].mend}" if mend else ""
         if self.waived:
             return f"{head}: waived {self.code}: {self.what}{times}; {self.waived}"
-        return f"{head}: {self.severity} {self.code}: {self.what}{times}" + (f"; {mend}" if mend else "")
+        return f"{head}: {self.severity} {self.code}: {self.what}{times}{advice}"
 
 
 def isolated(findings: Iterable[Finding], file: str) -> Iterator[Finding]:

@@ -5,6 +5,7 @@ The folder is written under another name and then renamed, so it appears complet
 
 from __future__ import annotations
 
+import glob
 import json
 import secrets
 import shutil
@@ -28,6 +29,7 @@ SCALES = (1e-6, 1e6)  # limits of an instance's scale (scene/settings.py)
 SMALLEST, LARGEST, FARTHEST = 1e-8, 1e9, 1e9  # limits of a model's radius; of its distance from 0, in radii
 FARTHEST_M = 1e9  # limit of an instance's position (scene/settings.py)
 WAYPOINTS = 8
+PICTURES = {".png", ".jpg", ".jpeg", ".tga", ".tif", ".tiff", ".exr"}
 RESERVED = {"terrain", "sand", "effect", "water", "sky", "sound"}
 
 
@@ -135,6 +137,8 @@ def _copy_model(source: Path, aside: Path) -> _Model:
     if away > limit:
         what = f"it lies {away:g} from the origin, limit {limit:g} of a radius of {model.radius:g}"
         raise SourceError(what, file=source, mend="move the model nearer to the origin")
+    if not read.libraries:
+        model.notes.append(_white(source))
     colors = list(dict.fromkeys(material.map_kd for material in read.materials.values()))
     color_maps = [color for color in colors if color]
     stem = _identifier(source.stem, "model")
@@ -161,6 +165,14 @@ def _copy_model(source: Path, aside: Path) -> _Model:
         f"{source}: its materials name {len(color_maps)} colour maps, so the scene has one object for each"
     )
     return model
+
+
+def _white(source: Path) -> str:
+    """Says that a model without a material file is white, and which picture may be its colour map."""
+    near = sorted(source.parent.glob(f"{glob.escape(source.stem)}*"))
+    picture = next((path.name for path in near if path.suffix.lower() in PICTURES), "PICTURE")
+    write = f"copy {picture} beside scene.toml and write color = {json.dumps(picture)} under [[object]]"
+    return f"{source}: no material file: white; for a colour map {write}"
 
 
 def _maps_of(material: Material) -> list[Path]:

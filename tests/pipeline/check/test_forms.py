@@ -52,6 +52,18 @@ def test_every_rule_is_documented_with_cause_and_mend() -> None:
     )
 
 
+def test_a_text_says_a_mend_once_for_all_findings_that_share_it() -> None:
+    mend = RULES["PZ421"].mend
+    found = [
+        Finding("PZ421", "scene.json", f"{metric} is 2 where it was 1", "artifacts.post") for metric in "ab"
+    ]
+    alone = render(found[:1], "text").splitlines()
+    assert alone[0].endswith(mend) and len(alone) == 2
+    first, second, last, _ = render(found, "text").splitlines()
+    assert last == f"PZ421: {mend}" and mend not in first + second
+    assert first == "scene.json: artifacts.post: error PZ421: a is 2 where it was 1"
+
+
 def test_junit_is_read_by_a_parser_of_its_own() -> None:
     suite = suite_of(FOUND)
     cases = {case.name.split()[0]: case for case in suite}

@@ -13,10 +13,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from paradize.cli.table import errors_text, head_of
-from tests.pipeline.scenes import make_cove
+from tests.pipeline.scenes import make_cove, write_image
 from tests.processes import started
 
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
@@ -178,6 +179,18 @@ def test_mesh_tells_its_levels(run: Run, cove: Path, tmp_path: Path) -> None:
     assert finest["triangles"] == told["triangles"] and finest["error_max"] == finest["load_max"] < 1e-6
     assert 1 <= len(told["lods"]) <= 3 and out.read_bytes()[:4] == b"glTF"
     assert run("check", out).returncode == 0
+
+
+def test_maps_of_what_is_surely_a_normal_map_are_told_to_be_wrong(run: Run, tmp_path: Path) -> None:
+    slopes = 0.2 * np.random.default_rng(3).standard_normal((64, 64, 2))
+    normals = np.dstack([slopes, np.ones((64, 64))])
+    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    write_image(tmp_path / "bumps.png", np.round(255 * (0.5 + 0.5 * normals)).astype(np.uint8))
+    sky = np.full((64, 64, 3), (128, 128, 215), np.uint8)  # as blue, and of no unit length
+    write_image(tmp_path / "sky.png", sky)
+    for name, said in (("bumps", True), ("sky", False)):
+        result = run("maps", tmp_path / f"{name}.png", "-o", tmp_path / name, "--only", "height")
+        assert result.returncode == 0 and ("looks like a normal map" in result.stderr) == said, result.stderr
 
 
 def test_a_table_tells_errors_and_only_with_a_budget_holds_them_against_one() -> None:

@@ -100,6 +100,18 @@ def test_maps_and_materials_come_along_and_nothing_else(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
+def test_a_model_without_a_material_file_is_told_to_be_white_and_which_picture_is_near(
+    tmp_path: Path,
+) -> None:
+    source = write_model(
+        tmp_path / "m", QUAD + "f 1/1 2/2 3/3\n", "newmtl a\n", "thing_texture.png", "other.png"
+    )
+    (note,) = [note for note in new_scene(tmp_path / "s", source).notes if "no material file: white" in note]
+    assert 'write color = "thing_texture.png" under [[object]]' in note
+    named = write_model(tmp_path / "n", "mtllib thing.mtl\n" + QUAD + "f 1/1 2/2 3/3\n", "newmtl a\n")
+    assert not any("white" in note for note in new_scene(tmp_path / "t", named).notes)
+
+
 def test_a_model_with_several_maps_becomes_an_object_for_each(tmp_path: Path) -> None:
     faces = "".join(
         f"{use}f 1/1 2/2 \\\n 3/3\n"

@@ -102,7 +102,7 @@ def map_rows(
         raise BakeError("is taken for colour, which has no number for no height", file=path, mend=mend)
     else:
         require_finite(image.values, path)
-        warnings += _beyond(path, image)
+        warnings += [*_beyond(path, image), *_normals(path, image)]
     rows, columns = image.values.shape[:2]
     layout = None if uv is None else _layout(uv, rows, columns, wraps, settings.gloss_groups)
     if source == "color":
@@ -197,6 +197,25 @@ def _beyond(path: Path, image: Image) -> list[str]:
         return []
     what = f"runs from {least:g} to {most:g}; as colour, what is below 0 counts as 0, and above 1 as 1"
     return [f"{path}: {what}; heights keep it all (`paradize maps --from height`)"]
+
+
+def _normals(path: Path, image: Image) -> list[str]:
+    """A warning where what is taken for colour is surely a normal map: bluish, and of unit length."""
+    if image.values.shape[2] < 3:
+        return []
+    step = max(1, max(image.values.shape[:2]) // 256)  # a sample of the texels says enough
+    colors = np.asarray(image.values[::step, ::step, :3], np.float32) / (image.top or 1.0)
+    red, green, blue = colors.mean(axis=(0, 1), dtype=np.float64)
+    lengths = np.linalg.norm(2.0 * colors - 1.0, axis=2)
+    if (
+        blue <= 0.8
+        or abs(red - 0.5) > 0.05
+        or abs(green - 0.5) > 0.05
+        or abs(float(lengths.mean()) - 1.0) > 0.1
+    ):
+        return []
+    mend = "give the colour map, or the heights with --from height"
+    return [f"{path}: looks like a normal map, of which these maps would be wrong; {mend}"]
 
 
 def _without_steps(image: Image, path: Path, wraps: tuple[bool, bool]) -> tuple[Image, list[str]]:

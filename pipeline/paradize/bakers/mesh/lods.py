@@ -166,7 +166,8 @@ def _chain(judge: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[str]]
         turned = found.errors["normal_mean_deg"]
         if not plan.errors and turned > _TURNED_DEG:
             shape = f"{len(found.mesh.triangles)} triangles turn normals by {turned:.0f} degrees on the mean"
-            notes.append(f"no level after lod{len(steps) - 1}: {shape}, limit {_TURNED_DEG:.0f}")
+            mend = 'for coarser ones say how far each may err: --errors A,B, in a scene lods_by = "error"'
+            notes.append(f"no level after lod{len(steps) - 1}: {shape}, limit {_TURNED_DEG:.0f}; {mend}")
             break
         notes += _append(steps, found)
     return steps, notes
