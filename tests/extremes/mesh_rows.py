@@ -19,7 +19,7 @@ from paradize.stages.atlas import make_atlas
 from paradize.stages.lod import simplify
 from paradize.stages.normals import complete_normals
 from paradize.stages.order import draw_order
-from paradize.stages.quantise import mesh_lattice, quantise
+from paradize.stages.quantise import mesh_grid, quantise
 from paradize.stages.refine import fit_normals, fit_positions
 from paradize.stages.reproject import take_attributes
 from paradize.stages.simplifiers import meshopt_simplify
@@ -154,7 +154,7 @@ def _other_triangles(mesh: Mesh, made: Mesh) -> float:
 
 def _coded(mesh: Mesh) -> QuantizedValues:
     clean = sound(mesh)
-    return quantise(clean, mesh_lattice([clean]))
+    return quantise(clean, mesh_grid([clean]))
 
 
 def _steps_off(mesh: Mesh, made: QuantizedValues) -> float:

@@ -19,7 +19,7 @@ from paradize.metrics.surface import diagonal, surface_distance
 from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.metrics.terrain import TerrainError, terrain_error
 from paradize.scene.flight import Flight
-from paradize.stages.quantise import mesh_lattice, quantise
+from paradize.stages.quantise import mesh_grid, quantise
 from paradize.stages.tangents import tangent_frames
 from paradize.stages.terrain import terrain_mesh
 from tests.extremes.ground_rows import PATHS, _flown
@@ -160,7 +160,7 @@ def _cost_error(mesh: Mesh, made: dict[str, float]) -> float:
 
 def _coded(mesh: Mesh) -> tuple[Mesh, bytes]:
     clean = replace(sound(mesh), groups=())
-    codes = quantise(clean, mesh_lattice([clean]), direction_bits=8)
+    codes = quantise(clean, mesh_grid([clean]), direction_bits=8)
     return clean, encode_glb([Lod(clean, 0.0, 0.0, quantized=codes)], "a")
 
 
@@ -172,7 +172,7 @@ def _quantised(mesh: Mesh) -> list[dict[str, float]]:
 def _quantised_error(mesh: Mesh, made: list[dict[str, float]]) -> float:
     """From codes that are worked out here; steps, and degrees."""
     clean, found = replace(sound(mesh), groups=()), made[0]
-    lattice = mesh_lattice([clean])
+    lattice = mesh_grid([clean])
     step, wide = lattice.step[0], clean.positions.astype(np.float64) - np.array(lattice.origin)
     off = np.linalg.norm((np.rint(wide / step) - wide / step), axis=1).max()
     assert clean.normals is not None

@@ -16,7 +16,7 @@ import pytest
 
 from paradize.data import Texture
 from paradize.formats.ktx2.encode import encode_ktx2
-from paradize.stages.quantise import terrain_lattice
+from paradize.stages.quantise import terrain_grid
 from tests.player.patches import tiled
 from tests.player.synthetic import identity, write_scene
 
@@ -173,7 +173,7 @@ def test_a_quantized_terrain_is_drawn_like_floats_in_every_view(player: Player, 
     """Picture, mirror, refraction and shadow of the same patches: with codes a surface moves by no more than
     the lattice says, so that pictures differ where an edge crosses a pixel, and there by little."""
     steps = 64
-    lattice = terrain_lattice((steps + 1, steps + 1), (SIZE_M, SIZE_M), (-3.2, 3.2))
+    lattice = terrain_grid((steps + 1, steps + 1), (SIZE_M, SIZE_M), (-3.2, 3.2))
     assert lattice.step[1] < 0.001  # heights err by up to half a step, metres; x and z fall on the grid
     kinds = {"floats": None, "codes": lattice}
     pictures: dict[str, list[npt.NDArray[np.float32]]] = {}

@@ -1,4 +1,5 @@
-"""A colour picture -> an sRGB texture with mips in linear light, each level with its measured error."""
+"""Bakes a colour picture into an sRGB texture with mips in linear light, each level with its measured
+error."""
 
 from __future__ import annotations
 
@@ -136,7 +137,7 @@ def color_formats(
 
 
 class _Finest:
-    """Level 0 of a picture with alpha, its sides divisible by four, to be encoded in one way and another."""
+    """Level 0 of a picture with alpha and sides divisible by four, for encoding in different ways."""
 
     def __init__(self, values: Values, encoded: bool) -> None:
         self.values, self.encoded = values, encoded
@@ -180,10 +181,10 @@ def color_texture(
         alpha_weight = _Finest(values, encoded).alpha_weight(tier) if has_alpha else 1.0
     weight = alpha_weight
 
-    def told(level: int, first: int, codes: npt.NDArray[np.uint8]) -> None:
+    def put_rows(level: int, first: int, codes: npt.NDArray[np.uint8]) -> None:
         writer.put(level, first, encode_rows(codes, fmt, tier=tier, alpha_weight=weight))
 
-    color_rows(values, told, encoded=encoded, alpha_cutoff=alpha_cutoff)
+    color_rows(values, put_rows, encoded=encoded, alpha_cutoff=alpha_cutoff)
     return writer.texture()
 
 
@@ -201,7 +202,7 @@ def spread(values: Values, wraps: tuple[bool, bool]) -> Values:
 
 
 def _filled(values: Values, uv: Path, wraps: tuple[bool, bool]) -> Values:
-    """The picture with the gutters of the OBJ's UV layout filled."""
+    """Returns the picture with the gutters of the OBJ's UV layout filled."""
     mesh = read_obj(uv).mesh
     islands = gutter.island_map(mesh, height=values.shape[0], width=values.shape[1], file=uv)
     return gutter.fill_gutter(values, gutter.layout_source(islands, mesh, wraps))
@@ -226,7 +227,7 @@ def _with_alpha(image: Image, alpha: Path | None) -> Values:
 
 
 def _top(values: Values) -> float:
-    """What stands for 1."""
+    """Returns the value that stands for 1."""
     return 1.0 if values.dtype == np.float32 else float(np.iinfo(values.dtype).max)
 
 

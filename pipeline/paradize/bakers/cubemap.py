@@ -1,4 +1,4 @@
-"""Six pictures -> a cube map with mips and its measured error."""
+"""Bakes six pictures into a cube map with mips and its measured error."""
 
 from __future__ import annotations
 

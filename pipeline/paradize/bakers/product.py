@@ -1,4 +1,4 @@
-"""What a bake of a picture gives, and which texture format a scene's budget asks for."""
+"""What the bakers of pictures return, and how a budget chooses a texture format."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class MapProduct:
 
 
 def one_of(what: str, wrong: Sequence[str], allowed: Collection[str]) -> None:
-    """Raises BakeError where there is a wrong word."""
+    """Raises BakeError if there is a wrong word."""
     if wrong:
         raise BakeError(f"no {what} {', '.join(map(repr, wrong))}", mend=f"one of {', '.join(allowed)}")
 
@@ -50,7 +50,7 @@ def wraps_of(wrap: str | tuple[str, str]) -> tuple[bool, bool]:
 
 
 def flat_errors(name: str, level: Mapping[str, float]) -> dict[str, float]:
-    """Level 0's errors under the names that budgets use, the one that stands for the map first."""
+    """Returns level 0's errors by the names that budgets use, the map's main metric first."""
     if "p99_deg" in level:
         found = {f"{name}_{part}_deg": level[f"{part}_deg"] for part in ("p99", "mean", "max")}
     else:
@@ -63,7 +63,7 @@ def flat_errors(name: str, level: Mapping[str, float]) -> dict[str, float]:
 
 
 def beyond(errors: Mapping[str, float], budget: Mapping[str, float]) -> list[str]:
-    """The metrics that are worse than their budget, each with its value; of dB more is better."""
+    """Returns the metrics that exceed their budget, each with its value. For dB more is better."""
     found = []
     for metric, limit in budget.items():
         value = errors.get(metric)
@@ -78,8 +78,8 @@ def within_budget(
     errors_of: Callable[[Made], Mapping[str, float]],
     budget: Mapping[str, float],
 ) -> tuple[Made, str | None]:
-    """What `make` gives for the first format whose errors stay inside the budget, else for the last; and why
-    it is not the first format."""
+    """Returns what `make` returns for the first format whose errors are inside the budget, else for the
+    last; and why it is not the first format."""
     reason = None
     for fmt in formats:
         made = make(fmt)

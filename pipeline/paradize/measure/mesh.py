@@ -23,7 +23,7 @@ from paradize.scene.requirements import BakeJob
 from paradize.stages import atlas
 from paradize.stages.lod import METHODS, SIMPLIFIERS
 from paradize.stages.order import draw_order
-from paradize.stages.quantise import mesh_lattice, quantise_levels
+from paradize.stages.quantise import mesh_grid, quantise_levels
 from paradize.stages.simplifiers import require_simplifier
 from paradize.stages.tangents import METHODS as TANGENTS
 from paradize.stages.tangents import TIERS as FRAMES
@@ -223,7 +223,7 @@ def vertex_tier(path: Path, settings: Settings, tier: str, runs: int | None) -> 
     def write() -> bytes:
         quantized = None
         if degrees is not None:
-            (quantized,) = quantise_levels([mesh], mesh_lattice([mesh]), direction_deg=degrees)
+            (quantized,) = quantise_levels([mesh], mesh_grid([mesh]), direction_deg=degrees)
         return encode_glb([Lod(mesh, 0.0, 0.0, quantized=quantized)], "measured")
 
     seconds, glb = timed(write, runs)

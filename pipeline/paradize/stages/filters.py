@@ -1,10 +1,10 @@
-"""Derivative filters: separable taps by name, and `auto`, which looks at a map and picks.
+"""Derivative filters: separable taps by name, and `auto`, which picks a filter by the heights.
 
 "central", "fourth", "eighth": central differences of that order. "scharr": H. Scharr, "Optimale Operatoren in
-der digitalen Bildverarbeitung", 2000. "smooth<r>", "quintic<r>", "septic<r>": the slope at the centre of the
-polynomial of degree 3, 5 or 7 that fits the 2 r + 1 texels along it best, smoothed across by the same fit,
-for heights with coarse steps: A. Savitzky and M. J. E. Golay, "Smoothing and differentiation of data by
-simplified least squares procedures", 1964.
+der digitalen Bildverarbeitung", 2000. "smooth<r>", "quintic<r>", "septic<r>": for heights with coarse steps;
+the slope at the centre of the polynomial of degree 3, 5 or 7 that best fits the 2 r + 1 texels along the
+axis, smoothed across it by the same fit: A. Savitzky and M. J. E. Golay, "Smoothing and differentiation of
+data by simplified least squares procedures", 1964.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     F64 = npt.NDArray[np.float64]
     I32 = npt.NDArray[np.int32]
 
-FAST = "central"
-EXACT = "eighth"
+FAST_FILTER = "central"
+REFERENCE_FILTER = "eighth"
 TIERS = ("fast", "balanced", "exact")
 # A filter that reads more texels is taken when its predicted error is below this part of the best so far.
 _WORTH = 0.98
@@ -42,7 +42,7 @@ class Taps:
 
 
 def _solve(matrix: list[list[Fraction]], right: list[Fraction]) -> list[Fraction]:
-    """The solution of a small regular system, exactly, by elimination."""
+    """Solves a small regular system exactly, by elimination."""
     n = len(right)
     rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
     for i in range(n):
@@ -95,7 +95,7 @@ _BY_REACH = sorted(FILTERS, key=lambda name: len(FILTERS[name].derivative) * len
 
 
 def taps_of(name: str) -> Taps:
-    """The taps of a filter by name. Raises BakeError for a name that is none."""
+    """Returns the taps of a filter by name. Raises BakeError for an unknown name."""
     if name not in FILTERS:
         raise BakeError(f"no derivative filter {name!r}", mend=f"one of {', '.join(FILTERS)}")
     return FILTERS[name]
@@ -109,19 +109,19 @@ def choose_filter(
     islands: I32 | None = None,
     codes: F32 | None = None,
 ) -> str:
-    """The name of the filter that errs least on the heights (h, w), by its own prediction.
+    """Returns the name of the filter with the least predicted error on the heights (h, w).
 
-    source_bits: 8, 16 or 32, of the file that the heights came from. tier: "fast" is "central" without a
-    look; "balanced" the best taps; "exact" of floats "eighth", of codes as "balanced" (whose slopes it then
-    holds to what the codes allow, see stages/normal.py). islands: (h, w) int32, and codes: (n,) float32, as
-    of data.HeightMap. Raises BakeError for a tier that is none.
+    source_bits: 8, 16 or 32, of the file. tier: "fast" always takes "central"; "balanced" the best filter;
+    "exact" takes "eighth" for floats, else as "balanced" (stages/normal.py then limits its slopes). islands:
+    (h, w) int32, and codes: (n,) float32 height levels, as in data.HeightMap. Raises BakeError for an unknown
+    tier.
     """
     if tier not in TIERS:
         raise BakeError(f"no tier {tier!r}", mend=f"one of {', '.join(TIERS)}")
     if tier == "fast":
-        return FAST
+        return FAST_FILTER
     if tier == "exact" and source_bits == 32:
-        return EXACT
+        return REFERENCE_FILTER
     # A filter that is longer than the map would read nothing but reflections of its edges.
     longest = min((size - 1 for size in heights.shape if size > 1), default=1)
     names = [name for name in _BY_REACH if len(FILTERS[name].derivative) <= longest]

@@ -1,9 +1,9 @@
-"""Vertices as whole numbers, as KHR_mesh_quantization has them: smaller meshes, at an error that is known.
+"""Quantizes vertices to integers, as in KHR_mesh_quantization: smaller meshes, with a known error.
 
-Positions are places of one lattice for all levels of a mesh, or for all parts of a terrain: what is one place
-as floats stays one place as codes, so seams, welds and borders stay closed. Directions take 8 bits where the
-largest error that this makes is accepted, else 16. Texture coordinates take 16 bits where they lie in 0 to 1;
-others stay floats, for codes beyond that range would need a transform of the texture.
+All levels of a mesh, or all parts of a terrain, use one grid: vertices at one position stay at one position,
+so seams, welds and borders stay closed. Directions take 8 bits where the largest error allows it, else 16.
+Texture coordinates take 16 bits if they are in 0 to 1; others stay floats, because they would need a
+transform of the texture.
 
 Source: The Khronos Group, "KHR_mesh_quantization", extension of glTF 2.0, 2020.
 """
@@ -25,17 +25,17 @@ DIRECTION_DEG = 0.1
 # The smallest step: below it float32, in which a graphics card multiplies, loses bits.
 _LEAST_STEP = 2.0**-126
 # A terrain's heights take steps no finer than this share of a pixel, where the bound has room: so its
-# normals, which are stretched with the lattice, keep their precision in 16 bits.
+# normals, which are stretched with the grid, keep their precision in 16 bits.
 _FLATTEST = 64
 _ROOM = 8
 _DEGREES = 180.0 / 3.141592653589793
 
 
-def mesh_lattice(meshes: Sequence[Mesh]) -> QuantizationGrid:
-    """The finest lattice of equal steps that spans all vertices of the meshes.
+def mesh_grid(meshes: Sequence[Mesh]) -> QuantizationGrid:
+    """Returns the finest grid of equal steps that spans all vertices of the meshes.
 
-    Step and origin are float32 numbers, so that a graphics card reckons with the same. Raises BakeError
-    where the mesh is too small for a step in float32.
+    Step and origin are float32 values, as the graphics card uses them. Raises BakeError if the mesh is too
+    small for a step in float32.
     """
     lows = np.min([mesh.positions.min(axis=0) for mesh in meshes], axis=0).astype(np.float64)
     highs = np.max([mesh.positions.max(axis=0) for mesh in meshes], axis=0).astype(np.float64)
@@ -56,18 +56,17 @@ def mesh_lattice(meshes: Sequence[Mesh]) -> QuantizationGrid:
     return QuantizationGrid((step, step, step), (x, y, z))
 
 
-def terrain_lattice(
+def terrain_grid(
     shape: tuple[int, int],
     size_m: tuple[float, float],
     heights_m: tuple[float, float],
     max_error_m: float = 0.0,
 ) -> QuantizationGrid:
-    """The lattice of a whole terrain: codes along x and z are columns and rows of its pixels, codes along y
-    span its heights.
+    """Returns the grid of a whole terrain: x and z count columns and rows of its pixels, y spans its heights.
 
     shape: (rows, columns), at most 65,536 each. size_m: (x, z), first to last pixel. heights_m: (lowest,
-    highest). max_error_m: the terrain's bound; where a step of a 64th of a pixel's side costs no more than
-    an eighth of it, heights take that step, unless they need a larger one. Raises BakeError.
+    highest). max_error_m: the terrain's bound; where a step of a 64th of a pixel's side costs no more than an
+    eighth of it, heights take that step, unless they need a larger one. Raises BakeError.
     """
     rows, columns = shape
     if max(shape) > LARGEST_CODE + 1:
@@ -89,23 +88,23 @@ def terrain_lattice(
 
 
 def quantise(
-    mesh: Mesh, lattice: QuantizationGrid, *, direction_bits: int = 16, float_uvs: bool | None = None
+    mesh: Mesh, grid: QuantizationGrid, *, direction_bits: int = 16, float_uvs: bool | None = None
 ) -> QuantizedValues:
-    """The mesh's vertices as codes. direction_bits: 8, 16 or 32 (float32) for normals and tangents.
-    float_uvs: whether the first texture coordinates stay float32; None: where the mesh's leave 0 to 1. Parts
-    of one terrain must say, for those of some lie in 0 to 1 and those of others do not.
+    """Returns the mesh's vertices quantized to a grid. direction_bits: 8, 16 or 32 (float32) for normals and
+    tangents. float_uvs: whether the first texture coordinates stay float32; None: if they leave 0 to 1. Parts
+    of one terrain must set it, because only some of them leave 0 to 1.
 
-    Every vertex's codes depend on that vertex alone. Raises BakeError for a vertex outside the lattice.
+    The result of a vertex depends on that vertex only. Raises BakeError for a vertex outside the grid.
     """
-    step, origin = np.array(lattice.step), np.array(lattice.origin)
-    codes = np.rint((mesh.positions.astype(np.float64) - origin) / step)
-    if codes.size and (codes.min() < 0 or codes.max() > LARGEST_CODE):
-        at = int(np.flatnonzero(((codes < 0) | (codes > LARGEST_CODE)).any(axis=1))[0])
-        raise BakeError(f"a place outside the lattice of 16-bit positions: codes {codes[at].tolist()}")
-    stretch = None if lattice.uniform else step
+    step, origin = np.array(grid.step), np.array(grid.origin)
+    quantized = np.rint((mesh.positions.astype(np.float64) - origin) / step)
+    if quantized.size and (quantized.min() < 0 or quantized.max() > LARGEST_CODE):
+        at = int(np.flatnonzero(((quantized < 0) | (quantized > LARGEST_CODE)).any(axis=1))[0])
+        raise BakeError(f"a vertex outside the grid of 16-bit positions: values {quantized[at].tolist()}")
+    stretch = None if grid.uniform else step
     return QuantizedValues(
-        grid=lattice,
-        positions=codes.astype(np.uint16),
+        grid=grid,
+        positions=quantized.astype(np.uint16),
         normals=_directions(mesh.normals, stretch, direction_bits),
         tangents=_directions(mesh.tangents, None if stretch is None else 1.0 / stretch, direction_bits),
         uvs=mesh.uvs if float_uvs else _shares(mesh.uvs),
@@ -115,20 +114,20 @@ def quantise(
 
 
 def quantise_levels(
-    meshes: Sequence[Mesh], lattice: QuantizationGrid, *, direction_deg: float = DIRECTION_DEG
+    meshes: Sequence[Mesh], grid: QuantizationGrid, *, direction_deg: float = DIRECTION_DEG
 ) -> list[QuantizedValues]:
-    """All levels of a mesh as codes of one lattice. direction_deg: normals and tangents of all of them take
+    """All levels of a mesh as codes of one grid. direction_deg: normals and tangents of all of them take
     the fewest bits, of 8 and 16, that turn none of them by more than this; 16 where both do."""
-    eight = [quantise(mesh, lattice, direction_bits=8) for mesh in meshes]
-    turned = max(_most_turned(mesh, codes) for mesh, codes in zip(meshes, eight, strict=True))
-    return eight if turned <= direction_deg else [quantise(mesh, lattice) for mesh in meshes]
+    eight = [quantise(mesh, grid, direction_bits=8) for mesh in meshes]
+    turned = max(_most_turned(mesh, quantized) for mesh, quantized in zip(meshes, eight, strict=True))
+    return eight if turned <= direction_deg else [quantise(mesh, grid) for mesh in meshes]
 
 
-def direction_bits(lattice: QuantizationGrid, direction_deg: float = DIRECTION_DEG) -> int:
-    """Bits for directions that keep the bound on any mesh of a lattice, told from the lattice alone: the same
+def direction_bits(grid: QuantizationGrid, direction_deg: float = DIRECTION_DEG) -> int:
+    """Bits for directions that keep the bound on any mesh of a grid, told from the grid alone: the same
     for all parts of a terrain. 8, 16, or 32 where only floats do."""
     # Half a code along each axis, magnified by no more than the ratio of the steps.
-    ratio = max(lattice.step) / min(lattice.step)
+    ratio = max(grid.step) / min(grid.step)
     for bits in (8, 16):
         if 0.5 * 3.0**0.5 / (2 ** (bits - 1) - 1) * ratio * _DEGREES <= direction_deg:
             return bits
@@ -164,20 +163,20 @@ def _colors(values: npt.NDArray[np.float32] | None) -> Any:
     if values is None:
         return None
     wide = values.astype(np.float64)
-    codes = np.rint(wide * 255.0)
-    if np.abs(codes / 255.0 - wide).max() <= 1e-6:
-        return codes.astype(np.uint8)
+    quantized = np.rint(wide * 255.0)
+    if np.abs(quantized / 255.0 - wide).max() <= 1e-6:
+        return quantized.astype(np.uint8)
     return np.rint(wide * LARGEST_CODE).astype(np.uint16)
 
 
-def _most_turned(mesh: Mesh, codes: QuantizedValues) -> float:
-    """A bound on the largest angle, in degrees, between a direction and its codes, both of the lattice's
+def _most_turned(mesh: Mesh, quantized: QuantizedValues) -> float:
+    """A bound on the largest angle, in degrees, between a direction and its codes, both of the grid's
     space stretched back; the sine stands for the angle, which is small."""
     most = 0.0
-    step = np.array(codes.grid.step)
+    step = np.array(quantized.grid.step)
     for values, coded, stretch in (
-        (mesh.normals, codes.normals, 1.0 / step),
-        (mesh.tangents, codes.tangents, step),
+        (mesh.normals, quantized.normals, 1.0 / step),
+        (mesh.tangents, quantized.tangents, step),
     ):
         if values is None or coded is None:
             continue

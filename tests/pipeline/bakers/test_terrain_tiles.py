@@ -30,7 +30,7 @@ from paradize.formats.scene_manifest import decode_scene, encode_scene
 from paradize.formats.terrain_tables import check_tree
 from paradize.readers.heightmap import read_heightmap
 from paradize.scene.baker_settings import TileSettings
-from paradize.stages.quantise import quantise, terrain_lattice
+from paradize.stages.quantise import quantise, terrain_grid
 from paradize.store.local import key_of
 from paradize.visibility.query import plan_query
 from tests.pipeline.glb_json import document
@@ -318,7 +318,7 @@ def test_patches_whose_codes_differ_in_type_are_neither_written_nor_read(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A player draws a tile in one call, with one layout of vertices."""
-    lattice = terrain_lattice((3, 3), (2.0, 2.0), (0.0, 1.0))
+    lattice = terrain_grid((3, 3), (2.0, 2.0), (0.0, 1.0))
     first = triangle(0)
     floats, codes = (quantise(first.mesh, lattice, float_uvs=kept) for kept in (True, False))
     same = [replace(first, index=index, quantized=floats) for index in range(2)]

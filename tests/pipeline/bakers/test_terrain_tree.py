@@ -172,7 +172,7 @@ def test_no_cut_has_a_crack_or_a_t_junction(whole: Any) -> None:
         edges = sum((rims[p] for p in drawn(tables, split)), Counter())
         assert max(edges.values()) <= 2
         for edge, count in edges.items():
-            assert (count == 1) == on_rim(edge, grower.ground)
+            assert (count == 1) == on_rim(edge, grower.heightfield)
 
 
 def test_every_pair_of_patches_that_a_cut_may_show_shares_its_border_bit_by_bit(whole: Any) -> None:
@@ -186,7 +186,7 @@ def test_every_pair_of_patches_that_a_cut_may_show_shares_its_border_bit_by_bit(
     walked = 0
     for side, owners in sides.items():
         assert len({level for _, level in owners}) == 1  # an edge is of one level, whoever has it
-        lines = [_along(meshes[p], grower.ground, tuple(side)) for p, _ in owners]
+        lines = [_along(meshes[p], grower.heightfield, tuple(side)) for p, _ in owners]
         for line in lines[1:]:
             assert line == lines[0]
             walked += len(line)
@@ -208,12 +208,12 @@ def _along(mesh: Mesh, ground: Heightfield, ends: Any) -> list[bytes]:
 
 def test_the_error_of_a_patch_is_what_brute_force_finds(whole: Any) -> None:
     grower, tree, meshes, _ = whole
-    heights = grower.ground.heights_m
+    heights = grower.heightfield.heights_m
     rows, columns = heights.shape
     for patch, mesh in zip(tree.patches, meshes, strict=True):
         worst, covered = 0.0, set()
-        r = (mesh.positions[:, 2].astype(np.float64) / grower.ground.size_z_m + 0.5) * (rows - 1)
-        c = (mesh.positions[:, 0].astype(np.float64) / grower.ground.size_x_m + 0.5) * (columns - 1)
+        r = (mesh.positions[:, 2].astype(np.float64) / grower.heightfield.size_z_m + 0.5) * (rows - 1)
+        c = (mesh.positions[:, 0].astype(np.float64) / grower.heightfield.size_x_m + 0.5) * (columns - 1)
         r, c = np.rint(r).astype(int), np.rint(c).astype(int)
         y = mesh.positions[:, 1].astype(np.float64)
         for i, j, k in mesh.triangles.tolist():

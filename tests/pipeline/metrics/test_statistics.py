@@ -16,7 +16,7 @@ from paradize.metrics.picture import flip, flip_errors
 from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.surface import Original, surface_distance
 from paradize.metrics.tangent import frame_errors, frame_faults
-from paradize.stages.quantise import mesh_lattice, quantise
+from paradize.stages.quantise import mesh_grid, quantise
 from paradize.stages.tangents import tangent_frames
 from tests.pipeline.shapes import grid, sphere
 
@@ -205,7 +205,7 @@ def test_vertices_and_directions_that_moved_are_told_by_their_number(axis: int) 
         triangles=np.arange(999, dtype=np.uint32).reshape(-1, 3),
         groups=(),
     )
-    codes = quantise(mesh, mesh_lattice([mesh]))
+    codes = quantise(mesh, mesh_grid([mesh]))
     glb = encode_glb([Lod(mesh, 0.0, 0.0, quantized=codes)], "ball")
     far = np.zeros(1000)
     far[100:105], far[400:420] = 0.1, 0.02

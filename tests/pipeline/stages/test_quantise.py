@@ -30,10 +30,10 @@ from paradize.metrics.quantised import quantised_errors
 from paradize.scene.baker_settings import TerrainSettings
 from paradize.stages.quantise import (
     direction_bits,
-    mesh_lattice,
+    mesh_grid,
     quantise,
     quantise_levels,
-    terrain_lattice,
+    terrain_grid,
 )
 from paradize.stages.tangents import tangent_frames
 from paradize.stages.terrain import pixels_mesh
@@ -173,7 +173,7 @@ def test_texture_coordinates_beyond_the_image_stay_floats() -> None:
     mesh = ball()
     assert mesh.uvs is not None
     wide = replace(mesh, uvs=mesh.uvs * np.float32(3))
-    lattice = mesh_lattice([wide])
+    lattice = mesh_grid([wide])
     found = quantise(wide, lattice).uvs
     assert found is not None
     assert np.array_equal(found, wide.uvs)
@@ -207,7 +207,7 @@ def test_a_constant_axis_and_a_single_triangle_keep_their_place() -> None:
     assert np.array_equal(back[:, 1], points[:, 1])
     assert lod.errors["quantise_max_m"] <= 3 / 65535
     dot = replace(mesh, positions=np.tile(points[:1], (3, 1)))
-    assert mesh_lattice([dot]).step == (1.0, 1.0, 1.0)
+    assert mesh_grid([dot]).step == (1.0, 1.0, 1.0)
 
 
 def test_a_mesh_too_small_for_a_step_in_float32_is_refused() -> None:
@@ -300,7 +300,7 @@ def test_a_file_that_would_not_be_written_is_refused(spoil: Any) -> None:
 
 def test_the_checker_sees_a_bad_normal_among_codes() -> None:
     mesh = ball()
-    codes = quantise(mesh, mesh_lattice([mesh]), direction_bits=8)
+    codes = quantise(mesh, mesh_grid([mesh]), direction_bits=8)
     assert codes.normals is not None
     short = codes.normals.copy()
     short[5] //= 2
@@ -336,7 +336,7 @@ def dunes(rows: int = 65, columns: int = 97) -> Heightfield:
 
 def lattice_of(field: Heightfield, max_error_m: float = 0.0) -> QuantizationGrid:
     heights = field.heights_m
-    return terrain_lattice(
+    return terrain_grid(
         (heights.shape[0], heights.shape[1]),
         (field.size_x_m, field.size_z_m),
         (float(heights.min()), float(heights.max())),
@@ -402,20 +402,20 @@ def test_a_viewer_that_follows_the_standard_sees_a_terrains_normals(max_error_m:
 
 
 def test_a_flat_terrain_and_one_of_65536_pixels_a_side_have_a_lattice() -> None:
-    flat = terrain_lattice((2, 2), (1.0, 1.0), (5.0, 5.0))
+    flat = terrain_grid((2, 2), (1.0, 1.0), (5.0, 5.0))
     assert flat.step[1] > 0
-    assert terrain_lattice((2, 65536), (65535.0, 1.0), (0.0, 1.0)).step[0] == 1.0
+    assert terrain_grid((2, 65536), (65535.0, 1.0), (0.0, 1.0)).step[0] == 1.0
     with pytest.raises(BakeError, match="65536 a side"):
-        terrain_lattice((2, 65537), (65535.0, 1.0), (0.0, 1.0))
+        terrain_grid((2, 65537), (65535.0, 1.0), (0.0, 1.0))
 
 
 def test_levels_need_one_lattice() -> None:
     fine, coarse = ball(), ball(10)
-    (a,) = quantise_levels([fine], mesh_lattice([fine]))
+    (a,) = quantise_levels([fine], mesh_grid([fine]))
     (b,) = quantise_levels([coarse], QuantizationGrid((1.0, 1.0, 1.0), (-1.0, -1.0, -1.0)))
     with pytest.raises(BakeError, match="one quantization grid"):
         encode_glb([Lod(fine, 0, 0, quantized=a), Lod(coarse, 0, 0, quantized=b)], "two")
-    with pytest.raises(BakeError, match="outside the lattice"):
+    with pytest.raises(BakeError, match="outside the grid"):
         quantise(fine, QuantizationGrid((1e-6, 1e-6, 1e-6), (0.0, 0.0, 0.0)))
 
 

@@ -13,10 +13,10 @@ from paradize.formats.glb.encode import encode_glb
 from paradize.metrics.quantised import quantised_errors
 from paradize.stages.quantise import (
     direction_bits,
-    mesh_lattice,
+    mesh_grid,
     quantise,
     quantise_levels,
-    terrain_lattice,
+    terrain_grid,
 )
 from paradize.stages.tangents import tangent_frames
 from tests.pipeline.glb_json import document, with_document
@@ -28,7 +28,7 @@ def test_a_lattice_spans_its_mesh_with_the_least_step_that_a_float_can_have(seed
     points = np.random.default_rng(seed).normal(size=(9, 3)).astype(np.float32)
     wide = points.astype(np.float64)
     extent = float((wide.max(axis=0) - wide.min(axis=0)).max())
-    step = np.float32(mesh_lattice([Mesh(points, np.zeros((0, 3), np.uint32))]).step[0])
+    step = np.float32(mesh_grid([Mesh(points, np.zeros((0, 3), np.uint32))]).step[0])
     assert float(step) * 65535 >= extent > float(np.nextafter(step, np.float32(0))) * 65535
 
 
@@ -45,10 +45,10 @@ def test_bits_of_directions_keep_half_the_diagonal_of_a_code_inside_the_bound() 
 def test_heights_take_gentle_steps_where_they_cost_an_eighth_of_the_bound() -> None:
     """Pixels of 1 x 2 metres: a 64th of the longer side is 1 / 32; half of it is the error."""
     for error_m, step in ((8 / 64 * 1.001, 1 / 32), (8 / 64 * 0.999, 10 / 65535)):
-        found = terrain_lattice((5, 9), (8.0, 8.0), (-3.0, 7.0), error_m)
+        found = terrain_grid((5, 9), (8.0, 8.0), (-3.0, 7.0), error_m)
         assert found.step == (1.0, pytest.approx(step, rel=1e-9), 2.0)
         assert found.origin == (-4.0, -3.0, -4.0)
-    oblong = terrain_lattice((5, 9), (8.0, 12.0), (0.0, 1.0))
+    oblong = terrain_grid((5, 9), (8.0, 12.0), (0.0, 1.0))
     assert oblong.origin == (-4.0, 0.0, -6.0)
 
 
@@ -60,7 +60,7 @@ def test_tangents_alone_can_need_sixteen_bits() -> None:
         tangents = ground.tangents.copy()
         tangents[:, :3] = [np.cos(np.radians(degrees)), 0, np.sin(np.radians(degrees))]
         mesh = replace(ground, tangents=tangents)
-        (codes,) = quantise_levels([mesh], mesh_lattice([mesh]))
+        (codes,) = quantise_levels([mesh], mesh_grid([mesh]))
         assert codes.normals is not None and codes.normals.dtype == kind
 
 
@@ -70,12 +70,12 @@ def test_texture_coordinates_just_outside_stay_floats(value: float) -> None:
     assert ground.uvs is not None
     uvs = ground.uvs.copy()
     uvs[4, 1] = value
-    found = quantise(replace(ground, uvs=uvs), mesh_lattice([ground])).uvs
+    found = quantise(replace(ground, uvs=uvs), mesh_grid([ground])).uvs
     assert found is not None and np.array_equal(found, uvs)
 
 
 def encoded(*meshes: Mesh) -> bytes:
-    lattice = mesh_lattice(meshes)
+    lattice = mesh_grid(meshes)
     return encode_glb([Lod(mesh, 0.0, 0.0, quantized=quantise(mesh, lattice)) for mesh in meshes], "codes")
 
 

@@ -243,7 +243,7 @@ def test_a_tree_is_the_same_whatever_asks_for_it_first() -> None:
 def test_a_plain_needs_its_corners_only() -> None:
     grower, tree = grown(Heightfield(np.full((65, 65), 2.5, np.float32), 64.0, 64.0), demand=still_demand())
     assert [patch.sizes for patch in tree.patches] == [(3, 1), (3, 1)]
-    assert tree.asked_s is None
+    assert tree.needed_s is None
     assert tree.left_out == sum(grower.shape.count()) - 2
 
 

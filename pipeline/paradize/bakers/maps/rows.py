@@ -14,7 +14,7 @@ from paradize.maps import MAPS
 from paradize.metrics.levels import encoding_error, filter_error, open_error
 from paradize.metrics.source import true_gloss
 from paradize.stages import gutter
-from paradize.stages.filters import EXACT, FAST
+from paradize.stages.filters import FAST_FILTER, REFERENCE_FILTER
 from paradize.stages.gloss import GlossSettings, gloss_map
 from paradize.stages.height import luminance_plane
 from paradize.stages.mips import gloss_bundle
@@ -54,13 +54,16 @@ def no_worse_than_fast(ground: HeightMap) -> HeightMap:
     any of filter_errors. Otherwise with the slopes of tier `exact`: of 8- and 16-bit heights held to what
     their rounding leaves open, of floats EXACT's. `auto` predicts from a spectrum, which says little of small
     maps and of UV islands."""
-    if ground.filter_name in (FAST, EXACT):
+    if ground.filter_name in (FAST_FILTER, REFERENCE_FILTER):
         return ground
-    own, fast = filter_errors(ground), filter_errors(replace(ground, filter_name=FAST, clamp_slopes=False))
+    own, fast = (
+        filter_errors(ground),
+        filter_errors(replace(ground, filter_name=FAST_FILTER, clamp_slopes=False)),
+    )
     if all(own[name] <= fast[name] for name in own):
         return ground
     return (
-        replace(ground, filter_name=EXACT)
+        replace(ground, filter_name=REFERENCE_FILTER)
         if ground.height_levels is None
         else replace(ground, clamp_slopes=True)
     )

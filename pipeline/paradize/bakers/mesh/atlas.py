@@ -1,4 +1,5 @@
-"""A UV layout where a mesh lacks one or its own lies over itself: made where it can be killed, measured."""
+"""Makes a UV atlas where UVs are missing or overlap, and measures it. Runs in a subprocess, which can be
+killed."""
 
 from __future__ import annotations
 
@@ -16,13 +17,13 @@ from paradize.stages.unwrappers import UNWRAPPERS, require_unwrapper
 
 _TIMEOUT_S = 120.0
 _MEMORY_BYTES = 8 << 30
-# Authors' charts touch, and share texels where they do: only more of the image than this is an overlap.
+# Authors' charts may touch and share texels: a smaller share of the image is no overlap.
 _OVERLAPPING = 0.005
 
 
 def overlaps(mesh: Mesh) -> bool:
-    """Whether a layout inside the unit square lies over itself; one that leaves the square repeats its image,
-    and is left alone."""
+    """Whether a layout inside the unit square overlaps itself. A layout that leaves the square repeats its
+    image and counts as free of overlaps."""
     if mesh.uvs is None:
         return False
     used = mesh.uvs[mesh.triangles]
@@ -34,38 +35,44 @@ def overlaps(mesh: Mesh) -> bool:
 def with_atlas(
     mesh: Mesh, path: Path, tier: str, unwrapper: str = UNWRAPPERS[0]
 ) -> tuple[Mesh, dict[str, Any] | None, list[str]]:
-    """The mesh with a new layout where it needs one; what was measured of that, and warnings.
+    """Returns the mesh with a new layout if it needs one, the layout's quality, and warnings.
 
-    unwrapper: one of UNWRAPPERS. Raises BakeError where it is not there, where the layout takes too long, or
-    where it is not sound: see sound_quality.
+    unwrapper: one of UNWRAPPERS. Raises BakeError if it is not installed, if the layout takes too long, or if
+    it is not sound: see sound_quality.
     """
     require_unwrapper(unwrapper)
     if mesh.uvs is not None and not overlaps(mesh):
         return mesh, None, []
     why = "no texture coordinates" if mesh.uvs is None else "texture coordinates that lie over one another"
     by = "" if unwrapper == UNWRAPPERS[0] else f" by {unwrapper}"
-    made = call_isolated(
+    unwrapped = call_isolated(
         f"the atlas of {path}{by}",
         make_atlas,
         {"mesh": mesh, "tier": tier if tier in TIERS else "balanced", "unwrapper": unwrapper},
         timeout_s=_TIMEOUT_S,
         memory_bytes=_MEMORY_BYTES,
     )
-    return made, sound_quality(made, path, unwrapper), [f"{path}: {why}, so a UV layout was made{by}"]
+    return (
+        unwrapped,
+        sound_quality(unwrapped, path, unwrapper),
+        [f"{path}: {why}, so a UV layout was made{by}"],
+    )
 
 
 def sound_quality(mesh: Mesh, path: Path, unwrapper: str) -> dict[str, Any]:
-    """atlas_quality of a layout that was made. Raises BakeError where it is not sound: charts over one
-    another, nearer than the gutter, mirrored, or a triangle without an area in the image."""
-    told = atlas_quality(mesh, resolution=RESOLUTION, padding=PADDING)
-    for key, what in (
+    """Returns the quality of a new layout. Raises BakeError if charts overlap, are nearer than the gutter
+    or mirrored, or if a triangle has no area in the image."""
+    quality = atlas_quality(mesh, resolution=RESOLUTION, padding=PADDING)
+    for key, problem in (
         ("overlap", "of the texels are covered twice"),
         ("near", "texels have another chart within the gutter"),
         ("flipped", "triangles are mirrored"),
         ("without", "triangles have no area in the image"),
     ):
-        if told[key] > 0:
+        if quality[key] > 0:
             mend = None if unwrapper == UNWRAPPERS[0] else f"take the unwrapper {UNWRAPPERS[0]!r}"
             whose = "" if mend is None else f" of {unwrapper}"
-            raise BakeError(f"the atlas{whose} is not sound: {told[key]:g} {what}", file=path, mend=mend)
-    return told
+            raise BakeError(
+                f"the atlas{whose} is not sound: {quality[key]:g} {problem}", file=path, mend=mend
+            )
+    return quality

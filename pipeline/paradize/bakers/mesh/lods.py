@@ -1,8 +1,8 @@
-"""The chain of levels of detail: which levels there are, each simplified, measured, and kept or left out
-with a reason.
+"""Makes the chain of levels of detail: each level is simplified, measured, and kept or left out with a
+reason.
 
-A plan says how levels are chosen: by a share of the triangles, by the error of each, or by what a camera's
-path can see. Whatever the simplifier believes, only what the metric found counts.
+A plan sets how levels are chosen: by a share of the triangles, by the error of each, or by what the camera's
+path can see. Only measured errors count, not the simplifier's own estimate.
 """
 
 from __future__ import annotations
@@ -48,13 +48,13 @@ _STILL = {"uv_shift_p99": 0.0, "uv_shift_max": 0.0}
 
 @dataclass(frozen=True)
 class Plan:
-    """How levels are chosen; errors are shares of the source's diagonal.
+    """How levels are chosen. Errors are shares of the source's diagonal.
 
-    count: levels at most, the first included. limit: largest error of any level. ratio: triangles of a
-    level, of those of the one before. errors: bounds of the levels after the first, instead of ratio: each is
-    the coarsest mesh inside. finest: what the first level may be off, 0: it is the source. farthest: what a
-    level may be off where the scene's views are farthest; none follows one that is that much off. simplifier:
-    one of SIMPLIFIERS.
+    count: most levels, the first included. limit: largest error of any level. ratio: triangles of a level, as
+    a share of the level before. errors: bounds of the levels after the first, instead of ratio; each level is
+    the coarsest mesh inside its bound. finest: allowed error of the first level; 0: it is the source.
+    farthest: allowed error at the farthest view; no level follows one with that error. simplifier: one of
+    SIMPLIFIERS.
     """
 
     count: int = 4
@@ -76,40 +76,40 @@ class MeasuredLevel:
 
 
 def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[MeasuredLevel], list[str]]:
-    """Levels, the finest first, and notes: fewer than asked, with the reason, where no worthy one can be had.
+    """Returns levels, finest first, and notes with the reason where there are fewer than requested.
 
-    mesh: validated, with normals. tier: one of TIERS; of another simplifier than ours there is `balanced`
-    alone. No level has more triangles or a smaller error than the one before. Raises BakeError where the
-    plan's simplifier cannot do the mesh.
+    mesh: validated, with normals. tier: one of TIERS; other simplifiers than ours have only `balanced`. No
+    level has more triangles or a smaller error than the one before. Raises BakeError if the plan's simplifier
+    cannot handle the mesh.
     """
     require_simplifier(plan.simplifier, mesh)
-    judge = Original(mesh)
-    steps, notes = _chain(judge, plan)
+    reference = Original(mesh)
+    steps, notes = _chain(reference, plan)
     if TIERS[tier] == "exact" and plan.simplifier == METHODS[0]:
-        steps, left_out = _refined(judge, steps)
+        steps, left_out = _refined(reference, steps)
         notes += left_out
     return steps, list(dict.fromkeys(notes + _loose(steps) + _slides(steps, plan.simplifier)))
 
 
-def _refined(judge: Original, steps: list[MeasuredLevel]) -> tuple[list[MeasuredLevel], list[str]]:
-    """The levels, each nearer to the source where that can be had; those that a coarser one then beats are
-    left out, with notes."""
+def _refined(reference: Original, steps: list[MeasuredLevel]) -> tuple[list[MeasuredLevel], list[str]]:
+    """Returns the levels, each nearer to the source where possible; levels that a coarser one then beats
+    are left out, with notes."""
     found: list[MeasuredLevel] = []
     notes: list[str] = []
-    before = judge.mesh
+    before = reference.mesh
     for at, step in enumerate(steps):
-        if step.mesh is judge.mesh:
+        if step.mesh is reference.mesh:
             found.append(step)
             continue
         report_step(f"refining level {at} of {len(steps) - 1}")
-        mesh, errors = refine_level(judge, before, step.mesh, step.errors, step.seams_kept, _SAMPLES)
+        mesh, errors = refine_level(reference, before, step.mesh, step.errors, step.seams_kept, _SAMPLES)
         before = step.mesh
         notes += _append(found, MeasuredLevel(mesh, errors, step.seams_kept))
     return found, notes
 
 
 def _append(steps: list[MeasuredLevel], found: MeasuredLevel) -> list[str]:
-    """Appends a level and takes those away that it beats with fewer triangles; notes."""
+    """Appends a level, removes those that it beats with fewer triangles, and returns notes."""
     notes = []
     while len(steps) > 1 and found.errors["error_max"] < steps[-1].errors["error_max"] - _ROUNDING:
         worse = len(steps.pop().mesh.triangles)
@@ -120,16 +120,16 @@ def _append(steps: list[MeasuredLevel], found: MeasuredLevel) -> list[str]:
     return notes
 
 
-def _chain(judge: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[str]]:
+def _chain(reference: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[str]]:
     """The levels of balanced, and notes."""
-    mesh = judge.mesh
-    steps, notes = [_fully_measured(judge, MeasuredLevel(mesh, NO_ERROR))], []
+    mesh = reference.mesh
+    steps, notes = [_fully_measured(reference, MeasuredLevel(mesh, NO_ERROR))], []
     if plan.finest > 0:
-        found, note = _coarsest(judge, mesh, plan.finest, plan.simplifier)
+        found, note = _coarsest(reference, mesh, plan.finest, plan.simplifier)
         if found is None:
             notes.append(f"lod0 is the source: {note}")
         else:
-            steps = [_fully_measured(judge, found)]
+            steps = [_fully_measured(reference, found)]
             share = f"{len(found.mesh.triangles)} of {len(mesh.triangles)} triangles"
             notes.append(f"lod0 has {share}: nothing finer is seen")
     first = len(steps[0].mesh.triangles)
@@ -150,19 +150,19 @@ def _chain(judge: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[str]]
             break
         if plan.errors:
             bound = min(plan.errors[at - 1], plan.limit)
-            found, note = _coarsest(judge, last.mesh, bound, plan.simplifier)
+            found, note = _coarsest(reference, last.mesh, bound, plan.simplifier)
         else:
             target = max(LEAST_TRIANGLES, int(first * plan.ratio**at))
             if target >= before:
                 notes.append(f"no level after lod{len(steps) - 1}: {before} triangles are few enough")
                 break
-            found, note = _nearest(judge, last.mesh, target, plan.limit, plan.simplifier)
+            found, note = _nearest(reference, last.mesh, target, plan.limit, plan.simplifier)
         if found is None:
             notes.append(f"no level after lod{len(steps) - 1}: {note}")
             if plan.errors:
                 continue
             break
-        found = _fully_measured(judge, found)
+        found = _fully_measured(reference, found)
         turned = found.errors["normal_mean_deg"]
         if not plan.errors and turned > _TURNED_DEG:
             shape = f"{len(found.mesh.triangles)} triangles turn normals by {turned:.0f} degrees on the mean"
@@ -173,13 +173,13 @@ def _chain(judge: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[str]]
     return steps, notes
 
 
-def _fully_measured(judge: Original, step: MeasuredLevel) -> MeasuredLevel:
-    """The level with the errors of its normals and its texture measured too."""
-    if step.mesh is judge.mesh:
+def _fully_measured(reference: Original, step: MeasuredLevel) -> MeasuredLevel:
+    """Returns the level with the errors of its normals and its texture measured too."""
+    if step.mesh is reference.mesh:
         return replace(step, errors=NO_ERROR | _SAME | _STILL)
-    normals = normal_error(judge, step.mesh, _SAMPLES, surface_error=step.errors["error_max"])
+    normals = normal_error(reference, step.mesh, _SAMPLES, surface_error=step.errors["error_max"])
     slid = {key: step.errors[key] for key in _STILL if key in step.errors}
-    slid = slid or uv_shift(judge, step.mesh, _SAMPLES)
+    slid = slid or uv_shift(reference, step.mesh, _SAMPLES)
     return replace(step, errors=step.errors | normals | slid)
 
 
@@ -213,52 +213,54 @@ def _slides(steps: list[MeasuredLevel], simplifier: str) -> list[str]:
 
 
 def _simplified(
-    judge: Original, before: Mesh, target: int, limit: float, simplifier: str
+    reference: Original, before: Mesh, target: int, limit: float, simplifier: str
 ) -> tuple[MeasuredLevel | None, str]:
-    """About `target` triangles, measured; None where nothing would be left; and why there are more. Where its
-    texture slid it is made again with more weight on that, and the least slid one inside `limit` is taken."""
-    level = simplify(before, target, method=simplifier, original=judge.mesh)
+    """Returns a measured level of about `target` triangles, or None if nothing would be left; and why it
+    has more. If its texture slid, it is made again with more weight on UVs, and the least slid one inside
+    `limit` is taken."""
+    level = simplify(before, target, method=simplifier, original=reference.mesh)
     try:
         mesh, _ = validate_mesh(level.mesh)
     except SourceError:
         return None, "nothing would be left"
-    step = MeasuredLevel(mesh, judge.distance(mesh, _SAMPLES), level.seams_kept)
-    return _with_texture_held(judge, step, before, target, limit, simplifier), level.note
+    step = MeasuredLevel(mesh, reference.distance(mesh, _SAMPLES), level.seams_kept)
+    return _with_texture_held(reference, step, before, target, limit, simplifier), level.note
 
 
 def _with_texture_held(
-    judge: Original, step: MeasuredLevel, before: Mesh, target: int, limit: float, simplifier: str
+    reference: Original, step: MeasuredLevel, before: Mesh, target: int, limit: float, simplifier: str
 ) -> MeasuredLevel:
-    """The step; where its texture slid too far, one of as few triangles inside `limit` whose slid less."""
-    if judge.mesh.uvs is None or simplifier not in METHODS or step.errors["error_max"] > limit:
+    """Returns the level; if its texture slid too far, one of as few triangles inside `limit` that slid
+    less."""
+    if reference.mesh.uvs is None or simplifier not in METHODS or step.errors["error_max"] > limit:
         return step
-    best = replace(step, errors=step.errors | uv_shift(judge, step.mesh, _SAMPLES))
+    best = replace(step, errors=step.errors | uv_shift(reference, step.mesh, _SAMPLES))
     for weight in _HELD:
         if best.errors["uv_shift_p99"] <= max(_SLID, 2 * best.errors["error_max"]):
             break
-        level = simplify(before, target, method=simplifier, original=judge.mesh, hold=weight)
+        level = simplify(before, target, method=simplifier, original=reference.mesh, hold=weight)
         try:
             mesh, _ = validate_mesh(level.mesh)
         except SourceError:
             continue
-        errors = judge.distance(mesh, _SAMPLES)
+        errors = reference.distance(mesh, _SAMPLES)
         if errors["error_max"] > limit or len(mesh.triangles) > 1.02 * len(step.mesh.triangles):
             continue
-        errors |= uv_shift(judge, mesh, _SAMPLES)
+        errors |= uv_shift(reference, mesh, _SAMPLES)
         if level.seams_kept >= step.seams_kept and errors["uv_shift_p99"] < best.errors["uv_shift_p99"]:
             best = MeasuredLevel(mesh, errors, level.seams_kept)
     return best
 
 
 def _nearest(
-    judge: Original, before: Mesh, target: int, limit: float, simplifier: str
+    reference: Original, before: Mesh, target: int, limit: float, simplifier: str
 ) -> tuple[MeasuredLevel | None, str]:
-    """The level nearest to `target` triangles whose measured error stays inside `limit`, or None; and why
-    not nearer."""
+    """Returns the level nearest to `target` triangles with a measured error inside `limit`, or None; and
+    why it is not nearer."""
     most = int(len(before.triangles) * (1 - _WORTH))
     least, best, note = target, None, ""
     for _ in range(_BISECTIONS):
-        step, reason = _simplified(judge, before, target, limit, simplifier)
+        step, reason = _simplified(reference, before, target, limit, simplifier)
         if step is None:
             return best, note or reason
         count = len(step.mesh.triangles)
@@ -281,10 +283,10 @@ def _nearest(
 
 
 def _coarsest(
-    judge: Original, before: Mesh, bound: float, simplifier: str
+    reference: Original, before: Mesh, bound: float, simplifier: str
 ) -> tuple[MeasuredLevel | None, str]:
-    """The mesh of the fewest triangles whose measured error stays inside `bound`, found by bisection of the
-    count on a logarithmic scale; None where none saves a triangle worth saving."""
+    """Returns the mesh of the fewest triangles with a measured error inside `bound`, by bisection of the
+    count on a logarithmic scale; None if no level saves enough triangles."""
     whole = len(before.triangles)
     low, high = LEAST_TRIANGLES, int(whole * (1 - _WORTH))
     best: MeasuredLevel | None = None
@@ -293,7 +295,7 @@ def _coarsest(
         if low > high:
             break
         target = max(low, min(high, isqrt(low * high)))
-        step, reason = _simplified(judge, before, target, bound, simplifier)
+        step, reason = _simplified(reference, before, target, bound, simplifier)
         if step is None or step.errors["error_max"] > bound:
             if step is not None:
                 off = step.errors["error_max"]

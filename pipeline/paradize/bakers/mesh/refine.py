@@ -1,6 +1,8 @@
-"""Tier `exact` of levels of detail: each level of `balanced`, brought nearer to the source with no more
-triangles. What is tried is measured, and taken only where no error of the level becomes worse: so the tier is
-never behind `balanced`, by any metric that a budget may name.
+"""Tier `exact` of levels of detail: brings each level of `balanced` nearer to the source with no more
+triangles.
+
+Every candidate is measured, and taken only if no error of the level becomes worse. So the tier is never worse
+than `balanced`, by any metric that a budget may name.
 """
 
 from __future__ import annotations
@@ -33,9 +35,9 @@ _SHARES = (1.0, 0.5, 0.25)  # of the way to the fitted positions or normals
 
 @dataclass
 class Refined:
-    """A level as it becomes better. base: errors that it must not exceed, by the names of _SLACK."""
+    """A level while it is refined. base: errors that it must not exceed, by the names of _SLACK."""
 
-    judge: Original
+    reference: Original
     base: Mapping[str, float]
     mesh: Mesh
     samples: int
@@ -45,18 +47,20 @@ class Refined:
         self.errors = dict(self.base)
 
     def take(self, mesh: Mesh, fitted: Callable[[], Iterator[Mesh]] | None = None) -> bool:
-        """Takes the mesh where it is better: no error beyond the base, and the errors' ratios to the base
-        lower on the mean. What is quick to measure is measured first. fitted: the same mesh with other
-        normals, which are tried first."""
-        judge, samples = self.judge, self.samples
-        found = judge.distance(mesh, samples)
-        if not self._inside(found):
+        """Takes the mesh if it is better: no error exceeds the base, and the mean ratio of errors to the
+        base falls. Quick measurements come first. fitted: the same mesh with other normals, which are
+        tried first."""
+        reference, samples = self.reference, self.samples
+        errors_found = reference.distance(mesh, samples)
+        if not self._inside(errors_found):
             return False
-        found |= uv_shift(judge, mesh, samples)
-        if not self._inside(found):
+        errors_found |= uv_shift(reference, mesh, samples)
+        if not self._inside(errors_found):
             return False
         for one in (*(fitted() if fitted else ()), mesh):
-            errors = found | normal_error(judge, one, samples, surface_error=found["error_max"])
+            errors = errors_found | normal_error(
+                reference, one, samples, surface_error=errors_found["error_max"]
+            )
             if self._inside(errors) and self._score(errors) < self._score(self.errors):
                 self.mesh, self.errors = one, errors
                 return True
@@ -70,18 +74,18 @@ class Refined:
 
 
 def refine_level(
-    judge: Original,
+    reference: Original,
     before: Mesh,
     level: Mesh,
     errors: Mapping[str, float],
     seams_kept: bool,
     samples: int,
 ) -> tuple[Mesh, dict[str, float]]:
-    """A level of balanced and its errors -> one of as many triangles or fewer with errors that are no worse.
-    before: the level before it. seams_kept: whether its triangles end at texture seams."""
-    best = Refined(judge, errors, level, samples)
-    for start, method, variant in _ways(judge.mesh, before):
-        other = simplify(start, len(level.triangles), method, original=judge.mesh, variant=variant)
+    """Refines a level of balanced. Returns a mesh of at most as many triangles whose errors are no worse,
+    and its errors. before: the level before it. seams_kept: whether its triangles end at texture seams."""
+    best = Refined(reference, errors, level, samples)
+    for start, method, variant in _ways(reference.mesh, before):
+        other = simplify(start, len(level.triangles), method, original=reference.mesh, variant=variant)
         try:
             mesh, _ = validate_mesh(other.mesh)
         except SourceError:  # nothing would be left
@@ -93,16 +97,16 @@ def refine_level(
 
 
 def _ways(source: Mesh, before: Mesh) -> Iterator[tuple[Mesh, str, float]]:
-    """What else makes such a level: a start, a method and how attributes are weighed."""
+    """Yields other ways to make the level: start mesh, method and weight of attributes."""
     yield before, "meshoptimizer", VARIANTS[0]
     for variant in VARIANTS[before is source :]:
         yield source, "paradize", variant
 
 
 def _fit(best: Refined) -> None:
-    """Moves the vertices towards the source as far as no error grows, and turns their normals."""
-    level, source = best.mesh, best.judge.mesh
-    reach_m = best.errors["error_max"] * best.judge.diagonal_m
+    """Moves the vertices towards the source as far as no error grows, and fits their normals."""
+    level, source = best.mesh, best.reference.mesh
+    reach_m = best.errors["error_max"] * best.reference.diagonal_m
     points = level.positions.astype(np.float64)
     way = fit_positions(source, level, reach_m) - points
     for share in (*_SHARES, 0.0):
@@ -116,7 +120,7 @@ def _fit(best: Refined) -> None:
 
 
 def _turned(source: Mesh, level: Mesh) -> Iterator[Mesh]:
-    """The level with normals fitted to the source's, and partly so."""
+    """Yields the level with normals fitted to the source's, fully and partly."""
     if source.normals is None or level.normals is None:
         return
     way = fit_normals(source, level) - level.normals

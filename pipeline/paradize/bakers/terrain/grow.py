@@ -1,9 +1,8 @@
-"""A height field and what a flight asks of it -> the patches and diamonds that a player needs, no others.
+"""Finds the patches and diamonds of a height field that the player needs for a flight.
 
-From the roots down: a diamond is split where some run of the flight could want something of what lies below
-it finer (its error may be as large as its level's tolerance), and every patch so made is measured. Then, from
-the finest up: a split stays where a patch's own measured error is too large in some run in which a view shows
-it, or where a split below needs it.
+From the roots down, a diamond is split if some part of the flight could need finer detail below it (its error
+may be as large as its level's tolerance), and every new patch is measured. Then, from the finest level up, a
+split stays if a patch's measured error is too large in a view that shows it, or if a split below needs it.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from paradize.formats.glb.quantized import decoded_mesh
 from paradize.kernels.terrain import patch
 from paradize.kernels.threads import default_threads
 from paradize.metrics.terrain import TerrainError, patch_error
-from paradize.stages.quantise import direction_bits, quantise, terrain_lattice
+from paradize.stages.quantise import direction_bits, quantise, terrain_grid
 from paradize.stages.terrain import pixels_mesh
 from paradize.stages.terrain_tree import Blocks, Corners, Point, Shape, diamond_of, tolerance
 from paradize.visibility.query import Sphere, VisibilityQuery
@@ -42,11 +41,11 @@ _BYTES = 1500  # a patch's share of a GLB's JSON, about
 
 
 class Grower:
-    """Grows the tree of one field. `mesh` gives the mesh of any of its patches."""
+    """Grows the tree of one height field. `mesh` returns the mesh of any of its patches."""
 
     def __init__(
         self,
-        ground: Heightfield,
+        heightfield: Heightfield,
         *,
         max_error_m: float,
         leaf_px: int,
@@ -54,20 +53,20 @@ class Grower:
         demand: VisibilityQuery | None,
         quantise: bool = False,
     ) -> None:
-        """demand: None asks for everything. quantise: vertices become codes of one lattice, and errors are
-        those of the codes. Raises BakeError where there is no such lattice."""
-        rows, columns = ground.heights_m.shape
-        self.ground, self.max_error_m, self.sand_repeat = ground, max_error_m, sand_repeat
+        """demand: None needs everything. quantise: vertices are quantized to one grid, and errors include
+        that. Raises BakeError if there is no such grid."""
+        rows, columns = heightfield.heights_m.shape
+        self.heightfield, self.max_error_m, self.sand_repeat = heightfield, max_error_m, sand_repeat
         self.demand = demand
         self.shape = Shape(rows, columns, leaf_px)
-        self.blocks = Blocks.of(ground.heights_m, max(1, leaf_px // 2))
+        self.blocks = Blocks.of(heightfield.heights_m, max(1, leaf_px // 2))
         low, high = float(self.blocks.low.min()), float(self.blocks.high.max())
         self.grid: QuantizationGrid | None = None
         if quantise:
-            sizes = ground.size_x_m, ground.size_z_m
-            self.grid = terrain_lattice((rows, columns), sizes, (low, high), max_error_m)
+            sizes = heightfield.size_x_m, heightfield.size_z_m
+            self.grid = terrain_grid((rows, columns), sizes, (low, high), max_error_m)
         self.least_m = (high - low) / 65536.0
-        self.steps = ground.size_z_m / (rows - 1), ground.size_x_m / (columns - 1)
+        self.steps = heightfield.size_z_m / (rows - 1), heightfield.size_x_m / (columns - 1)
         self.levels: list[dict[Point, Diamond]] = [{} for _ in range(self.shape.finest + 1)]
         self.patches: list[Patch] = []
         self._spool = TemporaryFile()  # noqa: SIM115 (lives as long as the tree)
@@ -76,7 +75,7 @@ class Grower:
         self._lock, self._large = Lock(), Lock()
 
     def grow(self) -> Tree:
-        """The tree. Raises BakeError where float32 positions cannot hold the finest level's error."""
+        """Returns the tree. Raises BakeError if float32 positions cannot hold the finest level's error."""
         with ThreadPoolExecutor(default_threads(8)) as pool:
             list(pool.map(self._make, [self._patch(corners, 0, None) for corners in self.shape.roots()]))
             growing = True
@@ -98,7 +97,7 @@ class Grower:
         codes = np.frombuffer(self._spool.read(4 * vertices + 6 * triangles), np.uint16)
         pixels = codes[: 2 * vertices].reshape(-1, 2).astype(np.int32)
         return pixels_mesh(
-            self.ground,
+            self.heightfield,
             pixels,
             codes[2 * vertices :].reshape(-1, 3).astype(np.uint32),
             sand_repeat=self.sand_repeat,
@@ -108,7 +107,7 @@ class Grower:
         """The vertices of a patch's mesh as a file shall hold them; None: as floats."""
         if self.grid is None:
             return None
-        most = self.sand_repeat * max(1.0, self.ground.size_z_m / self.ground.size_x_m)
+        most = self.sand_repeat * max(1.0, self.heightfield.size_z_m / self.heightfield.size_x_m)
         bits = direction_bits(self.grid)
         return quantise(mesh, self.grid, direction_bits=bits, float_uvs=most > 1.0)
 
@@ -177,15 +176,17 @@ class Grower:
         inside = self.tolerance_m(new.level)
         for _ in range(TRIES):
             vertices, triangles = patch(
-                self.ground.heights_m,
+                self.heightfield.heights_m,
                 new.corners,
                 inside,
                 self.tolerance_m(new.level),
                 self.tolerance_m(new.level + 1),
                 most_vertices=MOST_VERTICES,
             )
-            mesh = self._shown(pixels_mesh(self.ground, vertices, triangles, sand_repeat=self.sand_repeat))
-            error = patch_error(mesh, self.ground, new.corners)
+            mesh = self._shown(
+                pixels_mesh(self.heightfield, vertices, triangles, sand_repeat=self.sand_repeat)
+            )
+            error = patch_error(mesh, self.heightfield, new.corners)
             if not finest or error.max_m <= self.max_error_m or inside == 0.0:
                 break
             inside = max(0.0, inside - 4.0 * (error.max_m - self.max_error_m))
@@ -320,9 +321,9 @@ class Grower:
     def _place(self, row: float, column: float, height_m: float) -> tuple[float, float, float]:
         step_z, step_x = self.steps
         return (
-            column * step_x - 0.5 * self.ground.size_x_m,
+            column * step_x - 0.5 * self.heightfield.size_x_m,
             height_m,
-            row * step_z - 0.5 * self.ground.size_z_m,
+            row * step_z - 0.5 * self.heightfield.size_z_m,
         )
 
     def _hull(self, polygon: list[tuple[float, float]], corners: Corners) -> Sphere:

@@ -1,4 +1,4 @@
-"""A heightmap -> a GLB of the terrain and a report with its measured error."""
+"""Bakes a heightmap into a GLB of the terrain, with its measured error."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bakers.quantise import quantised_terrain, terrain_lattice
+from paradize.bakers.quantise import quantised_terrain, terrain_grid
 from paradize.data import Heightfield, Lod, QuantizationGrid
 from paradize.errors import BakeError
 from paradize.formats.glb.encode import encode_glb
@@ -48,59 +48,60 @@ def bake_terrain(path: Path, settings: TerrainSettings, *, tier: str = "balanced
     or than 16-bit heights).
     """
     report_step("reading")
-    ground, warnings = height_map_of(path, settings)
+    heightfield, warnings = height_map_of(path, settings)
     height_m, max_error_m = settings.height_m, settings.max_error_m
     if max_error_m is None:
-        codes_m = None if height_m is None or ground.metres else abs(height_m * settings.height_scale)
+        codes_m = None if height_m is None or heightfield.metres else abs(height_m * settings.height_scale)
         max_error_m = (
-            float(np.ptp(ground.heights_m)) / 1000.0 or 0.001 if codes_m is None else codes_m / 1000.0
+            float(np.ptp(heightfield.heights_m)) / 1000.0 or 0.001 if codes_m is None else codes_m / 1000.0
         )
     if tier not in TIERS:
         raise ValueError(f"no tier {tier!r}")
     used = tier
-    lattice = _lattice(ground, max_error_m) if settings.quantise else None
-    reached = "float32 positions" if lattice is None else "16-bit positions"
+    grid = _grid(heightfield, max_error_m) if settings.quantise else None
+    reached = "float32 positions" if grid is None else "16-bit positions"
     tolerance = max_error_m
-    if lattice is not None:
-        tolerance = max(0.0, tolerance - 0.5 * lattice.step[1])
+    if grid is not None:
+        tolerance = max(0.0, tolerance - 0.5 * grid.step[1])
     if tolerance == 0.0:
         used = "exact"
-    gridded = False
+    every_pixel = False
     for _ in range(TRIES + 1):
-        way = "grid" if gridded else used
+        way = "grid" if every_pixel else used
         report_step("triangles")
         source = mesh = terrain_mesh(
-            ground, tolerance_m=tolerance, sand_repeat=settings.sand_repeat, tier=way
+            heightfield, tolerance_m=tolerance, sand_repeat=settings.sand_repeat, tier=way
         )
-        codes = None
-        if lattice is not None:
-            mesh, codes = quantised_terrain(source, lattice)
+        quantized = None
+        if grid is not None:
+            mesh, quantized = quantised_terrain(source, grid)
         report_step("measuring")
-        error = terrain_error(mesh, ground)
+        error = terrain_error(mesh, heightfield)
         _require_whole(error, path)
-        if error.max_m <= max_error_m or gridded or (used == "exact" and max_error_m == 0.0):
+        if error.max_m <= max_error_m or every_pixel or (used == "exact" and max_error_m == 0.0):
             break
         if used == "exact":
-            gridded = True  # where positions are rounded, more of them may be nearer
+            every_pixel = True  # where positions are rounded, more of them may be nearer
             continue
         # Positions are float32: on a steep slope their rounding can cost a little of the bound.
         tolerance -= 4.0 * (error.max_m - max_error_m)
         if tolerance <= 0.0:
             tolerance, used = 0.0, "exact"
-    if error.max_m > max_error_m and (max_error_m > 0.0 or lattice is not None):
+    if error.max_m > max_error_m and (max_error_m > 0.0 or grid is not None):
         row, column = error.worst
         raise BakeError(
             f"the error is {error.max_m:.6g} m, allowed {max_error_m:.6g} m: {reached} reach no less",
             file=path,
             place=f"pixel ({column}, {row})",
-            mend="allow a larger error, or a smaller terrain" + ("" if codes is None else ", or keep floats"),
+            mend="allow a larger error, or a smaller terrain"
+            + ("" if quantized is None else ", or keep floats"),
         )
     report_step("writing")
     diagonal = _diagonal(mesh.positions)
     share = 1.0 / diagonal if diagonal > 0.0 else 0.0
-    lod = Lod(mesh, error_max=error.max_m * share, error_rms=error.rms_m * share, quantized=codes)
+    lod = Lod(mesh, error_max=error.max_m * share, error_rms=error.rms_m * share, quantized=quantized)
     cost: dict[str, float] = {}
-    if codes is not None:
+    if quantized is not None:
         cost = quantised_errors(encode_glb([lod], "terrain"), [source])[0]
         lod = replace(lod, errors=cost)
     return TerrainProduct(
@@ -129,11 +130,11 @@ def height_map_of(path: Path, settings: TerrainSettings) -> tuple[Heightfield, l
     )
 
 
-def _lattice(ground: Heightfield, max_error_m: float) -> QuantizationGrid:
-    heights = ground.heights_m
-    return terrain_lattice(
+def _grid(heightfield: Heightfield, max_error_m: float) -> QuantizationGrid:
+    heights = heightfield.heights_m
+    return terrain_grid(
         (heights.shape[0], heights.shape[1]),
-        (ground.size_x_m, ground.size_z_m),
+        (heightfield.size_x_m, heightfield.size_z_m),
         (float(heights.min()), float(heights.max())),
         max_error_m,
     )

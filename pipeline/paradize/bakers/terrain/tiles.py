@@ -1,7 +1,6 @@
-"""A heightmap and what a flight asks of it -> GLB tiles of patches, and the tables that scene.json tells of
-them.
+"""Bakes a heightmap into GLB tiles of patches, as fine as a flight needs, and the tables for scene.json.
 
-Tiles are written into a folder as they fill, so that a terrain of any size is never held as meshes in memory.
+Tiles are written to a folder as they fill, so that memory does not limit the size of a terrain.
 """
 
 from __future__ import annotations
@@ -28,8 +27,8 @@ TIERS = ("fast", "balanced", "exact")
 
 @dataclass(frozen=True)
 class Tile:
-    """file: its GLB. errors: vertical metres, of all its patches, and of those of the finest level where it
-    has some. first_s: the second of the flight that first shows one of its patches."""
+    """file: its GLB. errors: vertical metres, of all its patches, and of those of the finest level if it
+    has some. first_s: when one of its patches is first shown, seconds."""
 
     file: Path
     errors: dict[str, float]
@@ -38,7 +37,7 @@ class Tile:
 
 @dataclass(frozen=True)
 class TilesProduct:
-    """tables: `patches`, `diamonds`, `demand` and `height_range_m` as scene.json holds them."""
+    """tables: `patches`, `diamonds`, `demand` and `height_range_m` of scene.json."""
 
     tiles: list[Tile]
     tables: dict[str, Any]
@@ -47,16 +46,16 @@ class TilesProduct:
 
 
 def bake_tiles(path: Path, scratch: Path, settings: TileSettings, *, tier: str = "balanced") -> TilesProduct:
-    """Bakes the heightmap at `path` into tiles in the folder `scratch`. Raises SourceError for a picture that
-    is no heightmap, BakeError when the bound cannot be held."""
+    """Bakes the heightmap at `path` into tiles in the folder `scratch`. Raises SourceError for a picture
+    that is not a heightmap, BakeError if the bound cannot be held."""
     if tier not in TIERS:
         raise ValueError(f"no tier {tier!r}")
     report_step("reading")
-    ground, warnings = height_map_of(path, settings)
+    heightfield, warnings = height_map_of(path, settings)
     sight = settings.sight
     try:
         grower = Grower(
-            ground,
+            heightfield,
             max_error_m=0.0 if tier == "exact" else settings.max_error_m,
             leaf_px=settings.patch_px,
             sand_repeat=settings.sand_repeat,
@@ -74,7 +73,7 @@ def bake_tiles(path: Path, scratch: Path, settings: TileSettings, *, tier: str =
     tables = columns_of(tree, tile_of, node_of) | {
         "demand": {
             "finest_level": finest,
-            "finest_s": tree.asked_s,
+            "finest_s": tree.needed_s,
             "left_out": tree.left_out,
             "left_out_bytes": tree.left_out_bytes,
         },
@@ -86,17 +85,19 @@ def bake_tiles(path: Path, scratch: Path, settings: TileSettings, *, tier: str =
 def _write(
     grower: Grower, tree: Tree, scratch: Path, limit: int, tangents: bool
 ) -> tuple[list[Tile], list[int], list[int]]:
-    """The tiles, and of each patch its tile and its node there."""
+    """Returns the tiles, and for each patch its tile and its node there."""
     tiles: list[Tile] = []
     tile_of: list[int] = []
     node_of: list[int] = []
     for data, indices in encode_tiles(_patches(grower, tree, tangents), limit):
         file = scratch / f"tile{len(tiles)}.glb"
         write_whole(file, data, durable=False)
-        held = [tree.patches[index] for index in indices]
-        tile_of += [len(tiles)] * len(held)
-        node_of += range(len(held))
-        tiles.append(Tile(file, _errors(held, grower.shape.finest), min(patch.first_s for patch in held)))
+        patches = [tree.patches[index] for index in indices]
+        tile_of += [len(tiles)] * len(patches)
+        node_of += range(len(patches))
+        tiles.append(
+            Tile(file, _errors(patches, grower.shape.finest), min(patch.first_s for patch in patches))
+        )
     return tiles, tile_of, node_of
 
 
@@ -104,18 +105,18 @@ def _patches(grower: Grower, tree: Tree, tangents: bool) -> Iterator[TilePatch]:
     for index, patch in enumerate(tree.patches):
         mesh = grower.mesh(patch)
         mesh = mesh if tangents else replace(mesh, tangents=None)
-        yield TilePatch(index, mesh, patch.told_m, patch.diamond is None, grower.quantized(mesh))
+        yield TilePatch(index, mesh, patch.reported_error_m, patch.diamond is None, grower.quantized(mesh))
 
 
-def _errors(held: list[Patch], finest: int) -> dict[str, float]:
-    told = {"terrain_tile_max_m": max(patch.told_m for patch in held)}
-    known = [(patch.error, patch.area_px) for patch in held if patch.level == finest and patch.error]
+def _errors(patches: list[Patch], finest: int) -> dict[str, float]:
+    errors = {"terrain_tile_max_m": max(patch.reported_error_m for patch in patches)}
+    known = [(patch.error, patch.area_px) for patch in patches if patch.level == finest and patch.error]
     if not known:
-        return told
+        return errors
     squares = area = 0.0
     for error, size in known:
         squares += error.rms_m * error.rms_m * size
         area += size
     largest = max(error.max_m for error, _ in known)
     rms = rounded_up(float(np.sqrt(squares / area)))
-    return {"terrain_max_m": rounded_up(largest), "terrain_rms_m": rms} | told
+    return {"terrain_max_m": rounded_up(largest), "terrain_rms_m": rms} | errors

@@ -1,4 +1,4 @@
-"""What a terrain's tree consists of, and how scene.json tells it (see formats/FORMAT.md, "Terrain tiles")."""
+"""The nodes of a terrain's tree, and its tables in scene.json (formats/FORMAT.md, "Terrain tiles")."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Patch:
     diamond: Diamond | None = None
 
     @property
-    def told_m(self) -> float:
+    def reported_error_m(self) -> float:
         """The measured error, six digits, rounded up."""
         return rounded_up(error_of(self))
 
@@ -57,15 +57,15 @@ class Diamond:
 
 @dataclass(frozen=True)
 class Tree:
-    """patches, diamonds: what is kept, coarse levels first, within one those needed first. left_out: how many
-    patches of the whole tree are not here; left_out_bytes: about how long they would be. asked_s: when the
-    flight first asks for the finest level that is here; None where that is the roots'."""
+    """patches, diamonds: those that are kept; coarse levels first, within a level those needed first.
+    left_out: number of the other patches of the whole tree; left_out_bytes: their estimated size.
+    needed_s: when the flight first needs the finest level; None if that is the roots'."""
 
     patches: list[Patch]
     diamonds: list[Diamond]
     left_out: int
     left_out_bytes: int
-    asked_s: float | None
+    needed_s: float | None
 
 
 def error_of(patch: Patch) -> float:
@@ -79,7 +79,8 @@ def area_of(polygon: list[tuple[float, float]]) -> float:
 
 
 def around(center: tuple[float, float, float], inner: Iterable[Sphere]) -> Sphere:
-    """The least sphere around `center` that holds all of these, a little more for rounding."""
+    """Returns the smallest sphere around `center` that contains all of these, slightly enlarged for
+    rounding."""
     radius = 0.0
     for sphere in inner:
         x, y, z = (a - b for a, b in zip(center, sphere.center, strict=True))
@@ -118,7 +119,7 @@ def columns_of(tree: Tree, tile: list[int], node: list[int]) -> dict[str, dict[s
             "made_by": [row_of(p.made_by) for p in tree.patches],
             "diamond": [row_of(p.diamond) for p in tree.patches],
             **_spheres([p.sphere for p in tree.patches]),
-            "error_m": [p.told_m for p in tree.patches],
+            "error_m": [p.reported_error_m for p in tree.patches],
         },
         "diamonds": {
             "level": [d.level for d in tree.diamonds],
@@ -129,10 +130,10 @@ def columns_of(tree: Tree, tile: list[int], node: list[int]) -> dict[str, dict[s
 
 
 def _f32(value: float) -> float:
-    """Seven digits: what a float32 holds."""
+    """Rounds to seven digits, as a float32 holds."""
     return float(f"{value:.7g}")
 
 
 def rounded_up(value: float) -> float:
-    """Six digits, never less than the value; a larger value never gives less than a smaller one."""
+    """Rounds up to six digits. Monotonic: a larger value never gives a smaller result."""
     return float(_UP.create_decimal_from_float(value))
