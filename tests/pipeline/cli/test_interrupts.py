@@ -142,7 +142,7 @@ from paradize.jobs.process import Job, start_worker
 answers = queue.SimpleQueue()
 worker = start_worker(answers, 1, None)
 os.kill(worker.process.pid, signal.SIGINT)
-worker.give(Job("id", os.getpid, {}), 1)
+worker.send(Job("id", os.getpid, {}), 1)
 print(answers.get(timeout=60).value == worker.process.pid)
 worker.stop()
 """

@@ -170,17 +170,17 @@ def test_measure_has_a_point_of_each_that_can_do_the_source(tmp_path: Path) -> N
 
     levels = levels_of(whole)
     built = set() if openmesh.BUILT else {"openmesh"}
-    assert {one.tier for one in levels.tries} == {"balanced", "exact", *SIMPLIFIERS[1:]} - built
-    assert {one.tier: one.series for one in levels.tries}["meshoptimizer"] == "meshoptimizer"
-    assert not [one.tier for one in levels.tries if one.tier in SIMPLIFIERS and one.row is not None]
-    for one in levels.tries[2:]:
+    assert {one.tier for one in levels.trials} == {"balanced", "exact", *SIMPLIFIERS[1:]} - built
+    assert {one.tier: one.series for one in levels.trials}["meshoptimizer"] == "meshoptimizer"
+    assert not [one.tier for one in levels.trials if one.tier in SIMPLIFIERS and one.row is not None]
+    for one in levels.trials[2:]:
         found = one.call(**one.arguments, runs=1)
         assert found.levels[1]["surface_max"] > 0 and found.bytes and found.seconds
     fin = tmp_path / "fin.obj"
     fin.write_text(whole.read_text() + "v 3 0 0\nv 4 0 0\nv 3 1 0\nv 3 0 1\nv 3 -1 0\n"
                    "f -5/1 -4/2 -3/3\nf -5/1 -4/2 -2/3\nf -5/1 -4/2 -1/3\n")  # fmt: skip
     levels = levels_of(fin)
-    assert "openmesh" not in {one.tier for one in levels.tries}
+    assert "openmesh" not in {one.tier for one in levels.trials}
     assert not openmesh.BUILT or "openmesh cannot do it: the surface is no manifold" in levels.note
 
 

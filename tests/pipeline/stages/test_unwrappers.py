@@ -225,7 +225,7 @@ def test_where_xatlas_is_missing_one_message_says_so(monkeypatch: pytest.MonkeyP
     with pytest.raises(BakeError, match=r"bare.obj: unwrapper: xatlas is not installed; .*take .*'paradize'"):
         bake_mesh(path, atlas=True, unwrapper="xatlas")
     layouts = next(group for group in file_groups(path, FileOptions()) if group.stage == "atlas")
-    assert "xatlas" not in {one.tier for one in layouts.tries} and "not installed" in layouts.note
+    assert "xatlas" not in {one.tier for one in layouts.trials} and "not installed" in layouts.note
     with pytest.raises(BakeError, match=r"no unwrapper 'magic'; use one of paradize, xatlas"):
         bake_mesh(path, atlas=True, unwrapper="magic")
 
@@ -235,9 +235,9 @@ def test_measure_has_a_point_of_each(tmp_path: Path) -> None:
     layouts = next(
         group for group in file_groups(file_of(tmp_path, cube()), FileOptions()) if group.stage == "atlas"
     )
-    assert [one.tier for one in layouts.tries] == ["fast", "balanced", "exact", "xatlas"]
-    assert layouts.tries[3].series == "xatlas" and layouts.tries[3].row is None
-    for one in layouts.tries:
+    assert [one.tier for one in layouts.trials] == ["fast", "balanced", "exact", "xatlas"]
+    assert layouts.trials[3].series == "xatlas" and layouts.trials[3].row is None
+    for one in layouts.trials:
         (found,) = one.call(**one.arguments, runs=1).levels
         assert found["atlas_seam_length"] > 0 and found["atlas_stretch"] == pytest.approx(1, abs=1e-3)
 
