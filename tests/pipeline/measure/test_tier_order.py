@@ -118,7 +118,7 @@ def test_slopes_of_eighth_order_are_not_held_to_themselves(monkeypatch: pytest.M
         HeightMap(heights, (4.0, 4.0), (True, True), "eighth", height_levels=codes, clamp_slopes=held)
         for held in (False, True)
     ]
-    monkeypatch.setattr(normal, "_held_slopes", lambda *_: pytest.fail("held"))
+    monkeypatch.setattr(normal, "_limited_slopes", lambda *_: pytest.fail("held"))
     free, held = (normal.normal_rows(ground, 0, 12) for ground in grounds)
     assert (free == held).all()
 
