@@ -65,7 +65,7 @@ def mesh_groups(job: BakeJob) -> list[TrialGroup]:
                 tier,
                 tangent_tier,
                 arguments | {"tier": tier},
-                "one",
+                "paradize",
                 {} if tier == FRAMES.get(settings["tangents"], settings["tangents"]) else None,
             )
             for tier in TANGENTS
@@ -102,7 +102,8 @@ def _tier_group(
     call: Any,
 ) -> TrialGroup:
     """A group with a trial for each tier."""
-    trials = tuple(Trial(tier, call, arguments | {"tier": tier}, "one", {"tier": tier}) for tier in tiers)
+    own = "paradize"  # the name of the series
+    trials = tuple(Trial(tier, call, arguments | {"tier": tier}, own, {"tier": tier}) for tier in tiers)
     units = {"atlas_seam_length": "of the surface's side"} if stage == "atlas" else {}
     return TrialGroup(f"{name} {stage}", stage, artifact, metrics, trials, tiers, units=units)
 

@@ -148,9 +148,9 @@ def _filter_group(job: BakeJob, base: str, artifact: str) -> TrialGroup:
     named = job.settings["filter"]
     note = "The error is the angle to the normals of eighth-order slopes, less the angle that the source's "
     note += "rounding to 8 or 16 bits leaves undecided."
-    trials: tuple[Trial, ...] = (Trial(named, filter_tier, arguments | {"tier": "balanced"}, "one", {}),)
+    trials: tuple[Trial, ...] = (Trial(named, filter_tier, arguments | {"tier": "balanced"}, "paradize", {}),)
     if named == "auto":
-        trials = tuple(Trial(t, filter_tier, arguments | {"tier": t}, "one", {"tier": t}) for t in TIERS)
+        trials = tuple(Trial(t, filter_tier, arguments | {"tier": t}, "paradize", {"tier": t}) for t in TIERS)
     metrics = ("normal_filter_p99_deg", "normal_filter_deg", "normal_filter_max_deg")
     return TrialGroup(f"{base} slopes", "slope filter", artifact, metrics, trials, TIERS, note)
 

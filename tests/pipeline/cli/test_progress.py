@@ -56,7 +56,7 @@ def test_a_terminal_shows_what_runs_what_is_done_and_the_time_left(tmp_path: Pat
     shown = list(SHOWN.finditer(first))
     assert code == 0 and len(shown) >= 24
     runs = {name for one in shown for name in one["runs"].strip().split(", ")}
-    assert {"post mesh", "post maps", "sky", "sound", "post gutters", "post bumps"} <= runs
+    assert {"post mesh", "post maps", "sky", "sound", "post gutters", "post lod normal error"} <= runs
     assert any("," in one["runs"] for one in shown)  # two at once
     assert [int(one["done"]) for one in shown] == sorted(int(one["done"]) for one in shown)
     assert shown[-1]["done"] == shown[-1]["of"]

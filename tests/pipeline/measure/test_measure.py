@@ -415,6 +415,8 @@ def test_a_scene_is_measured_in_what_it_uses_and_by_its_budget(
     for one in told["groups"]:
         if len(one["points"]) > 1:
             assert any(tier["in_use"] for tier in one["points"]), one["name"]
+    legend = {point.get("series") for one in told["groups"] for point in one["points"]}
+    assert "paradize" in legend and "one" not in legend
     assert heard[-1][1] == heard[-1][2] == sum(len(one["points"]) for one in told["groups"])
 
 
