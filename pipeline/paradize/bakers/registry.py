@@ -30,7 +30,7 @@ class Product:
     data: bytes | Path
 
 
-# What is told of vertices as codes, where they are.
+# The errors of quantized vertices, where they are quantized.
 QUANTISED = (
     "quantise_max", "quantise_p99", "quantise_rms", "quantise_max_m",
     "quantise_normal_max_deg", "quantise_normal_p99_deg", "quantise_normal_mean_deg",
@@ -74,7 +74,8 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
 
     made = bake_seen(sources["mesh"], MeshSettings(**settings), tier=tier)
     levels = made.report["lods"]
-    errors = mesh_errors(levels, "TANGENT" in settings["attributes"])
+    attributes = settings["attributes"]
+    errors = mesh_errors(levels, attributes is None or "TANGENT" in attributes)
     used = str(made.report.get("tier", tier))
     libraries = "; ".join(
         f"{what} by {made.report[key]} {made.report[f'{key}_version']}"
@@ -191,7 +192,9 @@ def _texture(name: str, made: Any) -> Product:
     return Product(artifact, made.data)
 
 
-Maker = Callable[..., list[Product]]  # of sources, settings and tier; those of ROOMS of a folder too
+Maker = Callable[
+    ..., list[Product]
+]  # of sources, settings and tier; those of WITH_SCRATCH also a scratch folder
 WITH_SCRATCH = ("terrain",)
 # maker -> (the module whose code, with all that it imports, decides the result; the function)
 MAKERS: dict[str, tuple[str, Maker]] = {

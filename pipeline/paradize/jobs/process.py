@@ -153,14 +153,22 @@ def start_worker(answers: queue.SimpleQueue[Answer], threads: int | None, memory
     return worker
 
 
+def _show_step(worker: Worker, step: Step) -> None:
+    """Calls on_step. A display that is gone (its terminal closed) is called no more; the job goes on."""
+    try:
+        if worker.on_step:
+            worker.on_step(step.name)
+    except (OSError, ValueError):
+        worker.on_step = None
+
+
 def _exchange(worker: Worker, answers: queue.SimpleQueue[Answer]) -> None:
     with worker.link:
         while (job := worker.work.get()) is not None:
             try:
                 worker.link.send((job.call, job.arguments, job.file, job.code))
                 while isinstance(answer := worker.link.recv(), Step):
-                    if worker.on_step:
-                        worker.on_step(answer.name)
+                    _show_step(worker, answer)
                 value, error = answer
             except (EOFError, OSError, pickle.UnpicklingError, ValueError, TypeError):
                 answers.put(Answer(worker, dead=True))

@@ -138,7 +138,7 @@ def test_no_command_reads_a_baked_file_that_is_larger_than_it_may_be(
 
 def test_check_tells_a_strange_artifact_beside_the_findings_of_others(base: Path, tmp_path: Path) -> None:
     ((_, _, _, said, _),) = tried(["check", "out"], ["out/*_color-*.ktx2"], ["pipe"], base, tmp_path / "work")
-    assert said.count("PZ101") == len(list((base / "out").glob("*_color-*.ktx2")))
+    assert said.count("error PZ101") == len(list((base / "out").glob("*_color-*.ktx2")))
 
 
 def test_strange_entries_of_the_store_are_made_anew(base: Path, tmp_path: Path) -> None:

@@ -50,6 +50,7 @@ from paradize.bakers.color import bake_color
 from paradize.bakers.maps.bake import bake_maps
 from paradize.bakers.mesh.bake import bake_mesh
 from paradize.bakers.terrain.mesh import bake_terrain
+from paradize.scene.baker_settings import TerrainSettings
 from paradize.stages.unwrappers import UNWRAPPERS, unwrapper_version
 
 folder, told = Path(sys.argv[1]), {}

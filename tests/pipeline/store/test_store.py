@@ -159,7 +159,7 @@ def test_the_code_digest_covers_native_kernels_and_what_is_imported_late() -> No
     assert {"build/bake", "errors", "data", "readers/heightmap"} | late <= build
     assert not [name for name in build if name.startswith("cli/")]
     terrain = modules_behind("paradize.bakers.terrain.mesh")
-    assert "bakers/mesh/bake" not in terrain and "scene/settings" not in terrain
+    assert "bakers/mesh/bake" not in terrain and "build/bake" not in terrain
     assert code_digest("paradize.bakers.terrain.mesh") != code_digest("paradize.bakers.sound")
     assert any(name.startswith("numpy-") for name in library_versions())
 

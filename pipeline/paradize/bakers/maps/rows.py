@@ -119,13 +119,17 @@ class MapRows:
             return self._normal_rows(first, last)
         if name == "height":
             return self._height_rows(first, last)[:, :, None]
+        if name != "gloss":
+            raise ValueError(f"no rows are made for the map {name!r}")
         mask = None
         if self._layout is not None and self._layout.mask is not None:
             mask = self._part(self._layout.mask, first, last)
         return gloss_map(self._brightness(first, last), self._gloss, mask)
 
     def truth(self, name: str) -> F32:
-        """What all rows of a map of values are held to, of the picture itself (metrics/source.py)."""
+        """The reference of "height" or "gloss", from the picture itself (metrics/source.py)."""
+        if name not in ("height", "gloss"):
+            raise ValueError(f"no reference is made for the map {name!r}")
         ground, (low, span), look = self.ground, self._unit, self._gloss
         heights = ground.heights if ground.reference_heights is None else ground.reference_heights
         mask = None if self._layout is None else self._layout.mask

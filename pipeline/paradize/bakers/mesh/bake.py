@@ -115,19 +115,20 @@ def _bake(
 ) -> MeshProduct:
     started = time.monotonic()
     report_step("reading")
-    prepared = prepare_mesh(path, settings, tier, root)
-    mesh, loading = prepared.mesh, prepared.loading
+    mesh, found = prepare_mesh(path, settings, tier, root)
     by_settings = _plan_of(settings)
     used, frames, notes = _methods_of(settings, tier, mesh)
     levels, left_out = make_levels(mesh, by_settings if plan is None else plan(mesh, by_settings), used)
     report_step("tangent frames")
     tiers = _tangent_tiers(levels[0].mesh) if tangent_tiers else {}
-    finished = _finished(mesh, levels, frames)
+    framed = _framed_levels(mesh, levels, frames)
+    del mesh  # a level is about as large as its part of the file: none is held longer than needed
+    finished = _in_draw_order(framed)
     lods = tuple(_lod(level) for level in finished)
     if settings.quantise is not None:
         lods = quantised_levels(lods, direction_deg=direction_deg_of(settings.quantise))
     report_step("writing")
-    own = base_colors_of(prepared.materials) if settings.base_colors is None else settings.base_colors
+    own = base_colors_of(found.materials) if settings.base_colors is None else settings.base_colors
     glb = encode_glb(lods, path.stem, base_colors=own)
     verify_glb(glb, path.with_suffix(".glb"))
     first = finished[0].mesh
@@ -137,23 +138,23 @@ def _bake(
         "tier": used,
         "simplifier": settings.simplifier,
         "simplifier_version": simplifier_version(settings.simplifier),
-        "atlas": prepared.layout is not None,
-        "layout": prepared.layout,
-        "unwrapper": None if prepared.layout is None else settings.unwrapper,
-        "unwrapper_version": None if prepared.layout is None else unwrapper_version(settings.unwrapper),
-        "closed": prepared.validation.closed,
-        "components": prepared.validation.topology.components,
+        "atlas": found.layout is not None,
+        "layout": found.layout,
+        "unwrapper": None if found.layout is None else settings.unwrapper,
+        "unwrapper_version": None if found.layout is None else unwrapper_version(settings.unwrapper),
+        "closed": found.validation.closed,
+        "components": found.validation.topology.components,
         "tangents": frames if first.tangents is not None else None,
         "tangent_tiers": tiers,
         "bytes": len(glb),
         "quantised": settings.quantise is not None,
         "origin": list(first.origin),
-        "loading": loading.errors | {"collapsed": loading.collapsed},
-        "repairs": prepared.repairs,
+        "loading": found.loading.errors | {"collapsed": found.loading.collapsed},
+        "repairs": found.repairs,
         "materials": [group.material for group in first.groups],
-        "lods": [_level_report(level, lod, loading) for level, lod in zip(finished, lods, strict=True)],
+        "lods": [_level_report(level, lod, found.loading) for level, lod in zip(finished, lods, strict=True)],
         "seconds": round(time.monotonic() - started, 3),
-        "warnings": prepared.warnings + [f"{path}: {note}" for note in (*notes, *left_out)],
+        "warnings": found.warnings + [f"{path}: {note}" for note in (*notes, *left_out)],
     }
     return MeshProduct(glb, report, lods)
 
@@ -181,13 +182,21 @@ class _FinishedLevel:
     unordered: Mapping[str, float]
 
 
-def _finished(source: Mesh, levels: list[MeasuredLevel], tangents: str) -> list[_FinishedLevel]:
-    """Empties `levels`: a level is about as large as its part of the file, and is held once."""
+def _framed_levels(source: Mesh, levels: list[MeasuredLevel], tangents: str) -> list[MeasuredLevel]:
+    """The levels with colours and tangents. Empties `levels`."""
+    framed = []
+    while levels:
+        level = levels.pop(0)
+        framed.append(replace(level, mesh=_framed(source, level.mesh, tangents)))
+    return framed
+
+
+def _in_draw_order(levels: list[MeasuredLevel]) -> list[_FinishedLevel]:
+    """The levels as they are written. Empties `levels`."""
     finished = []
     while levels:
         level = levels.pop(0)
-        framed = _framed(source, level.mesh, tangents)
-        finished.append(_FinishedLevel(draw_order(framed), level.errors, draw_costs(framed)))
+        finished.append(_FinishedLevel(draw_order(level.mesh), level.errors, draw_costs(level.mesh)))
     return finished
 
 

@@ -186,8 +186,8 @@ def _fully_measured(reference: Original, step: MeasuredLevel) -> MeasuredLevel:
 def _loose(steps: list[MeasuredLevel]) -> list[str]:
     return [
         f"lod{at}: the largest distance to the source lies between {step.errors['error_max_lower']:.3g} and "
-        f"{step.errors['error_max']:.3g} of the diagonal, and the second is told: a closer search would take "
-        "too long, mostly because of long thin triangles"
+        f"{step.errors['error_max']:.3g} of the diagonal, and the larger is reported: a closer search would "
+        "take too long, mostly because of long thin triangles"
         for at, step in enumerate(steps)
         if is_loose(step.errors)
     ]

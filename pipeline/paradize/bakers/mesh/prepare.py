@@ -30,14 +30,13 @@ _LARGEST = 1.7e38
 
 
 @dataclass(frozen=True)
-class PreparedMesh:
-    """A validated mesh with normals, its triangles sorted by material, and what was found on the way.
+class Preparation:
+    """What was found while a mesh was prepared.
 
     loading: what rounding the file's text cost. layout: what was measured of a UV layout made here; None
     without one. repairs: as `mesh --json` prints them. materials: of the MTL, by name.
     """
 
-    mesh: Mesh
     loading: LoadingError
     validation: Report
     repairs: dict[str, Any]
@@ -46,8 +45,11 @@ class PreparedMesh:
     warnings: list[str]
 
 
-def prepare_mesh(path: Path, settings: MeshSettings, tier: str, root: Path | None = None) -> PreparedMesh:
-    """Reads an OBJ and makes it ready for levels of detail. root: the folder that material files must lie in.
+def prepare_mesh(
+    path: Path, settings: MeshSettings, tier: str, root: Path | None = None
+) -> tuple[Mesh, Preparation]:
+    """Reads an OBJ: a validated mesh with normals, its triangles sorted by material, and what was found.
+    root: the folder that material files must lie in.
 
     Raises SourceError (of several faults GroupedError) for a file that cannot be baked, BakeError where a
     layout cannot be made.
@@ -73,7 +75,7 @@ def prepare_mesh(path: Path, settings: MeshSettings, tier: str, root: Path | Non
     warnings += [f"{path}: {text}" for text in found]
     if mesh.colors is not None and (mesh.colors.min() < 0 or mesh.colors.max() > 1):
         mesh = replace(mesh, colors=np.clip(mesh.colors, 0, 1))
-        warnings.append(f"{path}: vertex colours beyond 0 to 1, held to it")
+        warnings.append(f"{path}: vertex colours outside 0 to 1, clamped")
     smoothing, materials = read.smoothing[validation.kept], read.materials
     welded = {"welded": welding.joined, "welded_most_m": welding.largest_m}
     repaired: dict[str, Any] = {**repairs(validation, read.lines), **welded}
@@ -85,7 +87,7 @@ def prepare_mesh(path: Path, settings: MeshSettings, tier: str, root: Path | Non
         warnings += notes
     if mesh.uvs is None:
         warnings.append(f"{path}: no texture coordinates, so no tangent frames; mesh --atlas makes some")
-    return PreparedMesh(mesh, loading, validation, repaired, layout, materials, warnings)
+    return mesh, Preparation(loading, validation, repaired, layout, materials, warnings)
 
 
 def _validated(mesh: Mesh, path: Path, welding: Welding) -> tuple[Mesh, Report]:
