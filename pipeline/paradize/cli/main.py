@@ -156,7 +156,9 @@ def main(words: Sequence[str] | None = None) -> int:
     given = sys.argv[1:] if words is None else words
     try:
         return interruptible(lambda: _main(given))
-    except KeyboardInterrupt:
+    except BaseException:  # Python and libraries turn some KeyboardInterrupts into other exceptions
+        if not interrupted():
+            raise
         return _main(given, ended=True)
 
 

@@ -124,6 +124,24 @@ def test_an_interrupt_counts_where_python_or_a_library_drops_it(what: str) -> No
     assert (ran.returncode, ran.stderr.splitlines()) == (130, [line])
 
 
+def test_an_interrupt_counts_while_the_options_are_loaded_where_python_makes_another_error_of_it() -> None:
+    """Python 3.11 raises RuntimeError for what __set_name__ raises, as in the class body of a dataclass."""
+    program = """
+import os, signal, sys
+from paradize.cli import main
+class Field:
+    def __set_name__(self, owner, name):
+        os.kill(os.getpid(), signal.SIGINT)
+        for _ in range(1000): pass
+def parser(only=None):
+    type("Settings", (), {"field": Field()})
+main.parser = parser
+sys.exit(main.main(["--version"]))
+"""
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert (ran.returncode, ran.stderr.splitlines()) == (130, [LINE])
+
+
 def test_a_process_started_to_ignore_interrupts_goes_on_ignoring_them(tmp_path: Path) -> None:
     """As nohup and shells that start it in the background do."""
     program = AFTERWARDS.format(
