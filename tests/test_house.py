@@ -29,7 +29,7 @@ FLOORS = (
     {"kinds"},
     {"documents"},
     {"files"},
-    {"kernels", "data", "maps", "artifact"},
+    {"kernels", "data", "maps", "artifact", "material"},
     {"errors"},
 )
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}

@@ -1,0 +1,79 @@
+"""A material as a model's file describes it, whatever the format: colours, factors and the pictures of its
+maps.
+
+Readers (OBJ's MTL, glTF) fill it, a scene's `[object.material.NAME]` may replace fields of it, and the bake
+makes textures of it. The model of light is glTF's: The Khronos Group, "glTF 2.0 Specification", 2021,
+appendix B.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+AlphaMode = Literal["opaque", "mask", "blend"]
+Channel = Literal["rgb", "r", "g", "b", "a", "luminance"]
+Wrap = Literal["clamp", "repeat", "mirror"]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture that a model names: a file, or bytes inside the model's own file.
+
+    file: of the picture; of the model where the picture is inside it. data: the picture's bytes (PNG, JPEG
+    ...) where it is inside the model's file, else None. name: for messages.
+    """
+
+    file: Path
+    data: bytes | None = None
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class MapSource:
+    """The picture of one map and how it is read.
+
+    channel: which values count. wrap: along u and v; None: the format does not say. inverted: the value
+    counts as 1 - value. Offsets, scales and turns of texture coordinates are no field: readers apply them to
+    the mesh.
+    """
+
+    picture: Picture
+    channel: Channel = "rgb"
+    wrap: tuple[Wrap, Wrap] | None = None
+    inverted: bool = False
+
+
+@dataclass(frozen=True)
+class Material:
+    """A material. Factors multiply what their maps hold; without a map they stand alone.
+
+    color: linear RGB, 0..1, opacity: 0..1. alpha_mode: None where the file does not say. alpha_cutoff: of
+    "mask". roughness, metalness: 0..1; None where the file does not say. specular: intensity of the
+    reflection of what is no metal, 1: 4 % at normal incidence. emission: linear RGB, 0 and above.
+    normal_scale: multiplies x and y of the normal map. green_down: whether the normal map's green points
+    down; None where the file does not say. occlusion_strength: 0..1. bump_m: height of full white of
+    `height`, metres; None where the file does not say.
+
+    maps: by role. Roles: "color" and "emission" (sRGB), "alpha", "normal", "height", "roughness",
+    "smoothness", "specular", "metalness", "occlusion". vertex_colors: whether the mesh's vertex colours
+    multiply the colour.
+    """
+
+    name: str
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    opacity: float = 1.0
+    alpha_mode: AlphaMode | None = None
+    alpha_cutoff: float = 0.5
+    two_sided: bool | None = None
+    roughness: float | None = None
+    metalness: float | None = None
+    specular: float | None = None
+    emission: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    normal_scale: float = 1.0
+    green_down: bool | None = None
+    occlusion_strength: float = 1.0
+    bump_m: float | None = None
+    maps: dict[str, MapSource] = field(default_factory=dict)
+    vertex_colors: bool = True
