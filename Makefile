@@ -23,6 +23,7 @@ export PATH := $(CURDIR)/$(bin):$(PATH)
 python_files := $(shell find pipeline raw_assets/make tests player -name '*.py' 2>/dev/null)
 cpp_files := $(shell find player pipeline tests -name '*.cpp' -o -name '*.hpp' 2>/dev/null)
 kernel_files := $(shell find pipeline/paradize/kernels -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt -o -name digest.py 2>/dev/null)
+package := $(shell find pipeline/paradize -name '*.py' 2>/dev/null | LC_ALL=C sort | cksum | tr ' ' -)
 player_files := $(shell find player -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt 2>/dev/null)
 
 # The C++ tests of a preset: configured here, because `make setup` configures before doctest is installed.
@@ -135,7 +136,12 @@ $(stamps)/python-bench: setup/python-bench.txt $(stamps)/python-test
 	@$(step) "installing the peers of setup/python-bench.txt" $(wheels) -r setup/python-bench.txt
 	@touch $@
 
-$(stamps)/kernels: $(kernel_files) pyproject.toml CMakeLists.txt $(stamps)/python-run $(stamps)/openmesh
+# The installation holds a list of the package's Python files. It is made again where one comes, goes or moves.
+$(stamps)/package-$(package):
+	@mkdir -p $(stamps); rm -f $(stamps)/package-*; touch $@
+
+$(stamps)/kernels: $(kernel_files) pyproject.toml CMakeLists.txt $(stamps)/python-run $(stamps)/openmesh \
+    $(stamps)/package-$(package)
 	@$(alone) $(step) "building the kernels" $(pip) install -v --no-build-isolation --no-deps -e .
 	@touch $@
 

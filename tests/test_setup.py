@@ -153,6 +153,20 @@ def test_a_changed_source_rebuilds_its_own_part(touched: str, rebuilt: str, left
     assert left not in said.stdout
 
 
+def test_a_python_file_that_moved_is_installed_anew(tmp_path: Path) -> None:
+    """An installation finds the package's files by a list that it made."""
+    shutil.copy(ROOT / "Makefile", tmp_path)
+    package = tmp_path / "pipeline/paradize"
+    package.mkdir(parents=True)
+    rules = []
+    for name in ("a.py", "a.py", "b.py"):
+        (package / name).touch()
+        said = subprocess.run(["make", "-pnq", "setup"], cwd=tmp_path, capture_output=True, text=True)
+        (package / name).unlink()
+        rules.append(re.findall("^build/stamps/kernels:.*", said.stdout, re.MULTILINE))
+    assert rules[0] == rules[1] != rules[2]
+
+
 def test_nothing_asks_apt_or_pip_twice_at_once() -> None:
     """Under -j, too: each list of packages waits for the one before."""
     printed = subprocess.run(["make", "-pnq", "setup-test"], cwd=ROOT, capture_output=True, text=True).stdout

@@ -25,9 +25,9 @@ from paradize.store.atomic import PARTIAL
 SUN_AZIMUTH_DEG, SUN_ELEVATION_DEG = 215.0, 38.0
 FOV_DEG = 40.0
 LEAST_M, MOST_M = 0.05, 500.0  # a model with a radius outside these is scaled towards one metre
-SCALES = (1e-6, 1e6)  # limits of an instance's scale (scene/settings.py)
+SCALES = (1e-6, 1e6)  # limits of an instance's scale (scene/settings/objects.py)
 SMALLEST, LARGEST, FARTHEST = 1e-8, 1e9, 1e9  # limits of a model's radius; of its distance from 0, in radii
-FARTHEST_M = 1e9  # limit of an instance's position (scene/settings.py)
+FARTHEST_M = 1e9  # limit of an instance's position (scene/settings/objects.py)
 WAYPOINTS = 8
 PICTURES = {".png", ".jpg", ".jpeg", ".tga", ".tif", ".tiff", ".exr"}
 RESERVED = {"terrain", "sand", "effect", "water", "sky", "sound"}

@@ -1,6 +1,6 @@
 """Reads the scene file and derives what the scene requires.
 
-settings.py declares every field with its default, unit, range and meaning (FIELDS.md lists them). schema.py
+settings/ declares every field with its default, unit, range and meaning (FIELDS.md lists them). schema/
 reads a table of TOML. budget.py defines the metrics. flight.py is the camera path. requirements.py lists the
 artifacts and the passes that read each.
 """

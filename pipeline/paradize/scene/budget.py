@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from paradize.maps import MAPS
-from paradize.scene.schema import Limit, Limits
-
-FAR = 1e6
+from paradize.scene.schema import FAR, Limit, Limits
 
 METRICS = {
     "surface_max": Limit(

@@ -3,7 +3,7 @@ table.
 
     python -m paradize.scene.reference
 
-The texts come from the settings (settings.py) and the metrics (budget.py). Only the examples are here.
+The texts come from the settings (settings/) and the metrics (budget.py). Only the examples are here.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ must stand in its table. Files are named relative to the scene's folder and lie 
 north, +X east; angles in degrees; colours are linear RGB. A wrong field is reported with its place, its
 value and what is allowed.
 
-This page is made from `settings.py` by `python -m paradize.scene.reference`.
+This page is made from `settings/` by `python -m paradize.scene.reference`.
 """
 
 # One example for each table. Together they are a valid scene (a test reads it).

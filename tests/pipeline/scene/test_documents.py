@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from paradize.documents import DEPTH, KEY_PARTS, TOML_BYTES, parse_json, parse_toml
 from paradize.errors import FormatError, GroupedError, SceneError
-from paradize.scene import schema
+from paradize.scene.schema import MOST_FAULTS, table_fields
 from paradize.scene.settings import load_scene
 from tests.pipeline.scenes import make_cove
 
@@ -192,8 +192,8 @@ def test_too_many_objects_are_refused_by_their_count_alone(
 ) -> None:
     """None of 45,000 was worth a look: it took a minute."""
     asked = []
-    real = schema.read_table
-    monkeypatch.setattr(schema, "read_table", lambda *given: asked.append(given[2]) or real(*given))
+    real = table_fields.read_table
+    monkeypatch.setattr(table_fields, "read_table", lambda *given: asked.append(given[2]) or real(*given))
     path = scene_with(tmp_path, '[[object]]\nname = "a"\nmesh = "post.obj"\n' * 45_000)
     with pytest.raises(SceneError, match="object: has 45001 entries; allowed: 0 to 10000"):
         load_scene(path)
@@ -204,12 +204,12 @@ def test_after_a_hundred_faults_the_rest_is_not_looked_at(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     guessed = []
-    real = schema._nearest
-    monkeypatch.setattr(schema, "_nearest", lambda *given: guessed.append(given) or real(*given))
+    real = table_fields.suggestion
+    monkeypatch.setattr(table_fields, "suggestion", lambda *given: guessed.append(given) or real(*given))
     path = scene_with(tmp_path, "[fogg]\n" + "".join(f"[unknown{i}]\n" for i in range(20_000)))
     with pytest.raises(GroupedError) as caught:
         load_scene(path)
-    assert len(caught.value.errors) == schema.MOST_FAULTS + 1 == len(guessed) + 1
+    assert len(caught.value.errors) == MOST_FAULTS + 1 == len(guessed) + 1
     assert "more than 100 faults: the rest is not looked at" in str(caught.value)
 
 

@@ -1,0 +1,53 @@
+"""Fields that name source files, beside the scene or below it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import MISSING
+from pathlib import Path
+from typing import Any
+
+from paradize.files import is_there, missing_reason, resolved
+from paradize.scene.schema.field import Faults, declare, show
+
+
+def _source(value: object, place: str, faults: Faults) -> Path | None:
+    if not isinstance(value, str) or not value or "\0" in value:
+        faults.add(place, f"is {show(value)}, not a file", "write a path relative to the scene's folder")
+        return None
+    try:
+        named = faults.folder / value
+        path = resolved(named)
+        inside = path.is_relative_to(faults.folder)
+        there = inside and is_there(path)
+    except OSError as error:
+        faults.add(place, f"{show(value)} cannot be read: {error.strerror or error}")
+        return None
+    if not inside:
+        faults.add(place, f"{show(value)} lies outside the scene's folder", f"move it into {faults.folder}")
+        return None
+    if not there:
+        link = missing_reason(named)
+        what = f"{show(value)} {link}" if link else f"there is no file {show(value)}"
+        faults.add(place, what, f"looked for in {faults.folder}")
+        return None
+    # A link keeps its own name, so that a bake notices when its target changes.
+    return path if os.path.normpath(named) == str(path) else named
+
+
+def source(default: Any = MISSING, *, meaning: str = "") -> Any:
+    """A file, relative to the scene's folder and inside it."""
+    return declare(_source, default, "a file", meaning=meaning)
+
+
+def sources(default: Any = MISSING, *, size: int, meaning: str = "") -> Any:
+    """`size` files, each relative to the scene's folder and inside it."""
+
+    def rule(value: object, place: str, faults: Faults) -> tuple[Path, ...] | None:
+        if not isinstance(value, list) or len(value) != size:
+            faults.add(place, f"is {show(value)}", f"write {size} files")
+            return None
+        paths = [_source(item, f"{place}[{i}]", faults) for i, item in enumerate(value)]
+        return None if None in paths else tuple(path for path in paths if path is not None)
+
+    return declare(rule, default, f"{size} files", meaning=meaning)

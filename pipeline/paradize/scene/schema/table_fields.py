@@ -1,0 +1,77 @@
+"""Fields that hold tables, and the reader of a table."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import MISSING
+from typing import Any, TypeVar
+
+from paradize.scene.schema.field import Faults, declare, header, show, suggestion
+
+T = TypeVar("T")
+
+
+def table(of: type[T], default: Any = MISSING, *, key: str | None = None, meaning: str = "") -> Any:
+    """A table that is itself a dataclass of rules. key: its name in the file where that differs."""
+
+    def rule(value: object, place: str, faults: Faults) -> T | None:
+        return read_table(of, value, place, faults)
+
+    return declare(rule, default, "a table", meaning=meaning, key=key, of=of)
+
+
+def tables(
+    of: type[T], *, least: int = 0, most: int = 10_000, key: str | None = None, meaning: str = ""
+) -> Any:
+    """An array of tables, `least` to `most` of them."""
+
+    def rule(value: object, place: str, faults: Faults) -> tuple[T, ...] | None:
+        if not isinstance(value, list):
+            faults.add(place, f"is {show(value)}, not an array of tables", f"write [[{header(place)}]]")
+            return None
+        if not least <= len(value) <= most:
+            faults.add(place, f"has {len(value)} entries", f"allowed: {least} to {most}")
+            return None
+        items = [read_table(of, item, f"{place}[{i}]", faults) for i, item in enumerate(value)]
+        return tuple(item for item in items if item is not None)
+
+    kind = f"{least} or more tables" if least else "tables"
+    return declare(rule, MISSING if least else tuple, kind, meaning=meaning, key=key, of=of)
+
+
+def named_tables(of: type[T], *, key: str | None = None, meaning: str = "") -> Any:
+    """A table of tables by name, such as materials."""
+
+    def rule(value: object, place: str, faults: Faults) -> dict[str, T]:
+        if not isinstance(value, dict):
+            mend = f"write [{header(place)}.NAME] for each name"
+            faults.add(place, f"is {show(value)}, not a table of tables", mend)
+            return {}
+        read = {name: read_table(of, item, f"{place}.{name}", faults) for name, item in value.items()}
+        return {name: item for name, item in read.items() if item is not None}
+
+    return declare(rule, dict, "a table for each name", meaning=meaning, key=key, of=of)
+
+
+def read_table(of: type[T], value: object, place: str, faults: Faults) -> T | None:
+    """Reads one table into the dataclass `of`. Returns None if it added a fault."""
+    if not isinstance(value, dict):
+        named = f"[[{header(place)}]]" if place.endswith("]") else f"[{header(place)}]"
+        faults.add(place, f"is {show(value)}, not a table", f"write {named}, and its keys below")
+        return None
+    before = len(faults.errors)
+    known = {item.metadata["key"] or item.name: item for item in dataclasses.fields(of)}  # type: ignore[arg-type]
+    read: dict[str, Any] = {}
+    dotted = f"{place}." if place else ""
+    for key in value:
+        if key not in known:
+            faults.add(f"{dotted}{key}", "is not a key of this table", suggestion(key, known))
+    for key, item in known.items():
+        if key in value:
+            read[item.name] = item.metadata["rule"](value[key], f"{dotted}{key}", faults)
+        elif item.default is MISSING and item.default_factory is MISSING:
+            meaning = item.metadata["meaning"]
+            faults.add(
+                f"{dotted}{key}", "is missing", "it has no default" + (f": {meaning}" if meaning else "")
+            )
+    return of(**read) if len(faults.errors) == before else None

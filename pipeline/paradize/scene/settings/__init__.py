@@ -1,0 +1,57 @@
+"""Reads a scene from one TOML file into frozen settings. Each field has a default, unit, range and meaning;
+reference.py writes FIELDS.md from them.
+
+Axes: right-handed, Y up, metres. Angles in the file are degrees (`_deg`). Colours are linear RGB. Azimuth
+turns clockwise seen from above, from north (-Z, row 0 of the heightmap) to east (+X): 0 = -Z, 90 = +X. Files
+are in the folder of the TOML or below it. Does not import numpy, so that a bake with nothing to do stays
+fast.
+
+Limits of the file: 4 MiB (documents.TOML_BYTES), keys of 16 parts (a.b.c has three), 64 nested tables and
+lists, whole numbers of 64 bits, 10,000 tables in an array unless declared otherwise. Reading stops after 100
+faults (schema.MOST_FAULTS).
+"""
+
+from paradize.scene.settings.environment import Ambient, Fog, Shadow, Sky, Sun, View, Water
+from paradize.scene.settings.flight import EyePoint, Flight, FreeCamera, TargetPoint
+from paradize.scene.settings.load import load_scene
+from paradize.scene.settings.objects import (
+    SIMPLIFIERS,
+    UNWRAPPERS,
+    VIEWS,
+    Instance,
+    ObjectMaterial,
+    SceneObject,
+)
+from paradize.scene.settings.relief import FILTERS, Relief
+from paradize.scene.settings.scene import SEVERITIES, Head, Particles, Scene, Sound, Waiver
+from paradize.scene.settings.terrain import Terrain
+
+__all__ = [
+    "FILTERS",
+    "SEVERITIES",
+    "SIMPLIFIERS",
+    "UNWRAPPERS",
+    "VIEWS",
+    "Ambient",
+    "EyePoint",
+    "Flight",
+    "Fog",
+    "FreeCamera",
+    "Head",
+    "Instance",
+    "ObjectMaterial",
+    "Particles",
+    "Relief",
+    "Scene",
+    "SceneObject",
+    "Shadow",
+    "Sky",
+    "Sound",
+    "Sun",
+    "TargetPoint",
+    "Terrain",
+    "View",
+    "Waiver",
+    "Water",
+    "load_scene",
+]

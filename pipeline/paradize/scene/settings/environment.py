@@ -1,0 +1,115 @@
+# ruff: noqa: RUF009 (the calls in the dataclasses make their fields)
+"""Light, sky, shadows and water."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from paradize.scene.schema import FAR, number, point, source, sources, table, vector, whole
+from paradize.scene.settings.relief import Relief
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sun:
+    azimuth_deg: float = number(
+        200.0,
+        low=-360.0,
+        high=360.0,
+        unit="degrees",
+        meaning="compass direction of the sun: 0 is north (-Z), 90 east (+X)",
+    )
+    elevation_deg: float = number(
+        35.0, low=-90.0, high=90.0, unit="degrees", meaning="height of the sun above the horizon"
+    )
+    color: tuple[float, float, float] = vector(
+        (1.0, 0.9, 0.75), size=3, low=0.0, high=100.0, meaning="linear RGB"
+    )
+    intensity: float = number(3.0, low=0.0, high=1e6, meaning="factor on color")
+    angular_diameter_deg: float = number(
+        0.53, low=0.0, high=30.0, unit="degrees", meaning="apparent size of the sun's disc"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ambient:
+    color: tuple[float, float, float] = vector(
+        (0.55, 0.7, 1.0), size=3, low=0.0, high=100.0, meaning="linear RGB of the light from all sides"
+    )
+    intensity: float = number(0.5, low=0.0, high=1e6, meaning="factor on color")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fog:
+    color: tuple[float, float, float] = vector(
+        (0.75, 0.85, 0.95), size=3, low=0.0, high=1e4, meaning="linear RGB of the fog"
+    )
+    density_per_m: float = number(
+        0.0, low=0.0, high=100.0, unit="1/m", meaning="share of the light lost per metre; 0: no fog"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sky:
+    faces: tuple[Path, ...] = sources(
+        size=6, meaning="six pictures of a cube map in the order +X -X +Y -Y +Z -Z"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shadow:
+    size: int = whole(2048, low=16, high=16384, unit="texels", meaning="side of the shadow map")
+    extent_m: float = number(
+        100.0, low=1e-3, high=FAR, unit="m", meaning="side of the square around center that has shadows"
+    )
+    center: tuple[float, float, float] = point((0.0, 0.0, 0.0), meaning="middle of that square")
+    blur_distance_m: float = number(
+        50.0, low=0.0, high=FAR, unit="m", meaning="shadow edges farther from the camera are not softened"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """A view rendered into a texture."""
+
+    scale: float = number(
+        0.5, low=1 / 16, high=2.0, meaning="resolution of this view as a share of the picture's"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Water:
+    waves: Path = source(meaning="tileable height map of the waves")
+    wave_strength: float = number(
+        1.0, low=1e-6, high=100.0, unit="% of the width", meaning="height of full white"
+    )
+    wave_relief: Relief = table(Relief, Relief, meaning="How the picture becomes heights.")
+    level_m: float = number(0.0, low=-FAR, high=FAR, unit="m", meaning="height of the surface")
+    size_m: float = number(1000.0, low=1e-3, high=FAR, unit="m", meaning="side of the square of water")
+    tile: float = number(40.0, low=1e-3, high=1e5, meaning="how often the waves repeat along it")
+    k: float = number(0.02, low=0.0, high=10.0, meaning="strength of refraction")
+    scroll: tuple[float, float] = vector(
+        (0.01, 0.006),
+        size=2,
+        low=-10.0,
+        high=10.0,
+        unit="tiles/s",
+        meaning="speed of the waves along x and z",
+    )
+    strength: float = number(0.02, low=0.0, high=10.0, meaning="how far the du/dv map moves the reflection")
+    deep_color: tuple[float, float, float] = vector(
+        (0.003, 0.045, 0.107), size=3, low=0.0, high=100.0, meaning="linear RGB of deep water"
+    )
+    shallow_color: tuple[float, float, float] = vector(
+        (0.05, 0.533, 0.527), size=3, low=0.0, high=100.0, meaning="linear RGB of shallow water"
+    )
+    absorption_per_m: tuple[float, float, float] = vector(
+        (0.4, 0.08, 0.06),
+        size=3,
+        low=0.0,
+        high=1e4,
+        unit="1/m",
+        meaning="share of red, green and blue lost per metre of water",
+    )
+    specular: float = number(1.0, low=0.0, high=10.0, meaning="intensity of highlights")
+    smoothness: float = number(0.95, low=0.0, high=1.0, meaning="0: rough, 1: mirror")

@@ -1,0 +1,95 @@
+"""Reads a scene file and checks what concerns more than one field."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from paradize.documents import TOML_BYTES, parse_toml
+from paradize.errors import SceneError
+from paradize.files import read_file
+from paradize.kinds import SCENE, expecting
+from paradize.scene.schema import Faults, read_table
+from paradize.scene.settings.scene import Scene
+
+
+def load_scene(path: Path) -> Scene:
+    """Reads and checks a scene TOML; its source files must exist.
+
+    Raises SceneError for one fault, GroupedError for several.
+    """
+    with expecting(SCENE, path):
+        tree = _read_toml(path)
+    faults = Faults(path)
+    scene = read_table(Scene, tree, "", faults)
+    if scene is not None:
+        _cross_checks(scene, faults)
+    faults.raise_if_any()
+    assert scene is not None
+    return scene
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    try:
+        data = read_file(path, TOML_BYTES)
+    except FileNotFoundError:
+        raise SceneError("there is no such file", file=path) from None
+    except OSError as error:
+        raise SceneError(error.strerror or str(error), file=path) from None
+    mend = "mend that line; `paradize new DIR` makes a scene to start from"
+    tree = parse_toml(data, path, SceneError, mend=mend)
+    if not tree:
+        mend = "`paradize new DIR` makes a scene to start from"
+        raise SceneError("holds no settings", file=path, mend=mend)
+    return tree
+
+
+def _cross_checks(scene: Scene, faults: Faults) -> None:
+    """Adds the faults that concern more than one field."""
+    first: dict[str, int] = {}
+    for i, item in enumerate(scene.objects):
+        name = item.name
+        if first.setdefault(name, i) != i:
+            faults.add(f"object[{i}].name", f"{name!r} is already object[{first[name]}]", "rename one")
+        if name in {"terrain", "sand", "effect", "water", "sky", "sound"}:
+            faults.add(f"object[{i}].name", f"{name!r} names the scene's own artifacts", "rename it")
+        if (item.lods_by == "error") != bool(item.lod_errors):
+            mend = 'write lod_errors with lods_by = "error", and only there'
+            faults.add(f"object[{i}].lod_errors", f"has {len(item.lod_errors)} numbers", mend)
+        if not any(view == "camera" or getattr(scene, view) for view in item.views):
+            mend = f"the scene has no [{item.views[0]}]; name camera, or a view that there is"
+            faults.add(f"object[{i}].views", "draws it nowhere", mend)
+    for k, (size, largest) in enumerate(zip(scene.head.viewport, scene.head.largest, strict=True)):
+        if largest < size:
+            mend = f"must not be below viewport[{k}] = {size}"
+            faults.add(f"scene.largest_viewport[{k}]", f"is {largest}", mend)
+    region = scene.free_camera
+    for k in range(3 if region else 0):
+        if region and region.low[k] > region.high[k]:
+            mend = f"must not be above free_camera.high[{k}] = {region.high[k]:g}"
+            faults.add(f"free_camera.low[{k}]", f"is {region.low[k]:g}", mend)
+    sparkles: dict[str, int] = {}
+    for i, cloud in enumerate(scene.particles):
+        if sparkles.setdefault(cloud.name, i) != i:
+            what = f"{cloud.name!r} is already particles[{sparkles[cloud.name]}]"
+            faults.add(f"particles[{i}].name", what, "rename one")
+    flight = scene.flight
+    if len(flight.eye) != len(flight.target):
+        counts = f"{len(flight.target)} target waypoints for {len(flight.eye)} eye waypoints"
+        faults.add("flight.target", counts, "write one target for each eye waypoint")
+    for i, waypoint in enumerate(flight.eye):
+        after = (i + 1) % len(flight.eye)
+        if waypoint.position == flight.eye[after].position:
+            faults.add(
+                f"flight.eye[{after}].position",
+                f"is the same place as flight.eye[{i}]",
+                "the camera cannot fly a path of no length; move one or take one out",
+            )
+    if flight.near_m >= flight.far_m:
+        faults.add("flight.near_m", f"is {flight.near_m:g}", f"must be below far_m = {flight.far_m:g}")
+    if scene.head.poster_s > flight.duration_s:
+        mend = f"the flight lasts {flight.duration_s:g} s"
+        faults.add("scene.poster_s", f"is {scene.head.poster_s:g}", mend)
+    if scene.terrain and scene.terrain.mix_low_m > scene.terrain.mix_high_m:
+        mend = f"must not be above mix_high_m = {scene.terrain.mix_high_m:g}"
+        faults.add("terrain.mix_low_m", f"is {scene.terrain.mix_low_m:g}", mend)

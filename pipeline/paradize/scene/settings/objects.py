@@ -1,0 +1,136 @@
+# ruff: noqa: RUF009 (the calls in the dataclasses make their fields)
+"""Objects, their materials and where they stand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from paradize.scene.schema import (
+    FAR,
+    choice,
+    choices,
+    flag,
+    identifier,
+    named_tables,
+    number,
+    numbers,
+    point,
+    source,
+    table,
+    tables,
+    texts,
+    whole,
+)
+from paradize.scene.settings.relief import Relief
+
+SIMPLIFIERS = ("paradize", "meshoptimizer", "fast-simplification", "openmesh")  # stages/lod.py
+UNWRAPPERS = ("paradize", "xatlas")  # stages/unwrappers.py
+VIEWS = ("camera", "shadow", "reflection", "refraction")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObjectMaterial:
+    parallax_scale: float = number(
+        0.0,
+        low=0.0,
+        high=1.0,
+        unit="of the texture's width",
+        meaning="depth of the height map for parallax; 0: none",
+    )
+    parallax_bias: float = number(
+        0.0, low=-1.0, high=1.0, meaning="added to the depth, so that the surface rises or sinks"
+    )
+    specular: float = number(0.0, low=0.0, high=10.0, meaning="intensity of highlights; 0: no gloss map")
+    smoothness: float = number(0.3, low=0.0, high=1.0, meaning="0: rough, 1: mirror")
+    two_sided: bool = flag(False, meaning="draw back faces")
+    alpha_cutoff: float = number(0.0, low=0.0, high=1.0, meaning="texels with less alpha are holes; 0: none")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Instance:
+    position: tuple[float, float, float] = point((0.0, 0.0, 0.0), meaning="position of the model's origin")
+    yaw_deg: float = number(
+        0.0, low=-3600.0, high=3600.0, unit="degrees", meaning="turn about the vertical axis"
+    )
+    scale: float = number(1.0, low=1e-6, high=1e6, meaning="size")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneObject:
+    name: str = identifier(meaning="names the object's artifacts")
+    mesh: Path = source(meaning="OBJ file")
+    color: Path | None = source(
+        None, meaning="colour map; without it the map_Kd that all its materials share"
+    )
+    alpha: Path | None = source(None, meaning="grey picture of the alpha; without it the alpha of color")
+    lods: int = whole(4, low=1, high=8, meaning="number of levels of detail, the source included")
+    max_error: float | None = number(
+        None,
+        low=0.0,
+        high=1.0,
+        unit="of the diagonal",
+        meaning="largest error of a level; without it 0.1, or the largest of lod_errors",
+    )
+
+    lods_by: str = choice(
+        "ratio",
+        among=("ratio", "error", "sight"),
+        meaning="levels by share of triangles, by error, or by what the flight can see",
+    )
+    lod_ratio: float = number(
+        0.5, low=0.05, high=0.95, meaning="triangles of a level, as a share of the level before"
+    )
+    lod_errors: tuple[float, ...] = numbers(
+        (),
+        low=0.0,
+        high=1.0,
+        unit="of the diagonal",
+        meaning='error of each level after the first, with lods_by = "error"',
+    )
+    simplifier: str = choice("paradize", among=SIMPLIFIERS, meaning="library that makes the levels")
+    unwrapper: str = choice(
+        "paradize", among=UNWRAPPERS, meaning="library that makes UVs for a mesh without them"
+    )
+    weld_m: float = number(
+        0.0, low=0.0, high=FAR, unit="m", meaning="vertices closer than this are joined; 0: none"
+    )
+    crease_deg: float = number(
+        45.0,
+        low=0.0,
+        high=180.0,
+        unit="degrees",
+        meaning="where normals are missing, faces at a larger angle meet in a sharp edge",
+    )
+    tangents: str = choice(
+        "mikktspace",
+        among=("face", "vertex", "mikktspace"),
+        meaning="how tangent frames are made; face is the same as vertex",
+    )
+    quantise: bool = flag(False, meaning="16-bit vertices; the budget limits their error")
+    views: tuple[str, ...] = choices(
+        VIEWS, among=VIEWS, meaning="views that draw the object, if the scene has them"
+    )
+    wrap: str = choice("clamp", among=("clamp", "repeat"), meaning="whether its maps repeat")
+    strength: float = number(
+        1.0,
+        low=0.0,
+        high=100.0,
+        unit="% of the width",
+        meaning="height of full white of the bumps made from the colour; 0: no normal map",
+    )
+    bleed: float = number(
+        0.125,
+        low=0.0,
+        high=1.0,
+        unit="of the range",
+        meaning="how much neighbours in the UV layout may bleed into a sample",
+    )
+    relief: Relief = table(Relief, Relief, meaning="How the picture becomes heights.")
+    gloss_groups: tuple[str, ...] = texts((), meaning="groups or materials that shine; empty: all")
+    materials: dict[str, ObjectMaterial] = named_tables(
+        ObjectMaterial, key="material", meaning="A material of the OBJ, by its name."
+    )
+    instances: tuple[Instance, ...] = tables(
+        Instance, least=1, key="instance", meaning="Where the object stands. One table for each copy."
+    )

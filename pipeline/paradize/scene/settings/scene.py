@@ -1,0 +1,164 @@
+# ruff: noqa: RUF009 (the calls in the dataclasses make their fields)
+"""The whole scene, its general settings, particles, sound and waivers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+from paradize.scene.budget import METRICS
+from paradize.scene.schema import (
+    FAR,
+    Limits,
+    choice,
+    code,
+    day,
+    flag,
+    identifier,
+    limits,
+    number,
+    one_of,
+    point,
+    source,
+    table,
+    tables,
+    text,
+    vector,
+    whole,
+    words,
+)
+from paradize.scene.settings.environment import Ambient, Fog, Shadow, Sky, Sun, View, Water
+from paradize.scene.settings.flight import Flight, FreeCamera
+from paradize.scene.settings.objects import SceneObject
+from paradize.scene.settings.terrain import Terrain
+from paradize.scene.tiers import TIERS
+
+SEVERITIES = ("error", "warning", "off")  # of a rule of `paradize check`
+
+
+@dataclass(frozen=True, kw_only=True)
+class Head:
+    name: str = identifier(meaning="name of the scene: the default folder is build/assets/NAME")
+    exposure: float = number(1.0, low=1e-6, high=1e6, meaning="factor on all light before tone mapping")
+    viewport: tuple[int, int] = vector(
+        (1280, 720),
+        size=2,
+        low=16,
+        high=16384,
+        unit="pixels",
+        integers=True,
+        meaning="size of the player's picture",
+    )
+
+    largest_viewport: tuple[int, int] | None = vector(
+        None,
+        size=2,
+        low=16,
+        high=16384,
+        unit="pixels",
+        integers=True,
+        meaning="largest picture ever drawn; maps and meshes are as fine as it needs; without it: viewport",
+    )
+    lod_error_px: float = number(
+        1.0,
+        low=0.01,
+        high=100.0,
+        unit="pixels",
+        meaning="largest error in the picture that a level of detail may show",
+    )
+    tier: str = choice(
+        "balanced",
+        among=TIERS,
+        meaning="tier used if the command line names none; `auto` takes the cheapest inside the budget",
+    )
+    poster_s: float = number(
+        0.0, low=0.0, high=86_400.0, unit="s", meaning="second of the flight that a single picture shows"
+    )
+    zstd: bool = flag(
+        False, meaning="supercompress textures with Zstandard: smaller files, more work to load"
+    )
+
+    @property
+    def largest(self) -> tuple[int, int]:
+        """The largest picture, pixels."""
+        return self.largest_viewport or self.viewport
+
+
+@dataclass(frozen=True, kw_only=True)
+class Particles:
+    name: str = identifier(meaning="names the cloud")
+    center: tuple[float, float, float] = point(meaning="middle of the cloud")
+    radius_m: float = number(3.0, low=0.0, high=FAR, unit="m", meaning="radius of the cloud")
+    count: int = whole(200, low=1, high=1_000_000, meaning="number of particles")
+    size_m: tuple[float, float] = vector(
+        (0.01, 0.03), size=2, low=1e-6, high=1e3, unit="m", rising=True, meaning="smallest and largest size"
+    )
+    life_per_s: tuple[float, float] = vector(
+        (0.2, 0.6),
+        size=2,
+        low=1e-4,
+        high=1e3,
+        unit="1/s",
+        rising=True,
+        meaning="slowest and fastest loss of life",
+    )
+    threshold: float = number(
+        0.02, low=0.0, high=1.0, meaning="below this life a particle is born again elsewhere"
+    )
+    color: tuple[float, float, float] = vector(
+        (1.0, 0.95, 0.8), size=3, low=0.0, high=1e4, meaning="linear RGB"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sound:
+    file: Path = source(meaning="Ogg Vorbis file, played in a loop")
+    volume: float = number(1.0, low=0.0, high=1.0, meaning="1: as recorded")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Waiver:
+    """Lets a finding of `paradize check` pass until a date. artifact, metric: None matches any."""
+
+    rule: str = code(meaning="code of a rule of `paradize check`")
+    artifact: str | None = text(None, meaning="only findings of this artifact")
+    metric: str | None = one_of(None, known=METRICS, meaning="only findings about this metric")
+    reason: str = text(meaning="why it may pass")
+    until: date = day(meaning="last day of the waiver")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    head: Head = table(Head, key="scene", meaning="General settings.")
+    sun: Sun = table(Sun, Sun, meaning="The sun, which casts the shadows.")
+    ambient: Ambient = table(Ambient, Ambient, meaning="Light from all sides.")
+    fog: Fog = table(Fog, Fog, meaning="Fog. By default there is none.")
+    sky: Sky | None = table(Sky, None, meaning="The sky, a cube map.")
+    shadow: Shadow | None = table(
+        Shadow, None, meaning="Shadows of the sun. Without this table there are none."
+    )
+    reflection: View | None = table(View, None, meaning="The water's mirror image.")
+    refraction: View | None = table(View, None, meaning="The view through the water.")
+    terrain: Terrain | None = table(Terrain, None, meaning="The ground, from a heightmap.")
+    water: Water | None = table(
+        Water,
+        None,
+        meaning="The water. It needs [reflection] and [refraction] for mirror image and view below.",
+    )
+    objects: tuple[SceneObject, ...] = tables(
+        SceneObject, key="object", meaning="A model. One table for each."
+    )
+    particles: tuple[Particles, ...] = tables(Particles, meaning="A cloud of glittering particles.")
+    sound: Sound | None = table(Sound, None, meaning="A looped sound.")
+    flight: Flight = table(
+        Flight, meaning="The camera's flight: a closed spline through eye and target waypoints."
+    )
+    free_camera: FreeCamera | None = table(
+        FreeCamera, None, meaning="Where a steered camera may be. What it can see is baked as well."
+    )
+    budget: Limits = limits(METRICS, meaning="The largest errors that the scene accepts.")
+    check: dict[str, str] = words(SEVERITIES, meaning="Severities of rules of `paradize check`.")
+    waivers: tuple[Waiver, ...] = tables(
+        Waiver, key="waiver", meaning="A finding of `paradize check` that may pass until a day."
+    )
