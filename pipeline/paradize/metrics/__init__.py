@@ -1,1 +1,1 @@
-"""Errors in physical units. Each metric has one reference that no stage shares; README.md lists them."""
+"""Errors in physical units. Each metric has one reference that no stage shares; ERRORS.md lists them."""

@@ -1,6 +1,7 @@
 """A remote folder by URL: read files, write them atomically, ask for sizes. fsspec implements the protocols.
 
-Each thread opens its own connection, because some file systems of fsspec are not thread-safe.
+Each thread opens its own connection, because some file systems of fsspec are not thread-safe. By itself sshfs
+accepts any host and waits without end: here the host must be known, and every answer has a time limit.
 """
 
 from __future__ import annotations

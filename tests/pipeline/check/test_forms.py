@@ -1,6 +1,6 @@
 """What `check` prints others can read; its rules are documented; its workflow runs what there is.
 
-`python -m tests.pipeline.check.test_forms` prints the table of rules that the README holds.
+`python -m tests.pipeline.check.test_forms` prints the table of RULES.md.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def suite_of(findings: list[Finding]) -> Any:
 def test_every_rule_is_documented_with_cause_and_mend() -> None:
     assert all(rule.cause and rule.mend and rule.severity in ("error", "warning") for rule in RULES.values())
     assert list(RULES) == sorted(RULES), "in the order of their codes"
-    assert rules_table() in (ROOM / "README.md").read_text(), (
+    assert rules_table() in (ROOM / "RULES.md").read_text(), (
         "python -m tests.pipeline.check.test_forms prints it"
     )
 

@@ -24,7 +24,7 @@ FACTS = {"triangles", "vertices", "draw", "tier", "bytes", "bound_m", "quantised
 
 
 def rows() -> list[list[str]]:
-    text = (ROOT / "pipeline/paradize/metrics/README.md").read_text()
+    text = (ROOT / "pipeline/paradize/metrics/ERRORS.md").read_text()
     found = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| `")]
     assert found
     return found
