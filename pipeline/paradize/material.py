@@ -8,6 +8,7 @@ appendix B.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -77,3 +78,13 @@ class Material:
     bump_m: float | None = None
     maps: dict[str, MapSource] = field(default_factory=dict)
     vertex_colors: bool = True
+
+    def picture(self, role: str) -> Path | None:
+        """The file of a map's picture; None without this map."""
+        source = self.maps.get(role)
+        return source.picture.file if source else None
+
+
+def base_colors_of(materials: Mapping[str, Material]) -> dict[str, tuple[float, float, float]]:
+    """Linear RGB by name: the colour of the materials without a colour map."""
+    return {name: material.color for name, material in materials.items() if "color" not in material.maps}

@@ -25,7 +25,7 @@ def material_colors_of(
         if item.color:
             colors[item.name] = MaterialColors(item.color)
             continue
-        from paradize.readers.mtl import base_colors_of
+        from paradize.material import base_colors_of
         from paradize.readers.obj import read_obj
 
         try:
@@ -36,7 +36,7 @@ def material_colors_of(
         libraries += [item.mesh, *read.libraries]
         missing += read.absent
         used = [read.materials.get(group.material) for group in read.mesh.groups]
-        maps = {material.map_kd for material in used if material and material.map_kd}
+        maps = {path for material in used if material and (path := material.picture("color"))}
         if len(maps) < 2:
             own = {} if maps else base_colors_of(read.materials)
             colors[item.name] = MaterialColors(maps.pop() if maps else None, own)

@@ -54,7 +54,6 @@ def files_read_by(sources: Iterable[Path]) -> dict[Path, bool]:
                 continue  # the baker reads it again, and raises
             files |= dict.fromkeys(read.libraries, True)
             for material in read.materials.values():
-                for value in vars(material).values():
-                    if isinstance(value, Path):
-                        files.setdefault(value, False)
+                for source in material.maps.values():
+                    files.setdefault(source.picture.file, False)
     return files

@@ -17,8 +17,8 @@ from pathlib import Path
 from paradize.data import Mesh
 from paradize.errors import BakeError, SourceError
 from paradize.files import read_file, read_parts, resolved
+from paradize.material import Material
 from paradize.new.sources import FACES, write_heightmap, write_sand, write_sky, write_vase
-from paradize.readers.mtl import Material
 from paradize.readers.obj import read_obj
 from paradize.store.atomic import PARTIAL
 
@@ -113,7 +113,7 @@ def _copy_model(source: Path, aside: Path) -> _Model:
     split into an OBJ for each."""
     read = read_obj(source)
     folder, root = aside / "model", resolved(source).parent
-    maps = {path for material in read.materials.values() for path in _maps_of(material)}
+    maps = {path for material in read.materials.values() for path in _pictures_of(material)}
     for path in {resolved(source), *read.libraries, *maps}:
         target = folder / resolved(path).relative_to(root)
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -139,7 +139,7 @@ def _copy_model(source: Path, aside: Path) -> _Model:
         raise SourceError(what, file=source, mend="move the model nearer to the origin")
     if not read.libraries:
         model.notes.append(_white(source))
-    colors = list(dict.fromkeys(material.map_kd for material in read.materials.values()))
+    colors = list(dict.fromkeys(material.picture("color") for material in read.materials.values()))
     color_maps = [color for color in colors if color]
     stem = _identifier(source.stem, "model")
     stem = f"{stem}_model"[:40] if stem in RESERVED else stem
@@ -148,7 +148,7 @@ def _copy_model(source: Path, aside: Path) -> _Model:
         return model
     used = {group.material for group in read.mesh.groups}
     for i, color in enumerate(colors):
-        own = {name: m for name, m in read.materials.items() if m.map_kd == color and name in used}
+        own = {name: m for name, m in read.materials.items() if m.picture("color") == color and name in used}
         rest = used - read.materials.keys() if color is None else set()
         if not own and not rest:
             continue
@@ -175,15 +175,15 @@ def _white(source: Path) -> str:
     return f"{source}: no material file: white; for a colour map {write}"
 
 
-def _maps_of(material: Material) -> list[Path]:
-    every = (material.map_kd, material.map_d, material.map_ks, material.map_ns, material.map_bump)
-    return [path for path in (*every, material.map_normal) if path]
+def _pictures_of(material: Material) -> list[Path]:
+    return [source.picture.file for source in material.maps.values()]
 
 
 def _part(name: str, mesh: str, whole: Mesh, materials: Iterable[Material], root: Path) -> _Part:
     own = list(materials)
-    cutouts = tuple(material.name for material in own if material.map_d)
-    alphas = {material.map_d for material in own if material.map_d and material.map_d != material.map_kd}
+    cutouts = tuple(material.name for material in own if "alpha" in material.maps)
+    alphas = {path for material in own if (path := material.picture("alpha")) != material.picture("color")}
+    alphas.discard(None)
     alpha = alphas.pop() if len(alphas) == 1 else None
     repeat = whole.uvs is not None and bool((whole.uvs < -0.001).any() or (whole.uvs > 1.001).any())
     relative = f"model/{resolved(alpha).relative_to(root).as_posix()}" if alpha else None

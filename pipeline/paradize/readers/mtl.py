@@ -8,14 +8,13 @@ An invalid number, NaN or infinity is an error with its line.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 from paradize import files
 from paradize.errors import GroupedError, SourceError
 from paradize.files import is_there, read_file, resolved
+from paradize.material import MapSource, Material, Picture
 
 MAX_BYTES = 16 << 20
 MAX_MAPS = 10_000  # map statements that are followed; each opens a file
@@ -33,31 +32,9 @@ _OPTIONS = {
     "-colorspace": 1,
 }
 _OPTIONS |= {"-mm": 2, "-o": 3, "-s": 3, "-t": 3, "-texres": 1, "-type": 1}
-_MAPS = {"map_kd": "map_kd", "map_d": "map_d", "map_ks": "map_ks", "map_ns": "map_ns", "norm": "map_normal"}
-_MAPS |= {"map_bump": "map_bump", "bump": "map_bump", "map_kn": "map_normal"}
-
-
-@dataclass(frozen=True)
-class Material:
-    """kd, ks: RGB 0..1 as written. ns: Phong exponent. opacity: 0..1. map_*: existing files inside the root
-    folder."""
-
-    name: str
-    kd: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    ks: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    ns: float = 0.0
-    opacity: float = 1.0
-    map_kd: Path | None = None
-    map_d: Path | None = None
-    map_ks: Path | None = None
-    map_ns: Path | None = None
-    map_bump: Path | None = None
-    map_normal: Path | None = None
-
-
-def base_colors_of(materials: Mapping[str, Material]) -> dict[str, tuple[float, float, float]]:
-    """Linear RGB by name: Kd of the materials without a colour map. A colour map replaces Kd."""
-    return {name: material.kd for name, material in materials.items() if material.map_kd is None}
+# The role of each map statement's picture.
+_ROLES = {"map_kd": "color", "map_d": "alpha", "map_ks": "specular", "map_ns": "smoothness"}
+_ROLES |= {"map_bump": "height", "bump": "height", "map_kn": "normal", "norm": "normal"}
 
 
 def inside(root: Path, folder: Path, name: str) -> Path | None:
@@ -119,7 +96,7 @@ def read_mtl(
         if word == "newmtl":
             if rest in fields:
                 warn(f"{where}: material {rest[:120]!r} is defined again; the last one counts")
-            current = fields[rest] = {}
+            current = fields[rest] = {"maps": {}}
         elif current is None or not word or word.startswith("#"):
             continue
         elif word in ("kd", "ks"):
@@ -128,24 +105,22 @@ def read_mtl(
                 warn(f"{where}: {word} as {rest.split()[0]} is not read; ignored")
             elif color is None:
                 errors.append(_bad(path, number, word, rest, "1 or 3 finite numbers"))
-            else:
-                current[word] = color
+            elif word == "kd":
+                current["color"] = color
         elif word in ("ns", "d", "tr"):
             value = _floats(rest.removeprefix("-halo").strip(), 1)
             if value is None:
                 errors.append(_bad(path, number, word, rest, "a finite number"))
-            elif word == "ns":
-                current["ns"] = value[0]
-            else:
+            elif word != "ns":
                 current["opacity"] = min(max(value[0] if word == "d" else 1.0 - value[0], 0.0), 1.0)
-        elif word in _MAPS:
+        elif word in _ROLES:
             maps += 1
             if maps > MAX_MAPS:
                 warnings.append(f"{where}: more than {MAX_MAPS} maps: this and all that follows is ignored")
                 break
             map_file = _map_path(rest, path, number, root, absent)
             if isinstance(map_file, Path):
-                current[_MAPS[word]] = map_file
+                current["maps"][_ROLES[word]] = MapSource(Picture(map_file, name=map_file.name))
             else:
                 warn(f"{where}: {word}: {map_file}")
         if len(errors) == MAX_MESSAGES:

@@ -21,8 +21,9 @@ from paradize.errors import SourceError
 from paradize.files import open_file
 from paradize.kernels.obj import ParsedObj, parse_obj_file
 from paradize.kinds import MODEL, expecting
+from paradize.material import Material
 from paradize.readers.mtl import MAX_BYTES as MTL_BYTES
-from paradize.readers.mtl import Material, inside, named_file, read_mtl
+from paradize.readers.mtl import inside, named_file, read_mtl
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -375,8 +375,8 @@ def test_materials_are_read_with_their_maps(tmp_path: Path) -> None:
     text = "newmtl wood\r\n\tKd 0.5 0.25 1\r\nNs 10\r\nd 0.5\r\nmap_Kd -s 2 2 1 -o 0.1 my bark.png\r\n"
     result = model(tmp_path, "a.mtl", text)
     wood = result.materials["wood"]
-    assert (wood.kd, wood.ns, wood.opacity) == ((0.5, 0.25, 1.0), 10.0, 0.5)
-    assert wood.map_kd == (tmp_path / "my bark.png").resolve()
+    assert (wood.color, wood.opacity) == ((0.5, 0.25, 1.0), 0.5)
+    assert wood.picture("color") == (tmp_path / "my bark.png").resolve()
     assert result.warnings == []
 
 
@@ -404,7 +404,7 @@ def test_a_map_outside_the_root_is_never_used(tmp_path: Path, name: str) -> None
     (tmp_path / "out.png").write_bytes(b"")
     (folder / "link.png").symlink_to(tmp_path / "out.png")
     result = model(folder, "a.mtl", f"newmtl wood\nmap_Kd {name}\n")
-    assert result.materials["wood"].map_kd is None
+    assert result.materials["wood"].picture("color") is None
     assert any("lies outside" in warning for warning in result.warnings)
 
 
@@ -415,7 +415,7 @@ def test_a_root_above_the_folder_lets_maps_be_shared(tmp_path: Path) -> None:
     (folder / "a.mtl").write_text("newmtl wood\nmap_Kd ..\\out.png\n")
     (folder / "a.obj").write_text("mtllib a.mtl\n" + TRIANGLE + "usemtl wood\nf 1 2 3\n")
     found = read_obj(folder / "a.obj", root=tmp_path)
-    assert found.materials["wood"].map_kd == (tmp_path / "out.png").resolve()
+    assert found.materials["wood"].picture("color") == (tmp_path / "out.png").resolve()
 
 
 def test_one_library_named_often_is_looked_for_once(tmp_path: Path) -> None:
@@ -488,7 +488,7 @@ def test_a_material_file_of_any_length_is_followed_a_bounded_number_of_times(
     path = tmp_path / "a.mtl"
     path.write_text("newmtl a\nmap_Kd " + "-o 1 1 1 " * 100_000 + "a.png\n")
     materials, _ = read_mtl(path, tmp_path)
-    assert materials["a"].map_kd is None and len(numbers) < 100
+    assert materials["a"].picture("color") is None and len(numbers) < 100
     path.write_text("newmtl a\n" + "map_Kd gone.png\n" * 50_000)
     looked.clear()
     _, warnings = read_mtl(path, tmp_path)
@@ -507,7 +507,7 @@ def test_options_before_a_maps_name_are_skipped_and_its_blanks_kept(tmp_path: Pa
     every = " ".join(f"{option} {'1 ' * most}" for option, most in mtl._OPTIONS.items())
     for text, name in ((f"{every} a.png", "a.png"), ("a  b.png", "a  b.png"), ("-bm 1 a.png", "a.png")):
         path.write_text(f"newmtl a\nmap_Kd {text}\n")
-        assert read_mtl(path, tmp_path)[0]["a"].map_kd == tmp_path / name, text
+        assert read_mtl(path, tmp_path)[0]["a"].picture("color") == tmp_path / name, text
 
 
 def test_a_material_file_that_is_too_large_is_refused_with_its_own_limit(tmp_path: Path) -> None:

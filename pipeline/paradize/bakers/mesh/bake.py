@@ -18,10 +18,10 @@ from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.reader import verify_glb
 from paradize.jobs.progress import report_step
+from paradize.material import base_colors_of
 from paradize.metrics.draw import draw_costs
 from paradize.metrics.loading import LoadingError
 from paradize.metrics.tangent import frame_errors, frame_faults, sample_of, true_tangents
-from paradize.readers.mtl import base_colors_of
 from paradize.scene.baker_settings import MeshSettings
 from paradize.stages.lod import SIMPLIFIERS
 from paradize.stages.order import draw_order

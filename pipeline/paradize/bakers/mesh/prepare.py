@@ -22,7 +22,7 @@ from paradize.stages.weld import Welding, weld, welded_messages
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from paradize.readers.mtl import Material
+    from paradize.material import Material
 
 # Half of the largest float32: the distance of two vertices along an axis, and a simplified vertex a little
 # outside of the others, still are floats.
