@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from paradize.metrics.loading import loaded
-from paradize.readers.obj import ObjResult
+from paradize.readers.record import Model
 from tests.extremes.shapes import MESHES, ball, read_text, text_of
 from tests.extremes.table import Row
 
@@ -36,7 +36,7 @@ def _texts(offset: Vec = (0, 0, 0)) -> dict[str, Callable[[], str]]:
     return {name: lambda name=name: text(name) for name in MESHES}  # type: ignore[misc]
 
 
-def lost(text: str, made: ObjResult) -> tuple[float, float]:
+def lost(text: str, made: Model) -> tuple[float, float]:
     """How far a corner of a triangle lies from its place in the text at most, and the diagonal of the box of
     all corners' places: squares in exact fractions."""
     lines = [line.split() for line in text.splitlines()]
@@ -66,17 +66,17 @@ def _root(square: Fraction | int) -> float:
     return math.sqrt(float(square / (scale * scale))) * float(scale)
 
 
-def _share_lost(text: str, made: ObjResult) -> float:
+def _share_lost(text: str, made: Model) -> float:
     most, diagonal = lost(text, made)
     return most / diagonal if diagonal else most
 
 
-def _judged(text: str) -> tuple[ObjResult, dict[str, float]]:
+def _judged(text: str) -> tuple[Model, dict[str, float]]:
     made = read_text(text)
     return replace(made, warnings=[]), loaded(made.mesh, made.source).errors
 
 
-def _misjudged(text: str, made: tuple[ObjResult, dict[str, float]]) -> float:
+def _misjudged(text: str, made: tuple[Model, dict[str, float]]) -> float:
     """What the metric tells, against the fractions. It may be above them by what float64 can round of the
     text, which it counts, and below by a 1e-10th of the diagonal, where it does not."""
     result, errors = made

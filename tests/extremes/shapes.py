@@ -12,7 +12,8 @@ import numpy as np
 
 from paradize.data import Group, Mesh
 from paradize.errors import SourceError
-from paradize.readers.obj import ObjResult, read_obj
+from paradize.readers.obj import read_obj
+from paradize.readers.record import Model
 from tests.pipeline.shapes import grid, sphere
 
 Make = Callable[[], Mesh]
@@ -32,7 +33,7 @@ def text_of(mesh: Mesh, factor: float = 1.0, offset: tuple[float, float, float] 
     return "\n".join(lines)
 
 
-def read_text(text: str) -> ObjResult:
+def read_text(text: str) -> Model:
     """As a bake reads it; messages name no folder, which is another each time."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.obj"

@@ -26,7 +26,7 @@ from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.kernels.bc7 import THREADS
 from paradize.metrics.levels import color_levels
 from paradize.readers.image import read_image
-from paradize.readers.obj import read_obj
+from paradize.readers.model import read_model
 from paradize.scene.baker_settings import ColorSettings
 from paradize.scene.budget import METRICS
 from paradize.stages import gutter
@@ -203,7 +203,7 @@ def spread(values: Values, wraps: tuple[bool, bool]) -> Values:
 
 def _filled(values: Values, uv: Path, wraps: tuple[bool, bool]) -> Values:
     """Returns the picture with the gutters of the OBJ's UV layout filled."""
-    mesh = read_obj(uv).mesh
+    mesh = read_model(uv).mesh
     islands = gutter.island_map(mesh, height=values.shape[0], width=values.shape[1], file=uv)
     return gutter.fill_gutter(values, gutter.layout_source(islands, mesh, wraps))
 

@@ -144,10 +144,10 @@ def layout_of(sources: Sources) -> Path | None:
     if path is None:
         return None
     from paradize.errors import ParadizeError
-    from paradize.readers.obj import read_obj
+    from paradize.readers.model import read_model
 
     try:
-        return path if read_obj(path).mesh.uvs is not None else None
+        return path if read_model(path).mesh.uvs is not None else None
     except ParadizeError:
         return path  # the baker reads it again, after the picture, and raises
 

@@ -26,10 +26,10 @@ def material_colors_of(
             colors[item.name] = MaterialColors(item.color)
             continue
         from paradize.material import base_colors_of
-        from paradize.readers.obj import read_obj
+        from paradize.readers.model import read_model
 
         try:
-            read = read_obj(item.mesh, resolved(scene_path).parent, tried_libraries)
+            read = read_model(item.mesh, resolved(scene_path).parent, tried_libraries)
         except ParadizeError as error:
             errors.append(error)
             continue

@@ -46,10 +46,10 @@ def files_read_by(sources: Iterable[Path]) -> dict[Path, bool]:
     for path in sources:
         files[path] = True
         if path.suffix.lower() == ".obj":
-            from paradize.readers.obj import read_obj
+            from paradize.readers.model import read_model
 
             try:
-                read = read_obj(path)
+                read = read_model(path)
             except ParadizeError:
                 continue  # the baker reads it again, and raises
             files |= dict.fromkeys(read.libraries, True)

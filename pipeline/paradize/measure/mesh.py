@@ -18,7 +18,7 @@ from paradize.measure.timing import Trial, TrialGroup, TrialResult, timed
 from paradize.metrics.draw import draw_costs
 from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.tangent import frame_errors
-from paradize.readers.obj import read_obj
+from paradize.readers.model import read_model
 from paradize.scene.requirements import BakeJob
 from paradize.stages import atlas
 from paradize.stages.lod import METHODS, SIMPLIFIERS
@@ -141,7 +141,7 @@ def _with_unwrappers(group: TrialGroup, used: str, arguments: Any) -> TrialGroup
 
 def _mended_mesh(path: Path, settings: Settings) -> Mesh:
     """The source as bake_mesh passes it to its stages: welded, validated, with normals, by material."""
-    read = read_obj(path)
+    read = read_model(path)
     joined, _ = weld(read.mesh, settings["weld_m"])
     mesh, validation = validate_mesh(joined, path)
     smoothing = read.smoothing[validation.kept]

@@ -124,20 +124,21 @@ def _length(v: npt.NDArray[np.float64]) -> float:
     return math.sqrt(x * x + y * y + z * z)
 
 
-def loading_warnings(error: LoadingError, lines: npt.NDArray[np.uint32]) -> list[str]:
-    """Warnings about the loss. lines: (m,) line of each triangle in the file."""
+def loading_warnings(error: LoadingError, lines: npt.NDArray[np.uint32] | None = None) -> list[str]:
+    """Warnings about the loss. lines: (m,) line of each triangle in the file; None where it has no lines."""
+
+    def place(triangle: int) -> str:
+        return f"triangle {triangle}" if lines is None else f"line {int(lines[triangle])}"
+
     cause = f"coordinates reach {error.coordinate_m:g} m, and rounding moves vertices"
     text = f"{cause} by up to {error.largest_m:.3g} m ({error.largest:.2g} of the diagonal)"
     if not error.collapsed and error.largest <= MAX_LOSS:
         part = error.part
         if part.largest <= MAX_PART_LOSS:
             return []
-        line = int(lines[part.triangle])
-        text = (
-            f"{cause} of the part at line {line} by up to {part.largest_m:.3g} m ({part.largest:.2g} of its "
-        )
-        text += "own diagonal)"
+        text = f"{cause} of the part at {place(part.triangle)} by up to {part.largest_m:.3g} m "
+        text += f"({part.largest:.2g} of its own diagonal)"
     if error.first_collapsed is not None:
-        first = f"line {int(lines[error.first_collapsed])}"
+        first = place(error.first_collapsed)
         text += f"; {error.collapsed} triangles lose their area (first: {first})"
     return [f"{text}; move distant parts into separate files, or nearer to the origin"]

@@ -19,7 +19,7 @@ from paradize.errors import BakeError, SourceError
 from paradize.files import read_file, read_parts, resolved
 from paradize.material import Material
 from paradize.new.sources import FACES, write_heightmap, write_sand, write_sky, write_vase
-from paradize.readers.obj import read_obj
+from paradize.readers.model import read_model
 from paradize.store.atomic import PARTIAL
 
 SUN_AZIMUTH_DEG, SUN_ELEVATION_DEG = 215.0, 38.0
@@ -111,7 +111,7 @@ def _identifier(text: str, otherwise: str) -> str:
 def _copy_model(source: Path, aside: Path) -> _Model:
     """Copies the model and its files into aside/model, and measures it. A model with several colour maps is
     split into an OBJ for each."""
-    read = read_obj(source)
+    read = read_model(source)
     folder, root = aside / "model", resolved(source).parent
     maps = {path for material in read.materials.values() for path in _pictures_of(material)}
     for path in {resolved(source), *read.libraries, *maps}:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import errno
 import os
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,6 +23,7 @@ from paradize.kinds import MODEL, expecting
 from paradize.material import Material
 from paradize.readers.mtl import MAX_BYTES as MTL_BYTES
 from paradize.readers.mtl import inside, named_file, read_mtl
+from paradize.readers.record import DEFAULT_NAME, UNKNOWN_SMOOTHING, Model
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 SHOWN = 3  # notes in the message about a file without faces
 MAX_WORDS = 16  # of a mtllib statement: each run of words may be a file name
 MAX_LIBRARIES = 256  # different mtllib statements
-UNKNOWN_SMOOTHING = 0xFFFFFFFF
-DEFAULT_NAME = "default"
 
 _NOTES = {
     "lines": "{count} line elements ('l') skipped",
@@ -50,25 +48,7 @@ _NOTES = {
 }
 
 
-@dataclass(frozen=True)
-class ObjResult:
-    """mesh: as in the file (normals may have zero rows: missing). source: the vertex positions of the file.
-    smoothing: (m,) uint32, smoothing group of each triangle, 0 off, UNKNOWN_SMOOTHING where the file has
-    none. lines: (m,) uint32, the line of each triangle's face. libraries: the material files that were read.
-    absent: material and map files that are named but missing."""
-
-    mesh: Mesh
-    source: SourcePositions
-    materials: dict[str, Material]
-    warnings: list[str]
-    counts: dict[str, int]
-    smoothing: npt.NDArray[np.uint32]
-    lines: npt.NDArray[np.uint32]
-    libraries: list[Path] = field(default_factory=list)
-    absent: list[Path] = field(default_factory=list)
-
-
-def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None = None) -> ObjResult:
+def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None = None) -> Model:
     """Reads an OBJ file and its MTL files, which must lie inside `root` (default: its folder). on_library: a
     list to which each MTL file's path is appended before it is read.
 
@@ -126,7 +106,7 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
     }
     source = SourcePositions(parsed.source_positions, parsed.collapsed, parsed.first_collapsed)
     counts |= {note.code: note.count for note in parsed.notes}
-    return ObjResult(
+    return Model(
         *(mesh, source, materials, warnings, counts, smoothing, parsed.triangle_lines),
         *(libraries, absent),
     )

@@ -16,18 +16,19 @@ from paradize.errors import GroupedError, SourceError
 from paradize.readers import mtl
 from paradize.readers import obj as obj_module
 from paradize.readers.mtl import read_mtl
-from paradize.readers.obj import UNKNOWN_SMOOTHING, ObjResult, read_obj
+from paradize.readers.obj import read_obj
+from paradize.readers.record import UNKNOWN_SMOOTHING, Model
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 
 
-def read(tmp_path: Path, text: str | bytes, name: str = "a.obj") -> ObjResult:
+def read(tmp_path: Path, text: str | bytes, name: str = "a.obj") -> Model:
     path = tmp_path / name
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     return read_obj(path)
 
 
-def area(result: ObjResult) -> float:
+def area(result: Model) -> float:
     p = result.mesh.positions[result.mesh.triangles].astype(float)
     return float(0.5 * np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1).sum())
 
@@ -365,7 +366,7 @@ def test_any_text_is_read_or_refused(tmp_path_factory: pytest.TempPathFactory, t
 # --- MTL ---
 
 
-def model(folder: Path, library: str, text: str = "newmtl wood\nKd 0.5 0.25 1\n") -> ObjResult:
+def model(folder: Path, library: str, text: str = "newmtl wood\nKd 0.5 0.25 1\n") -> Model:
     (folder / "a.mtl").write_text(text)
     return read(folder, f"mtllib {library}\n" + TRIANGLE + "usemtl wood\nf 1 2 3\n")
 

@@ -28,7 +28,7 @@ from paradize.maps import DERIVED
 from paradize.metrics.source import true_heights
 from paradize.readers.heightmap import guess_source, with_heights
 from paradize.readers.image import read_image, require_finite
-from paradize.readers.obj import read_obj
+from paradize.readers.model import read_model
 from paradize.scene.baker_settings import MapSettings
 from paradize.scene.settings import FILTERS, Relief
 from paradize.stages import gutter
@@ -229,7 +229,7 @@ def _without_steps(image: Image, path: Path, wraps: tuple[bool, bool]) -> tuple[
 
 
 def _layout(uv: Path, rows: int, columns: int, wraps: tuple[bool, bool], groups: Sequence[str]) -> Layout:
-    mesh = read_obj(uv).mesh
+    mesh = read_model(uv).mesh
     islands = gutter.island_map(mesh, height=rows, width=columns, file=uv)
     mask = None
     if groups:

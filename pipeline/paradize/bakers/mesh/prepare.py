@@ -13,7 +13,7 @@ from paradize.bakers.mesh.atlas import with_atlas
 from paradize.data import Group, Mesh
 from paradize.errors import SourceError
 from paradize.metrics.loading import LoadingError, loaded, loading_warnings
-from paradize.readers.obj import read_obj
+from paradize.readers.model import read_model
 from paradize.scene.baker_settings import MeshSettings
 from paradize.stages.normals import complete_normals
 from paradize.stages.validate import Report, messages, repairs, validate_mesh
@@ -54,7 +54,7 @@ def prepare_mesh(
     Raises SourceError (of several faults GroupedError) for a file that cannot be baked, BakeError where a
     layout cannot be made.
     """
-    read = read_obj(path, root)
+    read = read_model(path, root)
     loading = loaded(read.mesh, read.source)
     if loading.coordinate_m > _LARGEST:
         raise SourceError(

@@ -1,0 +1,20 @@
+"""Reads a model of any format that Paradize knows: OBJ."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from paradize.readers.obj import read_obj
+from paradize.readers.record import UNKNOWN_SMOOTHING, Model
+
+__all__ = ["UNKNOWN_SMOOTHING", "Model", "read_model"]
+
+
+def read_model(path: Path, root: Path | None = None, on_library: list[Path] | None = None) -> Model:
+    """Reads a model and the files that it names, which must lie inside `root` (default: its folder).
+    on_library: a list to which each file beside the model is appended before it is read.
+
+    Raises SourceError for a file that is missing, of another kind, damaged or without a surface. Missing
+    files of materials and maps are warnings.
+    """
+    return read_obj(path, root, on_library)

@@ -1,0 +1,36 @@
+"""A model as a reader returns it, whatever its format."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from paradize.data import Mesh, SourcePositions
+from paradize.material import Material
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+UNKNOWN_SMOOTHING = 0xFFFFFFFF
+DEFAULT_NAME = "default"  # of a group or a material without a name
+
+
+@dataclass(frozen=True)
+class Model:
+    """mesh: as in the file (normals may have zero rows: missing). source: the vertex positions of the file.
+    materials: by name; the groups of the mesh name them. smoothing: (m,) uint32, smoothing group of each
+    triangle, 0 off, UNKNOWN_SMOOTHING where the file has none. lines: (m,) uint32, the line of each
+    triangle's face; None where the file has no lines. libraries: files beside the model that were read.
+    absent: files that are named but missing."""
+
+    mesh: Mesh
+    source: SourcePositions
+    materials: dict[str, Material]
+    warnings: list[str]
+    counts: dict[str, int]
+    smoothing: npt.NDArray[np.uint32]
+    lines: npt.NDArray[np.uint32] | None = None
+    libraries: list[Path] = field(default_factory=list)
+    absent: list[Path] = field(default_factory=list)
