@@ -88,19 +88,19 @@ def _levels(
     name: str,
     by: float,
 ) -> Iterator[Finding]:
-    """One finding for all errors that grew on coarser levels of an artifact; it describes the one that grew
-    most. Level 0 is left out: its errors are those of the artifact."""
-    grown = [
-        (growth(metric, was[metric], now[metric]), level, metric)
-        for level, (was, now) in enumerate(zip(before, after, strict=False))
-        for metric in sorted(was.keys() & now.keys())
-        if level
-    ]
-    grown = [one for one in grown if one[0] > by]
-    if grown:
-        share, level, metric = max(grown)
+    """One finding for each metric that grew on coarser levels of an artifact. It describes the level on which
+    the metric grew most. Level 0 is left out: its errors are those of the artifact."""
+    grown: dict[str, list[tuple[float, int]]] = {}
+    for level, (was, now) in enumerate(zip(before, after, strict=False)):
+        for metric in sorted(was.keys() & now.keys()) if level else []:
+            share = growth(metric, was[metric], now[metric])
+            if share > by:
+                grown.setdefault(metric, []).append((share, level))
+    for metric, levels in grown.items():
+        share, level = max(levels)
         what = f"{metric} of level {level} {_change(before[level][metric], after[level][metric], share)}"
-        yield Finding("PZ421", file, what, f"artifacts.{name} level {level}", len(grown), artifact=name)
+        place = f"artifacts.{name} level {level}"
+        yield Finding("PZ421", file, what, place, len(levels), artifact=name, metric=metric)
 
 
 def _change(was: float, now: float, share: float) -> str:

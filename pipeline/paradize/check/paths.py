@@ -74,6 +74,7 @@ def _check(path: Path, options: CheckOptions) -> Iterator[Finding]:
     except OSError as error:
         yield Finding("PZ101", str(path), error.strerror or str(error), mend=_ACCEPTED)
         return
+    options.checked.add(str(path))
     if path.suffix == ".glb" or data[:4] == MAGIC:
         yield from check_mesh(data, str(path))
     elif path.suffix == ".ktx2" or data[:12] == IDENTIFIER:

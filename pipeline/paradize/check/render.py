@@ -16,9 +16,11 @@ from paradize.check.rules import RULES, Finding
 from paradize.errors import one_line
 
 
-def render(findings: Sequence[Finding], form: str) -> str:
-    """form: "text", "json", "junit" or "sarif"."""
-    return {"text": _text, "json": _json, "junit": _junit, "sarif": _sarif}[form](findings)
+def render(findings: Sequence[Finding], form: str, artifacts: int = 0) -> str:
+    """form: "text", "json", "junit" or "sarif". artifacts: how many files were looked at; a text says it."""
+    if form == "text":
+        return _text(findings, artifacts)
+    return {"json": _json, "junit": _junit, "sarif": _sarif}[form](findings)
 
 
 def _counts(findings: Sequence[Finding]) -> tuple[int, int, int]:
@@ -28,17 +30,21 @@ def _counts(findings: Sequence[Finding]) -> tuple[int, int, int]:
     return errors, len(findings) - errors - waived, waived
 
 
-def _text(findings: Sequence[Finding]) -> str:
+def _text(findings: Sequence[Finding], artifacts: int) -> str:
     errors, warnings, waived = _counts(findings)
-    counts = ((errors, "error"), (warnings, "warning"))
-    summary = ", ".join(f"{n} {word}{'' if n == 1 else 's'}" for n, word in counts) if findings else "clean"
-    summary += f", {waived} waived" if waived else ""
+    found = [_counted(errors, "error"), _counted(warnings, "warning")] if findings else ["no finding"]
+    found += [f"{waived} waived"] if waived else []
+    summary = f"{_counted(artifacts, 'artifact')} checked: {', '.join(found)}"
     shared = {key for key, count in Counter(map(_advice, findings)).items() if count > 1 and key[1]}
     lines = [finding.line(mend=_advice(finding) not in shared) for finding in findings]
     mends = [
         f"{code}: {mend}" for code, mend in dict.fromkeys(map(_advice, findings)) if (code, mend) in shared
     ]
     return "\n".join([*map(one_line, (*lines, *mends)), summary])
+
+
+def _counted(count: int, word: str) -> str:
+    return f"{count} {word}{'' if count == 1 else 's'}"
 
 
 def _advice(finding: Finding) -> tuple[str, str]:

@@ -35,12 +35,14 @@ _JUMP = 1e-6  # of the segment's size: how far apart the ends of two segments ma
 @dataclass(frozen=True)
 class CheckOptions:
     """against: the folder of an earlier bake. worse_by: the share by which an error may have grown since.
-    today: decides which waivers have ended. on_progress: hears of every artifact and every search."""
+    today: decides which waivers have ended. on_progress: hears of every artifact and every search. checked:
+    takes the name of each file that was looked at."""
 
     against: Path | None = None
     worse_by: float = WORSE_BY
     today: date = field(default_factory=date.today)
     on_progress: OnProgress | None = None
+    checked: set[str] = field(default_factory=set, compare=False)
 
     def begin(self, step: str, done: int, total: int) -> None:
         """Reports a step to on_progress."""
@@ -89,6 +91,7 @@ def _findings(manifest: dict[str, Any], path: Path, options: CheckOptions) -> It
     total = len(manifest["artifacts"]) + len(searches)
     for done, (name, artifact) in enumerate(manifest["artifacts"].items()):
         options.begin(name, done, total)
+        options.checked.add(str(folder / artifact["file"]))
         decode = decode_tile if name in tiles else decode_glb
         findings = _artifact(folder, name, artifact, colors.get(name), decode)
         yield from isolated(findings, str(folder / artifact["file"]))

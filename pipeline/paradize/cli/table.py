@@ -31,20 +31,20 @@ def table(rows: Sequence[Sequence[str]], head: Sequence[str]) -> str:
 
 
 def errors_text(errors: dict[str, float], budget: dict[str, float]) -> str:
-    """`metric value unit / budget` for each metric with a budget; without one, the first metric and ALSO."""
+    """`metric value / budget unit` for each metric with a budget; without one, the first metric and ALSO."""
     parts = [
-        f"{_error(metric, errors[metric])} / {limit:g}"
+        _error(metric, f"{errors[metric]:.3g} / {limit:g}")
         for metric, limit in budget.items()
         if metric in errors
     ]
     shown = [metric for at, metric in enumerate(errors) if at == 0 or metric in ALSO]
-    return ", ".join(parts or [_error(metric, errors[metric]) for metric in shown]) or "-"
+    return ", ".join(parts or [_error(metric, f"{errors[metric]:.3g}") for metric in shown]) or "-"
 
 
-def _error(metric: str, value: float) -> str:
+def _error(metric: str, value: str) -> str:
     """A metric and its value, with the unit if the metric's name does not end with it."""
     from paradize.scene.budget import METRICS
 
     named = metric.endswith(("_deg", "_db", "_m", "_mb", "_s"))
     unit = "" if named or metric not in METRICS else f" {METRICS[metric].unit}"
-    return f"{metric} {value:.3g}{unit}"
+    return f"{metric} {value}{unit}"

@@ -99,6 +99,9 @@ def _time_words(pair: Compared) -> str:
     if pair.time == 0:
         return f"takes about as long as {name}"
     ratio = pair.after["seconds"]["median"] / pair.before["seconds"]["median"]
+    if 0.5 < ratio < 2.0:
+        share = f"{100.0 * abs(ratio - 1.0):.2g} %"
+        return f"takes {share} {'longer' if ratio > 1.0 else 'less time'} than {name}"
     return f"{'costs' if pair.time > 0 else 'takes'} {_times(ratio)} the time of {name}"
 
 

@@ -18,7 +18,7 @@ from PIL import Image
 from paradize.errors import merged
 from paradize.files import open_file, read_file
 from paradize.report.poster import Poster
-from paradize.report.tradeoff.plot import number_label, plot, seconds_label
+from paradize.report.tradeoff.plot import curve, number_label, seconds_label
 from paradize.report.tradeoff.style import STYLE
 from paradize.report.verdict import EYE, Verdict, meaning_of, unit_of, verdict_of
 from paradize.store.atomic import write_whole
@@ -116,7 +116,9 @@ def _facts(
         (_size(total), "on disk, all mips and levels"),
         (_size(sum(saved.values())), "not baked: finer than any view needs, or maps that no pass reads"),
         (f"{baked} of {len(rows)}", f"baked this time, in {seconds_label(seconds)}"),
-        (str(over) if over else "none", "errors beyond their budget") if limited else ("no budget", "is set"),
+        (str(over) if over else "none", "errors beyond their budget")
+        if limited
+        else ("–", "no budget: the scene limits no error"),
     ]
     items = "".join(f"<li><b>{escape(value)}</b><span>{escape(what)}</span></li>" for value, what in facts)
     return f'<ul class="facts">{items}</ul>'
@@ -233,7 +235,7 @@ def _curves(tradeoff: Mapping[str, Any] | None) -> str:
         )
     cards = [
         f'<section class="card"><p class="stage">{escape(group["stage"])}</p><h3>{escape(group["name"])}</h3>'
-        f"<p>{escape(group['sentence'])}</p>{plot(group)}</section>"
+        f"<p>{escape(group['sentence'])}</p>{curve(group)}</section>"
         for group in tradeoff["groups"]
         if group["points"]
     ]

@@ -64,7 +64,7 @@ def verdict_of(metric: str, value: float, scene: Mapping[str, Any]) -> Verdict:
             if not good and metric.startswith(_COARSE):
                 return Verdict("plain", f"{words}; coarse levels are drawn small")
             return Verdict("good" if good else "hint", words)
-    return Verdict("plain", "no budget")
+    return Verdict("plain", "neither a budget nor a rule of thumb")
 
 
 def _against_budget(metric: str, value: float, limit: float, soft: float | None) -> Verdict:

@@ -44,7 +44,9 @@ METRICS = {
     "quantise_max_m": Limit("m", True, FAR, "how far 16-bit positions moved a vertex"),
     "quantise_normal_max_deg": Limit("degrees", True, 180.0, "how far quantization turned a vertex normal"),
     "quantise_tangent_max_deg": Limit("degrees", True, 180.0, "how far quantization turned a vertex tangent"),
-    "quantise_uv_max": Limit("of the side", True, 1.0, "how far quantization moved a texture coordinate"),
+    "quantise_uv_max": Limit(
+        "of the image's side", True, 1.0, "how far quantization moved a texture coordinate"
+    ),
     "uv_shift_max": Limit(
         "of the diagonal", True, 1.0, "how far the texture slides on a level, the largest of the samples"
     ),
@@ -86,7 +88,7 @@ METRICS = {
     ),
     "gloss_width_mean_deg": Limit("degrees", True, 33.0, "mean error of a highlight's half-width"),
     "gloss_width_max_deg": Limit("degrees", True, 33.0, "largest error of a highlight's half-width"),
-    "sky_max_relative": Limit("of the texel", True, 1.0, "largest error of a texel's light"),
+    "sky_max_relative": Limit("of the texel's light", True, 1.0, "largest error of a texel's light"),
     "path_miss_m": Limit("m", True, FAR, "largest distance between the camera path and a waypoint"),
     "path_ripple_max": Limit("of the speed", True, 10.0, "largest deviation from the requested speed"),
     "path_ripple_p99": Limit(

@@ -298,8 +298,9 @@ def test_a_scene_is_held_to_an_earlier_bake(cove: Path) -> None:
     assert check_paths([cove / "out"], CheckOptions(against=before, worse_by=0.1)) == []
 
 
-def test_of_levels_that_got_worse_the_one_that_grew_most_is_told(cove: Path) -> None:
-    """The finest level's errors are the artifact's own, and are told there or not at all."""
+def test_of_each_metric_the_level_that_got_worst_is_told(cove: Path) -> None:
+    """Each metric has a line of its own. The finest level's errors are the artifact's own, and are told there
+    or not at all."""
     before = cove / "before"
     shutil.copytree(cove / "out", before)
 
@@ -310,9 +311,17 @@ def test_of_levels_that_got_worse_the_one_that_grew_most_is_told(cove: Path) -> 
     assert check_paths([cove / "out"], CheckOptions(against=before)) == []
     for share, level, metric in ((1.5, 1, "error_rms"), (3.0, 1, "normal_mean_deg"), (2.0, 2, "error_rms")):
         change(cove / "out", lambda m, s=share, k=level, key=metric: grow(m, k, key, s))
-    (found,) = check_paths([cove / "out"], CheckOptions(against=before))
-    assert (found.code, found.count, found.place) == ("PZ421", 3, "artifacts.post_mesh level 1")
-    assert "normal_mean_deg of level 1" in found.what and found.what.endswith("200 % worse")
+    found = check_paths([cove / "out"], CheckOptions(against=before))
+    places = ["artifacts.post_mesh level 2", "artifacts.post_mesh level 1"]
+    assert [(one.metric, one.count, one.place) for one in found] == [
+        ("error_rms", 2, places[0]),
+        ("normal_mean_deg", 1, places[1]),
+    ]
+    assert [one.what.partition(" is ")[0] for one in found] == [
+        "error_rms of level 2",
+        "normal_mean_deg of level 1",
+    ]
+    assert found[1].what.endswith("200 % worse") and {one.code for one in found} == {"PZ421"}
 
 
 def test_what_is_new_gone_or_larger_is_a_warning(cove: Path) -> None:

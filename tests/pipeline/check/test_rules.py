@@ -412,7 +412,9 @@ def test_a_supercompressed_texture_has_no_fault(scene: Path) -> None:
 
 
 def test_a_sound_scene_is_clean(sound_scene: Path) -> None:
-    assert check_paths([sound_scene]) == []
+    options = CheckOptions()
+    assert check_paths([sound_scene], options) == []
+    assert len(options.checked) == len(json.loads((sound_scene / "scene.json").read_text())["artifacts"])
     assert check_paths([sound_scene / "scene.json"]) == []
     assert check_paths([path for path in sound_scene.iterdir() if path.suffix in (".glb", ".ktx2")]) == []
 
@@ -523,7 +525,8 @@ def test_all_formats_tell_the_same_findings(scene: Path) -> None:
     (run,) = sarif["runs"]
     assert sarif["version"] == "2.1.0" and [r["ruleId"] for r in run["results"]] == ["PZ101", "PZ104"]
     assert {rule["id"] for rule in run["tool"]["driver"]["rules"]} == set(RULES)
-    assert render([], "text") == "clean"
+    assert render([], "text", 1) == "1 artifact checked: no finding"
+    assert render(findings, "text", 19).endswith("19 artifacts checked: 1 error, 1 warning")
 
 
 def test_findings_survive_odd_names_in_xml() -> None:

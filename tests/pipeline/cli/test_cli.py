@@ -146,7 +146,7 @@ def test_bake_tells_a_table_and_an_object_and_its_second_run_bakes_nothing(
     assert "nothing to bake" in text.stdout and "sky" in text.stdout
     forced = json.loads(run("bake", cove, "-o", out, "--force", "--json").stdout)
     assert forced["baked"] == 14
-    assert run("check", out).stdout == "clean\n"
+    assert run("check", out).stdout == "14 artifacts checked: no finding\n"
 
 
 def test_the_default_folder_is_named_by_the_scene(run: Run, cove: Path, tmp_path: Path) -> None:
@@ -196,7 +196,7 @@ def test_maps_of_what_is_surely_a_normal_map_are_told_to_be_wrong(run: Run, tmp_
 def test_a_table_tells_errors_and_only_with_a_budget_holds_them_against_one() -> None:
     errors = {"surface_max": 0.0125, "surface_rms": 0.003, "lod_normal_p99_deg": 75.0}
     assert errors_text(errors, {}) == "surface_max 0.0125 of the diagonal, lod_normal_p99_deg 75"
-    assert errors_text(errors, {"surface_rms": 0.01}) == "surface_rms 0.003 of the diagonal / 0.01"
+    assert errors_text(errors, {"surface_rms": 0.01}) == "surface_rms 0.003 / 0.01 of the diagonal"
     assert "error" in head_of({}) and "error against budget" in head_of({"surface_max": 1.0})
 
 

@@ -42,9 +42,10 @@ def shell(tmp_path: Path, root: Path) -> Shell:
 def test_a_process_without_standard_streams_bakes_all_the_same(shell: Shell, closed: str) -> None:
     told = shell(f"$P maps wood.png -o m --only height --json {closed} && $P check m")
     assert told.returncode == 0, told.stderr
-    assert told.stdout.endswith("clean\n")
+    clean = "1 artifact checked: no finding\n"
+    assert told.stdout.endswith(clean)
     if ">&-" not in closed.replace("2>&-", ""):
-        assert json.loads(told.stdout.removesuffix("clean\n"))["maps"].keys() == {"height"}
+        assert json.loads(told.stdout.removesuffix(clean))["maps"].keys() == {"height"}
 
 
 def test_a_full_disk_at_standard_output_is_one_message(shell: Shell) -> None:
@@ -133,7 +134,7 @@ def test_names_that_are_no_text_keep_messages_on_one_line(shell: Shell, tmp_path
     told = shell(
         f"cp post.obj {strange}.obj; $P mesh {strange}.obj -o {strange}.glb && $P check {strange}.glb"
     )
-    assert told.returncode == 0 and told.stdout.endswith("clean\n")
+    assert told.returncode == 0 and told.stdout.endswith("1 artifact checked: no finding\n")
     assert not {"\x1b", "\u202e"} & set(told.stdout + told.stderr) and "\\nb\\x1b\\u202e" in told.stdout
     told = shell(f"cp wood.png {strange}.png; $P maps {strange}.png -o m --json")
     assert told.returncode == 1 and "not UTF-8" in json.loads(told.stdout)["error"][0]

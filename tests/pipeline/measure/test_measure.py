@@ -177,6 +177,20 @@ def test_the_sentence_tells_time_error_and_bytes_as_ratios() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (1.04, "takes 4 % longer than fast"), (1.9, "takes 90 % longer than fast"),
+        (2.0, "costs 2 x the time of fast"), (0.97, "takes 3 % less time than fast"),
+        (0.5, "takes 0.5 x the time of fast"),
+    ],
+)  # fmt: skip
+def test_no_sentence_says_once_the_time(seconds: float, words: str) -> None:
+    """A ratio near 1 is told as a share."""
+    fast, other = point("fast", 1.0, 1.0), point("exact", seconds, 0.5)
+    assert compared(fast, other, group([fast, other])).startswith(f"exact {words} and ")
+
+
 def test_times_within_each_others_spread_are_called_equal() -> None:
     slow, quick = point("fast", 1.0, 1.0), point("balanced", 1.01, 1.0)
     assert (
@@ -279,7 +293,9 @@ def hold_to_the_form(told: dict[str, Any]) -> None:
             assert tier["error"]["value"] >= 0.0
             assert tier["bytes"] is None or tier["bytes"] > 0
     page = tradeoff_page(told)
-    assert page.count('<svg viewBox="0 0 420') == len(told["groups"])
+    curves = [one for one in told["groups"] if len(one["points"]) > 1]  # one tier makes no curve
+    assert page.count('<svg viewBox="0 0 420') == len(curves)
+    assert page.count('<section class="card"') == len(told["groups"])
     assert "http" not in page
     assert "<script" not in page
 

@@ -16,17 +16,21 @@ from paradize.report.tradeoff.page import _verdict
 
 # What a person reads of two tiers: (the later, the earlier) -> its time and its error, -1 less, 1 more.
 Claims = dict[tuple[str, str], tuple[int, int]]
-_TIME = r"(t\d) (?:(costs|takes) \S+ x the time of|takes about as long as) (t\d)"
+_TIME = (
+    r"(t\d) (?:(costs|takes) \S+ x the time of|takes \S+ % (longer|less time) than"
+    r"|takes about as long as) (t\d)"
+)
 _PAIR = re.compile(rf"{_TIME} and (has the same error|has|\w+)")
+_TIMES = {"costs": 1, "longer": 1, "takes": -1, "less time": -1, "": 0}
 _ERRORS = {"has the same error": 0, "leaves": -1, "halves": -1, "divides": -1, "takes": -1, "has": 1}
 
 
 def claims_of(text: str) -> Claims:
     """The comparisons in a sentence, by its words alone."""
     found: Claims = {}
-    for after, verb, before, words in _PAIR.findall(text.lower()):
+    for after, ratio, share, before, words in _PAIR.findall(text.lower()):
         error = next(sign for start, sign in _ERRORS.items() if words.startswith(start))
-        found[after, before] = {"costs": 1, "takes": -1, "": 0}[verb], error
+        found[after, before] = _TIMES[ratio or share], error
     return found
 
 

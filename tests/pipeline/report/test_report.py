@@ -277,7 +277,7 @@ def test_the_page_tells_what_was_spared_and_files_against_their_budget() -> None
     assert "folder_mb" in page and 'class="meter bad"' in page and "<b>1</b><span>errors beyond" in page
     free = scene | {"budget": {"hard": {}, "soft": {}}}
     page = scene_page(free, rows, why, NO_POSTER, [], seconds=1.0, warnings=[])
-    assert "<b>no budget</b><span>is set</span>" in page and "errors beyond" not in page
+    assert "<b>–</b><span>no budget: the scene limits no error</span>" in page and "errors beyond" not in page
     both = scene | {"budget": {"hard": {"folder_mb": 1.0, "color_psnr_db": 30.0}, "soft": {}}}
     page = scene_page(
         both, [rows[0] | {"errors": {"color_psnr_db": 40.0}}], why, NO_POSTER, [], seconds=1.0, warnings=[]
@@ -335,7 +335,7 @@ def test_a_poster_is_drawn_once_for_each_bake_and_a_player_that_fails_is_told(tm
         ("dudv_p99_deg", 2.1, "hint", "up to 2 degrees"),
         ("lod_normal_p99_deg", 60.0, "plain", "coarse levels"),
         ("surface_max", 0.01, "good", "at most 1.5 px"),
-        ("terrain_rms_m", 0.1, "plain", "no budget"),
+        ("terrain_rms_m", 0.1, "plain", "neither a budget nor a rule of thumb"),
     ],
 )
 def test_an_error_is_good_against_its_budget_else_against_what_the_eye_sees(

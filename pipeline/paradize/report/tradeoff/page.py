@@ -7,7 +7,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from paradize.report.tradeoff.plot import number_label, plot, seconds_label, series_colors
+from paradize.report.tradeoff.plot import curve, number_label, seconds_label, series_colors
 from paradize.report.tradeoff.style import STYLE
 
 Group = Mapping[str, Any]
@@ -185,7 +185,7 @@ def _card(group: Group) -> str:
         f'<section class="card" id="{_anchor(group["name"])}"><p class="stage">{escape(group["stage"])}</p>'
         f'<h3>{escape(group["name"])}</h3><p class="metric">{escape(group["metric"])}</p>'
         f"<p>{escape(group['sentence'])}</p>{advised}"
-        f"{plot(group)}{keys}{better}{note}{_details(group)}</section>"
+        f"{curve(group)}{keys}{better}{note}{_details(group)}</section>"
     )
 
 

@@ -72,6 +72,11 @@ def number_label(value: float) -> str:
     )
 
 
+def curve(group: Mapping[str, Any]) -> str:
+    """The SVG of a group; nothing where one tier makes no curve."""
+    return plot(group) if len(group["points"]) > 1 else ""
+
+
 def plot(group: Mapping[str, Any]) -> str:
     """The SVG of a group with at least one point. For screen readers it is one image, because its texts stand
     beside it too."""
