@@ -32,7 +32,7 @@ from paradize.kernels.mesh import number_rows
 from paradize.kernels.simplify import simplify
 from paradize.metrics.mapped_normal import normal_error, uv_shift
 from paradize.metrics.surface import Original, surface_distance
-from paradize.stages.simplifiers import meshopt_simplify
+from paradize.stages.lod.meshoptimizer import meshopt_simplify
 from row import BASELINE, Row, Trade, on
 from tests.places import ROOT
 

@@ -17,12 +17,12 @@ from paradize.metrics.surface import Original, surface_distance
 from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.stages.atlas import make_atlas
 from paradize.stages.lod import simplify
+from paradize.stages.lod.meshoptimizer import meshopt_simplify
 from paradize.stages.normals import complete_normals
 from paradize.stages.order import draw_order
 from paradize.stages.quantise import mesh_grid, quantise
 from paradize.stages.refine import fit_normals, fit_positions
 from paradize.stages.reproject import take_attributes
-from paradize.stages.simplifiers import meshopt_simplify
 from paradize.stages.split import split_by
 from paradize.stages.tangents import tangent_frames
 from paradize.stages.validate import Report, validate_mesh

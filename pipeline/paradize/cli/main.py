@@ -152,7 +152,8 @@ def _run(words: Sequence[str]) -> int:
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Runs one command; returns its exit code."""
+    """Runs one command and returns its exit code. words: the command line after `paradize`; None: that of
+    this process. An interrupt ends with one line (cli/interrupt.py)."""
     given = sys.argv[1:] if words is None else words
     try:
         return interruptible(lambda: _main(given))

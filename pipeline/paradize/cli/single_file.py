@@ -84,8 +84,8 @@ def bake_file(
     **sources: Path | None,
 ) -> int:
     """Bakes one file in a worker, writes the results (into the folder `arguments.out`, or as the file `out`)
-    and prints them. sources: as solo takes them. Returns the exit code."""
-    from paradize.build.single_file import solo
+    and prints them. sources: as bake_single takes them. Returns the exit code."""
+    from paradize.build.single_file import bake_single
     from paradize.cli.progress import progress
     from paradize.jobs.pool import Job, run_jobs
     from paradize.store.atomic import write_whole
@@ -97,9 +97,9 @@ def bake_file(
         raise BakeError("is the input itself", file=out, mend="name another file with -o")
     else:
         require_glb(out)
-    told = {"kind": kind, "path": arguments.input, "settings": settings, **sources}
-    told |= {"tier": arguments.tier, "budget": arguments.budget}
-    job = Job(arguments.input.name, solo, told, file=arguments.input)
+    given = {"kind": kind, "path": arguments.input, "settings": settings, **sources}
+    given |= {"tier": arguments.tier, "budget": arguments.budget}
+    job = Job(arguments.input.name, bake_single, given, file=arguments.input)
     cores = os.cpu_count() or 1
     with progress() as shown:
         shown.step(job.name, 0, 1)
@@ -113,20 +113,20 @@ def bake_file(
         from paradize.report.folder import draw_maps
 
         tiles = arguments.wrap == "repeat" and arguments.uv is None
-        sheets = draw_maps(baked.files, arguments.input.stem, baked.told, arguments.report, tiles)
-        baked.told["warnings"] += sheets.warnings
-        baked.told["sheets"] = [str(path) for path in sheets.drawn]
+        sheets = draw_maps(baked.files, arguments.input.stem, baked.report, arguments.report, tiles)
+        baked.report["warnings"] += sheets.warnings
+        baked.report["sheets"] = [str(path) for path in sheets.drawn]
     seconds = time.monotonic() - start
     rows = [
         (name, tier, errors_text(errors, arguments.budget), str(size) if size else "-", f"{seconds:.2f}")
         for name, tier, errors, size in baked.rows
     ]
     show(table(rows, head_of(arguments.budget, status=False)), sys.stderr if arguments.json else sys.stdout)
-    if guess := baked.told.get("guess"):
+    if guess := baked.report.get("guess"):
         say(f"paradize: {guess}")
-    warn(baked.told["warnings"])
+    warn(baked.report["warnings"])
     if arguments.json:
-        show_json(baked.told | {"seconds": round(seconds, 3)})
+        show_json(baked.report | {"seconds": round(seconds, 3)})
     return 0
 
 

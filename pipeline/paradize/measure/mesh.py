@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from paradize.bakers.mesh.atlas import overlaps, sound_quality
-from paradize.bakers.mesh.lods import DEFAULT_MAX_ERROR, TIERS, Plan, make_levels
+from paradize.bakers.mesh.lods import TIERS, Plan, make_levels
 from paradize.bakers.mesh.lods_from_path import sight_plan
 from paradize.bakers.mesh.prepare import with_normals
 from paradize.bakers.quantise import direction_deg_of
@@ -19,12 +20,12 @@ from paradize.metrics.draw import draw_costs
 from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.tangent import frame_errors
 from paradize.readers.model import read_model
+from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.requirements import BakeJob
 from paradize.stages import atlas
-from paradize.stages.lod import METHODS, SIMPLIFIERS
+from paradize.stages.lod import METHODS, SIMPLIFIERS, require_simplifier
 from paradize.stages.order import draw_order
 from paradize.stages.quantise import mesh_grid, quantise_levels
-from paradize.stages.simplifiers import require_simplifier
 from paradize.stages.tangents import METHODS as TANGENTS
 from paradize.stages.tangents import TIERS as FRAMES
 from paradize.stages.tangents import tangent_frames
@@ -48,7 +49,9 @@ def mesh_groups(job: BakeJob) -> list[TrialGroup]:
     if _needs_layout(bare, settings):
         metrics = ("atlas_seam_length", "atlas_stretch", "atlas_packing")
         layouts = _tier_group(name, "atlas", artifact, metrics, tuple(atlas.TIERS), arguments, atlas_tier)
-        found.append(_with_unwrappers(layouts, settings["unwrapper"], arguments))
+        found.append(
+            _with_libraries(layouts, "unwrapper", UNWRAPPERS, settings["unwrapper"], require_unwrapper)
+        )
     levels = _tier_group(
         name,
         "levels of detail",
@@ -57,8 +60,13 @@ def mesh_groups(job: BakeJob) -> list[TrialGroup]:
         tuple(dict.fromkeys(TIERS.values())),
         arguments,
         lod_tier,
+        "The time includes the measuring that decides which levels are kept.",
     )
-    found.append(_with_simplifiers(levels, bare, settings["simplifier"], arguments))
+
+    def require(name: str) -> None:
+        require_simplifier(name, bare)
+
+    found.append(_with_libraries(levels, "simplifier", SIMPLIFIERS, settings["simplifier"], require))
     if bare.uvs is not None or settings["atlas"]:
         trials = tuple(
             Trial(
@@ -100,42 +108,32 @@ def _tier_group(
     tiers: tuple[str, ...],
     arguments: Any,
     call: Any,
+    note: str = "",
 ) -> TrialGroup:
     """A group with a trial for each tier."""
     own = "paradize"  # the name of the series
     trials = tuple(Trial(tier, call, arguments | {"tier": tier}, own, {"tier": tier}) for tier in tiers)
     units = {"atlas_seam_length": "of the surface's side"} if stage == "atlas" else {}
-    return TrialGroup(f"{name} {stage}", stage, artifact, metrics, trials, tiers, units=units)
+    return TrialGroup(f"{name} {stage}", stage, artifact, metrics, trials, tiers, note, units)
 
 
-def _with_simplifiers(group: TrialGroup, mesh: Mesh, used: str, arguments: Any) -> TrialGroup:
-    """Adds a trial for each simplifier of another library that can do the mesh. used: the scene's
-    simplifier."""
-    trials = [trial if used == METHODS[0] else replace(trial, row=None) for trial in group.trials]
-    notes = ["The time includes the measuring that decides which levels are kept."]
-    for name in SIMPLIFIERS[1:]:
+def _with_libraries(
+    group: TrialGroup, setting: str, names: tuple[str, ...], used: str, require: Callable[[str], None]
+) -> TrialGroup:
+    """Adds a trial for each library of another name than ours. setting: what names the library, used: its
+    value in the scene. require: raises BakeError for a library that cannot do it, which becomes a note."""
+    ours, *others = names
+    call, arguments = group.trials[0].call, group.trials[0].arguments
+    trials = [trial if used == ours else replace(trial, row=None) for trial in group.trials]
+    notes = [group.note] if group.note else []
+    for name in others:
         try:
-            require_simplifier(name, mesh)
+            require(name)
         except BakeError as error:
-            notes.append(f"{name} cannot do it: {error.what.removeprefix('simplifier: ')}.")
+            notes.append(f"{name} cannot do it: {error.what.removeprefix(f'{setting}: ')}.")
             continue
-        more = arguments | {"tier": "balanced", "simplifier": name}
-        trials.append(Trial(name, lod_tier, more, name, {} if used == name else None))
-    return replace(group, trials=tuple(trials), note=" ".join(notes))
-
-
-def _with_unwrappers(group: TrialGroup, used: str, arguments: Any) -> TrialGroup:
-    """Adds a trial for each unwrapper of another library that is installed. used: the scene's unwrapper."""
-    trials = [trial if used == UNWRAPPERS[0] else replace(trial, row=None) for trial in group.trials]
-    notes = []
-    for name in UNWRAPPERS[1:]:
-        try:
-            require_unwrapper(name)
-        except BakeError as error:
-            notes.append(f"{error.what.removeprefix('unwrapper: ')}.")
-            continue
-        more = arguments | {"tier": "balanced", "unwrapper": name}
-        trials.append(Trial(name, atlas_tier, more, name, {} if used == name else None))
+        more = arguments | {"tier": "balanced", setting: name}
+        trials.append(Trial(name, call, more, name, {} if used == name else None))
     return replace(group, trials=tuple(trials), note=" ".join(notes))
 
 
@@ -188,24 +186,20 @@ def lod_tier(
     """Makes the levels of detail, with the errors that the baker measures of each. Raises BakeError if a
     library makes no level."""
     mesh = _laid_out(path, settings)
-    bounds = tuple(settings["lod_errors"])
-    limit = settings["max_error"]
-    if limit is None:
-        limit = max(DEFAULT_MAX_ERROR, *bounds, 0.0)
-    plan = Plan(settings["lods"], limit, settings["lod_ratio"], bounds, simplifier=simplifier)
+    plan = replace(Plan.of(MeshSettings(**settings)), simplifier=simplifier)
     if settings.get("sight"):
         plan = sight_plan(settings["sight"], settings["instances"])(mesh, plan)
-    seconds, (steps, notes) = timed(lambda: make_levels(mesh, plan, tier), runs)
-    if len(steps) == 1 and simplifier != METHODS[0]:
+    seconds, (made, notes) = timed(lambda: make_levels(mesh, plan, tier), runs)
+    if len(made) == 1 and simplifier != METHODS[0]:
         raise BakeError(f"{simplifier} makes no level: {'; '.join(notes)}")
     heads = {"error": "surface", "normal": "lod_normal"}  # as budgets name them
-    levels = []
-    for step in steps:
-        parts = [(*key.partition("_"), value) for key, value in step.errors.items()]
-        levels.append({f"{heads.get(head, head)}_{tail}": value for head, _, tail, value in parts})
-    triangles = ", ".join(str(len(step.mesh.triangles)) for step in steps)
-    size = _size([step.mesh for step in steps], settings["tangents"])
-    return TrialResult(seconds, levels, size, f"{triangles} triangles")
+    errors = []
+    for level in made:
+        parts = [(*key.partition("_"), value) for key, value in level.errors.items()]
+        errors.append({f"{heads.get(head, head)}_{tail}": value for head, _, tail, value in parts})
+    triangles = ", ".join(str(len(level.mesh.triangles)) for level in made)
+    size = _size([level.mesh for level in made], settings["tangents"])
+    return TrialResult(seconds, errors, size, f"{triangles} triangles")
 
 
 def tangent_tier(path: Path, settings: Settings, tier: str, runs: int | None) -> TrialResult:

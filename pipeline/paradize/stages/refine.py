@@ -30,10 +30,10 @@ _FIT, _CHECK = 0.5, 0.02  # how far they are drawn inward: spread for a mean; ne
 _MOST_CUTS = 8
 _SWEEPS = 12  # of damped Jacobi; a mass matrix of triangles needs few
 _DAMPING = 0.7
-# What a move is held back with, of a vertex's own weight: places that no sample sees stay.
-_HELD = 1e-3
-# Moves of less than this share of the diagonal are none: the vertex keeps its bits.
-_STILL = 1e-6
+# Tikhonov regularization, a share of a vertex's own weight: vertices that no sample reaches stay.
+_REGULARIZATION = 1e-3
+# A vertex keeps its bits where its move is below this share of the extent.
+_LEAST_MOVE = 1e-6
 _FARTHEST = 0.9  # of the reach
 _ROUNDS = 2
 
@@ -41,13 +41,13 @@ _ROUNDS = 2
 @dataclass(frozen=True)
 class _Samples:
     """Places on a level: corners (n, 3) as vertices of it, weights (n, 3) barycentric, area (n,). original,
-    there: the place on the original, its corners' vertices (n, 3) and weights (n, 3)."""
+    original_weights: the nearest place on the original, its corners' vertices (n, 3) and weights (n, 3)."""
 
     corners: U32
     weights: F64
     area: F64
     original: U32
-    there: F64
+    original_weights: F64
 
 
 def fit_positions(original: Mesh, level: Mesh, reach_m: float) -> F64:
@@ -63,7 +63,7 @@ def fit_positions(original: Mesh, level: Mesh, reach_m: float) -> F64:
     pulling = replace(samples, corners=place[samples.corners], area=np.where(met, samples.area, 0.0))
     moves = _least_squares(pulling, off, len(first))
     size = points.max(axis=0) - points.min(axis=0)
-    moves[(np.abs(moves) < _STILL * float(size.max())).all(axis=1)] = 0.0
+    moves[(np.abs(moves) < _LEAST_MOVE * float(size.max())).all(axis=1)] = 0.0
     before = _squares(_apart(original, level, _CHECK)[1])
     met = before <= reach_m * reach_m
     limit = np.maximum(before, (_FARTHEST * reach_m) ** 2)
@@ -81,17 +81,17 @@ def fit_normals(original: Mesh, level: Mesh) -> npt.NDArray[np.float32]:
     """The level's normals (n, 3), unit, whose mixtures are nearest to the original's; both have normals."""
     assert original.normals is not None and level.normals is not None
     samples = _samples(original, level, _FIT)
-    wanted = _unit(_mixed(original.normals.astype(np.float64), samples.original, samples.there))
+    target = _unit(_mixed(original.normals.astype(np.float64), samples.original, samples.original_weights))
     normals = level.normals.astype(np.float64)
-    apart = wanted - _mixed(normals, samples.corners, samples.weights)
+    apart = target - _mixed(normals, samples.corners, samples.weights)
     return _unit(normals + _least_squares(samples, apart, len(normals))).astype(np.float32)
 
 
 def _apart(original: Mesh, level: Mesh, inward: float) -> tuple[_Samples, F64]:
     """Samples, and the way (n, 3) from each on the level to its place on the original."""
     samples = _samples(original, level, inward)
-    wanted = _mixed(original.positions.astype(np.float64), samples.original, samples.there)
-    return samples, wanted - _mixed(level.positions.astype(np.float64), samples.corners, samples.weights)
+    target = _mixed(original.positions.astype(np.float64), samples.original, samples.original_weights)
+    return samples, target - _mixed(level.positions.astype(np.float64), samples.corners, samples.weights)
 
 
 def _samples(original: Mesh, level: Mesh, inward: float) -> _Samples:
@@ -107,7 +107,7 @@ def _samples(original: Mesh, level: Mesh, inward: float) -> _Samples:
         weights=np.concatenate([there[1], back[4]]),
         area=np.concatenate([there[2], back[2]]),
         original=np.concatenate([there[3], back[0]]),
-        there=np.concatenate([there[4], back[1]]),
+        original_weights=np.concatenate([there[4], back[1]]),
     )
 
 
@@ -157,27 +157,28 @@ def _areas(points: F64, triangles: U32) -> F64:
 
 def _least_squares(samples: _Samples, apart: F64, count: int) -> F64:
     """The values (count, k) at vertices whose mixtures come nearest to `apart` (n, k), over area."""
-    pulls = samples.weights * samples.area[:, None]  # (n, 3)
+    weights = samples.weights * samples.area[:, None]  # (n, 3)
 
     def gather(values: F64) -> F64:
         found = np.zeros((count, values.shape[1]))
         for k in range(3):
             for column in range(values.shape[1]):
                 found[:, column] += np.bincount(
-                    samples.corners[:, k], pulls[:, k] * values[:, column], minlength=count
+                    samples.corners[:, k], weights[:, k] * values[:, column], minlength=count
                 )
         return found
 
-    wanted = gather(apart)
+    right = gather(apart)
     own = np.zeros(count)
     for k in range(3):
-        own += np.bincount(samples.corners[:, k], pulls[:, k] * samples.weights[:, k], minlength=count)
-    held = _HELD * own
-    scale = np.where(own > 0, _DAMPING / np.maximum(own + held, 1e-300), 0.0)[:, None]
-    found = np.zeros_like(wanted)
+        own += np.bincount(samples.corners[:, k], weights[:, k] * samples.weights[:, k], minlength=count)
+    regularization = _REGULARIZATION * own
+    scale = np.where(own > 0, _DAMPING / np.maximum(own + regularization, 1e-300), 0.0)[:, None]
+    found = np.zeros_like(right)
     for _ in range(_SWEEPS):
-        rest = wanted - gather(_mixed(found, samples.corners, samples.weights)) - held[:, None] * found
-        found += scale * rest
+        mixed = _mixed(found, samples.corners, samples.weights)
+        residual = right - gather(mixed) - regularization[:, None] * found
+        found += scale * residual
     return found
 
 

@@ -16,7 +16,7 @@ from paradize.build import auto_tier
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
-from paradize.build.single_file import solo
+from paradize.build.single_file import bake_single
 from paradize.build.tasks import Task
 from paradize.build.tier_choice import cheapest, misses
 from paradize.build.tuned_settings import split_label
@@ -299,7 +299,7 @@ def grown(path: Path, settings: BakerSettings, metric: str, limit: float) -> dic
     """What each tier measures in the first format that keeps a limit, else in the finest."""
     found = {}
     for tier, label in zip(ORDER, FINER_FORMAT, strict=True):
-        errors = solo("maps", path, settings, tier=tier, budget={metric: limit}).errors
+        errors = bake_single("maps", path, settings, tier=tier, budget={metric: limit}).errors
         found[label] = next(one[metric] for one in errors.values() if metric in one)
     return found
 
@@ -311,11 +311,13 @@ def test_auto_takes_a_finer_format_in_the_tier_that_keeps_the_budget_in_it(tmp_p
     noise = np.random.default_rng(4).random((64, 64))
     write_image(path, (20000 * (2 + np.sin(x) * np.cos(y) + 0.2 * noise)).astype(np.uint16)[:, :, None])
     settings, budget = replace(MAPS, source="height", only=["normal"]), {"normal_p99_deg": 0.5}
-    alone = {tier: solo("maps", path, settings, tier=tier, budget={}).errors["normal"] for tier in ORDER}
+    alone = {
+        tier: bake_single("maps", path, settings, tier=tier, budget={}).errors["normal"] for tier in ORDER
+    }
     assert all(errors["normal_p99_deg"] > 0.5 for errors in alone.values())
     assert alone["fast"]["normal_filter_p99_deg"] > 0.5
-    made = solo("maps", path, settings, tier="auto", budget=budget)
-    assert made.told["tried"]["taken"] == FINER_FORMAT[1]
+    made = bake_single("maps", path, settings, tier="auto", budget=budget)
+    assert made.report["tried"]["taken"] == FINER_FORMAT[1]
     assert made.errors["normal"]["normal_p99_deg"] <= 0.5
 
 
@@ -323,7 +325,7 @@ def brute(kind: str, path: Path, settings: BakerSettings, metric: str) -> dict[s
     """What each tier measures, the worst of its products."""
     found = {}
     for tier in ORDER:
-        errors = solo(kind, path, settings, tier=tier, budget={}).errors
+        errors = bake_single(kind, path, settings, tier=tier, budget={}).errors
         worst = max if METRICS[metric].less_is_better else min
         found[tier] = worst(one[metric] for one in errors.values() if metric in one)
     return found
@@ -347,8 +349,8 @@ def test_auto_is_brute_force_over_assets_and_three_budgets(
             every_value = values | (grown(path, settings, metric, limit) if kind == "maps" else {})
             inside = [name for name, value in every_value.items() if not is_beyond(metric, value, limit)]
             if inside:
-                made = solo(kind, path, settings, tier="auto", budget={metric: limit})
-                taken = made.told["tried"]["taken"]
+                made = bake_single(kind, path, settings, tier="auto", budget={metric: limit})
+                taken = made.report["tried"]["taken"]
                 if (
                     kind == "terrain" and split_label(taken)[1]
                 ):  # a bound between the tiers: tests/pipeline/build/test_tuned_settings.py
@@ -357,6 +359,6 @@ def test_auto_is_brute_force_over_assets_and_three_budgets(
                 assert taken == inside[0], (path, metric, limit, every_value)
                 continue
             with pytest.raises(ParadizeError, match="no tier keeps the budget") as caught:
-                solo(kind, path, settings, tier="auto", budget={metric: limit})
+                bake_single(kind, path, settings, tier="auto", budget={metric: limit})
             assert f" {abs(best(every_value.values()) - limit):.3g} " in str(caught.value)
     assert differing >= count // 3, "tiers that measure alike prove nothing"

@@ -12,7 +12,7 @@ import pytest
 
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
-from paradize.build.single_file import solo
+from paradize.build.single_file import bake_single
 from paradize.check import check_paths
 from paradize.errors import ParadizeError
 from paradize.scene.baker_settings import BakerSettings, MapSettings, MeshSettings, TerrainSettings
@@ -40,12 +40,12 @@ def test_each_metric_is_measured_or_refused_before_anything_is_read(
     tmp_path: Path, kind: str, file: str, settings: BakerSettings
 ) -> None:
     make_cove(tmp_path)
-    made = solo(kind, tmp_path / file, settings, tier="fast", budget={})
+    made = bake_single(kind, tmp_path / file, settings, tier="fast", budget={})
     measured = {metric for errors in made.errors.values() for metric in errors} & METRICS.keys()
     assert measured
     for metric in METRICS.keys() - measured:
         with pytest.raises(ParadizeError, match=f"--budget {metric}: nothing that this") as caught:
-            solo(kind, tmp_path / "gone", settings, tier="auto", budget={metric: 0.0})
+            bake_single(kind, tmp_path / "gone", settings, tier="auto", budget={metric: 0.0})
         assert all(name in str(caught.value) for name in measured)
 
 

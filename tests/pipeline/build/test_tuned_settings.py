@@ -13,7 +13,7 @@ import pytest
 
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
-from paradize.build.single_file import solo
+from paradize.build.single_file import bake_single
 from paradize.build.tuned_settings import STEPS, by_cost, next_label, next_value, split_label, tuned_label
 from paradize.build.verify import verify
 from paradize.errors import ParadizeError
@@ -35,7 +35,7 @@ def rough(path: Path) -> Path:
 
 
 def baked(path: Path, tier: str, budget: dict[str, float], **more: Any) -> dict[str, Any]:
-    return solo("terrain", path, replace(TERRAIN, **more), tier=tier, budget=budget).told
+    return bake_single("terrain", path, replace(TERRAIN, **more), tier=tier, budget=budget).report
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from paradize.build.single_file import BakedFiles, solo_maps, solo_mesh, solo_terrain
+from paradize.build.single_file import BakedFiles, map_files, mesh_files, terrain_files
 from paradize.cli import main as cli
 from paradize.jobs.pool import Job, Outcome, run_jobs
 from paradize.kernels import maps
@@ -48,7 +48,7 @@ def test_the_same_bytes_and_measures_with_any_number_of_threads(sources: Path) -
         jobs = [
             Job(
                 "mesh",
-                solo_mesh,
+                mesh_files,
                 {
                     "path": sources / "post.obj",
                     "settings": MeshSettings(lods=3),
@@ -57,7 +57,7 @@ def test_the_same_bytes_and_measures_with_any_number_of_threads(sources: Path) -
             ),
             Job(
                 "maps",
-                solo_maps,
+                map_files,
                 {
                     "path": sources / "wood.png",
                     "settings": MapSettings(source="color", strength=5.0, wrap="repeat"),
@@ -67,7 +67,7 @@ def test_the_same_bytes_and_measures_with_any_number_of_threads(sources: Path) -
             ),
             Job(
                 "terrain",
-                solo_terrain,
+                terrain_files,
                 {
                     "path": sources / "height.png",
                     "settings": TerrainSettings(size_m=(20.0, 20.0), height_m=4.0, max_error_m=0.05),
@@ -78,8 +78,8 @@ def test_the_same_bytes_and_measures_with_any_number_of_threads(sources: Path) -
         found: list[tuple[dict[str, bytes], dict[str, Any]]] = []
         for outcome in run_jobs(jobs, 1, threads=threads):
             assert outcome.error is None and isinstance(outcome.value, BakedFiles)
-            outcome.value.told.pop("seconds", None)
-            found.append((outcome.value.files, outcome.value.told))
+            outcome.value.report.pop("seconds", None)
+            found.append((outcome.value.files, outcome.value.report))
         made.append(found)
     assert len(made[0][1][0]) == 4
     assert made[0] == made[1] == made[2]

@@ -13,7 +13,7 @@ import pytest
 from paradize.bakers.color import bake_color
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
-from paradize.build.single_file import solo
+from paradize.build.single_file import bake_single
 from paradize.scene.budget import METRICS
 from tests.pipeline.build.test_budget_measured import MAPS, MESH, TERRAIN
 from tests.pipeline.scenes import make_cove, write_image
@@ -55,14 +55,16 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
     made = bake_color(top / "leaf.png")
     names |= set(made.errors).union(*made.levels)
     for fmt in ("ktx2", "png"):
-        told = solo("maps", scene.parent / "wood.png", replace(MAPS, fmt=fmt), tier="fast", budget={}).told
+        told = bake_single(
+            "maps", scene.parent / "wood.png", replace(MAPS, fmt=fmt), tier="fast", budget={}
+        ).report
         for one in told["maps"].values():
             names |= set(one["errors"]).union(*one["levels"])
-    mesh = solo("mesh", scene.parent / "post.obj", replace(MESH, quantise={}), tier="fast", budget={})
-    names |= set().union(*mesh.told["lods"], *mesh.errors.values())
+    mesh = bake_single("mesh", scene.parent / "post.obj", replace(MESH, quantise={}), tier="fast", budget={})
+    names |= set().union(*mesh.report["lods"], *mesh.errors.values())
     field = scene.parent / "height.png"
-    terrain = solo("terrain", field, replace(TERRAIN, quantise=True), tier="fast", budget={})
-    names |= set(terrain.told).union(*terrain.errors.values())
+    terrain = bake_single("terrain", field, replace(TERRAIN, quantise=True), tier="fast", budget={})
+    names |= set(terrain.report).union(*terrain.errors.values())
     return names - FACTS
 
 

@@ -15,7 +15,7 @@ from paradize.data import Group, Mesh
 from paradize.errors import BakeError
 from paradize.metrics.mapped_normal import normal_error
 from paradize.metrics.surface import Original
-from paradize.stages.lod import METHODS, Level, simplify
+from paradize.stages.lod import METHODS, Simplified, simplify
 from paradize.stages.reproject import take_attributes
 from paradize.stages.split import split_by
 from tests.pipeline.shapes import cube, grid, sphere
@@ -147,7 +147,7 @@ def test_a_texture_that_would_slide_is_held_at_next_to_no_cost_of_shape(
     """The jetty's planks: boxes that become sheets, whose ends pull the wood along."""
     jetty = root / "raw_assets/jetty/jetty.obj"
     held = bake_mesh(jetty, lods=3).report
-    monkeypatch.setattr("paradize.bakers.mesh.lods._HELD", ())
+    monkeypatch.setattr("paradize.bakers.mesh.lods._UV_WEIGHTS", ())
     loose = bake_mesh(jetty, lods=3).report
     assert not any("slid" in warning for warning in held["warnings"])
     last, before = held["lods"][2], loose["lods"][2]
@@ -165,11 +165,11 @@ def test_what_is_held_with_more_weight_stays_inside_the_bound(monkeypatch: pytes
         far = float(level.positions.max()) > 1.5  # the one that was moved away: no slide at all
         return dict.fromkeys(("uv_shift_p99", "uv_shift_max"), 0.0 if far else 0.5)
 
-    def moved(mesh: Mesh, target: int, *, hold: float = 1.0, **more: Any) -> Level:
+    def moved(mesh: Mesh, target: int, *, uv_weight: float = 1.0, **more: Any) -> Simplified:
         level = simplify(mesh, target, **more)
-        if hold == 1.0:
+        if uv_weight == 1.0:
             return level
-        tried.append(hold)
+        tried.append(uv_weight)
         away = level.mesh.positions + np.float32([1, 0, 0])
         return replace(level, mesh=replace(level.mesh, positions=away))
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from paradize.bakers.mesh.lods import Plan, make_levels
-from paradize.bakers.mesh.refine import Refined
+from paradize.bakers.mesh.refine import RefinedLevel
 from paradize.data import Mesh
 from paradize.metrics.mapped_normal import normal_error, uv_shift
 from paradize.metrics.surface import Original
@@ -86,10 +86,10 @@ def test_a_candidate_that_is_worse_by_any_one_metric_is_not_taken(
     monkeypatch.setattr(judge, "distance", lambda *_: some("error"))
     monkeypatch.setattr("paradize.bakers.mesh.refine.uv_shift", lambda *_: some("uv"))
     monkeypatch.setattr("paradize.bakers.mesh.refine.normal_error", lambda *_, **__: some("normal"))
-    best = Refined(judge, base, ball, SAMPLES)
-    assert not best.take(replace(ball)) and best.mesh is ball
+    best = RefinedLevel(judge, base, ball, SAMPLES)
+    assert not best.accept_if_better(replace(ball)) and best.mesh is ball
     found[worse] = 0.5
-    assert best.take(replace(ball)) and best.errors["error_rms"] == 0.5
+    assert best.accept_if_better(replace(ball)) and best.errors["error_rms"] == 0.5
 
 
 def test_fast_is_balanced_and_says_so() -> None:

@@ -21,8 +21,8 @@ from paradize.measure.plan import FileOptions, file_groups
 from paradize.measure.timing import TrialGroup
 from paradize.metrics.surface import surface_distance
 from paradize.scene import settings
-from paradize.stages.lod import METHODS, SIMPLIFIERS, simplify
-from paradize.stages.simplifiers import POSITIONS_ONLY, fast_simplify, simplifier_version
+from paradize.stages.lod import METHODS, SIMPLIFIERS, simplifier_version, simplify
+from paradize.stages.lod.positions import POSITIONS_ONLY, fast_simplify
 from paradize.stages.validate import validate_mesh
 from tests.pipeline.shapes import grid, sphere
 from tests.pipeline.stages.test_lod import write_obj

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from paradize.bakers.mesh.lods import DEFAULT_MAX_ERROR, TIERS, MeasuredLevel, Plan, make_levels
+from paradize.bakers.mesh.lods import TIERS, MeasuredLevel, Plan, make_levels
 from paradize.bakers.mesh.prepare import prepare_mesh
 from paradize.bakers.quantise import direction_deg_of, quantised_levels
 from paradize.data import Lod, Mesh, rounded_down, rounded_up
@@ -23,10 +23,9 @@ from paradize.metrics.draw import draw_costs
 from paradize.metrics.loading import LoadingError
 from paradize.metrics.tangent import frame_errors, frame_faults, sample_of, true_tangents
 from paradize.scene.baker_settings import MeshSettings
-from paradize.stages.lod import SIMPLIFIERS
+from paradize.stages.lod import SIMPLIFIERS, simplifier_version
 from paradize.stages.order import draw_order
 from paradize.stages.reproject import take_attributes
-from paradize.stages.simplifiers import simplifier_version
 from paradize.stages.tangents import METHODS, tangent_frames
 from paradize.stages.tangents import TIERS as FRAMES
 from paradize.stages.unwrappers import unwrapper_version
@@ -94,17 +93,6 @@ def _require_ranges(path: Path, settings: MeshSettings) -> None:
         raise BakeError(f"a crease angle of {crease_deg:g} degrees, expected 0 to 180", file=path)
 
 
-def _plan_of(settings: MeshSettings) -> Plan:
-    errors, limit = tuple(settings.lod_errors), settings.max_error
-    return Plan(
-        count=settings.lods,
-        limit=max(DEFAULT_MAX_ERROR, *errors, 0.0) if limit is None else limit,
-        ratio=settings.lod_ratio,
-        errors=errors,
-        simplifier=settings.simplifier,
-    )
-
-
 def _bake(
     path: Path,
     settings: MeshSettings,
@@ -116,22 +104,22 @@ def _bake(
     started = time.monotonic()
     report_step("reading")
     mesh, found = prepare_mesh(path, settings, tier, root)
-    by_settings = _plan_of(settings)
+    by_settings = Plan.of(settings)
     used, frames, notes = _methods_of(settings, tier, mesh)
     levels, left_out = make_levels(mesh, by_settings if plan is None else plan(mesh, by_settings), used)
     report_step("tangent frames")
     tiers = _tangent_tiers(levels[0].mesh) if tangent_tiers else {}
     framed = _framed_levels(mesh, levels, frames)
     del mesh  # a level is about as large as its part of the file: none is held longer than needed
-    finished = _in_draw_order(framed)
-    lods = tuple(_lod(level) for level in finished)
+    levels, costs_before = _in_draw_order(framed)
+    lods = tuple(_lod(level) for level in levels)
     if settings.quantise is not None:
         lods = quantised_levels(lods, direction_deg=direction_deg_of(settings.quantise))
     report_step("writing")
     own = base_colors_of(found.materials) if settings.base_colors is None else settings.base_colors
     glb = encode_glb(lods, path.stem, base_colors=own)
     verify_glb(glb, path.with_suffix(".glb"))
-    first = finished[0].mesh
+    first = levels[0].mesh
     report: dict[str, Any] = {
         "triangles": len(first.triangles),
         "vertices": len(first.positions),
@@ -152,7 +140,9 @@ def _bake(
         "loading": found.loading.errors | {"collapsed": found.loading.collapsed},
         "repairs": found.repairs,
         "materials": [group.material for group in first.groups],
-        "lods": [_level_report(level, lod, found.loading) for level, lod in zip(finished, lods, strict=True)],
+        "lods": [
+            _level_report(*level, found.loading) for level in zip(levels, lods, costs_before, strict=True)
+        ],
         "seconds": round(time.monotonic() - started, 3),
         "warnings": found.warnings + [f"{path}: {note}" for note in (*notes, *left_out)],
     }
@@ -173,15 +163,6 @@ def _methods_of(settings: MeshSettings, tier: str, mesh: Mesh) -> tuple[str, str
     return used, FRAMES.get(settings.tangents, settings.tangents), notes
 
 
-@dataclass(frozen=True)
-class _FinishedLevel:
-    """A level as it is written, with tangents and in draw order; its errors; what drawing it cost before."""
-
-    mesh: Mesh
-    errors: Mapping[str, float]
-    unordered: Mapping[str, float]
-
-
 def _framed_levels(source: Mesh, levels: list[MeasuredLevel], tangents: str) -> list[MeasuredLevel]:
     """The levels with colours and tangents. Empties `levels`."""
     framed = []
@@ -191,17 +172,20 @@ def _framed_levels(source: Mesh, levels: list[MeasuredLevel], tangents: str) -> 
     return framed
 
 
-def _in_draw_order(levels: list[MeasuredLevel]) -> list[_FinishedLevel]:
-    """The levels as they are written. Empties `levels`."""
-    finished = []
+def _in_draw_order(levels: list[MeasuredLevel]) -> tuple[list[MeasuredLevel], list[dict[str, float]]]:
+    """The levels in draw order, and what drawing each cost before. Empties `levels`."""
+    ordered, costs_before = [], []
     while levels:
         level = levels.pop(0)
-        finished.append(_FinishedLevel(draw_order(level.mesh), level.errors, draw_costs(level.mesh)))
-    return finished
+        ordered.append(replace(level, mesh=draw_order(level.mesh)))
+        costs_before.append(draw_costs(level.mesh))
+    return ordered, costs_before
 
 
-def _level_report(level: _FinishedLevel, lod: Lod, loading: LoadingError) -> dict[str, Any]:
-    before = {"acmr_before": level.unordered["acmr"], "atvr_before": level.unordered["atvr"]}
+def _level_report(
+    level: MeasuredLevel, lod: Lod, cost_before: Mapping[str, float], loading: LoadingError
+) -> dict[str, Any]:
+    before = {"acmr_before": cost_before["acmr"], "atvr_before": cost_before["atvr"]}
     return {
         "triangles": len(level.mesh.triangles),
         "vertices": len(level.mesh.positions),
@@ -232,7 +216,7 @@ def _framed(source: Mesh, level: Mesh, tangents: str) -> Mesh:
     return level if level.uvs is None else tangent_frames(level, tangents)
 
 
-def _lod(level: _FinishedLevel) -> Lod:
+def _lod(level: MeasuredLevel) -> Lod:
     more = {key: value for key, value in level.errors.items() if key not in ("error_max", "error_rms")}
     return Lod(level.mesh, level.errors["error_max"], level.errors["error_rms"], more)
 

@@ -16,8 +16,8 @@ from paradize.errors import SourceError
 from paradize.jobs.progress import report_step
 from paradize.metrics.mapped_normal import normal_error, uv_shift
 from paradize.metrics.surface import Original, is_loose
-from paradize.stages.lod import LEAST_TRIANGLES, METHODS, RATIO, simplify
-from paradize.stages.simplifiers import require_simplifier
+from paradize.scene.baker_settings import MeshSettings
+from paradize.stages.lod import LEAST_TRIANGLES, METHODS, RATIO, require_simplifier, simplify
 from paradize.stages.validate import validate_mesh
 
 # By the tiers of a bake. Nineteen twentieths of a chain's time go into measuring it, so that no simplifier
@@ -35,15 +35,15 @@ _TURNED_DEG = 15.0
 _ROUNDING = 1e-7
 _BISECTIONS = 4
 _SAMPLES = 50_000
-# A texture of which more than a hundredth slid by more than this, of the diagonal, is held with so many times
-# the weight, which costs next to no shape. What still slid by more than the second is told. A slide of less
-# than twice what the surface itself is off is left alone.
-_SLID, _SEEN = 0.01, 0.02
-_HELD = (4.0, 16.0)
+# Where the 99th percentile of the UV shift exceeds the first, a share of the diagonal, the level is made
+# again with these factors on the weight of UVs, at little cost to the shape. Above the second a note reports
+# it. A shift below twice the surface error is accepted.
+_UV_SHIFT_TRIED, _UV_SHIFT_REPORTED = 0.01, 0.02
+_UV_WEIGHTS = (4.0, 16.0)
 # The errors of the source itself. Distances are shares of the diagonal.
 NO_ERROR = {"error_max": 0.0, "error_max_lower": 0.0, "error_rms": 0.0, "error_p99": 0.0}
-_SAME = {"normal_mean_deg": 0.0, "normal_p99_deg": 0.0, "normal_max_deg": 0.0}
-_STILL = {"uv_shift_p99": 0.0, "uv_shift_max": 0.0}
+_NO_NORMAL_ERROR = {"normal_mean_deg": 0.0, "normal_p99_deg": 0.0, "normal_max_deg": 0.0}
+_NO_UV_SHIFT = {"uv_shift_p99": 0.0, "uv_shift_max": 0.0}
 
 
 @dataclass(frozen=True)
@@ -65,6 +65,14 @@ class Plan:
     farthest: float | None = None
     simplifier: str = METHODS[0]
 
+    @staticmethod
+    def of(settings: MeshSettings) -> Plan:
+        """The plan that the settings of a mesh ask for."""
+        errors, limit = tuple(settings.lod_errors), settings.max_error
+        if limit is None:
+            limit = max(DEFAULT_MAX_ERROR, *errors, 0.0)
+        return Plan(settings.lods, limit, settings.lod_ratio, errors, simplifier=settings.simplifier)
+
 
 @dataclass(frozen=True)
 class MeasuredLevel:
@@ -84,55 +92,57 @@ def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[MeasuredLevel],
     """
     require_simplifier(plan.simplifier, mesh)
     reference = Original(mesh)
-    steps, notes = _chain(reference, plan)
+    levels, notes = _chain(reference, plan)
     if TIERS[tier] == "exact" and plan.simplifier == METHODS[0]:
-        steps, left_out = _refined(reference, steps)
+        levels, left_out = _refined(reference, levels)
         notes += left_out
-    return steps, list(dict.fromkeys(notes + _loose(steps) + _slides(steps, plan.simplifier)))
+    return levels, list(
+        dict.fromkeys(notes + _bound_notes(levels) + _uv_shift_notes(levels, plan.simplifier))
+    )
 
 
-def _refined(reference: Original, steps: list[MeasuredLevel]) -> tuple[list[MeasuredLevel], list[str]]:
+def _refined(reference: Original, levels: list[MeasuredLevel]) -> tuple[list[MeasuredLevel], list[str]]:
     """Returns the levels, each nearer to the source where possible; levels that a coarser one then beats
     are left out, with notes."""
     found: list[MeasuredLevel] = []
     notes: list[str] = []
     before = reference.mesh
-    for at, step in enumerate(steps):
-        if step.mesh is reference.mesh:
-            found.append(step)
+    for at, level in enumerate(levels):
+        if level.mesh is reference.mesh:
+            found.append(level)
             continue
-        report_step(f"refining level {at} of {len(steps) - 1}")
-        mesh, errors = refine_level(reference, before, step.mesh, step.errors, step.seams_kept, _SAMPLES)
-        before = step.mesh
-        notes += _append(found, MeasuredLevel(mesh, errors, step.seams_kept))
+        report_step(f"refining level {at} of {len(levels) - 1}")
+        mesh, errors = refine_level(reference, before, level.mesh, level.errors, level.seams_kept, _SAMPLES)
+        before = level.mesh
+        notes += _append_better(found, MeasuredLevel(mesh, errors, level.seams_kept))
     return found, notes
 
 
-def _append(steps: list[MeasuredLevel], found: MeasuredLevel) -> list[str]:
+def _append_better(levels: list[MeasuredLevel], found: MeasuredLevel) -> list[str]:
     """Appends a level, removes those that it beats with fewer triangles, and returns notes."""
     notes = []
-    while len(steps) > 1 and found.errors["error_max"] < steps[-1].errors["error_max"] - _ROUNDING:
-        worse = len(steps.pop().mesh.triangles)
+    while len(levels) > 1 and found.errors["error_max"] < levels[-1].errors["error_max"] - _ROUNDING:
+        worse = len(levels.pop().mesh.triangles)
         notes.append(
             f"a level of {worse} triangles left out: {len(found.mesh.triangles)} are nearer to the source"
         )
-    steps.append(found)
+    levels.append(found)
     return notes
 
 
 def _chain(reference: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[str]]:
     """The levels of balanced, and notes."""
     mesh = reference.mesh
-    steps, notes = [_fully_measured(reference, MeasuredLevel(mesh, NO_ERROR))], []
+    levels, notes = [_fully_measured(reference, MeasuredLevel(mesh, NO_ERROR))], []
     if plan.finest > 0:
         found, note = _coarsest(reference, mesh, plan.finest, plan.simplifier)
         if found is None:
             notes.append(f"lod0 is the source: {note}")
         else:
-            steps = [_fully_measured(reference, found)]
+            levels = [_fully_measured(reference, found)]
             share = f"{len(found.mesh.triangles)} of {len(mesh.triangles)} triangles"
             notes.append(f"lod0 has {share}: nothing finer is seen")
-    first = len(steps[0].mesh.triangles)
+    first = len(levels[0].mesh.triangles)
     count = min(plan.count, 1 + len(plan.errors)) if plan.errors else plan.count
     left_out = len(plan.errors) + 1 - count if plan.errors else 0
     if left_out:
@@ -142,11 +152,11 @@ def _chain(reference: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[s
         )
     for at in range(1, count):
         report_step(f"level {at} of {count - 1}")
-        last = steps[-1]
+        last = levels[-1]
         before = len(last.mesh.triangles)
         seen = max(last.errors["error_max"], last.errors["uv_shift_p99"])
         if plan.farthest is not None and seen >= plan.farthest:
-            notes.append(f"no level after lod{len(steps) - 1}: the flight never is farther away")
+            notes.append(f"no level after lod{len(levels) - 1}: the flight never is farther away")
             break
         if plan.errors:
             bound = min(plan.errors[at - 1], plan.limit)
@@ -154,11 +164,11 @@ def _chain(reference: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[s
         else:
             target = max(LEAST_TRIANGLES, int(first * plan.ratio**at))
             if target >= before:
-                notes.append(f"no level after lod{len(steps) - 1}: {before} triangles are few enough")
+                notes.append(f"no level after lod{len(levels) - 1}: {before} triangles are few enough")
                 break
             found, note = _nearest(reference, last.mesh, target, plan.limit, plan.simplifier)
         if found is None:
-            notes.append(f"no level after lod{len(steps) - 1}: {note}")
+            notes.append(f"no level after lod{len(levels) - 1}: {note}")
             if plan.errors:
                 continue
             break
@@ -167,44 +177,44 @@ def _chain(reference: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[s
         if not plan.errors and turned > _TURNED_DEG:
             shape = f"{len(found.mesh.triangles)} triangles turn normals by {turned:.0f} degrees on the mean"
             mend = 'for coarser ones say how far each may err: --errors A,B, in a scene lods_by = "error"'
-            notes.append(f"no level after lod{len(steps) - 1}: {shape}, limit {_TURNED_DEG:.0f}; {mend}")
+            notes.append(f"no level after lod{len(levels) - 1}: {shape}, limit {_TURNED_DEG:.0f}; {mend}")
             break
-        notes += _append(steps, found)
-    return steps, notes
+        notes += _append_better(levels, found)
+    return levels, notes
 
 
-def _fully_measured(reference: Original, step: MeasuredLevel) -> MeasuredLevel:
+def _fully_measured(reference: Original, level: MeasuredLevel) -> MeasuredLevel:
     """Returns the level with the errors of its normals and its texture measured too."""
-    if step.mesh is reference.mesh:
-        return replace(step, errors=NO_ERROR | _SAME | _STILL)
-    normals = normal_error(reference, step.mesh, _SAMPLES, surface_error=step.errors["error_max"])
-    slid = {key: step.errors[key] for key in _STILL if key in step.errors}
-    slid = slid or uv_shift(reference, step.mesh, _SAMPLES)
-    return replace(step, errors=step.errors | normals | slid)
+    if level.mesh is reference.mesh:
+        return replace(level, errors=NO_ERROR | _NO_NORMAL_ERROR | _NO_UV_SHIFT)
+    normals = normal_error(reference, level.mesh, _SAMPLES, surface_error=level.errors["error_max"])
+    slid = {key: level.errors[key] for key in _NO_UV_SHIFT if key in level.errors}
+    slid = slid or uv_shift(reference, level.mesh, _SAMPLES)
+    return replace(level, errors=level.errors | normals | slid)
 
 
-def _loose(steps: list[MeasuredLevel]) -> list[str]:
+def _bound_notes(levels: list[MeasuredLevel]) -> list[str]:
     return [
-        f"lod{at}: the largest distance to the source lies between {step.errors['error_max_lower']:.3g} and "
-        f"{step.errors['error_max']:.3g} of the diagonal, and the larger is reported: a closer search would "
+        f"lod{at}: the largest distance to the source lies between {level.errors['error_max_lower']:.3g} and "
+        f"{level.errors['error_max']:.3g} of the diagonal, and the larger is reported: a closer search would "
         "take too long, mostly because of long thin triangles"
-        for at, step in enumerate(steps)
-        if is_loose(step.errors)
+        for at, level in enumerate(levels)
+        if is_loose(level.errors)
     ]
 
 
-def _slides(steps: list[MeasuredLevel], simplifier: str) -> list[str]:
+def _uv_shift_notes(levels: list[MeasuredLevel], simplifier: str) -> list[str]:
     notes = []
     mend = "ask for fewer levels" if simplifier in METHODS else f"take the simplifier {METHODS[0]!r}"
-    for at, step in enumerate(steps):
-        p99, most = step.errors["uv_shift_p99"], step.errors["uv_shift_max"]
+    for at, level in enumerate(levels):
+        p99, most = level.errors["uv_shift_p99"], level.errors["uv_shift_max"]
         slid = f"by {most:.2g} of the diagonal at the sample that slid most (99 % by no more than {p99:.2g})"
-        if not step.seams_kept:
+        if not level.seams_kept:
             notes.append(
                 f"lod{at}: the texture is stretched beside seams, which had to be let go; it slid {slid}; "
                 f"{mend} to keep them"
             )
-        elif p99 > max(_SEEN, 2 * step.errors["error_max"]):
+        elif p99 > max(_UV_SHIFT_REPORTED, 2 * level.errors["error_max"]):
             notes.append(
                 f"lod{at}: the texture slid {slid}; ask for fewer levels or a larger ratio to keep it in "
                 "place"
@@ -218,37 +228,37 @@ def _simplified(
     """Returns a measured level of about `target` triangles, or None if nothing would be left; and why it
     has more. If its texture slid, it is made again with more weight on UVs, and the least slid one inside
     `limit` is taken."""
-    level = simplify(before, target, method=simplifier, original=reference.mesh)
+    made = simplify(before, target, method=simplifier, original=reference.mesh)
     try:
-        mesh, _ = validate_mesh(level.mesh)
+        mesh, _ = validate_mesh(made.mesh)
     except SourceError:
         return None, "nothing would be left"
-    step = MeasuredLevel(mesh, reference.distance(mesh, _SAMPLES), level.seams_kept)
-    return _with_texture_held(reference, step, before, target, limit, simplifier), level.note
+    level = MeasuredLevel(mesh, reference.distance(mesh, _SAMPLES), made.seams_kept)
+    return _with_less_uv_shift(reference, level, before, target, limit, simplifier), made.note
 
 
-def _with_texture_held(
-    reference: Original, step: MeasuredLevel, before: Mesh, target: int, limit: float, simplifier: str
+def _with_less_uv_shift(
+    reference: Original, level: MeasuredLevel, before: Mesh, target: int, limit: float, simplifier: str
 ) -> MeasuredLevel:
     """Returns the level; if its texture slid too far, one of as few triangles inside `limit` that slid
     less."""
-    if reference.mesh.uvs is None or simplifier not in METHODS or step.errors["error_max"] > limit:
-        return step
-    best = replace(step, errors=step.errors | uv_shift(reference, step.mesh, _SAMPLES))
-    for weight in _HELD:
-        if best.errors["uv_shift_p99"] <= max(_SLID, 2 * best.errors["error_max"]):
+    if reference.mesh.uvs is None or simplifier not in METHODS or level.errors["error_max"] > limit:
+        return level
+    best = replace(level, errors=level.errors | uv_shift(reference, level.mesh, _SAMPLES))
+    for weight in _UV_WEIGHTS:
+        if best.errors["uv_shift_p99"] <= max(_UV_SHIFT_TRIED, 2 * best.errors["error_max"]):
             break
-        level = simplify(before, target, method=simplifier, original=reference.mesh, hold=weight)
+        made = simplify(before, target, method=simplifier, original=reference.mesh, uv_weight=weight)
         try:
-            mesh, _ = validate_mesh(level.mesh)
+            mesh, _ = validate_mesh(made.mesh)
         except SourceError:
             continue
         errors = reference.distance(mesh, _SAMPLES)
-        if errors["error_max"] > limit or len(mesh.triangles) > 1.02 * len(step.mesh.triangles):
+        if errors["error_max"] > limit or len(mesh.triangles) > 1.02 * len(level.mesh.triangles):
             continue
         errors |= uv_shift(reference, mesh, _SAMPLES)
-        if level.seams_kept >= step.seams_kept and errors["uv_shift_p99"] < best.errors["uv_shift_p99"]:
-            best = MeasuredLevel(mesh, errors, level.seams_kept)
+        if made.seams_kept >= level.seams_kept and errors["uv_shift_p99"] < best.errors["uv_shift_p99"]:
+            best = MeasuredLevel(mesh, errors, made.seams_kept)
     return best
 
 
@@ -260,20 +270,20 @@ def _nearest(
     most = int(len(before.triangles) * (1 - _WORTH))
     least, best, note = target, None, ""
     for _ in range(_BISECTIONS):
-        step, reason = _simplified(reference, before, target, limit, simplifier)
-        if step is None:
+        level, reason = _simplified(reference, before, target, limit, simplifier)
+        if level is None:
             return best, note or reason
-        count = len(step.mesh.triangles)
+        count = len(level.mesh.triangles)
         if count > most:
             note = note or reason or f"{len(before.triangles)} triangles are the least"
             break
-        if step.errors["error_max"] <= limit:
-            best, most = step, count
+        if level.errors["error_max"] <= limit:
+            best, most = level, count
             if target == least:
                 break
         else:
             note = (
-                f"{count} triangles are {step.errors['error_max']:.3g} of the diagonal off, limit {limit:g}"
+                f"{count} triangles are {level.errors['error_max']:.3g} of the diagonal off, limit {limit:g}"
             )
             least = target
         if best is not None and target <= least + 1:
@@ -295,22 +305,21 @@ def _coarsest(
         if low > high:
             break
         target = max(low, min(high, isqrt(low * high)))
-        step, reason = _simplified(reference, before, target, bound, simplifier)
-        if step is None or step.errors["error_max"] > bound:
-            if step is not None:
-                off = step.errors["error_max"]
-                note = (
-                    f"{len(step.mesh.triangles)} triangles are {off:.3g} of the diagonal off, limit {bound:g}"
-                )
+        level, reason = _simplified(reference, before, target, bound, simplifier)
+        if level is None or level.errors["error_max"] > bound:
+            if level is not None:
+                off = level.errors["error_max"]
+                count = len(level.mesh.triangles)
+                note = f"{count} triangles are {off:.3g} of the diagonal off, limit {bound:g}"
             low = target + 1
             continue
-        count = len(step.mesh.triangles)
+        count = len(level.mesh.triangles)
         if count > int(whole * (1 - _WORTH)):
             note = reason or note
             low = target + 1
             continue
         if best is None or count < len(best.mesh.triangles):
-            best = step
+            best = level
         if count > target * 1.1:  # seams and borders hold the rest: fewer cannot be had
             break
         high = min(target, count) - 1

@@ -30,11 +30,11 @@ _SLACK = {
     "normal_p99_deg": 0.01,
     "normal_mean_deg": 0.01,
 }
-_SHARES = (1.0, 0.5, 0.25)  # of the way to the fitted positions or normals
+_SHARES = (1.0, 0.5, 0.25)  # of the move to the fitted positions or normals
 
 
 @dataclass
-class Refined:
+class RefinedLevel:
     """A level while it is refined. base: errors that it must not exceed, by the names of _SLACK."""
 
     reference: Original
@@ -46,8 +46,8 @@ class Refined:
     def __post_init__(self) -> None:
         self.errors = dict(self.base)
 
-    def take(self, mesh: Mesh, fitted: Callable[[], Iterator[Mesh]] | None = None) -> bool:
-        """Takes the mesh if it is better: no error exceeds the base, and the mean ratio of errors to the
+    def accept_if_better(self, mesh: Mesh, fitted: Callable[[], Iterator[Mesh]] | None = None) -> bool:
+        """Accepts the mesh if it is better: no error exceeds the base, and the mean ratio of errors to the
         base falls. Quick measurements come first. fitted: the same mesh with other normals, which are
         tried first."""
         reference, samples = self.reference, self.samples
@@ -83,49 +83,51 @@ def refine_level(
 ) -> tuple[Mesh, dict[str, float]]:
     """Refines a level of balanced. Returns a mesh of at most as many triangles whose errors are no worse,
     and its errors. before: the level before it. seams_kept: whether its triangles end at texture seams."""
-    best = Refined(reference, errors, level, samples)
-    for start, method, variant in _ways(reference.mesh, before):
+    best = RefinedLevel(reference, errors, level, samples)
+    for start, method, variant in _candidates(reference.mesh, before):
         other = simplify(start, len(level.triangles), method, original=reference.mesh, variant=variant)
         try:
             mesh, _ = validate_mesh(other.mesh)
         except SourceError:  # nothing would be left
             continue
         if len(mesh.triangles) <= len(level.triangles) and other.seams_kept >= seams_kept:
-            best.take(mesh)
+            best.accept_if_better(mesh)
     _fit(best)
     return best.mesh, best.errors
 
 
-def _ways(source: Mesh, before: Mesh) -> Iterator[tuple[Mesh, str, float]]:
+def _candidates(source: Mesh, before: Mesh) -> Iterator[tuple[Mesh, str, float]]:
     """Yields other ways to make the level: start mesh, method and weight of attributes."""
     yield before, "meshoptimizer", VARIANTS[0]
     for variant in VARIANTS[before is source :]:
         yield source, "paradize", variant
 
 
-def _fit(best: Refined) -> None:
+def _fit(best: RefinedLevel) -> None:
     """Moves the vertices towards the source as far as no error grows, and fits their normals."""
     level, source = best.mesh, best.reference.mesh
     reach_m = best.errors["error_max"] * best.reference.diagonal_m
     points = level.positions.astype(np.float64)
-    way = fit_positions(source, level, reach_m) - points
+    move = fit_positions(source, level, reach_m) - points
     for share in (*_SHARES, 0.0):
-        moved = replace(level, positions=(points + share * way).astype(np.float32)) if share else level
+        moved = replace(level, positions=(points + share * move).astype(np.float32)) if share else level
         try:
             mesh, _ = validate_mesh(moved)
         except SourceError:  # triangles without area
             continue
-        if len(mesh.triangles) == len(level.triangles) and best.take(mesh, partial(_turned, source, mesh)):
+        if len(mesh.triangles) == len(level.triangles) and best.accept_if_better(
+            mesh, partial(_with_fitted_normals, source, mesh)
+        ):
             return
 
 
-def _turned(source: Mesh, level: Mesh) -> Iterator[Mesh]:
+def _with_fitted_normals(source: Mesh, level: Mesh) -> Iterator[Mesh]:
     """Yields the level with normals fitted to the source's, fully and partly."""
     if source.normals is None or level.normals is None:
         return
-    way = fit_normals(source, level) - level.normals
+    move = fit_normals(source, level) - level.normals
     for share in _SHARES:
-        mixed = level.normals + np.float32(share) * way
+        mixed = level.normals + np.float32(share) * move
         length = np.sqrt(mixed[:, 0] * mixed[:, 0] + mixed[:, 1] * mixed[:, 1] + mixed[:, 2] * mixed[:, 2])
         normals = np.where((length > 0.1)[:, None], mixed / np.maximum(length, 0.1)[:, None], level.normals)
         yield replace(level, normals=np.ascontiguousarray(normals, np.float32))

@@ -24,7 +24,7 @@ from paradize.scene.schema import (
 )
 from paradize.scene.settings.relief import Relief
 
-SIMPLIFIERS = ("paradize", "meshoptimizer", "fast-simplification", "openmesh")  # stages/lod.py
+SIMPLIFIERS = ("paradize", "meshoptimizer", "fast-simplification", "openmesh")  # stages/lod/
 UNWRAPPERS = ("paradize", "xatlas")  # stages/unwrappers.py
 VIEWS = ("camera", "shadow", "reflection", "refraction")
 

@@ -1,31 +1,28 @@
-"""The libraries that simplify meshes, behind checks of what goes in and of what comes out.
+"""The libraries that see only positions: fast-simplification and OpenMesh. Attributes are taken from the
+source again.
 
-None checks its input. Callers pass only what `validate` passed: finite positions and indices in range,
-no index twice in a triangle, centred on the origin and scaled to a diagonal of 1. On such input they return;
-nothing else of their own was ever seen with it, so they run in this process. fast-simplification keeps its
-mesh in global state: one call at a time.
+Neither checks its input. Callers pass only what `validate` passed: finite positions, indices in range, no
+index twice in a triangle, centred on the origin and scaled to a diagonal of 1. On such input both return, so
+they run in this process. fast-simplification keeps its mesh in global state: one call at a time.
 """
 
 from __future__ import annotations
 
-import ctypes
-from importlib.metadata import version
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from meshoptimizer import SIMPLIFY_ERROR_ABSOLUTE
-from meshoptimizer._loader import find_library
 
 from paradize.data import Mesh
 from paradize.errors import BakeError
 from paradize.kernels import openmesh
 from paradize.kernels.mesh import number_rows
+from paradize.stages.lod.surface import Simplified, areas, normalised, used_only
+from paradize.stages.reproject import take_attributes
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-# How far meshoptimizer may go on its own, of a diagonal of 1; the bake measures and decides.
-_REACH = 0.25
 # fast-simplification's thresholds are absolute: the diagonal that they are tried with, and how far it may go,
 # the most careful first.
 _FAST_DIAGONAL = 3.5
@@ -33,65 +30,28 @@ _FAST_STEPS = (3, 5, 7, 10)
 _NEAR = 1.1  # times the triangles that were asked for
 
 
-def _attribute_simplifier() -> Any:
-    """meshopt_simplifyWithAttributes with its true signature: the Python package (0.2.30a0) declares none,
-    so that its own wrapper fails on the error's type and would cut sizes to 32 bits."""
-    call = ctypes.CDLL(find_library()).meshopt_simplifyWithAttributes
-    pointer, size = ctypes.c_void_p, ctypes.c_size_t
-    call.argtypes = [
-        *(pointer, pointer, size),  # destination, indices, their count
-        *(pointer, size, size),  # positions, vertices, bytes a vertex
-        *(pointer, size, pointer, size),  # attributes, bytes a vertex, weights, attributes a vertex
-        *(
-            pointer,
-            size,
-            ctypes.c_float,
-            ctypes.c_uint,
-            pointer,
-        ),  # locks, target, error, options, error found
-    ]
-    call.restype = size
-    return call
-
-
-_simplify_with_attributes = _attribute_simplifier()
-
-
-def meshopt_simplify(
-    points: npt.NDArray[np.float64],
-    triangles: npt.NDArray[np.uint32],
-    attributes: npt.NDArray[np.float32],
-    weights: npt.NDArray[np.float32],
-    locked: npt.NDArray[np.uint8],
-    target: int,
-) -> npt.NDArray[np.uint32]:
-    """meshoptimizer's choice of about `target` triangles (k, 3) over the same vertices.
-
-    points: (n, 3) of diagonal 1; attributes: (n, a) with weights (a,), a from 1 to 32; locked: (n,) 1 where
-    a vertex stays. Raises BakeError where the result is not triangles of these vertices.
-    """
-    indices = np.ascontiguousarray(triangles.reshape(-1), np.uint32)
-    positions = np.ascontiguousarray(points, np.float32)
-    attributes = np.ascontiguousarray(attributes, np.float32)
-    weights = np.ascontiguousarray(weights, np.float32)
-    locked = np.ascontiguousarray(locked, np.uint8)
-    count, width = attributes.shape
-    if positions.shape != (count, 3) or locked.shape != (count,) or not 1 <= width == len(weights) <= 32:
-        raise BakeError(f"positions {positions.shape}, attributes {attributes.shape}, locks {locked.shape}")
-    if len(indices) == 0 or int(indices.max()) >= count or not np.isfinite(positions).all():
-        raise BakeError("the simplifier is given only sound meshes")
-    out = np.zeros(len(indices), np.uint32)
-    found = int(
-        _simplify_with_attributes(
-            *(out.ctypes.data, indices.ctypes.data, len(indices)),
-            *(positions.ctypes.data, count, 12),
-            *(attributes.ctypes.data, width * 4, weights.ctypes.data, width),
-            *(locked.ctypes.data, min(target * 3, len(indices)), _REACH, SIMPLIFY_ERROR_ABSOLUTE, None),
-        )
+def simplify_positions(mesh: Mesh, target: int, original: Mesh, method: str) -> Simplified:
+    """The original surface, welded by position, simplified by a library; attributes are taken from it."""
+    require_simplifier(method, original)
+    points, unit = normalised(original.positions, 1.0)
+    places, first = number_rows(original.positions)
+    found, triangles = POSITIONS_ONLY[method](points[first], places[original.triangles], target)
+    triangles = triangles[areas(found, triangles) > 0]
+    if len(triangles) == 0:
+        return Simplified(mesh, "nothing would be left")
+    wide = original.positions.astype(np.float64)
+    centre = (wide.min(axis=0) + wide.max(axis=0)) / 2
+    bare = Mesh(
+        (found * unit + centre).astype(np.float32),
+        triangles,
+        groups=tuple(replace(group, first=0, count=len(triangles)) for group in original.groups),
+        origin=original.origin,
     )
-    if found % 3 or found > len(indices) or (found and int(out[:found].max()) >= count):
-        raise BakeError(f"meshoptimizer returned {found} indices, not triangles of the mesh")
-    return out[:found].reshape(-1, 3).copy()
+    result = take_attributes(original, bare, ("normals", "uvs", "uvs1"), one_chart=original.uvs is not None)
+    note = ""
+    if len(triangles) > 1.1 * target:
+        note = f"{len(triangles)} triangles where {target} were asked: {method!r} comes no nearer"
+    return Simplified(used_only(result), note, seams_kept=original.uvs is None)
 
 
 def fast_simplify(
@@ -155,13 +115,6 @@ def require_simplifier(name: str, mesh: Mesh) -> None:
     if held != len(mesh.triangles):
         what = f"the surface is no manifold: 'openmesh' holds {held} of its {len(mesh.triangles)} triangles"
         raise BakeError(f"simplifier: {what}", mend=mend)
-
-
-def simplifier_version(name: str) -> str | None:
-    """The version of the library behind a simplifier; None for our own."""
-    if name == "openmesh":
-        return openmesh.VERSION
-    return None if name == "paradize" else version(name)
 
 
 def _require_sound(points: npt.NDArray[np.float64], triangles: npt.NDArray[np.uint32]) -> None:

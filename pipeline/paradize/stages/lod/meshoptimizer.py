@@ -1,0 +1,177 @@
+"""The simplifier of meshoptimizer, with attributes. Vertices stay where they are. It does not check its
+input: callers pass what `validate` passed, centred on the origin with a diagonal of 1."""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from meshoptimizer import SIMPLIFY_ERROR_ABSOLUTE
+from meshoptimizer._loader import find_library
+
+from paradize.data import Mesh
+from paradize.errors import BakeError
+from paradize.kernels.mesh import number_rows, topology
+from paradize.stages.lod.surface import (
+    KEPT_AREAS,
+    NEAR_TARGET,
+    Simplified,
+    areas,
+    image_scale,
+    joined_vertices,
+    normalised,
+    used_only,
+)
+from paradize.stages.reproject import groups_of, take_attributes, with_groups
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+# Weights of a changed unit normal and of a texture that slides by its own size on the surface, both of the
+# diagonal. The exact tier tries the others too, and what is measured decides.
+_NORMAL_WEIGHT = 0.02
+_UV_WEIGHT = 0.2
+_ROUNDS = 8
+# How far meshoptimizer may go on its own, of a diagonal of 1; the bake measures and decides.
+_REACH = 0.25
+
+
+def simplify_meshoptimizer(
+    mesh: Mesh, target: int, original: Mesh, released: tuple[str, ...], uv_weight: float
+) -> Simplified:
+    joined, vertex_group = joined_vertices(mesh, released)
+    points, _ = normalised(joined.positions, 1.0)
+    attributes, weights = _attributes(joined, points, released, uv_weight)
+    places, first = number_rows(joined.positions)
+    island = topology(places[joined.triangles], len(first)).island[places]
+    area = np.bincount(island[joined.triangles[:, 0]], areas(points, joined.triangles), minlength=len(points))
+    best: tuple[npt.NDArray[np.uint32], int] | None = None
+    for kept_area in KEPT_AREAS:
+        locked = np.zeros(len(points), np.uint8)
+        triangles = joined.triangles
+        for _ in range(_ROUNDS):
+            # What stays whole does not press the rest below its share.
+            whole = int(locked[joined.triangles[:, 0]].sum())
+            share = whole + (len(joined.triangles) - whole) * target // len(joined.triangles)
+            goal = max(target, share) if whole else target
+            triangles = meshopt_simplify(points, joined.triangles, attributes, weights, locked, goal)
+            triangles = triangles[areas(points, triangles) > 0]  # two sides of a seam can meet in one place
+            left = np.bincount(island[triangles[:, 0]], areas(points, triangles), minlength=len(points))
+            lost = (left < kept_area * area)[island] & (locked == 0)
+            if not lost.any():
+                break
+            locked[lost] = 1
+        if best is None or len(triangles) < len(best[0]):
+            best = triangles, int(locked.sum())
+        if len(best[0]) <= NEAR_TARGET * target:
+            break
+    assert best is not None
+    triangles, kept = best
+    if len(triangles) == 0:
+        return Simplified(mesh, "nothing would be left")
+    group_of = vertex_group[triangles[:, 0]]
+    if (vertex_group[triangles] != group_of[:, None]).any():
+        raise BakeError("the simplifier joined triangles of two materials")
+    result = with_groups(replace(joined, triangles=triangles, groups=()), group_of, groups_of(mesh))
+    if released:
+        result = take_attributes(original, result, released, one_chart="uvs" in released)
+    result = used_only(result)
+    note = ""
+    if len(triangles) > 1.1 * target:
+        why = (
+            f"{kept} vertices belong to parts that would vanish"
+            if kept
+            else "seams and borders uv_weight the rest"
+        )
+        note = f"{len(triangles)} triangles where {target} were asked: {why}"
+    seams_kept = mesh.uvs is None or "uvs" not in released
+    return Simplified(result, note, seams_kept)
+
+
+def _attributes(
+    mesh: Mesh, points: npt.NDArray[np.float64], released: tuple[str, ...], uv_weight: float
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    """Attributes (n, k) in units of the diagonal's length, and their weights: a slid texture counts as far
+    as it slid."""
+    columns: list[npt.NDArray[np.float32]] = []
+    weights: list[float] = []
+    if mesh.normals is not None and "normals" not in released:
+        columns.append(mesh.normals)
+        weights += [_NORMAL_WEIGHT] * 3
+    for name in ("uvs", "uvs1"):
+        uvs = getattr(mesh, name)
+        if uvs is None or name in released:
+            continue
+        columns.append(
+            ((uvs.astype(np.float64) - uvs[:1]) * image_scale(mesh, points, uvs)).astype(np.float32)
+        )
+        weights += [uv_weight * _UV_WEIGHT] * 2
+    if not columns:
+        return np.zeros((len(points), 1), np.float32), np.zeros(1, np.float32)
+    values = np.concatenate(columns, axis=1)
+    return np.ascontiguousarray(np.where(np.isfinite(values), values, 0), np.float32), np.array(
+        weights, np.float32
+    )
+
+
+def _attribute_simplifier() -> Any:
+    """meshopt_simplifyWithAttributes with its true signature: the Python package (0.2.30a0) declares none,
+    so that its own wrapper fails on the error's type and would cut sizes to 32 bits."""
+    call = ctypes.CDLL(find_library()).meshopt_simplifyWithAttributes
+    pointer, size = ctypes.c_void_p, ctypes.c_size_t
+    call.argtypes = [
+        *(pointer, pointer, size),  # destination, indices, their count
+        *(pointer, size, size),  # positions, vertices, bytes a vertex
+        *(pointer, size, pointer, size),  # attributes, bytes a vertex, weights, attributes a vertex
+        *(
+            pointer,
+            size,
+            ctypes.c_float,
+            ctypes.c_uint,
+            pointer,
+        ),  # locks, target, error, options, error found
+    ]
+    call.restype = size
+    return call
+
+
+_simplify_with_attributes = _attribute_simplifier()
+
+
+def meshopt_simplify(
+    points: npt.NDArray[np.float64],
+    triangles: npt.NDArray[np.uint32],
+    attributes: npt.NDArray[np.float32],
+    weights: npt.NDArray[np.float32],
+    locked: npt.NDArray[np.uint8],
+    target: int,
+) -> npt.NDArray[np.uint32]:
+    """meshoptimizer's choice of about `target` triangles (k, 3) over the same vertices.
+
+    points: (n, 3) of diagonal 1; attributes: (n, a) with weights (a,), a from 1 to 32; locked: (n,) 1 where
+    a vertex stays. Raises BakeError where the result is not triangles of these vertices.
+    """
+    indices = np.ascontiguousarray(triangles.reshape(-1), np.uint32)
+    positions = np.ascontiguousarray(points, np.float32)
+    attributes = np.ascontiguousarray(attributes, np.float32)
+    weights = np.ascontiguousarray(weights, np.float32)
+    locked = np.ascontiguousarray(locked, np.uint8)
+    count, width = attributes.shape
+    if positions.shape != (count, 3) or locked.shape != (count,) or not 1 <= width == len(weights) <= 32:
+        raise BakeError(f"positions {positions.shape}, attributes {attributes.shape}, locks {locked.shape}")
+    if len(indices) == 0 or int(indices.max()) >= count or not np.isfinite(positions).all():
+        raise BakeError("the simplifier is given only sound meshes")
+    out = np.zeros(len(indices), np.uint32)
+    found = int(
+        _simplify_with_attributes(
+            *(out.ctypes.data, indices.ctypes.data, len(indices)),
+            *(positions.ctypes.data, count, 12),
+            *(attributes.ctypes.data, width * 4, weights.ctypes.data, width),
+            *(locked.ctypes.data, min(target * 3, len(indices)), _REACH, SIMPLIFY_ERROR_ABSOLUTE, None),
+        )
+    )
+    if found % 3 or found > len(indices) or (found and int(out[:found].max()) >= count):
+        raise BakeError(f"meshoptimizer returned {found} indices, not triangles of the mesh")
+    return out[:found].reshape(-1, 3).copy()

@@ -1,0 +1,69 @@
+"""Simplifies a mesh by the simplifier of a name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from importlib.metadata import version
+
+from paradize.data import Mesh
+from paradize.errors import BakeError
+from paradize.kernels import openmesh
+from paradize.stages.lod.collapse import simplify_collapse
+from paradize.stages.lod.meshoptimizer import simplify_meshoptimizer
+from paradize.stages.lod.positions import POSITIONS_ONLY, simplify_positions
+from paradize.stages.lod.surface import NEAR_TARGET, Simplified
+
+METHODS = ("paradize", "meshoptimizer")  # with attributes: seams and borders of materials are kept
+RATIO = 0.5  # triangles of a level, of those of the level before
+LEAST_TRIANGLES = 4
+VARIANTS = (1.0, 0.25, 0.06)  # weights of attributes that tier `exact` tries with our own simplifier
+SIMPLIFIERS = (*METHODS, *POSITIONS_ONLY)
+# Hard edges, then seams, everywhere leave nothing to collapse: where a level is not reached with them they
+# are let go, and taken from the original surface again.
+_RELEASED = (("normals",), ("normals", "uvs", "uvs1"))
+
+
+def simplify(
+    mesh: Mesh,
+    target: int,
+    method: str = "paradize",
+    *,
+    original: Mesh | None = None,
+    variant: float = 1.0,
+    uv_weight: float = 1.0,
+) -> Simplified:
+    """A mesh of about `target` triangles (1 or more), from a validated mesh with normals; `original` is the
+    surface that attributes come from (default: the mesh itself); what knows positions alone starts from it.
+    variant: factor on our weights of attributes, above 0. uv_weight: factor on the weights of texture
+    coordinates, for both methods with attributes.
+
+    Tangents are left out: they are made anew for each level. Raises BakeError for an unknown method or
+    where the library returns something that is not a mesh.
+    """
+    if method not in SIMPLIFIERS:
+        raise BakeError(f"no simplifier {method!r}", mend=f"use one of {', '.join(SIMPLIFIERS)}")
+    mesh = replace(mesh, tangents=None)
+    original = mesh if original is None else replace(original, tangents=None)
+    if method in POSITIONS_ONLY:
+        return simplify_positions(mesh, target, original, method)
+
+    def attempt(released: tuple[str, ...]) -> Simplified:
+        if method == "meshoptimizer":
+            return simplify_meshoptimizer(mesh, target, original, released, uv_weight)
+        return simplify_collapse(mesh, target, original, released, variant, uv_weight)
+
+    best = attempt(())
+    for released in _RELEASED:
+        if not best.note or len(best.mesh.triangles) <= NEAR_TARGET * target:
+            break
+        level = attempt(released)
+        if len(level.mesh.triangles) < 0.95 * len(best.mesh.triangles):
+            best = level
+    return best
+
+
+def simplifier_version(name: str) -> str | None:
+    """The version of the library behind a simplifier; None for our own."""
+    if name == "openmesh":
+        return openmesh.VERSION
+    return None if name == "paradize" else version(name)
