@@ -124,7 +124,7 @@ def _error_words(pair: Compared, group: Group) -> str:
     if ratio < 0.1:
         return f"divides the error by {_two(1.0 / ratio)}{figures}"
     if ratio < 1.0:
-        return f"takes {100.0 * (1.0 - ratio):.0f} % off the error{figures}"
+        return f"has {100.0 * (1.0 - ratio):.0f} % less error{figures}"
     more = f"{100.0 * (ratio - 1.0):.0f} % more error" if ratio < 1.3 else f"{_times(ratio)} the error"
     return f"has {more}{figures}"
 

@@ -172,7 +172,7 @@ def _white(source: Path) -> str:
     near = sorted(source.parent.glob(f"{glob.escape(source.stem)}*"))
     picture = next((path.name for path in near if path.suffix.lower() in PICTURES), "PICTURE")
     write = f"copy {picture} beside scene.toml and write color = {json.dumps(picture)} under [[object]]"
-    return f"{source}: no material file: white; for a colour map {write}"
+    return f"{source}: has no material file, so it is drawn white; for a colour map {write}"
 
 
 def _pictures_of(material: Material) -> list[Path]:

@@ -108,7 +108,6 @@ def _facts(
 ) -> str:
     over = sum(len(row["over"]) for row in rows)
     total = sum(row["bytes"] for row in rows)
-    limited = any(scene["budget"].values())
     over += any(total / 1e6 > part.get("folder_mb", float("inf")) for part in scene["budget"].values())
     baked = sum(row["status"] == "baked" for row in rows)
     facts = [
@@ -116,10 +115,9 @@ def _facts(
         (_size(total), "on disk, all mips and levels"),
         (_size(sum(saved.values())), "not baked: finer than any view needs, or maps that no pass reads"),
         (f"{baked} of {len(rows)}", f"baked this time, in {seconds_label(seconds)}"),
-        (str(over) if over else "none", "errors beyond their budget")
-        if limited
-        else ("–", "no budget: the scene limits no error"),
     ]
+    if any(scene["budget"].values()):
+        facts.append((str(over) if over else "none", "errors beyond their budget"))
     items = "".join(f"<li><b>{escape(value)}</b><span>{escape(what)}</span></li>" for value, what in facts)
     return f'<ul class="facts">{items}</ul>'
 

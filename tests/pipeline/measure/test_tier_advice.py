@@ -20,16 +20,16 @@ _TIME = (
     r"(t\d) (?:(costs|takes) \S+ x the time of|takes \S+ % (longer|less time) than"
     r"|takes about as long as) (t\d)"
 )
-_PAIR = re.compile(rf"{_TIME} and (has the same error|has|\w+)")
+_PAIR = re.compile(rf"{_TIME} and (has the same error|has \S+ % less|\w+)")
 _TIMES = {"costs": 1, "longer": 1, "takes": -1, "less time": -1, "": 0}
-_ERRORS = {"has the same error": 0, "leaves": -1, "halves": -1, "divides": -1, "takes": -1, "has": 1}
+_ERRORS = {"has the same error": 0, "leaves": -1, "halves": -1, "divides": -1, "has": 1}
 
 
 def claims_of(text: str) -> Claims:
     """The comparisons in a sentence, by its words alone."""
     found: Claims = {}
     for after, ratio, share, before, words in _PAIR.findall(text.lower()):
-        error = next(sign for start, sign in _ERRORS.items() if words.startswith(start))
+        error = -1 if words.endswith("less") else _ERRORS[words]
         found[after, before] = _TIMES[ratio or share], error
     return found
 

@@ -106,7 +106,11 @@ def test_a_model_without_a_material_file_is_told_to_be_white_and_which_picture_i
     source = write_model(
         tmp_path / "m", QUAD + "f 1/1 2/2 3/3\n", "newmtl a\n", "thing_texture.png", "other.png"
     )
-    (note,) = [note for note in new_scene(tmp_path / "s", source).notes if "no material file: white" in note]
+    (note,) = [
+        note
+        for note in new_scene(tmp_path / "s", source).notes
+        if "no material file, so it is drawn white" in note
+    ]
     assert 'write color = "thing_texture.png" under [[object]]' in note
     named = write_model(tmp_path / "n", "mtllib thing.mtl\n" + QUAD + "f 1/1 2/2 3/3\n", "newmtl a\n")
     assert not any("white" in note for note in new_scene(tmp_path / "t", named).notes)

@@ -277,7 +277,7 @@ def test_the_page_tells_what_was_spared_and_files_against_their_budget() -> None
     assert "folder_mb" in page and 'class="meter bad"' in page and "<b>1</b><span>errors beyond" in page
     free = scene | {"budget": {"hard": {}, "soft": {}}}
     page = scene_page(free, rows, why, NO_POSTER, [], seconds=1.0, warnings=[])
-    assert "<b>–</b><span>no budget: the scene limits no error</span>" in page and "errors beyond" not in page
+    assert "The scene has no [budget]: no error is limited." in page and "errors beyond" not in page
     both = scene | {"budget": {"hard": {"folder_mb": 1.0, "color_psnr_db": 30.0}, "soft": {}}}
     page = scene_page(
         both, [rows[0] | {"errors": {"color_psnr_db": 40.0}}], why, NO_POSTER, [], seconds=1.0, warnings=[]

@@ -19,7 +19,7 @@ a:hover{text-decoration:underline}
 code{font-size:.92em;overflow-wrap:anywhere}
 p{margin:.4rem 0}
 .lead{color:var(--soft);max-width:62rem}
-.cards{display:grid;gap:1rem;grid-template-columns:repeat(auto-fill,minmax(min(100%,25rem),1fr))}
+.cards{display:grid;align-items:start;gap:1rem;grid-template-columns:repeat(auto-fill,minmax(min(100%,25rem),1fr))}
 .card{background:var(--card);border:1px solid var(--line);border-radius:12px;padding:1rem 1.1rem;
   font-size:.92rem;min-width:0;display:flex;flex-direction:column}
 .card svg{width:100%;height:auto;display:block;margin-top:auto;padding-top:.5rem}
