@@ -24,6 +24,7 @@ from paradize.material import Material
 from paradize.readers.mtl import MAX_BYTES as MTL_BYTES
 from paradize.readers.mtl import inside, named_file, read_mtl
 from paradize.readers.record import DEFAULT_NAME, UNKNOWN_SMOOTHING, Model
+from paradize.readers.uv_transform import UvTransform, transformed_uvs
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -65,6 +66,7 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
             raise _without_faces(path, warnings)
     root = path.parent if root is None else root
     materials: dict[str, Material] = {}
+    transforms: dict[str, UvTransform] = {}
     libraries: list[Path] = []
     absent: list[Path] = []
     statements = list(dict.fromkeys(parsed.libraries))
@@ -78,9 +80,11 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
                 libraries.append(found)
                 if on_library is not None:
                     on_library.append(found)
-                more_materials, more_warnings = read_mtl(found, root, absent)
-                materials |= more_materials
-                warnings += more_warnings
+                more = read_mtl(found, root, absent)
+                materials |= more.materials
+                warnings += more.warnings
+                transforms = {k: v for k, v in transforms.items() if k not in more.materials}
+                transforms |= more.transforms
     warnings = list(dict.fromkeys(warnings))
     groups, smoothing = _groups(parsed)
     used = dict.fromkeys(group.material for group in groups)
@@ -97,14 +101,15 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
         groups=groups,
         origin=parsed.origin,
     )
+    source = SourcePositions(parsed.source_positions, parsed.collapsed, parsed.first_collapsed)
+    mesh, source = transformed_uvs(mesh, source, transforms)
     counts = {
         "faces": parsed.faces,
         "triangles": len(parsed.triangles),
-        "vertices": len(parsed.positions),
+        "vertices": len(mesh.positions),
         "positions_in_file": parsed.positions_in_file,
         "positions_unused": parsed.positions_unused,
     }
-    source = SourcePositions(parsed.source_positions, parsed.collapsed, parsed.first_collapsed)
     counts |= {note.code: note.count for note in parsed.notes}
     return Model(
         *(mesh, source, materials, warnings, counts, smoothing, parsed.triangle_lines),

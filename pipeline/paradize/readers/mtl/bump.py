@@ -1,0 +1,58 @@
+"""Tells whether a bump map is a normal map in truth, from its texels."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from paradize.data import Image
+from paradize.errors import ParadizeError
+from paradize.readers.image import read_image
+
+Bump = Literal["normal", "height", "unclear", "unreadable"]
+
+_SAMPLES = 256  # texels looked at along each side, at most
+_GREY, _LENGTH = 0.02, 0.15  # tolerances: of a grey's channels, of a unit vector's length
+_LEANING = 0.15  # of the mean direction: a surface's normals lean to no side
+_SURE, _LEAST = 0.95, 0.05  # share of texels that decides; share that has to hold a direction at all
+
+
+def bump_of_file(path: Path) -> Bump:
+    """What a picture holds, see `bump_of`; "unreadable" where it cannot be read."""
+    try:
+        status = path.stat()
+    except OSError:
+        return "unreadable"
+    return _bump_of_version(path, status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=64)
+def _bump_of_version(path: Path, _mtime_ns: int, _size: int) -> Bump:
+    try:
+        return bump_of(read_image(path))
+    except ParadizeError:
+        return "unreadable"
+
+
+def bump_of(image: Image) -> Bump:
+    """Returns "height" for a grey picture; "normal" where nearly all texels that are no grey are unit vectors
+    that point out of the surface (x = 2 red - 1 ...) and lean to no side on the mean; "unclear" for other
+    colours. Grey texels count as empty places between the parts of a normal map."""
+    height, width, channels = image.values.shape
+    if channels < 3:
+        return "height"
+    steps = (-(-height // _SAMPLES), -(-width // _SAMPLES))
+    sample = replace(image, values=image.values[:: steps[0], :: steps[1], :3])
+    texels = sample.pixels.reshape(-1, 3)
+    colored = texels[np.ptp(texels, axis=1) > _GREY]
+    if len(colored) < _LEAST * len(texels):
+        return "height"
+    vectors = 2.0 * colored - 1.0
+    lengths = np.sqrt((vectors * vectors).sum(axis=1))
+    outward = (np.abs(lengths - 1.0) < _LENGTH) & (vectors[:, 2] > 0.0)
+    straight = bool((np.abs(vectors.mean(axis=0)[:2]) < _LEANING).all())
+    return "normal" if straight and outward.mean() >= _SURE else "unclear"

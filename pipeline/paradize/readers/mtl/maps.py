@@ -1,0 +1,151 @@
+"""Reads the map statements of MTL: options, then the name of a picture.
+
+Format: Wavefront, "Advanced Visualizer Manual, Appendix B2. Material (.mtl)", 1992. A picture is searched
+relative to the MTL file and must lie inside the root folder.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath, PureWindowsPath
+
+from paradize import files
+from paradize.errors import SourceError
+from paradize.files import is_there, resolved
+from paradize.material import Channel, Wrap
+
+# Largest number of arguments of each option.
+OPTIONS = {"-mm": 2, "-o": 3, "-s": 3, "-t": 3} | dict.fromkeys(
+    ("-blendu", "-blendv", "-bm", "-boost", "-cc", "-clamp", "-imfchan", "-colorspace", "-texres", "-type"), 1
+)
+_MAX_WORDS = 64  # words before a map's name; all options together take half as many
+_CHANNELS: dict[str, Channel] = {"r": "r", "g": "g", "b": "b", "m": "a", "l": "luminance"}
+# Arguments of options that change nothing.
+_NEUTRAL = {"-blendu": "on", "-blendv": "on", "-boost": "0", "-cc": "off"}
+
+
+@dataclass
+class MapStatement:
+    """keyword: in small letters. file: of the picture. channel: None where the statement does not say.
+    scale, offset: of u and v with v upwards: u * scale + offset. bump: -bm. gain: -mm. unused: options that
+    have no effect here."""
+
+    keyword: str
+    file: Path
+    line: int
+    channel: Channel | None = None
+    wrap: tuple[Wrap, Wrap] | None = None
+    scale: tuple[float, float] = (1.0, 1.0)
+    offset: tuple[float, float] = (0.0, 0.0)
+    bump: float | None = None
+    gain: float | None = None
+    unused: list[str] = field(default_factory=list)
+
+    @property
+    def height(self) -> float | None:
+        """Height of full white in units of the model, as three.js and Blender count -bm; None where the
+        statement does not say."""
+        if self.bump is None and self.gain is None:
+            return None
+        return (1.0 if self.bump is None else self.bump) * (1.0 if self.gain is None else self.gain)
+
+
+def inside(root: Path, folder: Path, name: str) -> Path | None:
+    """The path `name` relative to `folder`, with links followed; None where it is absolute or outside
+    `root`."""
+    if not name or "\0" in name or PureWindowsPath(name).drive or PureWindowsPath(name).root:
+        return None
+    name = name.replace("\\", "/")
+    if PurePosixPath(name).is_absolute():
+        return None
+    try:
+        path = resolved(folder / name)
+        return path if path.is_relative_to(resolved(root)) else None
+    except (OSError, RuntimeError, ValueError):
+        return None
+
+
+def named_file(path: Path, named_by: str, limit: int = files.MAX_BYTES) -> bool:
+    """Whether a file exists that another file names. Raises SourceError where it exists but cannot be read or
+    is larger than `limit` bytes. named_by: the naming place, for the message."""
+    try:
+        return is_there(path, limit)
+    except OSError as error:
+        what = f"cannot be read: {error.strerror or error}"
+        raise SourceError(what, file=path, mend=f"mend it, or take it out of {named_by}") from None
+
+
+def floats(text: str, count: int) -> tuple[float, ...] | None:
+    """`count` finite numbers, or None. For a colour one number stands for all three."""
+    words = text.split()[:count]
+    if not all(word.isascii() and "_" not in word for word in words):  # forms that only Python accepts
+        return None
+    try:
+        values = [float(word) for word in words]
+    except ValueError:
+        return None
+    if count == 3 and len(values) == 1:
+        values *= 3
+    if len(values) != count or not all(math.isfinite(value) for value in values):
+        return None
+    return tuple(values)
+
+
+def read_map_statement(
+    keyword: str, text: str, file: Path, line: int, root: Path, absent: list[Path] | None = None
+) -> MapStatement | str:
+    """A map statement without its keyword, or a text that says why it names no picture. A missing picture is
+    appended to `absent`. Raises SourceError as `named_file`."""
+    words = text.split(None, _MAX_WORDS)
+    options: dict[str, list[str]] = {}
+    index = 0
+    while index < len(words) and words[index].lower() in OPTIONS:
+        option = words[index].lower()
+        taken = options[option] = []
+        index += 1
+        for count in range(OPTIONS[option]):
+            numbers = OPTIONS[option] > 1 and count
+            if len(words) - index < 2 or (numbers and floats(words[index], 1) is None):
+                break
+            taken.append(words[index])
+            index += 1
+    # A name may contain several blanks in a row: without options the text is taken unchanged.
+    name = " ".join(words[index:]) if index else text.strip()
+    if not name:
+        return "no file named"
+    path = inside(root, file.parent, name)
+    if path is None:
+        return f"{name[:120]!r} lies outside {root}; ignored"
+    if not named_file(path, f"line {line} of {file}"):
+        if absent is not None:
+            absent.append(path)
+        return f"{name[:120]!r} does not exist; ignored"
+    statement = MapStatement(keyword, path, line)
+    for option, arguments in options.items():
+        if not _apply(statement, option, arguments):
+            statement.unused.append(option)
+    return statement
+
+
+def _apply(statement: MapStatement, option: str, arguments: list[str]) -> bool:
+    """Whether an option is used, or changes nothing."""
+    word = arguments[0].lower() if arguments else ""
+    numbers = [value[0] for text in arguments if (value := floats(text, 1))]
+    if option == "-clamp" and word in ("on", "off"):
+        statement.wrap = ("clamp", "clamp") if word == "on" else ("repeat", "repeat")
+    elif option == "-imfchan" and word in _CHANNELS:
+        statement.channel = _CHANNELS[word]
+    elif option == "-s" and numbers:
+        statement.scale = (numbers[0], numbers[1] if len(numbers) > 1 else 1.0)
+    elif option == "-o" and numbers:
+        statement.offset = (numbers[0], numbers[1] if len(numbers) > 1 else 0.0)
+    elif option == "-bm" and numbers:
+        statement.bump = numbers[0]
+    elif option == "-mm" and len(numbers) == 2 and numbers[0] == 0.0:
+        statement.gain = numbers[1]
+    elif option == "-t":
+        return not any(numbers)
+    else:
+        return word == _NEUTRAL.get(option)
+    return True

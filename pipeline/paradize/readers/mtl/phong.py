@@ -1,0 +1,32 @@
+"""Factors of Phong's model of light as MTL writes them (Ns, Ks), as those of glTF's.
+
+A Blinn-Phong exponent n is the roughness alpha = sqrt(2 / (n + 2)): B. Walter, S. Marschner, H. Li, K.
+Torrance, "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007, section 5.2. The intensity
+that keeps the peak of a highlight is 8 / (n + 8) of Ks: T. Akenine-Moeller, E. Haines, N. Hoffman, "Real-Time
+Rendering", 3rd edition, 2008, section 7.6. Blender writes numbers of its own: Ns = 1000 (1 - roughness)^2,
+and Ks 0.5 stands for a reflection of 4 %.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+_PLASTIC = 0.04  # reflection at normal incidence that Material.specular = 1 stands for
+_BLENDER_NS, _BLENDER_KS = 1000.0, 0.5
+
+
+def roughness_of(exponent: float, blender: bool) -> float:
+    """glTF's roughness, sqrt(alpha), 0..1, of a Blinn-Phong exponent. Exponents below 0 count as 0."""
+    exponent = max(exponent, 0.0)
+    if blender:
+        return 1.0 - sqrt(min(exponent / _BLENDER_NS, 1.0))
+    return sqrt(sqrt(2.0 / (exponent + 2.0)))
+
+
+def specular_of(ks: tuple[float, float, float], exponent: float | None, blender: bool) -> float:
+    """Material.specular of the mean of Ks. exponent: Ns; None or 0: Ks is the reflection at normal
+    incidence."""
+    mean = min(max(sum(ks) / 3.0, 0.0), 1.0)
+    if blender:
+        return mean / _BLENDER_KS
+    return mean * 8.0 / (max(exponent or 0.0, 0.0) + 8.0) / _PLASTIC

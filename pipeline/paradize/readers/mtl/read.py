@@ -1,0 +1,177 @@
+"""Reads Wavefront MTL: names, colours, factors and maps of materials.
+
+Format: Wavefront, "Advanced Visualizer Manual, Appendix B2. Material (.mtl)", 1992; with Pr, Pm, Ke, norm and
+their maps of "Physically-based MTL" (Clara.io, 2014). An invalid number, NaN or infinity in a statement that
+is used is an error with its line. Statements and options that are not used are one warning a file.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from paradize.errors import GroupedError, SourceError
+from paradize.files import read_file
+from paradize.material import Material
+from paradize.readers.mtl.maps import floats, read_map_statement
+from paradize.readers.mtl.material import BLENDER_ROLES, ROLES, Statements, material_of
+from paradize.readers.uv_transform import UvTransform
+
+MAX_BYTES = 16 << 20
+MAX_MAPS = 10_000  # map statements that are followed; each opens a file
+MAX_MESSAGES = 100  # of warnings and of errors
+_COLORS = ("kd", "ks", "ke")
+_NUMBERS = ("ns", "d", "tr", "pr", "pm")
+_LIGHT = "ambient light is the sky's"
+_MIRROR = "surfaces reflect the sky"
+_UNUSED = {
+    **dict.fromkeys(("ka", "map_ka"), _LIGHT),
+    **dict.fromkeys(("refl", "map_refl", "sharpness"), _MIRROR),
+    "ni": "light is not bent",
+    "tf": "light that passes through is not tinted",
+    "illum": "reflections and refractions are not traced",
+    **dict.fromkeys(("ps", "map_ps"), "there is no sheen"),
+    **dict.fromkeys(("pc", "pcr", "map_pc", "map_pcr"), "there is no clear coat"),
+    **dict.fromkeys(("aniso", "anisor", "map_aniso", "map_anisor"), "highlights are round"),
+    "decal": "no map is laid over another",
+    "map_aat": "textures are always filtered",
+}
+# Values of unused statements that change nothing.
+_NEUTRAL = {"ka": {0.0, 1.0}, "ni": {0.0, 1.0, 1.45, 1.5}, "tf": {1.0}, "illum": {0.0, 1.0, 2.0}}
+_NEUTRAL |= {key: {0.0} for key in ("ps", "pc", "pcr", "aniso", "anisor")}
+
+
+@dataclass(frozen=True)
+class Library:
+    """What an MTL file holds. materials: by name, in the file's order. transforms: of texture coordinates, by
+    material, where a material moves them."""
+
+    materials: dict[str, Material]
+    warnings: list[str]
+    transforms: dict[str, UvTransform]
+
+
+def read_mtl(path: Path, root: Path, absent: list[Path] | None = None) -> Library:
+    """Reads a material file. Pictures must lie inside `root`; otherwise they are a warning and not opened. A
+    missing picture is a warning; its path is appended to `absent`. Raises SourceError for an unreadable file
+    or an invalid number with its line, GroupedError for several."""
+    try:
+        raw = read_file(path, MAX_BYTES).removeprefix(b"\xef\xbb\xbf")
+    except OSError as error:
+        raise SourceError(f"cannot be read: {error.strerror or error}", file=path) from None
+    try:
+        text = raw.decode("utf-8")
+    except UnicodeDecodeError:
+        text = raw.decode("latin-1")
+    reader = _Reader(path, root, absent)
+    found = reader.statements(text)
+    library = Library({}, reader.warnings, {})
+    for name, statements in found.items():
+        library.materials[name], transform = material_of(name, statements, reader.warn)
+        if transform:
+            library.transforms[name] = transform
+    if reader.unused:
+        library.warnings.append(f"{path}: not used: {'; '.join(reader.unused_texts())}")
+    return library
+
+
+class _Reader:
+    def __init__(self, path: Path, root: Path, absent: list[Path] | None) -> None:
+        self.path, self.root, self.absent = path, root, absent
+        self.warnings: list[str] = []
+        self.errors: list[SourceError] = []
+        self.unused: dict[str, tuple[int, int]] = {}  # keyword as written -> count, first line
+        self.maps = 0
+        self.color_text = ""  # of the last map_Kd, as written
+
+    def statements(self, text: str) -> dict[str, Statements]:
+        """The statements of each material. Raises what was found wrong."""
+        blender = text.startswith("# Blender")
+        found: dict[str, Statements] = {}
+        current: Statements | None = None
+        joined = text.replace("\r\n", "\n").replace("\r", "\n").replace("\\\n", " ")
+        for number, line in enumerate(joined.split("\n"), 1):
+            word, rest = _split(line)
+            if word.lower() == "newmtl":
+                if rest in found:
+                    self.warn(number, f"material {rest[:120]!r} is defined again; the last one counts")
+                current, self.color_text = Statements(blender=blender), ""
+                found[rest] = current
+            elif current is not None and word and not word.startswith("#"):
+                self.statement(current, number, word, rest)
+            if self.maps > MAX_MAPS:
+                what = f"more than {MAX_MAPS} maps: this and all that follows is ignored"
+                self.warnings.append(f"{self.path}: line {number}: {what}")
+                break
+            if len(self.errors) == MAX_MESSAGES:
+                break
+        if self.errors:
+            raise self.errors[0] if len(self.errors) == 1 else GroupedError(self.errors)
+        return found
+
+    def warn(self, line: int, text: str) -> None:
+        if len(self.warnings) < MAX_MESSAGES:
+            self.warnings.append(f"{self.path}: line {line}: {text}")
+        elif len(self.warnings) == MAX_MESSAGES:
+            self.warnings.append(f"{self.path}: more than {MAX_MESSAGES} warnings; the rest is left out")
+
+    def drop(self, word: str, line: int) -> None:
+        count, first = self.unused.get(word, (0, line))
+        if count or len(self.unused) < MAX_MESSAGES:
+            self.unused[word] = (count + 1, first)
+
+    def unused_texts(self) -> list[str]:
+        texts = []
+        for word, (count, line) in self.unused.items():
+            reason = _UNUSED.get(word.lower(), "the option has no effect" if word[0] == "-" else "unknown")
+            times = f"{count} times, first in line {line}" if count > 1 else f"line {line}"
+            texts.append(f"{word[:40]} ({times}: {reason})")
+        return texts
+
+    def statement(self, into: Statements, line: int, word: str, rest: str) -> None:
+        key = word.lower()
+        if key in (BLENDER_ROLES if into.blender else ROLES):
+            self.map(into, line, word, rest)
+        elif key in _COLORS and rest.split()[:1] in (["spectral"], ["xyz"]):
+            self.warn(line, f"{word} as {rest.split()[0]} is not read; ignored")
+        elif key in _COLORS:
+            self.numbers(into, line, key, rest, 3, "1 or 3 finite numbers")
+        elif key in _NUMBERS:
+            self.numbers(into, line, key, rest.removeprefix("-halo").strip(), 1, "a finite number")
+        else:
+            values = floats(rest, 3 if key in ("ka", "tf") else 1)
+            used = into.blender and key in ("ka", "illum")
+            if values is not None:
+                into.values[key] = values
+                used = used or set(values) <= _NEUTRAL.get(key, set())
+            if not used and not (key == "map_ka" and rest.split()[-1:] == self.color_text.split()[-1:]):
+                self.drop(word, line)
+
+    def numbers(self, into: Statements, line: int, key: str, rest: str, count: int, expected: str) -> None:
+        values = floats(rest, count)
+        if values is not None:
+            into.values[key] = values
+            return
+        what = f"{key} {rest[:40]!r}, expected {expected}"
+        self.errors.append(SourceError(what, file=self.path, place=f"line {line}"))
+
+    def map(self, into: Statements, line: int, word: str, rest: str) -> None:
+        self.maps += 1
+        if self.maps > MAX_MAPS:
+            return
+        key = word.lower()
+        if key == "map_kd":
+            self.color_text = rest
+        found = read_map_statement(key, rest, self.path, line, self.root, self.absent)
+        if isinstance(found, str):
+            self.warn(line, f"{word}: {found}")
+            return
+        into.maps[key] = found
+        for option in found.unused:
+            self.drop(option, line)
+
+
+def _split(line: str) -> tuple[str, str]:
+    """The keyword and the rest of a line."""
+    parts = line.split(None, 1)
+    return (parts[0] if parts else ""), (parts[1].strip() if len(parts) > 1 else "")
