@@ -41,6 +41,20 @@ def test_every_level_has_fewer_triangles_and_stays_near(tmp_path: Path, tier: st
 
 
 @pytest.mark.parametrize("method", METHODS)
+def test_a_mesh_that_cannot_lose_triangles_says_what_holds_them(method: str) -> None:
+    """Ten triangles that share no edge: each is a part that would vanish."""
+    positions = np.zeros((30, 3), np.float32)
+    positions[:, 0] = np.repeat(np.arange(10), 3) * 2.0
+    positions[1::3, 0] += 1.0
+    positions[2::3, 2] = -1.0
+    normals = np.tile(np.array([0, 1, 0], np.float32), (30, 1))
+    mesh = Mesh(positions, np.arange(30, dtype=np.uint32).reshape(10, 3), normals=normals)
+    note = simplify(mesh, 4, method).note
+    assert note.startswith("10 triangles where 4 were asked: ")
+    assert note.endswith(("hold the rest", "belong to parts that would vanish"))
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_a_texture_seam_stays_closed_and_the_texture_stays_in_place(method: str) -> None:
     mesh = sphere(24)
     level = simplify(mesh, len(mesh.triangles) // 4, method).mesh

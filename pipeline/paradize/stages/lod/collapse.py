@@ -27,15 +27,16 @@ from paradize.stages.split import ATTRIBUTES
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-# Where vertices move their attributes follow at no cost to the shape; these only break ties that are seen.
+# Small weights: attributes follow the vertices without cost to the shape, and decide only between collapses
+# of nearly the same error.
 _MOVED_WEIGHTS = {"normals": 0.001, "uvs": 0.05, "uvs1": 0.05}
 
 
 def simplify_collapse(
     mesh: Mesh, target: int, original: Mesh, released: tuple[str, ...], variant: float, uv_weight: float
 ) -> Simplified:
-    """Vertices move to where the error is least, and their attributes with them. What did not move keeps its
-    bits."""
+    """Simplifies by edge collapse. Vertices move to where the error is least, and their attributes with them.
+    A vertex that does not move keeps its exact position."""
     joined, _ = joined_vertices(mesh, released)
     points, unit = normalised(joined.positions, 1.0)
     names, columns, weights = [], [], []
@@ -75,7 +76,7 @@ def simplify_collapse(
     positions = np.where(
         moved[:, None], best.positions * unit + centre, joined.positions[best.vertex]
     ).astype(np.float32)
-    # Vertices can be more than there were: every attribute is either mixed, taken along or left out.
+    # The result may have more vertices than before, so each attribute is interpolated, copied or left out.
     arrays: dict[str, npt.NDArray[np.float32] | None] = dict.fromkeys(ATTRIBUTES)
     arrays["positions"] = positions
     if joined.colors is not None:
@@ -96,7 +97,7 @@ def simplify_collapse(
         result = take_attributes(original, result, released, one_chart="uvs" in released)
     note = ""
     if len(best.triangles) > 1.1 * target:
-        why = "seams, borders and parts that would vanish uv_weight the rest"
+        why = "seams, borders and parts that would vanish hold the rest"
         note = f"{len(best.triangles)} triangles where {target} were asked: {why}"
     return Simplified(used_only(result), note, mesh.uvs is None or "uvs" not in released)
 
@@ -107,8 +108,8 @@ def _inside(
     source: npt.NDArray[np.uint32],
     found: npt.NDArray[np.float32],
 ) -> npt.NDArray[np.float32]:
-    """Texture coordinates (k, 2) held inside the rectangle of the chart that each came from: the place that
-    fits best may lie beyond it, where the image shows another chart. source: (k,) vertices of `mesh`."""
+    """Returns texture coordinates (k, 2) clamped to the rectangle of the chart that each comes from, because
+    the best fit may lie in another chart of the image. source: (k,) vertices of `mesh`."""
     component = topology(mesh.triangles, len(mesh.positions)).component
     chart = np.zeros(len(mesh.positions), np.uint32)
     chart[mesh.triangles.reshape(-1)] = np.repeat(component, 3)

@@ -29,12 +29,12 @@ from paradize.stages.reproject import groups_of, take_attributes, with_groups
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-# Weights of a changed unit normal and of a texture that slides by its own size on the surface, both of the
-# diagonal. The exact tier tries the others too, and what is measured decides.
+# What a change of a unit normal by 1, and a texture that slides by its own size, weigh beside a distance of
+# one diagonal.
 _NORMAL_WEIGHT = 0.02
 _UV_WEIGHT = 0.2
 _ROUNDS = 8
-# How far meshoptimizer may go on its own, of a diagonal of 1; the bake measures and decides.
+# The largest error that meshoptimizer may estimate, in diagonals. The bake measures the true one and decides.
 _REACH = 0.25
 
 
@@ -52,7 +52,7 @@ def simplify_meshoptimizer(
         locked = np.zeros(len(points), np.uint8)
         triangles = joined.triangles
         for _ in range(_ROUNDS):
-            # What stays whole does not press the rest below its share.
+            # Parts that stay whole do not make the others lose more than their share.
             whole = int(locked[joined.triangles[:, 0]].sum())
             share = whole + (len(joined.triangles) - whole) * target // len(joined.triangles)
             goal = max(target, share) if whole else target
@@ -83,7 +83,7 @@ def simplify_meshoptimizer(
         why = (
             f"{kept} vertices belong to parts that would vanish"
             if kept
-            else "seams and borders uv_weight the rest"
+            else "seams and borders hold the rest"
         )
         note = f"{len(triangles)} triangles where {target} were asked: {why}"
     seams_kept = mesh.uvs is None or "uvs" not in released
@@ -93,8 +93,8 @@ def simplify_meshoptimizer(
 def _attributes(
     mesh: Mesh, points: npt.NDArray[np.float64], released: tuple[str, ...], uv_weight: float
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-    """Attributes (n, k) in units of the diagonal's length, and their weights: a slid texture counts as far
-    as it slid."""
+    """Returns attributes (n, k) in diagonals, and their weights. A texture that slid counts by the distance
+    that it slid on the surface."""
     columns: list[npt.NDArray[np.float32]] = []
     weights: list[float] = []
     if mesh.normals is not None and "normals" not in released:
@@ -117,8 +117,8 @@ def _attributes(
 
 
 def _attribute_simplifier() -> Any:
-    """meshopt_simplifyWithAttributes with its true signature: the Python package (0.2.30a0) declares none,
-    so that its own wrapper fails on the error's type and would cut sizes to 32 bits."""
+    """Returns meshopt_simplifyWithAttributes with its signature declared. The Python package (0.2.30a0)
+    declares none: its own wrapper fails on the type of the error and would cut sizes to 32 bits."""
     call = ctypes.CDLL(find_library()).meshopt_simplifyWithAttributes
     pointer, size = ctypes.c_void_p, ctypes.c_size_t
     call.argtypes = [
@@ -148,7 +148,7 @@ def meshopt_simplify(
     locked: npt.NDArray[np.uint8],
     target: int,
 ) -> npt.NDArray[np.uint32]:
-    """meshoptimizer's choice of about `target` triangles (k, 3) over the same vertices.
+    """Returns about `target` triangles (k, 3) over the same vertices, chosen by meshoptimizer.
 
     points: (n, 3) of diagonal 1; attributes: (n, a) with weights (a,), a from 1 to 32; locked: (n,) 1 where
     a vertex stays. Raises BakeError where the result is not triangles of these vertices.
