@@ -1,9 +1,9 @@
-"""Texture coordinates for a mesh without any: one square, no chart over another, none mirrored.
+"""Makes texture coordinates for a mesh: charts in one square, without overlaps and not mirrored.
 
-Charts are those of the unwrapper that is named: `paradize`, our own, or `xatlas` (`unwrappers.py`). Ours:
-triangles are joined into charts as flat as a tier allows, and each chart is laid into the plane as rigidly as
-it goes (one that would fold or stretch is cut in two). The charts of either are packed beside each other with
-a gutter. The input is centred and scaled first, so that neither its size nor its place matters.
+The unwrapper cuts the charts: our own, `paradize`, or `xatlas` (`unwrappers.py`). Ours joins triangles into
+charts that are as flat as the tier demands, and flattens each chart with as little distortion as possible. A
+chart that would fold or stretch is cut in two. Our packing then lays out the charts of either unwrapper with
+gutters between them. The mesh is centred and scaled first, so that its size and place do not matter.
 Sources: named in `atlas/charts.hpp` and `atlas/pack.hpp`. `tests/bench/rows_atlas.py` measures both.
 """
 
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 RESOLUTION = 1024  # texels: what padding is counted in
 PADDING = 4
-# How far from flat a chart may be: 1 less the length of its mean normal; half a ball is at 0.5. Of several
-# ways the one with the shortest seams is kept.
+# How far from flat a chart may be: 1 minus the length of its mean normal; half a sphere has 0.5. If a tier
+# has several values, all are tried, and the layout with the shortest seams is kept.
 TIERS = {"fast": (0.2,), "balanced": (0.5,), "exact": (0.5, 0.35, 0.65, 0.8)}
 
 
@@ -39,13 +39,13 @@ def make_atlas(
     tier: str = "balanced",
     unwrapper: str = UNWRAPPERS[0],
 ) -> Mesh:
-    """The mesh with new uvs (n, 2) in 0..1, top-left origin; vertices are split along the charts' borders.
+    """Returns the mesh with new uvs (n, 2) in 0..1, top-left origin. Vertices on borders of charts are split.
 
-    mesh: validated. resolution: 64 to 8192 texels, for which `padding` texels (0 to 64) lie between charts.
-    tier: `fast` has flatter charts, and so more seams; `exact` cuts the surface in several ways and keeps the
-    one with the shortest seams. unwrapper: one of UNWRAPPERS; xatlas has one way, whatever the tier, and may
-    crash or never return: run it in a process of its own. Raises BakeError where the charts do not fit, or
-    the unwrapper is not there or makes no layout.
+    mesh: validated. resolution: side of the texture, 64 to 8192 texels. padding: texels between charts, 0 to
+    64. tier: `fast` makes flatter charts and so more seams; `exact` tries several cuts and keeps the one with
+    the shortest seams. unwrapper: one of UNWRAPPERS. xatlas ignores the tier, and may crash or never return:
+    run it in a subprocess. Raises BakeError if the charts do not fit, or if the unwrapper is not installed or
+    makes no layout.
     """
     if not 64 <= resolution <= 8192 or not 0 <= padding <= 64:
         raise BakeError(f"{resolution} texels with {padding} between, expected 64 to 8192 and 0 to 64")
@@ -87,7 +87,8 @@ def make_atlas(
 def seam_length(
     points: npt.NDArray[np.float64], faces: npt.NDArray[np.uint32], chart: npt.NDArray[np.int32]
 ) -> float:
-    """Of all edges between two charts, in the points' unit. points: (n, 3); faces: (m, 3); chart: (m,)."""
+    """Returns the length of all edges between two charts, in the points' unit. points: (n, 3); faces: (m, 3);
+    chart: (m,)."""
     ends = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     order = np.lexsort(ends.T)
     ends, charts = ends[order], np.repeat(chart, 3)[order]
@@ -98,7 +99,8 @@ def seam_length(
 
 
 def _require_sound(corners: npt.NDArray[np.float64]) -> None:
-    """corners: (m, 3, 2). Finite and inside the square; what else must hold, the bake measures."""
+    """Raises BakeError for corners (m, 3, 2) that are not finite or outside the square. The bake measures the
+    rest."""
     if not np.isfinite(corners).all():
         raise BakeError(f"no coordinates for triangle {_first(~np.isfinite(corners))}")
     if corners.min() < 0 or corners.max() > 1:

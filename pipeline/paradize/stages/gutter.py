@@ -1,34 +1,30 @@
-"""UV islands on a map, the texels of a material's groups, and gutters: every texel outside takes the nearest
+"""Finds the UV islands of a map and fills its gutters: every texel outside an island copies the nearest one
 inside.
 
-Nothing samples black beside an island, neither a bilinear tap, nor a coarse mip, nor a parallax offset.
+So no sample beside an island reads black: no bilinear sample, no coarse mip, no parallax offset.
 
 How wide a gutter must be, in texels of level 0:
 
-- A sample at level L is a bilinear mean of four texels of 2^L: it sees up to 1.5 * 2^L away from itself. A
-pixel at
-  a triangle's edge may have its centre outside, by half a pixel, which at level L is half a texel: together
-  FOOTPRINT * 2^L.
-- Parallax moves the sample by h * v, where h = (height - 1/2) * scale + bias as a share of the map's width
-and v
-  is the part of the view's unit vector that lies along the surface. shaders/lib/parallax.glsl has no
-  division by the view's depth and holds v to STEEPEST, so the steepest look moves it by (scale / 2 +
-  |bias|) * STEEPEST.
-- The last level in use follows from the flight: the level at which one texel is as large as one pixel,
-where the
-  object is seen from farthest; trilinear filtering reads the next coarser one.
+- A sample at level L is the bilinear mean of four texels, each 2^L wide. It reads up to 1.5 * 2^L away. The
+  centre of a pixel on a triangle's edge may lie outside by half a pixel, which is half a texel at level L.
+  Together: FOOTPRINT * 2^L.
+- Parallax moves the sample by h * v. h = (height - 1/2) * scale + bias, as a share of the map's width. v is
+  the part of the view's unit vector along the surface. shaders/lib/parallax.glsl does not divide by the
+  view's depth and limits v to STEEPEST. So the steepest view moves the sample by (scale / 2 + |bias|) *
+  STEEPEST.
+- The last level in use follows from the flight: one texel of it is as large as one pixel where the object is
+  farthest. Trilinear filtering also reads the next coarser level.
 
     needed = FOOTPRINT * 2^level + reach * width
 
-Every gutter goes as far as the neighbour's: what is available is half the distance to the next island.
-Islands without a whole texel between them are one: there level 0 itself cannot tell them apart, and a seam
-that the picture runs across is no border.
+The available width is half the distance to the next island. Islands without a whole texel between them count
+as one, because level 0 cannot tell them apart; so a seam across which the picture continues is no border.
 
-Width alone would stop ordinary atlases at a fine level, and they would shimmer: most neighbours are of
-nearly one colour, so that what bleeds does no harm. So the bleeding itself is measured
-(kernels/gutter/walk.hpp): all along the borders, at each level and at the steepest offset, a sample against
-the same sample without foreign texels. A level is safe when, of the samples of all borders, 99 of 100 are
-off by no more than the object's `bleed`, and none by more than WORST times that.
+If width alone decided, ordinary atlases would stop at a fine level and shimmer. But most neighbouring islands
+have nearly the same colour, and then bleeding does no harm. So the bleeding is measured
+(kernels/gutter/walk.hpp): along all borders, at each level and at the steepest offset, each sample is
+compared with the same sample without the texels of other islands. A level is safe if 99 of 100 samples differ
+by at most the object's `bleed`, and none by more than WORST times that.
 """
 
 from __future__ import annotations
@@ -68,8 +64,8 @@ def _drawn(mesh: Mesh, ids: I32, height: int, width: int, file: object) -> I32:
 
 
 def island_map(mesh: Mesh, *, height: int, width: int, file: object = None) -> I32:
-    """(height, width) int32: the UV island at each texel, -1 outside. Raises BakeError for UVs that are no
-    layout."""
+    """Returns the number of the UV island at each texel, (height, width) int32; -1 outside. Raises BakeError
+    if the UVs are no layout."""
     if mesh.uvs is None:
         raise BakeError("the mesh has no UVs", file=file, mend="leave out --uv, or unwrap the model")
     return _drawn(mesh, maps.uv_islands(mesh.uvs, mesh.triangles), height, width, file)
@@ -78,8 +74,8 @@ def island_map(mesh: Mesh, *, height: int, width: int, file: object = None) -> I
 def group_mask(
     mesh: Mesh, names: Collection[str], *, height: int, width: int, file: object = None
 ) -> npt.NDArray[np.bool_]:
-    """(height, width): the texels of the groups or materials named. Raises BakeError for a name that is
-    none."""
+    """Returns which texels belong to the named groups or materials, (height, width). Raises BakeError for an
+    unknown name."""
     known = {group.name for group in mesh.groups} | {group.material for group in mesh.groups}
     missing = sorted(set(names) - known)
     if missing:
@@ -93,27 +89,27 @@ def group_mask(
 
 
 def goes_around(mesh: Mesh) -> bool:
-    """Whether UVs lie outside 0..1 (by more than rounding), so that the map's opposite edges meet whatever
-    its author said."""
+    """Whether UVs leave 0..1 by more than rounding. Then opposite edges of the map meet, whatever its author
+    said."""
     if mesh.uvs is None:
         return False
     return bool((mesh.uvs < -_ROUNDING).any() or (mesh.uvs > 1.0 + _ROUNDING).any())
 
 
 def layout_source(islands: I32, mesh: Mesh, wrap: tuple[bool, bool]) -> I32 | None:
-    """gutter_source of an island map (h, w); across the map's edges where the layout goes around them."""
+    """The gutter_source of an island map (h, w). It crosses the map's edges if the layout does."""
     return gutter_source(islands >= 0, (True, True) if goes_around(mesh) else wrap)
 
 
 def gutter_source(covered: npt.NDArray[np.bool_], wrap: tuple[bool, bool]) -> I32 | None:
-    """For each texel the flat index of the nearest covered one; None where all or none are covered."""
+    """Returns the flat index of the nearest covered texel for each texel. None if all or none are covered."""
     if covered.all() or not covered.any():
         return None
     return maps.nearest_covered(covered, wrap=wrap)
 
 
 def gathered(texels: npt.NDArray[Any], source: I32) -> npt.NDArray[Any]:
-    """Some rows of a map (h, w, ...) whose texels come from elsewhere in it; source (n, w): flat indices."""
+    """Returns rows of texels taken from elsewhere in a map (h, w, ...). source (n, w): their flat indices."""
     flat = texels.reshape(-1, *texels.shape[2:])
     return np.asarray(flat[source])
 
@@ -129,8 +125,8 @@ def fill_gutter(texels: npt.NDArray[Any], source: I32 | None) -> npt.NDArray[Any
 
 
 def with_source(islands: I32, source: I32 | None) -> I32:
-    """An island map (h, w) that tells gutters too: ids as they are, outside -2 less the source's flat index.
-    In place; one plane instead of two."""
+    """Writes the sources of the gutters into an island map (h, w), in place: outside an island it then holds
+    -2 - flat index of the source. So one array holds both."""
     for first, last in bands_of(*islands.shape) if source is not None else []:
         rows = islands[first:last]
         np.copyto(rows, -2 - source[first:last], where=rows < 0)  # type: ignore[index]
@@ -138,7 +134,7 @@ def with_source(islands: I32, source: I32 | None) -> I32:
 
 
 def source_rows(islands: I32, first: int, last: int) -> I32:
-    """The flat indices (n, w) of the texels that rows of a map with_source are taken from."""
+    """Returns the flat indices (n, w) of the source texels of some rows of a map made by with_source."""
     width = islands.shape[1]
     rows = islands[first:last]
     own = np.arange(first * width, last * width, dtype=np.int32).reshape(rows.shape)
@@ -146,9 +142,9 @@ def source_rows(islands: I32, first: int, last: int) -> I32:
 
 
 class Border:
-    """Normals of the texels that gutters are filled from: those along the islands' borders, few of a map.
+    """Normals of the texels that gutters copy. These lie along the borders of islands and are few.
 
-    islands: (h, w) int32 with_source. rows: gives the normals (n, w, 3) of the rows first..last of the map.
+    islands: (h, w) int32, from with_source. rows: returns the normals (n, w, 3) of rows first..last.
     """
 
     def __init__(self, islands: I32, rows: Callable[[int, int], F32]) -> None:
@@ -171,7 +167,7 @@ class Border:
         run(work, bands)
 
     def fill(self, normals: F32, first: int) -> None:
-        """Fills, in place, what lies outside in the rows (n, w, 3) from `first` on."""
+        """Fills the texels outside islands, in place. normals: rows (n, w, 3) from row `first` on."""
         rows = self._islands[first : first + len(normals)]
         outside = rows < 0
         normals[outside] = self._normals[np.searchsorted(self._at, -2 - rows[outside])]
@@ -179,9 +175,9 @@ class Border:
 
 @dataclass(frozen=True)
 class Islands:
-    """A map's islands, those that touch counted as one. layout: as the kernels walk it. of_triangle: (m,)
-    int32, the island of each triangle; count: how many there are. width_texels: half the smallest distance
-    between two, how wide a gutter can be; None where there is one island."""
+    """The islands of a map; islands that touch count as one. layout: for the kernels. of_triangle: (m,)
+    int32, the island of each triangle. count: number of islands. width_texels: half the smallest distance
+    between two islands, the widest possible gutter; None if there is one island."""
 
     layout: gutter.Layout
     of_triangle: I32
@@ -206,7 +202,7 @@ def find_islands(mesh: Mesh, *, height: int, width: int, repeat: bool, file: obj
 
 
 def parallax_reach(scale: float, bias: float) -> float:
-    """How far the steepest look moves a sample, as a share of the map's sides."""
+    """How far the steepest view moves a sample, as a share of the map's sides."""
     return STEEPEST * (0.5 * abs(scale) + abs(bias))
 
 
@@ -225,8 +221,8 @@ def level_by_width(width_texels: float, reach: float, size: int, last: int) -> i
 
 
 def is_safe(found: gutter.Bleed, bound: float, known: tuple[float, float] = (0.0, 0.0)) -> bool:
-    """Whether what a level's walk found stays within the bound. known: (99 of 100, largest) of level 0 where
-    it is worse by itself: noise that blocks cannot hold, which no clamp betters."""
+    """Whether the bleeding of a level stays within the bound. known: (99 of 100, largest) of level 0, if that
+    alone exceeds the bound: noise that blocks cannot hold, which no coarsest level mends."""
     return found.all_p99 <= max(bound, known[0]) and found.worst <= max(WORST * bound, known[1])
 
 

@@ -1,10 +1,12 @@
-"""The order in which triangles and vertices stand: nothing of the mesh changes but that.
+"""Reorders triangles and vertices so that a mesh draws quickly. Nothing else of the mesh changes.
 
-Within each group triangles are put in an order that the card's vertex cache likes, then in one in which what
-hides comes before what is hidden, as far as the cache loses at most a twentieth; then vertices stand in the
-order of their first use. Done by meshoptimizer, behind checks: what comes out must be the same triangles.
-Sources: T. Forsyth, "Linear-Speed Vertex Cache Optimisation", 2006; P. Sander, D. Nehab and J. Barczak, "Fast
-triangle reordering for vertex locality and reduced overdraw", 2007.
+In three steps: triangles of each group are ordered for the vertex cache of the GPU; then so that surfaces in
+front are drawn before hidden ones, as far as the cache gets at most 5 % worse; then vertices are numbered in
+the order of their first use. meshoptimizer does the first two. A check compares its triangles with the ones
+that it was given.
+
+Sources: T. Forsyth, "Linear-Speed Vertex Cache Optimisation", 2006; P.
+Sander, D. Nehab and J. Barczak, "Fast triangle reordering for vertex locality and reduced overdraw", 2007.
 """
 
 from __future__ import annotations
@@ -24,13 +26,13 @@ from paradize.stages.split import ATTRIBUTES
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-# How much worse than the best the cache may do so that less is drawn twice.
+# How much worse the cache may become (1: not at all) so that fewer pixels are drawn twice.
 _OVERDRAW_THRESHOLD = 1.05
 
 
 def _declared(name: str, *arguments: Any) -> Any:
-    """A function of meshoptimizer with its true signature: the Python package (0.2.30a0) declares none, so
-    that sizes would be cut to 32 bits."""
+    """Returns a function of meshoptimizer with its signature declared. The Python package (0.2.30a0) declares
+    none, so sizes would be cut to 32 bits."""
     call = getattr(ctypes.CDLL(find_library()), name)
     call.argtypes, call.restype = arguments, None
     return call
@@ -45,15 +47,14 @@ _overdraw = _declared(
 
 
 def draw_order(mesh: Mesh) -> Mesh:
-    """The same mesh with triangles and vertices in an order that is quick to draw.
+    """Returns the mesh with triangles and vertices in an order that is quick to draw.
 
-    Each group keeps its triangles, each triangle its corners in their cyclic order; vertices that no triangle
-    uses are left out. Raises BakeError where an index lies beyond the vertices, or where the library returns
-    other triangles than it was given.
+    Each group keeps its triangles, and each triangle the cyclic order of its corners. Unused vertices are
+    left out. Raises BakeError if an index is out of range or if the library returns other triangles.
     """
     count = len(mesh.positions)
     if len(mesh.triangles) == 0 or int(mesh.triangles.max()) >= count:
-        raise BakeError("only sound meshes are put in order")
+        raise BakeError("the mesh to reorder has no triangles, or an index beyond its vertices")
     groups = mesh.groups or (Group("", "", 0, len(mesh.triangles)),)
     points = _centred(mesh.positions)
     parts = [_ordered(mesh.triangles[g.first : g.first + g.count], points) for g in groups]
@@ -67,7 +68,8 @@ def draw_order(mesh: Mesh) -> Mesh:
 
 
 def _centred(positions: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """Positions about the origin with sides of at most 1: their squares neither vanish nor overflow."""
+    """Returns the positions centred on the origin and scaled to sides of at most 1, so that their squares
+    neither underflow nor overflow."""
     wide = positions.astype(np.float64)
     low, high = wide.min(axis=0), wide.max(axis=0)
     side = float((high - low).max())
@@ -75,8 +77,8 @@ def _centred(positions: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
 
 
 def _ordered(triangles: npt.NDArray[np.uint32], points: npt.NDArray[np.float32]) -> npt.NDArray[np.uint32]:
-    """One group's triangles (k, 3), k > 0; the numbers of its own vertices only go into the library, so that
-    many small groups over many vertices cost no more than one large one."""
+    """Returns one group's triangles (k, 3), k > 0, in their new order. The library gets only the vertices of
+    the group, so that many small groups cost no more than one large group."""
     if 3 * len(triangles) < len(points):
         index, first = number_corners(triangles.reshape(-1), np.zeros((triangles.size, 1), np.float32))
         used = triangles.reshape(-1)[first]
@@ -100,11 +102,11 @@ def _ordered(triangles: npt.NDArray[np.uint32], points: npt.NDArray[np.float32])
 def _first_use(
     triangles: npt.NDArray[np.uint32], count: int
 ) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
-    """The vertices that triangles use, of `count`, in the order of their first use; and the triangles with
-    these numbered so."""
+    """Returns the used vertices in the order of their first use, and the triangles with these new numbers.
+    count: number of all vertices."""
     corners = triangles.reshape(-1)
     first = np.full(count, len(corners), np.int64)
-    first[corners[::-1]] = np.arange(len(corners) - 1, -1, -1)  # of several the last one stays: the first use
+    first[corners[::-1]] = np.arange(len(corners) - 1, -1, -1)  # the last assignment wins: the first use
     is_first = np.zeros(len(corners) + 1, np.bool_)
     is_first[first] = True
     used = corners[is_first[:-1]]
@@ -114,12 +116,12 @@ def _first_use(
 
 
 def _fingerprint(indices: npt.NDArray[np.uint32]) -> int:
-    """A number that the set of triangles decides, whatever their order and whichever corner is first, but
-    not their turn: the sum of 64 well-mixed bits of each."""
+    """Returns a hash of a set of triangles: the sum of 64 mixed bits of each. It depends neither on the order
+    of the triangles nor on which corner is first, but on the direction in which corners turn."""
     corners = indices.reshape(-1, 3).astype(np.uint64)
     mixed = np.zeros(len(corners), np.uint64)
     with np.errstate(over="ignore"):
-        for k in range(3):  # the sum over the three turns is the same whichever corner is first
+        for k in range(3):  # the sum over three rotations is the same whichever corner is first
             key = corners[:, k] + np.uint64(0x9E3779B97F4A7C15)
             for step in (1, 2):
                 key = _mix(key) ^ corners[:, (k + step) % 3]

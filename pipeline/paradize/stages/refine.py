@@ -1,8 +1,8 @@
-"""A level of detail whose vertices, or normals, are fitted to the original surface; its triangles stay.
+"""Fits the vertices or normals of a level of detail to the original surface. Its triangles stay the same.
 
-Where samples of both surfaces should lie is what the nearest places say; the vertices take what is nearest to
-that in the sense of least squares over area. A simplifier places each vertex once, for the collapse in hand;
-here all of them move together.
+Samples on both surfaces are paired with the nearest place on the other surface. The vertices then move so
+that the distances of all pairs, weighted by area, are least in the sense of least squares. A simplifier
+places each vertex once, when it collapses an edge; here all vertices move together.
 
 Source: H. Hoppe, T. DeRose, T. Duchamp, J. McDonald and W. Stuetzle, "Mesh optimization", 1993 (the fit for
 given triangles, sections 4.1 and 4.2).
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     F64 = npt.NDArray[np.float64]
     U32 = npt.NDArray[np.uint32]
 
-# Samples: a level's triangles are cut into so many each, up to this share of the samples' number.
+# About how many samples are taken. Each triangle is cut into equal parts with three samples each.
 _SAMPLES = 20_000
-_FIT, _CHECK = 0.5, 0.02  # how far they are drawn inward: spread for a mean; near the corners for a maximum
-_MOST_CUTS = 8
+_FIT, _CHECK = 0.5, 0.02  # share by which samples move inward: spread out to fit; near corners to find maxima
+_MOST_CUTS = 8  # along each side of a triangle
 _SWEEPS = 12  # of damped Jacobi; a mass matrix of triangles needs few
 _DAMPING = 0.7
 # Tikhonov regularization, a share of a vertex's own weight: vertices that no sample reaches stay.
@@ -51,10 +51,11 @@ class _Samples:
 
 
 def fit_positions(original: Mesh, level: Mesh, reach_m: float) -> F64:
-    """Where the level's vertices (n, 3) lie nearest to the original surface, float64, metres.
+    """Returns the positions (n, 3) at which the level is nearest to the original surface, float64, metres.
 
-    reach_m: the largest distance of the two surfaces. Samples farther apart met another part of the surface,
-    and pull at nothing; vertices whose moves would bring one nearly as far off stay where they are.
+    reach_m: the largest distance between the two surfaces. A sample that is farther from its partner met
+    another part of the surface and is ignored. A vertex stays where its move would bring a sample nearly as
+    far off.
     """
     samples, off = _apart(original, level, _FIT)
     points = level.positions.astype(np.float64)
@@ -78,7 +79,8 @@ def fit_positions(original: Mesh, level: Mesh, reach_m: float) -> F64:
 
 
 def fit_normals(original: Mesh, level: Mesh) -> npt.NDArray[np.float32]:
-    """The level's normals (n, 3), unit, whose mixtures are nearest to the original's; both have normals."""
+    """Returns unit normals (n, 3) for the level whose interpolation is nearest to the original's normals.
+    Both meshes must have normals."""
     assert original.normals is not None and level.normals is not None
     samples = _samples(original, level, _FIT)
     target = _unit(_mixed(original.normals.astype(np.float64), samples.original, samples.original_weights))
@@ -88,14 +90,14 @@ def fit_normals(original: Mesh, level: Mesh) -> npt.NDArray[np.float32]:
 
 
 def _apart(original: Mesh, level: Mesh, inward: float) -> tuple[_Samples, F64]:
-    """Samples, and the way (n, 3) from each on the level to its place on the original."""
+    """Returns samples, and the vector (n, 3) from each one on the level to its place on the original."""
     samples = _samples(original, level, inward)
     target = _mixed(original.positions.astype(np.float64), samples.original, samples.original_weights)
     return samples, target - _mixed(level.positions.astype(np.float64), samples.corners, samples.weights)
 
 
 def _samples(original: Mesh, level: Mesh, inward: float) -> _Samples:
-    """Samples of both surfaces, in proportion to area, each with its place on the other."""
+    """Returns samples of both surfaces, weighted by area, each with its nearest place on the other."""
     centre = (original.positions.min(axis=0) + original.positions.max(axis=0)) / 2
     meshes = [
         replace(mesh, positions=(mesh.positions - centre).astype(np.float32)) for mesh in (level, original)
@@ -112,7 +114,8 @@ def _samples(original: Mesh, level: Mesh, inward: float) -> _Samples:
 
 
 def _one_way(level: Mesh, original: Mesh, inward: float) -> tuple[U32, F64, F64, U32, F64]:
-    """Samples of one surface (corners, weights, area) and their places on the other (corners, weights)."""
+    """Returns samples of one surface (corners, weights, area) and their nearest places on the other (corners,
+    weights)."""
     cuts = int(np.clip(np.sqrt(_SAMPLES / (3 * max(1, len(level.triangles)))), 1, _MOST_CUTS))
     grid = _barycentric_grid(cuts, inward)  # (k, 3 corners, 3 weights)
     count = len(level.triangles)
@@ -128,8 +131,8 @@ def _one_way(level: Mesh, original: Mesh, inward: float) -> tuple[U32, F64, F64,
 
 
 def _barycentric_grid(cuts: int, inward: float) -> F64:
-    """A triangle cut into cuts^2 equal ones, (cuts^2, 3, 3): the weights of each one's corners, drawn
-    towards its middle by a share."""
+    """Cuts a triangle into cuts^2 equal ones. Returns the barycentric weights of their corners, (cuts^2, 3,
+    3), moved towards the middle of each by the share `inward`."""
     found = []
     for i in range(cuts):
         for j in range(cuts - i):
@@ -156,7 +159,8 @@ def _areas(points: F64, triangles: U32) -> F64:
 
 
 def _least_squares(samples: _Samples, apart: F64, count: int) -> F64:
-    """The values (count, k) at vertices whose mixtures come nearest to `apart` (n, k), over area."""
+    """Returns values (count, k) at the vertices whose interpolation at the samples is nearest to `apart`
+    (n, k), weighted by area."""
     weights = samples.weights * samples.area[:, None]  # (n, 3)
 
     def gather(values: F64) -> F64:

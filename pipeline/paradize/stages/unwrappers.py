@@ -1,10 +1,10 @@
-"""The charts of xatlas, behind checks of what goes in and of what comes out.
+"""Cuts charts with xatlas, and checks what it gets and returns.
 
-xatlas makes coordinates of NaN for a small mesh, invents triangles for an empty one, mirrors charts, leaves
-triangles out, and does not return from some huge ones. So it gets what `validate` passed, of one size; its
-charts are turned the right way round, triangles that it left out are laid flat by themselves, and callers run
-it where it can be killed (`jobs/isolate.py`). It hits neither the size nor the gutter that it is asked for
-(860 to 1794 texels for 1024), so that our own packing lays its charts beside each other.
+xatlas returns NaN for small meshes, invents triangles for empty ones, mirrors charts, leaves triangles out,
+and never returns for some huge meshes. So it gets only validated meshes, scaled to one size. Mirrored charts
+are turned over, triangles that are missing are flattened as charts of their own, and callers run it in a
+process that can be killed (`jobs/isolate.py`). Its packing keeps neither the requested size nor the gutter
+(860 to 1794 texels for 1024), so our own packing places its charts.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _NOTHING = 1e-6  # of a triangle's area: an image that is smaller was left out
 
 
 def require_unwrapper(name: str) -> None:
-    """Raises BakeError for a name that there is not, or where its library is not installed."""
+    """Raises BakeError for an unknown name, or if its library is not installed."""
     if name not in UNWRAPPERS:
         raise BakeError(f"no unwrapper {name!r}", mend=f"use one of {', '.join(UNWRAPPERS)}")
     if name == "xatlas" and unwrapper_version(name) is None:
@@ -37,7 +37,7 @@ def require_unwrapper(name: str) -> None:
 
 
 def unwrapper_version(name: str) -> str | None:
-    """The version of the library behind an unwrapper; None for our own, or where it is not installed."""
+    """Returns the version of an unwrapper's library; None for our own, or if it is not installed."""
     try:
         return None if name == "paradize" else version(name)
     except PackageNotFoundError:
@@ -96,8 +96,8 @@ def _unwrap(
 def _charts(
     triangles: npt.NDArray[np.uint32], vertices: npt.NDArray[np.uint32], alone: npt.NDArray[np.bool_]
 ) -> npt.NDArray[np.int32]:
-    """The chart of each triangle, from 0: joined where exactly two meet in an edge and share xatlas' vertices
-    along it. alone: (m,) those that are joined to none."""
+    """Returns the chart of each triangle, from 0. Two triangles are of one chart if they alone share an edge
+    and xatlas gave them the same vertices there. alone: (m,) triangles that form charts of their own."""
     ways = [[0, 1], [1, 2], [2, 0]]
     ends = triangles[:, ways].reshape(-1, 2)
     order = np.argsort(ends, axis=1)
@@ -113,7 +113,7 @@ def _charts(
 
 
 def _joined(count: int, one: npt.NDArray[np.int64], other: npt.NDArray[np.int64]) -> npt.NDArray[np.int32]:
-    """The set (count,), from 0, of each of `count` things, joined pair by pair."""
+    """Returns the connected set, from 0, of each of `count` elements. one, other: the joined pairs."""
     label = np.arange(count)
     while (label[one] != label[other]).any():
         low = np.minimum(label[one], label[other])
@@ -125,7 +125,8 @@ def _joined(count: int, one: npt.NDArray[np.int64], other: npt.NDArray[np.int64]
 
 
 def _laid_flat(sides: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Triangles (k, 3, 2) as long and as wide as on the surface. sides: (k, 2, 3), from the first corner."""
+    """Returns triangles in the plane, (k, 3, 2), congruent to those on the surface. sides: (k, 2, 3), from
+    the first corner."""
     a, b = sides[:, 0], sides[:, 1]
     length = _lengths(a)
     safe = np.where(length > 0, length, 1.0)

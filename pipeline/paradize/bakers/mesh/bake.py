@@ -35,7 +35,8 @@ MAX_LODS = 8
 
 @dataclass(frozen=True)
 class MeshProduct:
-    """glb: the file. report: as `mesh --json` prints it. lods: what the file holds, the finest first."""
+    """glb: the bytes of the file. report: as `mesh --json` prints it. lods: the levels in it, finest
+    first."""
 
     glb: bytes
     report: dict[str, Any]
@@ -52,13 +53,13 @@ def bake_mesh(
     tangent_tiers: bool = True,
     **changes: Any,
 ) -> MeshProduct:
-    """Reads an OBJ, mends it, gives it normals, tangent frames and levels of detail, and measures each level.
+    """Bakes a model: reads and repairs it, makes normals, tangent frames and levels, and measures each level.
 
-    settings: None: as they are by themselves; changes: fields of them that are others. tier: the LOD tier;
-    the nearest one there is is used and named in the report. root: folder that material files must lie in.
-    plan: what makes another plan of this one, knowing the mesh. tangent_tiers: report what each tier of
-    tangent frames would be off. Raises SourceError (of several faults GroupedError) for an input that cannot
-    be baked, BakeError where a stage fails.
+    settings: None for the defaults. changes: fields of the settings to replace. tier: the LOD tier; if there
+    is none of that name, `balanced` is used and a note says so. root: folder that material files must lie in.
+    plan: changes the plan of the levels once the mesh is known. tangent_tiers: whether the report holds the
+    error of each tier of tangent frames. Raises SourceError (GroupedError for several faults) for an input
+    that cannot be baked, BakeError if a stage fails.
     """
     path = Path(path)
     used = replace(settings or MeshSettings(), **changes)
@@ -110,7 +111,7 @@ def _bake(
     report_step("tangent frames")
     tiers = _tangent_tiers(levels[0].mesh) if tangent_tiers else {}
     framed = _framed_levels(mesh, levels, frames)
-    del mesh  # a level is about as large as its part of the file: none is held longer than needed
+    del mesh  # saves memory: a level is about as large as its part of the file
     levels, costs_before = _in_draw_order(framed)
     lods = tuple(_lod(level) for level in levels)
     if settings.quantise is not None:
@@ -150,7 +151,8 @@ def _bake(
 
 
 def _methods_of(settings: MeshSettings, tier: str, mesh: Mesh) -> tuple[str, str, list[str]]:
-    """The LOD tier and the tangent frames that are used, and notes where they are not those asked for."""
+    """Returns the LOD tier and the tangent frames to use, and notes if they differ from the requested
+    ones."""
     notes = []
     used = TIERS.get(tier, "balanced")
     if tier not in TIERS:
@@ -164,7 +166,7 @@ def _methods_of(settings: MeshSettings, tier: str, mesh: Mesh) -> tuple[str, str
 
 
 def _framed_levels(source: Mesh, levels: list[MeasuredLevel], tangents: str) -> list[MeasuredLevel]:
-    """The levels with colours and tangents. Empties `levels`."""
+    """Returns the levels with colours and tangents. Empties `levels`, to save memory."""
     framed = []
     while levels:
         level = levels.pop(0)
@@ -173,7 +175,7 @@ def _framed_levels(source: Mesh, levels: list[MeasuredLevel], tangents: str) -> 
 
 
 def _in_draw_order(levels: list[MeasuredLevel]) -> tuple[list[MeasuredLevel], list[dict[str, float]]]:
-    """The levels in draw order, and what drawing each cost before. Empties `levels`."""
+    """Returns the levels in draw order, and the cost of drawing each before. Empties `levels`."""
     ordered, costs_before = [], []
     while levels:
         level = levels.pop(0)
@@ -198,7 +200,7 @@ def _level_report(
 
 
 def _tangent_tiers(mesh: Mesh) -> dict[str, dict[str, float]]:
-    """What each tier of tangent frames would cost on the finest level: frame_errors by tier."""
+    """Returns the errors that each tier of tangent frames would have on the finest level, by tier."""
     if mesh.uvs is None:
         return {}
     part, counted = sample_of(mesh)
@@ -209,7 +211,7 @@ def _tangent_tiers(mesh: Mesh) -> dict[str, dict[str, float]]:
 
 
 def _framed(source: Mesh, level: Mesh, tangents: str) -> Mesh:
-    """A level as it is written: with the vertex colours of the source, and tangents where it has an image."""
+    """Returns a level with the vertex colours of the source, and with tangents if it has UVs."""
     if level is not source:
         colored = _colored(source, replace(level, tangents=None))
         level = colored if source.colors is not None else level
@@ -222,7 +224,8 @@ def _lod(level: MeasuredLevel) -> Lod:
 
 
 def _errors_from_text(lod: Lod, loading: LoadingError) -> dict[str, float]:
-    """A level's errors against the source's text: its distance from level 0, and what loading cost that."""
+    """Returns a level's errors against the text of the source: its distance from level 0 plus the error of
+    loading."""
     errors = {"error_max": lod.error_max, "error_rms": lod.error_rms}
     whole = {key: rounded_up(value + loading.largest) for key, value in errors.items()}
     lower = max(0.0, lod.errors["error_max_lower"] - loading.largest)
@@ -230,7 +233,8 @@ def _errors_from_text(lod: Lod, loading: LoadingError) -> dict[str, float]:
 
 
 def _colored(source: Mesh, level: Mesh) -> Mesh:
-    """The level with the source's vertex colours, those of the nearest place: no simplifier carries them."""
+    """Returns the level with the source's vertex colours at the nearest places. Simplifiers do not keep
+    them."""
     if source.colors is None or level is source or level.positions is source.positions:
         return level
     taken = take_attributes(source, replace(level, colors=None), ("colors",))

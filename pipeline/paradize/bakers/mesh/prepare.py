@@ -1,4 +1,4 @@
-"""OBJ -> one mesh that is ready for levels of detail: read, welded, validated, with normals and UVs."""
+"""Reads a model and makes it ready for levels of detail: welded, validated, with normals and UVs."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 
     from paradize.material import Material
 
-# Half of the largest float32: the distance of two vertices along an axis, and a simplified vertex a little
-# outside of the others, still are floats.
+# Half of the largest float32. So the distance of two vertices along an axis still is a float32, and so is a
+# simplified vertex slightly outside the others.
 _LARGEST = 1.7e38
 
 
 @dataclass(frozen=True)
 class Preparation:
-    """What was found while a mesh was prepared.
+    """The findings of prepare_mesh.
 
-    loading: what rounding the file's text cost. layout: what was measured of a UV layout made here; None
-    without one. repairs: as `mesh --json` prints them. materials: of the MTL, by name.
+    loading: the error of rounding the file's text to float32. layout: the measurements of a UV layout, if one
+    was made. repairs: as `mesh --json` prints them. materials: by name.
     """
 
     loading: LoadingError
@@ -79,7 +79,7 @@ def prepare_mesh(
     smoothing, materials = read.smoothing[validation.kept], read.materials
     welded = {"welded": welding.joined, "welded_most_m": welding.largest_m}
     repaired: dict[str, Any] = {**repairs(validation, read.lines), **welded}
-    del read, joined  # a large mesh is in memory once while its layout is made
+    del read, joined  # saves memory while the layout is made
     mesh = with_normals(mesh, smoothing, settings.crease_deg)
     layout = None
     if settings.atlas and not (settings.painted and mesh.uvs is not None):
@@ -101,8 +101,8 @@ def _validated(mesh: Mesh, path: Path, welding: Welding) -> tuple[Mesh, Report]:
 
 
 def with_normals(mesh: Mesh, smoothing: npt.NDArray[np.uint32], crease_deg: float) -> Mesh:
-    """The mesh with a unit normal at every vertex, and its triangles in one run per material (one draw each),
-    materials in the order of their first use. smoothing: (m,) group of each triangle."""
+    """Returns the mesh with a unit normal at every vertex. Its triangles are sorted by material, in the order
+    of first use, so that each material is one draw. smoothing: (m,) smoothing group of each triangle."""
     mesh = complete_normals(mesh, smoothing, crease_deg=crease_deg)[0]
     runs: dict[str, list[Group]] = {}
     for group in mesh.groups:

@@ -1,17 +1,16 @@
-"""A mesh with fewer triangles, by one of four simplifiers: `paradize` (our own quadric edge collapse,
-`kernels/simplify/collapse.hpp`) and `meshoptimizer`, both with attributes, `fast-simplification` and
-`openmesh`, which know positions alone.
+"""Simplifies a mesh by one of four simplifiers: `paradize` (our own quadric edge collapse,
+`kernels/simplify/collapse.hpp`), `meshoptimizer`, `fast-simplification` and `openmesh`.
 
-Halving ten models of 280 to 1,800 triangles, ours came nearer to the source than meshoptimizer 0.22 by RMS on
-nine; by the 99th percentile of normals on four, and less near on four: tier `exact` (`refine.py`) measures
-both. Of large meshes: `tests/bench/README.md`. For the other two the mesh is welded by position, and texture
-coordinates and normals are taken from the source's surface again: texture seams are let go, borders may
-recede, and thin parts may vanish.
+The first two keep attributes. Vertices are joined only if their position, texture coordinates and material
+agree, and a vertex on a texture seam or a border between materials moves along it or not at all. So surfaces
+stay closed there. Parts that would lose most of their area (leaves, cards, ropes) are kept whole.
 
-The mesh is centred on the origin with a diagonal of 1. Surfaces stay closed at texture seams and borders
-between materials: vertices are joined only where position, texture coordinate and material agree, and what
-lies on such a border moves along it or not at all. Parts that would lose most of their area (leaves, cards,
-ropes) are kept whole.
+The last two see only positions. The mesh is welded by position, and texture coordinates and normals are taken
+from the source's surface again. Texture seams are not kept, borders may recede, and thin parts may vanish.
+
+All work on the mesh centred on the origin and scaled to a diagonal of 1. `tests/bench/README.md` compares
+them. When ten models of 280 to 1,800 triangles were halved, ours had a smaller RMS than meshoptimizer 0.22 on
+nine. By the 99th percentile of normals each was better on four. So tier `exact` (`refine.py`) tries both.
 
 Sources: M. Garland and P. Heckbert, "Surface simplification using quadric error metrics", 1997; H. Hoppe,
 "New quadric metric for simplifying meshes with appearance attributes", 1999.

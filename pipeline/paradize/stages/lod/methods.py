@@ -18,8 +18,8 @@ RATIO = 0.5  # triangles of a level, of those of the level before
 LEAST_TRIANGLES = 4
 VARIANTS = (1.0, 0.25, 0.06)  # weights of attributes that tier `exact` tries with our own simplifier
 SIMPLIFIERS = (*METHODS, *POSITIONS_ONLY)
-# Hard edges, then seams, everywhere leave nothing to collapse: where a level is not reached with them they
-# are let go, and taken from the original surface again.
+# A mesh full of hard edges or seams has nothing to collapse. If a level cannot be reached with them, these
+# attributes are released, in this order, and taken from the original surface again.
 _RELEASED = (("normals",), ("normals", "uvs", "uvs1"))
 
 
@@ -32,13 +32,14 @@ def simplify(
     variant: float = 1.0,
     uv_weight: float = 1.0,
 ) -> Simplified:
-    """A mesh of about `target` triangles (1 or more), from a validated mesh with normals; `original` is the
-    surface that attributes come from (default: the mesh itself); what knows positions alone starts from it.
-    variant: factor on our weights of attributes, above 0. uv_weight: factor on the weights of texture
-    coordinates, for both methods with attributes.
+    """Returns a mesh of about `target` triangles (1 or more).
 
-    Tangents are left out: they are made anew for each level. Raises BakeError for an unknown method or
-    where the library returns something that is not a mesh.
+    mesh: validated, with normals. original: the surface that attributes are taken from (default: the mesh).
+    Simplifiers that see only positions start from it. variant: factor on our weights of attributes, above 0.
+    uv_weight: factor on the weights of texture coordinates, for both methods with attributes.
+
+    The result has no tangents, because each level gets new ones. Raises BakeError for an unknown method, or
+    if a library returns something that is no mesh.
     """
     if method not in SIMPLIFIERS:
         raise BakeError(f"no simplifier {method!r}", mend=f"use one of {', '.join(SIMPLIFIERS)}")
@@ -63,7 +64,7 @@ def simplify(
 
 
 def simplifier_version(name: str) -> str | None:
-    """The version of the library behind a simplifier; None for our own."""
+    """Returns the version of a simplifier's library; None for our own."""
     if name == "openmesh":
         return openmesh.VERSION
     return None if name == "paradize" else version(name)

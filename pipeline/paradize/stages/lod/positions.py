@@ -23,15 +23,15 @@ from paradize.stages.reproject import take_attributes
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-# fast-simplification's thresholds are absolute: the diagonal that they are tried with, and how far it may go,
-# the most careful first.
+# fast-simplification has absolute thresholds. The mesh is scaled to this diagonal, and its steps of
+# aggressiveness are tried in this order, the most careful first.
 _FAST_DIAGONAL = 3.5
 _FAST_STEPS = (3, 5, 7, 10)
 _NEAR = 1.1  # times the triangles that were asked for
 
 
 def simplify_positions(mesh: Mesh, target: int, original: Mesh, method: str) -> Simplified:
-    """The original surface, welded by position, simplified by a library; attributes are taken from it."""
+    """Simplifies the original surface, welded by position, and takes attributes from it again."""
     require_simplifier(method, original)
     points, unit = normalised(original.positions, 1.0)
     places, first = number_rows(original.positions)
@@ -57,10 +57,10 @@ def simplify_positions(mesh: Mesh, target: int, original: Mesh, method: str) -> 
 def fast_simplify(
     points: npt.NDArray[np.float64], triangles: npt.NDArray[np.uint32], target: int
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint32]]:
-    """fast-simplification's (k, 3) points and (j, 3) triangles, about `target` of them; none may be left.
+    """Returns points (k, 3) and about `target` triangles (j, 3), possibly none, by fast-simplification.
 
-    points: (n, 3) of diagonal 1, one for each place. Vertices move. Raises BakeError where the result is not
-    a mesh.
+    points: (n, 3) of diagonal 1, one for each place. Vertices move. Raises BakeError if the result is no
+    mesh.
     """
     import fast_simplification  # here: only who asks for it waits for its loading
 
@@ -82,8 +82,7 @@ def fast_simplify(
 def openmesh_simplify(
     points: npt.NDArray[np.float64], triangles: npt.NDArray[np.uint32], target: int
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint32]]:
-    """OpenMesh's points and triangles, as of fast_simplify; no vertex moves. Raises BakeError for what is no
-    manifold."""
+    """Does the same by OpenMesh. No vertex moves. Raises BakeError if the surface is no manifold."""
     _require_sound(points, triangles)
     try:
         vertex, kept = openmesh.simplify(points, triangles, target)
@@ -94,12 +93,12 @@ def openmesh_simplify(
     return _checked("OpenMesh", points[vertex], kept)
 
 
-# Those that know positions alone: a mesh's other attributes are taken from its surface again.
+# The simplifiers that see only positions.
 POSITIONS_ONLY = {"fast-simplification": fast_simplify, "openmesh": openmesh_simplify}
 
 
 def require_simplifier(name: str, mesh: Mesh) -> None:
-    """Raises BakeError where the simplifier of that name cannot do a validated mesh."""
+    """Raises BakeError if the named simplifier cannot handle a validated mesh."""
     if name not in POSITIONS_ONLY:
         return
     mend = "take the simplifier 'paradize' or 'meshoptimizer'"
@@ -127,7 +126,7 @@ def _require_sound(points: npt.NDArray[np.float64], triangles: npt.NDArray[np.ui
 def _checked(
     library: str, points: npt.NDArray[np.float64], triangles: npt.NDArray[Any]
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint32]]:
-    """What a library returned, without triangles that name a vertex twice. Raises BakeError where it is no
+    """Returns a library's result without triangles that use a vertex twice. Raises BakeError if it is no
     mesh."""
     if not np.isfinite(points).all():
         raise BakeError(f"{library} returned positions that are not finite")
